@@ -1,0 +1,1 @@
+//! Cameras: from a film position to a ray.

@@ -1,0 +1,1 @@
+//! OpenColorIO: configs, displays, views, looks, exposure, gamma.

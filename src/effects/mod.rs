@@ -1,0 +1,1 @@
+//! Which effects a scene and its settings call for, by value.

@@ -1,0 +1,2 @@
+//! Foreign functions: Embree and OpenColorIO, each wrapped once in safe types.
+//! The only room with foreign `unsafe`.

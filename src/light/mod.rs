@@ -1,0 +1,1 @@
+//! Lights: sample, pdf, evaluate; the light tree.

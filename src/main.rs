@@ -1,0 +1,5 @@
+//! The `sundog` program.
+
+fn main() -> std::process::ExitCode {
+    sundog::cli::main()
+}

@@ -1,0 +1,1 @@
+//! Floating-point bounds, frames, warps.

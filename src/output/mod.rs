@@ -1,0 +1,1 @@
+//! EXR, PNG and JPEG files, written beside and then renamed.

@@ -1,0 +1,1 @@
+//! The schedule: passes, tiles, threads, when to stop.

@@ -1,0 +1,1 @@
+//! Owen-scrambled Sobol points with named dimensions.

@@ -1,0 +1,195 @@
+//! What a scene *is*, independent of file format and of rendering.
+//!
+//! Conventions: metres, Y up, right-handed (as in glTF); colours linear Rec.709; radiometric units
+//! (watts). Transforms are f64 and map object space to world space (`world_from_object`).
+
+mod diagnostics;
+mod material;
+
+pub use diagnostics::{Diagnostic, Diagnostics, Verdict};
+pub use material::{AlphaMode, ImageUse, Material, NormalTexture, Sampler, Texture, TextureFilter, UvTransform, Wrap};
+
+use glam::DAffine3;
+
+/// Index into [`Scene::meshes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MeshId(pub u32);
+/// Index into [`Scene::materials`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialId(pub u32);
+/// Index into [`Scene::images`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ImageId(pub u32);
+
+/// Everything that a file says about a scene; what importers make and the renderer reads.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The file's own account of the program that wrote it (glTF `asset.generator`).
+    pub generator: Option<String>,
+    /// Triangle meshes, each with one material; shared by instances.
+    pub meshes: Vec<Mesh>,
+    /// Placed meshes.
+    pub instances: Vec<Instance>,
+    /// Materials; a mesh names one.
+    pub materials: Vec<Material>,
+    /// Images that textures refer to, in their own precision.
+    pub images: Vec<Image>,
+    /// Punctual lights (with a size where the file gives one).
+    pub lights: Vec<Light>,
+    /// Light from all around, at infinity.
+    pub environment: Option<Environment>,
+    /// Cameras in file order; may be empty.
+    pub cameras: Vec<Camera>,
+}
+
+/// A triangle mesh with one material (a glTF primitive).
+///
+/// Optional attributes have the length of `positions` where they are given.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Name of the mesh in the file (for messages).
+    pub name: String,
+    /// Vertex positions, object space, metres.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit vertex normals; `None` means flat shading.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// Unit tangents with the sign of the bitangent in `w` (glTF's convention).
+    /// Given by the file or computed by MikkTSpace where the material has a normal map.
+    pub tangents: Option<Vec<[f32; 4]>>,
+    /// Texture coordinate sets (TEXCOORD_0, TEXCOORD_1, …), glTF's convention: v grows downwards.
+    pub uvs: Vec<Vec<[f32; 2]>>,
+    /// Linear vertex colour with alpha (COLOR_0); multiplies base colour and alpha.
+    pub colors: Option<Vec<[f32; 4]>>,
+    /// Corner indices, each below `positions.len()`.
+    pub triangles: Vec<[u32; 3]>,
+    /// The material of all triangles; `None` is the file format's default material.
+    pub material: Option<MaterialId>,
+}
+
+/// A mesh placed in the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Name of the node that places it (for messages and object masks).
+    pub name: String,
+    /// Which mesh.
+    pub mesh: MeshId,
+    /// Object space to world space.
+    pub world_from_object: DAffine3,
+}
+
+/// A decoded image. Rows from top to bottom, pixels interleaved.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// File name or the name inside the scene file (for messages).
+    pub name: String,
+    /// Pixels per row.
+    pub width: u32,
+    /// Number of rows.
+    pub height: u32,
+    /// 1 to 4 interleaved channels: grey, grey + alpha, RGB, RGBA.
+    pub channels: u32,
+    /// The values in the precision of the file.
+    pub pixels: Pixels,
+}
+
+/// Pixel values in the precision of the file: `width * height * channels` of them.
+#[derive(Clone, Debug)]
+pub enum Pixels {
+    /// 8 bits, 0..=255 stands for 0..=1.
+    U8(Vec<u8>),
+    /// 16 bits, 0..=65535 stands for 0..=1.
+    U16(Vec<u16>),
+    /// Linear floats.
+    F32(Vec<f32>),
+}
+
+/// A light that is not geometry.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// Name of the node or light in the file.
+    pub name: String,
+    /// Linear colour; multiplies the strength.
+    pub color: [f32; 3],
+    /// Kind, strength and size.
+    pub kind: LightKind,
+    /// Light space to world space; the light looks down its -Z axis.
+    pub world_from_light: DAffine3,
+}
+
+/// Kinds of lights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// A sphere that emits the same radiance everywhere (a point where `radius` is 0).
+    Point {
+        /// Radiant intensity, W/sr.
+        intensity: f32,
+        /// Metres.
+        radius: f32,
+    },
+    /// A point light inside a cone about -Z.
+    Spot {
+        /// Radiant intensity on the axis, W/sr.
+        intensity: f32,
+        /// Metres.
+        radius: f32,
+        /// Half the opening angle of the cone, radians, 0..=π/2.
+        half_angle: f32,
+        /// Blender's blend: 0 is a hard edge, 1 fades from the axis on.
+        blend: f32,
+    },
+    /// Parallel light along -Z from a disc of the given angular diameter.
+    Sun {
+        /// Irradiance on a surface that faces the sun, W/m².
+        irradiance: f32,
+        /// Angular diameter, radians (0: exactly parallel).
+        angle: f32,
+    },
+}
+
+/// Light from infinitely far away in all directions.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    /// Equirectangular linear image, or `None` for a constant.
+    ///
+    /// The image's middle column lies in the direction that Blender's world mapping gives it: see
+    /// `light::environment` for the formula.
+    pub image: Option<ImageId>,
+    /// Radiance (times the image where there is one), W·sr⁻¹·m⁻².
+    pub radiance: [f32; 3],
+    /// Rotation about the up axis in radians, in the sense of Blender's Mapping node (Z rotation).
+    pub rotation: f32,
+}
+
+/// A camera; it looks down its -Z axis, +Y is up in the picture.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// Name of the node or camera in the file.
+    pub name: String,
+    /// Camera space to world space. Scale is ignored, as in Blender.
+    pub world_from_camera: DAffine3,
+    /// How points are projected.
+    pub projection: Projection,
+    /// Nearest visible distance along the view axis, metres.
+    pub clip_near: f64,
+    /// Farthest visible distance along the view axis, metres (infinite where the file gives none).
+    pub clip_far: f64,
+}
+
+/// Projections.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// A pinhole.
+    Perspective {
+        /// Vertical field of view, radians.
+        vertical_fov: f64,
+        /// Width over height that the file intends, if it says so.
+        aspect: Option<f64>,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Half the visible width, metres.
+        half_width: f64,
+        /// Half the visible height, metres.
+        half_height: f64,
+    },
+}

@@ -1,0 +1,1 @@
+//! The prepared scene: recentred, in Embree, ready for rays.
