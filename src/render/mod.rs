@@ -1,1 +1,123 @@
 //! The schedule: passes, tiles, threads, when to stop.
+
+mod settings;
+
+pub use settings::{EffectChoice, Filter, FilterKind, LightSampling, RenderSettings};
+
+use crate::film::Picture;
+use crate::scene::Scene;
+use serde::Serialize;
+use std::time::Duration;
+
+/// Why a render could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// A setting does not fit the scene.
+    #[error("{0}")]
+    Setting(String),
+    /// Embree failed (out of memory, unsupported processor, …).
+    #[error("Embree: {0}")]
+    Embree(String),
+}
+
+/// What a render tells while it runs.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum Event {
+    /// The scene is prepared (geometry in Embree, lights and textures ready).
+    Prepared {
+        /// Seconds since the render was called.
+        seconds: f64,
+        /// Triangles, instances expanded.
+        triangles: u64,
+        /// Names of the effects compiled into the chosen kernel.
+        effects: Vec<String>,
+    },
+    /// Samples were added.
+    Progress {
+        /// Samples a pixel so far (all pixels have at least this many).
+        samples: u32,
+        /// Samples a pixel wanted.
+        of: u32,
+        /// Share of the work done, 0..=1.
+        fraction: f64,
+        /// Seconds since the first sample.
+        seconds: f64,
+        /// Rays traced so far.
+        rays: u64,
+        /// Expected seconds until the end.
+        remaining: Option<f64>,
+    },
+}
+
+/// Listens to a render and may end it. Called from one thread at a time.
+pub trait Observer: Sync {
+    /// Something happened.
+    fn event(&self, event: &Event);
+    /// Whether the render shall stop now and keep what it has (polled at least ten times a second).
+    fn cancelled(&self) -> bool;
+}
+
+/// An observer for those who don't watch.
+pub struct Silent;
+
+impl Observer for Silent {
+    fn event(&self, _: &Event) {}
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// Why a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stop {
+    /// All samples are there.
+    Samples,
+    /// The time was up.
+    Time,
+    /// The observer said so.
+    Cancelled,
+}
+
+/// Counts and times of a render.
+#[derive(Clone, Debug, Serialize)]
+pub struct Statistics {
+    /// Why it ended.
+    pub stop: Stop,
+    /// Samples a pixel (the smallest over the picture).
+    pub samples: u32,
+    /// Time to prepare the scene.
+    pub prepare: Duration,
+    /// Time to trace.
+    pub trace: Duration,
+    /// Camera, bounce and shadow rays.
+    pub rays: u64,
+    /// Paths whose contribution was not finite: left out and counted. 0 in a healthy render.
+    pub non_finite: u64,
+    /// The first of them, as pixel x, pixel y, sample index.
+    pub non_finite_examples: Vec<(u32, u32, u32)>,
+    /// Names of the effects compiled into the kernel that ran.
+    pub effects: Vec<String>,
+    /// Threads used.
+    pub threads: usize,
+}
+
+/// A finished (or ended) render.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// Layers of floats, scene-linear.
+    pub picture: Picture,
+    /// Counts and times.
+    pub statistics: Statistics,
+}
+
+/// Renders a scene.
+///
+/// # Errors
+/// If a setting does not fit the scene or Embree fails. Never for the content of the scene:
+/// what can't be rendered is left out and has been told by the importer.
+pub fn render(scene: &Scene, settings: &RenderSettings, observer: &dyn Observer) -> Result<Rendering, RenderError> {
+    let _ = (scene, settings, observer);
+    Err(RenderError::Setting("the renderer is not built yet".into()))
+}

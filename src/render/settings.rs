@@ -1,0 +1,105 @@
+//! What a user can set.
+
+use serde::Serialize;
+use std::time::Duration;
+
+/// Settings of a render.
+#[derive(Clone, Debug, Serialize)]
+pub struct RenderSettings {
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Stop after this long, load and set-up of the scene not counted.
+    pub time_limit: Option<Duration>,
+    /// Longest path: number of scattering events (0: only what the camera sees emitting;
+    /// 1: direct light), as Cycles counts "Max Bounces" plus one for the camera's hit.
+    pub bounces: u32,
+    /// Index into `Scene::cameras`; `None` takes the first.
+    pub camera: Option<usize>,
+    /// Selects another independent random sequence.
+    pub seed: u32,
+    /// Threads; `None` uses all.
+    pub threads: Option<usize>,
+    /// Reconstruction filter.
+    pub filter: Filter,
+    /// Which effects the kernel is made for.
+    pub effects: EffectChoice,
+    /// Which sampling techniques find lights (for tests and studies; `Mis` is the one to use).
+    pub light_sampling: LightSampling,
+    /// Hide the back faces of single-sided materials, as glTF's rasterisers do (Cycles shows them).
+    pub cull_backfaces: bool,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            width: 1280,
+            height: 720,
+            samples: 256,
+            time_limit: None,
+            bounces: 12,
+            camera: None,
+            seed: 0,
+            threads: None,
+            filter: Filter::default(),
+            effects: EffectChoice::Auto,
+            light_sampling: LightSampling::Mis,
+            cull_backfaces: false,
+        }
+    }
+}
+
+/// A pixel filter.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Filter {
+    /// Shape.
+    pub kind: FilterKind,
+    /// Full width of the support in pixels (ignored by the box, which is one pixel wide).
+    pub width: f32,
+}
+
+impl Default for Filter {
+    /// Cycles' default.
+    fn default() -> Self {
+        Self { kind: FilterKind::BlackmanHarris, width: 1.5 }
+    }
+}
+
+/// Filter shapes, as in Cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FilterKind {
+    /// Every point of the pixel counts the same.
+    Box,
+    /// A Gaussian cut at the width.
+    Gauss,
+    /// Blackman-Harris window.
+    BlackmanHarris,
+}
+
+/// Which effects the kernel is made for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EffectChoice {
+    /// Those that the scene calls for.
+    Auto,
+    /// All that there are.
+    All,
+    /// These, by name; what the scene calls for beyond them is left out.
+    List(Vec<String>),
+}
+
+/// Techniques that find light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LightSampling {
+    /// Next-event estimation and BSDF sampling, weighted by multiple importance sampling.
+    Mis,
+    /// Next-event estimation alone wherever it can find the light.
+    Nee,
+    /// BSDF sampling alone wherever it can find the light.
+    Bsdf,
+}
