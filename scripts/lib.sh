@@ -8,6 +8,8 @@ scripts="$project_root/scripts"
 # Everything that is fetched lives in the user's cache folder, so that a second clone fetches nothing.
 cache="${XDG_CACHE_HOME:-${HOME:-/root}/.cache}/sundog"
 downloads="$cache/downloads"
+# Rust is taken from PATH, else from where its installer puts it.
+PATH="$PATH:${CARGO_HOME:-${HOME:-/root}/.cargo}/bin"
 
 say() { printf 'set-up: %s\n' "$*"; }
 

@@ -1,0 +1,32 @@
+# Sundog's targets. `make demo` and `make test` each do all the set-up that a fresh machine needs.
+#
+# Rust is taken from PATH, else from where its installer puts it.
+export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
+
+.PHONY: help demo test setup build bench clean
+
+help:
+	@echo 'make demo    set up, build, and render one of the scenes (one minute once built)'
+	@echo 'make test    set up, check format and lints, run all tests'
+	@echo 'make build   set up and build target/release/sundog'
+	@echo 'make setup   system packages, Rust, Embree, OpenColorIO and libclang only'
+	@echo 'make bench   the speed measurements of benches/'
+	@echo 'make clean   remove what was built; the cache folder and .native/ stay'
+
+setup:
+	@scripts/setup.sh
+
+build: setup
+	cargo build --release
+
+demo: build
+	@scripts/demo.sh
+
+test: setup
+	@scripts/test.sh
+
+bench: setup
+	cargo bench
+
+clean:
+	rm -rf target out
