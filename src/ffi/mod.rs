@@ -1,2 +1,3 @@
 //! Foreign functions: Embree and OpenColorIO, each wrapped once in safe types.
 //! The only room with foreign `unsafe`.
+pub mod embree;

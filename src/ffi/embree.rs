@@ -1,0 +1,724 @@
+//! Embree 4: devices, scenes, triangle meshes, spheres, instances, and the queries on them.
+//!
+//! The bindings are made by bindgen at build time from the installed headers. Handles are
+//! reference-counted by Embree; a [`Scene`] keeps alive what it refers to. A committed scene is
+//! read-only ([`CommittedScene`]) and may be used by any number of threads.
+
+#[allow(
+    non_camel_case_types,
+    non_snake_case,
+    non_upper_case_globals,
+    dead_code,
+    missing_docs,
+    unused_imports,
+    clippy::all,
+    clippy::undocumented_unsafe_blocks
+)]
+mod sys {
+    include!(concat!(env!("OUT_DIR"), "/embree.rs"));
+}
+
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::mem::size_of;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// "No geometry" and "no instance" in Embree's structures.
+const INVALID: u32 = u32::MAX;
+
+/// What Embree said went wrong.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct EmbreeError(pub String);
+
+/// Filled by the error callback; the first message wins because the rest follow from it.
+type ErrorSlot = Mutex<Option<String>>;
+
+struct DeviceHandle {
+    raw: sys::RTCDevice,
+    /// Boxed so that the callback's pointer stays valid while the handle moves.
+    error: Box<ErrorSlot>,
+}
+
+// SAFETY: Embree's API is thread-safe for devices (Embree manual, "Embree API"), and the error
+// slot is a Mutex.
+unsafe impl Send for DeviceHandle {}
+// SAFETY: as above.
+unsafe impl Sync for DeviceHandle {}
+
+impl Drop for DeviceHandle {
+    fn drop(&mut self) {
+        // SAFETY: `raw` came from rtcNewDevice and is released once; scenes hold an Arc of this.
+        unsafe { sys::rtcReleaseDevice(self.raw) }
+    }
+}
+
+/// Embree's device: threads, instruction set, memory.
+#[derive(Clone)]
+pub struct Device(Arc<DeviceHandle>);
+
+/// Version of the library that is loaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Version {
+    /// Incompatible changes.
+    pub major: u32,
+    /// New features.
+    pub minor: u32,
+    /// Corrections.
+    pub patch: u32,
+}
+
+impl std::fmt::Display for Version {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{}.{}", self.major, self.minor, self.patch)
+    }
+}
+
+/// Version of the headers that the bindings were made from.
+pub const HEADERS: Version =
+    Version { major: sys::RTC_VERSION_MAJOR, minor: sys::RTC_VERSION_MINOR, patch: sys::RTC_VERSION_PATCH };
+
+extern "C" fn remember_error(user: *mut c_void, _code: sys::RTCError, message: *const c_char) {
+    // SAFETY: `user` is the address of the device's boxed error slot, alive as long as the device.
+    let slot = unsafe { &*user.cast::<ErrorSlot>() };
+    let text = if message.is_null() {
+        String::from("unknown error")
+    } else {
+        // SAFETY: Embree passes a NUL-terminated string that lives during the call.
+        unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned()
+    };
+    slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
+}
+
+impl Device {
+    /// Opens a device. `threads` bounds the threads that build (`None`: all).
+    ///
+    /// # Errors
+    /// If the processor is not supported, memory is short, or the loaded library does not fit the
+    /// headers of the build ([`Device::verify`]).
+    pub fn new(threads: Option<usize>) -> Result<Self, EmbreeError> {
+        let device = Self::open(threads.map(|n| format!("threads={n}")).as_deref().unwrap_or(""))?;
+        device.verify()?;
+        Ok(device)
+    }
+
+    fn open(config: &str) -> Result<Self, EmbreeError> {
+        let config = CString::new(config).map_err(|e| EmbreeError(e.to_string()))?;
+        // SAFETY: `config` is NUL-terminated and read during the call only.
+        let raw = unsafe { sys::rtcNewDevice(config.as_ptr()) };
+        if raw.is_null() {
+            return Err(EmbreeError("Embree could not open a device on this processor".into()));
+        }
+        let error = Box::new(ErrorSlot::default());
+        let user: *const ErrorSlot = &*error;
+        // SAFETY: the slot is boxed and outlives the device (dropped after rtcReleaseDevice).
+        unsafe { sys::rtcSetDeviceErrorFunction(raw, Some(remember_error), user.cast_mut().cast()) };
+        Ok(Self(Arc::new(DeviceHandle { raw, error })))
+    }
+
+    /// The version of the loaded library.
+    pub fn version(&self) -> Version {
+        let property = |id| {
+            // SAFETY: the device is alive; unknown properties return 0.
+            unsafe { sys::rtcGetDeviceProperty(self.0.raw, id) as u32 }
+        };
+        Version {
+            major: property(sys::RTC_DEVICE_PROPERTY_VERSION_MAJOR),
+            minor: property(sys::RTC_DEVICE_PROPERTY_VERSION_MINOR),
+            patch: property(sys::RTC_DEVICE_PROPERTY_VERSION_PATCH),
+        }
+    }
+
+    /// The error that the callback has kept, if any; forgets it.
+    fn take_error(&self) -> Result<(), EmbreeError> {
+        match self.0.error.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            Some(message) => Err(EmbreeError(message)),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks that the loaded library fits the bindings: the version, and by a traced ray that it
+    /// writes its results where the bindings read them and not a byte behind them. (A binding to
+    /// Embree 4.2's structures fails exactly here: 4.3 made them 16 bytes longer.)
+    fn verify(&self) -> Result<(), EmbreeError> {
+        let version = self.version();
+        if version.major != HEADERS.major || version < (Version { patch: 0, ..HEADERS }) {
+            return Err(EmbreeError(format!(
+                "the loaded library is Embree {version}, but this program was built for {HEADERS} or newer of the same major version"
+            )));
+        }
+        let mesh = TriangleMesh::new(vec![[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]], vec![[0, 1, 2]])?;
+        let mut scene = Scene::new(self)?;
+        scene.add_triangles(&Arc::new(mesh), false)?;
+        let scene = scene.commit()?;
+        #[repr(C)]
+        struct Guarded {
+            ray_hit: sys::RTCRayHit,
+            guard: [u8; 64],
+        }
+        let ray = Ray { origin: [0.25, 0.5, 0.0], direction: [0.0, 0.0, 1.0], near: 0.0, far: f32::INFINITY };
+        let mut guarded = Guarded { ray_hit: ray_hit(&ray), guard: [0xa5; 64] };
+        // SAFETY: the scene is committed; `ray_hit` is aligned and initialised; no arguments.
+        unsafe { sys::rtcIntersect1(scene.handle.raw, &mut guarded.ray_hit, std::ptr::null_mut()) };
+        let hit = read_hit(&guarded.ray_hit);
+        let fits = guarded.guard == [0xa5; 64]
+            && hit.is_some_and(|h| {
+                (h.distance - 1.0).abs() < 1e-5 && (h.u - 0.25).abs() < 1e-5 && (h.v - 0.5).abs() < 1e-5
+                    && (h.geometry, h.primitive, h.instance) == (0, 0, None)
+            });
+        if !fits {
+            return Err(EmbreeError(format!(
+                "the loaded Embree {version} lays out its structures unlike the headers {HEADERS} of the build"
+            )));
+        }
+        self.take_error()
+    }
+}
+
+/// Vertices and corner indices in the layout that Embree reads in place.
+pub struct TriangleMesh {
+    /// One more than there are: Embree reads 16 bytes at each vertex.
+    vertices: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl TriangleMesh {
+    /// Takes the buffers over.
+    ///
+    /// # Errors
+    /// If an index is out of range: Embree would read outside the buffer.
+    pub fn new(mut vertices: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, EmbreeError> {
+        let count = vertices.len();
+        if triangles.iter().flatten().any(|&i| i as usize >= count) {
+            return Err(EmbreeError(format!("a triangle refers to a vertex beyond the {count} that there are")));
+        }
+        vertices.push([0.0; 3]);
+        Ok(Self { vertices, triangles })
+    }
+
+    /// The vertices.
+    pub fn vertices(&self) -> &[[f32; 3]] {
+        &self.vertices[..self.vertices.len() - 1]
+    }
+
+    /// The corner indices.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The three corners of a triangle.
+    #[inline]
+    pub fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
+        self.triangles[triangle as usize].map(|i| self.vertices[i as usize])
+    }
+}
+
+struct SceneHandle {
+    raw: sys::RTCScene,
+    device: Device,
+    meshes: Vec<Arc<TriangleMesh>>,
+    children: Vec<CommittedScene>,
+}
+
+// SAFETY: scenes may be used from any thread; a committed one by many at a time (Embree manual,
+// "Embree API"); changes go through `&mut Scene`.
+unsafe impl Send for SceneHandle {}
+// SAFETY: as above: shared references exist only to committed scenes.
+unsafe impl Sync for SceneHandle {}
+
+impl Drop for SceneHandle {
+    fn drop(&mut self) {
+        // SAFETY: released once; the buffers and children that it refers to are fields of this
+        // handle and are dropped after this.
+        unsafe { sys::rtcReleaseScene(self.raw) }
+    }
+}
+
+/// A scene under construction.
+pub struct Scene {
+    handle: SceneHandle,
+}
+
+/// A scene that is ready for queries.
+#[derive(Clone)]
+pub struct CommittedScene {
+    handle: Arc<SceneHandle>,
+}
+
+/// A ray. `direction` need not have unit length; distances are multiples of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: [f32; 3],
+    /// Where it goes.
+    pub direction: [f32; 3],
+    /// Hits nearer than this are ignored.
+    pub near: f32,
+    /// Hits farther than this are ignored.
+    pub far: f32,
+}
+
+/// A hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Multiple of the ray's direction.
+    pub distance: f32,
+    /// Weight of the second corner.
+    pub u: f32,
+    /// Weight of the third corner.
+    pub v: f32,
+    /// Geometry in the scene that holds it (the instanced scene for instances).
+    pub geometry: u32,
+    /// Triangle or sphere in the geometry.
+    pub primitive: u32,
+    /// Geometry of the top scene that is the instance.
+    pub instance: Option<u32>,
+}
+
+fn ray(r: &Ray) -> sys::RTCRay {
+    sys::RTCRay {
+        org_x: r.origin[0],
+        org_y: r.origin[1],
+        org_z: r.origin[2],
+        tnear: r.near,
+        dir_x: r.direction[0],
+        dir_y: r.direction[1],
+        dir_z: r.direction[2],
+        time: 0.0,
+        tfar: r.far,
+        mask: u32::MAX,
+        id: 0,
+        flags: 0,
+    }
+}
+
+fn ray_hit(r: &Ray) -> sys::RTCRayHit {
+    sys::RTCRayHit {
+        ray: ray(r),
+        hit: sys::RTCHit {
+            Ng_x: 0.0,
+            Ng_y: 0.0,
+            Ng_z: 0.0,
+            u: 0.0,
+            v: 0.0,
+            primID: INVALID,
+            geomID: INVALID,
+            instID: [INVALID; 1],
+            instPrimID: [INVALID; 1],
+        },
+    }
+}
+
+fn read_hit(r: &sys::RTCRayHit) -> Option<Hit> {
+    let h = &r.hit;
+    (h.geomID != INVALID).then(|| Hit {
+        distance: r.ray.tfar,
+        u: h.u,
+        v: h.v,
+        geometry: h.geomID,
+        primitive: h.primID,
+        instance: (h.instID[0] != INVALID).then_some(h.instID[0]),
+    })
+}
+
+/// Embree's context with the caller's filter behind it: the filter function gets a pointer to it.
+#[repr(C)]
+struct FilterContext<'a, F> {
+    base: sys::RTCRayQueryContext,
+    filter: &'a mut F,
+}
+
+impl<'a, F> FilterContext<'a, F> {
+    fn new(filter: &'a mut F) -> Self {
+        Self { base: sys::RTCRayQueryContext { instID: [INVALID; 1], instPrimID: [INVALID; 1] }, filter }
+    }
+}
+
+/// Asks the caller's filter about one hit; called by Embree.
+unsafe extern "C" fn filter_trampoline<F: FnMut(&Hit) -> bool>(args: *const sys::RTCFilterFunctionNArguments) {
+    // SAFETY: Embree passes valid arguments; with single-ray queries N is 1, so that the ray and
+    // hit are plain RTCRay and RTCHit; the context is the FilterContext<F> of the query.
+    unsafe {
+        let args = &*args;
+        if args.N != 1 || *args.valid != -1 {
+            return;
+        }
+        let context = &mut *args.context.cast::<FilterContext<'_, F>>();
+        let (r, h) = (&*args.ray.cast::<sys::RTCRay>(), &*args.hit.cast::<sys::RTCHit>());
+        let hit = Hit {
+            distance: r.tfar,
+            u: h.u,
+            v: h.v,
+            geometry: h.geomID,
+            primitive: h.primID,
+            instance: (h.instID[0] != INVALID).then_some(h.instID[0]),
+        };
+        if !(context.filter)(&hit) {
+            *args.valid = 0;
+        }
+    }
+}
+
+impl Scene {
+    /// An empty scene. Queries are robust (watertight up to rounding of shared vertices).
+    ///
+    /// # Errors
+    /// If memory is short.
+    pub fn new(device: &Device) -> Result<Self, EmbreeError> {
+        // SAFETY: the device is alive.
+        let raw = unsafe { sys::rtcNewScene(device.0.raw) };
+        if raw.is_null() {
+            device.take_error()?;
+            return Err(EmbreeError("no scene could be made".into()));
+        }
+        // SAFETY: the scene was just made.
+        unsafe { sys::rtcSetSceneFlags(raw, sys::RTC_SCENE_FLAG_ROBUST | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS) };
+        Ok(Self { handle: SceneHandle { raw, device: device.clone(), meshes: Vec::new(), children: Vec::new() } })
+    }
+
+    /// Makes a geometry, lets `fill` set it up, commits and attaches it; returns its number.
+    fn attach(&mut self, kind: sys::RTCGeometryType, fill: impl FnOnce(sys::RTCGeometry) -> Result<(), EmbreeError>) -> Result<u32, EmbreeError> {
+        let device = self.handle.device.clone();
+        // SAFETY: the device is alive.
+        let geometry = unsafe { sys::rtcNewGeometry(device.0.raw, kind) };
+        if geometry.is_null() {
+            device.take_error()?;
+            return Err(EmbreeError("no geometry could be made".into()));
+        }
+        let filled = fill(geometry);
+        // SAFETY: `geometry` is alive until the release; the scene takes its own reference.
+        let id = unsafe {
+            sys::rtcCommitGeometry(geometry);
+            let id = sys::rtcAttachGeometry(self.handle.raw, geometry);
+            sys::rtcReleaseGeometry(geometry);
+            id
+        };
+        filled?;
+        device.take_error()?;
+        Ok(id)
+    }
+
+    /// Adds a triangle mesh; with `filtered` its hits are put before the filters of queries.
+    /// Returns the geometry's number (0, 1, 2, … in the order of the calls).
+    ///
+    /// # Errors
+    /// If Embree refuses it or memory is short.
+    pub fn add_triangles(&mut self, mesh: &Arc<TriangleMesh>, filtered: bool) -> Result<u32, EmbreeError> {
+        let id = self.attach(sys::RTC_GEOMETRY_TYPE_TRIANGLE, |geometry| {
+            // SAFETY: the buffers live in `mesh`, which this scene keeps; they are not changed any
+            // more; the vertex buffer is padded by one vertex; indices were checked.
+            unsafe {
+                sys::rtcSetSharedGeometryBuffer(
+                    geometry,
+                    sys::RTC_BUFFER_TYPE_VERTEX,
+                    0,
+                    sys::RTC_FORMAT_FLOAT3,
+                    mesh.vertices.as_ptr().cast(),
+                    0,
+                    size_of::<[f32; 3]>(),
+                    mesh.vertices().len(),
+                );
+                sys::rtcSetSharedGeometryBuffer(
+                    geometry,
+                    sys::RTC_BUFFER_TYPE_INDEX,
+                    0,
+                    sys::RTC_FORMAT_UINT3,
+                    mesh.triangles.as_ptr().cast(),
+                    0,
+                    size_of::<[u32; 3]>(),
+                    mesh.triangles.len(),
+                );
+                sys::rtcSetGeometryEnableFilterFunctionFromArguments(geometry, filtered);
+            }
+            Ok(())
+        })?;
+        self.handle.meshes.push(mesh.clone());
+        Ok(id)
+    }
+
+    /// Adds spheres (centre and radius); their hits are put before the filters of queries.
+    ///
+    /// # Errors
+    /// If Embree refuses them or memory is short.
+    pub fn add_spheres(&mut self, spheres: &[[f32; 4]]) -> Result<u32, EmbreeError> {
+        self.attach(sys::RTC_GEOMETRY_TYPE_SPHERE_POINT, |geometry| {
+            // SAFETY: Embree returns an own buffer of that many elements, or null.
+            unsafe {
+                let buffer = sys::rtcSetNewGeometryBuffer(
+                    geometry,
+                    sys::RTC_BUFFER_TYPE_VERTEX,
+                    0,
+                    sys::RTC_FORMAT_FLOAT4,
+                    size_of::<[f32; 4]>(),
+                    spheres.len(),
+                );
+                if buffer.is_null() {
+                    return Err(EmbreeError("not enough memory for the spheres".into()));
+                }
+                std::ptr::copy_nonoverlapping(spheres.as_ptr(), buffer.cast(), spheres.len());
+                sys::rtcSetGeometryEnableFilterFunctionFromArguments(geometry, true);
+            }
+            Ok(())
+        })
+    }
+
+    /// Places a committed scene. The transform is column-major 3×4 (three axes, then the
+    /// translation).
+    ///
+    /// # Errors
+    /// If Embree refuses it or memory is short.
+    pub fn add_instance(&mut self, child: &CommittedScene, columns: &[[f32; 3]; 4]) -> Result<u32, EmbreeError> {
+        let id = self.attach(sys::RTC_GEOMETRY_TYPE_INSTANCE, |geometry| {
+            // SAFETY: the child scene is alive and kept by this scene; the transform is copied.
+            unsafe {
+                sys::rtcSetGeometryInstancedScene(geometry, child.handle.raw);
+                sys::rtcSetGeometryTransform(geometry, 0, sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.as_ptr().cast());
+            }
+            Ok(())
+        })?;
+        self.handle.children.push(child.clone());
+        Ok(id)
+    }
+
+    /// Builds the hierarchy.
+    ///
+    /// # Errors
+    /// If memory is short.
+    pub fn commit(self) -> Result<CommittedScene, EmbreeError> {
+        // SAFETY: the scene is alive and not shared.
+        unsafe { sys::rtcCommitScene(self.handle.raw) };
+        self.handle.device.take_error()?;
+        Ok(CommittedScene { handle: Arc::new(self.handle) })
+    }
+}
+
+impl CommittedScene {
+    /// The nearest hit.
+    #[inline]
+    pub fn intersect(&self, r: &Ray) -> Option<Hit> {
+        let mut query = ray_hit(r);
+        // SAFETY: committed scene, initialised ray, no arguments needed.
+        unsafe { sys::rtcIntersect1(self.handle.raw, &mut query, std::ptr::null_mut()) };
+        read_hit(&query)
+    }
+
+    /// The nearest hit that the filter accepts. The filter is asked for geometries that were
+    /// added as filtered, in no particular order, perhaps more than once for the same hit.
+    #[inline]
+    pub fn intersect_filtered<F: FnMut(&Hit) -> bool>(&self, r: &Ray, mut filter: F) -> Option<Hit> {
+        let mut query = ray_hit(r);
+        let mut context = FilterContext::new(&mut filter);
+        let mut args = sys::RTCIntersectArguments {
+            // Without INVOKE_ARGUMENT_FILTER only the geometries that were added as filtered ask.
+            flags: sys::RTC_RAY_QUERY_FLAG_INCOHERENT,
+            feature_mask: sys::RTC_FEATURE_FLAG_ALL,
+            context: (&raw mut context).cast(),
+            filter: Some(filter_trampoline::<F>),
+            intersect: None,
+        };
+        // SAFETY: as above; the context outlives the call and has the type of the trampoline.
+        unsafe { sys::rtcIntersect1(self.handle.raw, &mut query, &mut args) };
+        read_hit(&query)
+    }
+
+    /// Whether anything is hit.
+    #[inline]
+    pub fn occluded(&self, r: &Ray) -> bool {
+        let mut query = ray(r);
+        // SAFETY: committed scene, initialised ray, no arguments needed.
+        unsafe { sys::rtcOccluded1(self.handle.raw, &mut query, std::ptr::null_mut()) };
+        query.tfar == f32::NEG_INFINITY
+    }
+
+    /// Whether anything is hit that the filter accepts (see [`Self::intersect_filtered`]).
+    #[inline]
+    pub fn occluded_filtered<F: FnMut(&Hit) -> bool>(&self, r: &Ray, mut filter: F) -> bool {
+        let mut query = ray(r);
+        let mut context = FilterContext::new(&mut filter);
+        let mut args = sys::RTCOccludedArguments {
+            // Without INVOKE_ARGUMENT_FILTER only the geometries that were added as filtered ask.
+            flags: sys::RTC_RAY_QUERY_FLAG_INCOHERENT,
+            feature_mask: sys::RTC_FEATURE_FLAG_ALL,
+            context: (&raw mut context).cast(),
+            filter: Some(filter_trampoline::<F>),
+            occluded: None,
+        };
+        // SAFETY: as above.
+        unsafe { sys::rtcOccluded1(self.handle.raw, &mut query, &mut args) };
+        query.tfar == f32::NEG_INFINITY
+    }
+
+    /// The nearest hits of eight rays at once (for coherent rays such as those of a camera).
+    pub fn intersect8(&self, rays: &[Ray; 8]) -> [Option<Hit>; 8] {
+        #[repr(C, align(32))]
+        struct Valid([i32; 8]);
+        let valid = Valid([-1; 8]);
+        let column = |f: &dyn Fn(&Ray) -> f32| std::array::from_fn(|i| f(&rays[i]));
+        let mut query = sys::RTCRayHit8 {
+            ray: sys::RTCRay8 {
+                org_x: column(&|r| r.origin[0]),
+                org_y: column(&|r| r.origin[1]),
+                org_z: column(&|r| r.origin[2]),
+                tnear: column(&|r| r.near),
+                dir_x: column(&|r| r.direction[0]),
+                dir_y: column(&|r| r.direction[1]),
+                dir_z: column(&|r| r.direction[2]),
+                time: [0.0; 8],
+                tfar: column(&|r| r.far),
+                mask: [u32::MAX; 8],
+                id: [0; 8],
+                flags: [0; 8],
+            },
+            hit: sys::RTCHit8 {
+                Ng_x: [0.0; 8],
+                Ng_y: [0.0; 8],
+                Ng_z: [0.0; 8],
+                u: [0.0; 8],
+                v: [0.0; 8],
+                primID: [INVALID; 8],
+                geomID: [INVALID; 8],
+                instID: [[INVALID; 8]; 1],
+                instPrimID: [[INVALID; 8]; 1],
+            },
+        };
+        // SAFETY: committed scene; `valid` and `query` are aligned to 32 bytes as bindgen's types
+        // and `Valid` state, and initialised.
+        unsafe { sys::rtcIntersect8(valid.0.as_ptr(), self.handle.raw, &mut query, std::ptr::null_mut()) };
+        std::array::from_fn(|i| {
+            (query.hit.geomID[i] != INVALID).then(|| Hit {
+                distance: query.ray.tfar[i],
+                u: query.hit.u[i],
+                v: query.hit.v[i],
+                geometry: query.hit.geomID[i],
+                primitive: query.hit.primID[i],
+                instance: (query.hit.instID[0][i] != INVALID).then_some(query.hit.instID[0][i]),
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quad(z: f32) -> Arc<TriangleMesh> {
+        Arc::new(
+            TriangleMesh::new(
+                vec![[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]],
+                vec![[0, 1, 2], [0, 2, 3]],
+            )
+            .unwrap(),
+        )
+    }
+
+    fn down(x: f32, y: f32) -> Ray {
+        Ray { origin: [x, y, 10.0], direction: [0.0, 0.0, -1.0], near: 0.0, far: f32::INFINITY }
+    }
+
+    #[test]
+    fn the_library_fits_the_headers() {
+        let device = Device::new(None).unwrap();
+        assert!(device.version() >= Version { major: 4, minor: 3, patch: 0 });
+        assert_eq!(size_of::<sys::RTCRayHit>(), 96);
+    }
+
+    #[test]
+    fn a_broken_index_is_refused() {
+        assert!(TriangleMesh::new(vec![[0.0; 3]; 3], vec![[0, 1, 3]]).is_err());
+    }
+
+    #[test]
+    fn hits_name_geometry_triangle_and_barycentrics() {
+        let device = Device::new(Some(1)).unwrap();
+        let mut scene = Scene::new(&device).unwrap();
+        assert_eq!(scene.add_triangles(&quad(0.0), false).unwrap(), 0);
+        assert_eq!(scene.add_triangles(&quad(2.0), false).unwrap(), 1);
+        let scene = scene.commit().unwrap();
+        let hit = scene.intersect(&down(0.5, -0.25)).unwrap();
+        assert_eq!((hit.geometry, hit.primitive, hit.instance), (1, 0, None));
+        assert!((hit.distance - 8.0).abs() < 1e-5);
+        let w = 1.0 - hit.u - hit.v;
+        // Corners (-1,-1), (1,-1), (1,1).
+        assert!((-w + hit.u + hit.v - 0.5).abs() < 1e-6 && (-w - hit.u + hit.v + 0.25).abs() < 1e-6);
+        assert!(scene.intersect(&down(1.5, 0.0)).is_none());
+        assert!(scene.occluded(&down(0.5, 0.5)));
+        assert!(!scene.occluded(&Ray { far: 7.9, ..down(0.5, 0.5) }));
+    }
+
+    #[test]
+    fn filters_let_rays_through() {
+        let device = Device::new(Some(1)).unwrap();
+        let mut scene = Scene::new(&device).unwrap();
+        scene.add_triangles(&quad(0.0), false).unwrap();
+        scene.add_triangles(&quad(2.0), true).unwrap();
+        scene.add_triangles(&quad(4.0), true).unwrap();
+        let scene = scene.commit().unwrap();
+        let hit = scene.intersect_filtered(&down(0.5, 0.1), |h| h.geometry == 1).unwrap();
+        assert_eq!(hit.geometry, 1);
+        let mut asked = Vec::new();
+        let hit = scene
+            .intersect_filtered(&down(0.5, 0.1), |h| {
+                asked.push(h.geometry);
+                false
+            })
+            .unwrap();
+        assert_eq!(hit.geometry, 0, "the unfiltered geometry is always hit");
+        asked.sort_unstable();
+        assert_eq!(asked, [1, 2]);
+        let mut seen = 0;
+        assert!(!scene.occluded_filtered(&Ray { far: 9.0, ..down(0.5, 0.1) }, |_| {
+            seen += 1;
+            false
+        }));
+        assert_eq!(seen, 2);
+    }
+
+    #[test]
+    fn instances_are_placed_and_named() {
+        let device = Device::new(Some(2)).unwrap();
+        let mut child = Scene::new(&device).unwrap();
+        child.add_triangles(&quad(0.0), false).unwrap();
+        let child = child.commit().unwrap();
+        let mut top = Scene::new(&device).unwrap();
+        for x in [0.0, 10.0] {
+            top.add_instance(&child, &[[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0], [x, 0.0, 1.0]]).unwrap();
+        }
+        let top = top.commit().unwrap();
+        drop(child);
+        let hit = top.intersect(&down(11.5, 1.5)).unwrap();
+        assert_eq!((hit.geometry, hit.instance), (0, Some(1)));
+        assert!((hit.distance - 9.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn spheres_are_hit_and_filtered() {
+        let device = Device::new(Some(1)).unwrap();
+        let mut scene = Scene::new(&device).unwrap();
+        scene.add_spheres(&[[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 5.0, 0.5]]).unwrap();
+        let scene = scene.commit().unwrap();
+        let mut seen = Vec::new();
+        scene.intersect_filtered(&down(0.1, 0.1), |h| {
+            seen.push(h.primitive);
+            false
+        });
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen, [0, 1]);
+    }
+
+    #[test]
+    fn eight_rays_find_what_single_rays_find() {
+        let device = Device::new(Some(1)).unwrap();
+        let mut scene = Scene::new(&device).unwrap();
+        scene.add_triangles(&quad(0.0), false).unwrap();
+        let scene = scene.commit().unwrap();
+        let rays: [Ray; 8] = std::array::from_fn(|i| down(-1.3 + 0.35 * i as f32, 0.2));
+        for (ray, found) in rays.iter().zip(scene.intersect8(&rays)) {
+            let single = scene.intersect(ray);
+            assert_eq!(single.is_some(), found.is_some());
+            if let (Some(a), Some(b)) = (single, found) {
+                assert_eq!(a.primitive, b.primitive);
+                assert!((a.distance - b.distance).abs() < 1e-5 && (a.u - b.u).abs() < 1e-6);
+            }
+        }
+    }
+}

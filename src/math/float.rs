@@ -1,0 +1,184 @@
+//! Every bound and tolerance of the project, named and derived.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+/// Half the distance from 1 to the next f32: the largest relative error of one rounding.
+pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
+
+/// The largest f32 below 1: random numbers never reach 1.
+pub const ONE_MINUS_EPSILON: f32 = 1.0 - UNIT_ROUNDOFF;
+
+/// γ(n) = n·u / (1 − n·u): bounds the relative error of n roundings in a row
+/// (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., lemma 3.1).
+pub const fn gamma(n: u32) -> f32 {
+    let nu = n as f32 * UNIT_ROUNDOFF;
+    nu / (1.0 - nu)
+}
+
+/// The next larger f32; infinity and NaN stay as they are.
+pub fn next_up(x: f32) -> f32 {
+    x.next_up()
+}
+
+/// The next smaller f32.
+pub fn next_down(x: f32) -> f32 {
+    x.next_down()
+}
+
+/// A point with a bound on its absolute error along each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundedPoint {
+    /// The computed point.
+    pub point: Vec3,
+    /// The true point lies within ± this along each axis.
+    pub error: Vec3,
+}
+
+/// The point p0 + u·e1 + v·e2 takes at most four roundings on any way through it (edge, product,
+/// two sums), so γ(4) of the magnitudes bounds its own error (Pharr, Jakob, Humphreys,
+/// *Physically Based Rendering*, 4th ed., §6.8). Embree's robust test subtracts the ray's origin
+/// from the corners and forms edges and products of them anew, four roundings more, before it can
+/// tell that a ray that starts here leaves: hence eight. Measured without leaks: NUMERICS.md 2.2.
+const TRIANGLE_POINT_ROUNDINGS: u32 = 8;
+
+/// The point at barycentric coordinates (u, v) of a triangle, with its error bound.
+///
+/// Computed from the corners and not from the ray, so that the error does not grow with the
+/// distance that the ray has come; and from edges, so that 1 − u − v does not cancel.
+#[inline]
+pub fn triangle_point(corners: [Vec3; 3], u: f32, v: f32) -> BoundedPoint {
+    let [p0, p1, p2] = corners;
+    let (a, b) = ((p1 - p0) * u, (p2 - p0) * v);
+    BoundedPoint {
+        point: p0 + a + b,
+        error: (p0.abs() + a.abs() + b.abs()) * gamma(TRIANGLE_POINT_ROUNDINGS),
+    }
+}
+
+/// Row-major 3×4 affine transform in f32.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Affine {
+    /// Images of the axes.
+    pub x: Vec3,
+    /// Image of the y axis.
+    pub y: Vec3,
+    /// Image of the z axis.
+    pub z: Vec3,
+    /// Image of the origin.
+    pub translation: Vec3,
+}
+
+impl Affine {
+    /// Rounds an f64 transform after its translation was made relative to `origin`.
+    pub fn from_f64(transform: &DAffine3, origin: DVec3) -> Self {
+        Self {
+            x: transform.matrix3.x_axis.as_vec3(),
+            y: transform.matrix3.y_axis.as_vec3(),
+            z: transform.matrix3.z_axis.as_vec3(),
+            translation: (transform.translation - origin).as_vec3(),
+        }
+    }
+
+    /// Transforms a direction.
+    pub fn vector(&self, v: Vec3) -> Vec3 {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+
+    /// Transforms a point and its error bound: the incoming error is carried by |M|, and the
+    /// product itself adds γ(4) of the summed magnitudes (three products, three additions in a
+    /// row of at most four roundings; PBR 4th ed., §6.8.6).
+    pub fn bounded_point(&self, p: BoundedPoint) -> BoundedPoint {
+        let q = p.point;
+        let point = self.vector(q) + self.translation;
+        let magnitude = self.x.abs() * q.x.abs() + self.y.abs() * q.y.abs() + self.z.abs() * q.z.abs();
+        let carried = self.x.abs() * p.error.x + self.y.abs() * p.error.y + self.z.abs() * p.error.z;
+        BoundedPoint {
+            point,
+            error: carried * (1.0 + gamma(4)) + (magnitude + self.translation.abs()) * gamma(4),
+        }
+    }
+}
+
+/// The origin of a ray that leaves the surface through `p` to the side in which `direction`
+/// points: moved along the geometric normal until the error box of `p` lies behind it, then
+/// rounded away from the surface (PBR 4th ed., §6.8.6). No epsilon: the offset is the bound.
+pub fn ray_origin(p: BoundedPoint, geometric_normal: Vec3, direction: Vec3) -> Vec3 {
+    let n = geometric_normal;
+    let distance = n.abs().dot(p.error);
+    let mut offset = n * distance;
+    if direction.dot(n) < 0.0 {
+        offset = -offset;
+    }
+    let moved = p.point + offset;
+    let away = |value: f32, toward: f32| {
+        if toward > 0.0 {
+            next_up(value)
+        } else if toward < 0.0 {
+            next_down(value)
+        } else {
+            value
+        }
+    };
+    Vec3::new(away(moved.x, offset.x), away(moved.y, offset.y), away(moved.z, offset.z))
+}
+
+/// How much of a shadow ray's length is traced: the far end is as uncertain as a computed point
+/// (direction and distance come from a difference, a square root and a division: γ(8) covers
+/// them), so a shadow ray ends that share before the light.
+pub const SHADOW_RAY_SHARE: f32 = 1.0 - 2.0 * gamma(8);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn gamma_grows_a_little_faster_than_its_argument() {
+        assert!(gamma(1) >= UNIT_ROUNDOFF);
+        assert!(gamma(8) > 8.0 * UNIT_ROUNDOFF && gamma(8) < 8.001 * UNIT_ROUNDOFF);
+    }
+
+    fn coordinate() -> impl Strategy<Value = f32> {
+        prop_oneof![-1.0f32..1.0, -1e5f32..1e5, -1e-4f32..1e-4]
+    }
+
+    prop_compose! {
+        fn point()(x in coordinate(), y in coordinate(), z in coordinate()) -> Vec3 { Vec3::new(x, y, z) }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(7), ..Default::default() })]
+
+        #[test]
+        fn the_error_bound_of_a_triangle_point_holds(p0 in point(), p1 in point(), p2 in point(), a in 0.0f32..1.0, b in 0.0f32..1.0) {
+            let (u, v) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+            let found = triangle_point([p0, p1, p2], u, v);
+            let (ud, vd) = (f64::from(u), f64::from(v));
+            let exact = p0.as_dvec3() * (1.0 - ud - vd) + p1.as_dvec3() * ud + p2.as_dvec3() * vd;
+            let error = (found.point.as_dvec3() - exact).abs();
+            prop_assert!(error.cmple(found.error.as_dvec3()).all(), "{error:?} > {:?}", found.error);
+        }
+
+        #[test]
+        fn the_error_bound_of_a_transformed_point_holds(p in point(), x in point(), y in point(), z in point(), t in point()) {
+            let m = Affine { x, y, z, translation: t };
+            let found = m.bounded_point(BoundedPoint { point: p, error: Vec3::ZERO });
+            let p = p.as_dvec3();
+            let exact = x.as_dvec3() * p.x + y.as_dvec3() * p.y + z.as_dvec3() * p.z + t.as_dvec3();
+            let error = (found.point.as_dvec3() - exact).abs();
+            prop_assert!(error.cmple(found.error.as_dvec3()).all(), "{error:?} > {:?}", found.error);
+        }
+
+        #[test]
+        fn a_ray_origin_lies_beyond_the_error_box(p in point(), n in point(), d in point(), scale in 1e-7f32..1e-3) {
+            prop_assume!(n.length() > 1e-3 && n.normalize().dot(d).abs() > 1e-6);
+            let n = n.normalize();
+            let error = p.abs() * scale;
+            let origin = ray_origin(BoundedPoint { point: p, error }, n, d);
+            let moved = (origin - p).as_dvec3().dot(n.as_dvec3()) * f64::from(d.dot(n).signum());
+            let reach = n.abs().as_dvec3().dot(error.as_dvec3());
+            // Each axis is rounded to the nearest once and away from the surface once.
+            prop_assert!(moved >= reach * (1.0 - 1e-5) - 1e-30, "{moved} < {reach}");
+        }
+    }
+}
