@@ -17,7 +17,7 @@ setup:
 	@scripts/setup.sh
 
 build: setup
-	cargo build --release
+	cargo build --release --locked
 
 demo: build
 	@scripts/demo.sh

@@ -25,7 +25,7 @@ quietly() {
     log=$(mktemp)
     "$@" >"$log" 2>&1 || status=$?
     if [ "$status" -ne 0 ]; then
-        tail -n 15 "$log" | sed 's/^/    /' >&2
+        grep -v 'WARNING: Retrying' "$log" | tail -n 5 | sed 's/^/    /' >&2 || true
     fi
     rm -f "$log"
     return "$status"
@@ -90,7 +90,7 @@ host_python() {
 
 # pip download with checked hashes into a folder, for CPython 3.11 on x86-64 whatever Python runs pip.
 fetch_wheels() { # REQUIREMENTS FOLDER
-    quietly "$(host_python)" -m pip --disable-pip-version-check download --quiet --no-deps --require-hashes \
+    quietly "$(host_python)" -m pip --disable-pip-version-check --retries 2 download --quiet --no-deps --require-hashes \
         --only-binary=:all: --platform manylinux_2_28_x86_64 --platform manylinux_2_27_x86_64 \
         --platform manylinux_2_17_x86_64 --platform manylinux2014_x86_64 --platform manylinux2010_x86_64 \
         --python-version 3.11 --implementation cp --abi cp311 --abi abi3 --abi none \

@@ -114,7 +114,7 @@ new="$venv.new"
 rm -rf "$new"
 "$python" -m venv --without-pip "$new" ||
     fail "$python cannot make a virtual environment in $new: see the message above."
-quietly "$(host_python)" -m pip --disable-pip-version-check --python "$new/bin/python" install --quiet --no-deps \
+quietly "$(host_python)" -m pip --disable-pip-version-check --retries 2 --python "$new/bin/python" install --quiet --no-deps \
     --no-compile --no-cache-dir --require-hashes --only-binary=:all: -r "$pins" ||
     fail "bpy $version could not be fetched from PyPI with its pinned hashes: check the network and the room in $cache (2 GB), then run this again."
 quietly "$new/bin/python" -c 'import bpy' ||

@@ -148,7 +148,7 @@ def prepare_metadata_for_build_wheel(directory, config_settings=None):
     return name
 PYTHON
         local status=0
-        PYTHONPATH="$stand_in" quietly "$(host_python)" -m pip --disable-pip-version-check download --quiet --no-deps \
+        PYTHONPATH="$stand_in" quietly "$(host_python)" -m pip --disable-pip-version-check --retries 2 download --quiet --no-deps \
             --require-hashes --no-build-isolation --no-binary :all: -r "$pins" -d "$downloads" || status=$?
         rm -r "$stand_in"
         [ "$status" -eq 0 ] ||
@@ -227,6 +227,23 @@ PYTHON
     mv "$new" "$native"
 }
 
+# With EMBREE_DIR=system: the distribution's own Embree, where it is new enough (Debian 13, Ubuntu 24.04).
+set_up_system_embree() {
+    [ "${EMBREE_DIR:-}" = system ] || return 0
+    [ -f /usr/include/embree4/rtcore.h ] || [ -f /usr/local/include/embree4/rtcore.h ] ||
+        install_packages "because EMBREE_DIR is 'system'" libembree-dev
+    [ -f /usr/include/embree4/rtcore.h ] || [ -f /usr/local/include/embree4/rtcore.h ] ||
+        fail "EMBREE_DIR is 'system' and $(distribution) has no Embree 4: unset EMBREE_DIR, and the set-up fetches Embree 4.4.0."
+}
+
+# The crates that Cargo.lock names; cargo checks their hashes and keeps them in its own cache.
+fetch_crates() {
+    local cargo
+    cargo=$(find_cargo)
+    (cd "$project_root" && quietly "$cargo" fetch --locked --target x86_64-unknown-linux-gnu) ||
+        fail "the crates that Cargo.lock names could not be fetched: check the network (the message above says more), then run this again."
+}
+
 set_up_native() {
     if native_is_complete || everything_elsewhere; then
         return 0
@@ -242,5 +259,7 @@ require_supported_machine
 install_system_packages
 lock_cache
 install_rust
+set_up_system_embree
 set_up_native
+fetch_crates
 say "ready"
