@@ -1,1 +1,139 @@
 //! Files become a scene plus diagnostics.
+//!
+//! [`load`] reads a scene file, [`load_environment`] adds an environment image to a scene. Neither
+//! panics, hangs or takes memory out of proportion on any input; a file that cannot be read is one
+//! [`ImportError`] that names the file, the object and the way out. What can be read but not carried
+//! over exactly is a [`Diagnostics`] message.
+
+mod budget;
+mod error;
+mod gltf;
+mod image;
+
+pub use error::ImportError;
+pub use image::{ImageFailure, decode_image};
+
+use std::path::Path;
+
+use crate::scene::{self, Diagnostics, Environment, ImageId, Pixels, Scene, Verdict};
+
+/// Choices that a scene file leaves open.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImportOptions {
+    /// What the file's light intensities mean.
+    pub light_units: LightUnits,
+    /// What transmission without a volume means.
+    pub transmission: Transmission,
+    /// The glTF scene to load, by name or index; `None` is the file's default scene.
+    pub scene: Option<String>,
+}
+
+/// What the light intensities of a glTF file mean, named as in Blender's exporter.
+///
+/// For a lamp of `P` watts (point and spot) or `E` W/m² (sun) Blender 4.5 writes
+/// (`io_scene_gltf2/blender/exp/lights.py`), and we undo:
+///
+/// | mode | point and spot | sun |
+/// | --- | --- | --- |
+/// | `Standard` | `683 · P / 4π` cd | `683 · E` lx |
+/// | `Unitless` | `P / 4π` | `E` |
+/// | `Raw` | `P` | `E` |
+///
+/// A spot is written as a point of the same power: the cone only cuts, it does not concentrate.
+/// Cycles gives a lamp of `P` watts the radiant intensity `P / 4π`, so that the intensities of the
+/// scene are W/sr and W/m² in all three modes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightUnits {
+    /// Photometric, as KHR_lights_punctual has it; 683 lm are a watt.
+    #[default]
+    Standard,
+    /// Blender's "Unitless" (COMPAT).
+    Unitless,
+    /// Blender's "Raw (Deprecated)".
+    Raw,
+}
+
+/// What KHR_materials_transmission means where KHR_materials_volume gives no thickness.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transmission {
+    /// Solid in files by Blender's exporter (as Cycles shows the same material), thin otherwise.
+    #[default]
+    Auto,
+    /// The surface bounds a solid and refracts.
+    Solid,
+    /// The surface is a thin sheet, as the extension says.
+    Thin,
+}
+
+/// A scene and what could not be carried over into it.
+#[derive(Clone, Debug, Default)]
+pub struct Imported {
+    /// The scene, clean in the sense of [`scene::validate::clean`].
+    pub scene: Scene,
+    /// What was approximated or lost, and conventions that were chosen.
+    pub diagnostics: Diagnostics,
+}
+
+/// Reads a scene file (`.glb` or `.gltf`; told apart by content, not by name).
+///
+/// # Errors
+/// The file or one that it names cannot be read, is malformed, or demands what Sundog cannot do.
+pub fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let mut imported = gltf::load(path, options)?;
+    scene::validate::clean(&mut imported.scene, &mut imported.diagnostics);
+    Ok(imported)
+}
+
+/// Reads an equirectangular image (EXR, Radiance HDR; also PNG, JPEG, WebP, taken as sRGB) and
+/// makes it the scene's environment, in place of any that was there.
+///
+/// `strength` scales the image to radiance in W·sr⁻¹·m⁻²; `rotation_degrees` turns it about the
+/// up axis in the sense of the Z rotation of Blender's Mapping node.
+///
+/// # Errors
+/// The file cannot be read or decoded, or a number is not finite.
+pub fn load_environment(
+    scene: &mut Scene,
+    path: &Path,
+    strength: f32,
+    rotation_degrees: f32,
+) -> Result<Diagnostics, ImportError> {
+    let file = path.display().to_string();
+    if !(strength.is_finite() && strength >= 0.0) {
+        return Err(ImportError::malformed(&file, "environment", "its strength must be a finite number of at least 0"));
+    }
+    if !rotation_degrees.is_finite() {
+        return Err(ImportError::malformed(&file, "environment", "its rotation must be a finite number"));
+    }
+    let bytes = error::read_file(path)?;
+    let limit = budget::Budget::for_image(bytes.len());
+    let mut image = image::decode_linear_rgb(&bytes, &file, &limit)
+        .map_err(|failure| ImportError::image(&file, "environment image", failure))?;
+    let mut diagnostics = Diagnostics::default();
+    if let Pixels::F32(values) = &mut image.pixels {
+        let replaced = image::make_radiance(values);
+        if replaced > 0 {
+            diagnostics.report(
+                "environment-values",
+                Verdict::Approximated,
+                format!("{replaced} texels of the environment are negative or not finite"),
+                &file,
+                "negative and not-a-number values count as 0, infinite ones as the largest finite value of the image",
+            );
+        }
+    }
+    if let Some(old) = scene.environment.take()
+        && let Some(id) = old.image
+        && id.0 as usize + 1 == scene.images.len()
+    {
+        scene.images.pop();
+    }
+    let id = ImageId(u32::try_from(scene.images.len()).unwrap_or(u32::MAX));
+    scene.images.push(image);
+    scene.environment = Some(Environment {
+        image: Some(id),
+        radiance: [strength; 3],
+        rotation: rotation_degrees.to_radians(),
+    });
+    Ok(diagnostics)
+}

@@ -80,6 +80,20 @@ impl Default for Material {
     }
 }
 
+impl Material {
+    /// All textures but the normal map.
+    pub fn textures_mut(&mut self) -> [&mut Option<Texture>; 6] {
+        [
+            &mut self.base_color_texture,
+            &mut self.metallic_roughness_texture,
+            &mut self.emission_texture,
+            &mut self.specular_texture,
+            &mut self.specular_color_texture,
+            &mut self.transmission_texture,
+        ]
+    }
+}
+
 /// How opacity is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {

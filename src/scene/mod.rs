@@ -5,6 +5,7 @@
 
 mod diagnostics;
 mod material;
+pub mod validate;
 
 pub use diagnostics::{Diagnostic, Diagnostics, Verdict};
 pub use material::{AlphaMode, ImageUse, Material, NormalTexture, Sampler, Texture, TextureFilter, UvTransform, Wrap};

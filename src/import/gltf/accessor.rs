@@ -1,0 +1,213 @@
+//! Reading accessors over checked slices.
+//!
+//! Not the `gltf` crate's iterators: those panic where offsets, strides or counts lie.
+
+use ::gltf::json;
+use json::accessor::{ComponentType, Type};
+use json::validation::Checked;
+
+use super::container::Document;
+use crate::import::budget::Budget;
+
+/// The value of one component from its bytes.
+fn decode(bytes: &[u8], kind: ComponentType, normalized: bool) -> f64 {
+    // Specification 3.6.2.2: c / (2ⁿ − 1), and max(c / (2ⁿ⁻¹ − 1), −1) for the signed ones.
+    match (kind, bytes) {
+        (ComponentType::U8, &[a]) => f64::from(a) / if normalized { 255.0 } else { 1.0 },
+        (ComponentType::I8, &[a]) => {
+            let c = f64::from(i8::from_le_bytes([a]));
+            if normalized { (c / 127.0).max(-1.0) } else { c }
+        }
+        (ComponentType::U16, &[a, b]) => {
+            f64::from(u16::from_le_bytes([a, b])) / if normalized { 65535.0 } else { 1.0 }
+        }
+        (ComponentType::I16, &[a, b]) => {
+            let c = f64::from(i16::from_le_bytes([a, b]));
+            if normalized { (c / 32767.0).max(-1.0) } else { c }
+        }
+        (ComponentType::U32, &[a, b, c, d]) => f64::from(u32::from_le_bytes([a, b, c, d])),
+        (ComponentType::F32, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+        _ => 0.0,
+    }
+}
+
+/// A strided run of elements whose every byte is known to be there.
+struct Run<'a> {
+    data: &'a [u8],
+    stride: usize,
+    element: usize,
+    count: usize,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        document: &'a Document,
+        view: usize,
+        offset: u64,
+        element: usize,
+        count: usize,
+    ) -> Result<Self, String> {
+        let (data, stride) = document.view(view)?;
+        let stride = stride.filter(|&s| s != 0).unwrap_or(element);
+        if stride < element {
+            return Err(format!("buffer view {view} has a stride of {stride} bytes for elements of {element}"));
+        }
+        let start = usize::try_from(offset).ok().filter(|&o| o <= data.len());
+        let data = start.and_then(|o| data.get(o..)).ok_or("it begins beyond the end of its buffer view")?;
+        let needed = match count {
+            0 => Some(0),
+            n => (n - 1).checked_mul(stride).and_then(|b| b.checked_add(element)),
+        };
+        if needed.is_none_or(|n| n > data.len()) {
+            return Err(format!("its {count} elements reach beyond the end of its buffer view"));
+        }
+        Ok(Self { data, stride, element, count })
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        let (data, stride, element) = (self.data, self.stride, self.element);
+        (0..self.count).map(move |i| data.get(i * stride..i * stride + element).unwrap_or_default())
+    }
+}
+
+/// Number of components of an accessor's elements.
+pub(super) fn components(kind: Type) -> usize {
+    match kind {
+        Type::Scalar => 1,
+        Type::Vec2 => 2,
+        Type::Vec3 => 3,
+        Type::Vec4 | Type::Mat2 => 4,
+        Type::Mat3 => 9,
+        Type::Mat4 => 16,
+    }
+}
+
+/// Byte offsets of the components in an element: the columns of matrices start at multiples of four
+/// bytes (specification 3.6.2.4). Also the whole element's size.
+fn layout(kind: Type, component: usize) -> (Vec<usize>, usize) {
+    let rows = match kind {
+        Type::Mat2 => 2,
+        Type::Mat3 => 3,
+        Type::Mat4 => 4,
+        other => {
+            let n = components(other);
+            return ((0..n).map(|i| i * component).collect(), n * component);
+        }
+    };
+    let column = (rows * component).next_multiple_of(4);
+    let offsets = (0..rows * rows).map(|i| (i / rows) * column + (i % rows) * component).collect();
+    (offsets, rows * column)
+}
+
+/// Facts of an accessor that callers check before reading it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shape {
+    pub kind: Type,
+    pub component: ComponentType,
+    pub normalized: bool,
+    pub count: usize,
+}
+
+/// Looks at an accessor without reading it.
+pub(super) fn shape(document: &Document, index: usize) -> Result<Shape, String> {
+    let accessor = document.core.accessors.get(index).ok_or_else(|| format!("there is no accessor {index}"))?;
+    let (Checked::Valid(kind), Checked::Valid(component)) = (accessor.type_, accessor.component_type) else {
+        return Err(format!("accessor {index} has an unknown type"));
+    };
+    let count = usize::try_from(accessor.count.0).map_err(|_| format!("accessor {index} has an absurd count"))?;
+    Ok(Shape { kind, component: component.0, normalized: accessor.normalized, count })
+}
+
+/// Reads an accessor of `N` components as `f64`, normalised integers decoded, sparse ones filled in.
+pub(super) fn read<const N: usize>(
+    document: &Document,
+    index: usize,
+    budget: &Budget,
+) -> Result<Vec<[f64; N]>, String> {
+    let shape = shape(document, index)?;
+    if components(shape.kind) != N {
+        return Err(format!("accessor {index} has {} components where {N} are needed", components(shape.kind)));
+    }
+    let size = shape.component.size();
+    let (offsets, element) = layout(shape.kind, size);
+    let convert = |bytes: &[u8]| {
+        let mut values = [0.0; N];
+        for (value, &at) in values.iter_mut().zip(&offsets) {
+            *value = decode(bytes.get(at..at + size).unwrap_or_default(), shape.component, shape.normalized);
+        }
+        values
+    };
+    gather(document, index, shape.count, element, budget, convert).map_err(|problem| format!("accessor {index}: {problem}"))
+}
+
+/// Reads an accessor of `N` components as `f32`.
+pub(super) fn read_f32<const N: usize>(
+    document: &Document,
+    index: usize,
+    budget: &Budget,
+) -> Result<Vec<[f32; N]>, String> {
+    Ok(read::<N>(document, index, budget)?.into_iter().map(|v| v.map(|c| c as f32)).collect())
+}
+
+/// Reads a scalar accessor of unsigned integers.
+pub(super) fn read_indices(document: &Document, index: usize, budget: &Budget) -> Result<Vec<u32>, String> {
+    let shape = shape(document, index)?;
+    if shape.kind != Type::Scalar
+        || !matches!(shape.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+        || shape.normalized
+    {
+        return Err(format!("accessor {index} does not hold indices"));
+    }
+    // Every u32 has an exact f64.
+    Ok(read::<1>(document, index, budget)?.into_iter().map(|[v]| v as u32).collect())
+}
+
+/// Converts an accessor's elements in order, then puts its sparse substitutes in their places.
+fn gather<T: Copy>(
+    document: &Document,
+    index: usize,
+    total: usize,
+    element: usize,
+    budget: &Budget,
+    convert: impl Fn(&[u8]) -> T,
+) -> Result<Vec<T>, String> {
+    let Some(accessor) = document.core.accessors.get(index) else {
+        return Err("it does not exist".into());
+    };
+    // Everything is checked before memory is asked for.
+    let dense = match &accessor.buffer_view {
+        Some(view) => {
+            Some(Run::new(document, view.value(), accessor.byte_offset.map_or(0, |o| o.0), element, total)?)
+        }
+        None => None,
+    };
+    let sparse = match &accessor.sparse {
+        Some(sparse) => {
+            let count = usize::try_from(sparse.count.0).map_err(|_| "its sparse count is absurd".to_string())?;
+            let Checked::Valid(kind) = sparse.indices.component_type else {
+                return Err("its sparse indices have an unknown type".into());
+            };
+            let (indices, values) = (&sparse.indices, &sparse.values);
+            let at = Run::new(document, indices.buffer_view.value(), indices.byte_offset.0, kind.0.size(), count)?;
+            let with = Run::new(document, values.buffer_view.value(), values.byte_offset.0, element, count)?;
+            Some((at, with, kind.0))
+        }
+        None => None,
+    };
+    budget.take(total as u64, size_of::<T>())?;
+    let mut result = match dense {
+        Some(run) => run.iter().map(&convert).collect(),
+        // "When undefined, the accessor MUST be initialized with zeros."
+        None => vec![convert(&vec![0; element]); total],
+    };
+    if let Some((at, with, kind)) = sparse {
+        for (place, bytes) in at.iter().zip(with.iter()) {
+            let place = decode(place, kind, false) as usize;
+            match result.get_mut(place) {
+                Some(slot) => *slot = convert(bytes),
+                None => return Err(format!("its sparse index {place} is beyond its {total} elements")),
+            }
+        }
+    }
+    Ok(result)
+}

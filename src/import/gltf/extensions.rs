@@ -1,0 +1,147 @@
+//! Which extensions are understood, and what is said about the others.
+
+use serde_json::Value;
+
+use super::container::Document;
+use crate::import::ImportError;
+use crate::scene::{Diagnostics, Verdict};
+
+/// What a file may demand (`extensionsRequired`) without being refused.
+///
+/// The KHR_materials_* that are not rendered are allowed too: the picture is near to the one meant,
+/// and a diagnostic says what is missing. Extensions that change where the data lie are not.
+fn may_be_required(name: &str) -> bool {
+    name.starts_with("KHR_materials_")
+        || matches!(
+            name,
+            "KHR_lights_punctual"
+                | "KHR_texture_transform"
+                | "KHR_mesh_quantization"
+                | "EXT_mesh_gpu_instancing"
+                | "EXT_texture_webp"
+                | "KHR_node_visibility"
+                | "KHR_animation_pointer"
+                | "KHR_xmp"
+                | "KHR_xmp_json_ld"
+                | "SUNDOG_light"
+        )
+}
+
+/// Refuses a file that cannot be understood, with the way out.
+pub(super) fn check_required(document: &Document) -> Result<(), ImportError> {
+    for name in &document.graph.extensions_required {
+        if may_be_required(name) {
+            continue;
+        }
+        let remedy = match name.as_str() {
+            "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+                "export it again from Blender with compression off"
+            }
+            "KHR_texture_basisu" | "EXT_texture_avif" | "MSFT_texture_dds" => {
+                "export it again with PNG, JPEG or WebP textures"
+            }
+            _ => "export it again without it",
+        };
+        return Err(ImportError::Unsupported {
+            file: document.file.clone(),
+            extension: name.clone(),
+            remedy: remedy.into(),
+        });
+    }
+    Ok(())
+}
+
+/// An extension that nobody here knows.
+pub(super) fn report_unknown(diagnostics: &mut Diagnostics, name: &str, owner: &str) {
+    diagnostics.report("unknown-extension", Verdict::Lost, name, owner, "not supported; left out");
+}
+
+/// Reports the extensions of an object (a JSON pointer such as `/nodes/3`) that `handled` does not
+/// name. Extensions of materials have their own table, see [`report_material`].
+pub(super) fn report_others(
+    document: &Document,
+    pointer: &str,
+    owner: &str,
+    handled: &[&str],
+    diagnostics: &mut Diagnostics,
+) {
+    let Some(Value::Object(extensions)) = document.value.pointer(pointer).and_then(|o| o.get("extensions")) else {
+        return;
+    };
+    for name in extensions.keys().filter(|n| !handled.contains(&n.as_str())) {
+        match name.as_str() {
+            "KHR_xmp" | "KHR_xmp_json_ld" => diagnostics.report(
+                "metadata",
+                Verdict::Exact,
+                name.clone(),
+                owner,
+                "metadata; has no effect on the picture",
+            ),
+            "KHR_materials_variants" => diagnostics.report(
+                "variants",
+                Verdict::Exact,
+                name.clone(),
+                owner,
+                "the default materials are used",
+            ),
+            "KHR_draco_mesh_compression" => diagnostics.report(
+                "compression-fallback",
+                Verdict::Exact,
+                name.clone(),
+                owner,
+                "the file's uncompressed copy of the mesh is used",
+            ),
+            "MSFT_lod" => diagnostics.report(
+                "level-of-detail",
+                Verdict::Exact,
+                name.clone(),
+                owner,
+                "the highest level of detail is used",
+            ),
+            "EXT_lights_image_based" => diagnostics.report(
+                "image-based-light",
+                Verdict::Lost,
+                name.clone(),
+                owner,
+                "left out: light the scene with --environment",
+            ),
+            _ => report_unknown(diagnostics, name, owner),
+        }
+    }
+}
+
+/// Reports a material extension that is not rendered, if it has an effect by value.
+pub(super) fn report_material(name: &str, value: &Value, owner: &str, diagnostics: &mut Diagnostics) {
+    let number = |key: &str, default: f64| value.get(key).and_then(Value::as_f64).unwrap_or(default);
+    let positive = |key: &str, default: f64| number(key, default) > 0.0;
+    let color = |key: &str, default: f64| match value.get(key).and_then(Value::as_array) {
+        Some(items) => items.iter().any(|v| v.as_f64().is_some_and(|v| v > 0.0)),
+        None => default > 0.0,
+    };
+    let (effect, instead) = match name {
+        "KHR_materials_clearcoat" => (positive("clearcoatFactor", 0.0), "rendered without the coat"),
+        "KHR_materials_sheen" => (color("sheenColorFactor", 0.0), "rendered without the sheen"),
+        "KHR_materials_iridescence" => (positive("iridescenceFactor", 0.0), "rendered without the thin film"),
+        "KHR_materials_anisotropy" => (positive("anisotropyStrength", 0.0), "rendered with an isotropic highlight"),
+        "KHR_materials_dispersion" => (positive("dispersion", 0.0), "all wavelengths refract alike"),
+        "KHR_materials_diffuse_transmission" => {
+            (positive("diffuseTransmissionFactor", 0.0), "no light is scattered through the surface")
+        }
+        "KHR_materials_volume_scatter" => (true, "the inside does not scatter"),
+        "KHR_materials_subsurface" => (true, "rendered without subsurface scattering"),
+        "KHR_materials_pbrSpecularGlossiness" => {
+            (true, "the file's metallic-roughness values are used; convert the material in Blender")
+        }
+        "KHR_xmp" | "KHR_xmp_json_ld" => {
+            diagnostics.report("metadata", Verdict::Exact, name, owner, "metadata; has no effect on the picture");
+            return;
+        }
+        _ => {
+            report_unknown(diagnostics, name, owner);
+            return;
+        }
+    };
+    if effect {
+        diagnostics.report("unsupported-material", Verdict::Lost, name, owner, instead);
+    }
+}

@@ -1,0 +1,189 @@
+//! Materials: metallic-roughness and the KHR_materials_* that are rendered.
+
+use ::gltf::json;
+use json::material::AlphaMode as Alpha;
+use json::validation::Checked;
+use serde_json::Value;
+
+use super::container::Document;
+use super::extensions;
+use super::textures::Images;
+use crate::import::{ImportError, ImportOptions, Transmission};
+use crate::scene::{AlphaMode, Diagnostics, Material, NormalTexture, Verdict};
+
+/// What a mesh without a material looks like, if it is not glTF's own default.
+///
+/// In Blender 4.5's Cycles that is a diffuse surface of albedo 0.8, in 5.0's the default Principled
+/// BSDF (measured with `bpy` 4.5.15 and 5.0.1: a plane without a material, lit at a grazing angle,
+/// has the same value to the last bit as one with a Diffuse BSDF of 0.8 and Principled BSDF).
+/// Blender writes such meshes without a material, for which glTF would show white metal.
+pub(super) fn without_material(document: &Document) -> Option<Material> {
+    let version = document.blender_version()?;
+    let grey = Material {
+        name: "(no material)".into(),
+        base_color: [0.8; 3],
+        metallic: 0.0,
+        double_sided: true,
+        ..Material::default()
+    };
+    Some(if version < 5 {
+        Material { roughness: 1.0, specular: 0.0, ..grey }
+    } else {
+        Material { roughness: 0.5, ..grey }
+    })
+}
+
+/// Reads one material.
+pub(super) fn load_material(
+    document: &Document,
+    index: usize,
+    options: &ImportOptions,
+    images: &mut Images,
+    diagnostics: &mut Diagnostics,
+) -> Result<Material, ImportError> {
+    let Some(source) = document.core.materials.get(index) else {
+        return Err(ImportError::malformed(&document.file, "a mesh", format!("it uses material {index}, which does not exist")));
+    };
+    let name = source.name.clone().unwrap_or_else(|| format!("material {index}"));
+    let owner = format!("material \"{name}\"");
+    let value = document.value.pointer(&format!("/materials/{index}"));
+    let at = |pointer: &str| value.and_then(|v| v.pointer(pointer));
+    let pbr = &source.pbr_metallic_roughness;
+
+    let mut material = Material { name, double_sided: source.double_sided, ..Material::default() };
+    let [r, g, b, a] = pbr.base_color_factor.0;
+    material.base_color = [r, g, b];
+    material.alpha = a;
+    material.metallic = pbr.metallic_factor.0;
+    material.roughness = pbr.roughness_factor.0;
+    let mut texture = |info: &Option<json::texture::Info>, pointer: &str, diagnostics: &mut Diagnostics| match info {
+        Some(info) => images.texture(info, at(pointer), &owner, diagnostics),
+        None => Ok(None),
+    };
+    material.base_color_texture =
+        texture(&pbr.base_color_texture, "/pbrMetallicRoughness/baseColorTexture", diagnostics)?;
+    material.metallic_roughness_texture =
+        texture(&pbr.metallic_roughness_texture, "/pbrMetallicRoughness/metallicRoughnessTexture", diagnostics)?;
+    material.emission = source.emissive_factor.0;
+    material.emission_texture = texture(&source.emissive_texture, "/emissiveTexture", diagnostics)?;
+
+    let known = source.extensions.as_ref();
+    if let Some(strength) = known.and_then(|e| e.emissive_strength.as_ref()) {
+        material.emission = material.emission.map(|c| c * strength.emissive_strength.0);
+    }
+    if material.emission == [0.0; 3] {
+        material.emission_texture = None;
+    }
+    if let Some(ior) = known.and_then(|e| e.ior.as_ref()) {
+        material.ior = ior.ior.0;
+    }
+    if let Some(specular) = known.and_then(|e| e.specular.as_ref()) {
+        let base = "/extensions/KHR_materials_specular";
+        material.specular = specular.specular_factor.0;
+        material.specular_color = specular.specular_color_factor.0;
+        material.specular_texture =
+            texture(&specular.specular_texture, &format!("{base}/specularTexture"), diagnostics)?;
+        material.specular_color_texture =
+            texture(&specular.specular_color_texture, &format!("{base}/specularColorTexture"), diagnostics)?;
+    }
+    if let Some(transmission) = known.and_then(|e| e.transmission.as_ref()) {
+        let base = "/extensions/KHR_materials_transmission";
+        material.transmission = transmission.transmission_factor.0;
+        if material.transmission != 0.0 {
+            material.transmission_texture =
+                texture(&transmission.transmission_texture, &format!("{base}/transmissionTexture"), diagnostics)?;
+        }
+    }
+    material.unlit = known.is_some_and(|e| e.unlit.is_some());
+
+    if let Some(normal) = &source.normal_texture {
+        let found = images.texture_at(
+            normal.index.value(),
+            normal.tex_coord,
+            at("/normalTexture"),
+            &owner,
+            diagnostics,
+        )?;
+        material.normal_texture = found.map(|texture| NormalTexture { texture, scale: normal.scale });
+    }
+    if source.occlusion_texture.is_some() {
+        diagnostics.report(
+            "occlusion",
+            Verdict::Exact,
+            "occlusion textures",
+            &owner,
+            "ignored: a path tracer finds the shadows that they stand for",
+        );
+    }
+    material.alpha_mode = match source.alpha_mode {
+        Checked::Valid(Alpha::Mask) => AlphaMode::Mask { cutoff: source.alpha_cutoff.map_or(0.5, |c| c.0) },
+        Checked::Valid(Alpha::Blend) => AlphaMode::Blend,
+        Checked::Valid(Alpha::Opaque) => AlphaMode::Opaque,
+        Checked::Invalid => {
+            return Err(ImportError::malformed(&document.file, owner, "its alphaMode is none that glTF knows"));
+        }
+    };
+    volume(document, known, options, &owner, &mut material, diagnostics);
+    report_unrendered(at("/extensions"), &owner, diagnostics);
+    Ok(material)
+}
+
+/// Decides between solid and thin transmission, and says what of the volume is not rendered.
+fn volume(
+    document: &Document,
+    known: Option<&json::extensions::material::Material>,
+    options: &ImportOptions,
+    owner: &str,
+    material: &mut Material,
+    diagnostics: &mut Diagnostics,
+) {
+    if material.transmission <= 0.0 {
+        return;
+    }
+    let volume = known.and_then(|e| e.volume.as_ref());
+    let thick = volume.is_some_and(|v| v.thickness_factor.0 > 0.0);
+    material.thin_walled = match options.transmission {
+        Transmission::Solid => false,
+        Transmission::Thin => true,
+        Transmission::Auto if thick => false,
+        Transmission::Auto if document.blender_version().is_some() => {
+            diagnostics.report(
+                "solid-transmission",
+                Verdict::Exact,
+                "transmission without a volume in a file from Blender",
+                owner,
+                "rendered as a solid, as Cycles does; glTF itself would mean a thin sheet",
+            );
+            false
+        }
+        Transmission::Auto => true,
+    };
+    if let Some(volume) = volume
+        && thick
+        && volume.attenuation_distance.0.is_finite()
+        && volume.attenuation_color.0.iter().any(|&c| c != 1.0)
+    {
+        diagnostics.report(
+            "attenuation",
+            Verdict::Lost,
+            "attenuation of KHR_materials_volume",
+            owner,
+            "the inside is rendered clear",
+        );
+    }
+}
+
+fn report_unrendered(extensions: Option<&Value>, owner: &str, diagnostics: &mut Diagnostics) {
+    let Some(Value::Object(extensions)) = extensions else { return };
+    for (name, value) in extensions {
+        match name.as_str() {
+            "KHR_materials_emissive_strength"
+            | "KHR_materials_ior"
+            | "KHR_materials_specular"
+            | "KHR_materials_transmission"
+            | "KHR_materials_unlit"
+            | "KHR_materials_volume" => {}
+            _ => extensions::report_material(name, value, owner, diagnostics),
+        }
+    }
+}

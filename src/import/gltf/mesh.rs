@@ -1,0 +1,268 @@
+//! Primitives become triangle meshes.
+
+use ::gltf::json;
+use json::accessor::{ComponentType, Type};
+use json::mesh::{Mode, Semantic};
+use json::validation::Checked;
+
+use super::accessor::{self, Shape};
+use super::container::Document;
+use super::tangents;
+use crate::import::budget::Budget;
+use crate::scene::{Diagnostics, MaterialId, Mesh, Verdict};
+
+/// What a primitive needs to know of its material.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PrimitiveMaterial {
+    pub id: Option<MaterialId>,
+    /// The UV set of the normal map, if there is one: it needs tangents.
+    pub normal_map_uv_set: Option<u32>,
+}
+
+/// More texture coordinate sets than this no material of ours refers to.
+const UV_SETS: u32 = 8;
+
+/// Reads one primitive; `None` if it has nothing to render (which a diagnostic tells).
+pub(super) fn load_primitive(
+    document: &Document,
+    name: &str,
+    primitive: &json::mesh::Primitive,
+    material: PrimitiveMaterial,
+    budget: &Budget,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Mesh>, String> {
+    let Checked::Valid(mode) = primitive.mode else {
+        return Err("its primitive mode is none that glTF knows".into());
+    };
+    if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+        let feature = if mode == Mode::Points { "points" } else { "lines" };
+        diagnostics.report("not-triangles", Verdict::Lost, feature, name, "left out: they have no surface");
+        return Ok(None);
+    }
+    let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|i| i.value());
+    let Some(positions) = attribute(Semantic::Positions) else {
+        diagnostics.report("no-positions", Verdict::Lost, "mesh without positions", name, "left out");
+        return Ok(None);
+    };
+    let positions = accessor::read_f32::<3>(document, positions, budget)?;
+    let count = u32::try_from(positions.len()).map_err(|_| "it has more than 2³² vertices".to_string())?;
+    let whole = |what: &str, length: usize| {
+        if length == positions.len() {
+            Ok(())
+        } else {
+            Err(format!("it has {} positions but {length} {what}", positions.len()))
+        }
+    };
+
+    let normals = match attribute(Semantic::Normals) {
+        Some(index) => {
+            let normals = accessor::read_f32::<3>(document, index, budget)?;
+            whole("normals", normals.len())?;
+            Some(normals)
+        }
+        None => None,
+    };
+    let mut tangents = match attribute(Semantic::Tangents) {
+        // "When normals are not specified […] the provided tangents (if present) MUST be ignored."
+        Some(index) if normals.is_some() => {
+            let tangents = accessor::read_f32::<4>(document, index, budget)?;
+            whole("tangents", tangents.len())?;
+            Some(tangents)
+        }
+        _ => None,
+    };
+    let mut uvs = Vec::new();
+    for set in 0..UV_SETS {
+        let Some(index) = attribute(Semantic::TexCoords(set)) else { break };
+        let coordinates = accessor::read_f32::<2>(document, index, budget)?;
+        whole("texture coordinates", coordinates.len())?;
+        uvs.push(coordinates);
+    }
+    let colors = match attribute(Semantic::Colors(0)) {
+        Some(index) => {
+            let colors = read_colors(document, index, budget)?;
+            whole("vertex colours", colors.len())?;
+            Some(colors)
+        }
+        None => None,
+    };
+    if attribute(Semantic::Colors(1)).is_some() {
+        diagnostics.report(
+            "more-vertex-colours",
+            Verdict::Lost,
+            "COLOR_1 and further vertex colours",
+            name,
+            "left out: glTF's materials use COLOR_0 only",
+        );
+    }
+
+    let corners = match &primitive.indices {
+        Some(index) => accessor::read_indices(document, index.value(), budget)?,
+        None => {
+            budget.take(u64::from(count), 4)?;
+            (0..count).collect()
+        }
+    };
+    budget.take(corners.len() as u64, if mode == Mode::Triangles { 4 } else { 12 })?;
+    let mut triangles = assemble(mode, &corners);
+    drop(corners);
+    let before = triangles.len();
+    triangles.retain(|t| t.iter().all(|&i| i < count));
+    if triangles.len() < before {
+        crate::scene::validate::report_bad_indices(diagnostics, name, before - triangles.len());
+    }
+    if triangles.is_empty() {
+        diagnostics.report("empty-mesh", Verdict::Exact, "mesh without triangles", name, "left out");
+        return Ok(None);
+    }
+
+    if tangents.is_some() && material.normal_map_uv_set.is_none() {
+        tangents = None;
+    }
+    let mut mesh = Mesh {
+        name: name.into(),
+        positions,
+        normals,
+        tangents,
+        uvs,
+        colors,
+        triangles,
+        material: material.id,
+    };
+    drop_unused_vertices(&mut mesh);
+    if let Some(set) = material.normal_map_uv_set
+        && mesh.tangents.is_none()
+    {
+        if mesh.uvs.len() > set as usize {
+            // Corners come apart before they are welded again: three full vertices a triangle.
+            budget.take(mesh.triangles.len() as u64 * 3, 60)?;
+            tangents::compute(&mut mesh, set as usize);
+        } else {
+            diagnostics.report(
+                "normal-map-without-uv",
+                Verdict::Lost,
+                format!("normal map on meshes without texture coordinate set {set}"),
+                name,
+                "the plain normals are used",
+            );
+        }
+    }
+    Ok(Some(mesh))
+}
+
+/// RGB or RGBA; missing alpha is 1.
+fn read_colors(document: &Document, index: usize, budget: &Budget) -> Result<Vec<[f32; 4]>, String> {
+    let shape: Shape = accessor::shape(document, index)?;
+    // Exporters forget `normalized` on integer colours, which then can mean nothing else.
+    let scale = match (shape.normalized, shape.component) {
+        (false, ComponentType::U8) => 1.0 / 255.0,
+        (false, ComponentType::U16) => 1.0 / 65535.0,
+        _ => 1.0,
+    };
+    if shape.kind == Type::Vec3 {
+        let rgb = accessor::read_f32::<3>(document, index, budget)?;
+        Ok(rgb.into_iter().map(|[r, g, b]| [r * scale, g * scale, b * scale, 1.0]).collect())
+    } else {
+        let rgba = accessor::read_f32::<4>(document, index, budget)?;
+        Ok(rgba.into_iter().map(|c| c.map(|v| v * scale)).collect())
+    }
+}
+
+/// Corners in drawing order become triangles, with the winding of specification 3.7.2.1.
+fn assemble(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
+    match mode {
+        Mode::TriangleStrip => corners
+            .windows(3)
+            .enumerate()
+            .filter_map(|(i, w)| match *w {
+                [a, b, c] => Some(if i % 2 == 0 { [a, b, c] } else { [a, c, b] }),
+                _ => None,
+            })
+            .collect(),
+        Mode::TriangleFan => match corners.split_first() {
+            Some((&hub, rim)) => rim
+                .windows(2)
+                .filter_map(|w| match *w {
+                    [b, c] => Some([b, c, hub]),
+                    _ => None,
+                })
+                .collect(),
+            None => Vec::new(),
+        },
+        _ => corners
+            .chunks_exact(3)
+            .filter_map(|w| match *w {
+                [a, b, c] => Some([a, b, c]),
+                _ => None,
+            })
+            .collect(),
+    }
+}
+
+/// Primitives may share one large vertex buffer of which each uses a part; each keeps only its own.
+fn drop_unused_vertices(mesh: &mut Mesh) {
+    let mut used = vec![false; mesh.positions.len()];
+    for &corner in mesh.triangles.iter().flatten() {
+        used[corner as usize] = true;
+    }
+    if used.iter().all(|&u| u) {
+        return;
+    }
+    let mut next = 0;
+    let place: Vec<u32> = used
+        .iter()
+        .map(|&u| {
+            let here = next;
+            next += u32::from(u);
+            here
+        })
+        .collect();
+    fn keep<T: Copy>(values: &mut Vec<T>, used: &[bool]) {
+        *values = values.iter().zip(used).filter(|(_, u)| **u).map(|(v, _)| *v).collect();
+    }
+    keep(&mut mesh.positions, &used);
+    if let Some(normals) = &mut mesh.normals {
+        keep(normals, &used);
+    }
+    if let Some(tangents) = &mut mesh.tangents {
+        keep(tangents, &used);
+    }
+    mesh.uvs.iter_mut().for_each(|set| keep(set, &used));
+    if let Some(colors) = &mut mesh.colors {
+        keep(colors, &used);
+    }
+    for corner in mesh.triangles.iter_mut().flatten() {
+        *corner = place[*corner as usize];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_keep_their_winding() {
+        assert_eq!(assemble(Mode::TriangleStrip, &[0, 1, 2, 3, 4]), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        assert_eq!(assemble(Mode::TriangleFan, &[0, 1, 2, 3]), [[1, 2, 0], [2, 3, 0]]);
+        assert_eq!(assemble(Mode::Triangles, &[0, 1, 2, 3, 4]), [[0, 1, 2]]);
+        for mode in [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan] {
+            for length in 0..3 {
+                assert!(assemble(mode, &[0, 1][..length.min(2)]).is_empty());
+            }
+        }
+    }
+
+    #[test]
+    fn only_used_vertices_stay() {
+        let mut mesh = Mesh {
+            positions: (0..5).map(|i| [i as f32, 0.0, 0.0]).collect(),
+            uvs: vec![(0..5).map(|i| [i as f32, 0.0]).collect()],
+            triangles: vec![[1, 3, 4]],
+            ..Mesh::default()
+        };
+        drop_unused_vertices(&mut mesh);
+        assert_eq!(mesh.positions, [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
+        assert_eq!(mesh.uvs[0], [[1.0, 0.0], [3.0, 0.0], [4.0, 0.0]]);
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    }
+}

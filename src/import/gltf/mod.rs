@@ -1,0 +1,480 @@
+//! glTF 2.0 (`.glb`, `.gltf`).
+
+mod accessor;
+mod container;
+mod extensions;
+mod lights;
+mod material;
+mod mesh;
+mod schema;
+mod tangents;
+mod textures;
+
+use std::collections::{BTreeSet, HashMap};
+use std::path::Path;
+
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+use rayon::prelude::*;
+use serde_json::Value;
+
+use self::container::Document;
+use self::mesh::PrimitiveMaterial;
+use self::schema::{CameraJson, InstancingJson, NodeJson};
+use self::textures::Images;
+use super::budget::Budget;
+use super::{ImportError, ImportOptions, Imported};
+use crate::scene::{
+    Camera, Diagnostics, Instance, Light, MaterialId, Mesh, MeshId, Projection, Scene, Verdict,
+};
+
+/// More placed copies than this would be an accident: each takes memory in the renderer.
+const MOST_INSTANCES: usize = 1 << 26;
+
+/// Reads a file; the result has not been through [`crate::scene::validate::clean`] yet.
+pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let document = Document::open(path)?;
+    extensions::check_required(&document)?;
+    let mut diagnostics = Diagnostics::default();
+    let budget = Budget::for_geometry(document.input_bytes());
+
+    let mut walk = Walk {
+        document: &document,
+        options,
+        budget: &budget,
+        diagnostics: &mut diagnostics,
+        reached: vec![false; document.graph.nodes.len()],
+        placed: Vec::new(),
+        lights: Vec::new(),
+        cameras: Vec::new(),
+    };
+    walk.run()?;
+    let Walk { placed, lights, cameras, .. } = walk;
+
+    report_whole_file(&document, &mut diagnostics);
+    let used_meshes: BTreeSet<usize> = placed.iter().map(|p| p.mesh).collect();
+    let materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
+    let images = materials.images.decode()?;
+
+    let meshes = load_meshes(&document, &used_meshes, &materials.by_primitive, &budget, &mut diagnostics)?;
+    let mut scene = Scene {
+        generator: document.core.asset.generator.clone(),
+        materials: materials.list,
+        images,
+        lights,
+        cameras,
+        ..Scene::default()
+    };
+    let mut ids: HashMap<usize, Vec<MeshId>> = HashMap::new();
+    for (index, primitives) in meshes {
+        let list = ids.entry(index).or_default();
+        for mesh in primitives {
+            list.push(MeshId(u32::try_from(scene.meshes.len()).unwrap_or(u32::MAX)));
+            scene.meshes.push(mesh);
+        }
+    }
+    for place in placed {
+        for &mesh in ids.get(&place.mesh).into_iter().flatten() {
+            if scene.instances.len() >= MOST_INSTANCES {
+                return Err(ImportError::malformed(
+                    &document.file,
+                    "scene",
+                    format!("it places more than {MOST_INSTANCES} meshes"),
+                ));
+            }
+            scene.instances.push(Instance {
+                name: place.name.clone(),
+                mesh,
+                world_from_object: place.world_from_object,
+            });
+        }
+    }
+    Ok(Imported { scene, diagnostics })
+}
+
+/// A mesh that a node of the scene places.
+struct Placed {
+    name: String,
+    mesh: usize,
+    world_from_object: DAffine3,
+}
+
+/// The walk over the nodes of the scene.
+struct Walk<'a> {
+    document: &'a Document,
+    options: &'a ImportOptions,
+    budget: &'a Budget,
+    diagnostics: &'a mut Diagnostics,
+    reached: Vec<bool>,
+    placed: Vec<Placed>,
+    lights: Vec<Light>,
+    cameras: Vec<Camera>,
+}
+
+impl Walk<'_> {
+    fn run(&mut self) -> Result<(), ImportError> {
+        let roots = self.roots()?;
+        let mut stack: Vec<(usize, DAffine3)> = roots.into_iter().rev().map(|n| (n, DAffine3::IDENTITY)).collect();
+        while let Some((index, parent)) = stack.pop() {
+            let Some(node) = self.document.graph.nodes.get(index) else {
+                return Err(self.malformed("scene", format!("it uses node {index}, which does not exist")));
+            };
+            let name = node.name.clone().unwrap_or_else(|| format!("node {index}"));
+            // The format demands a forest; anything else would be walked forever, or for very long.
+            if std::mem::replace(&mut self.reached[index], true) {
+                return Err(self.malformed(format!("node \"{name}\""), "it has two parents or is its own ancestor"));
+            }
+            if node.extensions.visibility.as_ref().is_some_and(|v| !v.visible) {
+                continue;
+            }
+            let world = parent * local_transform(node);
+            self.visit(index, node, &name, world)?;
+            stack.extend(node.children.iter().rev().map(|&child| (child, world)));
+        }
+        Ok(())
+    }
+
+    fn malformed(&self, object: impl Into<String>, problem: impl Into<String>) -> ImportError {
+        ImportError::malformed(&self.document.file, object, problem)
+    }
+
+    /// The root nodes of the scene that was asked for.
+    fn roots(&mut self) -> Result<Vec<usize>, ImportError> {
+        let graph = &self.document.graph;
+        let index = match &self.options.scene {
+            Some(wanted) => {
+                let by_name = graph.scenes.iter().position(|s| s.name.as_deref() == Some(wanted));
+                let found = by_name.or_else(|| wanted.parse().ok().filter(|&i: &usize| i < graph.scenes.len()));
+                found.ok_or_else(|| {
+                    let name = |(i, s): (usize, &schema::SceneJson)| s.name.clone().unwrap_or_else(|| i.to_string());
+                    let there: Vec<String> = graph.scenes.iter().enumerate().map(name).collect();
+                    self.malformed(
+                        format!("scene \"{wanted}\""),
+                        format!("there is no such scene; there are: {}", there.join(", ")),
+                    )
+                })?
+            }
+            None => graph.scene.unwrap_or(0),
+        };
+        match graph.scenes.get(index) {
+            Some(scene) => {
+                extensions::report_others(
+                    self.document,
+                    &format!("/scenes/{index}"),
+                    scene.name.as_deref().unwrap_or("scene"),
+                    &[],
+                    self.diagnostics,
+                );
+                Ok(scene.nodes.clone())
+            }
+            None if graph.scene.is_some() => {
+                Err(self.malformed("scene", format!("the default scene {index} does not exist")))
+            }
+            // A file without scenes is a library of parts; everything that has no parent is shown.
+            None => {
+                let mut is_child = vec![false; graph.nodes.len()];
+                for &child in graph.nodes.iter().flat_map(|n| &n.children) {
+                    if let Some(flag) = is_child.get_mut(child) {
+                        *flag = true;
+                    }
+                }
+                if !graph.nodes.is_empty() {
+                    self.diagnostics.report(
+                        "no-scene",
+                        Verdict::Exact,
+                        "file without a scene",
+                        &self.document.file,
+                        "all its nodes are rendered",
+                    );
+                }
+                Ok((0..graph.nodes.len()).filter(|&i| !is_child[i]).collect())
+            }
+        }
+    }
+
+    fn visit(&mut self, index: usize, node: &NodeJson, name: &str, world: DAffine3) -> Result<(), ImportError> {
+        let document = self.document;
+        extensions::report_others(
+            document,
+            &format!("/nodes/{index}"),
+            &format!("node \"{name}\""),
+            &["KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_node_visibility"],
+            self.diagnostics,
+        );
+        if let Some(mesh) = node.mesh {
+            let copies = match &node.extensions.instancing {
+                Some(instancing) => self.copies(instancing, name)?,
+                None => vec![DAffine3::IDENTITY],
+            };
+            for copy in copies {
+                self.placed.push(Placed { name: name.into(), mesh, world_from_object: world * copy });
+            }
+            if node.skin.is_some() {
+                self.diagnostics.report(
+                    "skin",
+                    Verdict::Approximated,
+                    "skinned mesh",
+                    name,
+                    "rendered in its bind pose, where its node stands",
+                );
+            }
+        }
+        if let Some(reference) = &node.extensions.light {
+            let light = document.graph.lights.get(reference.light).ok_or_else(|| {
+                self.malformed(format!("node \"{name}\""), format!("it uses light {}, which does not exist", reference.light))
+            })?;
+            extensions::report_others(
+                document,
+                &format!("/extensions/KHR_lights_punctual/lights/{}", reference.light),
+                &format!("light \"{}\"", light.name.as_deref().unwrap_or(name)),
+                &["SUNDOG_light"],
+                self.diagnostics,
+            );
+            let light = lights::load_light(document, light, name.into(), world, self.options, self.diagnostics);
+            self.lights.extend(light);
+        }
+        if let Some(camera) = node.camera {
+            let source = document
+                .graph
+                .cameras
+                .get(camera)
+                .ok_or_else(|| self.malformed(format!("node \"{name}\""), format!("it uses camera {camera}, which does not exist")))?;
+            extensions::report_others(
+                document,
+                &format!("/cameras/{camera}"),
+                &format!("camera \"{}\"", source.name.as_deref().unwrap_or(name)),
+                &[],
+                self.diagnostics,
+            );
+            let camera = load_camera(source, node, name, world)
+                .ok_or_else(|| self.malformed(format!("camera \"{name}\""), "it is neither perspective nor orthographic"))?;
+            self.cameras.push(camera);
+        }
+        Ok(())
+    }
+
+    /// The placements of EXT_mesh_gpu_instancing.
+    fn copies(&mut self, instancing: &InstancingJson, name: &str) -> Result<Vec<DAffine3>, ImportError> {
+        let attributes = &instancing.attributes;
+        let document = self.document;
+        let broken = |problem: String| ImportError::malformed(&document.file, format!("instances of node \"{name}\""), problem);
+        let mut count = None;
+        let mut same = |length: usize| match *count.get_or_insert(length) {
+            first if first == length => Ok(()),
+            first => Err(broken(format!("its attributes have {first} and {length} elements"))),
+        };
+        let translations = match attributes.translation {
+            Some(index) => accessor::read::<3>(document, index, self.budget).map_err(broken)?,
+            None => Vec::new(),
+        };
+        let rotations = match attributes.rotation {
+            Some(index) => accessor::read::<4>(document, index, self.budget).map_err(broken)?,
+            None => Vec::new(),
+        };
+        let scales = match attributes.scale {
+            Some(index) => accessor::read::<3>(document, index, self.budget).map_err(broken)?,
+            None => Vec::new(),
+        };
+        if attributes.translation.is_some() {
+            same(translations.len())?;
+        }
+        if attributes.rotation.is_some() {
+            same(rotations.len())?;
+        }
+        if attributes.scale.is_some() {
+            same(scales.len())?;
+        }
+        let count = count.unwrap_or(1);
+        self.budget
+            .take(count as u64, size_of::<Placed>() + size_of::<Instance>() + name.len() * 2)
+            .map_err(broken)?;
+        Ok((0..count)
+            .map(|i| {
+                DAffine3::from_scale_rotation_translation(
+                    scales.get(i).map_or(DVec3::ONE, |&s| DVec3::from(s)),
+                    rotations.get(i).map_or(DQuat::IDENTITY, |&r| rotation(r)),
+                    translations.get(i).map_or(DVec3::ZERO, |&t| DVec3::from(t)),
+                )
+            })
+            .collect())
+    }
+}
+
+/// A unit quaternion from glTF's (x, y, z, w); the identity if it has no direction.
+fn rotation(xyzw: [f64; 4]) -> DQuat {
+    let quaternion = DQuat::from_array(xyzw);
+    let length = quaternion.length();
+    // Not-a-numbers pass, so that `scene::validate` finds them.
+    if length == 0.0 { DQuat::IDENTITY } else { DQuat::from_array(xyzw.map(|c| c / length)) }
+}
+
+fn local_transform(node: &NodeJson) -> DAffine3 {
+    match &node.matrix {
+        Some(columns) => DAffine3::from_mat4(DMat4::from_cols_array(columns)),
+        None => DAffine3::from_scale_rotation_translation(
+            node.scale.map_or(DVec3::ONE, DVec3::from),
+            node.rotation.map_or(DQuat::IDENTITY, rotation),
+            node.translation.map_or(DVec3::ZERO, DVec3::from),
+        ),
+    }
+}
+
+fn load_camera(source: &CameraJson, node: &NodeJson, name: &str, world: DAffine3) -> Option<Camera> {
+    let (projection, near, far) = match (&source.perspective, &source.orthographic) {
+        (Some(p), _) => (
+            Projection::Perspective { vertical_fov: p.yfov, aspect: p.aspect_ratio },
+            p.znear,
+            p.zfar.unwrap_or(f64::INFINITY),
+        ),
+        (None, Some(o)) => (
+            Projection::Orthographic { half_width: o.xmag.abs(), half_height: o.ymag.abs() },
+            o.znear,
+            o.zfar,
+        ),
+        (None, None) => return None,
+    };
+    let name = node.name.clone().or_else(|| source.name.clone()).unwrap_or_else(|| name.into());
+    Some(Camera { name, world_from_camera: world, projection, clip_near: near, clip_far: far })
+}
+
+/// The materials that the scene's meshes use, in file order, and the images that these use.
+struct Materials<'a> {
+    list: Vec<crate::scene::Material>,
+    /// By glTF material index (or none).
+    by_primitive: HashMap<Option<usize>, PrimitiveMaterial>,
+    images: Images<'a>,
+}
+
+impl<'a> Materials<'a> {
+    fn load(
+        document: &'a Document,
+        used_meshes: &BTreeSet<usize>,
+        options: &ImportOptions,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Self, ImportError> {
+        let mut used: BTreeSet<Option<usize>> = BTreeSet::new();
+        let mut bare: Option<String> = None;
+        for &index in used_meshes {
+            let Some(mesh) = document.core.meshes.get(index) else { continue };
+            for primitive in &mesh.primitives {
+                used.insert(primitive.material.map(|m| m.value()));
+                if primitive.material.is_none() {
+                    bare.get_or_insert_with(|| mesh_name(document, index));
+                }
+            }
+        }
+        let mut images = Images::new(document);
+        let mut list = Vec::new();
+        let mut by_primitive = HashMap::new();
+        for index in used {
+            let material = match index {
+                Some(index) => Some(material::load_material(document, index, options, &mut images, diagnostics)?),
+                None => material::without_material(document).inspect(|_| {
+                    diagnostics.report(
+                        "no-material",
+                        Verdict::Exact,
+                        "mesh without a material in a file from Blender",
+                        bare.clone().unwrap_or_default(),
+                        "looks as in that version's Cycles; glTF itself would mean white metal",
+                    );
+                }),
+            };
+            let normal_map_uv_set = material.as_ref().and_then(|m| m.normal_texture.as_ref()).map(|n| n.texture.uv_set);
+            let id = material.map(|material| {
+                list.push(material);
+                MaterialId((list.len() - 1) as u32)
+            });
+            by_primitive.insert(index, PrimitiveMaterial { id, normal_map_uv_set });
+        }
+        Ok(Self { list, by_primitive, images })
+    }
+}
+
+fn mesh_name(document: &Document, index: usize) -> String {
+    let name = document.core.meshes.get(index).and_then(|m| m.name.clone());
+    name.unwrap_or_else(|| format!("mesh {index}"))
+}
+
+/// Reads the meshes, several at a time; the order is the file's.
+fn load_meshes(
+    document: &Document,
+    used: &BTreeSet<usize>,
+    materials: &HashMap<Option<usize>, PrimitiveMaterial>,
+    budget: &Budget,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<(usize, Vec<Mesh>)>, ImportError> {
+    let loaded: Vec<Result<_, ImportError>> = used
+        .par_iter()
+        .map(|&index| {
+            let mut messages = Diagnostics::default();
+            let meshes = load_mesh(document, index, materials, budget, &mut messages)?;
+            Ok((index, meshes, messages))
+        })
+        .collect();
+    let mut meshes = Vec::with_capacity(loaded.len());
+    for result in loaded {
+        let (index, primitives, messages) = result?;
+        diagnostics.append(messages);
+        meshes.push((index, primitives));
+    }
+    Ok(meshes)
+}
+
+fn load_mesh(
+    document: &Document,
+    index: usize,
+    materials: &HashMap<Option<usize>, PrimitiveMaterial>,
+    budget: &Budget,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Mesh>, ImportError> {
+    let name = mesh_name(document, index);
+    let object = format!("mesh \"{name}\"");
+    let broken = |problem: String| ImportError::malformed(&document.file, &object, problem);
+    let Some(mesh) = document.core.meshes.get(index) else {
+        return Err(broken("a node uses it, but it does not exist".into()));
+    };
+    extensions::report_others(document, &format!("/meshes/{index}"), &object, &[], diagnostics);
+    let mut result = Vec::with_capacity(mesh.primitives.len());
+    for (number, primitive) in mesh.primitives.iter().enumerate() {
+        let pointer = format!("/meshes/{index}/primitives/{number}");
+        extensions::report_others(document, &pointer, &object, &[], diagnostics);
+        if document.extension(&pointer, "KHR_draco_mesh_compression").is_some() && !has_plain_copy(document, primitive) {
+            return Err(ImportError::Unsupported {
+                file: document.file.clone(),
+                extension: "KHR_draco_mesh_compression".into(),
+                remedy: "export it again from Blender with compression off".into(),
+            });
+        }
+        if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
+            diagnostics.report("morph-targets", Verdict::Lost, "morph targets", &name, "rendered in the basic shape");
+        }
+        let material = primitive.material.map(|m| m.value());
+        let material = materials.get(&material).copied().unwrap_or(PrimitiveMaterial { id: None, normal_map_uv_set: None });
+        let loaded = mesh::load_primitive(document, &name, primitive, material, budget, diagnostics).map_err(broken)?;
+        result.extend(loaded);
+    }
+    Ok(result)
+}
+
+/// Whether a Draco primitive also has its data uncompressed.
+fn has_plain_copy(document: &Document, primitive: &::gltf::json::mesh::Primitive) -> bool {
+    let positions = ::gltf::json::validation::Checked::Valid(::gltf::json::mesh::Semantic::Positions);
+    let accessor = primitive.attributes.get(&positions).and_then(|i| document.core.accessors.get(i.value()));
+    accessor.is_some_and(|a| a.buffer_view.is_some() || a.sparse.is_some())
+}
+
+/// What concerns the file as a whole.
+fn report_whole_file(document: &Document, diagnostics: &mut Diagnostics) {
+    extensions::report_others(document, "", "the file", &["KHR_lights_punctual"], diagnostics);
+    if let Some(Value::Array(animations)) = document.value.get("animations") {
+        for (index, animation) in animations.iter().enumerate() {
+            let name = animation.get("name").and_then(Value::as_str).map(str::to_owned);
+            diagnostics.report(
+                "animation",
+                Verdict::Lost,
+                "animations",
+                name.unwrap_or_else(|| format!("animation {index}")),
+                "the scene stands still, as its nodes are placed in the file",
+            );
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! The parts of a glTF file that are read in f64 or that the `gltf` crate has no schema for.
+
+use serde::Deserialize;
+use serde_json::Value;
+
+/// Scenes, nodes, cameras, skins and lights.
+#[derive(Debug, Default)]
+pub(super) struct Graph {
+    pub scene: Option<usize>,
+    pub scenes: Vec<SceneJson>,
+    pub nodes: Vec<NodeJson>,
+    pub cameras: Vec<CameraJson>,
+    pub skins: Vec<SkinJson>,
+    pub lights: Vec<LightJson>,
+    pub extensions_used: Vec<String>,
+    pub extensions_required: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct SceneJson {
+    pub name: Option<String>,
+    #[serde(default)]
+    pub nodes: Vec<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct NodeJson {
+    pub name: Option<String>,
+    #[serde(default)]
+    pub children: Vec<usize>,
+    pub matrix: Option<[f64; 16]>,
+    pub translation: Option<[f64; 3]>,
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
+    pub mesh: Option<usize>,
+    pub skin: Option<usize>,
+    pub camera: Option<usize>,
+    pub weights: Option<Vec<f64>>,
+    #[serde(default)]
+    pub extensions: NodeExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub light: Option<LightReference>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<InstancingJson>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub visibility: Option<VisibilityJson>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct LightReference {
+    pub light: usize,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct VisibilityJson {
+    #[serde(default = "yes")]
+    pub visible: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct InstancingJson {
+    #[serde(default)]
+    pub attributes: InstancingAttributes,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) struct InstancingAttributes {
+    pub translation: Option<usize>,
+    pub rotation: Option<usize>,
+    pub scale: Option<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct CameraJson {
+    pub name: Option<String>,
+    pub perspective: Option<PerspectiveJson>,
+    pub orthographic: Option<OrthographicJson>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct PerspectiveJson {
+    pub aspect_ratio: Option<f64>,
+    pub yfov: f64,
+    pub zfar: Option<f64>,
+    pub znear: f64,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct OrthographicJson {
+    pub xmag: f64,
+    pub ymag: f64,
+    pub zfar: f64,
+    pub znear: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SkinJson {
+    pub inverse_bind_matrices: Option<usize>,
+    #[serde(default)]
+    pub joints: Vec<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct LightJson {
+    pub name: Option<String>,
+    #[serde(rename = "type")]
+    pub kind: String,
+    #[serde(default = "white")]
+    pub color: [f32; 3],
+    #[serde(default = "one")]
+    pub intensity: f64,
+    pub range: Option<f64>,
+    pub spot: Option<SpotJson>,
+    #[serde(default)]
+    pub extensions: LightExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct LightExtensions {
+    #[serde(rename = "SUNDOG_light")]
+    pub sundog: Option<SundogLight>,
+}
+
+/// The size of a light, which KHR_lights_punctual has no word for. See `docs/gltf-extensions.md`.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct SundogLight {
+    /// Point and spot: radius of the sphere, metres.
+    pub radius: Option<f64>,
+    /// Directional: angular diameter, radians.
+    pub angle: Option<f64>,
+}
+
+fn white() -> [f32; 3] {
+    [1.0; 3]
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SpotJson {
+    #[serde(default)]
+    pub inner_cone_angle: f64,
+    #[serde(default = "quarter_pi")]
+    pub outer_cone_angle: f64,
+}
+
+impl Default for SpotJson {
+    fn default() -> Self {
+        Self { inner_cone_angle: 0.0, outer_cone_angle: quarter_pi() }
+    }
+}
+
+fn quarter_pi() -> f64 {
+    std::f64::consts::FRAC_PI_4
+}
+
+impl Graph {
+    /// Reads what it needs from the whole file's JSON; an error names the place.
+    pub(super) fn parse(value: &Value) -> Result<Self, String> {
+        Ok(Self {
+            scene: optional(value, "/scene")?,
+            scenes: list(value, "/scenes")?,
+            nodes: list(value, "/nodes")?,
+            cameras: list(value, "/cameras")?,
+            skins: list(value, "/skins")?,
+            lights: list(value, "/extensions/KHR_lights_punctual/lights")?,
+            extensions_used: list(value, "/extensionsUsed")?,
+            extensions_required: list(value, "/extensionsRequired")?,
+        })
+    }
+}
+
+fn optional<'de, T: Deserialize<'de>>(value: &'de Value, pointer: &str) -> Result<Option<T>, String> {
+    match value.pointer(pointer) {
+        None | Some(Value::Null) => Ok(None),
+        Some(part) => T::deserialize(part).map(Some).map_err(|e| format!("{}: {e}", &pointer[1..])),
+    }
+}
+
+fn list<'de, T: Deserialize<'de>>(value: &'de Value, pointer: &str) -> Result<Vec<T>, String> {
+    let items = match value.pointer(pointer) {
+        None | Some(Value::Null) => return Ok(Vec::new()),
+        Some(Value::Array(items)) => items,
+        Some(_) => return Err(format!("{} is not a list", &pointer[1..])),
+    };
+    items
+        .iter()
+        .enumerate()
+        .map(|(i, item)| T::deserialize(item).map_err(|e| format!("{} {i}: {e}", &pointer[1..])))
+        .collect()
+}

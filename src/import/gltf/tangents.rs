@@ -1,0 +1,170 @@
+//! Tangents by MikkTSpace (Mikkelsen 2008, "Simulation of Wrinkled Surfaces Revisited"), as glTF
+//! demands where a normal map comes without them (specification 3.7.2.1).
+
+use std::collections::HashMap;
+
+use bevy_mikktspace::{Geometry, TangentSpace};
+use glam::Vec3;
+
+use crate::scene::Mesh;
+
+struct Corners<'a> {
+    mesh: &'a Mesh,
+    uv_set: usize,
+    /// One for each corner of each triangle.
+    tangents: Vec<Option<[f32; 4]>>,
+}
+
+impl Corners<'_> {
+    fn vertex(&self, face: usize, corner: usize) -> usize {
+        self.mesh.triangles[face][corner] as usize
+    }
+}
+
+impl Geometry for Corners<'_> {
+    fn num_faces(&self) -> usize {
+        self.mesh.triangles.len()
+    }
+
+    fn num_vertices_of_face(&self, _face: usize) -> usize {
+        3
+    }
+
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.mesh.positions[self.vertex(face, corner)]
+    }
+
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        match &self.mesh.normals {
+            Some(normals) => normals[self.vertex(face, corner)],
+            None => face_normal(self.mesh, face),
+        }
+    }
+
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        // glTF's v grows downwards; MikkTSpace and normal maps with +Y up mean it upwards.
+        let [u, v] = self.mesh.uvs[self.uv_set][self.vertex(face, corner)];
+        [u, 1.0 - v]
+    }
+
+    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
+        self.tangents[face * 3 + corner] = space.map(|s| s.tangent_encoded());
+    }
+}
+
+/// Computes the tangents of a mesh from one of its UV sets.
+///
+/// MikkTSpace works on single corners; afterwards corners of the same vertex with the same tangent
+/// become one vertex again. All indices of the mesh must be in range.
+pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
+    let mut corners = Corners { mesh, uv_set, tangents: vec![None; mesh.triangles.len() * 3] };
+    if !is_sane(&corners) {
+        // Not-a-numbers go to `scene::validate`, which drops their triangles; the sort inside the
+        // algorithm has no order for them.
+        return;
+    }
+    // Its error type has no values; were there one, `None` tangents would be filled in below.
+    let _ = bevy_mikktspace::generate_tangents(&mut corners);
+    let tangents: Vec<[f32; 4]> = corners
+        .tangents
+        .iter()
+        .enumerate()
+        .map(|(i, tangent)| match tangent {
+            Some(t) if t.iter().all(|c| c.is_finite()) => *t,
+            // No tangent (degenerate UVs): any frame about the normal is as good.
+            _ => {
+                let normal = Vec3::from(corners.normal(i / 3, i % 3));
+                let tangent = normal.try_normalize().map_or(Vec3::X, Vec3::any_orthonormal_vector);
+                [tangent.x, tangent.y, tangent.z, 1.0]
+            }
+        })
+        .collect();
+
+    let mut vertices: HashMap<(u32, [u32; 4]), u32> = HashMap::with_capacity(mesh.positions.len());
+    let mut origin: Vec<u32> = Vec::with_capacity(mesh.positions.len());
+    let mut kept: Vec<[f32; 4]> = Vec::with_capacity(mesh.positions.len());
+    for (corner, tangent) in mesh.triangles.iter_mut().flatten().zip(&tangents) {
+        *corner = *vertices.entry((*corner, tangent.map(f32::to_bits))).or_insert_with(|| {
+            origin.push(*corner);
+            kept.push(*tangent);
+            (origin.len() - 1) as u32
+        });
+    }
+    fn gather<T: Copy>(values: &mut Vec<T>, origin: &[u32]) {
+        *values = origin.iter().map(|&i| values[i as usize]).collect();
+    }
+    gather(&mut mesh.positions, &origin);
+    if let Some(normals) = &mut mesh.normals {
+        gather(normals, &origin);
+    }
+    mesh.uvs.iter_mut().for_each(|set| gather(set, &origin));
+    if let Some(colors) = &mut mesh.colors {
+        gather(colors, &origin);
+    }
+    mesh.tangents = Some(kept);
+}
+
+fn is_sane(corners: &Corners) -> bool {
+    let finite = |v: &[f32]| v.iter().all(|c| c.is_finite());
+    let mesh = corners.mesh;
+    mesh.positions.iter().all(|p| finite(p))
+        && mesh.uvs[corners.uv_set].iter().all(|p| finite(p))
+        && mesh.normals.iter().flatten().all(|n| finite(n))
+}
+
+fn face_normal(mesh: &Mesh, face: usize) -> [f32; 3] {
+    let [a, b, c] = mesh.triangles[face].map(|i| Vec3::from(mesh.positions[i as usize]));
+    (b - a).cross(c - a).normalize_or(Vec3::Z).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quad in the xy plane whose u runs along +x and whose v (downwards) along −y.
+    fn quad() -> Mesh {
+        Mesh {
+            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+            normals: Some(vec![[0.0, 0.0, 1.0]; 4]),
+            uvs: vec![vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        }
+    }
+
+    #[test]
+    fn the_tangent_follows_u_and_the_bitangent_points_up_the_picture() {
+        let mut mesh = quad();
+        compute(&mut mesh, 0);
+        assert_eq!(mesh.positions.len(), 4, "a smooth quad is welded again");
+        for t in mesh.tangents.as_ref().unwrap() {
+            assert_eq!(*t, [1.0, 0.0, 0.0, 1.0]);
+        }
+    }
+
+    #[test]
+    fn mirrored_texture_coordinates_split_vertices_and_flip_the_sign() {
+        let mut mesh = quad();
+        // Second triangle mirrored in u: shared corners now have two tangent frames.
+        mesh.uvs[0] = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [2.0, 0.0]];
+        compute(&mut mesh, 0);
+        let signs: Vec<f32> = mesh.tangents.as_ref().unwrap().iter().map(|t| t[3]).collect();
+        assert_eq!(mesh.positions.len(), 6);
+        assert!(signs.contains(&1.0) && signs.contains(&-1.0));
+        let by_triangle = |t: usize| mesh.triangles[t].map(|i| signs[i as usize]);
+        assert_eq!(by_triangle(0), [1.0; 3]);
+        assert_eq!(by_triangle(1), [-1.0; 3]);
+    }
+
+    #[test]
+    fn flat_meshes_and_degenerate_coordinates_get_unit_tangents() {
+        let mut mesh = quad();
+        mesh.normals = None;
+        mesh.uvs[0] = vec![[0.5, 0.5]; 4];
+        compute(&mut mesh, 0);
+        for t in mesh.tangents.as_ref().unwrap() {
+            let length = (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt();
+            assert!((length - 1.0).abs() < 1e-6 && t[3].abs() == 1.0, "{t:?}");
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Textures: which image, with which sampler, lying how.
+
+use std::collections::HashMap;
+
+use ::gltf::json;
+use json::texture::{Info, MagFilter, WrappingMode};
+use json::validation::Checked;
+use rayon::prelude::*;
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::container::{Document, Resolved};
+use crate::import::ImportError;
+use crate::import::budget::Budget;
+use crate::import::image::{self, Format};
+use crate::scene::{self, Diagnostics, ImageId, Sampler, Texture, TextureFilter, UvTransform, Verdict, Wrap};
+
+/// The images that materials turned out to need, each once.
+pub(super) struct Images<'a> {
+    document: &'a Document,
+    /// By glTF image index; `None` for an image of a kind that we cannot read.
+    known: HashMap<usize, Option<ImageId>>,
+    /// By the bytes' place, so that two entries for one file are one image.
+    by_source: HashMap<Source, ImageId>,
+    pending: Vec<Pending<'a>>,
+}
+
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Source {
+    View(usize),
+    Uri(String),
+}
+
+struct Pending<'a> {
+    name: String,
+    bytes: std::borrow::Cow<'a, [u8]>,
+}
+
+/// KHR_texture_transform as read from JSON (the `gltf` crate has none on normal textures).
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct TransformJson {
+    offset: Option<[f32; 2]>,
+    rotation: Option<f32>,
+    scale: Option<[f32; 2]>,
+    tex_coord: Option<u32>,
+}
+
+impl<'a> Images<'a> {
+    pub(super) fn new(document: &'a Document) -> Self {
+        Self { document, known: HashMap::new(), by_source: HashMap::new(), pending: Vec::new() }
+    }
+
+    /// A texture as a material refers to it; `None` (with a diagnostic) if its image is of no kind
+    /// that we read.
+    ///
+    /// `json` is the reference's JSON object, for its extensions.
+    pub(super) fn texture(
+        &mut self,
+        info: &Info,
+        json: Option<&Value>,
+        owner: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Option<Texture>, ImportError> {
+        self.texture_at(info.index.value(), info.tex_coord, json, owner, diagnostics)
+    }
+
+    /// As [`Self::texture`], from the bare numbers.
+    pub(super) fn texture_at(
+        &mut self,
+        index: usize,
+        tex_coord: u32,
+        json: Option<&Value>,
+        owner: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Option<Texture>, ImportError> {
+        let document = self.document;
+        let broken = |problem: String| ImportError::malformed(&document.file, owner, problem);
+        let texture = document
+            .core
+            .textures
+            .get(index)
+            .ok_or_else(|| broken(format!("it uses texture {index}, which does not exist")))?;
+        let sampler = match &texture.sampler {
+            Some(sampler) => read_sampler(
+                document
+                    .core
+                    .samplers
+                    .get(sampler.value())
+                    .ok_or_else(|| broken(format!("texture {index} uses a sampler that does not exist")))?,
+            ),
+            None => Sampler::default(),
+        };
+        let Some(source) = self.choose_source(index, texture, owner, diagnostics) else { return Ok(None) };
+        let Some(image) = self.image(source, owner, diagnostics)? else { return Ok(None) };
+        let extensions = json.and_then(|j| j.get("extensions"));
+        let transform = match extensions.and_then(|e| e.get("KHR_texture_transform")) {
+            Some(value) => TransformJson::deserialize(value)
+                .map_err(|e| broken(format!("its KHR_texture_transform cannot be read ({e})")))?,
+            None => TransformJson::default(),
+        };
+        if let Some(Value::Object(extensions)) = extensions {
+            for name in extensions.keys().filter(|n| *n != "KHR_texture_transform") {
+                super::extensions::report_unknown(diagnostics, name, owner);
+            }
+        }
+        let plain = UvTransform::default();
+        Ok(Some(Texture {
+            image,
+            uv_set: transform.tex_coord.unwrap_or(tex_coord),
+            transform: UvTransform {
+                offset: transform.offset.unwrap_or(plain.offset),
+                rotation: transform.rotation.unwrap_or(plain.rotation),
+                scale: transform.scale.unwrap_or(plain.scale),
+            },
+            sampler,
+        }))
+    }
+
+    /// The image that a texture means: an extension's, if we read its kind, else the fallback.
+    fn choose_source(
+        &self,
+        index: usize,
+        texture: &json::Texture,
+        owner: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<usize> {
+        let plain = Some(texture.source.value()).filter(|&i| i != u32::MAX as usize);
+        let extensions = self.document.value.pointer(&format!("/textures/{index}/extensions"));
+        let Some(Value::Object(extensions)) = extensions else {
+            if plain.is_none() {
+                diagnostics.report("texture-without-image", Verdict::Lost, "texture without an image", owner, "left out");
+            }
+            return plain;
+        };
+        let mut chosen = plain;
+        for (name, value) in extensions {
+            match name.as_str() {
+                "EXT_texture_webp" => {
+                    if let Some(source) = value.get("source").and_then(Value::as_u64) {
+                        chosen = usize::try_from(source).ok();
+                    }
+                }
+                _ if plain.is_some() => diagnostics.report(
+                    "texture-fallback",
+                    Verdict::Exact,
+                    name.clone(),
+                    owner,
+                    "the file's own PNG or JPEG version of the texture is used",
+                ),
+                _ => diagnostics.report(
+                    "texture-kind",
+                    Verdict::Lost,
+                    name.clone(),
+                    owner,
+                    "the texture is left out: export with PNG, JPEG or WebP textures",
+                ),
+            }
+        }
+        chosen
+    }
+
+    fn image(
+        &mut self,
+        index: usize,
+        owner: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Option<ImageId>, ImportError> {
+        if let Some(&known) = self.known.get(&index) {
+            return Ok(known);
+        }
+        let document = self.document;
+        let Some(image) = document.core.images.get(index) else {
+            return Err(ImportError::malformed(&document.file, owner, format!("it uses image {index}, which does not exist")));
+        };
+        let object = match &image.name {
+            Some(name) => format!("image {index} (\"{name}\")"),
+            None => format!("image {index}"),
+        };
+        let broken = |problem: String| ImportError::malformed(&document.file, &object, problem);
+        let source = match (&image.uri, &image.buffer_view) {
+            (Some(uri), _) => Source::Uri(uri.clone()),
+            (None, Some(view)) => Source::View(view.value()),
+            (None, None) => return Err(broken("it has neither data nor a file".into())),
+        };
+        if let Some(&id) = self.by_source.get(&source) {
+            self.known.insert(index, Some(id));
+            return Ok(Some(id));
+        }
+        let bytes: std::borrow::Cow<'a, [u8]> = match &source {
+            Source::Uri(uri) => {
+                let Resolved::Data(data) = document.resolve(uri, &object)?;
+                data.into()
+            }
+            Source::View(view) => document.view(*view).map_err(broken)?.0.into(),
+        };
+        match image::sniff(&bytes) {
+            Format::Unsupported(kind) => {
+                diagnostics.report(
+                    "image-kind",
+                    Verdict::Lost,
+                    format!("{kind} images"),
+                    &object,
+                    "the textures that use them are left out: export with PNG, JPEG or WebP textures",
+                );
+                self.known.insert(index, None);
+                return Ok(None);
+            }
+            Format::Unknown => return Err(broken("its data are no image of a known kind".into())),
+            _ => {}
+        }
+        let name = image
+            .name
+            .clone()
+            .or_else(|| image.uri.clone().filter(|u| !u.starts_with("data:")))
+            .unwrap_or_else(|| format!("image {index}"));
+        let id = ImageId(u32::try_from(self.pending.len()).unwrap_or(u32::MAX));
+        self.pending.push(Pending { name, bytes });
+        self.known.insert(index, Some(id));
+        self.by_source.insert(source, id);
+        Ok(Some(id))
+    }
+
+    /// Decodes all images, in parallel.
+    pub(super) fn decode(self) -> Result<Vec<scene::Image>, ImportError> {
+        let file = &self.document.file;
+        let input = self.pending.iter().map(|p| p.bytes.len()).sum();
+        // What each may take is settled from its header before any is decoded.
+        let budget = Budget::for_image(input);
+        for pending in &self.pending {
+            image::check_size(&pending.bytes, &budget)
+                .map_err(|reason| ImportError::image(file, format!("image \"{}\"", pending.name), reason))?;
+        }
+        self.pending
+            .into_par_iter()
+            .map(|pending| {
+                image::decode_image(&pending.bytes, &pending.name)
+                    .map_err(|reason| ImportError::image(file, format!("image \"{}\"", pending.name), reason))
+            })
+            .collect()
+    }
+}
+
+fn read_sampler(sampler: &json::texture::Sampler) -> Sampler {
+    let wrap = |mode: Checked<WrappingMode>| match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    };
+    Sampler {
+        wrap_u: wrap(sampler.wrap_s),
+        wrap_v: wrap(sampler.wrap_t),
+        filter: match sampler.mag_filter {
+            Some(Checked::Valid(MagFilter::Nearest)) => TextureFilter::Nearest,
+            _ => TextureFilter::Linear,
+        },
+    }
+}

@@ -1,0 +1,204 @@
+//! Image files become [`Image`]s: PNG, JPEG and WebP through the crate `image`, Radiance HDR
+//! likewise, OpenEXR (with every compression of the format) through the crate `exr`.
+
+mod openexr;
+
+use std::io::Cursor;
+
+use image::{DynamicImage, ImageDecoder, ImageReader};
+use thiserror::Error;
+
+use crate::import::budget::Budget;
+use crate::scene::{Image, Pixels};
+
+/// Why an image cannot be decoded.
+#[derive(Debug, Error)]
+pub enum ImageFailure {
+    /// Of no kind that Sundog reads.
+    #[error("it is {0}, which Sundog does not read: use PNG, JPEG, WebP, OpenEXR or Radiance HDR")]
+    Kind(String),
+    /// Larger than any picture.
+    #[error("it says that it has {width} × {height} pixels, but at most {MOST_PIXELS} are read")]
+    Size {
+        /// Pixels per row.
+        width: u64,
+        /// Rows.
+        height: u64,
+    },
+    /// The memory it asks for is out of proportion.
+    #[error("it {0}")]
+    Memory(String),
+    /// Damaged, or a feature of its format that the decoder lacks.
+    #[error("{0}")]
+    Damaged(String),
+}
+
+/// The largest image that is read: 16384 × 16384 pixels, or the same number in another shape.
+pub const MOST_PIXELS: u64 = 1 << 28;
+
+/// What kind of image a file's first bytes promise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    Png,
+    Jpeg,
+    WebP,
+    Hdr,
+    Exr,
+    /// Known, but not read.
+    Unsupported(&'static str),
+    Unknown,
+}
+
+/// Tells an image's kind by its first bytes.
+pub(crate) fn sniff(bytes: &[u8]) -> Format {
+    let at = |offset: usize, what: &[u8]| bytes.get(offset..offset + what.len()) == Some(what);
+    if at(0, b"\x89PNG\r\n\x1a\n") {
+        Format::Png
+    } else if at(0, b"\xff\xd8\xff") {
+        Format::Jpeg
+    } else if at(0, b"RIFF") && at(8, b"WEBP") {
+        Format::WebP
+    } else if at(0, b"#?") {
+        Format::Hdr
+    } else if at(0, b"\x76\x2f\x31\x01") {
+        Format::Exr
+    } else if at(0, b"\xabKTX") {
+        Format::Unsupported("KTX")
+    } else if at(0, b"DDS ") {
+        Format::Unsupported("DDS")
+    } else if at(4, b"ftypavif") || at(4, b"ftypavis") {
+        Format::Unsupported("AVIF")
+    } else if at(0, b"GIF8") {
+        Format::Unsupported("GIF")
+    } else if at(0, b"BM") {
+        Format::Unsupported("BMP")
+    } else if at(0, b"II*\0") || at(0, b"MM\0*") {
+        Format::Unsupported("TIFF")
+    } else {
+        Format::Unknown
+    }
+}
+
+/// Reads an image in the precision of the file: 8 and 16 bit stay as they are, HDR becomes `f32`.
+///
+/// # Errors
+/// The image is of no kind that is read, damaged, or absurdly large.
+pub fn decode_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
+    match sniff(bytes) {
+        Format::Exr => openexr::decode(bytes, name),
+        Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("a {kind} image"))),
+        Format::Unknown => Err(ImageFailure::Kind("of an unknown kind".into())),
+        _ => decode_with_image(bytes, name),
+    }
+}
+
+/// Reads an image as linear RGB floats; 8- and 16-bit images are taken as sRGB-encoded.
+pub(crate) fn decode_linear_rgb(bytes: &[u8], name: &str, budget: &Budget) -> Result<Image, ImageFailure> {
+    check_size(bytes, budget)?;
+    let image = decode_image(bytes, name)?;
+    let channels = image.channels as usize;
+    let rgb = |pixel: &[f32]| match *pixel {
+        [grey] | [grey, _] => [grey; 3],
+        [r, g, b, ..] => [r, g, b],
+        [] => [0.0; 3],
+    };
+    let values: Vec<f32> = match &image.pixels {
+        Pixels::F32(values) => values.chunks_exact(channels).flat_map(rgb).collect(),
+        Pixels::U8(values) => {
+            let table: Vec<f32> = (0..=255u16).map(|v| srgb_to_linear(f32::from(v) / 255.0)).collect();
+            let linear: Vec<f32> = values.iter().map(|&v| table[usize::from(v)]).collect();
+            linear.chunks_exact(channels).flat_map(rgb).collect()
+        }
+        Pixels::U16(values) => {
+            let linear: Vec<f32> = values.iter().map(|&v| srgb_to_linear(f32::from(v) / 65535.0)).collect();
+            linear.chunks_exact(channels).flat_map(rgb).collect()
+        }
+    };
+    Ok(Image { channels: 3, pixels: Pixels::F32(values), ..image })
+}
+
+/// IEC 61966-2-1, 5.2.
+fn srgb_to_linear(encoded: f32) -> f32 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Makes values fit to be radiance; returns how many texels (of three values) were not.
+pub(crate) fn make_radiance(values: &mut [f32]) -> usize {
+    let largest = values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
+    let mut replaced = 0;
+    for texel in values.chunks_mut(3) {
+        let mut touched = false;
+        for value in texel {
+            let clean = if value.is_nan() { 0.0 } else { value.clamp(0.0, largest) };
+            // Also true for not-a-numbers; −0 equals 0 and stays.
+            touched |= clean != *value;
+            *value = clean;
+        }
+        replaced += usize::from(touched);
+    }
+    replaced
+}
+
+/// Reads only the header and charges the budget with what decoding will take.
+pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailure> {
+    let (width, height, pixel_bytes) = match sniff(bytes) {
+        Format::Exr => {
+            let (width, height) = openexr::dimensions(bytes)?;
+            (width, height, 16)
+        }
+        Format::Unsupported(kind) => return Err(ImageFailure::Kind(format!("a {kind} image"))),
+        Format::Unknown => return Err(ImageFailure::Kind("of an unknown kind".into())),
+        _ => {
+            let decoder = reader(bytes).into_decoder().map_err(damaged)?;
+            let (width, height) = decoder.dimensions();
+            (u64::from(width), u64::from(height), usize::from(decoder.color_type().bytes_per_pixel()))
+        }
+    };
+    let pixels = width.saturating_mul(height);
+    if pixels > MOST_PIXELS || width > u64::from(u32::MAX) || height > u64::from(u32::MAX) {
+        return Err(ImageFailure::Size { width, height });
+    }
+    if pixels == 0 {
+        return Err(ImageFailure::Damaged("it has no pixels".into()));
+    }
+    budget.take(pixels, pixel_bytes).map_err(ImageFailure::Memory)
+}
+
+fn reader(bytes: &[u8]) -> ImageReader<Cursor<&[u8]>> {
+    let format = match sniff(bytes) {
+        Format::Png => image::ImageFormat::Png,
+        Format::WebP => image::ImageFormat::WebP,
+        Format::Hdr => image::ImageFormat::Hdr,
+        _ => image::ImageFormat::Jpeg,
+    };
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    // `check_size` has its own limits; the decoder's own are for its scratch memory.
+    let mut limits = image::Limits::default();
+    limits.max_alloc = Some(MOST_PIXELS * 24);
+    reader.limits(limits);
+    reader
+}
+
+fn damaged(error: image::ImageError) -> ImageFailure {
+    ImageFailure::Damaged(error.to_string())
+}
+
+fn decode_with_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
+    let image = reader(bytes).decode().map_err(damaged)?;
+    let (width, height) = (image.width(), image.height());
+    let channels = u32::from(image.color().channel_count());
+    let pixels = match image {
+        DynamicImage::ImageLuma8(i) => Pixels::U8(i.into_raw()),
+        DynamicImage::ImageLumaA8(i) => Pixels::U8(i.into_raw()),
+        DynamicImage::ImageRgb8(i) => Pixels::U8(i.into_raw()),
+        DynamicImage::ImageRgba8(i) => Pixels::U8(i.into_raw()),
+        DynamicImage::ImageLuma16(i) => Pixels::U16(i.into_raw()),
+        DynamicImage::ImageLumaA16(i) => Pixels::U16(i.into_raw()),
+        DynamicImage::ImageRgb16(i) => Pixels::U16(i.into_raw()),
+        DynamicImage::ImageRgba16(i) => Pixels::U16(i.into_raw()),
+        DynamicImage::ImageRgb32F(i) => Pixels::F32(i.into_raw()),
+        DynamicImage::ImageRgba32F(i) => Pixels::F32(i.into_raw()),
+        other => return Err(ImageFailure::Kind(format!("of the pixel format {:?}", other.color()))),
+    };
+    Ok(Image { name: name.into(), width, height, channels, pixels })
+}

@@ -1,0 +1,196 @@
+//! OpenEXR through the crate `exr`: which of a file's many layers is the picture, and where in the
+//! display window it lies.
+
+use std::io::Cursor;
+
+use exr::block::reader::ChunksReader as _;
+use exr::meta::MetaData;
+use exr::meta::header::Header;
+use exr::prelude::*;
+
+use super::{ImageFailure, MOST_PIXELS};
+use crate::scene::{Image, Pixels};
+
+/// The channels that make up the picture, by name in the file.
+#[derive(Clone, Debug, PartialEq)]
+enum Picture {
+    Rgb([Text; 3]),
+    Grey(Text),
+}
+
+/// Width and height of the display window of the part that is shown.
+pub(super) fn dimensions(bytes: &[u8]) -> std::result::Result<(u64, u64), ImageFailure> {
+    let meta = metadata(bytes)?;
+    let (part, _) = choose(&meta.headers)?;
+    let header = &meta.headers[part];
+    let display = header.shared_attributes.display_window.size;
+    let data = header.layer_size;
+    // Either may be the larger one: overscan, or a crop.
+    Ok((display.width().max(data.width()) as u64, display.height().max(data.height()) as u64))
+}
+
+fn metadata(bytes: &[u8]) -> std::result::Result<MetaData, ImageFailure> {
+    MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)
+}
+
+fn damaged(error: Error) -> ImageFailure {
+    ImageFailure::Damaged(match error {
+        Error::NotSupported(what) => format!("its kind of OpenEXR is not supported ({what})"),
+        Error::Invalid(what) => format!("it is damaged ({what})"),
+        Error::Io(what) => format!("it is damaged or cut off ({what})"),
+        Error::Aborted => "reading was stopped".into(),
+    })
+}
+
+/// The part of the file and its channels that are the picture.
+///
+/// In this order: plain R, G, B; a layer named "Combined" (Blender's beauty pass, as in
+/// `ViewLayer.Combined.R`); the first layer that has R, G and B; luminance `Y`; the first channel of
+/// all, as grey.
+fn choose(headers: &[Header]) -> std::result::Result<(usize, Picture), ImageFailure> {
+    let mut best: Option<(u32, usize, Picture)> = None;
+    for (part, header) in headers.iter().enumerate() {
+        if header.deep {
+            continue;
+        }
+        let channels = &header.channels.list;
+        for channel in channels {
+            let name = channel.name.to_string();
+            let (layer, last) = name.rsplit_once('.').map_or(("", name.as_str()), |(l, c)| (l, c));
+            let part_name = header.own_attributes.layer_name.as_ref().map(Text::to_string).unwrap_or_default();
+            let combined = |s: &str| s.rsplit('.').next().is_some_and(|l| l.eq_ignore_ascii_case("combined"));
+            let sibling = |letter: &str, word: &str| {
+                channels
+                    .iter()
+                    .find(|c| {
+                        let other = c.name.to_string();
+                        let (l, last) = other.rsplit_once('.').map_or(("", other.as_str()), |(l, c)| (l, c));
+                        l == layer && (last.eq_ignore_ascii_case(letter) || last.eq_ignore_ascii_case(word))
+                    })
+                    .map(|c| c.name.clone())
+            };
+            let rgb = match (sibling("r", "red"), sibling("g", "green"), sibling("b", "blue")) {
+                (Some(r), Some(g), Some(b)) => Some(Picture::Rgb([r, g, b])),
+                _ => None,
+            };
+            let (rank, picture) = match rgb {
+                Some(rgb) if layer.is_empty() && (part_name.is_empty() || part == 0) => (0, rgb),
+                Some(rgb) if combined(layer) || (layer.is_empty() && combined(&part_name)) => (1, rgb),
+                Some(rgb) => (2, rgb),
+                None if last.eq_ignore_ascii_case("y") => (3, Picture::Grey(channel.name.clone())),
+                None => (4, Picture::Grey(channel.name.clone())),
+            };
+            if best.as_ref().is_none_or(|(r, _, _)| rank < *r) {
+                best = Some((rank, part, picture));
+            }
+        }
+    }
+    match best {
+        Some((_, part, picture)) => Ok((part, picture)),
+        None => Err(ImageFailure::Damaged("it has no flat picture (deep data only, or no channels)".into())),
+    }
+}
+
+/// Reads the picture as one or three channels of `f32`, in the display window's frame; what the data
+/// window does not cover is black.
+pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, ImageFailure> {
+    let (width, height) = dimensions(bytes)?;
+    if width.saturating_mul(height) > MOST_PIXELS {
+        return Err(ImageFailure::Size { width, height });
+    }
+    let meta = metadata(bytes)?;
+    let (part, picture) = choose(&meta.headers)?;
+    let header = &meta.headers[part];
+    let wanted: Vec<Text> = match &picture {
+        Picture::Rgb(names) => names.to_vec(),
+        Picture::Grey(name) => vec![name.clone()],
+    };
+    if header.channels.list.iter().any(|c| wanted.contains(&c.name) && c.sampling != Vec2(1, 1)) {
+        return Err(ImageFailure::Damaged("its colour channels are subsampled, which is not supported".into()));
+    }
+    let display = header.shared_attributes.display_window;
+    let data_origin = header.own_attributes.layer_position;
+    let size = header.layer_size;
+    let channels = wanted.len();
+
+    let values = read_part(bytes, part, &wanted)?;
+    let covers = display.position == data_origin && display.size == size;
+    let (width, height, values) = if covers || display.size.area() == 0 {
+        (size.width(), size.height(), values)
+    } else {
+        let mut framed = vec![0.0; display.size.area() * channels];
+        let shift = data_origin - display.position;
+        for y in 0..size.height() {
+            let Ok(row) = usize::try_from(y as i64 + i64::from(shift.y())) else { continue };
+            if row >= display.size.height() {
+                break;
+            }
+            // The overlap of the two windows along x.
+            let from = (-i64::from(shift.x())).clamp(0, size.width() as i64) as usize;
+            let to = (display.size.width() as i64 - i64::from(shift.x())).clamp(from as i64, size.width() as i64) as usize;
+            let target = (row * display.size.width()) as i64 + from as i64 + i64::from(shift.x());
+            let length = (to - from) * channels;
+            let source = (y * size.width() + from) * channels;
+            let target = target.max(0) as usize * channels;
+            if let (Some(into), Some(what)) = (framed.get_mut(target..target + length), values.get(source..source + length))
+            {
+                into.copy_from_slice(what);
+            }
+        }
+        (display.size.width(), display.size.height(), framed)
+    };
+    Ok(Image {
+        name: name.into(),
+        width: u32::try_from(width).unwrap_or(u32::MAX),
+        height: u32::try_from(height).unwrap_or(u32::MAX),
+        channels: channels as u32,
+        pixels: Pixels::F32(values),
+    })
+}
+
+/// The named channels of one part, interleaved, in the data window's frame.
+///
+/// Blocks are taken one by one, so that a file of forty passes does not have to fit into memory
+/// beside its picture.
+fn read_part(bytes: &[u8], part: usize, wanted: &[Text]) -> std::result::Result<Vec<f32>, ImageFailure> {
+    let chunks = exr::block::read(Cursor::new(bytes), false)
+        .and_then(|reader| reader.filter_chunks(false, |_, tile, block| block.layer == part && tile.level_index == Vec2(0, 0)))
+        .map_err(damaged)?;
+    let header = chunks.meta_data().headers.get(part).cloned().ok_or_else(|| ImageFailure::Damaged("it is damaged".into()))?;
+    let (width, height) = (header.layer_size.width(), header.layer_size.height());
+    let channels = wanted.len();
+    let mut values = vec![0.0; width * height * channels];
+    chunks
+        .decompress_parallel(false, |_, block| {
+            for line in block.lines(&header.channels) {
+                let channel = &header.channels.list[line.location.channel];
+                let Some(slot) = wanted.iter().position(|name| *name == channel.name) else { continue };
+                let (x, y) = (line.location.position.x(), line.location.position.y());
+                if y >= height || x + line.location.sample_count > width {
+                    return Err(Error::Invalid("block outside of the data window".into()));
+                }
+                let first = (y * width + x) * channels + slot;
+                let target = values.iter_mut().skip(first).step_by(channels);
+                match channel.sample_type {
+                    SampleType::F16 => {
+                        for (value, sample) in target.zip(line.read_samples::<f16>()) {
+                            *value = sample?.to_f32();
+                        }
+                    }
+                    SampleType::F32 => {
+                        for (value, sample) in target.zip(line.read_samples::<f32>()) {
+                            *value = sample?;
+                        }
+                    }
+                    SampleType::U32 => {
+                        for (value, sample) in target.zip(line.read_samples::<u32>()) {
+                            *value = sample? as f32;
+                        }
+                    }
+                }
+            }
+            Ok(())
+        })
+        .map_err(damaged)?;
+    Ok(values)
+}

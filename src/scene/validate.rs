@@ -1,0 +1,371 @@
+//! Clean-up: a scene that went through [`clean`] keeps the promises of the scene types, whatever
+//! file it came from.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use super::{AlphaMode, Diagnostics, LightKind, Material, Mesh, Projection, Scene, Verdict};
+
+/// Makes a scene fit for rendering: drops what has no meaning, repairs what has one, and says so.
+///
+/// Afterwards all numbers are finite, all indices in range, normals and tangents of unit length,
+/// transforms invertible and material parameters in their legal ranges. Ids of meshes, materials and
+/// images stay valid: meshes may become empty, but none is removed.
+pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
+    let (images, materials) = (scene.images.len(), scene.materials.len());
+    for material in &mut scene.materials {
+        clean_material(material, images, diagnostics);
+    }
+    for mesh in &mut scene.meshes {
+        if mesh.material.is_some_and(|m| m.0 as usize >= materials) {
+            mesh.material = None;
+            diagnostics.report("bad-material", Verdict::Lost, "material that does not exist", &mesh.name, "the default material is used");
+        }
+        clean_mesh(mesh, diagnostics);
+    }
+    let meshes = &scene.meshes;
+    scene.instances.retain(|instance| {
+        let Some(mesh) = meshes.get(instance.mesh.0 as usize) else {
+            diagnostics.report("bad-instance", Verdict::Lost, "instance of a mesh that does not exist", &instance.name, "left out");
+            return false;
+        };
+        if mesh.triangles.is_empty() {
+            return false;
+        }
+        has_volume(&instance.world_from_object, &instance.name, diagnostics)
+    });
+    scene.lights.retain_mut(|light| {
+        let numbers = match light.kind {
+            LightKind::Point { intensity, radius } => [intensity, radius, 0.0, 0.0],
+            LightKind::Spot { intensity, radius, half_angle, blend } => [intensity, radius, half_angle, blend],
+            LightKind::Sun { irradiance, angle } => [irradiance, angle, 0.0, 0.0],
+        };
+        let sane = numbers.iter().chain(&light.color).all(|n| n.is_finite() && *n >= 0.0)
+            && light.world_from_light.is_finite()
+            && light.world_from_light.z_axis_direction().is_some();
+        if !sane {
+            diagnostics.report(
+                "bad-light",
+                Verdict::Lost,
+                "light with a negative number, one that is not finite, or no direction",
+                &light.name,
+                "left out",
+            );
+        }
+        sane
+    });
+    scene.cameras.retain_mut(|camera| {
+        let positive = |n: f64| n.is_finite() && n > 0.0;
+        let sane = camera.world_from_camera.is_finite()
+            && camera.world_from_camera.matrix3.determinant() != 0.0
+            && match camera.projection {
+                Projection::Perspective { vertical_fov, aspect } => {
+                    positive(vertical_fov) && vertical_fov < std::f64::consts::PI && aspect.is_none_or(positive)
+                }
+                Projection::Orthographic { half_width, half_height } => positive(half_width) && positive(half_height),
+            };
+        if !sane {
+            diagnostics.report(
+                "bad-camera",
+                Verdict::Lost,
+                "camera with an impossible angle, size or transform",
+                &camera.name,
+                "left out",
+            );
+            return false;
+        }
+        let near_is_sane = camera.clip_near.is_finite() && camera.clip_near >= 0.0;
+        let far_is_sane = !camera.clip_far.is_nan() && camera.clip_far > camera.clip_near;
+        if !(near_is_sane && far_is_sane) {
+            diagnostics.report(
+                "bad-clipping",
+                Verdict::Approximated,
+                "camera with impossible clipping distances",
+                &camera.name,
+                "nothing is clipped",
+            );
+            (camera.clip_near, camera.clip_far) = (0.0, f64::INFINITY);
+        }
+        true
+    });
+    if let Some(environment) = &mut scene.environment {
+        let sane = environment.radiance.iter().all(|c| c.is_finite() && *c >= 0.0)
+            && environment.rotation.is_finite()
+            && environment.image.is_none_or(|i| (i.0 as usize) < images);
+        if !sane {
+            diagnostics.report("bad-environment", Verdict::Lost, "environment with impossible numbers", "", "left out");
+            scene.environment = None;
+        }
+    }
+}
+
+/// Says that triangles were dropped because their indices were out of range.
+pub fn report_bad_indices(diagnostics: &mut Diagnostics, mesh: &str, triangles: usize) {
+    diagnostics.report(
+        "bad-indices",
+        Verdict::Lost,
+        "triangles with vertices that do not exist",
+        mesh,
+        format!("left out ({triangles} in the first mesh concerned)"),
+    );
+}
+
+trait Direction {
+    fn z_axis_direction(&self) -> Option<DVec3>;
+}
+
+impl Direction for DAffine3 {
+    fn z_axis_direction(&self) -> Option<DVec3> {
+        self.matrix3.z_axis.try_normalize()
+    }
+}
+
+/// Whether an instance's transform can be inverted, in a way that does not depend on its scale.
+fn has_volume(transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -> bool {
+    if !transform.is_finite() {
+        diagnostics.report("bad-transform", Verdict::Lost, "transform that is not finite", name, "the object is left out");
+        return false;
+    }
+    let DMat3 { x_axis, y_axis, z_axis } = transform.matrix3;
+    let flat = match (x_axis.try_normalize(), y_axis.try_normalize(), z_axis.try_normalize()) {
+        // A determinant of unit columns below f32's rounding means a plane or a line in f32.
+        (Some(x), Some(y), Some(z)) => DMat3::from_cols(x, y, z).determinant().abs() < f64::from(f32::EPSILON),
+        _ => true,
+    };
+    if flat {
+        diagnostics.report(
+            "singular-transform",
+            Verdict::Lost,
+            "object scaled to nothing in some direction",
+            name,
+            "left out",
+        );
+    }
+    !flat
+}
+
+fn clean_mesh(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
+    let count = mesh.positions.len();
+    let fits = |length: Option<usize>| length.is_none_or(|l| l == count);
+    let lengths_match = fits(mesh.normals.as_ref().map(Vec::len))
+        && fits(mesh.tangents.as_ref().map(Vec::len))
+        && fits(mesh.colors.as_ref().map(Vec::len))
+        && mesh.uvs.iter().all(|set| fits(Some(set.len())));
+    if !lengths_match {
+        diagnostics.report("bad-attributes", Verdict::Lost, "mesh whose attributes differ in length", &mesh.name, "left out");
+        mesh.triangles.clear();
+        return;
+    }
+    let before = mesh.triangles.len();
+    mesh.triangles.retain(|t| t.iter().all(|&i| (i as usize) < count));
+    if mesh.triangles.len() < before {
+        report_bad_indices(diagnostics, &mesh.name, before - mesh.triangles.len());
+    }
+
+    let before = mesh.triangles.len();
+    let positions = &mesh.positions;
+    let corner = |i: u32| Vec3::from(positions[i as usize]);
+    mesh.triangles.retain(|t| t.iter().all(|&i| corner(i).is_finite()));
+    if mesh.triangles.len() < before {
+        diagnostics.report(
+            "non-finite-positions",
+            Verdict::Lost,
+            "triangles with corners that are not finite",
+            &mesh.name,
+            format!("left out ({} in the first mesh concerned)", before - mesh.triangles.len()),
+        );
+    }
+    let before = mesh.triangles.len();
+    mesh.triangles.retain(|&[a, b, c]| area_vector(corner(a), corner(b), corner(c)) != DVec3::ZERO);
+    if mesh.triangles.len() < before {
+        diagnostics.report(
+            "degenerate-triangles",
+            Verdict::Exact,
+            "triangles without area",
+            &mesh.name,
+            format!("left out ({} in the first mesh concerned)", before - mesh.triangles.len()),
+        );
+    }
+    // Vertices that no triangle uses any more must not spoil bounds.
+    for position in &mut mesh.positions {
+        if position.iter().any(|c| !c.is_finite()) {
+            *position = [0.0; 3];
+        }
+    }
+    clean_normals(mesh, diagnostics);
+    clean_tangents(mesh, diagnostics);
+    let mut replaced = false;
+    for set in &mut mesh.uvs {
+        for value in set.iter_mut().flatten().filter(|v| !v.is_finite()) {
+            (*value, replaced) = (0.0, true);
+        }
+    }
+    if replaced {
+        diagnostics.report("bad-uvs", Verdict::Approximated, "texture coordinates that are not finite", &mesh.name, "taken as 0");
+    }
+    let mut replaced = false;
+    for value in mesh.colors.iter_mut().flatten().flatten() {
+        if !(value.is_finite() && *value >= 0.0) {
+            (*value, replaced) = (0.0, true);
+        }
+    }
+    if replaced {
+        diagnostics.report(
+            "bad-colours",
+            Verdict::Approximated,
+            "vertex colours that are negative or not finite",
+            &mesh.name,
+            "taken as 0",
+        );
+    }
+}
+
+/// Twice the area along the normal, in f64: products of f32 differences neither round nor vanish.
+fn area_vector(a: Vec3, b: Vec3, c: Vec3) -> DVec3 {
+    let a = a.as_dvec3();
+    (b.as_dvec3() - a).cross(c.as_dvec3() - a)
+}
+
+/// How far the square of a unit vector's length may be from 1 before it is normalised again: 16-bit
+/// and 8-bit normals are further off, f32 ones are not.
+const UNIT_TOLERANCE: f32 = 1e-4;
+
+fn clean_normals(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
+    let Some(normals) = &mut mesh.normals else { return };
+    let mut missing = false;
+    for normal in normals.iter_mut() {
+        let n = Vec3::from(*normal);
+        if (n.length_squared() - 1.0).abs() > UNIT_TOLERANCE || !n.is_finite() {
+            // f64, as the square of a short normal may vanish in f32.
+            match n.as_dvec3().try_normalize().filter(|_| n.is_finite()) {
+                Some(unit) => *normal = unit.as_vec3().into(),
+                None => (*normal, missing) = ([0.0; 3], true),
+            }
+        }
+    }
+    if !missing {
+        return;
+    }
+    // The sum of the faces' normals, weighted by area, where the file has none.
+    let mut sums = vec![DVec3::ZERO; normals.len()];
+    let mut used = false;
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|i| Vec3::from(mesh.positions[i as usize]));
+        for &i in triangle {
+            if normals[i as usize] == [0.0; 3] {
+                sums[i as usize] += area_vector(a, b, c);
+                used = true;
+            }
+        }
+    }
+    for (normal, sum) in normals.iter_mut().zip(sums) {
+        if *normal == [0.0; 3] {
+            *normal = sum.normalize_or(DVec3::Z).as_vec3().into();
+        }
+    }
+    if used {
+        diagnostics.report(
+            "bad-normals",
+            Verdict::Approximated,
+            "vertex normals that are zero or not finite",
+            &mesh.name,
+            "computed from the faces",
+        );
+    }
+}
+
+fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
+    let (Some(tangents), normals) = (&mut mesh.tangents, &mesh.normals) else { return };
+    let mut replaced = false;
+    for (i, tangent) in tangents.iter_mut().enumerate() {
+        let [x, y, z, w] = *tangent;
+        let t = Vec3::new(x, y, z);
+        let sign = if w < 0.0 { -1.0 } else { 1.0 };
+        let unit = match t.as_dvec3().try_normalize().filter(|_| t.is_finite()) {
+            Some(_) if (t.length_squared() - 1.0).abs() <= UNIT_TOLERANCE => t,
+            Some(unit) => unit.as_vec3(),
+            None => {
+                replaced = true;
+                normals.as_ref().map_or(Vec3::X, |n| Vec3::from(n[i]).any_orthonormal_vector())
+            }
+        };
+        *tangent = [unit.x, unit.y, unit.z, sign];
+    }
+    if replaced {
+        diagnostics.report(
+            "bad-tangents",
+            Verdict::Approximated,
+            "tangents that are zero or not finite",
+            &mesh.name,
+            "any direction along the surface is used",
+        );
+    }
+}
+
+fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diagnostics) {
+    let mut changed = false;
+    let mut clamp = |value: &mut f32, low: f32, high: f32, otherwise: f32| {
+        let legal = if value.is_nan() { otherwise } else { value.clamp(low, high) };
+        changed |= legal != *value;
+        *value = legal;
+    };
+    const LARGEST: f32 = 1e30;
+    for c in &mut material.base_color {
+        clamp(c, 0.0, 1.0, 0.0);
+    }
+    clamp(&mut material.alpha, 0.0, 1.0, 1.0);
+    clamp(&mut material.metallic, 0.0, 1.0, 0.0);
+    clamp(&mut material.roughness, 0.0, 1.0, 1.0);
+    for c in &mut material.emission {
+        clamp(c, 0.0, LARGEST, 0.0);
+    }
+    // KHR_materials_ior: 0 stands for a reflectance of 1 at all angles, otherwise at least 1.
+    if material.ior != 0.0 {
+        clamp(&mut material.ior, 1.0, LARGEST, 1.5);
+    }
+    clamp(&mut material.specular, 0.0, 1.0, 1.0);
+    for c in &mut material.specular_color {
+        clamp(c, 0.0, LARGEST, 1.0);
+    }
+    clamp(&mut material.transmission, 0.0, 1.0, 0.0);
+    if let AlphaMode::Mask { cutoff } = &mut material.alpha_mode {
+        // Above 1 everything is cut, which is legal.
+        clamp(cutoff, 0.0, LARGEST, 0.5);
+    }
+    if let Some(normal) = &mut material.normal_texture {
+        clamp(&mut normal.scale, -LARGEST, LARGEST, 1.0);
+    }
+    if changed {
+        diagnostics.report(
+            "material-range",
+            Verdict::Approximated,
+            "material with numbers outside of their legal range",
+            &material.name,
+            "the nearest legal number is used",
+        );
+    }
+    let mut broken = false;
+    for texture in material.textures_mut() {
+        let Some(t) = texture else { continue };
+        let transform = t.transform;
+        let numbers = transform.offset.iter().chain(&transform.scale).chain([&transform.rotation]);
+        if t.image.0 as usize >= images || numbers.into_iter().any(|n| !n.is_finite()) {
+            (*texture, broken) = (None, true);
+        }
+    }
+    if let Some(normal) = &material.normal_texture {
+        let transform = normal.texture.transform;
+        let mut numbers = transform.offset.iter().chain(&transform.scale).chain([&transform.rotation]);
+        if normal.texture.image.0 as usize >= images || numbers.any(|n| !n.is_finite()) {
+            (material.normal_texture, broken) = (None, true);
+        }
+    }
+    if broken {
+        diagnostics.report(
+            "bad-texture",
+            Verdict::Lost,
+            "texture without an image or with a transform that is not finite",
+            &material.name,
+            "left out",
+        );
+    }
+}
