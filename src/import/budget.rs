@@ -34,13 +34,20 @@ impl Budget {
     }
 
     fn new(total: u64) -> Self {
-        Self { left: AtomicU64::new(total), total }
+        Self {
+            left: AtomicU64::new(total),
+            total,
+        }
     }
 
     /// Takes `count` elements of `size` bytes out of the budget; an error says how much was asked.
     pub(crate) fn take(&self, count: u64, size: usize) -> Result<(), String> {
         let bytes = count.saturating_mul(size as u64);
-        let taken = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(bytes));
+        let taken = self
+            .left
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| {
+                left.checked_sub(bytes)
+            });
         taken.map(|_| ()).map_err(|_| {
             format!(
                 "would take {} MiB of memory, which is out of proportion to the file (at most {} MiB): it is damaged",

@@ -19,7 +19,9 @@ pub enum ImportError {
         reason: String,
     },
     /// A file that the scene names cannot be read.
-    #[error("{file}: {object} needs the file {needed}, which cannot be read ({reason}): put it where the scene expects it, or export the scene again as .glb")]
+    #[error(
+        "{file}: {object} needs the file {needed}, which cannot be read ({reason}): put it where the scene expects it, or export the scene again as .glb"
+    )]
     MissingPart {
         /// The scene file.
         file: String,
@@ -71,18 +73,33 @@ pub enum ImportError {
 }
 
 impl ImportError {
-    pub(crate) fn malformed(file: &str, object: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self::Malformed { file: file.into(), object: object.into(), problem: problem.into() }
+    pub(crate) fn malformed(
+        file: &str,
+        object: impl Into<String>,
+        problem: impl Into<String>,
+    ) -> Self {
+        Self::Malformed {
+            file: file.into(),
+            object: object.into(),
+            problem: problem.into(),
+        }
     }
 
     pub(crate) fn image(file: &str, object: impl Into<String>, reason: ImageFailure) -> Self {
-        Self::Image { file: file.into(), object: object.into(), reason }
+        Self::Image {
+            file: file.into(),
+            object: object.into(),
+            reason,
+        }
     }
 }
 
 /// Reads a whole regular file (a device or a pipe might never end).
 pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, ImportError> {
-    read_bytes(path).map_err(|reason| ImportError::Unreadable { file: path.display().to_string(), reason })
+    read_bytes(path).map_err(|reason| ImportError::Unreadable {
+        file: path.display().to_string(),
+        reason,
+    })
 }
 
 /// As [`read_file`], with the bare reason.

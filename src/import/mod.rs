@@ -100,10 +100,18 @@ pub fn load_environment(
 ) -> Result<Diagnostics, ImportError> {
     let file = path.display().to_string();
     if !(strength.is_finite() && strength >= 0.0) {
-        return Err(ImportError::malformed(&file, "environment", "its strength must be a finite number of at least 0"));
+        return Err(ImportError::malformed(
+            &file,
+            "environment",
+            "its strength must be a finite number of at least 0",
+        ));
     }
     if !rotation_degrees.is_finite() {
-        return Err(ImportError::malformed(&file, "environment", "its rotation must be a finite number"));
+        return Err(ImportError::malformed(
+            &file,
+            "environment",
+            "its rotation must be a finite number",
+        ));
     }
     let bytes = error::read_file(path)?;
     let limit = budget::Budget::for_image(bytes.len());

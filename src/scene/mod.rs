@@ -8,7 +8,10 @@ mod material;
 pub mod validate;
 
 pub use diagnostics::{Diagnostic, Diagnostics, Verdict};
-pub use material::{AlphaMode, ImageUse, Material, NormalTexture, Sampler, Texture, TextureFilter, UvTransform, Wrap};
+pub use material::{
+    AlphaMode, ImageUse, Material, NormalTexture, Sampler, Texture, TextureFilter, UvTransform,
+    Wrap,
+};
 
 use glam::DAffine3;
 

@@ -18,14 +18,26 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     for mesh in &mut scene.meshes {
         if mesh.material.is_some_and(|m| m.0 as usize >= materials) {
             mesh.material = None;
-            diagnostics.report("bad-material", Verdict::Lost, "material that does not exist", &mesh.name, "the default material is used");
+            diagnostics.report(
+                "bad-material",
+                Verdict::Lost,
+                "material that does not exist",
+                &mesh.name,
+                "the default material is used",
+            );
         }
         clean_mesh(mesh, diagnostics);
     }
     let meshes = &scene.meshes;
     scene.instances.retain(|instance| {
         let Some(mesh) = meshes.get(instance.mesh.0 as usize) else {
-            diagnostics.report("bad-instance", Verdict::Lost, "instance of a mesh that does not exist", &instance.name, "left out");
+            diagnostics.report(
+                "bad-instance",
+                Verdict::Lost,
+                "instance of a mesh that does not exist",
+                &instance.name,
+                "left out",
+            );
             return false;
         };
         if mesh.triangles.is_empty() {
@@ -36,10 +48,18 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     scene.lights.retain_mut(|light| {
         let numbers = match light.kind {
             LightKind::Point { intensity, radius } => [intensity, radius, 0.0, 0.0],
-            LightKind::Spot { intensity, radius, half_angle, blend } => [intensity, radius, half_angle, blend],
+            LightKind::Spot {
+                intensity,
+                radius,
+                half_angle,
+                blend,
+            } => [intensity, radius, half_angle, blend],
             LightKind::Sun { irradiance, angle } => [irradiance, angle, 0.0, 0.0],
         };
-        let sane = numbers.iter().chain(&light.color).all(|n| n.is_finite() && *n >= 0.0)
+        let sane = numbers
+            .iter()
+            .chain(&light.color)
+            .all(|n| n.is_finite() && *n >= 0.0)
             && light.world_from_light.is_finite()
             && light.world_from_light.z_axis_direction().is_some();
         if !sane {
@@ -58,10 +78,18 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         let sane = camera.world_from_camera.is_finite()
             && camera.world_from_camera.matrix3.determinant() != 0.0
             && match camera.projection {
-                Projection::Perspective { vertical_fov, aspect } => {
-                    positive(vertical_fov) && vertical_fov < std::f64::consts::PI && aspect.is_none_or(positive)
+                Projection::Perspective {
+                    vertical_fov,
+                    aspect,
+                } => {
+                    positive(vertical_fov)
+                        && vertical_fov < std::f64::consts::PI
+                        && aspect.is_none_or(positive)
                 }
-                Projection::Orthographic { half_width, half_height } => positive(half_width) && positive(half_height),
+                Projection::Orthographic {
+                    half_width,
+                    half_height,
+                } => positive(half_width) && positive(half_height),
             };
         if !sane {
             diagnostics.report(
@@ -88,11 +116,20 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         true
     });
     if let Some(environment) = &mut scene.environment {
-        let sane = environment.radiance.iter().all(|c| c.is_finite() && *c >= 0.0)
+        let sane = environment
+            .radiance
+            .iter()
+            .all(|c| c.is_finite() && *c >= 0.0)
             && environment.rotation.is_finite()
             && environment.image.is_none_or(|i| (i.0 as usize) < images);
         if !sane {
-            diagnostics.report("bad-environment", Verdict::Lost, "environment with impossible numbers", "", "left out");
+            diagnostics.report(
+                "bad-environment",
+                Verdict::Lost,
+                "environment with impossible numbers",
+                "",
+                "left out",
+            );
             scene.environment = None;
         }
     }
@@ -122,13 +159,29 @@ impl Direction for DAffine3 {
 /// Whether an instance's transform can be inverted, in a way that does not depend on its scale.
 fn has_volume(transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -> bool {
     if !transform.is_finite() {
-        diagnostics.report("bad-transform", Verdict::Lost, "transform that is not finite", name, "the object is left out");
+        diagnostics.report(
+            "bad-transform",
+            Verdict::Lost,
+            "transform that is not finite",
+            name,
+            "the object is left out",
+        );
         return false;
     }
-    let DMat3 { x_axis, y_axis, z_axis } = transform.matrix3;
-    let flat = match (x_axis.try_normalize(), y_axis.try_normalize(), z_axis.try_normalize()) {
+    let DMat3 {
+        x_axis,
+        y_axis,
+        z_axis,
+    } = transform.matrix3;
+    let flat = match (
+        x_axis.try_normalize(),
+        y_axis.try_normalize(),
+        z_axis.try_normalize(),
+    ) {
         // A determinant of unit columns below f32's rounding means a plane or a line in f32.
-        (Some(x), Some(y), Some(z)) => DMat3::from_cols(x, y, z).determinant().abs() < f64::from(f32::EPSILON),
+        (Some(x), Some(y), Some(z)) => {
+            DMat3::from_cols(x, y, z).determinant().abs() < f64::from(f32::EPSILON)
+        }
         _ => true,
     };
     if flat {
@@ -151,12 +204,19 @@ fn clean_mesh(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
         && fits(mesh.colors.as_ref().map(Vec::len))
         && mesh.uvs.iter().all(|set| fits(Some(set.len())));
     if !lengths_match {
-        diagnostics.report("bad-attributes", Verdict::Lost, "mesh whose attributes differ in length", &mesh.name, "left out");
+        diagnostics.report(
+            "bad-attributes",
+            Verdict::Lost,
+            "mesh whose attributes differ in length",
+            &mesh.name,
+            "left out",
+        );
         mesh.triangles.clear();
         return;
     }
     let before = mesh.triangles.len();
-    mesh.triangles.retain(|t| t.iter().all(|&i| (i as usize) < count));
+    mesh.triangles
+        .retain(|t| t.iter().all(|&i| (i as usize) < count));
     if mesh.triangles.len() < before {
         report_bad_indices(diagnostics, &mesh.name, before - mesh.triangles.len());
     }
@@ -164,25 +224,33 @@ fn clean_mesh(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
     let before = mesh.triangles.len();
     let positions = &mesh.positions;
     let corner = |i: u32| Vec3::from(positions[i as usize]);
-    mesh.triangles.retain(|t| t.iter().all(|&i| corner(i).is_finite()));
+    mesh.triangles
+        .retain(|t| t.iter().all(|&i| corner(i).is_finite()));
     if mesh.triangles.len() < before {
         diagnostics.report(
             "non-finite-positions",
             Verdict::Lost,
             "triangles with corners that are not finite",
             &mesh.name,
-            format!("left out ({} in the first mesh concerned)", before - mesh.triangles.len()),
+            format!(
+                "left out ({} in the first mesh concerned)",
+                before - mesh.triangles.len()
+            ),
         );
     }
     let before = mesh.triangles.len();
-    mesh.triangles.retain(|&[a, b, c]| area_vector(corner(a), corner(b), corner(c)) != DVec3::ZERO);
+    mesh.triangles
+        .retain(|&[a, b, c]| area_vector(corner(a), corner(b), corner(c)) != DVec3::ZERO);
     if mesh.triangles.len() < before {
         diagnostics.report(
             "degenerate-triangles",
             Verdict::Exact,
             "triangles without area",
             &mesh.name,
-            format!("left out ({} in the first mesh concerned)", before - mesh.triangles.len()),
+            format!(
+                "left out ({} in the first mesh concerned)",
+                before - mesh.triangles.len()
+            ),
         );
     }
     // Vertices that no triangle uses any more must not spoil bounds.
@@ -200,7 +268,13 @@ fn clean_mesh(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
         }
     }
     if replaced {
-        diagnostics.report("bad-uvs", Verdict::Approximated, "texture coordinates that are not finite", &mesh.name, "taken as 0");
+        diagnostics.report(
+            "bad-uvs",
+            Verdict::Approximated,
+            "texture coordinates that are not finite",
+            &mesh.name,
+            "taken as 0",
+        );
     }
     let mut replaced = false;
     for value in mesh.colors.iter_mut().flatten().flatten() {
@@ -230,7 +304,9 @@ fn area_vector(a: Vec3, b: Vec3, c: Vec3) -> DVec3 {
 const UNIT_TOLERANCE: f32 = 1e-4;
 
 fn clean_normals(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
-    let Some(normals) = &mut mesh.normals else { return };
+    let Some(normals) = &mut mesh.normals else {
+        return;
+    };
     let mut missing = false;
     for normal in normals.iter_mut() {
         let n = Vec3::from(*normal);
@@ -274,7 +350,9 @@ fn clean_normals(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
 }
 
 fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
-    let (Some(tangents), normals) = (&mut mesh.tangents, &mesh.normals) else { return };
+    let (Some(tangents), normals) = (&mut mesh.tangents, &mesh.normals) else {
+        return;
+    };
     let mut replaced = false;
     for (i, tangent) in tangents.iter_mut().enumerate() {
         let [x, y, z, w] = *tangent;
@@ -285,7 +363,9 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
             Some(unit) => unit.as_vec3(),
             None => {
                 replaced = true;
-                normals.as_ref().map_or(Vec3::X, |n| Vec3::from(n[i]).any_orthonormal_vector())
+                normals
+                    .as_ref()
+                    .map_or(Vec3::X, |n| Vec3::from(n[i]).any_orthonormal_vector())
             }
         };
         *tangent = [unit.x, unit.y, unit.z, sign];
@@ -304,7 +384,11 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
 fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diagnostics) {
     let mut changed = false;
     let mut clamp = |value: &mut f32, low: f32, high: f32, otherwise: f32| {
-        let legal = if value.is_nan() { otherwise } else { value.clamp(low, high) };
+        let legal = if value.is_nan() {
+            otherwise
+        } else {
+            value.clamp(low, high)
+        };
         changed |= legal != *value;
         *value = legal;
     };
@@ -347,14 +431,22 @@ fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diag
     for texture in material.textures_mut() {
         let Some(t) = texture else { continue };
         let transform = t.transform;
-        let numbers = transform.offset.iter().chain(&transform.scale).chain([&transform.rotation]);
+        let numbers = transform
+            .offset
+            .iter()
+            .chain(&transform.scale)
+            .chain([&transform.rotation]);
         if t.image.0 as usize >= images || numbers.into_iter().any(|n| !n.is_finite()) {
             (*texture, broken) = (None, true);
         }
     }
     if let Some(normal) = &material.normal_texture {
         let transform = normal.texture.transform;
-        let mut numbers = transform.offset.iter().chain(&transform.scale).chain([&transform.rotation]);
+        let mut numbers = transform
+            .offset
+            .iter()
+            .chain(&transform.scale)
+            .chain([&transform.rotation]);
         if normal.texture.image.0 as usize >= images || numbers.any(|n| !n.is_finite()) {
             (material.normal_texture, broken) = (None, true);
         }

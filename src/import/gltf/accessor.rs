@@ -23,7 +23,11 @@ fn decode(bytes: &[u8], kind: ComponentType, normalized: bool) -> f64 {
         }
         (ComponentType::I16, &[a, b]) => {
             let c = f64::from(i16::from_le_bytes([a, b]));
-            if normalized { (c / 32767.0).max(-1.0) } else { c }
+            if normalized {
+                (c / 32767.0).max(-1.0)
+            } else {
+                c
+            }
         }
         (ComponentType::U32, &[a, b, c, d]) => f64::from(u32::from_le_bytes([a, b, c, d])),
         (ComponentType::F32, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
@@ -50,23 +54,39 @@ impl<'a> Run<'a> {
         let (data, stride) = document.view(view)?;
         let stride = stride.filter(|&s| s != 0).unwrap_or(element);
         if stride < element {
-            return Err(format!("buffer view {view} has a stride of {stride} bytes for elements of {element}"));
+            return Err(format!(
+                "buffer view {view} has a stride of {stride} bytes for elements of {element}"
+            ));
         }
         let start = usize::try_from(offset).ok().filter(|&o| o <= data.len());
-        let data = start.and_then(|o| data.get(o..)).ok_or("it begins beyond the end of its buffer view")?;
+        let data = start
+            .and_then(|o| data.get(o..))
+            .ok_or("it begins beyond the end of its buffer view")?;
         let needed = match count {
             0 => Some(0),
-            n => (n - 1).checked_mul(stride).and_then(|b| b.checked_add(element)),
+            n => (n - 1)
+                .checked_mul(stride)
+                .and_then(|b| b.checked_add(element)),
         };
         if needed.is_none_or(|n| n > data.len()) {
-            return Err(format!("its {count} elements reach beyond the end of its buffer view"));
+            return Err(format!(
+                "its {count} elements reach beyond the end of its buffer view"
+            ));
         }
-        Ok(Self { data, stride, element, count })
+        Ok(Self {
+            data,
+            stride,
+            element,
+            count,
+        })
     }
 
     fn iter(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
         let (data, stride, element) = (self.data, self.stride, self.element);
-        (0..self.count).map(move |i| data.get(i * stride..i * stride + element).unwrap_or_default())
+        (0..self.count).map(move |i| {
+            data.get(i * stride..i * stride + element)
+                .unwrap_or_default()
+        })
     }
 }
 
@@ -95,7 +115,9 @@ fn layout(kind: Type, component: usize) -> (Vec<usize>, usize) {
         }
     };
     let column = (rows * component).next_multiple_of(4);
-    let offsets = (0..rows * rows).map(|i| (i / rows) * column + (i % rows) * component).collect();
+    let offsets = (0..rows * rows)
+        .map(|i| (i / rows) * column + (i % rows) * component)
+        .collect();
     (offsets, rows * column)
 }
 
@@ -110,12 +132,24 @@ pub(super) struct Shape {
 
 /// Looks at an accessor without reading it.
 pub(super) fn shape(document: &Document, index: usize) -> Result<Shape, String> {
-    let accessor = document.core.accessors.get(index).ok_or_else(|| format!("there is no accessor {index}"))?;
-    let (Checked::Valid(kind), Checked::Valid(component)) = (accessor.type_, accessor.component_type) else {
+    let accessor = document
+        .core
+        .accessors
+        .get(index)
+        .ok_or_else(|| format!("there is no accessor {index}"))?;
+    let (Checked::Valid(kind), Checked::Valid(component)) =
+        (accessor.type_, accessor.component_type)
+    else {
         return Err(format!("accessor {index} has an unknown type"));
     };
-    let count = usize::try_from(accessor.count.0).map_err(|_| format!("accessor {index} has an absurd count"))?;
-    Ok(Shape { kind, component: component.0, normalized: accessor.normalized, count })
+    let count = usize::try_from(accessor.count.0)
+        .map_err(|_| format!("accessor {index} has an absurd count"))?;
+    Ok(Shape {
+        kind,
+        component: component.0,
+        normalized: accessor.normalized,
+        count,
+    })
 }
 
 /// Reads an accessor of `N` components as `f64`, normalised integers decoded, sparse ones filled in.
@@ -126,18 +160,26 @@ pub(super) fn read<const N: usize>(
 ) -> Result<Vec<[f64; N]>, String> {
     let shape = shape(document, index)?;
     if components(shape.kind) != N {
-        return Err(format!("accessor {index} has {} components where {N} are needed", components(shape.kind)));
+        return Err(format!(
+            "accessor {index} has {} components where {N} are needed",
+            components(shape.kind)
+        ));
     }
     let size = shape.component.size();
     let (offsets, element) = layout(shape.kind, size);
     let convert = |bytes: &[u8]| {
         let mut values = [0.0; N];
         for (value, &at) in values.iter_mut().zip(&offsets) {
-            *value = decode(bytes.get(at..at + size).unwrap_or_default(), shape.component, shape.normalized);
+            *value = decode(
+                bytes.get(at..at + size).unwrap_or_default(),
+                shape.component,
+                shape.normalized,
+            );
         }
         values
     };
-    gather(document, index, shape.count, element, budget, convert).map_err(|problem| format!("accessor {index}: {problem}"))
+    gather(document, index, shape.count, element, budget, convert)
+        .map_err(|problem| format!("accessor {index}: {problem}"))
 }
 
 /// Reads an accessor of `N` components as `f32`.
@@ -146,20 +188,33 @@ pub(super) fn read_f32<const N: usize>(
     index: usize,
     budget: &Budget,
 ) -> Result<Vec<[f32; N]>, String> {
-    Ok(read::<N>(document, index, budget)?.into_iter().map(|v| v.map(|c| c as f32)).collect())
+    Ok(read::<N>(document, index, budget)?
+        .into_iter()
+        .map(|v| v.map(|c| c as f32))
+        .collect())
 }
 
 /// Reads a scalar accessor of unsigned integers.
-pub(super) fn read_indices(document: &Document, index: usize, budget: &Budget) -> Result<Vec<u32>, String> {
+pub(super) fn read_indices(
+    document: &Document,
+    index: usize,
+    budget: &Budget,
+) -> Result<Vec<u32>, String> {
     let shape = shape(document, index)?;
     if shape.kind != Type::Scalar
-        || !matches!(shape.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+        || !matches!(
+            shape.component,
+            ComponentType::U8 | ComponentType::U16 | ComponentType::U32
+        )
         || shape.normalized
     {
         return Err(format!("accessor {index} does not hold indices"));
     }
     // Every u32 has an exact f64.
-    Ok(read::<1>(document, index, budget)?.into_iter().map(|[v]| v as u32).collect())
+    Ok(read::<1>(document, index, budget)?
+        .into_iter()
+        .map(|[v]| v as u32)
+        .collect())
 }
 
 /// Converts an accessor's elements in order, then puts its sparse substitutes in their places.
@@ -176,20 +231,37 @@ fn gather<T: Copy>(
     };
     // Everything is checked before memory is asked for.
     let dense = match &accessor.buffer_view {
-        Some(view) => {
-            Some(Run::new(document, view.value(), accessor.byte_offset.map_or(0, |o| o.0), element, total)?)
-        }
+        Some(view) => Some(Run::new(
+            document,
+            view.value(),
+            accessor.byte_offset.map_or(0, |o| o.0),
+            element,
+            total,
+        )?),
         None => None,
     };
     let sparse = match &accessor.sparse {
         Some(sparse) => {
-            let count = usize::try_from(sparse.count.0).map_err(|_| "its sparse count is absurd".to_string())?;
+            let count = usize::try_from(sparse.count.0)
+                .map_err(|_| "its sparse count is absurd".to_string())?;
             let Checked::Valid(kind) = sparse.indices.component_type else {
                 return Err("its sparse indices have an unknown type".into());
             };
             let (indices, values) = (&sparse.indices, &sparse.values);
-            let at = Run::new(document, indices.buffer_view.value(), indices.byte_offset.0, kind.0.size(), count)?;
-            let with = Run::new(document, values.buffer_view.value(), values.byte_offset.0, element, count)?;
+            let at = Run::new(
+                document,
+                indices.buffer_view.value(),
+                indices.byte_offset.0,
+                kind.0.size(),
+                count,
+            )?;
+            let with = Run::new(
+                document,
+                values.buffer_view.value(),
+                values.byte_offset.0,
+                element,
+                count,
+            )?;
             Some((at, with, kind.0))
         }
         None => None,
@@ -205,7 +277,11 @@ fn gather<T: Copy>(
             let place = decode(place, kind, false) as usize;
             match result.get_mut(place) {
                 Some(slot) => *slot = convert(bytes),
-                None => return Err(format!("its sparse index {place} is beyond its {total} elements")),
+                None => {
+                    return Err(format!(
+                        "its sparse index {place} is beyond its {total} elements"
+                    ));
+                }
             }
         }
     }

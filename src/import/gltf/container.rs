@@ -39,7 +39,10 @@ impl Document {
     pub(super) fn open(path: &Path) -> Result<Self, ImportError> {
         let bytes = read_file(path)?;
         let file = path.display().to_string();
-        let not_gltf = |reason: String| ImportError::NotGltf { file: file.clone(), reason };
+        let not_gltf = |reason: String| ImportError::NotGltf {
+            file: file.clone(),
+            reason,
+        };
         let (json_range, binary) = if bytes.starts_with(b"glTF") {
             split_glb(&bytes).map_err(not_gltf)?
         } else {
@@ -50,19 +53,33 @@ impl Document {
         if text.iter().all(u8::is_ascii_whitespace) {
             return Err(not_gltf("it is empty".into()));
         }
-        let value: Value = serde_json::from_slice(text).map_err(|e| not_gltf(format!("it is neither GLB nor JSON ({e})")))?;
+        let value: Value = serde_json::from_slice(text)
+            .map_err(|e| not_gltf(format!("it is neither GLB nor JSON ({e})")))?;
         let version = value.pointer("/asset/version").and_then(Value::as_str);
         match version {
             Some(v) if v == "2" || v.starts_with("2.") => {}
-            Some(v) => return Err(not_gltf(format!("its version is {v}; export it again as glTF 2.0"))),
+            Some(v) => {
+                return Err(not_gltf(format!(
+                    "its version is {v}; export it again as glTF 2.0"
+                )));
+            }
             None => return Err(not_gltf("it has no asset.version".into())),
         }
-        let graph = Graph::parse(&value).map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
+        let graph = Graph::parse(&value)
+            .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
         let core = core_json(&value);
-        let core: json::Root =
-            serde_json::from_value(core).map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
+        let core: json::Root = serde_json::from_value(core)
+            .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        let mut document = Self { file, folder, core, graph, value, bytes, buffers: Vec::new() };
+        let mut document = Self {
+            file,
+            folder,
+            core,
+            graph,
+            value,
+            bytes,
+            buffers: Vec::new(),
+        };
         document.load_buffers(binary)?;
         Ok(document)
     }
@@ -99,13 +116,23 @@ impl Document {
 
     /// All bytes that the scene's data come from.
     pub(super) fn input_bytes(&self) -> usize {
-        let loaded = |b: &Buffer| if let Buffer::Loaded(data) = b { data.len() } else { 0 };
+        let loaded = |b: &Buffer| {
+            if let Buffer::Loaded(data) = b {
+                data.len()
+            } else {
+                0
+            }
+        };
         self.bytes.len() + self.buffers.iter().map(loaded).sum::<usize>()
     }
 
     /// The bytes of a buffer view, with its stride.
     pub(super) fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), String> {
-        let view = self.core.buffer_views.get(index).ok_or_else(|| format!("there is no buffer view {index}"))?;
+        let view = self
+            .core
+            .buffer_views
+            .get(index)
+            .ok_or_else(|| format!("there is no buffer view {index}"))?;
         let data: &[u8] = match self.buffers.get(view.buffer.value()) {
             Some(Buffer::Inside(range)) => self.bytes.get(range.clone()).unwrap_or_default(),
             Some(Buffer::Loaded(data)) => data,
@@ -117,7 +144,12 @@ impl Document {
         let slice = end
             .and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?))
             .and_then(|range| data.get(range))
-            .ok_or_else(|| format!("buffer view {index} reaches beyond the end of its buffer ({} bytes)", data.len()))?;
+            .ok_or_else(|| {
+                format!(
+                    "buffer view {index} reaches beyond the end of its buffer ({} bytes)",
+                    data.len()
+                )
+            })?;
         Ok((slice, view.byte_stride.map(|s| s.0)))
     }
 
@@ -130,12 +162,17 @@ impl Document {
         }
         if let Some((scheme, _)) = uri.split_once(':')
             && scheme.len() > 1
-            && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'+' | b'-' | b'.'))
+            && scheme
+                .bytes()
+                .all(|b| b.is_ascii_alphanumeric() || matches!(b, b'+' | b'-' | b'.'))
         {
             return Err(ImportError::malformed(
                 &self.file,
                 object,
-                format!("its address \"{}\" is not a file beside the scene: download it and export again", shorten(uri)),
+                format!(
+                    "its address \"{}\" is not a file beside the scene: download it and export again",
+                    shorten(uri)
+                ),
             ));
         }
         let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
@@ -144,17 +181,24 @@ impl Document {
         if !path.exists() && self.folder.join(uri).exists() {
             path = self.folder.join(uri);
         }
-        read_bytes(&path).map(Resolved::Data).map_err(|reason| ImportError::MissingPart {
-            file: self.file.clone(),
-            object: object.into(),
-            needed: path.display().to_string(),
-            reason,
-        })
+        read_bytes(&path)
+            .map(Resolved::Data)
+            .map_err(|reason| ImportError::MissingPart {
+                file: self.file.clone(),
+                object: object.into(),
+                needed: path.display().to_string(),
+                reason,
+            })
     }
 
     /// Whether Blender's own exporter wrote the file, and if so its major version.
     pub(super) fn blender_version(&self) -> Option<u32> {
-        let rest = self.core.asset.generator.as_deref()?.strip_prefix("Khronos glTF Blender I/O v")?;
+        let rest = self
+            .core
+            .asset
+            .generator
+            .as_deref()?
+            .strip_prefix("Khronos glTF Blender I/O v")?;
         rest.split('.').next()?.parse().ok()
     }
 
@@ -172,7 +216,8 @@ pub(super) enum Resolved {
 
 fn strip_scheme<'a>(uri: &'a str, scheme: &str) -> Option<&'a str> {
     let head = uri.get(..scheme.len())?;
-    head.eq_ignore_ascii_case(scheme).then(|| &uri[scheme.len()..])
+    head.eq_ignore_ascii_case(scheme)
+        .then(|| &uri[scheme.len()..])
 }
 
 /// At most 60 characters of a text from the file, for messages.
@@ -190,13 +235,18 @@ fn decode_data_uri(rest: &str) -> Result<Vec<u8>, String> {
     if !header.to_ascii_lowercase().ends_with(";base64") {
         return Ok(raw);
     }
-    let compact: Vec<u8> = raw.into_iter().filter(|b| !b.is_ascii_whitespace()).collect();
+    let compact: Vec<u8> = raw
+        .into_iter()
+        .filter(|b| !b.is_ascii_whitespace())
+        .collect();
     let engine = base64::engine::GeneralPurpose::new(
         &base64::alphabet::STANDARD,
         base64::engine::GeneralPurposeConfig::new()
             .with_decode_padding_mode(base64::engine::DecodePaddingMode::Indifferent),
     );
-    engine.decode(compact).map_err(|e| format!("its base64 data are damaged ({e})"))
+    engine
+        .decode(compact)
+        .map_err(|e| format!("its base64 data are damaged ({e})"))
 }
 
 /// Byte ranges of the JSON chunk and, where there is one, of the binary chunk (specification 4.4).
@@ -211,11 +261,16 @@ fn split_glb(bytes: &[u8]) -> Result<(Range<usize>, Option<Range<usize>>), Strin
     };
     let version = word(4)?;
     if version != 2 {
-        return Err(format!("its GLB version is {version}; export it again as glTF 2.0"));
+        return Err(format!(
+            "its GLB version is {version}; export it again as glTF 2.0"
+        ));
     }
     let total = word(8)? as usize;
     if total > bytes.len() {
-        return Err(format!("it should have {total} bytes but has {}: it is cut off", bytes.len()));
+        return Err(format!(
+            "it should have {total} bytes but has {}: it is cut off",
+            bytes.len()
+        ));
     }
     let (mut json, mut binary) = (None, None);
     let mut at = 12;
@@ -246,7 +301,17 @@ const BINARY_CHUNK: u32 = 0x004E_4942;
 /// objects although the format allows any value.
 fn core_json(value: &Value) -> Value {
     let mut core = Map::new();
-    for key in ["asset", "accessors", "buffers", "bufferViews", "images", "materials", "meshes", "samplers", "textures"] {
+    for key in [
+        "asset",
+        "accessors",
+        "buffers",
+        "bufferViews",
+        "images",
+        "materials",
+        "meshes",
+        "samplers",
+        "textures",
+    ] {
         if let Some(part) = value.get(key) {
             core.insert(key.into(), without_extras(part));
         }
@@ -258,7 +323,11 @@ fn without_extras(value: &Value) -> Value {
     match value {
         Value::Array(items) => Value::Array(items.iter().map(without_extras).collect()),
         Value::Object(fields) => Value::Object(
-            fields.iter().filter(|(k, _)| *k != "extras").map(|(k, v)| (k.clone(), without_extras(v))).collect(),
+            fields
+                .iter()
+                .filter(|(k, _)| *k != "extras")
+                .map(|(k, v)| (k.clone(), without_extras(v)))
+                .collect(),
         ),
         other => other.clone(),
     }
@@ -270,8 +339,14 @@ mod tests {
 
     #[test]
     fn data_uris_are_decoded_with_and_without_base64() {
-        assert_eq!(decode_data_uri("application/octet-stream;base64,AAEC").unwrap(), [0, 1, 2]);
-        assert_eq!(decode_data_uri("application/octet-stream;base64,AAECAw").unwrap(), [0, 1, 2, 3]);
+        assert_eq!(
+            decode_data_uri("application/octet-stream;base64,AAEC").unwrap(),
+            [0, 1, 2]
+        );
+        assert_eq!(
+            decode_data_uri("application/octet-stream;base64,AAECAw").unwrap(),
+            [0, 1, 2, 3]
+        );
         assert_eq!(decode_data_uri("text/plain,a%20b").unwrap(), b"a b");
         assert!(decode_data_uri("no comma").is_err());
         assert!(decode_data_uri(";base64,@@@").is_err());

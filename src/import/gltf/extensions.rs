@@ -34,9 +34,9 @@ pub(super) fn check_required(document: &Document) -> Result<(), ImportError> {
             continue;
         }
         let remedy = match name.as_str() {
-            "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-                "export it again from Blender with compression off"
-            }
+            "KHR_draco_mesh_compression"
+            | "EXT_meshopt_compression"
+            | "KHR_meshopt_compression" => "export it again from Blender with compression off",
             "KHR_texture_basisu" | "EXT_texture_avif" | "MSFT_texture_dds" => {
                 "export it again with PNG, JPEG or WebP textures"
             }
@@ -53,7 +53,13 @@ pub(super) fn check_required(document: &Document) -> Result<(), ImportError> {
 
 /// An extension that nobody here knows.
 pub(super) fn report_unknown(diagnostics: &mut Diagnostics, name: &str, owner: &str) {
-    diagnostics.report("unknown-extension", Verdict::Lost, name, owner, "not supported; left out");
+    diagnostics.report(
+        "unknown-extension",
+        Verdict::Lost,
+        name,
+        owner,
+        "not supported; left out",
+    );
 }
 
 /// Reports the extensions of an object (a JSON pointer such as `/nodes/3`) that `handled` does not
@@ -65,7 +71,11 @@ pub(super) fn report_others(
     handled: &[&str],
     diagnostics: &mut Diagnostics,
 ) {
-    let Some(Value::Object(extensions)) = document.value.pointer(pointer).and_then(|o| o.get("extensions")) else {
+    let Some(Value::Object(extensions)) = document
+        .value
+        .pointer(pointer)
+        .and_then(|o| o.get("extensions"))
+    else {
         return;
     };
     for name in extensions.keys().filter(|n| !handled.contains(&n.as_str())) {
@@ -111,29 +121,54 @@ pub(super) fn report_others(
 }
 
 /// Reports a material extension that is not rendered, if it has an effect by value.
-pub(super) fn report_material(name: &str, value: &Value, owner: &str, diagnostics: &mut Diagnostics) {
-    let number = |key: &str, default: f64| value.get(key).and_then(Value::as_f64).unwrap_or(default);
+pub(super) fn report_material(
+    name: &str,
+    value: &Value,
+    owner: &str,
+    diagnostics: &mut Diagnostics,
+) {
+    let number =
+        |key: &str, default: f64| value.get(key).and_then(Value::as_f64).unwrap_or(default);
     let positive = |key: &str, default: f64| number(key, default) > 0.0;
     let color = |key: &str, default: f64| match value.get(key).and_then(Value::as_array) {
         Some(items) => items.iter().any(|v| v.as_f64().is_some_and(|v| v > 0.0)),
         None => default > 0.0,
     };
     let (effect, instead) = match name {
-        "KHR_materials_clearcoat" => (positive("clearcoatFactor", 0.0), "rendered without the coat"),
+        "KHR_materials_clearcoat" => (
+            positive("clearcoatFactor", 0.0),
+            "rendered without the coat",
+        ),
         "KHR_materials_sheen" => (color("sheenColorFactor", 0.0), "rendered without the sheen"),
-        "KHR_materials_iridescence" => (positive("iridescenceFactor", 0.0), "rendered without the thin film"),
-        "KHR_materials_anisotropy" => (positive("anisotropyStrength", 0.0), "rendered with an isotropic highlight"),
-        "KHR_materials_dispersion" => (positive("dispersion", 0.0), "all wavelengths refract alike"),
-        "KHR_materials_diffuse_transmission" => {
-            (positive("diffuseTransmissionFactor", 0.0), "no light is scattered through the surface")
+        "KHR_materials_iridescence" => (
+            positive("iridescenceFactor", 0.0),
+            "rendered without the thin film",
+        ),
+        "KHR_materials_anisotropy" => (
+            positive("anisotropyStrength", 0.0),
+            "rendered with an isotropic highlight",
+        ),
+        "KHR_materials_dispersion" => {
+            (positive("dispersion", 0.0), "all wavelengths refract alike")
         }
+        "KHR_materials_diffuse_transmission" => (
+            positive("diffuseTransmissionFactor", 0.0),
+            "no light is scattered through the surface",
+        ),
         "KHR_materials_volume_scatter" => (true, "the inside does not scatter"),
         "KHR_materials_subsurface" => (true, "rendered without subsurface scattering"),
-        "KHR_materials_pbrSpecularGlossiness" => {
-            (true, "the file's metallic-roughness values are used; convert the material in Blender")
-        }
+        "KHR_materials_pbrSpecularGlossiness" => (
+            true,
+            "the file's metallic-roughness values are used; convert the material in Blender",
+        ),
         "KHR_xmp" | "KHR_xmp_json_ld" => {
-            diagnostics.report("metadata", Verdict::Exact, name, owner, "metadata; has no effect on the picture");
+            diagnostics.report(
+                "metadata",
+                Verdict::Exact,
+                name,
+                owner,
+                "metadata; has no effect on the picture",
+            );
             return;
         }
         _ => {

@@ -35,13 +35,20 @@ pub(super) fn load_light(
     let radius = size.and_then(|s| s.radius).unwrap_or(0.0).max(0.0) as f32;
     let angle = size.and_then(|s| s.angle).unwrap_or(0.0).clamp(0.0, PI) as f32;
     let kind = match light.kind.as_str() {
-        "point" => LightKind::Point { intensity: per_steradian as f32, radius },
+        "point" => LightKind::Point {
+            intensity: per_steradian as f32,
+            radius,
+        },
         "spot" => {
             let fallback = Default::default();
             let spot = light.spot.as_ref().unwrap_or(&fallback);
             let outer = spot.outer_cone_angle.clamp(0.0, FRAC_PI_2);
             let inner = spot.inner_cone_angle.clamp(0.0, outer);
-            let blend = if outer > 0.0 { 1.0 - inner / outer } else { 0.0 };
+            let blend = if outer > 0.0 {
+                1.0 - inner / outer
+            } else {
+                0.0
+            };
             if document.blender_version().is_none() && blend > 0.0 {
                 diagnostics.report(
                     "spot-edge",
@@ -58,9 +65,18 @@ pub(super) fn load_light(
                 blend: blend as f32,
             }
         }
-        "directional" => LightKind::Sun { irradiance: per_area as f32, angle },
+        "directional" => LightKind::Sun {
+            irradiance: per_area as f32,
+            angle,
+        },
         other => {
-            diagnostics.report("light-kind", Verdict::Lost, format!("lights of kind \"{other}\""), name, "left out");
+            diagnostics.report(
+                "light-kind",
+                Verdict::Lost,
+                format!("lights of kind \"{other}\""),
+                name,
+                "left out",
+            );
             return None;
         }
     };
@@ -73,5 +89,10 @@ pub(super) fn load_light(
             "light falls off with the square of the distance and reaches everywhere, as in Cycles",
         );
     }
-    Some(Light { name, color: light.color, kind, world_from_light })
+    Some(Light {
+        name,
+        color: light.color,
+        kind,
+        world_from_light,
+    })
 }

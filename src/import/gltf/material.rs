@@ -27,9 +27,16 @@ pub(super) fn without_material(document: &Document) -> Option<Material> {
         ..Material::default()
     };
     Some(if version < 5 {
-        Material { roughness: 1.0, specular: 0.0, ..grey }
+        Material {
+            roughness: 1.0,
+            specular: 0.0,
+            ..grey
+        }
     } else {
-        Material { roughness: 0.5, ..grey }
+        Material {
+            roughness: 0.5,
+            ..grey
+        }
     })
 }
 
@@ -42,28 +49,47 @@ pub(super) fn load_material(
     diagnostics: &mut Diagnostics,
 ) -> Result<Material, ImportError> {
     let Some(source) = document.core.materials.get(index) else {
-        return Err(ImportError::malformed(&document.file, "a mesh", format!("it uses material {index}, which does not exist")));
+        return Err(ImportError::malformed(
+            &document.file,
+            "a mesh",
+            format!("it uses material {index}, which does not exist"),
+        ));
     };
-    let name = source.name.clone().unwrap_or_else(|| format!("material {index}"));
+    let name = source
+        .name
+        .clone()
+        .unwrap_or_else(|| format!("material {index}"));
     let owner = format!("material \"{name}\"");
     let value = document.value.pointer(&format!("/materials/{index}"));
     let at = |pointer: &str| value.and_then(|v| v.pointer(pointer));
     let pbr = &source.pbr_metallic_roughness;
 
-    let mut material = Material { name, double_sided: source.double_sided, ..Material::default() };
+    let mut material = Material {
+        name,
+        double_sided: source.double_sided,
+        ..Material::default()
+    };
     let [r, g, b, a] = pbr.base_color_factor.0;
     material.base_color = [r, g, b];
     material.alpha = a;
     material.metallic = pbr.metallic_factor.0;
     material.roughness = pbr.roughness_factor.0;
-    let mut texture = |info: &Option<json::texture::Info>, pointer: &str, diagnostics: &mut Diagnostics| match info {
+    let mut texture = |info: &Option<json::texture::Info>,
+                       pointer: &str,
+                       diagnostics: &mut Diagnostics| match info {
         Some(info) => images.texture(info, at(pointer), &owner, diagnostics),
         None => Ok(None),
     };
-    material.base_color_texture =
-        texture(&pbr.base_color_texture, "/pbrMetallicRoughness/baseColorTexture", diagnostics)?;
-    material.metallic_roughness_texture =
-        texture(&pbr.metallic_roughness_texture, "/pbrMetallicRoughness/metallicRoughnessTexture", diagnostics)?;
+    material.base_color_texture = texture(
+        &pbr.base_color_texture,
+        "/pbrMetallicRoughness/baseColorTexture",
+        diagnostics,
+    )?;
+    material.metallic_roughness_texture = texture(
+        &pbr.metallic_roughness_texture,
+        "/pbrMetallicRoughness/metallicRoughnessTexture",
+        diagnostics,
+    )?;
     material.emission = source.emissive_factor.0;
     material.emission_texture = texture(&source.emissive_texture, "/emissiveTexture", diagnostics)?;
 
@@ -81,17 +107,26 @@ pub(super) fn load_material(
         let base = "/extensions/KHR_materials_specular";
         material.specular = specular.specular_factor.0;
         material.specular_color = specular.specular_color_factor.0;
-        material.specular_texture =
-            texture(&specular.specular_texture, &format!("{base}/specularTexture"), diagnostics)?;
-        material.specular_color_texture =
-            texture(&specular.specular_color_texture, &format!("{base}/specularColorTexture"), diagnostics)?;
+        material.specular_texture = texture(
+            &specular.specular_texture,
+            &format!("{base}/specularTexture"),
+            diagnostics,
+        )?;
+        material.specular_color_texture = texture(
+            &specular.specular_color_texture,
+            &format!("{base}/specularColorTexture"),
+            diagnostics,
+        )?;
     }
     if let Some(transmission) = known.and_then(|e| e.transmission.as_ref()) {
         let base = "/extensions/KHR_materials_transmission";
         material.transmission = transmission.transmission_factor.0;
         if material.transmission != 0.0 {
-            material.transmission_texture =
-                texture(&transmission.transmission_texture, &format!("{base}/transmissionTexture"), diagnostics)?;
+            material.transmission_texture = texture(
+                &transmission.transmission_texture,
+                &format!("{base}/transmissionTexture"),
+                diagnostics,
+            )?;
         }
     }
     material.unlit = known.is_some_and(|e| e.unlit.is_some());
@@ -104,7 +139,10 @@ pub(super) fn load_material(
             &owner,
             diagnostics,
         )?;
-        material.normal_texture = found.map(|texture| NormalTexture { texture, scale: normal.scale });
+        material.normal_texture = found.map(|texture| NormalTexture {
+            texture,
+            scale: normal.scale,
+        });
     }
     if source.occlusion_texture.is_some() {
         diagnostics.report(
@@ -116,11 +154,17 @@ pub(super) fn load_material(
         );
     }
     material.alpha_mode = match source.alpha_mode {
-        Checked::Valid(Alpha::Mask) => AlphaMode::Mask { cutoff: source.alpha_cutoff.map_or(0.5, |c| c.0) },
+        Checked::Valid(Alpha::Mask) => AlphaMode::Mask {
+            cutoff: source.alpha_cutoff.map_or(0.5, |c| c.0),
+        },
         Checked::Valid(Alpha::Blend) => AlphaMode::Blend,
         Checked::Valid(Alpha::Opaque) => AlphaMode::Opaque,
         Checked::Invalid => {
-            return Err(ImportError::malformed(&document.file, owner, "its alphaMode is none that glTF knows"));
+            return Err(ImportError::malformed(
+                &document.file,
+                owner,
+                "its alphaMode is none that glTF knows",
+            ));
         }
     };
     volume(document, known, options, &owner, &mut material, diagnostics);
@@ -174,7 +218,9 @@ fn volume(
 }
 
 fn report_unrendered(extensions: Option<&Value>, owner: &str, diagnostics: &mut Diagnostics) {
-    let Some(Value::Object(extensions)) = extensions else { return };
+    let Some(Value::Object(extensions)) = extensions else {
+        return;
+    };
     for (name, value) in extensions {
         match name.as_str() {
             "KHR_materials_emissive_strength"

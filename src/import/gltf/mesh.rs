@@ -34,23 +34,51 @@ pub(super) fn load_primitive(
     let Checked::Valid(mode) = primitive.mode else {
         return Err("its primitive mode is none that glTF knows".into());
     };
-    if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-        let feature = if mode == Mode::Points { "points" } else { "lines" };
-        diagnostics.report("not-triangles", Verdict::Lost, feature, name, "left out: they have no surface");
+    if matches!(
+        mode,
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
+    ) {
+        let feature = if mode == Mode::Points {
+            "points"
+        } else {
+            "lines"
+        };
+        diagnostics.report(
+            "not-triangles",
+            Verdict::Lost,
+            feature,
+            name,
+            "left out: they have no surface",
+        );
         return Ok(None);
     }
-    let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|i| i.value());
+    let attribute = |semantic: Semantic| {
+        primitive
+            .attributes
+            .get(&Checked::Valid(semantic))
+            .map(|i| i.value())
+    };
     let Some(positions) = attribute(Semantic::Positions) else {
-        diagnostics.report("no-positions", Verdict::Lost, "mesh without positions", name, "left out");
+        diagnostics.report(
+            "no-positions",
+            Verdict::Lost,
+            "mesh without positions",
+            name,
+            "left out",
+        );
         return Ok(None);
     };
     let positions = accessor::read_f32::<3>(document, positions, budget)?;
-    let count = u32::try_from(positions.len()).map_err(|_| "it has more than 2³² vertices".to_string())?;
+    let count =
+        u32::try_from(positions.len()).map_err(|_| "it has more than 2³² vertices".to_string())?;
     let whole = |what: &str, length: usize| {
         if length == positions.len() {
             Ok(())
         } else {
-            Err(format!("it has {} positions but {length} {what}", positions.len()))
+            Err(format!(
+                "it has {} positions but {length} {what}",
+                positions.len()
+            ))
         }
     };
 
@@ -73,7 +101,9 @@ pub(super) fn load_primitive(
     };
     let mut uvs = Vec::new();
     for set in 0..UV_SETS {
-        let Some(index) = attribute(Semantic::TexCoords(set)) else { break };
+        let Some(index) = attribute(Semantic::TexCoords(set)) else {
+            break;
+        };
         let coordinates = accessor::read_f32::<2>(document, index, budget)?;
         whole("texture coordinates", coordinates.len())?;
         uvs.push(coordinates);
@@ -103,7 +133,10 @@ pub(super) fn load_primitive(
             (0..count).collect()
         }
     };
-    budget.take(corners.len() as u64, if mode == Mode::Triangles { 4 } else { 12 })?;
+    budget.take(
+        corners.len() as u64,
+        if mode == Mode::Triangles { 4 } else { 12 },
+    )?;
     let mut triangles = assemble(mode, &corners);
     drop(corners);
     let before = triangles.len();
@@ -112,7 +145,13 @@ pub(super) fn load_primitive(
         crate::scene::validate::report_bad_indices(diagnostics, name, before - triangles.len());
     }
     if triangles.is_empty() {
-        diagnostics.report("empty-mesh", Verdict::Exact, "mesh without triangles", name, "left out");
+        diagnostics.report(
+            "empty-mesh",
+            Verdict::Exact,
+            "mesh without triangles",
+            name,
+            "left out",
+        );
         return Ok(None);
     }
 
@@ -151,7 +190,11 @@ pub(super) fn load_primitive(
 }
 
 /// RGB or RGBA; missing alpha is 1.
-fn read_colors(document: &Document, index: usize, budget: &Budget) -> Result<Vec<[f32; 4]>, String> {
+fn read_colors(
+    document: &Document,
+    index: usize,
+    budget: &Budget,
+) -> Result<Vec<[f32; 4]>, String> {
     let shape: Shape = accessor::shape(document, index)?;
     // Exporters forget `normalized` on integer colours, which then can mean nothing else.
     let scale = match (shape.normalized, shape.component) {
@@ -161,7 +204,10 @@ fn read_colors(document: &Document, index: usize, budget: &Budget) -> Result<Vec
     };
     if shape.kind == Type::Vec3 {
         let rgb = accessor::read_f32::<3>(document, index, budget)?;
-        Ok(rgb.into_iter().map(|[r, g, b]| [r * scale, g * scale, b * scale, 1.0]).collect())
+        Ok(rgb
+            .into_iter()
+            .map(|[r, g, b]| [r * scale, g * scale, b * scale, 1.0])
+            .collect())
     } else {
         let rgba = accessor::read_f32::<4>(document, index, budget)?;
         Ok(rgba.into_iter().map(|c| c.map(|v| v * scale)).collect())
@@ -218,7 +264,12 @@ fn drop_unused_vertices(mesh: &mut Mesh) {
         })
         .collect();
     fn keep<T: Copy>(values: &mut Vec<T>, used: &[bool]) {
-        *values = values.iter().zip(used).filter(|(_, u)| **u).map(|(v, _)| *v).collect();
+        *values = values
+            .iter()
+            .zip(used)
+            .filter(|(_, u)| **u)
+            .map(|(v, _)| *v)
+            .collect();
     }
     keep(&mut mesh.positions, &used);
     if let Some(normals) = &mut mesh.normals {
@@ -242,8 +293,14 @@ mod tests {
 
     #[test]
     fn strips_and_fans_keep_their_winding() {
-        assert_eq!(assemble(Mode::TriangleStrip, &[0, 1, 2, 3, 4]), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
-        assert_eq!(assemble(Mode::TriangleFan, &[0, 1, 2, 3]), [[1, 2, 0], [2, 3, 0]]);
+        assert_eq!(
+            assemble(Mode::TriangleStrip, &[0, 1, 2, 3, 4]),
+            [[0, 1, 2], [1, 3, 2], [2, 3, 4]]
+        );
+        assert_eq!(
+            assemble(Mode::TriangleFan, &[0, 1, 2, 3]),
+            [[1, 2, 0], [2, 3, 0]]
+        );
         assert_eq!(assemble(Mode::Triangles, &[0, 1, 2, 3, 4]), [[0, 1, 2]]);
         for mode in [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan] {
             for length in 0..3 {
@@ -261,7 +318,10 @@ mod tests {
             ..Mesh::default()
         };
         drop_unused_vertices(&mut mesh);
-        assert_eq!(mesh.positions, [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
+        assert_eq!(
+            mesh.positions,
+            [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, 0.0, 0.0]]
+        );
         assert_eq!(mesh.uvs[0], [[1.0, 0.0], [3.0, 0.0], [4.0, 0.0]]);
         assert_eq!(mesh.triangles, [[0, 1, 2]]);
     }

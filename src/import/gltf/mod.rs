@@ -48,14 +48,25 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         cameras: Vec::new(),
     };
     walk.run()?;
-    let Walk { placed, lights, cameras, .. } = walk;
+    let Walk {
+        placed,
+        lights,
+        cameras,
+        ..
+    } = walk;
 
     report_whole_file(&document, &mut diagnostics);
     let used_meshes: BTreeSet<usize> = placed.iter().map(|p| p.mesh).collect();
     let materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
     let images = materials.images.decode()?;
 
-    let meshes = load_meshes(&document, &used_meshes, &materials.by_primitive, &budget, &mut diagnostics)?;
+    let meshes = load_meshes(
+        &document,
+        &used_meshes,
+        &materials.by_primitive,
+        &budget,
+        &mut diagnostics,
+    )?;
     let mut scene = Scene {
         generator: document.core.asset.generator.clone(),
         materials: materials.list,
@@ -68,7 +79,9 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     for (index, primitives) in meshes {
         let list = ids.entry(index).or_default();
         for mesh in primitives {
-            list.push(MeshId(u32::try_from(scene.meshes.len()).unwrap_or(u32::MAX)));
+            list.push(MeshId(
+                u32::try_from(scene.meshes.len()).unwrap_or(u32::MAX),
+            ));
             scene.meshes.push(mesh);
         }
     }
@@ -113,17 +126,32 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn run(&mut self) -> Result<(), ImportError> {
         let roots = self.roots()?;
-        let mut stack: Vec<(usize, DAffine3)> = roots.into_iter().rev().map(|n| (n, DAffine3::IDENTITY)).collect();
+        let mut stack: Vec<(usize, DAffine3)> = roots
+            .into_iter()
+            .rev()
+            .map(|n| (n, DAffine3::IDENTITY))
+            .collect();
         while let Some((index, parent)) = stack.pop() {
             let Some(node) = self.document.graph.nodes.get(index) else {
-                return Err(self.malformed("scene", format!("it uses node {index}, which does not exist")));
+                return Err(self.malformed(
+                    "scene",
+                    format!("it uses node {index}, which does not exist"),
+                ));
             };
             let name = node.name.clone().unwrap_or_else(|| format!("node {index}"));
             // The format demands a forest; anything else would be walked forever, or for very long.
             if std::mem::replace(&mut self.reached[index], true) {
-                return Err(self.malformed(format!("node \"{name}\""), "it has two parents or is its own ancestor"));
+                return Err(self.malformed(
+                    format!("node \"{name}\""),
+                    "it has two parents or is its own ancestor",
+                ));
             }
-            if node.extensions.visibility.as_ref().is_some_and(|v| !v.visible) {
+            if node
+                .extensions
+                .visibility
+                .as_ref()
+                .is_some_and(|v| !v.visible)
+            {
                 continue;
             }
             let world = parent * local_transform(node);
@@ -142,10 +170,20 @@ impl Walk<'_> {
         let graph = &self.document.graph;
         let index = match &self.options.scene {
             Some(wanted) => {
-                let by_name = graph.scenes.iter().position(|s| s.name.as_deref() == Some(wanted));
-                let found = by_name.or_else(|| wanted.parse().ok().filter(|&i: &usize| i < graph.scenes.len()));
+                let by_name = graph
+                    .scenes
+                    .iter()
+                    .position(|s| s.name.as_deref() == Some(wanted));
+                let found = by_name.or_else(|| {
+                    wanted
+                        .parse()
+                        .ok()
+                        .filter(|&i: &usize| i < graph.scenes.len())
+                });
                 found.ok_or_else(|| {
-                    let name = |(i, s): (usize, &schema::SceneJson)| s.name.clone().unwrap_or_else(|| i.to_string());
+                    let name = |(i, s): (usize, &schema::SceneJson)| {
+                        s.name.clone().unwrap_or_else(|| i.to_string())
+                    };
                     let there: Vec<String> = graph.scenes.iter().enumerate().map(name).collect();
                     self.malformed(
                         format!("scene \"{wanted}\""),
@@ -191,13 +229,23 @@ impl Walk<'_> {
         }
     }
 
-    fn visit(&mut self, index: usize, node: &NodeJson, name: &str, world: DAffine3) -> Result<(), ImportError> {
+    fn visit(
+        &mut self,
+        index: usize,
+        node: &NodeJson,
+        name: &str,
+        world: DAffine3,
+    ) -> Result<(), ImportError> {
         let document = self.document;
         extensions::report_others(
             document,
             &format!("/nodes/{index}"),
             &format!("node \"{name}\""),
-            &["KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_node_visibility"],
+            &[
+                "KHR_lights_punctual",
+                "EXT_mesh_gpu_instancing",
+                "KHR_node_visibility",
+            ],
             self.diagnostics,
         );
         if let Some(mesh) = node.mesh {
@@ -206,7 +254,11 @@ impl Walk<'_> {
                 None => vec![DAffine3::IDENTITY],
             };
             for copy in copies {
-                self.placed.push(Placed { name: name.into(), mesh, world_from_object: world * copy });
+                self.placed.push(Placed {
+                    name: name.into(),
+                    mesh,
+                    world_from_object: world * copy,
+                });
             }
             if node.skin.is_some() {
                 self.diagnostics.report(
@@ -220,7 +272,10 @@ impl Walk<'_> {
         }
         if let Some(reference) = &node.extensions.light {
             let light = document.graph.lights.get(reference.light).ok_or_else(|| {
-                self.malformed(format!("node \"{name}\""), format!("it uses light {}, which does not exist", reference.light))
+                self.malformed(
+                    format!("node \"{name}\""),
+                    format!("it uses light {}, which does not exist", reference.light),
+                )
             })?;
             extensions::report_others(
                 document,
@@ -229,15 +284,23 @@ impl Walk<'_> {
                 &["SUNDOG_light"],
                 self.diagnostics,
             );
-            let light = lights::load_light(document, light, name.into(), world, self.options, self.diagnostics);
+            let light = lights::load_light(
+                document,
+                light,
+                name.into(),
+                world,
+                self.options,
+                self.diagnostics,
+            );
             self.lights.extend(light);
         }
         if let Some(camera) = node.camera {
-            let source = document
-                .graph
-                .cameras
-                .get(camera)
-                .ok_or_else(|| self.malformed(format!("node \"{name}\""), format!("it uses camera {camera}, which does not exist")))?;
+            let source = document.graph.cameras.get(camera).ok_or_else(|| {
+                self.malformed(
+                    format!("node \"{name}\""),
+                    format!("it uses camera {camera}, which does not exist"),
+                )
+            })?;
             extensions::report_others(
                 document,
                 &format!("/cameras/{camera}"),
@@ -245,22 +308,38 @@ impl Walk<'_> {
                 &[],
                 self.diagnostics,
             );
-            let camera = load_camera(source, node, name, world)
-                .ok_or_else(|| self.malformed(format!("camera \"{name}\""), "it is neither perspective nor orthographic"))?;
+            let camera = load_camera(source, node, name, world).ok_or_else(|| {
+                self.malformed(
+                    format!("camera \"{name}\""),
+                    "it is neither perspective nor orthographic",
+                )
+            })?;
             self.cameras.push(camera);
         }
         Ok(())
     }
 
     /// The placements of EXT_mesh_gpu_instancing.
-    fn copies(&mut self, instancing: &InstancingJson, name: &str) -> Result<Vec<DAffine3>, ImportError> {
+    fn copies(
+        &mut self,
+        instancing: &InstancingJson,
+        name: &str,
+    ) -> Result<Vec<DAffine3>, ImportError> {
         let attributes = &instancing.attributes;
         let document = self.document;
-        let broken = |problem: String| ImportError::malformed(&document.file, format!("instances of node \"{name}\""), problem);
+        let broken = |problem: String| {
+            ImportError::malformed(
+                &document.file,
+                format!("instances of node \"{name}\""),
+                problem,
+            )
+        };
         let mut count = None;
         let mut same = |length: usize| match *count.get_or_insert(length) {
             first if first == length => Ok(()),
-            first => Err(broken(format!("its attributes have {first} and {length} elements"))),
+            first => Err(broken(format!(
+                "its attributes have {first} and {length} elements"
+            ))),
         };
         let translations = match attributes.translation {
             Some(index) => accessor::read::<3>(document, index, self.budget).map_err(broken)?,
@@ -285,7 +364,10 @@ impl Walk<'_> {
         }
         let count = count.unwrap_or(1);
         self.budget
-            .take(count as u64, size_of::<Placed>() + size_of::<Instance>() + name.len() * 2)
+            .take(
+                count as u64,
+                size_of::<Placed>() + size_of::<Instance>() + name.len() * 2,
+            )
             .map_err(broken)?;
         Ok((0..count)
             .map(|i| {
@@ -304,7 +386,11 @@ fn rotation(xyzw: [f64; 4]) -> DQuat {
     let quaternion = DQuat::from_array(xyzw);
     let length = quaternion.length();
     // Not-a-numbers pass, so that `scene::validate` finds them.
-    if length == 0.0 { DQuat::IDENTITY } else { DQuat::from_array(xyzw.map(|c| c / length)) }
+    if length == 0.0 {
+        DQuat::IDENTITY
+    } else {
+        DQuat::from_array(xyzw.map(|c| c / length))
+    }
 }
 
 fn local_transform(node: &NodeJson) -> DAffine3 {
@@ -318,22 +404,43 @@ fn local_transform(node: &NodeJson) -> DAffine3 {
     }
 }
 
-fn load_camera(source: &CameraJson, node: &NodeJson, name: &str, world: DAffine3) -> Option<Camera> {
+fn load_camera(
+    source: &CameraJson,
+    node: &NodeJson,
+    name: &str,
+    world: DAffine3,
+) -> Option<Camera> {
     let (projection, near, far) = match (&source.perspective, &source.orthographic) {
         (Some(p), _) => (
-            Projection::Perspective { vertical_fov: p.yfov, aspect: p.aspect_ratio },
+            Projection::Perspective {
+                vertical_fov: p.yfov,
+                aspect: p.aspect_ratio,
+            },
             p.znear,
             p.zfar.unwrap_or(f64::INFINITY),
         ),
         (None, Some(o)) => (
-            Projection::Orthographic { half_width: o.xmag.abs(), half_height: o.ymag.abs() },
+            Projection::Orthographic {
+                half_width: o.xmag.abs(),
+                half_height: o.ymag.abs(),
+            },
             o.znear,
             o.zfar,
         ),
         (None, None) => return None,
     };
-    let name = node.name.clone().or_else(|| source.name.clone()).unwrap_or_else(|| name.into());
-    Some(Camera { name, world_from_camera: world, projection, clip_near: near, clip_far: far })
+    let name = node
+        .name
+        .clone()
+        .or_else(|| source.name.clone())
+        .unwrap_or_else(|| name.into());
+    Some(Camera {
+        name,
+        world_from_camera: world,
+        projection,
+        clip_near: near,
+        clip_far: far,
+    })
 }
 
 /// The materials that the scene's meshes use, in file order, and the images that these use.
@@ -354,7 +461,9 @@ impl<'a> Materials<'a> {
         let mut used: BTreeSet<Option<usize>> = BTreeSet::new();
         let mut bare: Option<String> = None;
         for &index in used_meshes {
-            let Some(mesh) = document.core.meshes.get(index) else { continue };
+            let Some(mesh) = document.core.meshes.get(index) else {
+                continue;
+            };
             for primitive in &mesh.primitives {
                 used.insert(primitive.material.map(|m| m.value()));
                 if primitive.material.is_none() {
@@ -367,7 +476,13 @@ impl<'a> Materials<'a> {
         let mut by_primitive = HashMap::new();
         for index in used {
             let material = match index {
-                Some(index) => Some(material::load_material(document, index, options, &mut images, diagnostics)?),
+                Some(index) => Some(material::load_material(
+                    document,
+                    index,
+                    options,
+                    &mut images,
+                    diagnostics,
+                )?),
                 None => material::without_material(document).inspect(|_| {
                     diagnostics.report(
                         "no-material",
@@ -378,14 +493,27 @@ impl<'a> Materials<'a> {
                     );
                 }),
             };
-            let normal_map_uv_set = material.as_ref().and_then(|m| m.normal_texture.as_ref()).map(|n| n.texture.uv_set);
+            let normal_map_uv_set = material
+                .as_ref()
+                .and_then(|m| m.normal_texture.as_ref())
+                .map(|n| n.texture.uv_set);
             let id = material.map(|material| {
                 list.push(material);
                 MaterialId((list.len() - 1) as u32)
             });
-            by_primitive.insert(index, PrimitiveMaterial { id, normal_map_uv_set });
+            by_primitive.insert(
+                index,
+                PrimitiveMaterial {
+                    id,
+                    normal_map_uv_set,
+                },
+            );
         }
-        Ok(Self { list, by_primitive, images })
+        Ok(Self {
+            list,
+            by_primitive,
+            images,
+        })
     }
 }
 
@@ -432,12 +560,22 @@ fn load_mesh(
     let Some(mesh) = document.core.meshes.get(index) else {
         return Err(broken("a node uses it, but it does not exist".into()));
     };
-    extensions::report_others(document, &format!("/meshes/{index}"), &object, &[], diagnostics);
+    extensions::report_others(
+        document,
+        &format!("/meshes/{index}"),
+        &object,
+        &[],
+        diagnostics,
+    );
     let mut result = Vec::with_capacity(mesh.primitives.len());
     for (number, primitive) in mesh.primitives.iter().enumerate() {
         let pointer = format!("/meshes/{index}/primitives/{number}");
         extensions::report_others(document, &pointer, &object, &[], diagnostics);
-        if document.extension(&pointer, "KHR_draco_mesh_compression").is_some() && !has_plain_copy(document, primitive) {
+        if document
+            .extension(&pointer, "KHR_draco_mesh_compression")
+            .is_some()
+            && !has_plain_copy(document, primitive)
+        {
             return Err(ImportError::Unsupported {
                 file: document.file.clone(),
                 extension: "KHR_draco_mesh_compression".into(),
@@ -445,11 +583,25 @@ fn load_mesh(
             });
         }
         if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
-            diagnostics.report("morph-targets", Verdict::Lost, "morph targets", &name, "rendered in the basic shape");
+            diagnostics.report(
+                "morph-targets",
+                Verdict::Lost,
+                "morph targets",
+                &name,
+                "rendered in the basic shape",
+            );
         }
         let material = primitive.material.map(|m| m.value());
-        let material = materials.get(&material).copied().unwrap_or(PrimitiveMaterial { id: None, normal_map_uv_set: None });
-        let loaded = mesh::load_primitive(document, &name, primitive, material, budget, diagnostics).map_err(broken)?;
+        let material = materials
+            .get(&material)
+            .copied()
+            .unwrap_or(PrimitiveMaterial {
+                id: None,
+                normal_map_uv_set: None,
+            });
+        let loaded =
+            mesh::load_primitive(document, &name, primitive, material, budget, diagnostics)
+                .map_err(broken)?;
         result.extend(loaded);
     }
     Ok(result)
@@ -457,17 +609,30 @@ fn load_mesh(
 
 /// Whether a Draco primitive also has its data uncompressed.
 fn has_plain_copy(document: &Document, primitive: &::gltf::json::mesh::Primitive) -> bool {
-    let positions = ::gltf::json::validation::Checked::Valid(::gltf::json::mesh::Semantic::Positions);
-    let accessor = primitive.attributes.get(&positions).and_then(|i| document.core.accessors.get(i.value()));
+    let positions =
+        ::gltf::json::validation::Checked::Valid(::gltf::json::mesh::Semantic::Positions);
+    let accessor = primitive
+        .attributes
+        .get(&positions)
+        .and_then(|i| document.core.accessors.get(i.value()));
     accessor.is_some_and(|a| a.buffer_view.is_some() || a.sparse.is_some())
 }
 
 /// What concerns the file as a whole.
 fn report_whole_file(document: &Document, diagnostics: &mut Diagnostics) {
-    extensions::report_others(document, "", "the file", &["KHR_lights_punctual"], diagnostics);
+    extensions::report_others(
+        document,
+        "",
+        "the file",
+        &["KHR_lights_punctual"],
+        diagnostics,
+    );
     if let Some(Value::Array(animations)) = document.value.get("animations") {
         for (index, animation) in animations.iter().enumerate() {
-            let name = animation.get("name").and_then(Value::as_str).map(str::to_owned);
+            let name = animation
+                .get("name")
+                .and_then(Value::as_str)
+                .map(str::to_owned);
             diagnostics.report(
                 "animation",
                 Verdict::Lost,

@@ -160,7 +160,10 @@ pub(super) struct SpotJson {
 
 impl Default for SpotJson {
     fn default() -> Self {
-        Self { inner_cone_angle: 0.0, outer_cone_angle: quarter_pi() }
+        Self {
+            inner_cone_angle: 0.0,
+            outer_cone_angle: quarter_pi(),
+        }
     }
 }
 
@@ -184,10 +187,15 @@ impl Graph {
     }
 }
 
-fn optional<'de, T: Deserialize<'de>>(value: &'de Value, pointer: &str) -> Result<Option<T>, String> {
+fn optional<'de, T: Deserialize<'de>>(
+    value: &'de Value,
+    pointer: &str,
+) -> Result<Option<T>, String> {
     match value.pointer(pointer) {
         None | Some(Value::Null) => Ok(None),
-        Some(part) => T::deserialize(part).map(Some).map_err(|e| format!("{}: {e}", &pointer[1..])),
+        Some(part) => T::deserialize(part)
+            .map(Some)
+            .map_err(|e| format!("{}: {e}", &pointer[1..])),
     }
 }
 

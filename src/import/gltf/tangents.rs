@@ -57,7 +57,11 @@ impl Geometry for Corners<'_> {
 /// MikkTSpace works on single corners; afterwards corners of the same vertex with the same tangent
 /// become one vertex again. All indices of the mesh must be in range.
 pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
-    let mut corners = Corners { mesh, uv_set, tangents: vec![None; mesh.triangles.len() * 3] };
+    let mut corners = Corners {
+        mesh,
+        uv_set,
+        tangents: vec![None; mesh.triangles.len() * 3],
+    };
     if !is_sane(&corners) {
         // Not-a-numbers go to `scene::validate`, which drops their triangles; the sort inside the
         // algorithm has no order for them.
@@ -74,7 +78,9 @@ pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
             // No tangent (degenerate UVs): any frame about the normal is as good.
             _ => {
                 let normal = Vec3::from(corners.normal(i / 3, i % 3));
-                let tangent = normal.try_normalize().map_or(Vec3::X, Vec3::any_orthonormal_vector);
+                let tangent = normal
+                    .try_normalize()
+                    .map_or(Vec3::X, Vec3::any_orthonormal_vector);
                 [tangent.x, tangent.y, tangent.z, 1.0]
             }
         })
@@ -84,11 +90,13 @@ pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
     let mut origin: Vec<u32> = Vec::with_capacity(mesh.positions.len());
     let mut kept: Vec<[f32; 4]> = Vec::with_capacity(mesh.positions.len());
     for (corner, tangent) in mesh.triangles.iter_mut().flatten().zip(&tangents) {
-        *corner = *vertices.entry((*corner, tangent.map(f32::to_bits))).or_insert_with(|| {
-            origin.push(*corner);
-            kept.push(*tangent);
-            (origin.len() - 1) as u32
-        });
+        *corner = *vertices
+            .entry((*corner, tangent.map(f32::to_bits)))
+            .or_insert_with(|| {
+                origin.push(*corner);
+                kept.push(*tangent);
+                (origin.len() - 1) as u32
+            });
     }
     fn gather<T: Copy>(values: &mut Vec<T>, origin: &[u32]) {
         *values = origin.iter().map(|&i| values[i as usize]).collect();
@@ -124,7 +132,12 @@ mod tests {
     /// A quad in the xy plane whose u runs along +x and whose v (downwards) along −y.
     fn quad() -> Mesh {
         Mesh {
-            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+            positions: vec![
+                [0.0, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [1.0, 1.0, 0.0],
+                [0.0, 1.0, 0.0],
+            ],
             normals: Some(vec![[0.0, 0.0, 1.0]; 4]),
             uvs: vec![vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
@@ -148,7 +161,13 @@ mod tests {
         // Second triangle mirrored in u: shared corners now have two tangent frames.
         mesh.uvs[0] = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [2.0, 0.0]];
         compute(&mut mesh, 0);
-        let signs: Vec<f32> = mesh.tangents.as_ref().unwrap().iter().map(|t| t[3]).collect();
+        let signs: Vec<f32> = mesh
+            .tangents
+            .as_ref()
+            .unwrap()
+            .iter()
+            .map(|t| t[3])
+            .collect();
         assert_eq!(mesh.positions.len(), 6);
         assert!(signs.contains(&1.0) && signs.contains(&-1.0));
         let by_triangle = |t: usize| mesh.triangles[t].map(|i| signs[i as usize]);

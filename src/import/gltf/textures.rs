@@ -13,7 +13,9 @@ use super::container::{Document, Resolved};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::image::{self, Format};
-use crate::scene::{self, Diagnostics, ImageId, Sampler, Texture, TextureFilter, UvTransform, Verdict, Wrap};
+use crate::scene::{
+    self, Diagnostics, ImageId, Sampler, Texture, TextureFilter, UvTransform, Verdict, Wrap,
+};
 
 /// The images that materials turned out to need, each once.
 pub(super) struct Images<'a> {
@@ -48,7 +50,12 @@ struct TransformJson {
 
 impl<'a> Images<'a> {
     pub(super) fn new(document: &'a Document) -> Self {
-        Self { document, known: HashMap::new(), by_source: HashMap::new(), pending: Vec::new() }
+        Self {
+            document,
+            known: HashMap::new(),
+            by_source: HashMap::new(),
+            pending: Vec::new(),
+        }
     }
 
     /// A texture as a material refers to it; `None` (with a diagnostic) if its image is of no kind
@@ -82,17 +89,21 @@ impl<'a> Images<'a> {
             .get(index)
             .ok_or_else(|| broken(format!("it uses texture {index}, which does not exist")))?;
         let sampler = match &texture.sampler {
-            Some(sampler) => read_sampler(
-                document
-                    .core
-                    .samplers
-                    .get(sampler.value())
-                    .ok_or_else(|| broken(format!("texture {index} uses a sampler that does not exist")))?,
-            ),
+            Some(sampler) => {
+                read_sampler(document.core.samplers.get(sampler.value()).ok_or_else(|| {
+                    broken(format!(
+                        "texture {index} uses a sampler that does not exist"
+                    ))
+                })?)
+            }
             None => Sampler::default(),
         };
-        let Some(source) = self.choose_source(index, texture, owner, diagnostics) else { return Ok(None) };
-        let Some(image) = self.image(source, owner, diagnostics)? else { return Ok(None) };
+        let Some(source) = self.choose_source(index, texture, owner, diagnostics) else {
+            return Ok(None);
+        };
+        let Some(image) = self.image(source, owner, diagnostics)? else {
+            return Ok(None);
+        };
         let extensions = json.and_then(|j| j.get("extensions"));
         let transform = match extensions.and_then(|e| e.get("KHR_texture_transform")) {
             Some(value) => TransformJson::deserialize(value)
@@ -126,10 +137,19 @@ impl<'a> Images<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Option<usize> {
         let plain = Some(texture.source.value()).filter(|&i| i != u32::MAX as usize);
-        let extensions = self.document.value.pointer(&format!("/textures/{index}/extensions"));
+        let extensions = self
+            .document
+            .value
+            .pointer(&format!("/textures/{index}/extensions"));
         let Some(Value::Object(extensions)) = extensions else {
             if plain.is_none() {
-                diagnostics.report("texture-without-image", Verdict::Lost, "texture without an image", owner, "left out");
+                diagnostics.report(
+                    "texture-without-image",
+                    Verdict::Lost,
+                    "texture without an image",
+                    owner,
+                    "left out",
+                );
             }
             return plain;
         };
@@ -171,7 +191,11 @@ impl<'a> Images<'a> {
         }
         let document = self.document;
         let Some(image) = document.core.images.get(index) else {
-            return Err(ImportError::malformed(&document.file, owner, format!("it uses image {index}, which does not exist")));
+            return Err(ImportError::malformed(
+                &document.file,
+                owner,
+                format!("it uses image {index}, which does not exist"),
+            ));
         };
         let object = match &image.name {
             Some(name) => format!("image {index} (\"{name}\")"),
@@ -228,14 +252,16 @@ impl<'a> Images<'a> {
         // What each may take is settled from its header before any is decoded.
         let budget = Budget::for_image(input);
         for pending in &self.pending {
-            image::check_size(&pending.bytes, &budget)
-                .map_err(|reason| ImportError::image(file, format!("image \"{}\"", pending.name), reason))?;
+            image::check_size(&pending.bytes, &budget).map_err(|reason| {
+                ImportError::image(file, format!("image \"{}\"", pending.name), reason)
+            })?;
         }
         self.pending
             .into_par_iter()
             .map(|pending| {
-                image::decode_image(&pending.bytes, &pending.name)
-                    .map_err(|reason| ImportError::image(file, format!("image \"{}\"", pending.name), reason))
+                image::decode_image(&pending.bytes, &pending.name).map_err(|reason| {
+                    ImportError::image(file, format!("image \"{}\"", pending.name), reason)
+                })
             })
             .collect()
     }

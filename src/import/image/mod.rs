@@ -93,7 +93,11 @@ pub fn decode_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
 }
 
 /// Reads an image as linear RGB floats; 8- and 16-bit images are taken as sRGB-encoded.
-pub(crate) fn decode_linear_rgb(bytes: &[u8], name: &str, budget: &Budget) -> Result<Image, ImageFailure> {
+pub(crate) fn decode_linear_rgb(
+    bytes: &[u8],
+    name: &str,
+    budget: &Budget,
+) -> Result<Image, ImageFailure> {
     check_size(bytes, budget)?;
     let image = decode_image(bytes, name)?;
     let channels = image.channels as usize;
@@ -105,31 +109,52 @@ pub(crate) fn decode_linear_rgb(bytes: &[u8], name: &str, budget: &Budget) -> Re
     let values: Vec<f32> = match &image.pixels {
         Pixels::F32(values) => values.chunks_exact(channels).flat_map(rgb).collect(),
         Pixels::U8(values) => {
-            let table: Vec<f32> = (0..=255u16).map(|v| srgb_to_linear(f32::from(v) / 255.0)).collect();
+            let table: Vec<f32> = (0..=255u16)
+                .map(|v| srgb_to_linear(f32::from(v) / 255.0))
+                .collect();
             let linear: Vec<f32> = values.iter().map(|&v| table[usize::from(v)]).collect();
             linear.chunks_exact(channels).flat_map(rgb).collect()
         }
         Pixels::U16(values) => {
-            let linear: Vec<f32> = values.iter().map(|&v| srgb_to_linear(f32::from(v) / 65535.0)).collect();
+            let linear: Vec<f32> = values
+                .iter()
+                .map(|&v| srgb_to_linear(f32::from(v) / 65535.0))
+                .collect();
             linear.chunks_exact(channels).flat_map(rgb).collect()
         }
     };
-    Ok(Image { channels: 3, pixels: Pixels::F32(values), ..image })
+    Ok(Image {
+        channels: 3,
+        pixels: Pixels::F32(values),
+        ..image
+    })
 }
 
 /// IEC 61966-2-1, 5.2.
 fn srgb_to_linear(encoded: f32) -> f32 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
 }
 
 /// Makes values fit to be radiance; returns how many texels (of three values) were not.
 pub(crate) fn make_radiance(values: &mut [f32]) -> usize {
-    let largest = values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
+    let largest = values
+        .iter()
+        .copied()
+        .filter(|v| v.is_finite())
+        .fold(0.0, f32::max);
     let mut replaced = 0;
     for texel in values.chunks_mut(3) {
         let mut touched = false;
         for value in texel {
-            let clean = if value.is_nan() { 0.0 } else { value.clamp(0.0, largest) };
+            let clean = if value.is_nan() {
+                0.0
+            } else {
+                value.clamp(0.0, largest)
+            };
             // Also true for not-a-numbers; −0 equals 0 and stays.
             touched |= clean != *value;
             *value = clean;
@@ -151,7 +176,11 @@ pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailu
         _ => {
             let decoder = reader(bytes).into_decoder().map_err(damaged)?;
             let (width, height) = decoder.dimensions();
-            (u64::from(width), u64::from(height), usize::from(decoder.color_type().bytes_per_pixel()))
+            (
+                u64::from(width),
+                u64::from(height),
+                usize::from(decoder.color_type().bytes_per_pixel()),
+            )
         }
     };
     let pixels = width.saturating_mul(height);
@@ -161,7 +190,9 @@ pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailu
     if pixels == 0 {
         return Err(ImageFailure::Damaged("it has no pixels".into()));
     }
-    budget.take(pixels, pixel_bytes).map_err(ImageFailure::Memory)
+    budget
+        .take(pixels, pixel_bytes)
+        .map_err(ImageFailure::Memory)
 }
 
 fn reader(bytes: &[u8]) -> ImageReader<Cursor<&[u8]>> {
@@ -198,7 +229,18 @@ fn decode_with_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
         DynamicImage::ImageRgba16(i) => Pixels::U16(i.into_raw()),
         DynamicImage::ImageRgb32F(i) => Pixels::F32(i.into_raw()),
         DynamicImage::ImageRgba32F(i) => Pixels::F32(i.into_raw()),
-        other => return Err(ImageFailure::Kind(format!("of the pixel format {:?}", other.color()))),
+        other => {
+            return Err(ImageFailure::Kind(format!(
+                "of the pixel format {:?}",
+                other.color()
+            )));
+        }
     };
-    Ok(Image { name: name.into(), width, height, channels, pixels })
+    Ok(Image {
+        name: name.into(),
+        width,
+        height,
+        channels,
+        pixels,
+    })
 }

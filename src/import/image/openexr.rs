@@ -26,7 +26,10 @@ pub(super) fn dimensions(bytes: &[u8]) -> std::result::Result<(u64, u64), ImageF
     let display = header.shared_attributes.display_window.size;
     let data = header.layer_size;
     // Either may be the larger one: overscan, or a crop.
-    Ok((display.width().max(data.width()) as u64, display.height().max(data.height()) as u64))
+    Ok((
+        display.width().max(data.width()) as u64,
+        display.height().max(data.height()) as u64,
+    ))
 }
 
 fn metadata(bytes: &[u8]) -> std::result::Result<MetaData, ImageFailure> {
@@ -56,26 +59,47 @@ fn choose(headers: &[Header]) -> std::result::Result<(usize, Picture), ImageFail
         let channels = &header.channels.list;
         for channel in channels {
             let name = channel.name.to_string();
-            let (layer, last) = name.rsplit_once('.').map_or(("", name.as_str()), |(l, c)| (l, c));
-            let part_name = header.own_attributes.layer_name.as_ref().map(Text::to_string).unwrap_or_default();
-            let combined = |s: &str| s.rsplit('.').next().is_some_and(|l| l.eq_ignore_ascii_case("combined"));
+            let (layer, last) = name
+                .rsplit_once('.')
+                .map_or(("", name.as_str()), |(l, c)| (l, c));
+            let part_name = header
+                .own_attributes
+                .layer_name
+                .as_ref()
+                .map(Text::to_string)
+                .unwrap_or_default();
+            let combined = |s: &str| {
+                s.rsplit('.')
+                    .next()
+                    .is_some_and(|l| l.eq_ignore_ascii_case("combined"))
+            };
             let sibling = |letter: &str, word: &str| {
                 channels
                     .iter()
                     .find(|c| {
                         let other = c.name.to_string();
-                        let (l, last) = other.rsplit_once('.').map_or(("", other.as_str()), |(l, c)| (l, c));
-                        l == layer && (last.eq_ignore_ascii_case(letter) || last.eq_ignore_ascii_case(word))
+                        let (l, last) = other
+                            .rsplit_once('.')
+                            .map_or(("", other.as_str()), |(l, c)| (l, c));
+                        l == layer
+                            && (last.eq_ignore_ascii_case(letter)
+                                || last.eq_ignore_ascii_case(word))
                     })
                     .map(|c| c.name.clone())
             };
-            let rgb = match (sibling("r", "red"), sibling("g", "green"), sibling("b", "blue")) {
+            let rgb = match (
+                sibling("r", "red"),
+                sibling("g", "green"),
+                sibling("b", "blue"),
+            ) {
                 (Some(r), Some(g), Some(b)) => Some(Picture::Rgb([r, g, b])),
                 _ => None,
             };
             let (rank, picture) = match rgb {
                 Some(rgb) if layer.is_empty() && (part_name.is_empty() || part == 0) => (0, rgb),
-                Some(rgb) if combined(layer) || (layer.is_empty() && combined(&part_name)) => (1, rgb),
+                Some(rgb) if combined(layer) || (layer.is_empty() && combined(&part_name)) => {
+                    (1, rgb)
+                }
                 Some(rgb) => (2, rgb),
                 None if last.eq_ignore_ascii_case("y") => (3, Picture::Grey(channel.name.clone())),
                 None => (4, Picture::Grey(channel.name.clone())),
@@ -87,7 +111,9 @@ fn choose(headers: &[Header]) -> std::result::Result<(usize, Picture), ImageFail
     }
     match best {
         Some((_, part, picture)) => Ok((part, picture)),
-        None => Err(ImageFailure::Damaged("it has no flat picture (deep data only, or no channels)".into())),
+        None => Err(ImageFailure::Damaged(
+            "it has no flat picture (deep data only, or no channels)".into(),
+        )),
     }
 }
 
@@ -105,8 +131,15 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, Ima
         Picture::Rgb(names) => names.to_vec(),
         Picture::Grey(name) => vec![name.clone()],
     };
-    if header.channels.list.iter().any(|c| wanted.contains(&c.name) && c.sampling != Vec2(1, 1)) {
-        return Err(ImageFailure::Damaged("its colour channels are subsampled, which is not supported".into()));
+    if header
+        .channels
+        .list
+        .iter()
+        .any(|c| wanted.contains(&c.name) && c.sampling != Vec2(1, 1))
+    {
+        return Err(ImageFailure::Damaged(
+            "its colour channels are subsampled, which is not supported".into(),
+        ));
     }
     let display = header.shared_attributes.display_window;
     let data_origin = header.own_attributes.layer_position;
@@ -121,19 +154,24 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, Ima
         let mut framed = vec![0.0; display.size.area() * channels];
         let shift = data_origin - display.position;
         for y in 0..size.height() {
-            let Ok(row) = usize::try_from(y as i64 + i64::from(shift.y())) else { continue };
+            let Ok(row) = usize::try_from(y as i64 + i64::from(shift.y())) else {
+                continue;
+            };
             if row >= display.size.height() {
                 break;
             }
             // The overlap of the two windows along x.
             let from = (-i64::from(shift.x())).clamp(0, size.width() as i64) as usize;
-            let to = (display.size.width() as i64 - i64::from(shift.x())).clamp(from as i64, size.width() as i64) as usize;
+            let to = (display.size.width() as i64 - i64::from(shift.x()))
+                .clamp(from as i64, size.width() as i64) as usize;
             let target = (row * display.size.width()) as i64 + from as i64 + i64::from(shift.x());
             let length = (to - from) * channels;
             let source = (y * size.width() + from) * channels;
             let target = target.max(0) as usize * channels;
-            if let (Some(into), Some(what)) = (framed.get_mut(target..target + length), values.get(source..source + length))
-            {
+            if let (Some(into), Some(what)) = (
+                framed.get_mut(target..target + length),
+                values.get(source..source + length),
+            ) {
                 into.copy_from_slice(what);
             }
         }
@@ -152,11 +190,24 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, Ima
 ///
 /// Blocks are taken one by one, so that a file of forty passes does not have to fit into memory
 /// beside its picture.
-fn read_part(bytes: &[u8], part: usize, wanted: &[Text]) -> std::result::Result<Vec<f32>, ImageFailure> {
+fn read_part(
+    bytes: &[u8],
+    part: usize,
+    wanted: &[Text],
+) -> std::result::Result<Vec<f32>, ImageFailure> {
     let chunks = exr::block::read(Cursor::new(bytes), false)
-        .and_then(|reader| reader.filter_chunks(false, |_, tile, block| block.layer == part && tile.level_index == Vec2(0, 0)))
+        .and_then(|reader| {
+            reader.filter_chunks(false, |_, tile, block| {
+                block.layer == part && tile.level_index == Vec2(0, 0)
+            })
+        })
         .map_err(damaged)?;
-    let header = chunks.meta_data().headers.get(part).cloned().ok_or_else(|| ImageFailure::Damaged("it is damaged".into()))?;
+    let header = chunks
+        .meta_data()
+        .headers
+        .get(part)
+        .cloned()
+        .ok_or_else(|| ImageFailure::Damaged("it is damaged".into()))?;
     let (width, height) = (header.layer_size.width(), header.layer_size.height());
     let channels = wanted.len();
     let mut values = vec![0.0; width * height * channels];
@@ -164,7 +215,9 @@ fn read_part(bytes: &[u8], part: usize, wanted: &[Text]) -> std::result::Result<
         .decompress_parallel(false, |_, block| {
             for line in block.lines(&header.channels) {
                 let channel = &header.channels.list[line.location.channel];
-                let Some(slot) = wanted.iter().position(|name| *name == channel.name) else { continue };
+                let Some(slot) = wanted.iter().position(|name| *name == channel.name) else {
+                    continue;
+                };
                 let (x, y) = (line.location.position.x(), line.location.position.y());
                 if y >= height || x + line.location.sample_count > width {
                     return Err(Error::Invalid("block outside of the data window".into()));
