@@ -229,13 +229,16 @@ fn write(bindings: &bindgen::Bindings, file: &Path) -> Result<(), String> {
 fn compile_shim(ocio: &Library) -> Result<(), String> {
     println!("cargo::rerun-if-changed=src/ffi/ocio_shim.cpp");
     println!("cargo::rerun-if-changed=src/ffi/ocio_shim.h");
-    cc::Build::new()
+    let mut compiler = cc::Build::new();
+    // (/usr/include must not be named: the compiler has it, and in another place it hides headers from libstdc++.)
+    if ocio.include != Path::new("/usr/include") {
+        compiler.flag("-isystem").flag(ocio.include.to_string_lossy().as_ref());
+    }
+    compiler
         .cpp(true)
         .std("c++17")
         // The library exports std::string with the C++11 ABI, whatever the compiler's own default is.
         .define("_GLIBCXX_USE_CXX11_ABI", "1")
-        .flag("-isystem")
-        .flag(ocio.include.to_string_lossy().as_ref())
         .file("src/ffi/ocio_shim.cpp")
         .warnings(true)
         .extra_warnings(true)

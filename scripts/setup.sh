@@ -101,9 +101,11 @@ install_rust() {
 
 # --- native libraries -----------------------------------------------------------------------------------------------
 
-# Names everything that decides what is in .native/, so that a new pin makes a new one.
+# Names everything that decides what is in .native/, so that a new pin makes a new one. The number stands for the way of
+# unpacking: count it up when unpack_native changes.
 native_stamp() {
-    cat "$scripts/pins/native.txt" "$scripts/pins/opencolorio-source.txt" "$scripts/setup.sh" | sha256sum | cut -d ' ' -f 1
+    { cat "$scripts/pins/native.txt" "$scripts/pins/opencolorio-source.txt" && echo "$embree_headers_hash unpacked 1"; } |
+        sha256sum | cut -d ' ' -f 1
 }
 
 native_is_complete() { [ "$(cat "$native/stamp" 2>/dev/null)" = "$(native_stamp)" ]; }
