@@ -50,7 +50,7 @@ def three_objects(folder):
     towards_sun = (0.62, -0.55, 0.42)
     kit.write_hdr(
         os.path.join(folder, "sky-with-sun.hdr"),
-        kit.sky_picture(1024, 512, towards_sun, sun_radiance=520.0, sun_radius=4.0, clouds=0.8),
+        kit.sky_picture(1024, 512, towards_sun, sun_radiance=190.0, sun_radius=5.0, clouds=0.8),
     )
     ground = kit.principled("Ground", base_color=(0.22, 0.20, 0.18), roughness=0.6)
     clay = kit.matte("Clay", (0.72, 0.23, 0.10))
