@@ -289,9 +289,6 @@ def principled(name, **inputs):
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     material.use_backface_culling = False
-    # Cycles bends shading near the terminator of bumped surfaces by default; glTF has no such thing.
-    if hasattr(material.cycles, "use_bump_map_correction"):
-        material.cycles.use_bump_map_correction = False
     shader = material.node_tree.nodes["Principled BSDF"]
     for key, value in inputs.items():
         socket = shader.inputs[SOCKETS.get(key, key.replace("_", " ").title())]

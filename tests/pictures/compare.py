@@ -15,7 +15,7 @@ relMSE, the mean over pixels and channels of (x - r)^2 / (r^2 + 0.01) for conver
 luminance, the ratio of the mean luminances. Rule: |ratio - 1| + 2 standard errors <= bound.
 
 So a noisy comparison fails rather than passes: too few samples widen the standard error. Cycles' pictures are kept in
-~/.cache/sundog/references under a hash of the scene scripts, bpy's version and the settings.
+~/.cache/sundog/references under a hash of the scene, the scripts, bpy's version and the settings.
 """
 
 import argparse
@@ -79,12 +79,19 @@ def digest(*parts):
     return state.hexdigest()[:24]
 
 
-def scripts_bytes():
-    whole = b""
-    for name in ("kit.py", "gallery.py", "probes.py", "build.py", "render_cycles.py"):
-        with open(os.path.join(SCRIPTS, name), "rb") as file:
-            whole += file.read()
-    return whole
+def inputs(name, folder):
+    """The bytes that Cycles' picture of a built scene depends on: what was exported, and the scripts that set the rest.
+
+    Not the .blend itself: it holds dates and paths. What glTF does not carry is set in kit.py and build.py alone.
+    """
+    with open(os.path.join(folder, f"{name}.json")) as file:
+        environment = json.load(file)["environment"]
+    paths = [os.path.join(folder, f"{name}.glb"), os.path.join(folder, f"{name}.json")]
+    paths += [os.path.join(folder, environment)] if environment else []
+    paths += [os.path.join(SCRIPTS, script) for script in ("kit.py", "build.py", "render_cycles.py")]
+    for path in paths:
+        with open(path, "rb") as file:
+            yield file.read()
 
 
 def cycles_pictures(name, folder, size, samples):
@@ -92,7 +99,7 @@ def cycles_pictures(name, folder, size, samples):
     width, height = size
     cache = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     about = f"{name} {width}x{height} {samples} {bpy.app.version_string} {REPLICATES}"
-    kept = os.path.join(cache, "sundog", "references", digest(scripts_bytes(), about.encode()))
+    kept = os.path.join(cache, "sundog", "references", digest(about.encode(), *inputs(name, folder)))
     paths = [os.path.join(kept, f"{name}-{index}.exr") for index in range(REPLICATES)]
     if not all(os.path.exists(path) for path in paths):
         fresh = f"{kept}.{os.getpid()}"
