@@ -3,7 +3,15 @@
 //!
 //! The rooms and the way of the data are described in `ARCHITECTURE.md`; `tests/architecture.rs`
 //! keeps the arrows between them true.
-#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, clippy::print_stderr))]
+#![cfg_attr(
+    test,
+    allow(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
 
 pub mod camera;
 pub mod cli;

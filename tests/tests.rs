@@ -6,4 +6,5 @@
     clippy::print_stderr
 )]
 
+mod color;
 mod formats;

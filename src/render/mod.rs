@@ -117,7 +117,11 @@ pub struct Rendering {
 /// # Errors
 /// If a setting does not fit the scene or Embree fails. Never for the content of the scene:
 /// what can't be rendered is left out and has been told by the importer.
-pub fn render(scene: &Scene, settings: &RenderSettings, observer: &dyn Observer) -> Result<Rendering, RenderError> {
+pub fn render(
+    scene: &Scene,
+    settings: &RenderSettings,
+    observer: &dyn Observer,
+) -> Result<Rendering, RenderError> {
     let _ = (scene, settings, observer);
     Err(RenderError::Setting("the renderer is not built yet".into()))
 }

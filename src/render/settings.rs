@@ -64,7 +64,10 @@ pub struct Filter {
 impl Default for Filter {
     /// Cycles' default.
     fn default() -> Self {
-        Self { kind: FilterKind::BlackmanHarris, width: 1.5 }
+        Self {
+            kind: FilterKind::BlackmanHarris,
+            width: 1.5,
+        }
     }
 }
 

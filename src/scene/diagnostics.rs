@@ -50,7 +50,11 @@ impl Diagnostics {
         instead: impl Into<String>,
     ) {
         let (feature, object) = (feature.into(), object.into());
-        let entry = match self.0.iter_mut().position(|d| d.code == code && d.feature == feature) {
+        let entry = match self
+            .0
+            .iter_mut()
+            .position(|d| d.code == code && d.feature == feature)
+        {
             Some(index) => &mut self.0[index],
             None => {
                 self.0.push(Diagnostic {
@@ -66,7 +70,10 @@ impl Diagnostics {
             }
         };
         entry.count += 1;
-        if !object.is_empty() && entry.objects.len() < NAMES_KEPT && !entry.objects.contains(&object) {
+        if !object.is_empty()
+            && entry.objects.len() < NAMES_KEPT
+            && !entry.objects.contains(&object)
+        {
             entry.objects.push(object);
         }
     }
@@ -84,7 +91,11 @@ impl Diagnostics {
     /// Takes over the messages of another list.
     pub fn append(&mut self, other: Diagnostics) {
         for message in other.0 {
-            match self.0.iter_mut().find(|d| d.code == message.code && d.feature == message.feature) {
+            match self
+                .0
+                .iter_mut()
+                .find(|d| d.code == message.code && d.feature == message.feature)
+            {
                 Some(entry) => {
                     entry.count += message.count;
                     for object in message.objects {
@@ -124,7 +135,13 @@ mod tests {
     fn the_same_feature_is_told_once_with_a_count() {
         let mut list = Diagnostics::default();
         for i in 0..10 {
-            list.report("x", Verdict::Lost, "KHR_y", format!("material {i}"), "left out");
+            list.report(
+                "x",
+                Verdict::Lost,
+                "KHR_y",
+                format!("material {i}"),
+                "left out",
+            );
         }
         let messages: Vec<_> = list.iter().collect();
         assert_eq!(messages.len(), 1);

@@ -1,0 +1,447 @@
+//! A colour configuration, what can be chosen in it, and the way from a choice to a processor.
+
+use crate::color::locate::{SearchPlaces, is_built_in_name};
+use crate::color::looks::{Meant, find_look, looks_for_view};
+use crate::color::pixels::to_display;
+use crate::color::{ColorError, ConfigOrigin, Depth, DisplayPixels, SceneColors};
+use crate::ffi::ocio::{self, Config, DisplayChain, OcioError, Processor, Source};
+use serde::Serialize;
+use std::path::Path;
+
+/// How light is to be shown. What is `None` is what the configuration says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DisplayTransform {
+    /// For example `sRGB`.
+    pub display: Option<String>,
+    /// For example `AgX`.
+    pub view: Option<String>,
+    /// For example `AgX - Punchy`, or `Punchy` with the view AgX; `None` is also what Blender calls "None".
+    pub look: Option<String>,
+    /// In stops: light is multiplied by 2^exposure, in the configuration's scene-linear space.
+    pub exposure: f64,
+    /// Display values are raised to 1/gamma.
+    pub gamma: f64,
+}
+
+impl Default for DisplayTransform {
+    fn default() -> Self {
+        Self {
+            display: None,
+            view: None,
+            look: None,
+            exposure: 0.0,
+            gamma: 1.0,
+        }
+    }
+}
+
+/// A [`DisplayTransform`] with every name as the configuration writes it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ResolvedDisplay {
+    /// Display.
+    pub display: String,
+    /// View of the display.
+    pub view: String,
+    /// The look that was asked for.
+    pub look: Option<String>,
+    /// In stops.
+    pub exposure: f64,
+    /// Display values are raised to 1/gamma.
+    pub gamma: f64,
+}
+
+/// One view of a display, for lists.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ViewSummary {
+    /// Its name.
+    pub name: String,
+    /// What the configuration says about it; often empty.
+    pub description: String,
+    /// Names of the looks that go with it.
+    pub looks: Vec<String>,
+}
+
+/// A display and its views, for lists.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DisplaySummary {
+    /// Its name.
+    pub name: String,
+    /// The view that it shows where none is named.
+    pub default_view: String,
+    /// In the configuration's order.
+    pub views: Vec<ViewSummary>,
+}
+
+/// A look, for lists.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LookSummary {
+    /// Its name.
+    pub name: String,
+    /// The colour space in which it works.
+    pub process_space: String,
+    /// What the configuration says about it; often empty.
+    pub description: String,
+}
+
+/// A colour configuration, and where it came from.
+#[derive(Debug)]
+pub struct ColorConfig {
+    config: Config,
+    origin: ConfigOrigin,
+    warnings: Vec<String>,
+}
+
+impl ColorConfig {
+    /// The configuration that the flag names; else the one that `$OCIO` names; else that of an installed Blender or `bpy`;
+    /// else OpenColorIO's own.
+    ///
+    /// # Errors
+    /// If one that a person named cannot be read: another is never taken in its place. (Of those that a search found, one
+    /// that cannot be read is passed over, with a warning.)
+    pub fn locate(flag: Option<&Path>) -> Result<Self, ColorError> {
+        Self::locate_in(flag, &SearchPlaces::of_this_process())
+    }
+
+    /// As [`ColorConfig::locate`], with the places given.
+    ///
+    /// # Errors
+    /// As [`ColorConfig::locate`].
+    pub fn locate_in(flag: Option<&Path>, places: &SearchPlaces) -> Result<Self, ColorError> {
+        crate::color::library_version()?;
+        let mut passed_over = Vec::new();
+        let mut last = None;
+        for origin in places.candidates(flag) {
+            match Self::read(origin) {
+                Ok(mut found) => {
+                    passed_over.append(&mut found.warnings);
+                    return Ok(Self {
+                        warnings: passed_over,
+                        ..found
+                    });
+                }
+                Err((origin, error)) if origin.was_searched_for() => {
+                    passed_over.push(format!("{error}; it was passed over"));
+                    last = Some(error);
+                }
+                Err((_, error)) => return Err(error),
+            }
+        }
+        // The built-in one comes last, is not searched for, and so has returned above.
+        Err(last.unwrap_or(ColorError::Library {
+            reason: "it has no configuration of its own".to_owned(),
+        }))
+    }
+
+    fn read(origin: ConfigOrigin) -> Result<Self, (ConfigOrigin, ColorError)> {
+        if !is_built_in_name(origin.path()) {
+            // Folders, devices and pipes: OpenColorIO would say something strange, or read on for ever.
+            let reason = match std::fs::metadata(origin.path()) {
+                Ok(metadata) if metadata.is_file() => None,
+                Ok(metadata) if metadata.is_dir() => {
+                    Some("it is a folder and not a file".to_owned())
+                }
+                Ok(_) => Some("it is not a regular file".to_owned()),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                    Some("there is no such file".to_owned())
+                }
+                Err(error) => Some(error.to_string()),
+            };
+            if let Some(reason) = reason {
+                return Err((origin.clone(), ColorError::Missing { origin, reason }));
+            }
+        }
+        match Config::from_file(origin.path().as_os_str()) {
+            Ok(config) => Ok(Self {
+                config,
+                origin,
+                warnings: ocio::take_warnings(),
+            }),
+            Err(OcioError { text }) => {
+                let error = ColorError::Broken {
+                    origin: origin.clone(),
+                    reason: text,
+                };
+                Err((origin, error))
+            }
+        }
+    }
+
+    /// Where it came from.
+    pub fn origin(&self) -> &ConfigOrigin {
+        &self.origin
+    }
+
+    /// What OpenColorIO warned of when it read the configuration, and which others were passed over; a sentence each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn broken(&self) -> impl Fn(OcioError) -> ColorError + '_ {
+        |error| ColorError::Broken {
+            origin: self.origin.clone(),
+            reason: error.text,
+        }
+    }
+
+    /// The configuration's name (often empty), and the version of its format as `2.4`.
+    ///
+    /// # Errors
+    /// If the library fails.
+    pub fn name_and_profile(&self) -> Result<(String, String), ColorError> {
+        let (major, minor) = self.config.profile().map_err(self.broken())?;
+        Ok((
+            self.config.name().map_err(self.broken())?,
+            format!("{major}.{minor}"),
+        ))
+    }
+
+    /// Roles with their colour spaces.
+    ///
+    /// # Errors
+    /// If the library fails.
+    pub fn roles(&self) -> Result<Vec<ocio::Role>, ColorError> {
+        self.config.roles().map_err(self.broken())
+    }
+
+    /// Names of the active colour spaces.
+    ///
+    /// # Errors
+    /// If the library fails.
+    pub fn colour_spaces(&self) -> Result<Vec<String>, ColorError> {
+        let spaces = self.config.colour_spaces().map_err(self.broken())?;
+        Ok(spaces.into_iter().map(|space| space.name).collect())
+    }
+
+    /// All looks.
+    ///
+    /// # Errors
+    /// If the library fails.
+    pub fn looks(&self) -> Result<Vec<LookSummary>, ColorError> {
+        let looks = self.config.looks().map_err(self.broken())?;
+        Ok(looks
+            .into_iter()
+            .map(|look| LookSummary {
+                name: look.name,
+                process_space: look.process_space,
+                description: look.description.trim().to_owned(),
+            })
+            .collect())
+    }
+
+    /// All displays with their views, and the looks that go with each.
+    ///
+    /// # Errors
+    /// If the library fails.
+    pub fn displays(&self) -> Result<Vec<DisplaySummary>, ColorError> {
+        let all_looks = self.look_names()?;
+        let all_views = self.all_view_names()?;
+        let mut displays = Vec::new();
+        for name in self.config.displays().map_err(self.broken())? {
+            let views = self.config.views(&name).map_err(self.broken())?;
+            let default_view = self
+                .config
+                .default_view(&name)
+                .map_err(self.broken())?
+                .unwrap_or_default();
+            let views = views
+                .into_iter()
+                .map(|view| ViewSummary {
+                    looks: looks_for_view(&view.name, &all_looks, &all_views),
+                    description: view.description.trim().to_owned(),
+                    name: view.name,
+                })
+                .collect();
+            displays.push(DisplaySummary {
+                name,
+                default_view,
+                views,
+            });
+        }
+        Ok(displays)
+    }
+
+    /// The display that is meant where none is named.
+    ///
+    /// # Errors
+    /// If the configuration has no display.
+    pub fn default_display(&self) -> Result<String, ColorError> {
+        let display = self.config.default_display().map_err(self.broken())?;
+        display.ok_or_else(|| ColorError::NoDisplay {
+            origin: self.origin.clone(),
+        })
+    }
+
+    fn look_names(&self) -> Result<Vec<String>, ColorError> {
+        let looks = self.config.looks().map_err(self.broken())?;
+        Ok(looks.into_iter().map(|look| look.name).collect())
+    }
+
+    fn view_names(&self, display: &str) -> Result<Vec<String>, ColorError> {
+        let views = self.config.views(display).map_err(self.broken())?;
+        Ok(views.into_iter().map(|view| view.name).collect())
+    }
+
+    fn all_view_names(&self) -> Result<Vec<String>, ColorError> {
+        let mut all = Vec::new();
+        for display in self.config.displays().map_err(self.broken())? {
+            all.extend(self.view_names(&display)?);
+        }
+        Ok(all)
+    }
+
+    /// Fills in what was left open, and checks that everything named is there.
+    ///
+    /// # Errors
+    /// If a display, view or look isn't there (with those that are), or exposure or gamma make no sense.
+    pub fn resolve(&self, wanted: &DisplayTransform) -> Result<ResolvedDisplay, ColorError> {
+        // Beyond 128 stops every f32 is 0 or infinite; the same bound leaves the factor itself finite.
+        if !wanted.exposure.is_finite() || wanted.exposure.abs() > 128.0 {
+            let range = "a number from -128 to 128";
+            return Err(ColorError::OutOfRange {
+                what: "exposure",
+                value: wanted.exposure,
+                range,
+            });
+        }
+        if !wanted.gamma.is_finite() || !(1e-3..=1e3).contains(&wanted.gamma) {
+            let range = "a number from 0.001 to 1000";
+            return Err(ColorError::OutOfRange {
+                what: "gamma",
+                value: wanted.gamma,
+                range,
+            });
+        }
+        let origin = || self.origin.clone();
+        let display = match &wanted.display {
+            None => self.default_display()?,
+            Some(name) => {
+                let there = self.config.displays().map_err(self.broken())?;
+                if !there.contains(name) {
+                    return Err(ColorError::UnknownDisplay {
+                        name: name.clone(),
+                        origin: origin(),
+                        there,
+                    });
+                }
+                name.clone()
+            }
+        };
+        let views = self.view_names(&display)?;
+        let default_view = || self.config.default_view(&display).map_err(self.broken());
+        let view = match &wanted.view {
+            None => default_view()?.ok_or_else(|| ColorError::NoDisplay { origin: origin() })?,
+            Some(name) if views.contains(name) => name.clone(),
+            Some(name) => {
+                return Err(ColorError::UnknownView {
+                    name: name.clone(),
+                    display,
+                    origin: origin(),
+                    there: views,
+                });
+            }
+        };
+        let all_looks = self.look_names()?;
+        let look = match &wanted.look {
+            None => None,
+            // Blender's word for no look, unless it is one.
+            Some(name) if name == "None" && !all_looks.contains(name) => None,
+            Some(name) => {
+                let there = looks_for_view(&view, &all_looks, &self.all_view_names()?);
+                match find_look(name, &there, &all_looks) {
+                    Meant::Look(look) => Some(look),
+                    meant => {
+                        let elsewhere = meant == Meant::OfAnotherView;
+                        return Err(ColorError::UnknownLook {
+                            name: name.clone(),
+                            view,
+                            elsewhere,
+                            origin: origin(),
+                            there,
+                        });
+                    }
+                }
+            }
+        };
+        Ok(ResolvedDisplay {
+            display,
+            view,
+            look,
+            exposure: wanted.exposure,
+            gamma: wanted.gamma,
+        })
+    }
+
+    /// Makes what turns light into a display's code values.
+    ///
+    /// # Errors
+    /// As [`ColorConfig::resolve`]; if the configuration doesn't say how it stands to Rec.709; if a file that the view
+    /// needs cannot be read.
+    pub fn processor(&self, wanted: &DisplayTransform) -> Result<DisplayProcessor, ColorError> {
+        let resolved = self.resolve(wanted)?;
+        let is_rec709 =
+            self.config
+                .is_scene_linear_rec709()
+                .map_err(|error| ColorError::NoRec709 {
+                    origin: self.origin.clone(),
+                    reason: error.text,
+                })?;
+        let processor = self
+            .config
+            .display_processor(&DisplayChain {
+                source: if is_rec709 {
+                    Source::SceneLinear
+                } else {
+                    Source::LinearRec709
+                },
+                display: &resolved.display,
+                view: &resolved.view,
+                look: resolved.look.as_deref(),
+                scale: resolved.exposure.exp2(),
+                exponent: 1.0 / resolved.gamma,
+            })
+            .map_err(|error| ColorError::Unmakeable {
+                display: resolved.display.clone(),
+                view: resolved.view.clone(),
+                origin: self.origin.clone(),
+                reason: error.text,
+            })?;
+        Ok(DisplayProcessor {
+            processor,
+            resolved,
+        })
+    }
+}
+
+/// Turns light into a display's code values.
+#[derive(Debug)]
+pub struct DisplayProcessor {
+    processor: Processor,
+    resolved: ResolvedDisplay,
+}
+
+impl DisplayProcessor {
+    /// What it does, with the configuration's names.
+    pub fn resolved(&self) -> &ResolvedDisplay {
+        &self.resolved
+    }
+
+    /// Shows pixels of linear Rec.709 light, on all threads of the current rayon pool. Values are rounded to the nearest
+    /// code value and clipped to the range, as Blender does without dither; alpha is divided out before the view and stays
+    /// unassociated.
+    ///
+    /// # Errors
+    /// If OpenColorIO fails.
+    pub fn show(&self, colors: SceneColors<'_>, depth: Depth) -> Result<DisplayPixels, ColorError> {
+        to_display(&self.processor, colors, depth)
+    }
+
+    /// Shows pixels in place, as floats: display values, 0..1 for what the display can show, neither rounded nor clipped.
+    ///
+    /// # Errors
+    /// If OpenColorIO fails.
+    pub fn show_in_place(&self, pixels: &mut [[f32; 3]]) -> Result<(), ColorError> {
+        self.processor
+            .apply_rgb(pixels)
+            .map_err(|error| ColorError::Apply { reason: error.text })
+    }
+}

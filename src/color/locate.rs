@@ -1,0 +1,363 @@
+//! Where the colour configuration comes from: the flag, `$OCIO`, an installed Blender, an installed `bpy`, and at last
+//! OpenColorIO's own built-in one.
+
+use std::env;
+use std::ffi::{OsStr, OsString};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A configuration's file or `ocio://` name, and who named it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ConfigOrigin {
+    /// The flag `--ocio`.
+    Flag(PathBuf),
+    /// The environment variable `OCIO`.
+    Environment(PathBuf),
+    /// An installed Blender.
+    Blender(PathBuf),
+    /// An installed Python module `bpy`.
+    Bpy(PathBuf),
+    /// Nothing else was there: the default one inside OpenColorIO.
+    BuiltIn(PathBuf),
+}
+
+impl ConfigOrigin {
+    /// The file, or the `ocio://` name.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Flag(path)
+            | Self::Environment(path)
+            | Self::Blender(path)
+            | Self::Bpy(path)
+            | Self::BuiltIn(path) => path,
+        }
+    }
+
+    /// Who named it, in a few words.
+    pub fn named_by(&self) -> &'static str {
+        match self {
+            Self::Flag(_) => "given with --ocio",
+            Self::Environment(_) => "named by $OCIO",
+            Self::Blender(_) => "of an installed Blender",
+            Self::Bpy(_) => "of an installed bpy",
+            Self::BuiltIn(_) => "built into OpenColorIO",
+        }
+    }
+
+    /// It came from a search, not from a person.
+    pub(super) fn was_searched_for(&self) -> bool {
+        matches!(self, Self::Blender(_) | Self::Bpy(_))
+    }
+}
+
+impl fmt::Display for ConfigOrigin {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} ({})", self.path().display(), self.named_by())
+    }
+}
+
+/// Whether a configuration's path is the name of one inside OpenColorIO.
+pub(super) fn is_built_in_name(path: &Path) -> bool {
+    path.as_os_str().as_encoded_bytes().starts_with(b"ocio://")
+}
+
+/// The default configuration inside OpenColorIO.
+pub(super) const BUILT_IN: &str = "ocio://default";
+
+/// Where a search looks. [`SearchPlaces::of_this_process`] in the program; others in tests.
+#[derive(Debug, Clone, Default)]
+pub struct SearchPlaces {
+    /// `$OCIO`.
+    pub ocio: Option<OsString>,
+    /// `$PATH`.
+    pub path: Option<OsString>,
+    /// The user's folder.
+    pub home: Option<PathBuf>,
+    /// `$XDG_CACHE_HOME`; else `~/.cache`.
+    pub cache: Option<PathBuf>,
+    /// `$VIRTUAL_ENV`.
+    pub virtual_env: Option<PathBuf>,
+    /// The root of the file system.
+    pub root: PathBuf,
+}
+
+impl SearchPlaces {
+    /// What this process's environment says.
+    pub fn of_this_process() -> Self {
+        let folder = |name: &str| {
+            env::var_os(name)
+                .filter(|value| !value.is_empty())
+                .map(PathBuf::from)
+        };
+        let home = folder("HOME");
+        Self {
+            ocio: env::var_os("OCIO"),
+            path: env::var_os("PATH"),
+            cache: folder("XDG_CACHE_HOME")
+                .or_else(|| home.as_ref().map(|home| home.join(".cache"))),
+            home,
+            virtual_env: folder("VIRTUAL_ENV"),
+            root: PathBuf::from("/"),
+        }
+    }
+
+    /// What to try, in this order, until one can be read. What a person named stands alone: if it cannot be read, that is
+    /// an error and not a reason to take another.
+    pub(super) fn candidates(&self, flag: Option<&Path>) -> Vec<ConfigOrigin> {
+        if let Some(path) = flag {
+            return vec![ConfigOrigin::Flag(path.to_owned())];
+        }
+        if let Some(path) = self.ocio.as_ref().filter(|path| !path.is_empty()) {
+            return vec![ConfigOrigin::Environment(PathBuf::from(path))];
+        }
+        let mut found = Vec::new();
+        let mut add = |origin: ConfigOrigin| {
+            if !found.contains(&origin) {
+                found.push(origin);
+            }
+        };
+        for config in self
+            .blender_of_path()
+            .into_iter()
+            .chain(self.other_blenders())
+        {
+            add(ConfigOrigin::Blender(config));
+        }
+        for config in self.bpys() {
+            add(ConfigOrigin::Bpy(config));
+        }
+        found.push(ConfigOrigin::BuiltIn(PathBuf::from(BUILT_IN)));
+        found
+    }
+
+    /// The Blender that starts when one types `blender`.
+    fn blender_of_path(&self) -> Vec<PathBuf> {
+        let Some(path) = &self.path else {
+            return Vec::new();
+        };
+        let program = env::split_paths(path)
+            .map(|folder| folder.join("blender"))
+            .find(|program| program.is_file());
+        // Links lead to the folder of the real program, which its version's folder lies beside.
+        let folder = program
+            .and_then(|program| program.canonicalize().ok())
+            .and_then(|real| real.parent().map(Path::to_owned));
+        folder
+            .map(|folder| newest_first(configs_in(&folder)))
+            .unwrap_or_default()
+    }
+
+    /// Blenders in the places where archives, distributions and shops put them; the newest first.
+    fn other_blenders(&self) -> Vec<PathBuf> {
+        let mut folders = vec![
+            self.root.join("usr/share/blender"),
+            self.root.join("usr/local/share/blender"),
+        ];
+        folders.extend(children_starting_with(&self.root.join("opt"), "blender"));
+        folders.push(self.root.join("snap/blender/current"));
+        let flatpak = "app/org.blender.Blender/current/active/files/blender";
+        folders.push(self.root.join("var/lib/flatpak").join(flatpak));
+        if let Some(home) = &self.home {
+            folders.extend(children_starting_with(home, "blender"));
+            folders.push(home.join(".local/share/flatpak").join(flatpak));
+            folders.push(home.join(".local/share/Steam/steamapps/common/Blender"));
+            folders.push(home.join(".steam/steam/steamapps/common/Blender"));
+        }
+        newest_first(
+            folders
+                .iter()
+                .flat_map(|folder| configs_in(folder))
+                .collect(),
+        )
+    }
+
+    /// `bpy` modules: the active virtual environment's, then the newest of the others.
+    fn bpys(&self) -> Vec<PathBuf> {
+        let mut active = Vec::new();
+        if let Some(environment) = &self.virtual_env {
+            active = newest_first(bpys_below(&environment.join("lib")));
+        }
+        let mut others = Vec::new();
+        if let Some(cache) = &self.cache {
+            for environment in children_starting_with(&cache.join("sundog"), "bpy-") {
+                others.extend(bpys_below(&environment.join("lib")));
+            }
+        }
+        if let Some(home) = &self.home {
+            others.extend(bpys_below(&home.join(".local/lib")));
+        }
+        others.extend(bpys_below(&self.root.join("usr/local/lib")));
+        others.extend(bpys_below(&self.root.join("usr/lib")));
+        active.extend(newest_first(others));
+        active
+    }
+}
+
+/// The configurations of the `bpy` modules in `lib/python3*/{site,dist}-packages`.
+fn bpys_below(lib: &Path) -> Vec<PathBuf> {
+    let pythons = children_starting_with(lib, "python3");
+    let packages = pythons.iter().flat_map(|python| {
+        [
+            python.join("site-packages/bpy"),
+            python.join("dist-packages/bpy"),
+        ]
+    });
+    packages.flat_map(|package| configs_in(&package)).collect()
+}
+
+/// The configurations in a folder that has Blender's data in it, or folders of versions with the data in them.
+fn configs_in(folder: &Path) -> Vec<PathBuf> {
+    let in_data = Path::new("datafiles/colormanagement/config.ocio");
+    let versions = children_starting_with(folder, "")
+        .into_iter()
+        .filter(|child| version_in(child.file_name()).is_some());
+    let mut configs: Vec<PathBuf> = versions.map(|version| version.join(in_data)).collect();
+    configs.push(folder.join(in_data));
+    configs.retain(|config| config.is_file());
+    configs
+}
+
+/// Folders whose names start so, in the order of their names; none if the parent cannot be read.
+fn children_starting_with(parent: &Path, start: &str) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(parent) else {
+        return Vec::new();
+    };
+    let mut children: Vec<PathBuf> = entries
+        .flatten()
+        .filter(|entry| {
+            entry
+                .file_name()
+                .as_encoded_bytes()
+                .starts_with(start.as_bytes())
+        })
+        .map(|entry| entry.path())
+        .filter(|path| path.is_dir())
+        .collect();
+    children.sort();
+    children
+}
+
+/// `4.5` of a folder's name.
+fn version_in(name: Option<&OsStr>) -> Option<(u32, u32)> {
+    let (major, minor) = name?.to_str()?.split_once('.')?;
+    Some((major.parse().ok()?, minor.parse().ok()?))
+}
+
+/// Sorted by the version in the path (unknown ones last), keeping the order among equals.
+fn newest_first(mut configs: Vec<PathBuf>) -> Vec<PathBuf> {
+    configs.sort_by_key(|config| {
+        std::cmp::Reverse(
+            config
+                .components()
+                .rev()
+                .find_map(|part| version_in(Some(part.as_os_str()))),
+        )
+    });
+    configs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn put_config(folder: &Path) -> PathBuf {
+        let folder = folder.join("datafiles/colormanagement");
+        fs::create_dir_all(&folder).unwrap();
+        let config = folder.join("config.ocio");
+        fs::write(&config, "ocio_profile_version: 2\n").unwrap();
+        config
+    }
+
+    fn nowhere(root: &Path) -> SearchPlaces {
+        SearchPlaces {
+            root: root.to_owned(),
+            ..SearchPlaces::default()
+        }
+    }
+
+    #[test]
+    fn what_a_person_names_stands_alone() {
+        let temporary = tempfile::tempdir().unwrap();
+        put_config(&temporary.path().join("usr/share/blender/4.5"));
+        let mut places = nowhere(temporary.path());
+        places.ocio = Some("from-environment.ocio".into());
+        assert_eq!(
+            places.candidates(Some(Path::new("flag.ocio"))),
+            [ConfigOrigin::Flag("flag.ocio".into())]
+        );
+        assert_eq!(
+            places.candidates(None),
+            [ConfigOrigin::Environment("from-environment.ocio".into())]
+        );
+        places.ocio = Some("".into());
+        assert!(matches!(
+            places.candidates(None)[0],
+            ConfigOrigin::Blender(_)
+        ));
+    }
+
+    #[test]
+    fn with_nothing_there_the_built_in_one_remains() {
+        let temporary = tempfile::tempdir().unwrap();
+        assert_eq!(
+            nowhere(temporary.path()).candidates(None),
+            [ConfigOrigin::BuiltIn(BUILT_IN.into())]
+        );
+    }
+
+    #[test]
+    fn blenders_come_before_bpys_and_new_before_old() {
+        let temporary = tempfile::tempdir().unwrap();
+        let root = temporary.path();
+        let home = root.join("home/someone");
+        let mut places = nowhere(root);
+        places.home = Some(home.clone());
+        places.cache = Some(home.join(".cache"));
+        places.virtual_env = Some(root.join("venv"));
+        places.path = Some(root.join("bin").into());
+
+        let old = put_config(&root.join("usr/share/blender/4.2"));
+        let debian = put_config(&root.join("usr/share/blender"));
+        let new = put_config(&home.join("blender-5.0.1-linux-x64/5.0"));
+        let middle = put_config(&root.join("opt/blender/4.10"));
+        let cached =
+            put_config(&home.join(".cache/sundog/bpy-5.0.1/lib/python3.11/site-packages/bpy/5.0"));
+        let cached_old =
+            put_config(&home.join(".cache/sundog/bpy-4.5.15/lib/python3.11/site-packages/bpy/4.5"));
+        let active = put_config(&root.join("venv/lib/python3.13/site-packages/bpy/4.4"));
+        put_config(&root.join("opt/other/4.5"));
+        let in_path = put_config(&root.join("somewhere/4.1"));
+        fs::write(root.join("somewhere/blender"), "").unwrap();
+        fs::create_dir(root.join("bin")).unwrap();
+        std::os::unix::fs::symlink(root.join("somewhere/blender"), root.join("bin/blender"))
+            .unwrap();
+
+        let found = places.candidates(None);
+        let in_path = in_path.canonicalize().unwrap();
+        assert_eq!(
+            found,
+            [
+                ConfigOrigin::Blender(in_path),
+                ConfigOrigin::Blender(new),
+                ConfigOrigin::Blender(middle),
+                ConfigOrigin::Blender(old),
+                ConfigOrigin::Blender(debian),
+                ConfigOrigin::Bpy(active),
+                ConfigOrigin::Bpy(cached),
+                ConfigOrigin::Bpy(cached_old),
+                ConfigOrigin::BuiltIn(BUILT_IN.into()),
+            ]
+        );
+    }
+
+    #[test]
+    fn the_origin_says_who_named_it() {
+        assert_eq!(
+            ConfigOrigin::Environment("a.ocio".into()).to_string(),
+            "a.ocio (named by $OCIO)"
+        );
+        assert!(is_built_in_name(Path::new("ocio://default")));
+        assert!(!is_built_in_name(Path::new("ocio/default")));
+    }
+}

@@ -1,0 +1,325 @@
+//! The colours are those that Blender shows: every view of every display, with looks, exposures and gammas, against the files
+//! that Blender itself saves from the same EXR.
+
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use sundog::color::{ColorConfig, Depth, DisplaySamples, DisplayTransform, SceneColors};
+
+const WIDTH: usize = 192;
+const HEIGHT: usize = 112;
+
+/// Pythons that can import `bpy`: the one of the test run, and Blender 5.0's where it is installed.
+///
+/// Without the first one this fails; `SUNDOG_SKIP_BPY=1` says that one knows and wants the other tests only.
+fn blenders() -> Vec<PathBuf> {
+    let home = std::env::var_os("HOME")
+        .map(PathBuf::from)
+        .unwrap_or_default();
+    let cache = std::env::var_os("XDG_CACHE_HOME")
+        .map_or_else(|| home.join(".cache"), PathBuf::from)
+        .join("sundog");
+    let named = std::env::var_os("SUNDOG_BPY_PYTHON")
+        .filter(|path| !path.is_empty())
+        .map(PathBuf::from);
+    let first = named.unwrap_or_else(|| cache.join("bpy-4.5.15/bin/python"));
+    if !first.is_file() {
+        if std::env::var_os("SUNDOG_SKIP_BPY").is_some_and(|value| value == "1") {
+            eprintln!(
+                "skipped: no bpy at {} and SUNDOG_SKIP_BPY=1",
+                first.display()
+            );
+            return Vec::new();
+        }
+        panic!(
+            "no bpy at {}: `scripts/setup-bpy.sh` installs it, SUNDOG_BPY_PYTHON names another Python that has it, SUNDOG_SKIP_BPY=1 leaves these tests out",
+            first.display()
+        );
+    }
+    let second = cache.join("bpy-5.0.1/bin/python");
+    let mut all = vec![first];
+    if second.is_file() && !all.contains(&second) {
+        all.push(second);
+    }
+    all
+}
+
+/// A fixed sequence of numbers in 0..1 (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((mixed ^ (mixed >> 31)) >> 40) as f32 / (1_u64 << 24) as f32
+    }
+
+    /// From 1e-6 to 1e4, evenly in the logarithm.
+    fn light(&mut self) -> f32 {
+        10.0_f32.powf(self.next() * 10.0 - 6.0)
+    }
+}
+
+/// Ramps from 1e-6 to 1e4 in grey and in colours, the range of a display in fine steps, and random light; some of it
+/// negative, as wide colours in Rec.709 are.
+fn light() -> Vec<[f32; 3]> {
+    let mut random = Random(1);
+    let mut pixels = Vec::with_capacity(WIDTH * HEIGHT);
+    for row in 0..HEIGHT {
+        for column in 0..WIDTH {
+            let across = column as f32 / (WIDTH - 1) as f32;
+            let ramp = 10.0_f32.powf(across * 10.0 - 6.0);
+            pixels.push(match row {
+                0 => [ramp; 3],
+                1 => [-ramp; 3],
+                2..8 => [(across + (row - 2) as f32 / (6 * WIDTH) as f32) * 1.01; 3],
+                8..32 => {
+                    // Hues around the circle, with full and with half saturation.
+                    let hue = ((row - 8) / 2) as f32 / 2.0;
+                    let floor = if row % 2 == 0 { 0.0 } else { 0.3 };
+                    let channel = |centre: f32| {
+                        let apart = (hue - centre).abs();
+                        (2.0 - apart.min(6.0 - apart)).clamp(0.0, 1.0) * (1.0 - floor) + floor
+                    };
+                    [
+                        channel(0.0) * ramp,
+                        channel(2.0) * ramp,
+                        channel(4.0) * ramp,
+                    ]
+                }
+                32..38 => {
+                    // Outside of Rec.709: one channel below zero.
+                    let mut pixel = [ramp; 3];
+                    pixel[row % 3] *= if row < 35 { -0.05 } else { -0.7 };
+                    pixel
+                }
+                38..60 => std::array::from_fn(|_| random.light()),
+                60..80 => std::array::from_fn(|_| random.next() * 1.2 - 0.1),
+                80..96 => {
+                    let level = random.light();
+                    std::array::from_fn(|_| level * (0.5 + random.next()))
+                }
+                _ => std::array::from_fn(|_| {
+                    if random.next() < 0.2 {
+                        -random.light()
+                    } else {
+                        random.light()
+                    }
+                }),
+            });
+        }
+    }
+    pixels
+}
+
+/// Light with associated alpha of every amount, none (pure emission) and all of it.
+fn light_with_alpha() -> Vec<[f32; 4]> {
+    let mut random = Random(2);
+    let with_alpha = |colour: [f32; 3]| {
+        let alpha = match (random.next() * 8.0) as u32 {
+            0 => 0.0,
+            1 => 1.0,
+            2 => random.next() * 0.01,
+            _ => random.next(),
+        };
+        let [r, g, b] = if alpha == 0.0 {
+            colour
+        } else {
+            colour.map(|value| value * alpha)
+        };
+        [r, g, b, alpha]
+    };
+    light().into_iter().map(with_alpha).collect()
+}
+
+fn write_exr(path: &Path, pixel: impl Fn(usize) -> [f32; 4] + Sync, alpha: bool) {
+    use exr::prelude::*;
+    if alpha {
+        let get = |at: Vec2<usize>| {
+            let [r, g, b, a] = pixel(at.y() * WIDTH + at.x());
+            (r, g, b, a)
+        };
+        write_rgba_file(path, WIDTH, HEIGHT, |x, y| get(Vec2(x, y))).unwrap();
+    } else {
+        let get = |at: Vec2<usize>| {
+            let [r, g, b, _] = pixel(at.y() * WIDTH + at.x());
+            (r, g, b)
+        };
+        write_rgb_file(path, WIDTH, HEIGHT, |x, y| get(Vec2(x, y))).unwrap();
+    }
+}
+
+#[derive(Debug, Deserialize)]
+struct Shown {
+    blender: String,
+    config: PathBuf,
+    /// `display|view`: the looks that Blender lets go with it.
+    looks: BTreeMap<String, Vec<String>>,
+    cases: Vec<Case>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Case {
+    file: String,
+    picture: String,
+    mode: String,
+    depth: u32,
+    display: String,
+    view: String,
+    look: Option<String>,
+    exposure: f64,
+    gamma: f64,
+}
+
+/// Lets a Blender save the two pictures in all ways.
+fn show_with_blender(
+    python: &Path,
+    folder: &Path,
+    opaque: &[[f32; 3]],
+    alpha: &[[f32; 4]],
+) -> Shown {
+    write_exr(
+        &folder.join("opaque.exr"),
+        |at| [opaque[at][0], opaque[at][1], opaque[at][2], 1.0],
+        false,
+    );
+    write_exr(&folder.join("alpha.exr"), |at| alpha[at], true);
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/blender_colors.py");
+    let output = Command::new(python)
+        .arg(script)
+        .arg(folder)
+        // Blender would take the user's configuration for its own.
+        .env_remove("OCIO")
+        .env_remove("PYTHONPATH")
+        .output()
+        .unwrap_or_else(|error| panic!("{} does not start: {error}", python.display()));
+    let cases = folder.join("cases.json");
+    assert!(
+        output.status.success() && cases.is_file(),
+        "{} failed to show the pictures: {}",
+        python.display(),
+        String::from_utf8_lossy(&output.stderr)
+    );
+    serde_json::from_slice(&std::fs::read(cases).unwrap()).unwrap()
+}
+
+/// The code values of a PNG file, as they are.
+fn read_png(path: &Path, case: &Case) -> Vec<u32> {
+    let picture = image::open(path).unwrap();
+    assert_eq!(
+        (picture.width() as usize, picture.height() as usize),
+        (WIDTH, HEIGHT),
+        "{case:?}"
+    );
+    match (picture, case.mode.as_str(), case.depth) {
+        (image::DynamicImage::ImageRgb8(picture), "RGB", 8) => {
+            picture.into_raw().into_iter().map(u32::from).collect()
+        }
+        (image::DynamicImage::ImageRgba8(picture), "RGBA", 8) => {
+            picture.into_raw().into_iter().map(u32::from).collect()
+        }
+        (image::DynamicImage::ImageRgb16(picture), "RGB", 16) => {
+            picture.into_raw().into_iter().map(u32::from).collect()
+        }
+        (image::DynamicImage::ImageRgba16(picture), "RGBA", 16) => {
+            picture.into_raw().into_iter().map(u32::from).collect()
+        }
+        (other, ..) => panic!("Blender saved {:?} for {case:?}", other.color()),
+    }
+}
+
+fn transform(case: &Case) -> DisplayTransform {
+    DisplayTransform {
+        display: Some(case.display.clone()),
+        view: Some(case.view.clone()),
+        look: case.look.clone(),
+        exposure: case.exposure,
+        gamma: case.gamma,
+    }
+}
+
+#[derive(Default)]
+struct Difference {
+    cases: usize,
+    values: usize,
+    off: usize,
+    most: u32,
+    worst: String,
+}
+
+#[test]
+fn colours_are_those_of_blender() {
+    let (opaque, alpha) = (light(), light_with_alpha());
+    let mut failures = Vec::new();
+    for python in blenders() {
+        let folder = tempfile::tempdir().unwrap();
+        let shown = show_with_blender(&python, folder.path(), &opaque, &alpha);
+        let config = ColorConfig::locate(Some(&shown.config)).unwrap();
+        let mut table: BTreeMap<String, Difference> = BTreeMap::new();
+        for case in &shown.cases {
+            let processor = config.processor(&transform(case)).unwrap();
+            let colours = match (case.picture.as_str(), case.mode.as_str()) {
+                ("opaque", "RGB") => SceneColors::Rgb(&opaque),
+                ("alpha", "RGBA") => SceneColors::Rgba(&alpha),
+                ("alpha", "RGB") => SceneColors::RgbaOnBlack(&alpha),
+                _ => panic!("{case:?}"),
+            };
+            let depth = if case.depth == 8 {
+                Depth::Eight
+            } else {
+                Depth::Sixteen
+            };
+            let ours: Vec<u32> = match processor.show(colours, depth).unwrap().samples {
+                DisplaySamples::Eight(values) => values.into_iter().map(u32::from).collect(),
+                DisplaySamples::Sixteen(values) => values.into_iter().map(u32::from).collect(),
+            };
+            let theirs = read_png(&folder.path().join(&case.file), case);
+            assert_eq!(ours.len(), theirs.len());
+            let row = table
+                .entry(format!(
+                    "{:2} {:4} {:13} {}",
+                    case.depth, case.mode, case.display, case.view
+                ))
+                .or_default();
+            row.cases += 1;
+            row.values += ours.len();
+            let channels = case.mode.len();
+            for (index, (&a, &b)) in ours.iter().zip(&theirs).enumerate() {
+                let apart = a.abs_diff(b);
+                row.off += usize::from(apart > 0);
+                if apart > row.most {
+                    row.most = apart;
+                    let at = index / channels;
+                    let pixel: &[f32] = if case.picture == "alpha" {
+                        &alpha[at]
+                    } else {
+                        &opaque[at]
+                    };
+                    row.worst = format!(
+                        "{a} for {b} of {pixel:?}, channel {}, {case:?}",
+                        index % channels
+                    );
+                }
+            }
+        }
+        println!("Blender {} with {} cases", shown.blender, shown.cases.len());
+        for (name, row) in &table {
+            println!(
+                "{name:45} {:3} cases, at most {:5} off, {:6} of {} values off; {}",
+                row.cases, row.most, row.off, row.values, row.worst
+            );
+            if name.starts_with(" 8") && row.most > 1 {
+                failures.push(format!("Blender {}, {name}: {}", shown.blender, row.worst));
+            }
+        }
+        assert!(shown.cases.len() > 100, "only {} cases", shown.cases.len());
+    }
+    assert!(
+        failures.is_empty(),
+        "more than one code value apart:\n{}",
+        failures.join("\n")
+    );
+}
