@@ -241,6 +241,17 @@ fn transform(case: &Case) -> DisplayTransform {
     }
 }
 
+/// The displays, views and looks that are listed are those that Blender offers.
+fn check_lists(config: &ColorConfig, shown: &Shown) {
+    let mut listed = BTreeMap::new();
+    for display in config.displays().unwrap() {
+        for view in display.views {
+            listed.insert(format!("{}|{}", display.name, view.name), view.looks);
+        }
+    }
+    assert_eq!(listed, shown.looks, "Blender {}", shown.blender);
+}
+
 #[derive(Default)]
 struct Difference {
     cases: usize,
@@ -305,6 +316,7 @@ fn colours_are_those_of_blender() {
                 }
             }
         }
+        check_lists(&config, &shown);
         println!("Blender {} with {} cases", shown.blender, shown.cases.len());
         for (name, row) in &table {
             println!(

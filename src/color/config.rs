@@ -371,6 +371,38 @@ impl ColorConfig {
         })
     }
 
+    /// How much brighter Blender 5.0 makes the views of its PQ and HLG displays than they are by the configuration: white
+    /// at 203 cd/m² (as ITU-R BT.2408 has it for pictures in HDR video) and not at 100. Measured on what it saves; 1 for
+    /// all other displays, and for configurations that are not made for Blender.
+    fn white_scale(&self, resolved: &ResolvedDisplay) -> Result<f64, ColorError> {
+        let made_for_blender = self
+            .roles()?
+            .iter()
+            .any(|role| role.name == "default_sequencer");
+        if !made_for_blender {
+            return Ok(1.0);
+        }
+        let views = self
+            .config
+            .views(&resolved.display)
+            .map_err(self.broken())?;
+        let Some(view) = views.into_iter().find(|view| view.name == resolved.view) else {
+            return Ok(1.0);
+        };
+        let ends_in = if view.colour_space == "<USE_DISPLAY_NAME>" {
+            &resolved.display
+        } else {
+            &view.colour_space
+        };
+        let spaces = self.config.colour_spaces().map_err(self.broken())?;
+        let is_hdr =
+            |space: &ocio::ColourSpace| space.is_display_referred && space.encoding == "hdr-video";
+        let hdr = spaces
+            .iter()
+            .any(|space| space.name == *ends_in && is_hdr(space));
+        Ok(if hdr { 203.0 / 100.0 } else { 1.0 })
+    }
+
     /// Makes what turns light into a display's code values.
     ///
     /// # Errors
@@ -397,6 +429,7 @@ impl ColorConfig {
                 view: &resolved.view,
                 look: resolved.look.as_deref(),
                 scale: resolved.exposure.exp2(),
+                display_scale: self.white_scale(&resolved)?,
                 exponent: 1.0 / resolved.gamma,
             })
             .map_err(|error| ColorError::Unmakeable {

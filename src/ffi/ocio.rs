@@ -262,7 +262,8 @@ pub enum Source {
     LinearRec709,
 }
 
-/// What a display processor does, in this order: `source` to scene-linear, exposure, look, view and display, gamma.
+/// What a display processor does, in this order: `source` to scene-linear, exposure, look, view and display, gamma,
+/// display scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DisplayChain<'a> {
     /// What the pixels are.
@@ -275,6 +276,9 @@ pub struct DisplayChain<'a> {
     pub look: Option<&'a str>,
     /// Factor on scene-linear light.
     pub scale: f64,
+    /// Factor on the display's light at the end. Not 1 only for views that end in a display-referred space of a
+    /// configuration with the role `cie_xyz_d65_interchange`.
+    pub display_scale: f64,
     /// Display values are raised to this power; negative ones become 0 if it is not 1.
     pub exponent: f64,
 }
@@ -657,6 +661,7 @@ impl Config {
             view: view.as_ptr(),
             look: look.as_ref().map_or(ptr::null(), |text| text.as_ptr()),
             scale: chain.scale,
+            display_scale: chain.display_scale,
             exponent: chain.exponent,
         };
         let _lock = one_at_a_time();
@@ -858,6 +863,7 @@ mod tests {
             view: "v",
             look: None,
             scale: 4.0,
+            display_scale: 1.0,
             exponent: 0.5,
         };
         let mut pixels = [[0.25_f32, 0.0625, 1.0]];
@@ -914,6 +920,7 @@ colorspaces:
             view: "y",
             look: None,
             scale: 1.0,
+            display_scale: 1.0,
             exponent: 1.0,
         };
         assert!(config.display_processor(&chain).is_err());
@@ -938,6 +945,7 @@ colorspaces:
             view: &view,
             look: None,
             scale: 2.0,
+            display_scale: 1.0,
             exponent: 0.8,
         };
         let processor = config.display_processor(&chain).unwrap();

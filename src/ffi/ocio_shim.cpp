@@ -148,6 +148,26 @@ size_t to_count(int count)
     return count < 0 ? 0 : static_cast<size_t>(count);
 }
 
+OCIO::TransformRcPtr scale_by(double factor)
+{
+    const double scale[4] = {factor, factor, factor, 1.0};
+    double matrix[16] = {};
+    double offset[4] = {};
+    OCIO::MatrixTransform::Scale(matrix, offset, scale);
+    const OCIO::MatrixTransformRcPtr transform = OCIO::MatrixTransform::Create();
+    transform->setMatrix(matrix);
+    transform->setOffset(offset);
+    return transform;
+}
+
+OCIO::TransformRcPtr convert(const char *source, const char *destination)
+{
+    const OCIO::ColorSpaceTransformRcPtr transform = OCIO::ColorSpaceTransform::Create();
+    transform->setSrc(source);
+    transform->setDst(destination);
+    return transform;
+}
+
 // How OpenColorIO's built-in configurations call the space that Sundog computes in.
 constexpr const char *builtin_linear_rec709 = "Linear Rec.709 (sRGB)";
 
@@ -443,14 +463,7 @@ SundogOcioProcessor *sundog_ocio_display_processor(
 
         // Exposure is a matter of light.
         if (display->scale != 1.0) {
-            const double scale[4] = {display->scale, display->scale, display->scale, 1.0};
-            double matrix[16] = {};
-            double offset[4] = {};
-            OCIO::MatrixTransform::Scale(matrix, offset, scale);
-            const OCIO::MatrixTransformRcPtr exposure = OCIO::MatrixTransform::Create();
-            exposure->setMatrix(matrix);
-            exposure->setOffset(offset);
-            chain->appendTransform(exposure);
+            chain->appendTransform(scale_by(display->scale));
         }
 
         // The look ends in its own process space, and the view starts from there: what is done by hand here, so that
@@ -483,6 +496,14 @@ SundogOcioProcessor *sundog_ocio_display_processor(
             const double exponent[4] = {display->exponent, display->exponent, display->exponent, 1.0};
             gamma->setValue(exponent);
             chain->appendTransform(gamma);
+        }
+
+        if (display->display_scale != 1.0) {
+            const std::string own_space = config->config->getDisplayViewColorSpaceName(display->display, display->view);
+            const char *display_space = own_space == OCIO::OCIO_VIEW_USE_DISPLAY_NAME ? display->display : own_space.c_str();
+            chain->appendTransform(convert(display_space, OCIO::ROLE_INTERCHANGE_DISPLAY));
+            chain->appendTransform(scale_by(display->display_scale));
+            chain->appendTransform(convert(OCIO::ROLE_INTERCHANGE_DISPLAY, display_space));
         }
         return config->config->getProcessor(chain);
     });

@@ -80,6 +80,9 @@ typedef struct SundogOcioDisplay {
     double scale;
     /* Display values are raised to this power: 1/gamma. */
     double exponent;
+    /* Multiplied onto the display's light at the end; not 1 only for views that end in a display-referred space of a
+     * configuration with the role cie_xyz_d65_interchange. */
+    double display_scale;
 } SundogOcioDisplay;
 
 /* Writes what struct_size says there is room for: false, and nothing written, if that is not the shim's own size. */
@@ -135,7 +138,7 @@ bool sundog_ocio_is_scene_linear_rec709(const SundogOcioConfig *config, bool *is
 /* From one colour space (name, alias or role) to another. */
 SundogOcioProcessor *sundog_ocio_convert_processor(
     const SundogOcioConfig *config, const char *source, const char *destination, char **error);
-/* From scene light to a display's code values: exposure, look, view and display, gamma, in this order. display_size is
+/* From scene light to a display's code values: exposure, look, view and display, gamma, display scale, in this order. display_size is
  * the size of the struct as the caller knows it. */
 SundogOcioProcessor *sundog_ocio_display_processor(
     const SundogOcioConfig *config, const SundogOcioDisplay *display, size_t display_size, char **error);

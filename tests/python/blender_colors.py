@@ -73,7 +73,9 @@ def main(folder):
             looks[f"{name}|{view_name}"] = [look for look in allowed if look != "None"]
             for look in allowed if index == 0 else allowed[:2]:
                 save("opaque", "RGB", "8", look, 0.0, 1.0)
-            if index == 0:
+            if index > 0:
+                save("opaque", "RGB", "8", "None", -0.5, 1.6)
+            else:
                 for exposure, gamma in [(1.5, 1.0), (-3.25, 1.0), (0.0, 2.2), (0.0, 0.6), (2.0, 1.4)]:
                     save("opaque", "RGB", "8", "None", exposure, gamma)
                 save("opaque", "RGB", "8", allowed[-1], -1.0, 1.8)
