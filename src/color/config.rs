@@ -111,7 +111,7 @@ impl ColorConfig {
         let mut passed_over = Vec::new();
         let mut last = None;
         for origin in places.candidates(flag) {
-            match Self::read(origin) {
+            match Self::read(&origin) {
                 Ok(mut found) => {
                     passed_over.append(&mut found.warnings);
                     return Ok(Self {
@@ -119,11 +119,11 @@ impl ColorConfig {
                         ..found
                     });
                 }
-                Err((origin, error)) if origin.was_searched_for() => {
+                Err(error) if origin.was_searched_for() => {
                     passed_over.push(format!("{error}; it was passed over"));
                     last = Some(error);
                 }
-                Err((_, error)) => return Err(error),
+                Err(error) => return Err(error),
             }
         }
         // The built-in one comes last, is not searched for, and so has returned above.
@@ -132,7 +132,7 @@ impl ColorConfig {
         }))
     }
 
-    fn read(origin: ConfigOrigin) -> Result<Self, (ConfigOrigin, ColorError)> {
+    fn read(origin: &ConfigOrigin) -> Result<Self, ColorError> {
         if !is_built_in_name(origin.path()) {
             // Folders, devices and pipes: OpenColorIO would say something strange, or read on for ever.
             let reason = match std::fs::metadata(origin.path()) {
@@ -147,23 +147,22 @@ impl ColorConfig {
                 Err(error) => Some(error.to_string()),
             };
             if let Some(reason) = reason {
-                return Err((origin.clone(), ColorError::Missing { origin, reason }));
-            }
-        }
-        match Config::from_file(origin.path().as_os_str()) {
-            Ok(config) => Ok(Self {
-                config,
-                origin,
-                warnings: ocio::take_warnings(),
-            }),
-            Err(OcioError { text }) => {
-                let error = ColorError::Broken {
+                return Err(ColorError::Missing {
                     origin: origin.clone(),
-                    reason: text,
-                };
-                Err((origin, error))
+                    reason,
+                });
             }
         }
+        let config =
+            Config::from_file(origin.path().as_os_str()).map_err(|error| ColorError::Broken {
+                origin: origin.clone(),
+                reason: error.text,
+            })?;
+        Ok(Self {
+            config,
+            origin: origin.clone(),
+            warnings: ocio::take_warnings(),
+        })
     }
 
     /// Where it came from.

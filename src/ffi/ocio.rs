@@ -356,14 +356,14 @@ impl Config {
     fn list<T>(
         &self,
         count: impl FnOnce(*mut usize, *mut *mut c_char) -> bool,
-        mut read: impl FnMut(usize) -> Result<T, OcioError>,
+        read: impl FnMut(usize) -> Result<T, OcioError>,
     ) -> Result<Vec<T>, OcioError> {
         let mut length = 0_usize;
         {
             let _lock = one_at_a_time();
             call(|error| count(&mut length, error))?;
         }
-        (0..length).map(|index| read(index)).collect()
+        (0..length).map(read).collect()
     }
 
     /// The configuration's name; many have none.
