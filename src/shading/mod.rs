@@ -1,1 +1,9 @@
 //! BSDF lobes and the material made of them.
+
+pub mod bsdf;
+pub mod fresnel;
+pub mod ggx;
+pub mod normal;
+pub mod tables;
+
+pub use bsdf::{Bsdf, BsdfSample, Dielectrics, SurfaceParameters};

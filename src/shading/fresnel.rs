@@ -1,0 +1,110 @@
+//! Fresnel reflectance.
+
+use crate::math::sqr;
+use glam::Vec3;
+
+/// Unpolarised reflectance of a dielectric with the cosine of the refracted ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dielectric {
+    /// Share that is reflected.
+    pub reflectance: f32,
+    /// Cosine of the refracted ray to the normal (0 under total internal reflection).
+    pub cos_t: f32,
+}
+
+/// Fresnel's equations for the relative index `eta` = n(beyond) / n(here) and `cos_i` ≥ 0.
+///
+/// The refracted cosine comes from η² − sin²θ = (η − 1)(η + 1) + cos²θ, which does not cancel
+/// for η near 1.
+#[inline]
+pub fn dielectric(cos_i: f32, eta: f32) -> Dielectric {
+    let c = cos_i.clamp(0.0, 1.0);
+    let g2 = (eta - 1.0) * (eta + 1.0) + c * c;
+    if g2 <= 0.0 {
+        return Dielectric { reflectance: 1.0, cos_t: 0.0 };
+    }
+    let g = g2.sqrt(); // η·cosθt
+    // Divided by g + c > 0: amplitude of the perpendicular part is (c − g)/(c + g).
+    let perpendicular = (g - c) / (g + c);
+    let eta2 = eta * eta;
+    let parallel = (eta2 * c - g) / (eta2 * c + g);
+    Dielectric { reflectance: 0.5 * (sqr(perpendicular) + sqr(parallel)), cos_t: (g / eta).min(1.0) }
+}
+
+/// Reflectance at normal incidence.
+#[inline]
+pub fn f0_from_ior(ior: f32) -> f32 {
+    sqr((ior - 1.0) / (ior + 1.0))
+}
+
+/// The index of refraction (≥ 1) with that reflectance at normal incidence. The reflectance is
+/// bounded by 0.99, as in Blender's Principled BSDF, where the index would grow without limit.
+#[inline]
+pub fn ior_from_f0(f0: f32) -> f32 {
+    let root = f0.clamp(0.0, 0.99).sqrt();
+    (1.0 + root) / (1.0 - root)
+}
+
+/// Schlick's (1 − cosθ)⁵.
+#[inline]
+pub fn schlick_weight(cos: f32) -> f32 {
+    let m = (1.0 - cos).clamp(0.0, 1.0);
+    sqr(sqr(m)) * m
+}
+
+/// Schlick's approximation for metals, reflectance 1 at grazing angles.
+#[inline]
+pub fn schlick(f0: Vec3, cos: f32) -> Vec3 {
+    f0 + (Vec3::ONE - f0) * schlick_weight(cos)
+}
+
+/// Mean of [`schlick`] over the cosine-weighted hemisphere: ∫ 2μ F dμ = F0 + (1 − F0)/21.
+#[inline]
+pub fn schlick_average(f0: Vec3) -> Vec3 {
+    f0 + (Vec3::ONE - f0) * (1.0 / 21.0)
+}
+
+/// How far the dielectric's true reflectance has come from normal (0) to grazing incidence (1):
+/// Blender's Principled BSDF blends a tinted reflectance at normal incidence to white by it.
+#[inline]
+pub fn grazing_blend(reflectance: f32, f0: f32) -> f32 {
+    ((reflectance - f0) / (1.0 - f0)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn oracle(cos_i: f64, eta: f64) -> f64 {
+        let g2 = (eta - 1.0) * (eta + 1.0) + cos_i * cos_i;
+        if g2 <= 0.0 {
+            return 1.0;
+        }
+        let cos_t = g2.sqrt() / eta;
+        let s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+        let p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+        0.5 * (s * s + p * p)
+    }
+
+    #[test]
+    fn dielectric_agrees_with_f64_from_grazing_to_normal_and_for_all_indices() {
+        for eta in [1.0f32, 1.0 + 1e-7, 1.0 - 1e-6, 1.0001, 1.33, 1.5, 2.4, 1000.0, 1.0 / 1.5, 0.01] {
+            for i in 0..=1000 {
+                let c = (i as f32 / 1000.0).powi(2);
+                let found = dielectric(c, eta);
+                assert!((0.0..=1.0).contains(&found.reflectance) && (0.0..=1.0).contains(&found.cos_t));
+                let exact = oracle(f64::from(c), f64::from(eta));
+                // The subtraction g − c loses at most a few ulp of the larger term: absolute error.
+                assert!((f64::from(found.reflectance) - exact).abs() < 2e-6, "{eta} {c}: {found:?} {exact}");
+            }
+        }
+        assert_eq!(dielectric(0.3, 1.0).reflectance, 0.0);
+    }
+
+    #[test]
+    fn the_index_and_the_reflectance_are_inverse() {
+        for ior in [1.0f32, 1.1, 1.5, 2.5, 10.0] {
+            assert!((ior_from_f0(f0_from_ior(ior)) / ior - 1.0).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! The isotropic GGX microfacet distribution with Smith's masking, in the local frame of the normal.
+
+use crate::math::sqr;
+use glam::{Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
+
+/// Below this α the lobe is a mirror: α² = 2e-10 is where Cycles draws the line too, and where
+/// D's peak 1/(π α²) still squares without overflow in f32.
+pub const SMOOTH_ALPHA: f32 = 1.414e-5;
+
+/// Normal distribution for a unit half vector `h` (`h.z` > 0).
+///
+/// sin² is taken from x and y: 1 − z² would cancel for sharp lobes.
+#[inline]
+pub fn d(h: Vec3, alpha: f32) -> f32 {
+    let a2 = alpha * alpha;
+    let s = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
+    a2 / (PI * s * s)
+}
+
+/// Smith's Λ (Heitz, *Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs*,
+/// JCGT 3(2), 2014, eq. 72) in the form a²/(1 + √(1 + a²))/2 that does not cancel for small a.
+#[inline]
+pub fn lambda(v: Vec3, alpha: f32) -> f32 {
+    let a2 = alpha * alpha * (v.x * v.x + v.y * v.y) / (v.z * v.z);
+    0.5 * a2 / (1.0 + (1.0 + a2).sqrt())
+}
+
+/// Height-correlated masking and shadowing (eq. 99).
+#[inline]
+pub fn g2(a: Vec3, b: Vec3, alpha: f32) -> f32 {
+    1.0 / (1.0 + lambda(a, alpha) + lambda(b, alpha))
+}
+
+/// Masking alone (eq. 43).
+#[inline]
+pub fn g1(v: Vec3, alpha: f32) -> f32 {
+    1.0 / (1.0 + lambda(v, alpha))
+}
+
+/// The share of the cap of visible normals that can be reflected above the surface
+/// (Eto and Tokuyoshi, *Bounding VNDF Sampling for Smith-GGX Reflections*, SIGGRAPH Asia 2023,
+/// eq. 4); 1 keeps all normals.
+#[inline]
+pub fn reflection_bound(wo: Vec3, alpha: f32) -> f32 {
+    let s2 = sqr(1.0 + (wo.x * wo.x + wo.y * wo.y).sqrt());
+    let a2 = alpha.min(1.0) * alpha.min(1.0);
+    (1.0 - a2) * s2 / (s2 + a2 * wo.z * wo.z)
+}
+
+/// A visible normal, by spherical caps (Dupuy and Benyoub, *Sampling Visible GGX Normals with
+/// Spherical Caps*, CGF 42(8), 2023), the cap bounded by `bound`.
+#[inline]
+pub fn sample_visible_normal(wo: Vec3, alpha: f32, bound: f32, u: Vec2) -> Vec3 {
+    let standard = Vec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
+    let phi = TAU * u.x;
+    let b = bound * standard.z;
+    let z = (1.0 - u.y) * (1.0 + b) - b;
+    let sin = (1.0 - z * z).max(0.0).sqrt();
+    let h = Vec3::new(sin * phi.cos(), sin * phi.sin(), z) + standard;
+    let n = Vec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0));
+    // At exactly grazing view the sum can vanish: any horizontal normal is visible then.
+    n.try_normalize().unwrap_or(Vec3::Z)
+}
+
+/// Density per solid angle of directions reflected at [`sample_visible_normal`]
+/// (Eto and Tokuyoshi, eq. 5; with bound 1 it is G1·D/(4 cosθ)).
+#[inline]
+pub fn reflection_pdf(wo: Vec3, h: Vec3, alpha: f32, bound: f32) -> f32 {
+    let t = (sqr(alpha) * (wo.x * wo.x + wo.y * wo.y) + wo.z * wo.z).sqrt();
+    d(h, alpha) / (2.0 * (bound * wo.z + t))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn direction(cos: f32) -> Vec3 {
+        Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
+    }
+
+    /// ∫ D cosθ dω = 1, in the substitution tan²θ = α² t/(1 − t).
+    #[test]
+    fn the_distribution_is_normalised() {
+        for alpha in [1e-4f32, 1e-2, 0.1, 0.5, 1.0] {
+            let n = 20_000;
+            let mut sum = 0f64;
+            for i in 0..n {
+                let t = (i as f64 + 0.5) / n as f64;
+                let tan2 = f64::from(alpha).powi(2) * t / (1.0 - t);
+                let cos2 = 1.0 / (1.0 + tan2);
+                let sin = (tan2 * cos2).sqrt();
+                let h = Vec3::new(sin as f32, 0.0, cos2.sqrt() as f32);
+                // dω = 2π sinθ dθ = π cos⁴ d(tan²θ) / cosθ; times cosθ.
+                let jacobian = std::f64::consts::PI * cos2 * cos2 * f64::from(alpha).powi(2) / (1.0 - t).powi(2);
+                sum += f64::from(d(h, alpha)) * jacobian / n as f64;
+            }
+            assert!((sum - 1.0).abs() < 1e-3, "{alpha}: {sum}");
+        }
+    }
+
+    /// χ² of sampled reflections against the density, integrated over cells of (cosθ, φ).
+    #[test]
+    fn reflections_follow_their_density() {
+        use crate::sampler::{Dimension, Sequence};
+        for (alpha, cos, bounded) in [(0.3f32, 0.6f32, true), (0.3, 0.6, false), (0.8, 0.2, true), (1.0, 0.9, true), (0.1, 0.3, false)] {
+            let wo = direction(cos);
+            let bound = if bounded { reflection_bound(wo, alpha) } else { 1.0 };
+            let (nz, np) = (12usize, 12usize);
+            let n = 1 << 16;
+            let mut counts = vec![0f64; nz * np];
+            let mut below = 0f64;
+            let sequence = Sequence::new(1, 1);
+            for s in 0..n {
+                // One sample of many far pixels: independent enough for a χ² that only has to be small.
+                let u = sequence.sampler(s % 256, s / 256, 0).pair(Dimension::Direction, 0);
+                let h = sample_visible_normal(wo, alpha, bound, u);
+                let wi = h * (2.0 * wo.dot(h)) - wo;
+                if wi.z <= 0.0 {
+                    below += 1.0;
+                    continue;
+                }
+                let phi = wi.y.atan2(wi.x).rem_euclid(TAU);
+                let cell = ((wi.z * nz as f32) as usize).min(nz - 1) * np + ((phi / TAU * np as f32) as usize).min(np - 1);
+                counts[cell] += 1.0;
+            }
+            let mut chi2 = 0f64;
+            let mut cells = 0;
+            let mut inside = 0f64;
+            for iz in 0..nz {
+                for ip in 0..np {
+                    let m = 32;
+                    let mut integral = 0f64;
+                    for k in 0..m * m {
+                        let z = (iz as f32 + ((k % m) as f32 + 0.5) / m as f32) / nz as f32;
+                        let phi = TAU * (ip as f32 + ((k / m) as f32 + 0.5) / m as f32) / np as f32;
+                        let sin = (1.0 - z * z).sqrt();
+                        let wi = Vec3::new(sin * phi.cos(), sin * phi.sin(), z);
+                        integral += f64::from(reflection_pdf(wo, (wo + wi).normalize(), alpha, bound));
+                    }
+                    integral *= std::f64::consts::TAU / (nz * np * m * m) as f64;
+                    inside += integral;
+                    let expected = integral * f64::from(n);
+                    if expected > 20.0 {
+                        chi2 += (counts[iz * np + ip] - expected).powi(2) / expected;
+                        cells += 1;
+                    }
+                }
+            }
+            // Mean + 6 σ of χ² with `cells` degrees of freedom; quadrature error included.
+            let bound_chi2 = f64::from(cells) + 6.0 * (2.0 * f64::from(cells)).sqrt();
+            assert!(chi2 < bound_chi2, "α {alpha} cos {cos}: χ² {chi2} > {bound_chi2}");
+            let missing = 1.0 - inside - below / f64::from(n);
+            assert!(missing.abs() < 5e-3, "α {alpha} cos {cos}: {missing}");
+        }
+    }
+
+    #[test]
+    fn lambda_does_not_cancel() {
+        for alpha in [1e-5f32, 1e-3, 0.1, 1.0] {
+            for cos in [1e-4f32, 0.01, 0.5, 0.999] {
+                let v = direction(cos);
+                let (x, z, a) = (f64::from(v.x), f64::from(v.z), f64::from(alpha));
+                let exact = 0.5 * ((1.0 + (a * x / z).powi(2)).sqrt() - 1.0);
+                let found = f64::from(lambda(v, alpha));
+                // Below 1e-9 the f64 oracle itself cancels.
+                assert!((found - exact).abs() <= 1e-6 * exact + 1e-15, "{alpha} {cos}: {found} {exact}");
+            }
+        }
+    }
+}
