@@ -32,6 +32,8 @@ struct Wanted {
     header: &'static str,
     /// The file that the linker looks for.
     shared_object: &'static str,
+    /// How the names of all files begin that it needs beside it.
+    files: &'static [&'static str],
 }
 
 const EMBREE: Wanted = Wanted {
@@ -39,12 +41,15 @@ const EMBREE: Wanted = Wanted {
     variable: "EMBREE_DIR",
     header: "embree4/rtcore_config.h",
     shared_object: "libembree4.so",
+    // Embree finds its TBB by its own $ORIGIN, in the same folder.
+    files: &["libembree4", "libtbb"],
 };
 const OCIO: Wanted = Wanted {
     name: "OpenColorIO 2",
     variable: "OCIO_DIR",
     header: "OpenColorIO/OpenColorABI.h",
     shared_object: "libOpenColorIO.so",
+    files: &["libOpenColorIO"],
 };
 
 fn main() -> ExitCode {
@@ -69,18 +74,35 @@ fn build() -> Result<ExitCode, String> {
     // bindgen takes libclang's folder from the environment alone, and to change one's own environment is unsafe: so this
     // script runs itself once more, with the variable set.
     if env::var_os("LIBCLANG_PATH").is_none() && native.join("libclang/libclang.so").is_file() {
-        let this = env::current_exe().map_err(|error| format!("the build script cannot find its own file: {error}"))?;
+        let this = env::current_exe()
+            .map_err(|error| format!("the build script cannot find its own file: {error}"))?;
         let status = Command::new(this)
             .env("LIBCLANG_PATH", native.join("libclang"))
             .status()
             .map_err(|error| format!("the build script cannot start itself: {error}"))?;
-        return Ok(if status.success() { ExitCode::SUCCESS } else { ExitCode::FAILURE });
+        return Ok(if status.success() {
+            ExitCode::SUCCESS
+        } else {
+            ExitCode::FAILURE
+        });
     }
 
     let embree = find(&EMBREE, &native)?;
     let ocio = find(&OCIO, &native)?;
-    check_version(&EMBREE, &embree, "RTC_VERSION_STRING", EMBREE_AT_LEAST, "SUNDOG_EMBREE_HEADERS")?;
-    check_version(&OCIO, &ocio, "OCIO_VERSION", OCIO_AT_LEAST, "SUNDOG_OCIO_HEADERS")?;
+    check_version(
+        &EMBREE,
+        &embree,
+        "RTC_VERSION_STRING",
+        EMBREE_AT_LEAST,
+        "SUNDOG_EMBREE_HEADERS",
+    )?;
+    check_version(
+        &OCIO,
+        &ocio,
+        "OCIO_VERSION",
+        OCIO_AT_LEAST,
+        "SUNDOG_OCIO_HEADERS",
+    )?;
 
     bind_embree(&embree, &out)?;
     bind_ocio(&out)?;
@@ -97,7 +119,11 @@ fn variable(name: &str) -> Result<OsString, String> {
 fn find(wanted: &Wanted, native: &Path) -> Result<Library, String> {
     println!("cargo::rerun-if-env-changed={}", wanted.variable);
     if let Some(value) = env::var_os(wanted.variable).filter(|value| !value.is_empty()) {
-        let found = if value == "system" { find_on_system(wanted) } else { find_in_prefix(wanted, Path::new(&value)) };
+        let found = if value == "system" {
+            find_on_system(wanted)
+        } else {
+            find_in_prefix(wanted, Path::new(&value))
+        };
         return found.ok_or_else(|| {
             format!(
                 "{} was not found where {}={} points (looked for include/{} and {}); correct the variable, or unset it and run `make setup`",
@@ -124,11 +150,19 @@ fn find_in_prefix(wanted: &Wanted, prefix: &Path) -> Option<Library> {
     if !include.join(wanted.header).is_file() {
         return None;
     }
-    let lib = ["lib", "lib64", "lib/x86_64-linux-gnu", "lib/aarch64-linux-gnu"]
-        .iter()
-        .map(|folder| prefix.join(folder))
-        .find(|folder| folder.join(wanted.shared_object).exists())?;
-    Some(Library { include, lib: Some(lib) })
+    let lib = [
+        "lib",
+        "lib64",
+        "lib/x86_64-linux-gnu",
+        "lib/aarch64-linux-gnu",
+    ]
+    .iter()
+    .map(|folder| prefix.join(folder))
+    .find(|folder| folder.join(wanted.shared_object).exists())?;
+    Some(Library {
+        include,
+        lib: Some(lib),
+    })
 }
 
 fn find_on_system(wanted: &Wanted) -> Option<Library> {
@@ -149,12 +183,29 @@ fn check_version(
     rustc_env: &str,
 ) -> Result<(), String> {
     let header = library.include.join(wanted.header);
-    let text = fs::read_to_string(&header).map_err(|error| format!("{} cannot be read: {error}", header.display()))?;
+    let text = fs::read_to_string(&header)
+        .map_err(|error| format!("{} cannot be read: {error}", header.display()))?;
     let version = text
         .lines()
-        .filter_map(|line| line.trim_start().strip_prefix("#define")?.trim_start().strip_prefix(define))
-        .find_map(|rest| rest.strip_prefix([' ', '\t'])?.trim().strip_prefix('"')?.strip_suffix('"'))
-        .ok_or_else(|| format!("{} does not say its version ({define}): is it {}?", header.display(), wanted.name))?;
+        .filter_map(|line| {
+            line.trim_start()
+                .strip_prefix("#define")?
+                .trim_start()
+                .strip_prefix(define)
+        })
+        .find_map(|rest| {
+            rest.strip_prefix([' ', '\t'])?
+                .trim()
+                .strip_prefix('"')?
+                .strip_suffix('"')
+        })
+        .ok_or_else(|| {
+            format!(
+                "{} does not say its version ({define}): is it {}?",
+                header.display(),
+                wanted.name
+            )
+        })?;
     let mut numbers = [0_u32; 3];
     for (number, part) in numbers.iter_mut().zip(version.split('.')) {
         *number = part.parse().unwrap_or(0);
@@ -191,7 +242,10 @@ fn bindings(header: &Path) -> bindgen::Builder {
 
 fn compiler_headers() -> Option<String> {
     let compiler = env::var_os("CC").unwrap_or_else(|| "cc".into());
-    let output = Command::new(compiler).arg("-print-file-name=include").output().ok()?;
+    let output = Command::new(compiler)
+        .arg("-print-file-name=include")
+        .output()
+        .ok()?;
     let folder = String::from_utf8(output.stdout).ok()?.trim().to_owned();
     Path::new(&folder).is_dir().then_some(folder)
 }
@@ -211,7 +265,10 @@ fn bind_embree(embree: &Library, out: &Path) -> Result<(), String> {
 
 fn bind_ocio(out: &Path) -> Result<(), String> {
     let header = Path::new("src/ffi/ocio_shim.h");
-    let made = generate(bindings(header).allowlist_item("(sundog|Sundog|SUNDOG)_?.*"), "src/ffi/ocio_shim.h")?;
+    let made = generate(
+        bindings(header).allowlist_item("(sundog|Sundog|SUNDOG)_?.*"),
+        "src/ffi/ocio_shim.h",
+    )?;
     write(&made, &out.join("ocio.rs"))
 }
 
@@ -223,7 +280,9 @@ fn generate(builder: bindgen::Builder, what: &str) -> Result<bindgen::Bindings, 
 }
 
 fn write(bindings: &bindgen::Bindings, file: &Path) -> Result<(), String> {
-    bindings.write_to_file(file).map_err(|error| format!("{} cannot be written: {error}", file.display()))
+    bindings
+        .write_to_file(file)
+        .map_err(|error| format!("{} cannot be written: {error}", file.display()))
 }
 
 fn compile_shim(ocio: &Library) -> Result<(), String> {
@@ -232,7 +291,9 @@ fn compile_shim(ocio: &Library) -> Result<(), String> {
     let mut compiler = cc::Build::new();
     // (/usr/include must not be named: the compiler has it, and in another place it hides headers from libstdc++.)
     if ocio.include != Path::new("/usr/include") {
-        compiler.flag("-isystem").flag(ocio.include.to_string_lossy().as_ref());
+        compiler
+            .flag("-isystem")
+            .flag(ocio.include.to_string_lossy().as_ref());
     }
     compiler
         .cpp(true)
@@ -258,17 +319,25 @@ fn link(libraries: &[(&Wanted, &Library)], out: &Path) -> Result<(), String> {
     }
     fs::create_dir_all(&staged).map_err(failed)?;
 
-    let mut rpaths = vec!["$ORIGIN".to_owned(), "$ORIGIN/lib".to_owned(), "$ORIGIN/../lib".to_owned()];
+    let mut rpaths = vec![
+        "$ORIGIN".to_owned(),
+        "$ORIGIN/lib".to_owned(),
+        "$ORIGIN/../lib".to_owned(),
+    ];
     for (wanted, library) in libraries {
-        let name = wanted.shared_object.trim_start_matches("lib").trim_end_matches(".so");
+        let name = wanted
+            .shared_object
+            .trim_start_matches("lib")
+            .trim_end_matches(".so");
         println!("cargo::rustc-link-lib=dylib={name}");
         let Some(lib) = &library.lib else { continue };
-        let entries = fs::read_dir(lib).map_err(|error| format!("{} cannot be read: {error}", lib.display()))?;
+        let entries = fs::read_dir(lib)
+            .map_err(|error| format!("{} cannot be read: {error}", lib.display()))?;
         for entry in entries.flatten() {
             let file_name = entry.file_name();
             let text = file_name.to_string_lossy();
-            // Embree brings its TBB along in the same folder, and finds it by its own $ORIGIN.
-            let belongs = ["libembree", "libtbb", "libOpenColorIO"].iter().any(|start| text.starts_with(start));
+            // Only what belongs to this library: the other one may be asked for from another place.
+            let belongs = wanted.files.iter().any(|start| text.starts_with(start));
             let link = staged.join(&file_name);
             if belongs && text.contains(".so") && !link.exists() {
                 std::os::unix::fs::symlink(entry.path(), &link).map_err(failed)?;
