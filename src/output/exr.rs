@@ -1,0 +1,135 @@
+//! Linear pictures with layers, as OpenEXR.
+
+use super::{Metadata, OutputError, write_beside};
+use crate::film::{Layer, Picture};
+use exr::meta::attribute::Chromaticities;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Image,
+    LayerAttributes, Text, Vec2, WritableImage, f16,
+};
+use std::path::Path;
+
+/// Number format of colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SampleType {
+    /// 32 bits.
+    #[default]
+    Float,
+    /// 16 bits. Distances, positions and counts stay at 32 bits: 16 would round them to uselessness.
+    Half,
+}
+
+/// How an EXR file is written.
+#[derive(Clone, Copy, Debug)]
+pub struct ExrOptions {
+    /// Number format.
+    pub sample_type: SampleType,
+    /// Compression.
+    pub compression: Compression,
+    /// All layers, or the first one alone.
+    pub all_layers: bool,
+}
+
+impl Default for ExrOptions {
+    fn default() -> Self {
+        Self { sample_type: SampleType::Float, compression: Compression::ZIP16, all_layers: true }
+    }
+}
+
+/// What has been written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Values that were too large for 16 bits and became 65504.
+    pub clamped: usize,
+}
+
+/// Writes the layers of a picture into one EXR file.
+///
+/// # Errors
+/// A layer does not fit the picture's size, or the file cannot be written; then there is no file.
+pub fn write(
+    path: &Path,
+    picture: &Picture,
+    options: &ExrOptions,
+    metadata: &Metadata,
+) -> Result<Written, OutputError> {
+    let failed = |reason: String| OutputError::Failed { path: path.display().to_string(), reason };
+    let pixels = picture.width as usize * picture.height as usize;
+    if pixels == 0 {
+        return Err(failed("the picture has no pixels".into()));
+    }
+    let mut written = Written::default();
+    let mut channels = exr::prelude::SmallVec::<[AnyChannel<FlatSamples>; 4]>::new();
+    let kept = if options.all_layers { picture.layers.len() } else { 1 };
+    for layer in picture.layers.iter().take(kept) {
+        if layer.channels.is_empty() || layer.data.len() != pixels * layer.channels.len() {
+            return Err(failed(format!("its layer {} does not fit the size of the picture", layer.name)));
+        }
+        for index in 0..layer.channels.len() {
+            let name = Text::new_or_none(channel_name(layer, index))
+                .ok_or_else(|| failed(format!("the name of its layer {} is not plain text", layer.name)))?;
+            let values = layer.data.iter().skip(index).step_by(layer.channels.len()).copied();
+            let samples = match options.sample_type {
+                SampleType::Half if fits_half(layer) => {
+                    FlatSamples::F16(values.map(|value| to_half(value, &mut written.clamped)).collect())
+                }
+                _ => FlatSamples::F32(values.collect()),
+            };
+            channels.push(AnyChannel::new(name, samples));
+        }
+    }
+    let mut attributes = LayerAttributes::default();
+    attributes.software_name = Text::new_or_none(concat!("Sundog ", env!("CARGO_PKG_VERSION")));
+    for (name, value) in metadata {
+        if let Some(name) = Text::new_or_none(name) {
+            // Strings in EXR files are bytes; readers, Blender among them, take them as UTF-8.
+            attributes.other.insert(name, AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes())));
+        }
+    }
+    let encoding = Encoding { compression: options.compression, ..Encoding::SMALL_LOSSLESS };
+    let layer = exr::prelude::Layer::new(
+        Vec2(picture.width as usize, picture.height as usize),
+        attributes,
+        encoding,
+        AnyChannels::sort(channels),
+    );
+    let mut image = Image::from_layer(layer);
+    image.attributes.chromaticities = Some(REC709);
+    write_beside(path, |file| image.write().to_buffered(file))?;
+    Ok(written)
+}
+
+/// The primaries and white point of ITU-R BT.709.
+const REC709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.30, 0.60),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.3290),
+};
+
+/// The picture itself has plain `R`, `G`, `B`, `A`, so that every viewer shows it; the other layers have
+/// names like `Depth.Z`. Blender (tried with 4.5 and 5.0) reads such a file as a multilayer one, with
+/// `Combined` and all other passes under their names. With a layer's name in front (`ViewLayer.Depth.Z`,
+/// as Blender writes it) it reads the same, but other viewers find no picture; with both, it finds
+/// nothing at all.
+fn channel_name(layer: &Layer, index: usize) -> String {
+    let channel = &layer.channels[index];
+    if layer.name == COMBINED { channel.clone() } else { format!("{}.{channel}", layer.name) }
+}
+
+/// Blender's name of the picture itself.
+const COMBINED: &str = "Combined";
+
+/// Whether 16 bits are enough for a layer: for colours and directions they are.
+fn fits_half(layer: &Layer) -> bool {
+    !matches!(layer.name.as_str(), "Depth" | "Position" | "Debug Sample Count")
+}
+
+fn to_half(value: f32, clamped: &mut usize) -> f16 {
+    let largest = f16::MAX.to_f32();
+    if value.is_finite() && value.abs() > largest {
+        *clamped += 1;
+        return f16::from_f32(largest.copysign(value));
+    }
+    f16::from_f32(value)
+}
