@@ -1,1 +1,89 @@
-//! Image differences and reports.
+//! How far a picture is from another one. All sums are made in f64.
+
+mod difference;
+mod heat_map;
+mod load;
+
+pub use difference::{Difference, difference};
+pub use heat_map::{HeatMap, heat_map};
+pub use load::load;
+
+/// Why two pictures could not be compared. Each message is one sentence.
+#[derive(Debug, thiserror::Error)]
+pub enum MeasureError {
+    /// A file cannot be read as a picture.
+    #[error("cannot read {path}: {reason}")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A file has no such layer.
+    #[error("{path} has no layer {wanted}; it has {there}")]
+    NoSuchLayer {
+        /// The file.
+        path: String,
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        there: String,
+    },
+    /// The pictures have different sizes.
+    #[error("the pictures have different sizes, {a_width} × {a_height} and {b_width} × {b_height} pixels; render both at the same size")]
+    DifferentSizes {
+        /// Pixels a row of the first.
+        a_width: u32,
+        /// Rows of the first.
+        a_height: u32,
+        /// Pixels a row of the second.
+        b_width: u32,
+        /// Rows of the second.
+        b_height: u32,
+    },
+    /// One picture is linear light, the other one display values.
+    #[error("one picture holds linear light and the other one display values; compare two EXR files, or two PNG or JPEG files")]
+    DifferentEncodings,
+    /// There is nothing to compare.
+    #[error("no pixel is finite in both pictures")]
+    NothingFinite,
+}
+
+/// What the numbers of a picture mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Encoding {
+    /// Linear light (EXR).
+    Linear,
+    /// Display values, 0..=1 (PNG, JPEG); for FLIP taken as sRGB.
+    Display,
+}
+
+/// A picture to be measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Pixels per row.
+    pub width: u32,
+    /// Number of rows.
+    pub height: u32,
+    /// RGB, rows from top to bottom: `width * height` of them. A layer of one channel stands three times.
+    pub pixels: Vec<[f32; 3]>,
+    /// What the numbers mean.
+    pub encoding: Encoding,
+}
+
+/// Two pictures can be compared if they have the same size and their numbers mean the same.
+fn check_alike(a: &Picture, b: &Picture) -> Result<(), MeasureError> {
+    if (a.width, a.height) != (b.width, b.height) {
+        return Err(MeasureError::DifferentSizes {
+            a_width: a.width,
+            a_height: a.height,
+            b_width: b.width,
+            b_height: b.height,
+        });
+    }
+    if a.encoding != b.encoding {
+        return Err(MeasureError::DifferentEncodings);
+    }
+    Ok(())
+}

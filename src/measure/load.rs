@@ -1,0 +1,243 @@
+//! Reading pictures that are to be measured.
+
+use super::{Encoding, MeasureError, Picture};
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, Text, read};
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// A file whose header claims more values than this for each of its bytes is not believed: no
+/// compression of EXR's gets there on a real picture, and memory for a made-up size is not spent.
+const MOST_VALUES_A_BYTE: u64 = 4096;
+
+/// The largest side that is read.
+const MAX_SIDE: u32 = 1 << 16;
+
+/// Reads a picture: an EXR as linear light, a PNG or JPEG as display values. What it is follows from
+/// its content.
+///
+/// `layer` names a layer of an EXR file, such as `Normal` or `ViewLayer.Normal`; without it the
+/// picture itself is taken: plain R, G, B, or else the first `Combined`, or else the first layer
+/// with colours.
+///
+/// # Errors
+/// The file cannot be read, is no picture, or has no such layer.
+pub fn load(path: &Path, layer: Option<&str>) -> Result<Picture, MeasureError> {
+    let unreadable = |reason: String| MeasureError::Unreadable { path: path.display().to_string(), reason };
+    let metadata = std::fs::metadata(path).map_err(|error| unreadable(plain(&error)))?;
+    if !metadata.is_file() {
+        return Err(unreadable(if metadata.is_dir() { "it is a folder" } else { "it is not a regular file" }.into()));
+    }
+    let mut file = BufReader::new(File::open(path).map_err(|error| unreadable(plain(&error)))?);
+    let mut magic = [0; 4];
+    file.read_exact(&mut magic).map_err(|_| unreadable("it is too short for a picture".into()))?;
+    file.seek(SeekFrom::Start(0)).map_err(|error| unreadable(plain(&error)))?;
+    if magic == *b"\x76\x2f\x31\x01" {
+        return load_exr(path, file, metadata.len(), layer);
+    }
+    if let Some(wanted) = layer {
+        return Err(MeasureError::NoSuchLayer {
+            path: path.display().to_string(),
+            wanted: wanted.into(),
+            there: "no layers, because it is not an EXR file".into(),
+        });
+    }
+    let mut reader = image::ImageReader::new(file)
+        .with_guessed_format()
+        .map_err(|error| unreadable(plain(&error)))?;
+    if !matches!(reader.format(), Some(image::ImageFormat::Png | image::ImageFormat::Jpeg)) {
+        return Err(unreadable("it is neither EXR, PNG nor JPEG".into()));
+    }
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    reader.limits(limits);
+    let image = reader.decode().map_err(|error| unreadable(error.to_string()))?;
+    let (width, height) = (image.width(), image.height());
+    let pixels = image.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
+    Ok(Picture { width, height, pixels, encoding: Encoding::Display })
+}
+
+fn plain(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".into(),
+        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
+        _ => error.to_string(),
+    }
+}
+
+/// One channel of the file with its full name, the part's name in front.
+struct Channel {
+    /// All but the last word of the name; empty for plain `R`.
+    layer: String,
+    /// The last word: `R`, `Z`, `X` …
+    component: String,
+    width: usize,
+    height: usize,
+    samples: FlatSamples,
+}
+
+fn load_exr(
+    path: &Path,
+    mut file: BufReader<File>,
+    length: u64,
+    layer: Option<&str>,
+) -> Result<Picture, MeasureError> {
+    let unreadable = |reason: String| MeasureError::Unreadable { path: path.display().to_string(), reason };
+    let headers = exr::meta::MetaData::read_from_buffered(&mut file, false)
+        .map_err(|error| unreadable(error.to_string()))?
+        .headers;
+    let values: u64 = headers
+        .iter()
+        .map(|header| (header.layer_size.area() as u64).saturating_mul(header.channels.list.len() as u64))
+        .fold(0, u64::saturating_add);
+    let side = headers.iter().map(|header| header.layer_size.x().max(header.layer_size.y())).max().unwrap_or(0);
+    if side > MAX_SIDE as usize || values > length.saturating_mul(MOST_VALUES_A_BYTE) {
+        return Err(unreadable("its header claims a size that its content cannot have".into()));
+    }
+    file.seek(SeekFrom::Start(0)).map_err(|error| unreadable(plain(&error)))?;
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_buffered(file)
+        .map_err(|error| unreadable(error.to_string()))?;
+    let mut channels = Vec::new();
+    for part in image.layer_data {
+        let prefix = part.attributes.layer_name.as_ref().map(Text::to_string).unwrap_or_default();
+        let several = headers.len() > 1 && !prefix.is_empty();
+        for channel in part.channel_data.list {
+            let name = channel.name.to_string();
+            // Files with one part a layer may or may not repeat the part's name in the channels' names.
+            let full = if several && !name.starts_with(&format!("{prefix}.")) { format!("{prefix}.{name}") } else { name };
+            let (layer, component) = full.rsplit_once('.').unwrap_or(("", &full));
+            if channel.sampling == exr::prelude::Vec2(1, 1) {
+                channels.push(Channel {
+                    layer: layer.into(),
+                    component: component.to_uppercase(),
+                    width: part.size.x(),
+                    height: part.size.y(),
+                    samples: channel.sample_data,
+                });
+            }
+        }
+    }
+    let mut layers: Vec<&str> = Vec::new();
+    for channel in &channels {
+        if !layers.contains(&channel.layer.as_str()) {
+            layers.push(&channel.layer);
+        }
+    }
+    let find = |layer: &str, component: &str| channels.iter().find(|c| c.layer == layer && c.component == component);
+    let has_color = |layer: &str| ["R", "G", "B"].iter().all(|component| find(layer, component).is_some());
+    let last_word = |layer: &str| layer.rsplit('.').next().unwrap_or_default().to_owned();
+    let chosen = match layer {
+        Some(wanted) => layers
+            .iter()
+            .find(|name| **name == wanted || last_word(name) == wanted)
+            .or_else(|| layers.iter().find(|name| wanted == "Combined" && name.is_empty())),
+        None => layers
+            .iter()
+            .find(|name| name.is_empty() && has_color(name))
+            .or_else(|| layers.iter().find(|name| last_word(name) == "Combined" && has_color(name)))
+            .or_else(|| layers.iter().find(|name| has_color(name)))
+            .or_else(|| layers.first()),
+    };
+    let no_such_layer = || MeasureError::NoSuchLayer {
+        path: path.display().to_string(),
+        wanted: layer.unwrap_or("with colours").into(),
+        there: layers
+            .iter()
+            .map(|name| if name.is_empty() { "Combined" } else { name })
+            .collect::<Vec<_>>()
+            .join(", "),
+    };
+    let chosen = *chosen.ok_or_else(no_such_layer)?;
+    let triples = [["R", "G", "B"], ["X", "Y", "Z"], ["Y", "Y", "Y"], ["Z", "Z", "Z"], ["X", "X", "X"], ["V", "V", "V"]];
+    let found: Option<[&Channel; 3]> = triples.iter().find_map(|[first, second, third]| {
+        Some([find(chosen, first)?, find(chosen, second)?, find(chosen, third)?])
+    });
+    let [red, green, blue] = found.ok_or_else(no_such_layer)?;
+    let (width, height) = (red.width, red.height);
+    let pixels = (0..width * height)
+        .map(|index| [red, green, blue].map(|channel| channel.samples.value_by_flat_index(index).to_f32()))
+        .collect();
+    Ok(Picture { width: width as u32, height: height as u32, pixels, encoding: Encoding::Linear })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film;
+    use crate::output::exr as output;
+
+    fn written(layers: Vec<film::Layer>, options: &output::ExrOptions) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let picture = film::Picture { width: 3, height: 2, layers };
+        output::write(&path, &picture, options, &vec![("sundog/é".into(), "Käse".into())]).unwrap();
+        (folder, path)
+    }
+
+    fn layer(name: &str, channels: &[&str], first: f32) -> film::Layer {
+        film::Layer {
+            name: name.into(),
+            channels: channels.iter().map(|c| (*c).to_owned()).collect(),
+            data: (0..6 * channels.len()).map(|i| first + i as f32).collect(),
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let (_folder, path) = written(
+            vec![layer("Combined", &["R", "G", "B", "A"], 0.0), layer("Depth", &["Z"], 100.0), layer("Normal", &["X", "Y", "Z"], -3.0)],
+            &output::ExrOptions::default(),
+        );
+        let combined = load(&path, None).unwrap();
+        assert_eq!((combined.width, combined.height, combined.encoding), (3, 2, Encoding::Linear));
+        assert_eq!(combined.pixels[0], [0.0, 1.0, 2.0]);
+        assert_eq!(combined.pixels[4], [16.0, 17.0, 18.0]);
+        assert_eq!(load(&path, Some("Depth")).unwrap().pixels[5], [105.0; 3]);
+        assert_eq!(load(&path, Some("Normal")).unwrap().pixels[1], [0.0, 1.0, 2.0]);
+        assert_eq!(load(&path, Some("Combined")).unwrap(), combined);
+        let missing = load(&path, Some("Mist")).unwrap_err().to_string();
+        assert!(missing.ends_with("has no layer Mist; it has Combined, Depth, Normal"), "{missing}");
+    }
+
+    #[test]
+    fn sixteen_bits_keep_distances_and_clamp_light() {
+        let mut bright = layer("Combined", &["R", "G", "B"], 0.0);
+        bright.data[0] = 1e6;
+        bright.data[1] = -1e6;
+        let mut depth = layer("Depth", &["Z"], 0.0);
+        depth.data[0] = 123_456.78;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let picture = film::Picture { width: 3, height: 2, layers: vec![bright, depth] };
+        let options = output::ExrOptions { sample_type: output::SampleType::Half, ..Default::default() };
+        let written = output::write(&path, &picture, &options, &Vec::new()).unwrap();
+        assert_eq!(written.clamped, 2);
+        assert_eq!(load(&path, None).unwrap().pixels[0], [65504.0, -65504.0, 2.0]);
+        assert_eq!(load(&path, Some("Depth")).unwrap().pixels[0], [123_456.78; 3]);
+    }
+
+    #[test]
+    fn what_is_no_picture_is_one_sentence() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        for (content, expected) in [
+            (&b""[..], "too short"),
+            (b"abcdefgh", "neither EXR, PNG nor JPEG"),
+            (b"\x76\x2f\x31\x01\x02\x00\x00\x00", "cannot read"),
+            (b"\x89PNG\r\n\x1a\n", "cannot read"),
+        ] {
+            std::fs::write(&path, content).unwrap();
+            let message = load(&path, None).unwrap_err().to_string();
+            assert!(message.contains(expected) && !message.contains('\n'), "{message}");
+        }
+        assert!(load(&folder.path().join("no.exr"), None).unwrap_err().to_string().ends_with("there is no such file"));
+        assert!(load(folder.path(), None).unwrap_err().to_string().ends_with("it is a folder"));
+    }
+}
