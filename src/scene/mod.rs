@@ -4,10 +4,12 @@
 //! (watts). Transforms are f64 and map object space to world space (`world_from_object`).
 
 mod diagnostics;
+mod fingerprint;
 mod material;
 pub mod validate;
 
 pub use diagnostics::{Diagnostic, Diagnostics, Verdict};
+pub use fingerprint::fingerprint;
 pub use material::{
     AlphaMode, ImageUse, Material, NormalTexture, Sampler, Texture, TextureFilter, UvTransform,
     Wrap,

@@ -1,0 +1,89 @@
+//! A number that stands for a scene's content, so that a picture can say what it shows.
+
+use super::{Pixels, Scene};
+use sha2::{Digest, Sha256};
+
+/// SHA-256 over everything in the scene that can change the picture, as 64 hexadecimal digits.
+///
+/// It depends on the content, not on the file: a `.glb` and a `.gltf` of the same scene agree.
+/// It may change with the version of Sundog.
+pub fn fingerprint(scene: &Scene) -> String {
+    let mut hash = Sha256::new();
+    // Every block comes with its length, so that no two scenes give the same bytes.
+    let mut block = |name: &str, bytes: &[u8]| {
+        hash.update(name.as_bytes());
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(bytes);
+    };
+    for mesh in &scene.meshes {
+        block("positions", bytemuck::cast_slice(&mesh.positions));
+        block("normals", mesh.normals.as_deref().map(bytemuck::cast_slice).unwrap_or_default());
+        block("tangents", mesh.tangents.as_deref().map(bytemuck::cast_slice).unwrap_or_default());
+        for uvs in &mesh.uvs {
+            block("uvs", bytemuck::cast_slice(uvs));
+        }
+        block("colors", mesh.colors.as_deref().map(bytemuck::cast_slice).unwrap_or_default());
+        block("triangles", bytemuck::cast_slice(&mesh.triangles));
+        block("material", format!("{:?}", mesh.material).as_bytes());
+    }
+    for instance in &scene.instances {
+        block("mesh", &instance.mesh.0.to_le_bytes());
+        block("transform", bytemuck::cast_slice(&instance.world_from_object.to_cols_array()));
+    }
+    for image in &scene.images {
+        block("image", format!("{} {} {}", image.width, image.height, image.channels).as_bytes());
+        match &image.pixels {
+            Pixels::U8(values) => block("8", values),
+            Pixels::U16(values) => block("16", bytemuck::cast_slice(values)),
+            Pixels::F32(values) => block("32", bytemuck::cast_slice(values)),
+        }
+    }
+    // The rest is small; its debugging form has every field.
+    block("materials", format!("{:?}", scene.materials).as_bytes());
+    block("lights", format!("{:?}", scene.lights).as_bytes());
+    block("environment", format!("{:?}", scene.environment).as_bytes());
+    block("cameras", format!("{:?}", scene.cameras).as_bytes());
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, Mesh, MeshId};
+    use glam::DAffine3;
+
+    fn scene() -> Scene {
+        Scene {
+            meshes: vec![Mesh {
+                positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+                triangles: vec![[0, 1, 2]],
+                ..Mesh::default()
+            }],
+            instances: vec![Instance {
+                name: "a".into(),
+                mesh: MeshId(0),
+                world_from_object: DAffine3::IDENTITY,
+            }],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn content_counts_and_names_do_not() {
+        let reference = fingerprint(&scene());
+        assert_eq!(reference.len(), 64);
+        let mut renamed = scene();
+        renamed.instances[0].name = "b".into();
+        renamed.generator = Some("x".into());
+        assert_eq!(fingerprint(&renamed), reference);
+        let mut moved = scene();
+        moved.instances[0].world_from_object.translation.x = 1e-12;
+        assert_ne!(fingerprint(&moved), reference);
+        let mut bent = scene();
+        bent.meshes[0].positions[2][1] = 1.000_000_1;
+        assert_ne!(fingerprint(&bent), reference);
+        let mut flipped = scene();
+        flipped.meshes[0].triangles[0] = [0, 2, 1];
+        assert_ne!(fingerprint(&flipped), reference);
+    }
+}
