@@ -1,6 +1,141 @@
 //! The command line: the only room that prints.
 
+mod compare;
+mod console;
+pub mod flags;
+mod info;
+mod interrupt;
+pub mod pages;
+pub mod parser;
+mod progress;
+mod render;
+mod scene_file;
+pub mod values;
+mod view;
+
+use clap::error::ErrorKind;
+use flags::{EXIT_ERROR, EXIT_OK, EXIT_USAGE};
+use parser::Parsed;
+use std::process::ExitCode;
+
+/// Why a command did not do what was asked: one sentence and the exit code.
+#[derive(Debug)]
+pub struct Failure {
+    /// What the process returns.
+    pub code: u8,
+    /// One sentence: file, object, way out.
+    pub message: String,
+}
+
+impl Failure {
+    /// It could not be done.
+    pub fn new(message: impl Into<String>) -> Self {
+        Self { code: EXIT_ERROR, message: message.into() }
+    }
+
+    /// It could not be understood.
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self { code: EXIT_USAGE, message: message.into() }
+    }
+}
+
+impl From<crate::output::OutputError> for Failure {
+    fn from(error: crate::output::OutputError) -> Self {
+        let code = match error {
+            crate::output::OutputError::UnknownFormat { .. } => EXIT_USAGE,
+            _ => EXIT_ERROR,
+        };
+        Self { code, message: error.to_string() }
+    }
+}
+
 /// Runs the program with the process's own arguments.
-pub fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+pub fn main() -> ExitCode {
+    let program = parser::program(env!("CARGO_PKG_VERSION"), long_version());
+    let matches = match program.try_get_matches() {
+        Ok(matches) => matches,
+        Err(error) => return ExitCode::from(answer(&error)),
+    };
+    let result = match matches.subcommand() {
+        Some(("render", matches)) => render::run(Parsed(matches)),
+        Some(("info", matches)) => info::run(Parsed(matches)),
+        Some(("compare", matches)) => compare::run(Parsed(matches)),
+        Some(("flags", matches)) => list_flags(Parsed(matches)),
+        Some(("completions", matches)) => complete(Parsed(matches)),
+        _ => Err(Failure::usage("there is no such command; `sundog --help` lists them")),
+    };
+    match result {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            if matches.subcommand().is_some_and(|(_, matches)| Parsed(matches).switch("json")) {
+                console::json_line(&serde_json::json!({ "event": "error", "message": failure.message }));
+            }
+            console::message(&format!("sundog: {}", failure.message));
+            ExitCode::from(failure.code)
+        }
+    }
+}
+
+/// What clap has to say: help and version as they are, errors as one sentence.
+fn answer(error: &clap::Error) -> u8 {
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            console::output(&error.render().to_string());
+            EXIT_OK
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            console::message(error.render().to_string().trim_end());
+            EXIT_USAGE
+        }
+        _ => {
+            console::message(&format!("sundog: {} (`sundog --help` tells more)", parser::sentence(error)));
+            EXIT_USAGE
+        }
+    }
+}
+
+/// Names and versions of what the program is made of.
+pub fn versions() -> Vec<(&'static str, String)> {
+    let mut versions = vec![("Sundog", env!("CARGO_PKG_VERSION").to_owned())];
+    versions.push(("OpenColorIO", crate::color::library_version().unwrap_or_else(|error| format!("({error})"))));
+    versions
+}
+
+fn long_version() -> String {
+    let mut text = env!("CARGO_PKG_VERSION").to_owned();
+    for (name, version) in versions().into_iter().skip(1) {
+        text.push_str(&format!("\n{name} {version}"));
+    }
+    text
+}
+
+fn list_flags(parsed: Parsed) -> Result<u8, Failure> {
+    if parsed.switch("markdown") {
+        console::output(&pages::markdown());
+    } else if parsed.switch("man") {
+        let mut page = Vec::new();
+        clap_mangen::Man::new(parser::program(env!("CARGO_PKG_VERSION"), long_version()))
+            .render(&mut page)
+            .map_err(|error| Failure::new(format!("cannot make the manual page: {error}")))?;
+        console::output(&String::from_utf8_lossy(&page));
+    } else {
+        console::json_document(&pages::listing());
+    }
+    Ok(EXIT_OK)
+}
+
+fn complete(parsed: Parsed) -> Result<u8, Failure> {
+    use clap_complete::Shell;
+    let shell = match parsed.choice("SHELL") {
+        "bash" => Shell::Bash,
+        "elvish" => Shell::Elvish,
+        "fish" => Shell::Fish,
+        "powershell" => Shell::PowerShell,
+        _ => Shell::Zsh,
+    };
+    let mut script = Vec::new();
+    let mut program = parser::program(env!("CARGO_PKG_VERSION"), long_version());
+    clap_complete::generate(shell, &mut program, "sundog", &mut script);
+    console::output(&String::from_utf8_lossy(&script));
+    Ok(EXIT_OK)
 }

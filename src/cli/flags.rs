@@ -1,0 +1,655 @@
+//! The one table of commands and flags: name, doc, default, range.
+//!
+//! The parser and its help ([`super::parser`]), `docs/cli.md`, the man page and the machine-readable
+//! list ([`super::pages`]) come from it; nothing about a flag is written down a second time.
+
+use serde::Serialize;
+
+/// What kind of value an argument takes, with its range.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+pub enum Kind {
+    /// No value: given or not.
+    Switch,
+    /// Any text.
+    Text,
+    /// A file or folder.
+    Path,
+    /// A whole number within bounds, both included.
+    Integer {
+        /// Smallest.
+        min: u64,
+        /// Largest.
+        max: u64,
+    },
+    /// A finite number within bounds, both included.
+    Number {
+        /// Smallest.
+        min: f64,
+        /// Largest.
+        max: f64,
+    },
+    /// A length of time: `90`, `90s`, `1.5m`, `1h30m`.
+    Duration,
+    /// Three numbers of at least 0, `R,G,B`: linear Rec.709.
+    Color,
+    /// A pixel filter: `blackman-harris`, `gauss`, `box`, with `:WIDTH` in pixels after the first two.
+    Filter,
+    /// `auto`, `all`, or names of effects with commas between them.
+    Effects,
+    /// One of a few words.
+    Choice {
+        /// The words.
+        choices: &'static [Choice],
+    },
+}
+
+/// One of the words that an argument accepts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Choice {
+    /// The word.
+    pub name: &'static str,
+    /// What it means.
+    pub doc: &'static str,
+}
+
+/// A flag or a positional argument.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Argument {
+    /// Long name without the dashes; of a positional argument, its name in messages.
+    pub name: &'static str,
+    /// Short name without the dash.
+    pub short: Option<char>,
+    /// Stands without a flag.
+    pub positional: bool,
+    /// What it takes.
+    #[serde(flatten)]
+    pub kind: Kind,
+    /// Stands for the value in help.
+    pub placeholder: &'static str,
+    /// Must be given.
+    pub required: bool,
+    /// May be given more than once.
+    pub repeats: bool,
+    /// Value if it is not given, as one would write it.
+    pub default: Option<&'static str>,
+    /// What it does: one sentence.
+    pub doc: &'static str,
+    /// More about it; may be empty.
+    pub details: &'static str,
+}
+
+impl Argument {
+    const fn new(name: &'static str, kind: Kind, placeholder: &'static str, doc: &'static str) -> Self {
+        Self {
+            name,
+            short: None,
+            positional: false,
+            kind,
+            placeholder,
+            required: false,
+            repeats: false,
+            default: None,
+            doc,
+            details: "",
+        }
+    }
+
+    const fn switch(name: &'static str, doc: &'static str) -> Self {
+        Self::new(name, Kind::Switch, "", doc)
+    }
+
+    const fn positional(name: &'static str, kind: Kind, placeholder: &'static str, doc: &'static str) -> Self {
+        Self { positional: true, required: true, ..Self::new(name, kind, placeholder, doc) }
+    }
+
+    const fn short(self, short: char) -> Self {
+        Self { short: Some(short), ..self }
+    }
+
+    const fn required(self) -> Self {
+        Self { required: true, ..self }
+    }
+
+
+    const fn repeats(self) -> Self {
+        Self { repeats: true, ..self }
+    }
+
+    const fn default(self, default: &'static str) -> Self {
+        Self { default: Some(default), ..self }
+    }
+
+    const fn details(self, details: &'static str) -> Self {
+        Self { details, ..self }
+    }
+}
+
+/// Arguments under one heading.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Group {
+    /// The heading.
+    pub heading: &'static str,
+    /// What stands under it.
+    pub arguments: &'static [Argument],
+}
+
+/// A command or a command of a command.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Command {
+    /// Its name.
+    pub name: &'static str,
+    /// What it does: one sentence.
+    pub doc: &'static str,
+    /// More about it; may be empty.
+    pub details: &'static str,
+    /// What it takes.
+    pub groups: &'static [Group],
+    /// Its own commands; empty for most.
+    pub commands: &'static [Command],
+}
+
+/// What the process returns.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ExitCode {
+    /// The code.
+    pub code: u8,
+    /// When.
+    pub doc: &'static str,
+}
+
+/// Done.
+pub const EXIT_OK: u8 = 0;
+/// Could not do what was asked.
+pub const EXIT_ERROR: u8 = 1;
+/// Did not understand what was asked.
+pub const EXIT_USAGE: u8 = 2;
+/// Ended by Ctrl-C.
+pub const EXIT_INTERRUPTED: u8 = 130;
+
+/// All exit codes.
+pub static EXIT_CODES: &[ExitCode] = &[
+    ExitCode { code: EXIT_OK, doc: "Done." },
+    ExitCode {
+        code: EXIT_ERROR,
+        doc: "Something could not be done (a file cannot be read, a view does not exist, …); one sentence on the standard error says what and how to go on.",
+    },
+    ExitCode { code: EXIT_USAGE, doc: "The command line could not be understood; nothing was done." },
+    ExitCode {
+        code: EXIT_INTERRUPTED,
+        doc: "Ended by Ctrl-C: `sundog render` has written the picture as far as it was; a second Ctrl-C ends at once and writes nothing.",
+    },
+];
+
+/// What the program is.
+pub const PROGRAM_DOC: &str =
+    "A CPU path tracer for Blender scenes: glTF in, linear EXR and finished PNG or JPEG pictures out.";
+
+/// Largest picture side.
+pub const MAX_SIDE: u64 = 65_536;
+/// Most samples a pixel.
+pub const MAX_SAMPLES: u64 = 1 << 20;
+
+const IMPORT: Group = Group {
+    heading: "Scene",
+    arguments: &[
+        Argument::new("scene", Kind::Text, "NAME|INDEX", "The glTF scene to load, where the file has more than one."),
+        Argument::new(
+            "light-units",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "standard", doc: "photometric, as KHR_lights_punctual has it: 683 lm are a watt" },
+                    Choice { name: "unitless", doc: "radiometric: Blender's \"Unitless\"" },
+                    Choice { name: "raw", doc: "Blender's own numbers: its \"Raw\"" },
+                ],
+            },
+            "UNITS",
+            "What the light intensities of the file mean: the \"Lighting Mode\" it was exported with.",
+        )
+        .default("standard"),
+        Argument::new(
+            "transmission",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "auto", doc: "solid in files by Blender's exporter, thin otherwise" },
+                    Choice { name: "solid", doc: "the surface bounds a solid and refracts" },
+                    Choice { name: "thin", doc: "the surface is a thin sheet, as the extension says" },
+                ],
+            },
+            "MEANING",
+            "What glTF's transmission means where the file gives no thickness.",
+        )
+        .default("auto"),
+        Argument::switch("strict", "Stop before rendering if anything in the scene is approximated or left out."),
+    ],
+};
+
+const ENVIRONMENT: Group = Group {
+    heading: "Environment",
+    arguments: &[
+        Argument::new(
+            "environment",
+            Kind::Path,
+            "FILE",
+            "Light from all around: an equirectangular picture, .exr or .hdr.",
+        ),
+        Argument::new(
+            "environment-color",
+            Kind::Color,
+            "R,G,B",
+            "Light from all around of one colour: radiance, linear Rec.709.",
+        )
+        .details("Not together with `--environment`."),
+        Argument::new(
+            "environment-strength",
+            Kind::Number { min: 0.0, max: 1e9 },
+            "FACTOR",
+            "Multiplies the environment, as the strength of Blender's Background node does.",
+        )
+        .default("1"),
+        Argument::new(
+            "environment-rotation",
+            Kind::Number { min: -1e6, max: 1e6 },
+            "DEGREES",
+            "Turns the environment about the up axis, in the sense of the Z rotation of Blender's Mapping node.",
+        )
+        .default("0"),
+    ],
+};
+
+/// How pixels become display values; shared by all commands that write PNG or JPEG.
+const VIEW: Group = Group {
+    heading: "Display (PNG and JPEG)",
+    arguments: &[
+        Argument::new(
+            "ocio",
+            Kind::Text,
+            "CONFIG",
+            "OpenColorIO configuration: a .ocio or .ocioz file, or an ocio:// name.",
+        )
+        .details("If not given: `$OCIO`, an installed Blender or bpy, or else the configuration built into OpenColorIO."),
+        Argument::new("display", Kind::Text, "NAME", "Display; the configuration's default if not given."),
+        Argument::new("view", Kind::Text, "NAME", "View of the display, such as AgX, Filmic or Standard."),
+        Argument::new("look", Kind::Text, "NAME", "Look on top of the view."),
+        Argument::new(
+            "exposure",
+            Kind::Number { min: -32.0, max: 32.0 },
+            "STOPS",
+            "Exposure before the view: 1 doubles the light.",
+        )
+        .default("0"),
+        Argument::new(
+            "gamma",
+            Kind::Number { min: 0.01, max: 100.0 },
+            "GAMMA",
+            "Gamma after the view: display values are raised to 1/GAMMA.",
+        )
+        .default("1"),
+        Argument::new(
+            "depth",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "8", doc: "8 bits a channel" },
+                    Choice { name: "16", doc: "16 bits a channel (PNG)" },
+                ],
+            },
+            "BITS",
+            "Bits a channel of PNG files.",
+        )
+        .default("8"),
+        Argument::new("quality", Kind::Integer { min: 1, max: 100 }, "PERCENT", "Quality of JPEG files.")
+            .default("90"),
+    ],
+};
+
+const EXR: Group = Group {
+    heading: "EXR",
+    arguments: &[
+        Argument::new(
+            "exr-type",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "float", doc: "32 bits" },
+                    Choice {
+                        name: "half",
+                        doc: "16 bits; depth, position and sample count stay at 32, values above 65504 become 65504",
+                    },
+                ],
+            },
+            "TYPE",
+            "Number format of EXR files.",
+        )
+        .default("float"),
+        Argument::new(
+            "exr-compression",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "zip", doc: "lossless, 16 lines at a time" },
+                    Choice { name: "zips", doc: "lossless, line by line" },
+                    Choice { name: "piz", doc: "lossless, wavelets: good for noisy pictures" },
+                    Choice { name: "rle", doc: "lossless, quick" },
+                    Choice { name: "none", doc: "as it is" },
+                ],
+            },
+            "METHOD",
+            "Compression of EXR files.",
+        )
+        .default("zip"),
+        Argument::new(
+            "exr-layers",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "all", doc: "depth, normal, albedo, position and sample count as well" },
+                    Choice { name: "combined", doc: "the picture alone, which Blender then reads as a plain image" },
+                ],
+            },
+            "LAYERS",
+            "Which layers EXR files have.",
+        )
+        .default("all"),
+    ],
+};
+
+const REPORTING: Group = Group {
+    heading: "Messages",
+    arguments: &[
+        Argument::switch("quiet", "Say nothing but errors.").short('q'),
+        Argument::switch("json", "Tell what happens on the standard output, one JSON object a line."),
+    ],
+};
+
+const SCENE_FILE: Argument =
+    Argument::positional("SCENE", Kind::Path, "SCENE", "The scene: a .glb or .gltf file, as Blender exports it.");
+
+static RENDER: Command = Command {
+    name: "render",
+    doc: "Render a scene.",
+    details: "The picture is written under each name given with -o: .exr keeps the linear light with all layers, .png and .jpg are made with the display, view and look. Files are written beside and then renamed, so that a name never stands for half a picture.",
+    groups: &[
+        Group {
+            heading: "Files",
+            arguments: &[
+                SCENE_FILE,
+                Argument::new(
+                    "output",
+                    Kind::Path,
+                    "FILE",
+                    "Where the picture goes: .exr, .png or .jpg; may be given more than once.",
+                )
+                .short('o')
+                .required()
+                .repeats(),
+            ],
+        },
+        Group {
+            heading: "Picture",
+            arguments: &[
+                Argument::new("width", Kind::Integer { min: 1, max: MAX_SIDE }, "PIXELS", "Pixels a row.").details(
+                    "If only one of width and height is given, the other follows from the camera's aspect; if none is, the longer side has 1280 pixels.",
+                ),
+                Argument::new("height", Kind::Integer { min: 1, max: MAX_SIDE }, "PIXELS", "Rows."),
+                Argument::new(
+                    "camera",
+                    Kind::Text,
+                    "NAME|INDEX",
+                    "The camera, by name or by number from 0; the first one if not given.",
+                ),
+                Argument::new("filter", Kind::Filter, "FILTER[:WIDTH]", "Pixel filter and its full width in pixels.")
+                    .default("blackman-harris:1.5")
+                    .details("One of blackman-harris, gauss and box; the box is one pixel wide."),
+            ],
+        },
+        Group {
+            heading: "Effort",
+            arguments: &[
+                Argument::new("samples", Kind::Integer { min: 1, max: MAX_SAMPLES }, "COUNT", "Samples a pixel.")
+                    .default("256")
+                    .details("With `--time` and without `--samples`, the time alone decides."),
+                Argument::new("time", Kind::Duration, "TIME", "Stop after this long, for example 30s, 2m or 1h.")
+                    .details("Loading and preparing the scene is not counted."),
+                Argument::new(
+                    "bounces",
+                    Kind::Integer { min: 0, max: 1024 },
+                    "COUNT",
+                    "Scattering events on a path: 0 shows only what emits, 1 is direct light.",
+                )
+                .default("12"),
+                Argument::new(
+                    "threads",
+                    Kind::Integer { min: 1, max: 1024 },
+                    "COUNT",
+                    "Threads; all the processor has if not given.",
+                )
+                .details("The picture does not depend on it."),
+                Argument::new(
+                    "seed",
+                    Kind::Integer { min: 0, max: u32::MAX as u64 },
+                    "NUMBER",
+                    "Selects another independent random sequence.",
+                )
+                .default("0"),
+            ],
+        },
+        Group {
+            heading: "Light transport",
+            arguments: &[
+                Argument::new("effects", Kind::Effects, "auto|all|LIST", "Which effects are simulated.")
+                    .default("auto")
+                    .details(
+                        "`auto` takes what the scene calls for, `all` everything there is; a list of names with commas between them takes these and leaves out what the scene calls for beyond them.",
+                    ),
+                Argument::new(
+                    "light-sampling",
+                    Kind::Choice {
+                        choices: &[
+                            Choice { name: "mis", doc: "both, weighted by multiple importance sampling" },
+                            Choice { name: "nee", doc: "next-event estimation wherever it can find the light" },
+                            Choice { name: "bsdf", doc: "BSDF sampling wherever it can find the light" },
+                        ],
+                    },
+                    "TECHNIQUE",
+                    "How paths find light; for tests and studies, mis is the one to use.",
+                )
+                .default("mis"),
+                Argument::switch(
+                    "backface-culling",
+                    "Hide the back faces of single-sided materials, as glTF viewers do and Cycles does not.",
+                ),
+            ],
+        },
+        IMPORT,
+        ENVIRONMENT,
+        VIEW,
+        EXR,
+        REPORTING,
+    ],
+    commands: &[],
+};
+
+static INFO: Command = Command {
+    name: "info",
+    doc: "Tell what is in a scene.",
+    details: "Cameras, lights, materials, triangles, instances, images, bounds, memory, the effects called for and by which object, and what is not supported.",
+    groups: &[
+        Group {
+            heading: "Files",
+            arguments: &[SCENE_FILE],
+        },
+        IMPORT_INFO,
+        Group {
+            heading: "Messages",
+            arguments: &[Argument::switch("json", "Tell it as one JSON object.")],
+        },
+    ],
+    commands: &[],
+};
+
+/// As `IMPORT`, without what only matters before a render.
+const IMPORT_INFO: Group = Group {
+    heading: "Scene",
+    arguments: &[IMPORT.arguments[0], IMPORT.arguments[1], IMPORT.arguments[2]],
+};
+
+static COMPARE: Command = Command {
+    name: "compare",
+    doc: "Measure how far a picture is from a reference.",
+    details: "RMSE, relMSE (the mean over pixels and channels of (a - b)² / (b² + 0.01), with b the reference), the ratio of mean luminances (Rec.709 weights), and FLIP (the mean of NVIDIA's LDR-FLIP at 67 pixels a degree). The numbers of EXR files are compared as they are: linear light. Those of PNG files are display values 0..1 for RMSE and relMSE. FLIP compares what one would see: PNG files as they are, EXR files with the sRGB curve after clipping to 0..1 (which is Blender's \"Standard\" view on an sRGB display). Pixels in which a number is not finite are counted and left out.",
+    groups: &[
+        Group {
+            heading: "Files",
+            arguments: &[
+                Argument::positional("A", Kind::Path, "A", "The picture: .exr, .png or .jpg."),
+                Argument::positional("B", Kind::Path, "B", "The reference: .exr, .png or .jpg."),
+                Argument::new(
+                    "difference-map",
+                    Kind::Path,
+                    "FILE",
+                    "Write the difference of each pixel as a heat map with a scale: .png.",
+                ),
+                Argument::new(
+                    "layer",
+                    Kind::Text,
+                    "NAME",
+                    "The layer of EXR files that is compared; the picture itself if not given.",
+                ),
+            ],
+        },
+        Group {
+            heading: "Messages",
+            arguments: &[Argument::switch("json", "Tell it as one JSON object.")],
+        },
+    ],
+    commands: &[],
+};
+
+static FLAGS: Command = Command {
+    name: "flags",
+    doc: "List all commands and flags, for programs and for the documentation.",
+    details: "",
+    groups: &[Group {
+        heading: "Format",
+        arguments: &[
+            Argument::switch("json", "As one JSON object (the default)."),
+            Argument::switch("markdown", "As docs/cli.md."),
+            Argument::switch("man", "As a manual page."),
+        ],
+    }],
+    commands: &[],
+};
+
+static COMPLETIONS: Command = Command {
+    name: "completions",
+    doc: "Write a completion script for a shell.",
+    details: "",
+    groups: &[Group {
+        heading: "Shell",
+        arguments: &[Argument::positional(
+            "SHELL",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "bash", doc: "Bash" },
+                    Choice { name: "elvish", doc: "Elvish" },
+                    Choice { name: "fish", doc: "fish" },
+                    Choice { name: "powershell", doc: "PowerShell" },
+                    Choice { name: "zsh", doc: "Z shell" },
+                ],
+            },
+            "SHELL",
+            "The shell.",
+        )],
+    }],
+    commands: &[],
+};
+
+static COLOR: Command = Command {
+    name: "color",
+    doc: "Show pictures through OpenColorIO.",
+    details: "",
+    groups: &[],
+    commands: &[
+        Command {
+            name: "list",
+            doc: "List the displays, views, looks and colour spaces of the configuration.",
+            details: "",
+            groups: &[
+                Group {
+                    heading: "Configuration",
+                    arguments: &[VIEW.arguments[0]],
+                },
+                Group {
+                    heading: "Messages",
+                    arguments: &[Argument::switch("json", "Tell it as one JSON object.")],
+                },
+            ],
+            commands: &[],
+        },
+        Command {
+            name: "apply",
+            doc: "Make a PNG or JPEG of a linear EXR.",
+            details: "",
+            groups: &[
+                Group {
+                    heading: "Files",
+                    arguments: &[
+                        Argument::positional("IN", Kind::Path, "IN", "The picture: .exr."),
+                        Argument::positional("OUT", Kind::Path, "OUT", "Where the result goes: .png or .jpg."),
+                    ],
+                },
+                VIEW,
+            ],
+            commands: &[],
+        },
+    ],
+};
+
+/// All commands.
+pub static COMMANDS: &[&Command] = &[&RENDER, &INFO, &COMPARE, &COLOR, &FLAGS, &COMPLETIONS];
+
+/// Examples that stand at the end of the help.
+pub static EXAMPLES: &[(&str, &str)] = &[
+    ("sundog render scene.glb -o shot.exr -o shot.png", "Render, keep the linear light and a finished picture."),
+    ("sundog render scene.glb -o shot.exr --time 2m", "As many samples as two minutes allow."),
+    ("sundog render scene.glb -o shot.png --environment sky.hdr --view AgX", "Light from a picture of the sky."),
+    ("sundog info scene.glb", "What is in the scene, and what could not be carried over."),
+    ("sundog compare shot.exr reference.exr", "How far the picture is from another one."),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn walk(command: &'static Command, check: &mut dyn FnMut(&'static Command, &'static Argument)) {
+        for argument in command.groups.iter().flat_map(|g| g.arguments) {
+            check(command, argument);
+        }
+        for inner in command.commands {
+            walk(inner, check);
+        }
+    }
+
+    #[test]
+    fn docs_are_sentences_and_names_are_unique() {
+        for command in COMMANDS {
+            let mut seen = std::collections::HashSet::new();
+            walk(command, &mut |command, argument| {
+                assert!(seen.insert((command.name, argument.name)), "{} {}", command.name, argument.name);
+                assert!(argument.doc.ends_with('.'), "{}", argument.doc);
+                assert!(!argument.required || argument.default.is_none(), "{}", argument.name);
+                let upper = argument.name.chars().all(|c| c.is_ascii_uppercase());
+                assert_eq!(argument.positional, upper, "{}", argument.name);
+            });
+        }
+    }
+
+    #[test]
+    fn defaults_pass_their_own_ranges() {
+        for command in COMMANDS {
+            walk(command, &mut |_, argument| {
+                if let Some(default) = argument.default {
+                    let value = crate::cli::values::parse(&argument.kind, default.as_ref());
+                    assert!(value.is_ok(), "{}: {value:?}", argument.name);
+                }
+            });
+        }
+    }
+}

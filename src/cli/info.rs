@@ -1,0 +1,380 @@
+//! `sundog info`: what is in a scene.
+
+use super::flags::EXIT_OK;
+use super::parser::Parsed;
+use super::scene_file::{SceneFile, count};
+use super::{Failure, console, progress, scene_file};
+use crate::scene::{AlphaMode, Diagnostics, LightKind, Material, Pixels, Projection, Scene, fingerprint};
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::path::Path;
+
+/// Runs the command.
+///
+/// # Errors
+/// One sentence: what could not be done, and the way out.
+pub fn run(parsed: Parsed) -> Result<u8, Failure> {
+    let file = scene_file::load(parsed)?;
+    let info = Info::of(&file);
+    if parsed.switch("json") {
+        console::json_document(&info);
+    } else {
+        console::output(&info.page());
+    }
+    Ok(EXIT_OK)
+}
+
+#[derive(Serialize)]
+struct Info<'a> {
+    file: &'a Path,
+    generator: Option<&'a str>,
+    hash: String,
+    cameras: Vec<CameraInfo<'a>>,
+    lights: Vec<LightInfo<'a>>,
+    environment: Option<EnvironmentInfo<'a>>,
+    emissive_materials: usize,
+    materials: Vec<MaterialInfo<'a>>,
+    images: Vec<ImageInfo<'a>>,
+    meshes: usize,
+    instances: usize,
+    /// In the file.
+    triangles: u64,
+    /// With every instance counted.
+    placed_triangles: u64,
+    vertices: u64,
+    /// World space, metres; none for a scene without triangles.
+    bounds: Option<Bounds>,
+    memory: Memory,
+    diagnostics: &'a Diagnostics,
+}
+
+#[derive(Serialize)]
+struct CameraInfo<'a> {
+    name: &'a str,
+    kind: &'static str,
+    /// Vertical, degrees; none for parallel rays.
+    field_of_view: Option<f64>,
+    aspect: Option<f64>,
+    position: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct LightInfo<'a> {
+    name: &'a str,
+    kind: &'static str,
+    /// W/sr for points and spots, W/m² for suns; without the colour.
+    strength: f32,
+    unit: &'static str,
+    color: [f32; 3],
+    /// Metres; none for suns.
+    radius: Option<f32>,
+    position: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct EnvironmentInfo<'a> {
+    image: Option<&'a str>,
+    radiance: [f32; 3],
+    /// Degrees about the up axis.
+    rotation: f32,
+}
+
+#[derive(Serialize)]
+struct MaterialInfo<'a> {
+    name: &'a str,
+    /// What makes it more than plain: metal, textures, transmission, …
+    traits: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct ImageInfo<'a> {
+    name: &'a str,
+    width: u32,
+    height: u32,
+    channels: u32,
+    bits: u32,
+    bytes: u64,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct Bounds {
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+/// Bytes.
+#[derive(Serialize)]
+struct Memory {
+    geometry: u64,
+    images: u64,
+    /// What Embree's tree is expected to take: see [`TREE_BYTES_A_TRIANGLE`].
+    tree_estimate: u64,
+    total_estimate: u64,
+}
+
+/// A rule of thumb, rounded up.
+const TREE_BYTES_A_TRIANGLE: u64 = 150;
+
+impl<'a> Info<'a> {
+    fn of(file: &'a SceneFile) -> Self {
+        let scene = &file.scene;
+        let images: Vec<_> = scene
+            .images
+            .iter()
+            .map(|image| {
+                let (bits, bytes) = match &image.pixels {
+                    Pixels::U8(values) => (8, values.len() as u64),
+                    Pixels::U16(values) => (16, 2 * values.len() as u64),
+                    Pixels::F32(values) => (32, 4 * values.len() as u64),
+                };
+                let (width, height, channels) = (image.width, image.height, image.channels);
+                ImageInfo { name: &image.name, width, height, channels, bits, bytes }
+            })
+            .collect();
+        let triangles: u64 = scene.meshes.iter().map(|mesh| mesh.triangles.len() as u64).sum();
+        let geometry = geometry_bytes(scene);
+        let image_bytes = images.iter().map(|image| image.bytes).sum();
+        let tree_estimate = triangles * TREE_BYTES_A_TRIANGLE;
+        Self {
+            file: &file.path,
+            generator: scene.generator.as_deref(),
+            hash: fingerprint(scene),
+            cameras: cameras(scene),
+            lights: lights(scene),
+            environment: scene.environment.as_ref().map(|environment| EnvironmentInfo {
+                image: environment.image.and_then(|id| scene.images.get(id.0 as usize)).map(|i| i.name.as_str()),
+                radiance: environment.radiance,
+                rotation: environment.rotation.to_degrees(),
+            }),
+            emissive_materials: scene.materials.iter().filter(|material| emits(material)).count(),
+            materials: scene
+                .materials
+                .iter()
+                .map(|material| MaterialInfo { name: &material.name, traits: traits(material) })
+                .collect(),
+            images,
+            meshes: scene.meshes.len(),
+            instances: scene.instances.len(),
+            triangles,
+            placed_triangles: scene_file::placed_triangles(scene),
+            vertices: scene.meshes.iter().map(|mesh| mesh.positions.len() as u64).sum(),
+            bounds: bounds(scene),
+            memory: Memory {
+                geometry,
+                images: image_bytes,
+                tree_estimate,
+                total_estimate: geometry + image_bytes + tree_estimate,
+            },
+            diagnostics: &file.diagnostics,
+        }
+    }
+
+    fn page(&self) -> String {
+        let mut page = Page::default();
+        page.line("file", self.file.display().to_string());
+        if let Some(generator) = self.generator {
+            page.line("made by", generator.into());
+        }
+        page.line("hash", self.hash.clone());
+        for camera in &self.cameras {
+            let mut text = format!("\"{}\" {}", camera.name, camera.kind);
+            if let Some(angle) = camera.field_of_view {
+                text.push_str(&format!(", {angle:.2}° high"));
+            }
+            if let Some(aspect) = camera.aspect {
+                text.push_str(&format!(", aspect {aspect:.4}"));
+            }
+            page.line("camera", format!("{text}, at {}", vector(camera.position)));
+        }
+        if self.cameras.is_empty() {
+            page.line("camera", "none: export it with \"Cameras\" ticked".into());
+        }
+        for light in &self.lights {
+            let mut text = format!("\"{}\" {} {} {}", light.name, light.kind, light.strength, light.unit);
+            if let Some(radius) = light.radius {
+                text.push_str(&format!(", radius {radius} m"));
+            }
+            page.line("light", format!("{text}, at {}", vector(light.position)));
+        }
+        if self.emissive_materials > 0 {
+            page.line("light", count(self.emissive_materials as u64, "emissive material"));
+        }
+        match &self.environment {
+            Some(environment) => page.line(
+                "environment",
+                format!(
+                    "{} × {:?}, turned by {}°",
+                    environment.image.unwrap_or("constant"),
+                    environment.radiance,
+                    environment.rotation
+                ),
+            ),
+            None => page.line("environment", "none (black)".into()),
+        }
+        for material in &self.materials {
+            let traits = if material.traits.is_empty() { "plain".into() } else { material.traits.join(", ") };
+            page.line("material", format!("\"{}\" {traits}", material.name));
+        }
+        for image in &self.images {
+            page.line(
+                "image",
+                format!(
+                    "\"{}\" {} × {}, {} channels of {} bits, {}",
+                    image.name,
+                    image.width,
+                    image.height,
+                    image.channels,
+                    image.bits,
+                    console::bytes(image.bytes)
+                ),
+            );
+        }
+        page.line(
+            "geometry",
+            format!(
+                "{} in {}, placed {}: {}",
+                count(self.triangles, "triangle"),
+                if self.meshes == 1 { "1 mesh".into() } else { format!("{} meshes", self.meshes) },
+                if self.instances == 1 { "once".into() } else { format!("{} times", self.instances) },
+                count(self.placed_triangles, "triangle"),
+            ),
+        );
+        match self.bounds {
+            Some(Bounds { low, high }) => {
+                let size: Vec<_> = low.iter().zip(high).map(|(low, high)| format!("{:.4}", high - low)).collect();
+                page.line("bounds", format!("{} to {}, {} m", vector(low), vector(high), size.join(" × ")));
+            }
+            None => page.line("bounds", "none: no triangles".into()),
+        }
+        page.line(
+            "memory",
+            format!(
+                "about {}: geometry {}, images {}, Embree's tree about {}",
+                console::bytes(self.memory.total_estimate),
+                console::bytes(self.memory.geometry),
+                console::bytes(self.memory.images),
+                console::bytes(self.memory.tree_estimate)
+            ),
+        );
+        for diagnostic in self.diagnostics.iter() {
+            page.line(progress::verdict_word(diagnostic.verdict), diagnostic.to_string());
+        }
+        if self.diagnostics.is_empty() {
+            page.line("carried over", "everything, exactly".into());
+        }
+        page.0
+    }
+}
+
+/// Lines of a name and a text.
+#[derive(Default)]
+struct Page(String);
+
+impl Page {
+    fn line(&mut self, name: &str, text: String) {
+        self.0.push_str(&format!("{name:<13} {text}\n"));
+    }
+}
+
+fn vector([x, y, z]: [f64; 3]) -> String {
+    format!("({x:.4}, {y:.4}, {z:.4})")
+}
+
+fn cameras(scene: &Scene) -> Vec<CameraInfo<'_>> {
+    let info = scene.cameras.iter().map(|camera| {
+        let (kind, field_of_view, aspect) = match camera.projection {
+            Projection::Perspective { vertical_fov, aspect } => ("perspective", Some(vertical_fov.to_degrees()), aspect),
+            Projection::Orthographic { half_width, half_height } => {
+                ("orthographic", None, Some(half_width / half_height))
+            }
+        };
+        let position = camera.world_from_camera.translation.to_array();
+        CameraInfo { name: &camera.name, kind, field_of_view, aspect, position }
+    });
+    info.collect()
+}
+
+fn lights(scene: &Scene) -> Vec<LightInfo<'_>> {
+    let info = scene.lights.iter().map(|light| {
+        let (kind, strength, unit, radius) = match light.kind {
+            LightKind::Point { intensity, radius } => ("point", intensity, "W/sr", Some(radius)),
+            LightKind::Spot { intensity, radius, .. } => ("spot", intensity, "W/sr", Some(radius)),
+            LightKind::Sun { irradiance, .. } => ("sun", irradiance, "W/m²", None),
+        };
+        let position = light.world_from_light.translation.to_array();
+        LightInfo { name: &light.name, kind, strength, unit, color: light.color, radius, position }
+    });
+    info.collect()
+}
+
+fn emits(material: &Material) -> bool {
+    material.emission.iter().any(|value| *value > 0.0)
+}
+
+/// What makes a material more than plain white and rough.
+fn traits(material: &Material) -> Vec<String> {
+    let mut traits = Vec::new();
+    let mut add = |present: bool, text: String| {
+        if present {
+            traits.push(text);
+        }
+    };
+    add(material.unlit, "unlit".into());
+    add(material.metallic > 0.0, format!("metallic {}", material.metallic));
+    add(true, format!("roughness {}", material.roughness));
+    add(material.transmission > 0.0, format!("transmission {}", material.transmission));
+    add(material.transmission > 0.0 && material.thin_walled, "thin".into());
+    add(emits(material), format!("emission {:?}", material.emission));
+    match material.alpha_mode {
+        AlphaMode::Opaque => {}
+        AlphaMode::Mask { cutoff } => add(true, format!("holes where alpha < {cutoff}")),
+        AlphaMode::Blend => add(true, "blended by alpha".into()),
+    }
+    for (texture, name) in [
+        (material.base_color_texture.is_some(), "base colour"),
+        (material.metallic_roughness_texture.is_some(), "metallic and roughness"),
+        (material.normal_texture.is_some(), "normal"),
+        (material.emission_texture.is_some(), "emission"),
+        (material.specular_texture.is_some(), "specular"),
+        (material.specular_color_texture.is_some(), "specular colour"),
+        (material.transmission_texture.is_some(), "transmission"),
+    ] {
+        add(texture, format!("{name} texture"));
+    }
+    traits
+}
+
+fn geometry_bytes(scene: &Scene) -> u64 {
+    let meshes: usize = scene
+        .meshes
+        .iter()
+        .map(|mesh| {
+            size_of_val(mesh.positions.as_slice())
+                + mesh.normals.as_deref().map_or(0, size_of_val)
+                + mesh.tangents.as_deref().map_or(0, size_of_val)
+                + mesh.uvs.iter().map(|uvs| size_of_val(uvs.as_slice())).sum::<usize>()
+                + mesh.colors.as_deref().map_or(0, size_of_val)
+                + size_of_val(mesh.triangles.as_slice())
+        })
+        .sum();
+    (meshes + size_of_val(scene.instances.as_slice())) as u64
+}
+
+/// The box around all placed vertices.
+fn bounds(scene: &Scene) -> Option<Bounds> {
+    let unite = |a: Option<(DVec3, DVec3)>, b: Option<(DVec3, DVec3)>| match (a, b) {
+        (Some((low_a, high_a)), Some((low_b, high_b))) => Some((low_a.min(low_b), high_a.max(high_b))),
+        (a, b) => a.or(b),
+    };
+    scene
+        .instances
+        .par_iter()
+        .filter_map(|instance| Some((instance, scene.meshes.get(instance.mesh.0 as usize)?)))
+        .map(|(instance, mesh)| {
+            let place = |p: &[f32; 3]| instance.world_from_object.transform_point3(DVec3::from(p.map(f64::from)));
+            mesh.positions.iter().map(place).fold(None, |bounds, point| unite(bounds, Some((point, point))))
+        })
+        .reduce(|| None, unite)
+        .map(|(low, high)| Bounds { low: low.to_array(), high: high.to_array() })
+}

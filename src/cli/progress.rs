@@ -1,0 +1,122 @@
+//! What a render tells, as a bar for people or as lines of JSON for programs.
+
+use super::console;
+use super::interrupt;
+use crate::render::{Event, Observer};
+use crate::scene::{Diagnostics, Verdict};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use serde_json::json;
+
+/// Steps of the bar.
+const STEPS: u64 = 10_000;
+
+/// Tells what happens.
+pub enum Reporter {
+    /// Words on the standard error, with a bar if somebody watches.
+    People(ProgressBar),
+    /// Objects on the standard output.
+    Programs,
+    /// Nobody listens.
+    Nobody,
+}
+
+impl Reporter {
+    /// By the flags `--quiet` and `--json`.
+    pub fn new(quiet: bool, json: bool) -> Self {
+        if json {
+            return Self::Programs;
+        }
+        if quiet {
+            return Self::Nobody;
+        }
+        let bar = ProgressBar::hidden();
+        bar.set_length(STEPS);
+        if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} % · {msg}") {
+            bar.set_style(style);
+        }
+        Self::People(bar)
+    }
+
+    /// A sentence for people.
+    pub fn say(&self, text: &str) {
+        if let Self::People(bar) = self {
+            bar.suspend(|| console::message(text));
+        }
+    }
+
+    /// A sentence that both people and programs should have.
+    pub fn warn(&self, text: &str) {
+        match self {
+            Self::People(_) => self.say(&format!("warning: {text}")),
+            Self::Programs => console::json_line(&json!({ "event": "warning", "message": text })),
+            Self::Nobody => {}
+        }
+    }
+
+    /// An object for programs.
+    pub fn tell(&self, event: &impl Serialize) {
+        if let Self::Programs = self {
+            console::json_line(event);
+        }
+    }
+
+    /// All messages of the importer, each once.
+    pub fn diagnostics(&self, diagnostics: &Diagnostics) {
+        #[derive(Serialize)]
+        struct Line<'a> {
+            event: &'static str,
+            #[serde(flatten)]
+            diagnostic: &'a crate::scene::Diagnostic,
+        }
+        for diagnostic in diagnostics.iter() {
+            self.say(&format!("{}: {diagnostic}", verdict_word(diagnostic.verdict)));
+            self.tell(&Line { event: "diagnostic", diagnostic });
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn end(&self) {
+        if let Self::People(bar) = self {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// How a verdict is introduced.
+pub fn verdict_word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Exact => "note",
+        Verdict::Approximated => "approximated",
+        Verdict::Lost => "left out",
+    }
+}
+
+impl Observer for Reporter {
+    fn event(&self, event: &Event) {
+        self.tell(event);
+        let Self::People(bar) = self else { return };
+        match event {
+            Event::Prepared { .. } => {
+                if console::watched() {
+                    bar.set_draw_target(ProgressDrawTarget::stderr());
+                }
+            }
+            Event::Progress { samples, of, fraction, seconds, rays, remaining } => {
+                bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
+                let mut text = format!("{samples}/{of} samples");
+                if *seconds > 0.0 {
+                    text.push_str(&format!(" · {:.2} Mray/s", *rays as f64 / seconds / 1e6));
+                }
+                if let Some(remaining) = remaining {
+                    text.push_str(&format!(" · {} left", console::clock(*remaining)));
+                }
+                bar.set_message(text);
+            }
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        interrupt::interrupted()
+    }
+}

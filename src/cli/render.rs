@@ -1,0 +1,282 @@
+//! `sundog render`: a scene file becomes pictures.
+
+use super::flags::{EXIT_INTERRUPTED, EXIT_OK, MAX_SAMPLES};
+use super::parser::Parsed;
+use super::progress::Reporter;
+use super::view::{self, View};
+use super::{Failure, console, interrupt, scene_file};
+use crate::film::Picture;
+use crate::output::{self, Format, Metadata, exr};
+use crate::render::{LightSampling, RenderSettings, Rendering, Stop};
+use crate::scene::{Camera, Projection, Scene};
+use ::exr::compression::Compression;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Pixels of the longer side where the user gives no size.
+const LONGER_SIDE: u32 = 1280;
+
+/// Runs the command.
+///
+/// # Errors
+/// One sentence: what could not be done, and the way out.
+pub fn run(parsed: Parsed) -> Result<u8, Failure> {
+    interrupt::listen().map_err(Failure::new)?;
+    let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
+    let outputs = Outputs::from_flags(parsed, &reporter)?;
+    let imported = scene_file::load(parsed)?;
+    let (path, scene) = (&imported.path, &imported.scene);
+    reporter.say(&format!("{}: {}", path.display(), scene_file::summary(scene)));
+    reporter.diagnostics(&imported.diagnostics);
+    if parsed.switch("strict") {
+        scene_file::demand_exact(path, &imported.diagnostics)?;
+    }
+    let settings = settings(parsed, path, scene)?;
+    reporter.tell(&json!({ "event": "scene", "file": path, "settings": settings }));
+
+    interrupt::keep();
+    let rendering = crate::render::render(scene, &settings, &reporter);
+    reporter.end();
+    let rendering = rendering.map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
+    let statistics = &rendering.statistics;
+    let cancelled = statistics.stop == Stop::Cancelled;
+    if cancelled && statistics.rays == 0 {
+        reporter.tell(&json!({ "event": "finished", "statistics": statistics, "written": [] }));
+        return Err(Failure {
+            code: EXIT_INTERRUPTED,
+            message: format!("{}: interrupted before the first sample; nothing was written", path.display()),
+        });
+    }
+    if statistics.non_finite > 0 {
+        let example = statistics.non_finite_examples.first();
+        reporter.warn(&format!(
+            "{} samples were not finite and were left out{}; please report it with the scene",
+            console::grouped(statistics.non_finite),
+            example.map(|(x, y, sample)| format!(", the first at pixel {x}, {y}, sample {sample}")).unwrap_or_default(),
+        ));
+    }
+    let metadata = metadata(path, scene, &settings, &rendering);
+    outputs.write(&rendering, &metadata, &reporter)?;
+    let seconds = statistics.trace.as_secs_f64();
+    reporter.say(&format!(
+        "{} × {} pixels, {} samples a pixel, {} to prepare, {} to trace, {:.2} Mray/s",
+        settings.width,
+        settings.height,
+        statistics.samples,
+        console::clock(statistics.prepare.as_secs_f64()),
+        console::clock(seconds),
+        if seconds > 0.0 { statistics.rays as f64 / seconds / 1e6 } else { 0.0 },
+    ));
+    reporter.tell(&json!({ "event": "finished", "statistics": statistics, "written": outputs.paths() }));
+    if cancelled {
+        return Err(Failure {
+            code: EXIT_INTERRUPTED,
+            message: format!(
+                "interrupted; {} written with the {} samples a pixel there were",
+                outputs.names(),
+                statistics.samples
+            ),
+        });
+    }
+    Ok(EXIT_OK)
+}
+
+/// Where the picture goes.
+struct Outputs {
+    files: Vec<(PathBuf, Format)>,
+    exr: exr::ExrOptions,
+    /// There if PNG or JPEG files are wanted.
+    view: Option<View>,
+}
+
+impl Outputs {
+    /// Reads the flags and makes sure that the files could be written.
+    fn from_flags(parsed: Parsed, reporter: &Reporter) -> Result<Self, Failure> {
+        let mut files: Vec<(PathBuf, Format)> = Vec::new();
+        for path in parsed.paths("output") {
+            let format = Format::of(&path)?;
+            if files.iter().any(|(other, _)| *other == path) {
+                return Err(Failure::usage(format!("--output {} is given twice", path.display())));
+            }
+            output::check_writable(&path)?;
+            files.push((path, format));
+        }
+        let sample_type = match parsed.choice("exr-type") {
+            "half" => exr::SampleType::Half,
+            _ => exr::SampleType::Float,
+        };
+        let compression = match parsed.choice("exr-compression") {
+            "zips" => Compression::ZIP1,
+            "piz" => Compression::PIZ,
+            "rle" => Compression::RLE,
+            "none" => Compression::Uncompressed,
+            _ => Compression::ZIP16,
+        };
+        let all_layers = parsed.choice("exr-layers") != "combined";
+        let shown = files.iter().any(|(_, format)| *format != Format::Exr);
+        let view = match view::first_given(parsed) {
+            _ if shown => Some(View::from_flags(parsed, &|warning| reporter.warn(warning))?),
+            Some(flag) => {
+                reporter.warn(&format!("--{flag} does nothing to .exr files, which hold linear light"));
+                None
+            }
+            None => None,
+        };
+        if let Some(view) = &view {
+            reporter.say(&view.summary());
+        }
+        Ok(Self { files, exr: exr::ExrOptions { sample_type, compression, all_layers }, view })
+    }
+
+    fn write(&self, rendering: &Rendering, metadata: &Metadata, reporter: &Reporter) -> Result<(), Failure> {
+        for (path, format) in &self.files {
+            match format {
+                Format::Exr => {
+                    let written = exr::write(path, &rendering.picture, &self.exr, metadata)?;
+                    if written.clamped > 0 {
+                        reporter.warn(&format!(
+                            "{}: {} values above 65504 became 65504, the largest number of 16 bits; --exr-type float keeps them",
+                            path.display(),
+                            console::grouped(written.clamped as u64)
+                        ));
+                    }
+                }
+                Format::Png | Format::Jpeg => {
+                    if let Some(view) = &self.view {
+                        let picture = &rendering.picture;
+                        view.write(path, *format, picture.width, picture.height, &colors(picture)?, metadata)?;
+                    }
+                }
+            }
+            reporter.say(&format!("{} written", path.display()));
+            reporter.tell(&json!({ "event": "written", "file": path }));
+        }
+        Ok(())
+    }
+
+    fn paths(&self) -> Vec<&Path> {
+        self.files.iter().map(|(path, _)| path.as_path()).collect()
+    }
+
+    fn names(&self) -> String {
+        self.files.iter().map(|(path, _)| path.display().to_string()).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// The pixels of the picture itself, with associated alpha (1 where the picture has none).
+fn colors(picture: &Picture) -> Result<Vec<[f32; 4]>, Failure> {
+    let missing = || Failure::new("the render has no layer with colours");
+    let layer = picture.layers.first().ok_or_else(missing)?;
+    match layer.channels.len() {
+        3 => Ok(layer.data.chunks_exact(3).map(|p| [p[0], p[1], p[2], 1.0]).collect()),
+        4 => Ok(layer.data.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect()),
+        _ => Err(missing()),
+    }
+}
+
+fn settings(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, Failure> {
+    let defaults = RenderSettings::default();
+    let camera = match parsed.text("camera") {
+        Some(wanted) => Some(choose_camera(path, &scene.cameras, wanted)?),
+        None => None,
+    };
+    let aspect = scene.cameras.get(camera.unwrap_or(0)).and_then(aspect);
+    let (width, height) = picture_size(aspect, parsed.integer("width"), parsed.integer("height"));
+    let time_limit = parsed.duration("time");
+    let samples = match parsed.integer("samples") {
+        Some(samples) if parsed.given("samples") || time_limit.is_none() => samples,
+        _ => MAX_SAMPLES as u32,
+    };
+    Ok(RenderSettings {
+        width,
+        height,
+        samples,
+        time_limit,
+        bounces: parsed.integer("bounces").unwrap_or(defaults.bounces),
+        camera,
+        seed: parsed.integer("seed").unwrap_or(defaults.seed),
+        threads: parsed.integer("threads").map(|threads| threads as usize),
+        filter: parsed.filter("filter").unwrap_or(defaults.filter),
+        effects: parsed.effects("effects").unwrap_or(defaults.effects),
+        light_sampling: match parsed.choice("light-sampling") {
+            "nee" => LightSampling::Nee,
+            "bsdf" => LightSampling::Bsdf,
+            _ => LightSampling::Mis,
+        },
+        cull_backfaces: parsed.switch("backface-culling"),
+    })
+}
+
+/// A camera by name, or by number from 0 if none has that name.
+fn choose_camera(path: &Path, cameras: &[Camera], wanted: &str) -> Result<usize, Failure> {
+    let by_name = cameras.iter().position(|camera| camera.name == wanted);
+    let by_number = || wanted.parse().ok().filter(|index| *index < cameras.len());
+    by_name.or_else(by_number).ok_or_else(|| {
+        let file = path.display();
+        if cameras.is_empty() {
+            return Failure::new(format!("{file} has no cameras; export it with \"Cameras\" ticked"));
+        }
+        let names: Vec<_> = cameras.iter().enumerate().map(|(i, c)| format!("{i} \"{}\"", c.name)).collect();
+        Failure::new(format!("{file} has no camera \"{wanted}\"; it has {}", names.join(", ")))
+    })
+}
+
+/// Width over height that a camera is meant for.
+fn aspect(camera: &Camera) -> Option<f64> {
+    match camera.projection {
+        Projection::Perspective { aspect, .. } => aspect,
+        Projection::Orthographic { half_width, half_height } => Some(half_width / half_height),
+    }
+    .filter(|aspect| aspect.is_finite() && *aspect > 0.0)
+}
+
+/// What the user leaves open follows from the aspect (16:9 where the camera has none).
+fn picture_size(aspect: Option<f64>, width: Option<u32>, height: Option<u32>) -> (u32, u32) {
+    let default = RenderSettings::default();
+    let aspect = aspect.unwrap_or(f64::from(default.width) / f64::from(default.height));
+    // `as` saturates, and one pixel is the least.
+    let side = |pixels: f64| (pixels.round() as u32).clamp(1, super::flags::MAX_SIDE as u32);
+    match (width, height) {
+        (Some(width), Some(height)) => (width, height),
+        (Some(width), None) => (width, side(f64::from(width) / aspect)),
+        (None, Some(height)) => (side(f64::from(height) * aspect), height),
+        (None, None) if aspect >= 1.0 => (LONGER_SIDE, side(f64::from(LONGER_SIDE) / aspect)),
+        (None, None) => (side(f64::from(LONGER_SIDE) * aspect), LONGER_SIDE),
+    }
+}
+
+/// What a picture says about how it was made.
+fn metadata(path: &Path, scene: &Scene, settings: &RenderSettings, rendering: &Rendering) -> Metadata {
+    let mut metadata: Metadata = super::versions()
+        .into_iter()
+        .map(|(name, version)| (format!("sundog/version/{}", name.to_lowercase()), version))
+        .collect();
+    let statistics = &rendering.statistics;
+    let mut add = |name: &str, value: String| metadata.push((format!("sundog/{name}"), value));
+    add("scene", path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default());
+    add("scene-hash", crate::scene::fingerprint(scene));
+    add("date", humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string());
+    add("samples", statistics.samples.to_string());
+    add("seconds/prepare", format!("{:.3}", statistics.prepare.as_secs_f64()));
+    add("seconds/trace", format!("{:.3}", statistics.trace.as_secs_f64()));
+    add("settings", serde_json::to_string(settings).unwrap_or_default());
+    add("statistics", serde_json::to_string(statistics).unwrap_or_default());
+    metadata
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_size_follows_the_camera() {
+        assert_eq!(picture_size(Some(2.0), None, None), (1280, 640));
+        assert_eq!(picture_size(Some(0.5), None, None), (640, 1280));
+        assert_eq!(picture_size(None, None, None), (1280, 720));
+        assert_eq!(picture_size(Some(2.0), Some(100), None), (100, 50));
+        assert_eq!(picture_size(Some(2.0), None, Some(100)), (200, 100));
+        assert_eq!(picture_size(Some(2.0), Some(7), Some(9)), (7, 9));
+        assert_eq!(picture_size(Some(1e9), None, None), (1280, 1));
+        assert_eq!(picture_size(Some(1e-9), Some(10), None), (10, 65_536));
+    }
+}

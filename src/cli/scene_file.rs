@@ -1,0 +1,127 @@
+//! Loading a scene as the flags say; shared by `render` and `info`.
+
+use super::parser::Parsed;
+use super::{Failure, console};
+use crate::import::{self, ImportOptions, LightUnits, Transmission};
+use crate::scene::{Diagnostics, Environment, Scene, Verdict};
+use std::path::{Path, PathBuf};
+
+/// A scene, where it came from, and what did not come through.
+pub struct SceneFile {
+    /// The file.
+    pub path: PathBuf,
+    /// What is in it, and the environment from the flags.
+    pub scene: Scene,
+    /// Messages of the importer.
+    pub diagnostics: Diagnostics,
+}
+
+/// Loads the scene that the flags name.
+pub fn load(parsed: Parsed) -> Result<SceneFile, Failure> {
+    let path = parsed.path("SCENE").ok_or_else(|| Failure::usage("no scene was given"))?;
+    let options = ImportOptions {
+        light_units: match parsed.choice("light-units") {
+            "unitless" => LightUnits::Unitless,
+            "raw" => LightUnits::Raw,
+            _ => LightUnits::Standard,
+        },
+        transmission: match parsed.choice("transmission") {
+            "solid" => Transmission::Solid,
+            "thin" => Transmission::Thin,
+            _ => Transmission::Auto,
+        },
+        scene: parsed.text("scene").map(str::to_owned),
+    };
+    let environment = EnvironmentFlags::from_flags(parsed)?;
+    let imported = import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;
+    let mut file = SceneFile { path: path.into(), scene: imported.scene, diagnostics: imported.diagnostics };
+    environment.apply(&mut file)?;
+    Ok(file)
+}
+
+enum EnvironmentFlags<'a> {
+    AsInFile,
+    Image { path: &'a Path, strength: f32, rotation_degrees: f32 },
+    Constant([f32; 3]),
+}
+
+impl<'a> EnvironmentFlags<'a> {
+    fn from_flags(parsed: Parsed<'a>) -> Result<Self, Failure> {
+        let strength = parsed.number("environment-strength").unwrap_or(1.0) as f32;
+        let rotation_degrees = parsed.number("environment-rotation").unwrap_or(0.0) as f32;
+        match (parsed.path("environment"), parsed.color("environment-color")) {
+            (Some(_), Some(_)) => {
+                Err(Failure::usage("--environment and --environment-color exclude each other; give one of them"))
+            }
+            (Some(path), None) => Ok(Self::Image { path, strength, rotation_degrees }),
+            (None, Some(color)) => Ok(Self::Constant(color.map(|component| component * strength))),
+            (None, None) => {
+                for name in ["environment-strength", "environment-rotation"] {
+                    if parsed.given(name) {
+                        return Err(Failure::usage(format!(
+                            "--{name} needs an environment; give --environment FILE or --environment-color R,G,B"
+                        )));
+                    }
+                }
+                Ok(Self::AsInFile)
+            }
+        }
+    }
+
+    fn apply(&self, file: &mut SceneFile) -> Result<(), Failure> {
+        match *self {
+            Self::AsInFile => {}
+            Self::Image { path, strength, rotation_degrees } => {
+                let diagnostics = import::load_environment(&mut file.scene, path, strength, rotation_degrees)
+                    .map_err(|error| Failure::new(error.to_string()))?;
+                file.diagnostics.append(diagnostics);
+            }
+            Self::Constant(radiance) => {
+                file.scene.environment = Some(Environment { image: None, radiance, rotation: 0.0 });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// For `--strict`: fails if anything did not come through exactly.
+pub fn demand_exact(path: &Path, diagnostics: &Diagnostics) -> Result<(), Failure> {
+    let inexact: Vec<_> = diagnostics.iter().filter(|d| d.verdict != Verdict::Exact).collect();
+    let Some(first) = inexact.first() else { return Ok(()) };
+    let more = match inexact.len() - 1 {
+        0 => String::new(),
+        1 => " (and 1 more)".to_owned(),
+        count => format!(" (and {count} more)"),
+    };
+    Err(Failure::new(format!(
+        "{}: --strict demands that everything comes through exactly: {first}{more}",
+        path.display()
+    )))
+}
+
+/// Triangles with every instance counted.
+pub fn placed_triangles(scene: &Scene) -> u64 {
+    scene
+        .instances
+        .iter()
+        .filter_map(|instance| scene.meshes.get(instance.mesh.0 as usize))
+        .map(|mesh| mesh.triangles.len() as u64)
+        .sum()
+}
+
+/// What is in a scene, in one line.
+pub fn summary(scene: &Scene) -> String {
+    format!(
+        "{} in {}, {}, {}, {}",
+        count(placed_triangles(scene), "triangle"),
+        count(scene.instances.len() as u64, "instance"),
+        count(scene.materials.len() as u64, "material"),
+        count(scene.lights.len() as u64, "light"),
+        count(scene.cameras.len() as u64, "camera"),
+    )
+}
+
+/// `1 light`, `2 lights`.
+pub fn count(number: u64, thing: &str) -> String {
+    format!("{} {thing}{}", console::grouped(number), if number == 1 { "" } else { "s" })
+}

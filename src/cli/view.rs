@@ -1,0 +1,102 @@
+//! From the flags of display, view and look to finished pictures; shared by `render` and `color apply`.
+
+use super::Failure;
+use super::parser::Parsed;
+use crate::color::{ColorConfig, ColorError, Depth, DisplayProcessor, DisplayTransform, SceneColors};
+use crate::output::display::{self, DisplayPicture};
+use crate::output::{Format, Metadata};
+use std::path::Path;
+
+impl From<ColorError> for Failure {
+    fn from(error: ColorError) -> Self {
+        Failure::new(error.to_string())
+    }
+}
+
+/// The flags that only PNG and JPEG files heed.
+const NAMES: [&str; 8] = ["ocio", "display", "view", "look", "exposure", "gamma", "depth", "quality"];
+
+/// The first flag given that only PNG and JPEG files heed.
+pub fn first_given(parsed: Parsed) -> Option<&'static str> {
+    NAMES.into_iter().find(|name| parsed.given(name))
+}
+
+/// Everything that makes display values of linear light, ready.
+pub struct View {
+    processor: DisplayProcessor,
+    config: String,
+    depth: Depth,
+    quality: u8,
+}
+
+impl View {
+    /// As the flags say. What the configuration has to tell goes through `warn`, a sentence each.
+    ///
+    /// # Errors
+    /// The configuration cannot be read, or has no such display, view or look: one sentence that names
+    /// those there are.
+    pub fn from_flags(parsed: Parsed, warn: &dyn Fn(&str)) -> Result<Self, Failure> {
+        let config = ColorConfig::locate(parsed.text("ocio").map(Path::new))?;
+        for warning in config.warnings() {
+            warn(warning);
+        }
+        let defaults = DisplayTransform::default();
+        let wanted = DisplayTransform {
+            display: parsed.text("display").map(str::to_owned),
+            view: parsed.text("view").map(str::to_owned),
+            look: parsed.text("look").map(str::to_owned),
+            exposure: parsed.number("exposure").unwrap_or(defaults.exposure),
+            gamma: parsed.number("gamma").unwrap_or(defaults.gamma),
+        };
+        Ok(Self {
+            processor: config.processor(&wanted)?,
+            config: format!("{} ({})", config.origin().path().display(), config.origin().named_by()),
+            depth: if parsed.choice("depth") == "16" { Depth::Sixteen } else { Depth::Eight },
+            quality: parsed.integer("quality").and_then(|quality| u8::try_from(quality).ok()).unwrap_or(90),
+        })
+    }
+
+    /// One line about what is shown how.
+    pub fn summary(&self) -> String {
+        let shown = self.processor.resolved();
+        let look = shown.look.as_deref().map(|look| format!(", look {look}")).unwrap_or_default();
+        format!("display {}, view {}{look}; configuration {}", shown.display, shown.view, self.config)
+    }
+
+    /// Shows linear Rec.709 pixels with associated alpha and writes them as PNG or JPEG. Alpha is kept
+    /// in a PNG if there is any; a JPEG shows the picture on black.
+    ///
+    /// # Errors
+    /// OpenColorIO fails, or the file cannot be written.
+    pub fn write(
+        &self,
+        path: &Path,
+        format: Format,
+        width: u32,
+        height: u32,
+        pixels: &[[f32; 4]],
+        metadata: &Metadata,
+    ) -> Result<(), Failure> {
+        let opaque = pixels.iter().all(|pixel| pixel[3] == 1.0);
+        let (colors, depth) = match format {
+            Format::Jpeg => (SceneColors::RgbaOnBlack(pixels), Depth::Eight),
+            _ if opaque => (SceneColors::RgbaOnBlack(pixels), self.depth),
+            _ => (SceneColors::Rgba(pixels), self.depth),
+        };
+        let shown = self.processor.show(colors, depth)?;
+        let mut metadata = metadata.clone();
+        let resolved = self.processor.resolved();
+        for (name, value) in [
+            ("config", self.config.clone()),
+            ("display", resolved.display.clone()),
+            ("view", resolved.view.clone()),
+            ("look", resolved.look.clone().unwrap_or_else(|| "None".into())),
+            ("exposure", resolved.exposure.to_string()),
+            ("gamma", resolved.gamma.to_string()),
+        ] {
+            metadata.push((format!("sundog/{name}"), value));
+        }
+        display::write(path, format, DisplayPicture { width, height, pixels: &shown }, self.quality, &metadata)?;
+        Ok(())
+    }
+}
