@@ -194,7 +194,7 @@ def glass(folder):
     soft = kit.glowing("Soft box", (1.0, 0.95, 0.88), 9.0)
     kit.quad("Left soft box", [(-5.0, -3.0, 1.0), (-5.0, 1.0, 1.0), (-3.9, 1.0, 4.4), (-3.9, -3.0, 4.4)], soft)
     kit.quad("Upper soft box", [(0.5, -1.5, 5.0), (0.5, 2.0, 5.0), (3.5, 2.0, 4.5), (3.5, -1.5, 4.5)], soft)
-    kit.look_from((0.2, -6.6, 2.7), (0.05, 0.0, 0.62), degrees=43.0)
+    kit.look_from((0.2, -6.8, 2.7), (0.0, 0.0, 0.58), degrees=49.0)
     return {"environment": "dim-sky.hdr", "environment_strength": 0.6, "bounces": 12}
 
 
