@@ -4,6 +4,7 @@
 set -euo pipefail
 
 project_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+# shellcheck disable=SC2034
 scripts="$project_root/scripts"
 # Everything that is fetched lives in the user's cache folder, so that a second clone fetches nothing.
 cache="${XDG_CACHE_HOME:-${HOME:-/root}/.cache}/sundog"
@@ -117,8 +118,10 @@ lock_cache() {
 debian_mirror() {
     local mirror=${SUNDOG_DEBIAN_MIRROR:-}
     if [ -z "$mirror" ]; then
+        # (awk reads to the end: were it to stop early, apt-get would fail on the closed pipe.)
+        # shellcheck disable=SC2016
         mirror=$(apt-get indextargets --format '$(REPO_URI) $(COMPONENT) $(CREATED_BY)' 2>/dev/null |
-            awk '$2 == "main" && $3 == "Packages" && $1 ~ /\/debian\/?$/ { print $1; exit }')
+            awk '$2 == "main" && $3 == "Packages" && $1 ~ /\/debian\/?$/ && !found++ { print $1 }')
     fi
     if [ -z "$mirror" ]; then
         mirror=$(sed -n 's/^BaseURI: *//p' /usr/share/python-apt/templates/Debian.info 2>/dev/null | head -n 1)

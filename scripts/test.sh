@@ -10,13 +10,15 @@ cd "$project_root"
 "$scripts/setup-bpy.sh" 4.5.15
 export SUNDOG_BPY_PYTHON="${SUNDOG_BPY_PYTHON:-$cache/bpy-4.5.15/bin/python}"
 
-cargo fmt --version >/dev/null 2>&1 && cargo clippy --version >/dev/null 2>&1 ||
-    fail "cargo fmt and cargo clippy are needed for the tests: run 'rustup component add rustfmt clippy'."
+for tool in fmt clippy; do
+    cargo "$tool" --version >/dev/null 2>&1 ||
+        fail "cargo $tool is needed for the tests: run 'rustup component add rustfmt clippy'."
+done
 
 say "format"
 cargo fmt --check || fail "the format differs from rustfmt's (above): run 'cargo fmt'."
 say "lints"
-cargo clippy --quiet --all-targets --locked -- -D warnings
+cargo clippy --quiet --all-targets --locked -- -D warnings || fail "clippy has something to say (above): follow it."
 say "tests"
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
