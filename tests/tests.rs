@@ -6,5 +6,7 @@
     clippy::print_stderr
 )]
 
+mod architecture;
+mod cli;
 mod color;
 mod formats;

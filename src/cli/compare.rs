@@ -6,7 +6,6 @@ use super::{Failure, console};
 use crate::measure::{self, Difference, MeasureError};
 use crate::output::{self, Format, png};
 use serde::Serialize;
-use std::path::Path;
 
 impl From<MeasureError> for Failure {
     fn from(error: MeasureError) -> Self {
@@ -25,7 +24,10 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let map_path = parsed.path("difference-map");
     if let Some(path) = map_path {
         if Format::of(path)? != Format::Png {
-            return Err(Failure::usage(format!("--difference-map {} must end in .png", path.display())));
+            return Err(Failure::usage(format!(
+                "--difference-map {} must end in .png",
+                path.display()
+            )));
         }
         output::check_writable(path)?;
     }
@@ -33,35 +35,56 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let a = measure::load(path_a, layer)?;
     let b = measure::load(path_b, layer)?;
     let name_both = |error: MeasureError| {
-        Failure::new(format!("cannot compare {} with {}: {error}", path_a.display(), path_b.display()))
+        Failure::new(format!(
+            "cannot compare {} with {}: {error}",
+            path_a.display(),
+            path_b.display()
+        ))
     };
     let difference = measure::difference(&a, &b).map_err(name_both)?;
     let mut scale = None;
     if let Some(path) = map_path {
         let map = measure::heat_map(&a, &b).map_err(name_both)?;
         let text = vec![
-            ("sundog/difference-of".to_owned(), path_a.display().to_string()),
+            (
+                "sundog/difference-of".to_owned(),
+                path_a.display().to_string(),
+            ),
             ("sundog/reference".to_owned(), path_b.display().to_string()),
             ("sundog/brightest".to_owned(), map.scale.to_string()),
         ];
-        png::write(path, map.width, map.height, png::Codes::Eight(&map.pixels), &text)?;
+        png::write(
+            path,
+            map.width,
+            map.height,
+            png::Codes::Eight(&map.pixels),
+            &text,
+        )?;
         scale = Some(map.scale);
     }
     if parsed.switch("json") {
-        console::json_document(&Answer { a: path_a, b: path_b, difference, difference_map_scale: scale });
+        console::json_document(&Answer {
+            a: path_a.display().to_string(),
+            b: path_b.display().to_string(),
+            difference,
+            difference_map_scale: scale,
+        });
     } else {
         console::output(&table(&difference));
         if let (Some(path), Some(scale)) = (map_path, scale) {
-            console::output(&format!("difference map   {} (brightest: {scale})\n", path.display()));
+            console::output(&format!(
+                "difference map   {} (brightest: {scale})\n",
+                path.display()
+            ));
         }
     }
     Ok(EXIT_OK)
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
-    a: &'a Path,
-    b: &'a Path,
+struct Answer {
+    a: String,
+    b: String,
     #[serde(flatten)]
     difference: Difference,
     difference_map_scale: Option<f64>,
@@ -69,7 +92,10 @@ struct Answer<'a> {
 
 fn table(d: &Difference) -> String {
     let ratio = match d.luminance_ratio {
-        Some(ratio) => format!("{ratio:.6} ({:.6} / {:.6})", d.mean_luminance_a, d.mean_luminance_b),
+        Some(ratio) => format!(
+            "{ratio:.6} ({:.6} / {:.6})",
+            d.mean_luminance_a, d.mean_luminance_b
+        ),
         None => format!("none, the reference is black ({:.6})", d.mean_luminance_a),
     };
     let mut text = format!(

@@ -6,7 +6,9 @@ use std::io::{IsTerminal, Write};
 /// Writes to the standard output. A reader that has gone away (`sundog info x | head`) is no error.
 pub fn output(text: &str) {
     let mut stdout = std::io::stdout().lock();
-    let _ = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
+    let _ = stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush());
 }
 
 /// Writes a line to the standard error.
@@ -59,7 +61,11 @@ pub fn bytes(number: u64) -> String {
         value /= 1024.0;
         unit = next;
     }
-    if unit == "B" { format!("{number} B") } else { format!("{value:.1} {unit}") }
+    if unit == "B" {
+        format!("{number} B")
+    } else {
+        format!("{value:.1} {unit}")
+    }
 }
 
 /// `75.3` as `1:15`, `4000` as `1:06:40`, below a minute as `5.3 s`.
@@ -69,7 +75,11 @@ pub fn clock(seconds: f64) -> String {
     }
     let whole = seconds.round() as u64;
     let (hours, minutes, seconds) = (whole / 3600, whole / 60 % 60, whole % 60);
-    if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") }
+    if hours > 0 {
+        format!("{hours}:{minutes:02}:{seconds:02}")
+    } else {
+        format!("{minutes}:{seconds:02}")
+    }
 }
 
 #[cfg(test)]

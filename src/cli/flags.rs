@@ -80,7 +80,12 @@ pub struct Argument {
 }
 
 impl Argument {
-    const fn new(name: &'static str, kind: Kind, placeholder: &'static str, doc: &'static str) -> Self {
+    const fn new(
+        name: &'static str,
+        kind: Kind,
+        placeholder: &'static str,
+        doc: &'static str,
+    ) -> Self {
         Self {
             name,
             short: None,
@@ -99,25 +104,45 @@ impl Argument {
         Self::new(name, Kind::Switch, "", doc)
     }
 
-    const fn positional(name: &'static str, kind: Kind, placeholder: &'static str, doc: &'static str) -> Self {
-        Self { positional: true, required: true, ..Self::new(name, kind, placeholder, doc) }
+    const fn positional(
+        name: &'static str,
+        kind: Kind,
+        placeholder: &'static str,
+        doc: &'static str,
+    ) -> Self {
+        Self {
+            positional: true,
+            required: true,
+            ..Self::new(name, kind, placeholder, doc)
+        }
     }
 
     const fn short(self, short: char) -> Self {
-        Self { short: Some(short), ..self }
+        Self {
+            short: Some(short),
+            ..self
+        }
     }
 
     const fn required(self) -> Self {
-        Self { required: true, ..self }
+        Self {
+            required: true,
+            ..self
+        }
     }
 
-
     const fn repeats(self) -> Self {
-        Self { repeats: true, ..self }
+        Self {
+            repeats: true,
+            ..self
+        }
     }
 
     const fn default(self, default: &'static str) -> Self {
-        Self { default: Some(default), ..self }
+        Self {
+            default: Some(default),
+            ..self
+        }
     }
 
     const fn details(self, details: &'static str) -> Self {
@@ -169,12 +194,18 @@ pub const EXIT_INTERRUPTED: u8 = 130;
 
 /// All exit codes.
 pub static EXIT_CODES: &[ExitCode] = &[
-    ExitCode { code: EXIT_OK, doc: "Done." },
+    ExitCode {
+        code: EXIT_OK,
+        doc: "Done.",
+    },
     ExitCode {
         code: EXIT_ERROR,
         doc: "Something could not be done (a file cannot be read, a view does not exist, …); one sentence on the standard error says what and how to go on.",
     },
-    ExitCode { code: EXIT_USAGE, doc: "The command line could not be understood; nothing was done." },
+    ExitCode {
+        code: EXIT_USAGE,
+        doc: "The command line could not be understood; nothing was done.",
+    },
     ExitCode {
         code: EXIT_INTERRUPTED,
         doc: "Ended by Ctrl-C: `sundog render` has written the picture as far as it was; a second Ctrl-C ends at once and writes nothing.",
@@ -182,8 +213,7 @@ pub static EXIT_CODES: &[ExitCode] = &[
 ];
 
 /// What the program is.
-pub const PROGRAM_DOC: &str =
-    "A CPU path tracer for Blender scenes: glTF in, linear EXR and finished PNG or JPEG pictures out.";
+pub const PROGRAM_DOC: &str = "A CPU path tracer for Blender scenes: glTF in, linear EXR and finished PNG or JPEG pictures out.";
 
 /// Largest picture side.
 pub const MAX_SIDE: u64 = 65_536;
@@ -354,12 +384,19 @@ const REPORTING: Group = Group {
     heading: "Messages",
     arguments: &[
         Argument::switch("quiet", "Say nothing but errors.").short('q'),
-        Argument::switch("json", "Tell what happens on the standard output, one JSON object a line."),
+        Argument::switch(
+            "json",
+            "Tell what happens on the standard output, one JSON object a line.",
+        ),
     ],
 };
 
-const SCENE_FILE: Argument =
-    Argument::positional("SCENE", Kind::Path, "SCENE", "The scene: a .glb or .gltf file, as Blender exports it.");
+const SCENE_FILE: Argument = Argument::positional(
+    "SCENE",
+    Kind::Path,
+    "SCENE",
+    "The scene: a .glb or .gltf file, as Blender exports it.",
+);
 
 static RENDER: Command = Command {
     name: "render",
@@ -487,7 +524,11 @@ static INFO: Command = Command {
 /// As `IMPORT`, without what only matters before a render.
 const IMPORT_INFO: Group = Group {
     heading: "Scene",
-    arguments: &[IMPORT.arguments[0], IMPORT.arguments[1], IMPORT.arguments[2]],
+    arguments: &[
+        IMPORT.arguments[0],
+        IMPORT.arguments[1],
+        IMPORT.arguments[2],
+    ],
 };
 
 static COMPARE: Command = Command {
@@ -547,11 +588,26 @@ static COMPLETIONS: Command = Command {
             "SHELL",
             Kind::Choice {
                 choices: &[
-                    Choice { name: "bash", doc: "Bash" },
-                    Choice { name: "elvish", doc: "Elvish" },
-                    Choice { name: "fish", doc: "fish" },
-                    Choice { name: "powershell", doc: "PowerShell" },
-                    Choice { name: "zsh", doc: "Z shell" },
+                    Choice {
+                        name: "bash",
+                        doc: "Bash",
+                    },
+                    Choice {
+                        name: "elvish",
+                        doc: "Elvish",
+                    },
+                    Choice {
+                        name: "fish",
+                        doc: "fish",
+                    },
+                    Choice {
+                        name: "powershell",
+                        doc: "PowerShell",
+                    },
+                    Choice {
+                        name: "zsh",
+                        doc: "Z shell",
+                    },
                 ],
             },
             "SHELL",
@@ -592,7 +648,12 @@ static COLOR: Command = Command {
                     heading: "Files",
                     arguments: &[
                         Argument::positional("IN", Kind::Path, "IN", "The picture: .exr."),
-                        Argument::positional("OUT", Kind::Path, "OUT", "Where the result goes: .png or .jpg."),
+                        Argument::positional(
+                            "OUT",
+                            Kind::Path,
+                            "OUT",
+                            "Where the result goes: .png or .jpg.",
+                        ),
                     ],
                 },
                 VIEW,
@@ -607,11 +668,26 @@ pub static COMMANDS: &[&Command] = &[&RENDER, &INFO, &COMPARE, &COLOR, &FLAGS, &
 
 /// Examples that stand at the end of the help.
 pub static EXAMPLES: &[(&str, &str)] = &[
-    ("sundog render scene.glb -o shot.exr -o shot.png", "Render, keep the linear light and a finished picture."),
-    ("sundog render scene.glb -o shot.exr --time 2m", "As many samples as two minutes allow."),
-    ("sundog render scene.glb -o shot.png --environment sky.hdr --view AgX", "Light from a picture of the sky."),
-    ("sundog info scene.glb", "What is in the scene, and what could not be carried over."),
-    ("sundog compare shot.exr reference.exr", "How far the picture is from another one."),
+    (
+        "sundog render scene.glb -o shot.exr -o shot.png",
+        "Render, keep the linear light and a finished picture.",
+    ),
+    (
+        "sundog render scene.glb -o shot.exr --time 2m",
+        "As many samples as two minutes allow.",
+    ),
+    (
+        "sundog render scene.glb -o shot.png --environment sky.hdr --view AgX",
+        "Light from a picture of the sky.",
+    ),
+    (
+        "sundog info scene.glb",
+        "What is in the scene, and what could not be carried over.",
+    ),
+    (
+        "sundog compare shot.exr reference.exr",
+        "How far the picture is from another one.",
+    ),
 ];
 
 #[cfg(test)]
@@ -632,9 +708,18 @@ mod tests {
         for command in COMMANDS {
             let mut seen = std::collections::HashSet::new();
             walk(command, &mut |command, argument| {
-                assert!(seen.insert((command.name, argument.name)), "{} {}", command.name, argument.name);
+                assert!(
+                    seen.insert((command.name, argument.name)),
+                    "{} {}",
+                    command.name,
+                    argument.name
+                );
                 assert!(argument.doc.ends_with('.'), "{}", argument.doc);
-                assert!(!argument.required || argument.default.is_none(), "{}", argument.name);
+                assert!(
+                    !argument.required || argument.default.is_none(),
+                    "{}",
+                    argument.name
+                );
                 let upper = argument.name.chars().all(|c| c.is_ascii_uppercase());
                 assert_eq!(argument.positional, upper, "{}", argument.name);
             });

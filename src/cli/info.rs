@@ -4,11 +4,12 @@ use super::flags::EXIT_OK;
 use super::parser::Parsed;
 use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
-use crate::scene::{AlphaMode, Diagnostics, LightKind, Material, Pixels, Projection, Scene, fingerprint};
+use crate::scene::{
+    AlphaMode, Diagnostics, LightKind, Material, Pixels, Projection, Scene, fingerprint,
+};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::path::Path;
 
 /// Runs the command.
 ///
@@ -27,7 +28,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
 
 #[derive(Serialize)]
 struct Info<'a> {
-    file: &'a Path,
+    file: String,
     generator: Option<&'a str>,
     hash: String,
     cameras: Vec<CameraInfo<'a>>,
@@ -129,36 +130,64 @@ impl<'a> Info<'a> {
                     Pixels::F32(values) => (32, 4 * values.len() as u64),
                 };
                 let (width, height, channels) = (image.width, image.height, image.channels);
-                ImageInfo { name: &image.name, width, height, channels, bits, bytes }
+                ImageInfo {
+                    name: &image.name,
+                    width,
+                    height,
+                    channels,
+                    bits,
+                    bytes,
+                }
             })
             .collect();
-        let triangles: u64 = scene.meshes.iter().map(|mesh| mesh.triangles.len() as u64).sum();
+        let triangles: u64 = scene
+            .meshes
+            .iter()
+            .map(|mesh| mesh.triangles.len() as u64)
+            .sum();
         let geometry = geometry_bytes(scene);
         let image_bytes = images.iter().map(|image| image.bytes).sum();
         let tree_estimate = triangles * TREE_BYTES_A_TRIANGLE;
         Self {
-            file: &file.path,
+            file: file.path.display().to_string(),
             generator: scene.generator.as_deref(),
             hash: fingerprint(scene),
             cameras: cameras(scene),
             lights: lights(scene),
-            environment: scene.environment.as_ref().map(|environment| EnvironmentInfo {
-                image: environment.image.and_then(|id| scene.images.get(id.0 as usize)).map(|i| i.name.as_str()),
-                radiance: environment.radiance,
-                rotation: environment.rotation.to_degrees(),
-            }),
-            emissive_materials: scene.materials.iter().filter(|material| emits(material)).count(),
+            environment: scene
+                .environment
+                .as_ref()
+                .map(|environment| EnvironmentInfo {
+                    image: environment
+                        .image
+                        .and_then(|id| scene.images.get(id.0 as usize))
+                        .map(|i| i.name.as_str()),
+                    radiance: environment.radiance,
+                    rotation: environment.rotation.to_degrees(),
+                }),
+            emissive_materials: scene
+                .materials
+                .iter()
+                .filter(|material| emits(material))
+                .count(),
             materials: scene
                 .materials
                 .iter()
-                .map(|material| MaterialInfo { name: &material.name, traits: traits(material) })
+                .map(|material| MaterialInfo {
+                    name: &material.name,
+                    traits: traits(material),
+                })
                 .collect(),
             images,
             meshes: scene.meshes.len(),
             instances: scene.instances.len(),
             triangles,
             placed_triangles: scene_file::placed_triangles(scene),
-            vertices: scene.meshes.iter().map(|mesh| mesh.positions.len() as u64).sum(),
+            vertices: scene
+                .meshes
+                .iter()
+                .map(|mesh| mesh.positions.len() as u64)
+                .sum(),
             bounds: bounds(scene),
             memory: Memory {
                 geometry,
@@ -172,7 +201,7 @@ impl<'a> Info<'a> {
 
     fn page(&self) -> String {
         let mut page = Page::default();
-        page.line("file", self.file.display().to_string());
+        page.line("file", self.file.clone());
         if let Some(generator) = self.generator {
             page.line("made by", generator.into());
         }
@@ -191,14 +220,20 @@ impl<'a> Info<'a> {
             page.line("camera", "none: export it with \"Cameras\" ticked".into());
         }
         for light in &self.lights {
-            let mut text = format!("\"{}\" {} {} {}", light.name, light.kind, light.strength, light.unit);
+            let mut text = format!(
+                "\"{}\" {} {} {}",
+                light.name, light.kind, light.strength, light.unit
+            );
             if let Some(radius) = light.radius {
                 text.push_str(&format!(", radius {radius} m"));
             }
             page.line("light", format!("{text}, at {}", vector(light.position)));
         }
         if self.emissive_materials > 0 {
-            page.line("light", count(self.emissive_materials as u64, "emissive material"));
+            page.line(
+                "light",
+                count(self.emissive_materials as u64, "emissive material"),
+            );
         }
         match &self.environment {
             Some(environment) => page.line(
@@ -213,7 +248,11 @@ impl<'a> Info<'a> {
             None => page.line("environment", "none (black)".into()),
         }
         for material in &self.materials {
-            let traits = if material.traits.is_empty() { "plain".into() } else { material.traits.join(", ") };
+            let traits = if material.traits.is_empty() {
+                "plain".into()
+            } else {
+                material.traits.join(", ")
+            };
             page.line("material", format!("\"{}\" {traits}", material.name));
         }
         for image in &self.images {
@@ -235,15 +274,35 @@ impl<'a> Info<'a> {
             format!(
                 "{} in {}, placed {}: {}",
                 count(self.triangles, "triangle"),
-                if self.meshes == 1 { "1 mesh".into() } else { format!("{} meshes", self.meshes) },
-                if self.instances == 1 { "once".into() } else { format!("{} times", self.instances) },
+                if self.meshes == 1 {
+                    "1 mesh".into()
+                } else {
+                    format!("{} meshes", self.meshes)
+                },
+                if self.instances == 1 {
+                    "once".into()
+                } else {
+                    format!("{} times", self.instances)
+                },
                 count(self.placed_triangles, "triangle"),
             ),
         );
         match self.bounds {
             Some(Bounds { low, high }) => {
-                let size: Vec<_> = low.iter().zip(high).map(|(low, high)| format!("{:.4}", high - low)).collect();
-                page.line("bounds", format!("{} to {}, {} m", vector(low), vector(high), size.join(" × ")));
+                let size: Vec<_> = low
+                    .iter()
+                    .zip(high)
+                    .map(|(low, high)| format!("{:.4}", high - low))
+                    .collect();
+                page.line(
+                    "bounds",
+                    format!(
+                        "{} to {}, {} m",
+                        vector(low),
+                        vector(high),
+                        size.join(" × ")
+                    ),
+                );
             }
             None => page.line("bounds", "none: no triangles".into()),
         }
@@ -258,7 +317,10 @@ impl<'a> Info<'a> {
             ),
         );
         for diagnostic in self.diagnostics.iter() {
-            page.line(progress::verdict_word(diagnostic.verdict), diagnostic.to_string());
+            page.line(
+                progress::verdict_word(diagnostic.verdict),
+                diagnostic.to_string(),
+            );
         }
         if self.diagnostics.is_empty() {
             page.line("carried over", "everything, exactly".into());
@@ -284,13 +346,23 @@ fn vector([x, y, z]: [f64; 3]) -> String {
 fn cameras(scene: &Scene) -> Vec<CameraInfo<'_>> {
     let info = scene.cameras.iter().map(|camera| {
         let (kind, field_of_view, aspect) = match camera.projection {
-            Projection::Perspective { vertical_fov, aspect } => ("perspective", Some(vertical_fov.to_degrees()), aspect),
-            Projection::Orthographic { half_width, half_height } => {
-                ("orthographic", None, Some(half_width / half_height))
-            }
+            Projection::Perspective {
+                vertical_fov,
+                aspect,
+            } => ("perspective", Some(vertical_fov.to_degrees()), aspect),
+            Projection::Orthographic {
+                half_width,
+                half_height,
+            } => ("orthographic", None, Some(half_width / half_height)),
         };
         let position = camera.world_from_camera.translation.to_array();
-        CameraInfo { name: &camera.name, kind, field_of_view, aspect, position }
+        CameraInfo {
+            name: &camera.name,
+            kind,
+            field_of_view,
+            aspect,
+            position,
+        }
     });
     info.collect()
 }
@@ -299,11 +371,21 @@ fn lights(scene: &Scene) -> Vec<LightInfo<'_>> {
     let info = scene.lights.iter().map(|light| {
         let (kind, strength, unit, radius) = match light.kind {
             LightKind::Point { intensity, radius } => ("point", intensity, "W/sr", Some(radius)),
-            LightKind::Spot { intensity, radius, .. } => ("spot", intensity, "W/sr", Some(radius)),
+            LightKind::Spot {
+                intensity, radius, ..
+            } => ("spot", intensity, "W/sr", Some(radius)),
             LightKind::Sun { irradiance, .. } => ("sun", irradiance, "W/m²", None),
         };
         let position = light.world_from_light.translation.to_array();
-        LightInfo { name: &light.name, kind, strength, unit, color: light.color, radius, position }
+        LightInfo {
+            name: &light.name,
+            kind,
+            strength,
+            unit,
+            color: light.color,
+            radius,
+            position,
+        }
     });
     info.collect()
 }
@@ -321,10 +403,19 @@ fn traits(material: &Material) -> Vec<String> {
         }
     };
     add(material.unlit, "unlit".into());
-    add(material.metallic > 0.0, format!("metallic {}", material.metallic));
+    add(
+        material.metallic > 0.0,
+        format!("metallic {}", material.metallic),
+    );
     add(true, format!("roughness {}", material.roughness));
-    add(material.transmission > 0.0, format!("transmission {}", material.transmission));
-    add(material.transmission > 0.0 && material.thin_walled, "thin".into());
+    add(
+        material.transmission > 0.0,
+        format!("transmission {}", material.transmission),
+    );
+    add(
+        material.transmission > 0.0 && material.thin_walled,
+        "thin".into(),
+    );
     add(emits(material), format!("emission {:?}", material.emission));
     match material.alpha_mode {
         AlphaMode::Opaque => {}
@@ -333,7 +424,10 @@ fn traits(material: &Material) -> Vec<String> {
     }
     for (texture, name) in [
         (material.base_color_texture.is_some(), "base colour"),
-        (material.metallic_roughness_texture.is_some(), "metallic and roughness"),
+        (
+            material.metallic_roughness_texture.is_some(),
+            "metallic and roughness",
+        ),
         (material.normal_texture.is_some(), "normal"),
         (material.emission_texture.is_some(), "emission"),
         (material.specular_texture.is_some(), "specular"),
@@ -353,7 +447,11 @@ fn geometry_bytes(scene: &Scene) -> u64 {
             size_of_val(mesh.positions.as_slice())
                 + mesh.normals.as_deref().map_or(0, size_of_val)
                 + mesh.tangents.as_deref().map_or(0, size_of_val)
-                + mesh.uvs.iter().map(|uvs| size_of_val(uvs.as_slice())).sum::<usize>()
+                + mesh
+                    .uvs
+                    .iter()
+                    .map(|uvs| size_of_val(uvs.as_slice()))
+                    .sum::<usize>()
                 + mesh.colors.as_deref().map_or(0, size_of_val)
                 + size_of_val(mesh.triangles.as_slice())
         })
@@ -364,7 +462,9 @@ fn geometry_bytes(scene: &Scene) -> u64 {
 /// The box around all placed vertices.
 fn bounds(scene: &Scene) -> Option<Bounds> {
     let unite = |a: Option<(DVec3, DVec3)>, b: Option<(DVec3, DVec3)>| match (a, b) {
-        (Some((low_a, high_a)), Some((low_b, high_b))) => Some((low_a.min(low_b), high_a.max(high_b))),
+        (Some((low_a, high_a)), Some((low_b, high_b))) => {
+            Some((low_a.min(low_b), high_a.max(high_b)))
+        }
         (a, b) => a.or(b),
     };
     scene
@@ -372,9 +472,19 @@ fn bounds(scene: &Scene) -> Option<Bounds> {
         .par_iter()
         .filter_map(|instance| Some((instance, scene.meshes.get(instance.mesh.0 as usize)?)))
         .map(|(instance, mesh)| {
-            let place = |p: &[f32; 3]| instance.world_from_object.transform_point3(DVec3::from(p.map(f64::from)));
-            mesh.positions.iter().map(place).fold(None, |bounds, point| unite(bounds, Some((point, point))))
+            let place = |p: &[f32; 3]| {
+                instance
+                    .world_from_object
+                    .transform_point3(DVec3::from(p.map(f64::from)))
+            };
+            mesh.positions
+                .iter()
+                .map(place)
+                .fold(None, |bounds, point| unite(bounds, Some((point, point))))
         })
         .reduce(|| None, unite)
-        .map(|(low, high)| Bounds { low: low.to_array(), high: high.to_array() })
+        .map(|(low, high)| Bounds {
+            low: low.to_array(),
+            high: high.to_array(),
+        })
 }

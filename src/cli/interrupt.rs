@@ -19,7 +19,10 @@ static STATE: AtomicU8 = AtomicU8::new(AT_ONCE);
 /// The system refuses.
 pub fn listen() -> Result<(), String> {
     ctrlc::set_handler(|| {
-        if STATE.compare_exchange(KEPT, INTERRUPTED, Ordering::SeqCst, Ordering::SeqCst).is_err() {
+        if STATE
+            .compare_exchange(KEPT, INTERRUPTED, Ordering::SeqCst, Ordering::SeqCst)
+            .is_err()
+        {
             remove_unfinished();
             std::process::exit(i32::from(EXIT_INTERRUPTED));
         }

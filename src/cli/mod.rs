@@ -30,12 +30,18 @@ pub struct Failure {
 impl Failure {
     /// It could not be done.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { code: EXIT_ERROR, message: message.into() }
+        Self {
+            code: EXIT_ERROR,
+            message: message.into(),
+        }
     }
 
     /// It could not be understood.
     pub fn usage(message: impl Into<String>) -> Self {
-        Self { code: EXIT_USAGE, message: message.into() }
+        Self {
+            code: EXIT_USAGE,
+            message: message.into(),
+        }
     }
 }
 
@@ -45,7 +51,10 @@ impl From<crate::output::OutputError> for Failure {
             crate::output::OutputError::UnknownFormat { .. } => EXIT_USAGE,
             _ => EXIT_ERROR,
         };
-        Self { code, message: error.to_string() }
+        Self {
+            code,
+            message: error.to_string(),
+        }
     }
 }
 
@@ -62,13 +71,20 @@ pub fn main() -> ExitCode {
         Some(("compare", matches)) => compare::run(Parsed(matches)),
         Some(("flags", matches)) => list_flags(Parsed(matches)),
         Some(("completions", matches)) => complete(Parsed(matches)),
-        _ => Err(Failure::usage("there is no such command; `sundog --help` lists them")),
+        _ => Err(Failure::usage(
+            "there is no such command; `sundog --help` lists them",
+        )),
     };
     match result {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
-            if matches.subcommand().is_some_and(|(_, matches)| Parsed(matches).switch("json")) {
-                console::json_line(&serde_json::json!({ "event": "error", "message": failure.message }));
+            if matches
+                .subcommand()
+                .is_some_and(|(_, matches)| Parsed(matches).switch("json"))
+            {
+                console::json_line(
+                    &serde_json::json!({ "event": "error", "message": failure.message }),
+                );
             }
             console::message(&format!("sundog: {}", failure.message));
             ExitCode::from(failure.code)
@@ -88,7 +104,10 @@ fn answer(error: &clap::Error) -> u8 {
             EXIT_USAGE
         }
         _ => {
-            console::message(&format!("sundog: {} (`sundog --help` tells more)", parser::sentence(error)));
+            console::message(&format!(
+                "sundog: {} (`sundog --help` tells more)",
+                parser::sentence(error)
+            ));
             EXIT_USAGE
         }
     }
@@ -97,7 +116,10 @@ fn answer(error: &clap::Error) -> u8 {
 /// Names and versions of what the program is made of.
 pub fn versions() -> Vec<(&'static str, String)> {
     let mut versions = vec![("Sundog", env!("CARGO_PKG_VERSION").to_owned())];
-    versions.push(("OpenColorIO", crate::color::library_version().unwrap_or_else(|error| format!("({error})"))));
+    versions.push((
+        "OpenColorIO",
+        crate::color::library_version().unwrap_or_else(|error| format!("({error})")),
+    ));
     versions
 }
 

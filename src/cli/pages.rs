@@ -1,6 +1,8 @@
 //! Documentation made from the table of flags: `docs/cli.md`, the machine-readable list, the man page.
 
-use super::flags::{Argument, COMMANDS, Command, EXAMPLES, EXIT_CODES, ExitCode, Kind, PROGRAM_DOC};
+use super::flags::{
+    Argument, COMMANDS, Command, EXAMPLES, EXIT_CODES, ExitCode, Kind, PROGRAM_DOC,
+};
 use super::values::alternatives;
 use serde::Serialize;
 use std::fmt::Write;
@@ -28,7 +30,9 @@ pub fn listing() -> impl Serialize {
 /// The text of `docs/cli.md`.
 pub fn markdown() -> String {
     let mut page = String::from("# The command line\n\n");
-    page.push_str("<!-- Made by `sundog flags --markdown` from src/cli/flags.rs; don't edit. -->\n\n");
+    page.push_str(
+        "<!-- Made by `sundog flags --markdown` from src/cli/flags.rs; don't edit. -->\n\n",
+    );
     let _ = writeln!(page, "{PROGRAM_DOC}\n");
     for command in COMMANDS {
         write_command(&mut page, "sundog", command, 2);
@@ -53,14 +57,23 @@ fn write_command(page: &mut String, parent: &str, command: &Command, level: usiz
     page.push('\n');
     if command.commands.is_empty() {
         let mut usage = name.clone();
-        for argument in command.groups.iter().flat_map(|group| group.arguments).filter(|a| a.required) {
+        for argument in command
+            .groups
+            .iter()
+            .flat_map(|group| group.arguments)
+            .filter(|a| a.required)
+        {
             usage.push(' ');
             usage.push_str(&spelling(argument));
         }
         let _ = writeln!(page, "    {usage} [FLAGS]\n");
     }
     for group in command.groups {
-        let _ = writeln!(page, "| {} | default | what it does |\n| --- | --- | --- |", group.heading);
+        let _ = writeln!(
+            page,
+            "| {} | default | what it does |\n| --- | --- | --- |",
+            group.heading
+        );
         for argument in group.arguments {
             let mut doc = argument.doc.to_owned();
             for part in [range(&argument.kind), argument.details.to_owned()] {
@@ -69,8 +82,16 @@ fn write_command(page: &mut String, parent: &str, command: &Command, level: usiz
                     doc.push_str(&part);
                 }
             }
-            let default = argument.default.map(|default| format!("`{default}`")).unwrap_or_default();
-            let _ = writeln!(page, "| `{}` | {default} | {} |", cell(&spelling(argument)), cell(&doc));
+            let default = argument
+                .default
+                .map(|default| format!("`{default}`"))
+                .unwrap_or_default();
+            let _ = writeln!(
+                page,
+                "| `{}` | {default} | {} |",
+                cell(&spelling(argument)),
+                cell(&doc)
+            );
         }
         page.push('\n');
     }
@@ -83,7 +104,10 @@ fn spelling(argument: &Argument) -> String {
     if argument.positional {
         return argument.placeholder.to_owned();
     }
-    let mut text = argument.short.map(|short| format!("-{short}, ")).unwrap_or_default();
+    let mut text = argument
+        .short
+        .map(|short| format!("-{short}, "))
+        .unwrap_or_default();
     let _ = write!(text, "--{}", argument.name);
     if !argument.placeholder.is_empty() {
         let _ = write!(text, " {}", argument.placeholder);
@@ -96,12 +120,22 @@ fn range(kind: &Kind) -> String {
     match kind {
         Kind::Integer { min, max } => format!("From {min} to {max}."),
         Kind::Number { min, max } => format!("From {min} to {max}."),
-        Kind::Choice { choices } if choices.iter().all(|choice| choice.doc.len() > choice.name.len() + 3) => {
-            let all: Vec<_> = choices.iter().map(|choice| format!("`{}` ({})", choice.name, choice.doc)).collect();
+        Kind::Choice { choices }
+            if choices
+                .iter()
+                .all(|choice| choice.doc.len() > choice.name.len() + 3) =>
+        {
+            let all: Vec<_> = choices
+                .iter()
+                .map(|choice| format!("`{}` ({})", choice.name, choice.doc))
+                .collect();
             format!("{}.", all.join(", "))
         }
         Kind::Choice { choices } => {
-            let all: Vec<_> = choices.iter().map(|choice| format!("`{}`", choice.name)).collect();
+            let all: Vec<_> = choices
+                .iter()
+                .map(|choice| format!("`{}`", choice.name))
+                .collect();
             format!("One of {}.", alternatives(all.iter().map(String::as_str)))
         }
         _ => String::new(),

@@ -28,7 +28,9 @@ pub fn program(version: &'static str, long_version: String) -> clap::Command {
 }
 
 fn build(command: &'static Command) -> clap::Command {
-    let mut result = clap::Command::new(command.name).about(command.doc).disable_help_subcommand(true);
+    let mut result = clap::Command::new(command.name)
+        .about(command.doc)
+        .disable_help_subcommand(true);
     if !command.details.is_empty() {
         result = result.long_about(format!("{}\n\n{}", command.doc, command.details));
     }
@@ -38,13 +40,17 @@ fn build(command: &'static Command) -> clap::Command {
         }
     }
     if !command.commands.is_empty() {
-        result = result.subcommand_required(true).arg_required_else_help(true);
+        result = result
+            .subcommand_required(true)
+            .arg_required_else_help(true);
     }
     result.subcommands(command.commands.iter().map(build))
 }
 
 fn build_argument(argument: &'static Argument) -> Arg {
-    let mut arg = Arg::new(argument.name).help(argument.doc).required(argument.required);
+    let mut arg = Arg::new(argument.name)
+        .help(argument.doc)
+        .required(argument.required);
     if !argument.details.is_empty() {
         arg = arg.long_help(format!("{} {}", argument.doc, argument.details));
     }
@@ -58,7 +64,11 @@ fn build_argument(argument: &'static Argument) -> Arg {
         return arg.action(ArgAction::SetTrue);
     }
     arg = arg
-        .action(if argument.repeats { ArgAction::Append } else { ArgAction::Set })
+        .action(if argument.repeats {
+            ArgAction::Append
+        } else {
+            ArgAction::Set
+        })
         .value_name(argument.placeholder)
         .value_parser(KindParser(argument));
     if let Kind::Number { min, .. } = argument.kind
@@ -78,12 +88,21 @@ struct KindParser(&'static Argument);
 impl TypedValueParser for KindParser {
     type Value = Value;
 
-    fn parse_ref(&self, _: &clap::Command, _: Option<&Arg>, text: &OsStr) -> Result<Value, clap::Error> {
+    fn parse_ref(
+        &self,
+        _: &clap::Command,
+        _: Option<&Arg>,
+        text: &OsStr,
+    ) -> Result<Value, clap::Error> {
         parse(&self.0.kind, text).map_err(|expected| {
             let dashes = if self.0.positional { "" } else { "--" };
             clap::Error::raw(
                 ErrorKind::ValueValidation,
-                format!("{dashes}{} cannot be '{}': {expected}", self.0.name, text.to_string_lossy()),
+                format!(
+                    "{dashes}{} cannot be '{}': {expected}",
+                    self.0.name,
+                    text.to_string_lossy()
+                ),
             )
         })
     }
@@ -91,7 +110,9 @@ impl TypedValueParser for KindParser {
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
         match self.0.kind {
             Kind::Choice { choices } => {
-                Some(Box::new(choices.iter().map(|choice| PossibleValue::new(choice.name).help(choice.doc))))
+                Some(Box::new(choices.iter().map(|choice| {
+                    PossibleValue::new(choice.name).help(choice.doc)
+                })))
             }
             _ => None,
         }
@@ -117,7 +138,11 @@ pub fn sentence(error: &clap::Error) -> String {
     let mut result = String::new();
     for clause in clauses {
         if !result.is_empty() {
-            result.push_str(if result.ends_with(':') || clause.starts_with('<') { " " } else { "; " });
+            result.push_str(if result.ends_with(':') || clause.starts_with('<') {
+                " "
+            } else {
+                "; "
+            });
         }
         result.push_str(clause);
     }
@@ -142,7 +167,12 @@ impl<'a> Parsed<'a> {
 
     /// A switch.
     pub fn switch(&self, name: &str) -> bool {
-        self.0.try_get_one::<bool>(name).ok().flatten().copied().unwrap_or(false)
+        self.0
+            .try_get_one::<bool>(name)
+            .ok()
+            .flatten()
+            .copied()
+            .unwrap_or(false)
     }
 
     /// A text.
@@ -163,7 +193,13 @@ impl<'a> Parsed<'a> {
 
     /// All files of an argument that repeats.
     pub fn paths(&self, name: &str) -> Vec<PathBuf> {
-        let values = self.0.try_get_many::<Value>(name).ok().flatten().into_iter().flatten();
+        let values = self
+            .0
+            .try_get_many::<Value>(name)
+            .ok()
+            .flatten()
+            .into_iter()
+            .flatten();
         values
             .filter_map(|value| match value {
                 Value::Path(path) => Some(path.clone()),
@@ -241,7 +277,8 @@ mod tests {
 
     #[test]
     fn defaults_of_the_table_are_those_of_the_renderer() {
-        let matches = program("1", "1".into()).get_matches_from(["sundog", "render", "a.glb", "-o", "b.exr"]);
+        let matches =
+            program("1", "1".into()).get_matches_from(["sundog", "render", "a.glb", "-o", "b.exr"]);
         let (_, matches) = matches.subcommand().unwrap();
         let parsed = Parsed(matches);
         let settings = RenderSettings::default();
@@ -259,20 +296,36 @@ mod tests {
 
     fn error_of(arguments: &[&str]) -> String {
         let all = std::iter::once("sundog").chain(arguments.iter().copied());
-        sentence(&program("1", "1".into()).try_get_matches_from(all).unwrap_err())
+        sentence(
+            &program("1", "1".into())
+                .try_get_matches_from(all)
+                .unwrap_err(),
+        )
     }
 
     #[test]
     fn errors_are_one_line() {
         for (arguments, expected) in [
-            (&["render", "a", "-o", "b", "--width", "0"][..], "--width cannot be '0': expected a whole number from 1 to 65536"),
-            (&["render", "a", "-o", "b", "--exposure", "x"], "--exposure cannot be 'x': expected a number from -32 to 32"),
-            (&["render", "a"], "the following required arguments were not provided: --output <FILE>"),
+            (
+                &["render", "a", "-o", "b", "--width", "0"][..],
+                "--width cannot be '0': expected a whole number from 1 to 65536",
+            ),
+            (
+                &["render", "a", "-o", "b", "--exposure", "x"],
+                "--exposure cannot be 'x': expected a number from -32 to 32",
+            ),
+            (
+                &["render", "a"],
+                "the following required arguments were not provided: --output <FILE>",
+            ),
             (
                 &["render", "a", "-o", "b", "--sample", "3"],
                 "unexpected argument '--sample' found; a similar argument exists: '--samples'",
             ),
-            (&["rendr"], "unrecognized subcommand 'rendr'; a similar subcommand exists: 'render'"),
+            (
+                &["rendr"],
+                "unrecognized subcommand 'rendr'; a similar subcommand exists: 'render'",
+            ),
         ] {
             assert_eq!(error_of(arguments), expected);
         }
@@ -281,7 +334,15 @@ mod tests {
     #[test]
     fn negative_numbers_are_values() {
         let matches = program("1", "1".into()).get_matches_from([
-            "sundog", "render", "a", "-o", "b", "--exposure", "-1.5", "--environment-rotation", "-90",
+            "sundog",
+            "render",
+            "a",
+            "-o",
+            "b",
+            "--exposure",
+            "-1.5",
+            "--environment-rotation",
+            "-90",
         ]);
         let (_, matches) = matches.subcommand().unwrap();
         assert_eq!(Parsed(matches).number("exposure"), Some(-1.5));

@@ -70,8 +70,14 @@ impl Reporter {
             diagnostic: &'a crate::scene::Diagnostic,
         }
         for diagnostic in diagnostics.iter() {
-            self.say(&format!("{}: {diagnostic}", verdict_word(diagnostic.verdict)));
-            self.tell(&Line { event: "diagnostic", diagnostic });
+            self.say(&format!(
+                "{}: {diagnostic}",
+                verdict_word(diagnostic.verdict)
+            ));
+            self.tell(&Line {
+                event: "diagnostic",
+                diagnostic,
+            });
         }
     }
 
@@ -102,7 +108,14 @@ impl Observer for Reporter {
                     bar.set_draw_target(ProgressDrawTarget::stderr());
                 }
             }
-            Event::Progress { samples, of, fraction, seconds, rays, remaining } => {
+            Event::Progress {
+                samples,
+                of,
+                fraction,
+                seconds,
+                rays,
+                remaining,
+            } => {
                 bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
                 let mut text = format!("{samples}/{of} samples");
                 if *seconds > 0.0 {

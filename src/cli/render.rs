@@ -26,25 +26,36 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let outputs = Outputs::from_flags(parsed, &reporter)?;
     let imported = scene_file::load(parsed)?;
     let (path, scene) = (&imported.path, &imported.scene);
-    reporter.say(&format!("{}: {}", path.display(), scene_file::summary(scene)));
+    reporter.say(&format!(
+        "{}: {}",
+        path.display(),
+        scene_file::summary(scene)
+    ));
     reporter.diagnostics(&imported.diagnostics);
     if parsed.switch("strict") {
         scene_file::demand_exact(path, &imported.diagnostics)?;
     }
     let settings = settings(parsed, path, scene)?;
-    reporter.tell(&json!({ "event": "scene", "file": path, "settings": settings }));
+    check_memory(settings.width, settings.height)?;
+    reporter.tell(
+        &json!({ "event": "scene", "file": path.display().to_string(), "settings": settings }),
+    );
 
     interrupt::keep();
     let rendering = crate::render::render(scene, &settings, &reporter);
     reporter.end();
-    let rendering = rendering.map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
+    let rendering =
+        rendering.map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
     let statistics = &rendering.statistics;
     let cancelled = statistics.stop == Stop::Cancelled;
     if cancelled && statistics.rays == 0 {
         reporter.tell(&json!({ "event": "finished", "statistics": statistics, "written": [] }));
         return Err(Failure {
             code: EXIT_INTERRUPTED,
-            message: format!("{}: interrupted before the first sample; nothing was written", path.display()),
+            message: format!(
+                "{}: interrupted before the first sample; nothing was written",
+                path.display()
+            ),
         });
     }
     if statistics.non_finite > 0 {
@@ -52,7 +63,9 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         reporter.warn(&format!(
             "{} samples were not finite and were left out{}; please report it with the scene",
             console::grouped(statistics.non_finite),
-            example.map(|(x, y, sample)| format!(", the first at pixel {x}, {y}, sample {sample}")).unwrap_or_default(),
+            example
+                .map(|(x, y, sample)| format!(", the first at pixel {x}, {y}, sample {sample}"))
+                .unwrap_or_default(),
         ));
     }
     let metadata = metadata(path, scene, &settings, &rendering);
@@ -65,15 +78,21 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         statistics.samples,
         console::clock(statistics.prepare.as_secs_f64()),
         console::clock(seconds),
-        if seconds > 0.0 { statistics.rays as f64 / seconds / 1e6 } else { 0.0 },
+        if seconds > 0.0 {
+            statistics.rays as f64 / seconds / 1e6
+        } else {
+            0.0
+        },
     ));
-    reporter.tell(&json!({ "event": "finished", "statistics": statistics, "written": outputs.paths() }));
+    reporter.tell(
+        &json!({ "event": "finished", "statistics": statistics, "written": outputs.names() }),
+    );
     if cancelled {
         return Err(Failure {
             code: EXIT_INTERRUPTED,
             message: format!(
                 "interrupted; {} written with the {} samples a pixel there were",
-                outputs.names(),
+                outputs.names().join(", "),
                 statistics.samples
             ),
         });
@@ -96,7 +115,10 @@ impl Outputs {
         for path in parsed.paths("output") {
             let format = Format::of(&path)?;
             if files.iter().any(|(other, _)| *other == path) {
-                return Err(Failure::usage(format!("--output {} is given twice", path.display())));
+                return Err(Failure::usage(format!(
+                    "--output {} is given twice",
+                    path.display()
+                )));
             }
             output::check_writable(&path)?;
             files.push((path, format));
@@ -117,7 +139,9 @@ impl Outputs {
         let view = match view::first_given(parsed) {
             _ if shown => Some(View::from_flags(parsed, &|warning| reporter.warn(warning))?),
             Some(flag) => {
-                reporter.warn(&format!("--{flag} does nothing to .exr files, which hold linear light"));
+                reporter.warn(&format!(
+                    "--{flag} does nothing to .exr files, which hold linear light"
+                ));
                 None
             }
             None => None,
@@ -125,10 +149,23 @@ impl Outputs {
         if let Some(view) = &view {
             reporter.say(&view.summary());
         }
-        Ok(Self { files, exr: exr::ExrOptions { sample_type, compression, all_layers }, view })
+        Ok(Self {
+            files,
+            exr: exr::ExrOptions {
+                sample_type,
+                compression,
+                all_layers,
+            },
+            view,
+        })
     }
 
-    fn write(&self, rendering: &Rendering, metadata: &Metadata, reporter: &Reporter) -> Result<(), Failure> {
+    fn write(
+        &self,
+        rendering: &Rendering,
+        metadata: &Metadata,
+        reporter: &Reporter,
+    ) -> Result<(), Failure> {
         for (path, format) in &self.files {
             match format {
                 Format::Exr => {
@@ -144,22 +181,28 @@ impl Outputs {
                 Format::Png | Format::Jpeg => {
                     if let Some(view) = &self.view {
                         let picture = &rendering.picture;
-                        view.write(path, *format, picture.width, picture.height, &colors(picture)?, metadata)?;
+                        view.write(
+                            path,
+                            *format,
+                            picture.width,
+                            picture.height,
+                            &colors(picture)?,
+                            metadata,
+                        )?;
                     }
                 }
             }
             reporter.say(&format!("{} written", path.display()));
-            reporter.tell(&json!({ "event": "written", "file": path }));
+            reporter.tell(&json!({ "event": "written", "file": path.display().to_string() }));
         }
         Ok(())
     }
 
-    fn paths(&self) -> Vec<&Path> {
-        self.files.iter().map(|(path, _)| path.as_path()).collect()
-    }
-
-    fn names(&self) -> String {
-        self.files.iter().map(|(path, _)| path.display().to_string()).collect::<Vec<_>>().join(", ")
+    fn names(&self) -> Vec<String> {
+        self.files
+            .iter()
+            .map(|(path, _)| path.display().to_string())
+            .collect()
     }
 }
 
@@ -168,8 +211,16 @@ fn colors(picture: &Picture) -> Result<Vec<[f32; 4]>, Failure> {
     let missing = || Failure::new("the render has no layer with colours");
     let layer = picture.layers.first().ok_or_else(missing)?;
     match layer.channels.len() {
-        3 => Ok(layer.data.chunks_exact(3).map(|p| [p[0], p[1], p[2], 1.0]).collect()),
-        4 => Ok(layer.data.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect()),
+        3 => Ok(layer
+            .data
+            .chunks_exact(3)
+            .map(|p| [p[0], p[1], p[2], 1.0])
+            .collect()),
+        4 => Ok(layer
+            .data
+            .chunks_exact(4)
+            .map(|p| [p[0], p[1], p[2], p[3]])
+            .collect()),
         _ => Err(missing()),
     }
 }
@@ -214,10 +265,19 @@ fn choose_camera(path: &Path, cameras: &[Camera], wanted: &str) -> Result<usize,
     by_name.or_else(by_number).ok_or_else(|| {
         let file = path.display();
         if cameras.is_empty() {
-            return Failure::new(format!("{file} has no cameras; export it with \"Cameras\" ticked"));
+            return Failure::new(format!(
+                "{file} has no cameras; export it with \"Cameras\" ticked"
+            ));
         }
-        let names: Vec<_> = cameras.iter().enumerate().map(|(i, c)| format!("{i} \"{}\"", c.name)).collect();
-        Failure::new(format!("{file} has no camera \"{wanted}\"; it has {}", names.join(", ")))
+        let names: Vec<_> = cameras
+            .iter()
+            .enumerate()
+            .map(|(i, c)| format!("{i} \"{}\"", c.name))
+            .collect();
+        Failure::new(format!(
+            "{file} has no camera \"{wanted}\"; it has {}",
+            names.join(", ")
+        ))
     })
 }
 
@@ -225,7 +285,10 @@ fn choose_camera(path: &Path, cameras: &[Camera], wanted: &str) -> Result<usize,
 fn aspect(camera: &Camera) -> Option<f64> {
     match camera.projection {
         Projection::Perspective { aspect, .. } => aspect,
-        Projection::Orthographic { half_width, half_height } => Some(half_width / half_height),
+        Projection::Orthographic {
+            half_width,
+            half_height,
+        } => Some(half_width / half_height),
     }
     .filter(|aspect| aspect.is_finite() && *aspect > 0.0)
 }
@@ -245,22 +308,74 @@ fn picture_size(aspect: Option<f64>, width: Option<u32>, height: Option<u32>) ->
     }
 }
 
+/// Bytes that a pixel takes while it is rendered and written: fifteen floats of layers in the film, in the finished
+/// picture and, for a moment, in the writer.
+const BYTES_A_PIXEL: u64 = 3 * 15 * 4;
+
+/// Refuses a picture that this machine cannot hold, where the system says how much that is.
+fn check_memory(width: u32, height: u32) -> Result<(), Failure> {
+    let needed = u64::from(width) * u64::from(height) * BYTES_A_PIXEL;
+    match free_memory() {
+        Some(free) if needed > free => Err(Failure::new(format!(
+            "a picture of {width} × {height} pixels needs about {}, and {} are free; choose a smaller --width and --height",
+            console::bytes(needed),
+            console::bytes(free)
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Bytes that programs may still take, as Linux tells it; none elsewhere.
+fn free_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
 /// What a picture says about how it was made.
-fn metadata(path: &Path, scene: &Scene, settings: &RenderSettings, rendering: &Rendering) -> Metadata {
+fn metadata(
+    path: &Path,
+    scene: &Scene,
+    settings: &RenderSettings,
+    rendering: &Rendering,
+) -> Metadata {
     let mut metadata: Metadata = super::versions()
         .into_iter()
         .map(|(name, version)| (format!("sundog/version/{}", name.to_lowercase()), version))
         .collect();
     let statistics = &rendering.statistics;
     let mut add = |name: &str, value: String| metadata.push((format!("sundog/{name}"), value));
-    add("scene", path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default());
+    add(
+        "scene",
+        path.file_name()
+            .map(|name| name.to_string_lossy().into_owned())
+            .unwrap_or_default(),
+    );
     add("scene-hash", crate::scene::fingerprint(scene));
-    add("date", humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string());
+    add(
+        "date",
+        humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
+    );
     add("samples", statistics.samples.to_string());
-    add("seconds/prepare", format!("{:.3}", statistics.prepare.as_secs_f64()));
-    add("seconds/trace", format!("{:.3}", statistics.trace.as_secs_f64()));
-    add("settings", serde_json::to_string(settings).unwrap_or_default());
-    add("statistics", serde_json::to_string(statistics).unwrap_or_default());
+    add(
+        "seconds/prepare",
+        format!("{:.3}", statistics.prepare.as_secs_f64()),
+    );
+    add(
+        "seconds/trace",
+        format!("{:.3}", statistics.trace.as_secs_f64()),
+    );
+    add(
+        "settings",
+        serde_json::to_string(settings).unwrap_or_default(),
+    );
+    add(
+        "statistics",
+        serde_json::to_string(statistics).unwrap_or_default(),
+    );
     metadata
 }
 

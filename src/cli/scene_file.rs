@@ -18,7 +18,9 @@ pub struct SceneFile {
 
 /// Loads the scene that the flags name.
 pub fn load(parsed: Parsed) -> Result<SceneFile, Failure> {
-    let path = parsed.path("SCENE").ok_or_else(|| Failure::usage("no scene was given"))?;
+    let path = parsed
+        .path("SCENE")
+        .ok_or_else(|| Failure::usage("no scene was given"))?;
     let options = ImportOptions {
         light_units: match parsed.choice("light-units") {
             "unitless" => LightUnits::Unitless,
@@ -34,14 +36,22 @@ pub fn load(parsed: Parsed) -> Result<SceneFile, Failure> {
     };
     let environment = EnvironmentFlags::from_flags(parsed)?;
     let imported = import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;
-    let mut file = SceneFile { path: path.into(), scene: imported.scene, diagnostics: imported.diagnostics };
+    let mut file = SceneFile {
+        path: path.into(),
+        scene: imported.scene,
+        diagnostics: imported.diagnostics,
+    };
     environment.apply(&mut file)?;
     Ok(file)
 }
 
 enum EnvironmentFlags<'a> {
     AsInFile,
-    Image { path: &'a Path, strength: f32, rotation_degrees: f32 },
+    Image {
+        path: &'a Path,
+        strength: f32,
+        rotation_degrees: f32,
+    },
     Constant([f32; 3]),
 }
 
@@ -49,11 +59,18 @@ impl<'a> EnvironmentFlags<'a> {
     fn from_flags(parsed: Parsed<'a>) -> Result<Self, Failure> {
         let strength = parsed.number("environment-strength").unwrap_or(1.0) as f32;
         let rotation_degrees = parsed.number("environment-rotation").unwrap_or(0.0) as f32;
-        match (parsed.path("environment"), parsed.color("environment-color")) {
-            (Some(_), Some(_)) => {
-                Err(Failure::usage("--environment and --environment-color exclude each other; give one of them"))
-            }
-            (Some(path), None) => Ok(Self::Image { path, strength, rotation_degrees }),
+        match (
+            parsed.path("environment"),
+            parsed.color("environment-color"),
+        ) {
+            (Some(_), Some(_)) => Err(Failure::usage(
+                "--environment and --environment-color exclude each other; give one of them",
+            )),
+            (Some(path), None) => Ok(Self::Image {
+                path,
+                strength,
+                rotation_degrees,
+            }),
             (None, Some(color)) => Ok(Self::Constant(color.map(|component| component * strength))),
             (None, None) => {
                 for name in ["environment-strength", "environment-rotation"] {
@@ -71,13 +88,22 @@ impl<'a> EnvironmentFlags<'a> {
     fn apply(&self, file: &mut SceneFile) -> Result<(), Failure> {
         match *self {
             Self::AsInFile => {}
-            Self::Image { path, strength, rotation_degrees } => {
-                let diagnostics = import::load_environment(&mut file.scene, path, strength, rotation_degrees)
-                    .map_err(|error| Failure::new(error.to_string()))?;
+            Self::Image {
+                path,
+                strength,
+                rotation_degrees,
+            } => {
+                let diagnostics =
+                    import::load_environment(&mut file.scene, path, strength, rotation_degrees)
+                        .map_err(|error| Failure::new(error.to_string()))?;
                 file.diagnostics.append(diagnostics);
             }
             Self::Constant(radiance) => {
-                file.scene.environment = Some(Environment { image: None, radiance, rotation: 0.0 });
+                file.scene.environment = Some(Environment {
+                    image: None,
+                    radiance,
+                    rotation: 0.0,
+                });
             }
         }
         Ok(())
@@ -86,8 +112,13 @@ impl<'a> EnvironmentFlags<'a> {
 
 /// For `--strict`: fails if anything did not come through exactly.
 pub fn demand_exact(path: &Path, diagnostics: &Diagnostics) -> Result<(), Failure> {
-    let inexact: Vec<_> = diagnostics.iter().filter(|d| d.verdict != Verdict::Exact).collect();
-    let Some(first) = inexact.first() else { return Ok(()) };
+    let inexact: Vec<_> = diagnostics
+        .iter()
+        .filter(|d| d.verdict != Verdict::Exact)
+        .collect();
+    let Some(first) = inexact.first() else {
+        return Ok(());
+    };
     let more = match inexact.len() - 1 {
         0 => String::new(),
         1 => " (and 1 more)".to_owned(),
@@ -123,5 +154,9 @@ pub fn summary(scene: &Scene) -> String {
 
 /// `1 light`, `2 lights`.
 pub fn count(number: u64, thing: &str) -> String {
-    format!("{} {thing}{}", console::grouped(number), if number == 1 { "" } else { "s" })
+    format!(
+        "{} {thing}{}",
+        console::grouped(number),
+        if number == 1 { "" } else { "s" }
+    )
 }

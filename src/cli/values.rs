@@ -32,7 +32,11 @@ const MAX_SECONDS: f64 = 100.0 * 365.25 * 86_400.0;
 /// A clause that says what was expected, for example `expected a whole number from 1 to 100`.
 pub fn parse(kind: &Kind, text: &OsStr) -> Result<Value, String> {
     if *kind == Kind::Path {
-        return if text.is_empty() { Err("expected the name of a file".into()) } else { Ok(Value::Path(text.into())) };
+        return if text.is_empty() {
+            Err("expected the name of a file".into())
+        } else {
+            Ok(Value::Path(text.into()))
+        };
     }
     let text = text.to_str().ok_or("it is not valid Unicode")?;
     match *kind {
@@ -53,16 +57,22 @@ pub fn parse(kind: &Kind, text: &OsStr) -> Result<Value, String> {
         Kind::Duration => duration(text)
             .map(Value::Duration)
             .ok_or_else(|| "expected a length of time such as 30s, 2m or 1h30m".into()),
-        Kind::Color => color(text)
-            .map(Value::Color)
-            .ok_or_else(|| "expected three numbers of at least 0 with commas between them, such as 0.5,0.5,0.5".into()),
+        Kind::Color => color(text).map(Value::Color).ok_or_else(|| {
+            "expected three numbers of at least 0 with commas between them, such as 0.5,0.5,0.5"
+                .into()
+        }),
         Kind::Filter => filter(text).map(Value::Filter),
         Kind::Effects => effects(text).map(Value::Effects),
         Kind::Choice { choices } => choices
             .iter()
             .find(|choice| choice.name == text)
             .map(|choice| Value::Choice(choice.name))
-            .ok_or_else(|| format!("expected {}", alternatives(choices.iter().map(|choice| choice.name)))),
+            .ok_or_else(|| {
+                format!(
+                    "expected {}",
+                    alternatives(choices.iter().map(|choice| choice.name))
+                )
+            }),
     }
 }
 
@@ -81,10 +91,14 @@ fn duration(text: &str) -> Option<Duration> {
     let mut rest = text.trim();
     let mut smallest_unit = f64::INFINITY;
     while !rest.is_empty() {
-        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
+        let digits = rest
+            .find(|c: char| !c.is_ascii_digit() && c != '.')
+            .unwrap_or(rest.len());
         let number: f64 = rest[..digits].parse().ok()?;
         rest = &rest[digits..];
-        let letters = rest.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(rest.len());
+        let letters = rest
+            .find(|c: char| !c.is_ascii_alphabetic())
+            .unwrap_or(rest.len());
         let unit = match &rest[..letters] {
             "" if smallest_unit.is_infinite() && rest.is_empty() => 1.0,
             "ms" => 1e-3,
@@ -108,7 +122,12 @@ fn color(text: &str) -> Option<[f32; 3]> {
     let mut color = [0.0; 3];
     let mut parts = text.split(',');
     for component in &mut color {
-        *component = parts.next()?.trim().parse().ok().filter(|c: &f32| c.is_finite() && *c >= 0.0)?;
+        *component = parts
+            .next()?
+            .trim()
+            .parse()
+            .ok()
+            .filter(|c: &f32| c.is_finite() && *c >= 0.0)?;
     }
     parts.next().is_none().then_some(color)
 }
@@ -125,14 +144,18 @@ fn filter(text: &str) -> Result<Filter, String> {
         _ => return Err("expected blackman-harris, gauss or box".into()),
     };
     let width = match (kind, width) {
-        (FilterKind::Box, Some(_)) => return Err("the box filter is one pixel wide and takes no width".into()),
+        (FilterKind::Box, Some(_)) => {
+            return Err("the box filter is one pixel wide and takes no width".into());
+        }
         (FilterKind::Box, None) => 1.0,
         (_, None) => Filter::default().width,
         (_, Some(width)) => width
             .parse()
             .ok()
             .filter(|width| *width >= 0.01 && *width <= MAX_FILTER_WIDTH)
-            .ok_or_else(|| format!("expected a width from 0.01 to {MAX_FILTER_WIDTH} pixels after the colon"))?,
+            .ok_or_else(|| {
+                format!("expected a width from 0.01 to {MAX_FILTER_WIDTH} pixels after the colon")
+            })?,
     };
     Ok(Filter { kind, width })
 }
@@ -144,7 +167,9 @@ fn effects(text: &str) -> Result<EffectChoice, String> {
         _ => {
             let names: Vec<String> = text.split(',').map(|name| name.trim().to_owned()).collect();
             if names.iter().any(String::is_empty) {
-                return Err("expected auto, all, or names of effects with commas between them".into());
+                return Err(
+                    "expected auto, all, or names of effects with commas between them".into(),
+                );
             }
             Ok(EffectChoice::List(names))
         }
@@ -164,7 +189,10 @@ mod tests {
         assert_eq!(seconds("1h30m"), Some(5400.0));
         assert_eq!(seconds("1h1m1s"), Some(3661.0));
         assert_eq!(seconds("250ms"), Some(0.25));
-        for wrong in ["", "0", "0s", "-1s", "s", "1x", "1m1h", "1s1s", "1h30", "1e999h", "nan", "inf", "1.2.3s", "９s"] {
+        for wrong in [
+            "", "0", "0s", "-1s", "s", "1x", "1m1h", "1s1s", "1h30", "1e999h", "nan", "inf",
+            "1.2.3s", "９s",
+        ] {
             assert_eq!(seconds(wrong), None, "{wrong}");
         }
     }
@@ -172,17 +200,39 @@ mod tests {
     #[test]
     fn colours() {
         assert_eq!(color("1,0.5, 0"), Some([1.0, 0.5, 0.0]));
-        for wrong in ["", "1", "1,2", "1,2,3,4", "1,2,-3", "nan,1,1", "1,inf,1", "a,b,c"] {
+        for wrong in [
+            "", "1", "1,2", "1,2,3,4", "1,2,-3", "nan,1,1", "1,inf,1", "a,b,c",
+        ] {
             assert_eq!(color(wrong), None, "{wrong}");
         }
     }
 
     #[test]
     fn filters() {
-        assert_eq!(filter("gauss:2"), Ok(Filter { kind: FilterKind::Gauss, width: 2.0 }));
+        assert_eq!(
+            filter("gauss:2"),
+            Ok(Filter {
+                kind: FilterKind::Gauss,
+                width: 2.0
+            })
+        );
         assert_eq!(filter("blackman-harris"), Ok(Filter::default()));
-        assert_eq!(filter("box"), Ok(Filter { kind: FilterKind::Box, width: 1.0 }));
-        for wrong in ["", "sinc", "box:2", "gauss:", "gauss:0", "gauss:nan", "gauss:11"] {
+        assert_eq!(
+            filter("box"),
+            Ok(Filter {
+                kind: FilterKind::Box,
+                width: 1.0
+            })
+        );
+        for wrong in [
+            "",
+            "sinc",
+            "box:2",
+            "gauss:",
+            "gauss:0",
+            "gauss:nan",
+            "gauss:11",
+        ] {
             assert!(filter(wrong).is_err(), "{wrong}");
         }
     }
@@ -190,14 +240,20 @@ mod tests {
     #[test]
     fn effect_lists() {
         assert_eq!(effects("auto"), Ok(EffectChoice::Auto));
-        assert_eq!(effects("a,b"), Ok(EffectChoice::List(vec!["a".into(), "b".into()])));
+        assert_eq!(
+            effects("a,b"),
+            Ok(EffectChoice::List(vec!["a".into(), "b".into()]))
+        );
         assert!(effects("a,,b").is_err());
         assert!(effects("").is_err());
     }
 
     #[test]
     fn numbers_within_bounds() {
-        let kind = Kind::Number { min: -1.0, max: 1.0 };
+        let kind = Kind::Number {
+            min: -1.0,
+            max: 1.0,
+        };
         assert_eq!(parse(&kind, "-1".as_ref()), Ok(Value::Number(-1.0)));
         for wrong in ["nan", "inf", "1.1", "", "one"] {
             assert!(parse(&kind, wrong.as_ref()).is_err(), "{wrong}");

@@ -2,7 +2,9 @@
 
 use super::Failure;
 use super::parser::Parsed;
-use crate::color::{ColorConfig, ColorError, Depth, DisplayProcessor, DisplayTransform, SceneColors};
+use crate::color::{
+    ColorConfig, ColorError, Depth, DisplayProcessor, DisplayTransform, SceneColors,
+};
 use crate::output::display::{self, DisplayPicture};
 use crate::output::{Format, Metadata};
 use std::path::Path;
@@ -14,7 +16,9 @@ impl From<ColorError> for Failure {
 }
 
 /// The flags that only PNG and JPEG files heed.
-const NAMES: [&str; 8] = ["ocio", "display", "view", "look", "exposure", "gamma", "depth", "quality"];
+const NAMES: [&str; 8] = [
+    "ocio", "display", "view", "look", "exposure", "gamma", "depth", "quality",
+];
 
 /// The first flag given that only PNG and JPEG files heed.
 pub fn first_given(parsed: Parsed) -> Option<&'static str> {
@@ -50,17 +54,35 @@ impl View {
         };
         Ok(Self {
             processor: config.processor(&wanted)?,
-            config: format!("{} ({})", config.origin().path().display(), config.origin().named_by()),
-            depth: if parsed.choice("depth") == "16" { Depth::Sixteen } else { Depth::Eight },
-            quality: parsed.integer("quality").and_then(|quality| u8::try_from(quality).ok()).unwrap_or(90),
+            config: format!(
+                "{} ({})",
+                config.origin().path().display(),
+                config.origin().named_by()
+            ),
+            depth: if parsed.choice("depth") == "16" {
+                Depth::Sixteen
+            } else {
+                Depth::Eight
+            },
+            quality: parsed
+                .integer("quality")
+                .and_then(|quality| u8::try_from(quality).ok())
+                .unwrap_or(90),
         })
     }
 
     /// One line about what is shown how.
     pub fn summary(&self) -> String {
         let shown = self.processor.resolved();
-        let look = shown.look.as_deref().map(|look| format!(", look {look}")).unwrap_or_default();
-        format!("display {}, view {}{look}; configuration {}", shown.display, shown.view, self.config)
+        let look = shown
+            .look
+            .as_deref()
+            .map(|look| format!(", look {look}"))
+            .unwrap_or_default();
+        format!(
+            "display {}, view {}{look}; configuration {}",
+            shown.display, shown.view, self.config
+        )
     }
 
     /// Shows linear Rec.709 pixels with associated alpha and writes them as PNG or JPEG. Alpha is kept
@@ -90,13 +112,26 @@ impl View {
             ("config", self.config.clone()),
             ("display", resolved.display.clone()),
             ("view", resolved.view.clone()),
-            ("look", resolved.look.clone().unwrap_or_else(|| "None".into())),
+            (
+                "look",
+                resolved.look.clone().unwrap_or_else(|| "None".into()),
+            ),
             ("exposure", resolved.exposure.to_string()),
             ("gamma", resolved.gamma.to_string()),
         ] {
             metadata.push((format!("sundog/{name}"), value));
         }
-        display::write(path, format, DisplayPicture { width, height, pixels: &shown }, self.quality, &metadata)?;
+        display::write(
+            path,
+            format,
+            DisplayPicture {
+                width,
+                height,
+                pixels: &shown,
+            },
+            self.quality,
+            &metadata,
+        )?;
         Ok(())
     }
 }

@@ -88,7 +88,10 @@ pub fn difference(a: &Picture, b: &Picture) -> Result<Difference, MeasureError> 
         rmse: (squares / (3.0 * pixels)).sqrt(),
         rel_mse: relative_squares / (3.0 * pixels),
         largest,
-        largest_at: ((largest_index % width) as u32, (largest_index / width) as u32),
+        largest_at: (
+            (largest_index % width) as u32,
+            (largest_index / width) as u32,
+        ),
         mean_luminance_a,
         mean_luminance_b,
         luminance_ratio: (mean_luminance_b != 0.0).then(|| mean_luminance_a / mean_luminance_b),
@@ -105,8 +108,16 @@ fn mean_flip(a: &Picture, b: &Picture) -> f64 {
     for (pixel_a, pixel_b) in a.pixels.iter().zip(&b.pixels) {
         let finite = pixel_a.iter().chain(pixel_b).all(|value| value.is_finite());
         for channel in 0..3 {
-            bytes_a.push(if finite { display_byte(pixel_a[channel], a.encoding) } else { 0 });
-            bytes_b.push(if finite { display_byte(pixel_b[channel], b.encoding) } else { 0 });
+            bytes_a.push(if finite {
+                display_byte(pixel_a[channel], a.encoding)
+            } else {
+                0
+            });
+            bytes_b.push(if finite {
+                display_byte(pixel_b[channel], b.encoding)
+            } else {
+                0
+            });
         }
     }
     let test = FlipImageRgb8::with_data(a.width, a.height, &bytes_a);
@@ -132,7 +143,12 @@ mod tests {
     use super::*;
 
     fn picture(width: u32, height: u32, pixels: &[[f32; 3]]) -> Picture {
-        Picture { width, height, pixels: pixels.to_vec(), encoding: Encoding::Linear }
+        Picture {
+            width,
+            height,
+            pixels: pixels.to_vec(),
+            encoding: Encoding::Linear,
+        }
     }
 
     #[test]
@@ -162,15 +178,26 @@ mod tests {
 
     #[test]
     fn pixels_that_are_not_finite_are_counted_and_left_out() {
-        let a = picture(3, 1, &[[f32::NAN, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]);
-        let b = picture(3, 1, &[[0.0, 0.0, 0.0], [0.0, f32::INFINITY, 0.0], [1.0, 1.0, 1.0]]);
+        let a = picture(
+            3,
+            1,
+            &[[f32::NAN, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]],
+        );
+        let b = picture(
+            3,
+            1,
+            &[[0.0, 0.0, 0.0], [0.0, f32::INFINITY, 0.0], [1.0, 1.0, 1.0]],
+        );
         let d = difference(&a, &b).unwrap();
         assert_eq!((d.compared, d.non_finite_a, d.non_finite_b), (1, 1, 1));
         assert_eq!(d.rmse, 1.0);
         assert!((d.luminance_ratio.unwrap() - 2.0).abs() < 1e-12);
         assert!(d.flip.is_finite());
         let nothing = picture(3, 1, &[[f32::NAN; 3]; 3]);
-        assert!(matches!(difference(&nothing, &b), Err(MeasureError::NothingFinite)));
+        assert!(matches!(
+            difference(&nothing, &b),
+            Err(MeasureError::NothingFinite)
+        ));
     }
 
     #[test]
@@ -191,9 +218,18 @@ mod tests {
     fn sizes_and_encodings_must_agree() {
         let a = picture(2, 1, &[[0.0; 3]; 2]);
         let b = picture(1, 2, &[[0.0; 3]; 2]);
-        assert!(matches!(difference(&a, &b), Err(MeasureError::DifferentSizes { .. })));
-        let shown = Picture { encoding: Encoding::Display, ..a.clone() };
-        assert!(matches!(difference(&a, &shown), Err(MeasureError::DifferentEncodings)));
+        assert!(matches!(
+            difference(&a, &b),
+            Err(MeasureError::DifferentSizes { .. })
+        ));
+        let shown = Picture {
+            encoding: Encoding::Display,
+            ..a.clone()
+        };
+        assert!(matches!(
+            difference(&a, &shown),
+            Err(MeasureError::DifferentEncodings)
+        ));
     }
 
     #[test]

@@ -37,12 +37,22 @@ pub fn heat_map(a: &Picture, b: &Picture) -> Result<HeatMap, MeasureError> {
         .iter()
         .zip(&b.pixels)
         .map(|(pixel_a, pixel_b)| {
-            pixel_a.iter().zip(pixel_b).map(|(x, y)| (f64::from(*x) - f64::from(*y)).abs()).sum::<f64>() / 3.0
+            pixel_a
+                .iter()
+                .zip(pixel_b)
+                .map(|(x, y)| (f64::from(*x) - f64::from(*y)).abs())
+                .sum::<f64>()
+                / 3.0
         })
         .collect();
-    let mut sorted: Vec<f64> = magnitudes.iter().copied().filter(|m| m.is_finite()).collect();
+    let mut sorted: Vec<f64> = magnitudes
+        .iter()
+        .copied()
+        .filter(|m| m.is_finite())
+        .collect();
     sorted.sort_by(f64::total_cmp);
-    let high = sorted.get(((sorted.len() as f64 * 0.999) as usize).min(sorted.len().saturating_sub(1)));
+    let high =
+        sorted.get(((sorted.len() as f64 * 0.999) as usize).min(sorted.len().saturating_sub(1)));
     let scale = round_up(high.copied().unwrap_or(0.0));
 
     let colors = nv_flip::magma_lut().to_vec();
@@ -58,12 +68,27 @@ pub fn heat_map(a: &Picture, b: &Picture) -> Result<HeatMap, MeasureError> {
         pixels[start..start + 3].copy_from_slice(&color);
     };
     for (index, magnitude) in magnitudes.iter().enumerate() {
-        let (x, y) = ((index % a.width as usize) as u32, (index / a.width as usize) as u32);
-        put(x, y, if magnitude.is_finite() { color(magnitude / scale) } else { NOT_FINITE });
+        let (x, y) = (
+            (index % a.width as usize) as u32,
+            (index / a.width as usize) as u32,
+        );
+        put(
+            x,
+            y,
+            if magnitude.is_finite() {
+                color(magnitude / scale)
+            } else {
+                NOT_FINITE
+            },
+        );
     }
     for x in 0..width {
         for y in 0..BAR_ROWS {
-            put(x, a.height + 2 + y, color(f64::from(x) / f64::from(width - 1)));
+            put(
+                x,
+                a.height + 2 + y,
+                color(f64::from(x) / f64::from(width - 1)),
+            );
         }
     }
     let text_row = a.height + 2 + BAR_ROWS + 3;
@@ -75,13 +100,22 @@ pub fn heat_map(a: &Picture, b: &Picture) -> Result<HeatMap, MeasureError> {
             for (row, bits) in glyph(symbol).iter().enumerate() {
                 for column in 0..3 {
                     if bits >> (2 - column) & 1 == 1 {
-                        put(start + 4 * position as u32 + column, text_row + row as u32, [255; 3]);
+                        put(
+                            start + 4 * position as u32 + column,
+                            text_row + row as u32,
+                            [255; 3],
+                        );
                     }
                 }
             }
         }
     }
-    Ok(HeatMap { width, height, pixels, scale })
+    Ok(HeatMap {
+        width,
+        height,
+        pixels,
+        scale,
+    })
 }
 
 /// The next of …, 0.1, 0.2, 0.5, 1, 2, 5, … (1e-6 for a difference of nothing).
@@ -103,7 +137,11 @@ fn round_up(value: f64) -> f64 {
 
 /// `0.05`, or `5e-5` where that is shorter to read.
 fn format_number(value: f64) -> String {
-    if (1e-3..1e4).contains(&value) { format!("{value}") } else { format!("{value:e}") }
+    if (1e-3..1e4).contains(&value) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
 }
 
 /// Symbols of three by five dots, a row a number, the left dot in bit 2.
@@ -133,21 +171,41 @@ mod tests {
 
     #[test]
     fn the_scale_is_a_round_number() {
-        for (value, expected) in [(0.0, 1e-6), (0.03, 0.05), (0.05, 0.05), (0.051, 0.1), (1.0, 1.0), (1.2, 2.0), (700.0, 1000.0)] {
-            assert!((round_up(value) / expected - 1.0).abs() < 1e-9, "{value}: {}", round_up(value));
+        for (value, expected) in [
+            (0.0, 1e-6),
+            (0.03, 0.05),
+            (0.05, 0.05),
+            (0.051, 0.1),
+            (1.0, 1.0),
+            (1.2, 2.0),
+            (700.0, 1000.0),
+        ] {
+            assert!(
+                (round_up(value) / expected - 1.0).abs() < 1e-9,
+                "{value}: {}",
+                round_up(value)
+            );
         }
     }
 
     #[test]
     fn colours_stand_for_magnitudes() {
-        let black = Picture { width: 100, height: 1, pixels: vec![[0.0; 3]; 100], encoding: Encoding::Linear };
+        let black = Picture {
+            width: 100,
+            height: 1,
+            pixels: vec![[0.0; 3]; 100],
+            encoding: Encoding::Linear,
+        };
         let mut other = black.clone();
         for (index, pixel) in other.pixels.iter_mut().enumerate() {
             *pixel = [index as f32 / 99.0; 3];
         }
         other.pixels[50] = [f32::NAN; 3];
         let map = heat_map(&other, &black).unwrap();
-        assert_eq!((map.width, map.height, map.scale), (100, 1 + SCALE_ROWS, 1.0));
+        assert_eq!(
+            (map.width, map.height, map.scale),
+            (100, 1 + SCALE_ROWS, 1.0)
+        );
         let lut = nv_flip::magma_lut().to_vec();
         assert_eq!(map.pixels[0..3], lut[0..3]);
         assert_eq!(map.pixels[3 * 99..3 * 100], lut[3 * 255..]);

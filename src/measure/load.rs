@@ -23,15 +23,27 @@ const MAX_SIDE: u32 = 1 << 16;
 /// # Errors
 /// The file cannot be read, is no picture, or has no such layer.
 pub fn load(path: &Path, layer: Option<&str>) -> Result<Picture, MeasureError> {
-    let unreadable = |reason: String| MeasureError::Unreadable { path: path.display().to_string(), reason };
+    let unreadable = |reason: String| MeasureError::Unreadable {
+        path: path.display().to_string(),
+        reason,
+    };
     let metadata = std::fs::metadata(path).map_err(|error| unreadable(plain(&error)))?;
     if !metadata.is_file() {
-        return Err(unreadable(if metadata.is_dir() { "it is a folder" } else { "it is not a regular file" }.into()));
+        return Err(unreadable(
+            if metadata.is_dir() {
+                "it is a folder"
+            } else {
+                "it is not a regular file"
+            }
+            .into(),
+        ));
     }
     let mut file = BufReader::new(File::open(path).map_err(|error| unreadable(plain(&error)))?);
     let mut magic = [0; 4];
-    file.read_exact(&mut magic).map_err(|_| unreadable("it is too short for a picture".into()))?;
-    file.seek(SeekFrom::Start(0)).map_err(|error| unreadable(plain(&error)))?;
+    file.read_exact(&mut magic)
+        .map_err(|_| unreadable("it is too short for a picture".into()))?;
+    file.seek(SeekFrom::Start(0))
+        .map_err(|error| unreadable(plain(&error)))?;
     if magic == *b"\x76\x2f\x31\x01" {
         return load_exr(path, file, metadata.len(), layer);
     }
@@ -45,17 +57,27 @@ pub fn load(path: &Path, layer: Option<&str>) -> Result<Picture, MeasureError> {
     let mut reader = image::ImageReader::new(file)
         .with_guessed_format()
         .map_err(|error| unreadable(plain(&error)))?;
-    if !matches!(reader.format(), Some(image::ImageFormat::Png | image::ImageFormat::Jpeg)) {
+    if !matches!(
+        reader.format(),
+        Some(image::ImageFormat::Png | image::ImageFormat::Jpeg)
+    ) {
         return Err(unreadable("it is neither EXR, PNG nor JPEG".into()));
     }
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
     reader.limits(limits);
-    let image = reader.decode().map_err(|error| unreadable(error.to_string()))?;
+    let image = reader
+        .decode()
+        .map_err(|error| unreadable(error.to_string()))?;
     let (width, height) = (image.width(), image.height());
     let pixels = image.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
-    Ok(Picture { width, height, pixels, encoding: Encoding::Display })
+    Ok(Picture {
+        width,
+        height,
+        pixels,
+        encoding: Encoding::Display,
+    })
 }
 
 fn plain(error: &std::io::Error) -> String {
@@ -83,19 +105,31 @@ fn load_exr(
     length: u64,
     layer: Option<&str>,
 ) -> Result<Picture, MeasureError> {
-    let unreadable = |reason: String| MeasureError::Unreadable { path: path.display().to_string(), reason };
+    let unreadable = |reason: String| MeasureError::Unreadable {
+        path: path.display().to_string(),
+        reason,
+    };
     let headers = exr::meta::MetaData::read_from_buffered(&mut file, false)
         .map_err(|error| unreadable(error.to_string()))?
         .headers;
     let values: u64 = headers
         .iter()
-        .map(|header| (header.layer_size.area() as u64).saturating_mul(header.channels.list.len() as u64))
+        .map(|header| {
+            (header.layer_size.area() as u64).saturating_mul(header.channels.list.len() as u64)
+        })
         .fold(0, u64::saturating_add);
-    let side = headers.iter().map(|header| header.layer_size.x().max(header.layer_size.y())).max().unwrap_or(0);
+    let side = headers
+        .iter()
+        .map(|header| header.layer_size.x().max(header.layer_size.y()))
+        .max()
+        .unwrap_or(0);
     if side > MAX_SIDE as usize || values > length.saturating_mul(MOST_VALUES_A_BYTE) {
-        return Err(unreadable("its header claims a size that its content cannot have".into()));
+        return Err(unreadable(
+            "its header claims a size that its content cannot have".into(),
+        ));
     }
-    file.seek(SeekFrom::Start(0)).map_err(|error| unreadable(plain(&error)))?;
+    file.seek(SeekFrom::Start(0))
+        .map_err(|error| unreadable(plain(&error)))?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -106,12 +140,21 @@ fn load_exr(
         .map_err(|error| unreadable(error.to_string()))?;
     let mut channels = Vec::new();
     for part in image.layer_data {
-        let prefix = part.attributes.layer_name.as_ref().map(Text::to_string).unwrap_or_default();
+        let prefix = part
+            .attributes
+            .layer_name
+            .as_ref()
+            .map(Text::to_string)
+            .unwrap_or_default();
         let several = headers.len() > 1 && !prefix.is_empty();
         for channel in part.channel_data.list {
             let name = channel.name.to_string();
             // Files with one part a layer may or may not repeat the part's name in the channels' names.
-            let full = if several && !name.starts_with(&format!("{prefix}.")) { format!("{prefix}.{name}") } else { name };
+            let full = if several && !name.starts_with(&format!("{prefix}.")) {
+                format!("{prefix}.{name}")
+            } else {
+                name
+            };
             let (layer, component) = full.rsplit_once('.').unwrap_or(("", &full));
             if channel.sampling == exr::prelude::Vec2(1, 1) {
                 channels.push(Channel {
@@ -130,18 +173,34 @@ fn load_exr(
             layers.push(&channel.layer);
         }
     }
-    let find = |layer: &str, component: &str| channels.iter().find(|c| c.layer == layer && c.component == component);
-    let has_color = |layer: &str| ["R", "G", "B"].iter().all(|component| find(layer, component).is_some());
+    let find = |layer: &str, component: &str| {
+        channels
+            .iter()
+            .find(|c| c.layer == layer && c.component == component)
+    };
+    let has_color = |layer: &str| {
+        ["R", "G", "B"]
+            .iter()
+            .all(|component| find(layer, component).is_some())
+    };
     let last_word = |layer: &str| layer.rsplit('.').next().unwrap_or_default().to_owned();
     let chosen = match layer {
         Some(wanted) => layers
             .iter()
             .find(|name| **name == wanted || last_word(name) == wanted)
-            .or_else(|| layers.iter().find(|name| wanted == "Combined" && name.is_empty())),
+            .or_else(|| {
+                layers
+                    .iter()
+                    .find(|name| wanted == "Combined" && name.is_empty())
+            }),
         None => layers
             .iter()
             .find(|name| name.is_empty() && has_color(name))
-            .or_else(|| layers.iter().find(|name| last_word(name) == "Combined" && has_color(name)))
+            .or_else(|| {
+                layers
+                    .iter()
+                    .find(|name| last_word(name) == "Combined" && has_color(name))
+            })
             .or_else(|| layers.iter().find(|name| has_color(name)))
             .or_else(|| layers.first()),
     };
@@ -155,16 +214,34 @@ fn load_exr(
             .join(", "),
     };
     let chosen = *chosen.ok_or_else(no_such_layer)?;
-    let triples = [["R", "G", "B"], ["X", "Y", "Z"], ["Y", "Y", "Y"], ["Z", "Z", "Z"], ["X", "X", "X"], ["V", "V", "V"]];
+    let triples = [
+        ["R", "G", "B"],
+        ["X", "Y", "Z"],
+        ["Y", "Y", "Y"],
+        ["Z", "Z", "Z"],
+        ["X", "X", "X"],
+        ["V", "V", "V"],
+    ];
     let found: Option<[&Channel; 3]> = triples.iter().find_map(|[first, second, third]| {
-        Some([find(chosen, first)?, find(chosen, second)?, find(chosen, third)?])
+        Some([
+            find(chosen, first)?,
+            find(chosen, second)?,
+            find(chosen, third)?,
+        ])
     });
     let [red, green, blue] = found.ok_or_else(no_such_layer)?;
     let (width, height) = (red.width, red.height);
     let pixels = (0..width * height)
-        .map(|index| [red, green, blue].map(|channel| channel.samples.value_by_flat_index(index).to_f32()))
+        .map(|index| {
+            [red, green, blue].map(|channel| channel.samples.value_by_flat_index(index).to_f32())
+        })
         .collect();
-    Ok(Picture { width: width as u32, height: height as u32, pixels, encoding: Encoding::Linear })
+    Ok(Picture {
+        width: width as u32,
+        height: height as u32,
+        pixels,
+        encoding: Encoding::Linear,
+    })
 }
 
 #[cfg(test)]
@@ -173,11 +250,24 @@ mod tests {
     use crate::film;
     use crate::output::exr as output;
 
-    fn written(layers: Vec<film::Layer>, options: &output::ExrOptions) -> (tempfile::TempDir, std::path::PathBuf) {
+    fn written(
+        layers: Vec<film::Layer>,
+        options: &output::ExrOptions,
+    ) -> (tempfile::TempDir, std::path::PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        let picture = film::Picture { width: 3, height: 2, layers };
-        output::write(&path, &picture, options, &vec![("sundog/é".into(), "Käse".into())]).unwrap();
+        let picture = film::Picture {
+            width: 3,
+            height: 2,
+            layers,
+        };
+        output::write(
+            &path,
+            &picture,
+            options,
+            &vec![("sundog/é".into(), "Käse".into())],
+        )
+        .unwrap();
         (folder, path)
     }
 
@@ -192,18 +282,31 @@ mod tests {
     #[test]
     fn what_is_written_is_read() {
         let (_folder, path) = written(
-            vec![layer("Combined", &["R", "G", "B", "A"], 0.0), layer("Depth", &["Z"], 100.0), layer("Normal", &["X", "Y", "Z"], -3.0)],
+            vec![
+                layer("Combined", &["R", "G", "B", "A"], 0.0),
+                layer("Depth", &["Z"], 100.0),
+                layer("Normal", &["X", "Y", "Z"], -3.0),
+            ],
             &output::ExrOptions::default(),
         );
         let combined = load(&path, None).unwrap();
-        assert_eq!((combined.width, combined.height, combined.encoding), (3, 2, Encoding::Linear));
+        assert_eq!(
+            (combined.width, combined.height, combined.encoding),
+            (3, 2, Encoding::Linear)
+        );
         assert_eq!(combined.pixels[0], [0.0, 1.0, 2.0]);
         assert_eq!(combined.pixels[4], [16.0, 17.0, 18.0]);
         assert_eq!(load(&path, Some("Depth")).unwrap().pixels[5], [105.0; 3]);
-        assert_eq!(load(&path, Some("Normal")).unwrap().pixels[1], [0.0, 1.0, 2.0]);
+        assert_eq!(
+            load(&path, Some("Normal")).unwrap().pixels[1],
+            [0.0, 1.0, 2.0]
+        );
         assert_eq!(load(&path, Some("Combined")).unwrap(), combined);
         let missing = load(&path, Some("Mist")).unwrap_err().to_string();
-        assert!(missing.ends_with("has no layer Mist; it has Combined, Depth, Normal"), "{missing}");
+        assert!(
+            missing.ends_with("has no layer Mist; it has Combined, Depth, Normal"),
+            "{missing}"
+        );
     }
 
     #[test]
@@ -215,12 +318,25 @@ mod tests {
         depth.data[0] = 123_456.78;
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        let picture = film::Picture { width: 3, height: 2, layers: vec![bright, depth] };
-        let options = output::ExrOptions { sample_type: output::SampleType::Half, ..Default::default() };
+        let picture = film::Picture {
+            width: 3,
+            height: 2,
+            layers: vec![bright, depth],
+        };
+        let options = output::ExrOptions {
+            sample_type: output::SampleType::Half,
+            ..Default::default()
+        };
         let written = output::write(&path, &picture, &options, &Vec::new()).unwrap();
         assert_eq!(written.clamped, 2);
-        assert_eq!(load(&path, None).unwrap().pixels[0], [65504.0, -65504.0, 2.0]);
-        assert_eq!(load(&path, Some("Depth")).unwrap().pixels[0], [123_456.78; 3]);
+        assert_eq!(
+            load(&path, None).unwrap().pixels[0],
+            [65504.0, -65504.0, 2.0]
+        );
+        assert_eq!(
+            load(&path, Some("Depth")).unwrap().pixels[0],
+            [123_456.78; 3]
+        );
     }
 
     #[test]
@@ -235,9 +351,22 @@ mod tests {
         ] {
             std::fs::write(&path, content).unwrap();
             let message = load(&path, None).unwrap_err().to_string();
-            assert!(message.contains(expected) && !message.contains('\n'), "{message}");
+            assert!(
+                message.contains(expected) && !message.contains('\n'),
+                "{message}"
+            );
         }
-        assert!(load(&folder.path().join("no.exr"), None).unwrap_err().to_string().ends_with("there is no such file"));
-        assert!(load(folder.path(), None).unwrap_err().to_string().ends_with("it is a folder"));
+        assert!(
+            load(&folder.path().join("no.exr"), None)
+                .unwrap_err()
+                .to_string()
+                .ends_with("there is no such file")
+        );
+        assert!(
+            load(folder.path(), None)
+                .unwrap_err()
+                .to_string()
+                .ends_with("it is a folder")
+        );
     }
 }

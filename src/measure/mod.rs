@@ -30,7 +30,9 @@ pub enum MeasureError {
         there: String,
     },
     /// The pictures have different sizes.
-    #[error("the pictures have different sizes, {a_width} × {a_height} and {b_width} × {b_height} pixels; render both at the same size")]
+    #[error(
+        "the pictures have different sizes, {a_width} × {a_height} and {b_width} × {b_height} pixels; render both at the same size"
+    )]
     DifferentSizes {
         /// Pixels a row of the first.
         a_width: u32,
@@ -42,7 +44,9 @@ pub enum MeasureError {
         b_height: u32,
     },
     /// One picture is linear light, the other one display values.
-    #[error("one picture holds linear light and the other one display values; compare two EXR files, or two PNG or JPEG files")]
+    #[error(
+        "one picture holds linear light and the other one display values; compare two EXR files, or two PNG or JPEG files"
+    )]
     DifferentEncodings,
     /// There is nothing to compare.
     #[error("no pixel is finite in both pictures")]

@@ -57,7 +57,9 @@ pub(super) fn plain(error: &std::io::Error) -> String {
 /// Where the bytes go in the end: through a symbolic link to what it names.
 fn destination(path: &Path) -> PathBuf {
     match std::fs::symlink_metadata(path) {
-        Ok(metadata) if metadata.is_symlink() => std::fs::canonicalize(path).unwrap_or_else(|_| path.into()),
+        Ok(metadata) if metadata.is_symlink() => {
+            std::fs::canonicalize(path).unwrap_or_else(|_| path.into())
+        }
         _ => path.into(),
     }
 }
@@ -70,10 +72,15 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 fn create_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
-    let not_writable = |reason: String| OutputError::NotWritable { path: path.display().to_string(), reason };
+    let not_writable = |reason: String| OutputError::NotWritable {
+        path: path.display().to_string(),
+        reason,
+    };
     if let Ok(metadata) = std::fs::metadata(path) {
         if metadata.is_dir() {
-            return Err(not_writable("it is a folder; give the name of a file".into()));
+            return Err(not_writable(
+                "it is a folder; give the name of a file".into(),
+            ));
         }
         // A rename would replace the device itself.
         if !metadata.is_file() {
@@ -82,9 +89,17 @@ fn create_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
     }
     let folder = folder_of(path);
     match std::fs::metadata(folder) {
-        Err(_) => return Err(not_writable(format!("there is no folder {}; create it first", folder.display()))),
+        Err(_) => {
+            return Err(not_writable(format!(
+                "there is no folder {}; create it first",
+                folder.display()
+            )));
+        }
         Ok(metadata) if !metadata.is_dir() => {
-            return Err(not_writable(format!("{} is not a folder", folder.display())));
+            return Err(not_writable(format!(
+                "{} is not a folder",
+                folder.display()
+            )));
         }
         Ok(_) => {}
     }
@@ -97,7 +112,12 @@ fn create_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder.tempfile_in(folder).map_err(|error| {
-        let reason = plain(error.get_ref().and_then(|e| e.downcast_ref()).unwrap_or(&error));
+        let reason = plain(
+            error
+                .get_ref()
+                .and_then(|e| e.downcast_ref())
+                .unwrap_or(&error),
+        );
         not_writable(format!("{reason} in the folder {}", folder.display()))
     })
 }
@@ -118,7 +138,10 @@ pub fn write_beside<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), E>,
 ) -> Result<(), OutputError> {
-    let failed = |reason: String| OutputError::Failed { path: path.display().to_string(), reason };
+    let failed = |reason: String| OutputError::Failed {
+        path: path.display().to_string(),
+        reason,
+    };
     let target = destination(path);
     let temporary = create_beside(&target)?;
     let _registered = Registered::new(temporary.path());
@@ -126,8 +149,13 @@ pub fn write_beside<E: std::fmt::Display>(
     write(&mut writer).map_err(|error| failed(error.to_string()))?;
     writer.flush().map_err(|error| failed(plain(&error)))?;
     drop(writer);
-    temporary.as_file().sync_all().map_err(|error| failed(plain(&error)))?;
-    temporary.persist(&target).map_err(|error| failed(plain(&error.error)))?;
+    temporary
+        .as_file()
+        .sync_all()
+        .map_err(|error| failed(plain(&error)))?;
+    temporary
+        .persist(&target)
+        .map_err(|error| failed(plain(&error.error)))?;
     // The rename, too, should survive a power cut; where folders cannot be synchronised, that is no failure.
     if let Ok(folder) = File::open(folder_of(&target)) {
         let _ = folder.sync_all();
@@ -158,7 +186,10 @@ mod tests {
             file.flush().unwrap();
             Err("no more ink")
         });
-        assert_eq!(result.unwrap_err().to_string(), format!("cannot write {}: no more ink", path.display()));
+        assert_eq!(
+            result.unwrap_err().to_string(),
+            format!("cannot write {}: no more ink", path.display())
+        );
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(names(folder.path()), ["a.png"]);
     }
@@ -177,13 +208,21 @@ mod tests {
     #[test]
     fn links_are_followed_and_devices_left_alone() {
         let folder = tempfile::tempdir().unwrap();
-        let (real, link) = (folder.path().join("real.exr"), folder.path().join("link.exr"));
+        let (real, link) = (
+            folder.path().join("real.exr"),
+            folder.path().join("link.exr"),
+        );
         std::fs::write(&real, "old").unwrap();
         std::os::unix::fs::symlink(&real, &link).unwrap();
         write_beside(&link, |file| file.write_all(b"new")).unwrap();
         assert_eq!(std::fs::read_to_string(&real).unwrap(), "new");
         assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
-        assert!(check_writable(Path::new("/dev/null")).unwrap_err().to_string().contains("not a regular file"));
+        assert!(
+            check_writable(Path::new("/dev/null"))
+                .unwrap_err()
+                .to_string()
+                .contains("not a regular file")
+        );
     }
 
     #[test]
@@ -191,8 +230,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         check_writable(&folder.path().join("a.exr")).unwrap();
         assert!(names(folder.path()).is_empty());
-        let missing = check_writable(&folder.path().join("no/a.exr")).unwrap_err().to_string();
+        let missing = check_writable(&folder.path().join("no/a.exr"))
+            .unwrap_err()
+            .to_string();
         assert!(missing.ends_with("create it first"), "{missing}");
-        assert!(check_writable(folder.path()).unwrap_err().to_string().contains("it is a folder"));
+        assert!(
+            check_writable(folder.path())
+                .unwrap_err()
+                .to_string()
+                .contains("it is a folder")
+        );
     }
 }

@@ -32,7 +32,11 @@ pub struct ExrOptions {
 
 impl Default for ExrOptions {
     fn default() -> Self {
-        Self { sample_type: SampleType::Float, compression: Compression::ZIP16, all_layers: true }
+        Self {
+            sample_type: SampleType::Float,
+            compression: Compression::ZIP16,
+            all_layers: true,
+        }
     }
 }
 
@@ -53,40 +57,69 @@ pub fn write(
     options: &ExrOptions,
     metadata: &Metadata,
 ) -> Result<Written, OutputError> {
-    let failed = |reason: String| OutputError::Failed { path: path.display().to_string(), reason };
+    let failed = |reason: String| OutputError::Failed {
+        path: path.display().to_string(),
+        reason,
+    };
     let pixels = picture.width as usize * picture.height as usize;
     if pixels == 0 {
         return Err(failed("the picture has no pixels".into()));
     }
     let mut written = Written::default();
     let mut channels = exr::prelude::SmallVec::<[AnyChannel<FlatSamples>; 4]>::new();
-    let kept = if options.all_layers { picture.layers.len() } else { 1 };
+    let kept = if options.all_layers {
+        picture.layers.len()
+    } else {
+        1
+    };
     for layer in picture.layers.iter().take(kept) {
         if layer.channels.is_empty() || layer.data.len() != pixels * layer.channels.len() {
-            return Err(failed(format!("its layer {} does not fit the size of the picture", layer.name)));
+            return Err(failed(format!(
+                "its layer {} does not fit the size of the picture",
+                layer.name
+            )));
         }
         for index in 0..layer.channels.len() {
-            let name = Text::new_or_none(channel_name(layer, index))
-                .ok_or_else(|| failed(format!("the name of its layer {} is not plain text", layer.name)))?;
-            let values = layer.data.iter().skip(index).step_by(layer.channels.len()).copied();
+            let name = Text::new_or_none(channel_name(layer, index)).ok_or_else(|| {
+                failed(format!(
+                    "the name of its layer {} is not plain text",
+                    layer.name
+                ))
+            })?;
+            let values = layer
+                .data
+                .iter()
+                .skip(index)
+                .step_by(layer.channels.len())
+                .copied();
             let samples = match options.sample_type {
-                SampleType::Half if fits_half(layer) => {
-                    FlatSamples::F16(values.map(|value| to_half(value, &mut written.clamped)).collect())
-                }
+                SampleType::Half if fits_half(layer) => FlatSamples::F16(
+                    values
+                        .map(|value| to_half(value, &mut written.clamped))
+                        .collect(),
+                ),
                 _ => FlatSamples::F32(values.collect()),
             };
             channels.push(AnyChannel::new(name, samples));
         }
     }
-    let mut attributes = LayerAttributes::default();
-    attributes.software_name = Text::new_or_none(concat!("Sundog ", env!("CARGO_PKG_VERSION")));
+    let mut attributes = LayerAttributes {
+        software_name: Text::new_or_none(concat!("Sundog ", env!("CARGO_PKG_VERSION"))),
+        ..LayerAttributes::default()
+    };
     for (name, value) in metadata {
         if let Some(name) = Text::new_or_none(name) {
             // Strings in EXR files are bytes; readers, Blender among them, take them as UTF-8.
-            attributes.other.insert(name, AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes())));
+            attributes.other.insert(
+                name,
+                AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes())),
+            );
         }
     }
-    let encoding = Encoding { compression: options.compression, ..Encoding::SMALL_LOSSLESS };
+    let encoding = Encoding {
+        compression: options.compression,
+        ..Encoding::SMALL_LOSSLESS
+    };
     let layer = exr::prelude::Layer::new(
         Vec2(picture.width as usize, picture.height as usize),
         attributes,
@@ -114,7 +147,11 @@ const REC709: Chromaticities = Chromaticities {
 /// nothing at all.
 fn channel_name(layer: &Layer, index: usize) -> String {
     let channel = &layer.channels[index];
-    if layer.name == COMBINED { channel.clone() } else { format!("{}.{channel}", layer.name) }
+    if layer.name == COMBINED {
+        channel.clone()
+    } else {
+        format!("{}.{channel}", layer.name)
+    }
 }
 
 /// Blender's name of the picture itself.
@@ -122,7 +159,10 @@ const COMBINED: &str = "Combined";
 
 /// Whether 16 bits are enough for a layer: for colours and directions they are.
 fn fits_half(layer: &Layer) -> bool {
-    !matches!(layer.name.as_str(), "Depth" | "Position" | "Debug Sample Count")
+    !matches!(
+        layer.name.as_str(),
+        "Depth" | "Position" | "Debug Sample Count"
+    )
 }
 
 fn to_half(value: f32, clamped: &mut usize) -> f16 {

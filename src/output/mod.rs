@@ -13,7 +13,9 @@ use std::path::Path;
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The name does not end in an extension that stands for a format.
-    #[error("cannot write {path}: the format follows from the end of the name, which must be .exr, .png or .jpg")]
+    #[error(
+        "cannot write {path}: the format follows from the end of the name, which must be .exr, .png or .jpg"
+    )]
     UnknownFormat {
         /// The file.
         path: String,
@@ -53,12 +55,16 @@ impl Format {
     /// # Errors
     /// The extension is none of `.exr`, `.png`, `.jpg`, `.jpeg` (in any case).
     pub fn of(path: &Path) -> Result<Self, OutputError> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        let extension = path
+            .extension()
+            .map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("exr") => Ok(Self::Exr),
             Some("png") => Ok(Self::Png),
             Some("jpg" | "jpeg") => Ok(Self::Jpeg),
-            _ => Err(OutputError::UnknownFormat { path: path.display().to_string() }),
+            _ => Err(OutputError::UnknownFormat {
+                path: path.display().to_string(),
+            }),
         }
     }
 }

@@ -54,7 +54,10 @@ pub fn write(
             Codes::Sixteen(values) => {
                 encoder.set_depth(BitDepth::Sixteen);
                 // PNG's 16 bits are big-endian.
-                let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_be_bytes()).collect();
+                let bytes: Vec<u8> = values
+                    .iter()
+                    .flat_map(|value| value.to_be_bytes())
+                    .collect();
                 encoder.write_header()?.write_image_data(&bytes)
             }
         }

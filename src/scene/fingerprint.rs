@@ -17,21 +17,45 @@ pub fn fingerprint(scene: &Scene) -> String {
     };
     for mesh in &scene.meshes {
         block("positions", bytemuck::cast_slice(&mesh.positions));
-        block("normals", mesh.normals.as_deref().map(bytemuck::cast_slice).unwrap_or_default());
-        block("tangents", mesh.tangents.as_deref().map(bytemuck::cast_slice).unwrap_or_default());
+        block(
+            "normals",
+            mesh.normals
+                .as_deref()
+                .map(bytemuck::cast_slice)
+                .unwrap_or_default(),
+        );
+        block(
+            "tangents",
+            mesh.tangents
+                .as_deref()
+                .map(bytemuck::cast_slice)
+                .unwrap_or_default(),
+        );
         for uvs in &mesh.uvs {
             block("uvs", bytemuck::cast_slice(uvs));
         }
-        block("colors", mesh.colors.as_deref().map(bytemuck::cast_slice).unwrap_or_default());
+        block(
+            "colors",
+            mesh.colors
+                .as_deref()
+                .map(bytemuck::cast_slice)
+                .unwrap_or_default(),
+        );
         block("triangles", bytemuck::cast_slice(&mesh.triangles));
         block("material", format!("{:?}", mesh.material).as_bytes());
     }
     for instance in &scene.instances {
         block("mesh", &instance.mesh.0.to_le_bytes());
-        block("transform", bytemuck::cast_slice(&instance.world_from_object.to_cols_array()));
+        block(
+            "transform",
+            bytemuck::cast_slice(&instance.world_from_object.to_cols_array()),
+        );
     }
     for image in &scene.images {
-        block("image", format!("{} {} {}", image.width, image.height, image.channels).as_bytes());
+        block(
+            "image",
+            format!("{} {} {}", image.width, image.height, image.channels).as_bytes(),
+        );
         match &image.pixels {
             Pixels::U8(values) => block("8", values),
             Pixels::U16(values) => block("16", bytemuck::cast_slice(values)),
@@ -43,7 +67,10 @@ pub fn fingerprint(scene: &Scene) -> String {
     block("lights", format!("{:?}", scene.lights).as_bytes());
     block("environment", format!("{:?}", scene.environment).as_bytes());
     block("cameras", format!("{:?}", scene.cameras).as_bytes());
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    hash.finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
 }
 
 #[cfg(test)]
