@@ -29,8 +29,12 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         clean_mesh(mesh, diagnostics);
     }
     let meshes = &scene.meshes;
+    // The largest coordinate of each mesh.
+    let farthest: Vec<f32> =
+        meshes.iter().map(|m| m.positions.iter().flatten().fold(0.0f32, |largest, c| largest.max(c.abs()))).collect();
     scene.instances.retain(|instance| {
-        let Some(mesh) = meshes.get(instance.mesh.0 as usize) else {
+        let id = instance.mesh.0 as usize;
+        let Some(mesh) = meshes.get(id) else {
             diagnostics.report(
                 "bad-instance",
                 Verdict::Lost,
@@ -44,6 +48,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             return false;
         }
         has_volume(&instance.world_from_object, &instance.name, diagnostics)
+            && is_within_reach(farthest[id], &instance.world_from_object, &instance.name, diagnostics)
     });
     scene.lights.retain_mut(|light| {
         let numbers = match light.kind {
@@ -194,6 +199,20 @@ fn has_volume(transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -
         );
     }
     !flat
+}
+
+/// Distances up to this many metres have squares that an f32 holds.
+const REACH: f64 = 1e18;
+
+/// Whether a placed mesh is near enough to be rendered in f32.
+fn is_within_reach(farthest: f32, transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -> bool {
+    // No sum of three products of entries and coordinates is larger than three times the largest.
+    let growth = transform.matrix3.to_cols_array().iter().fold(0.0f64, |m, c| m.max(c.abs()));
+    let near = 3.0 * growth * f64::from(farthest) + transform.translation.abs().max_element() < REACH;
+    if !near {
+        diagnostics.report("out-of-reach", Verdict::Lost, "object farther away or larger than 10¹⁸ m", name, "left out");
+    }
+    near
 }
 
 fn clean_mesh(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {

@@ -5,8 +5,9 @@ use json::accessor::{ComponentType, Type};
 use json::mesh::{Mode, Semantic};
 use json::validation::Checked;
 
-use super::accessor::{self, Shape};
+use super::accessor;
 use super::container::Document;
+use super::deform::{self, Pose};
 use super::tangents;
 use crate::import::budget::Budget;
 use crate::scene::{Diagnostics, MaterialId, Mesh, Verdict};
@@ -28,6 +29,7 @@ pub(super) fn load_primitive(
     name: &str,
     primitive: &json::mesh::Primitive,
     material: PrimitiveMaterial,
+    pose: &Pose,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
 ) -> Result<Option<Mesh>, String> {
@@ -68,21 +70,18 @@ pub(super) fn load_primitive(
         );
         return Ok(None);
     };
-    let positions = accessor::read_f32::<3>(document, positions, budget)?;
+    let mut positions = accessor::read_f32::<3>(document, positions, budget)?;
     let count =
         u32::try_from(positions.len()).map_err(|_| "it has more than 2³² vertices".to_string())?;
     let whole = |what: &str, length: usize| {
-        if length == positions.len() {
+        if length == count as usize {
             Ok(())
         } else {
-            Err(format!(
-                "it has {} positions but {length} {what}",
-                positions.len()
-            ))
+            Err(format!("it has {count} positions but {length} {what}"))
         }
     };
 
-    let normals = match attribute(Semantic::Normals) {
+    let mut normals = match attribute(Semantic::Normals) {
         Some(index) => {
             let normals = accessor::read_f32::<3>(document, index, budget)?;
             whole("normals", normals.len())?;
@@ -99,6 +98,12 @@ pub(super) fn load_primitive(
         }
         _ => None,
     };
+    let shape = deform::Shape {
+        positions: &mut positions,
+        normals: normals.as_mut(),
+        tangents: tangents.as_mut(),
+    };
+    pose.apply(document, primitive, shape, budget)?;
     let mut uvs = Vec::new();
     for set in 0..UV_SETS {
         let Some(index) = attribute(Semantic::TexCoords(set)) else {
@@ -195,7 +200,7 @@ fn read_colors(
     index: usize,
     budget: &Budget,
 ) -> Result<Vec<[f32; 4]>, String> {
-    let shape: Shape = accessor::shape(document, index)?;
+    let shape = accessor::shape(document, index)?;
     // Exporters forget `normalized` on integer colours, which then can mean nothing else.
     let scale = match (shape.normalized, shape.component) {
         (false, ComponentType::U8) => 1.0 / 255.0,

@@ -2,6 +2,7 @@
 
 mod accessor;
 mod container;
+mod deform;
 mod extensions;
 mod lights;
 mod material;
@@ -10,7 +11,7 @@ mod schema;
 mod tangents;
 mod textures;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
@@ -18,6 +19,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use self::container::Document;
+use self::deform::Pose;
 use self::mesh::PrimitiveMaterial;
 use self::schema::{CameraJson, InstancingJson, NodeJson};
 use self::textures::Images;
@@ -42,27 +44,30 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         options,
         budget: &budget,
         diagnostics: &mut diagnostics,
-        reached: vec![false; document.graph.nodes.len()],
+        worlds: vec![None; document.graph.nodes.len()],
         placed: Vec::new(),
         lights: Vec::new(),
         cameras: Vec::new(),
     };
     walk.run()?;
     let Walk {
-        placed,
+        worlds,
+        mut placed,
         lights,
         cameras,
         ..
     } = walk;
 
     report_whole_file(&document, &mut diagnostics);
-    let used_meshes: BTreeSet<usize> = placed.iter().map(|p| p.mesh).collect();
+    let shapes: BTreeSet<Shaped> = placed.iter().map(|p| p.mesh).collect();
+    let used_meshes: BTreeSet<usize> = shapes.iter().map(|s| s.mesh).collect();
+    let poses = poses(&document, &shapes, &mut placed, &worlds, &budget)?;
     let materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
     let images = materials.images.decode()?;
 
     let meshes = load_meshes(
         &document,
-        &used_meshes,
+        &poses,
         &materials.by_primitive,
         &budget,
         &mut diagnostics,
@@ -75,7 +80,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         cameras,
         ..Scene::default()
     };
-    let mut ids: HashMap<usize, Vec<MeshId>> = HashMap::new();
+    let mut ids: HashMap<Shaped, Vec<MeshId>> = HashMap::new();
     for (index, primitives) in meshes {
         let list = ids.entry(index).or_default();
         for mesh in primitives {
@@ -104,10 +109,17 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     Ok(Imported { scene, diagnostics })
 }
 
+/// A mesh in one shape: meshes with a skin or with weights of their node's own cannot be shared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+struct Shaped {
+    mesh: usize,
+    by_node: Option<usize>,
+}
+
 /// A mesh that a node of the scene places.
 struct Placed {
     name: String,
-    mesh: usize,
+    mesh: Shaped,
     world_from_object: DAffine3,
 }
 
@@ -117,7 +129,8 @@ struct Walk<'a> {
     options: &'a ImportOptions,
     budget: &'a Budget,
     diagnostics: &'a mut Diagnostics,
-    reached: Vec<bool>,
+    /// Where the nodes stand that were reached.
+    worlds: Vec<Option<DAffine3>>,
     placed: Vec<Placed>,
     lights: Vec<Light>,
     cameras: Vec<Camera>,
@@ -126,12 +139,9 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn run(&mut self) -> Result<(), ImportError> {
         let roots = self.roots()?;
-        let mut stack: Vec<(usize, DAffine3)> = roots
-            .into_iter()
-            .rev()
-            .map(|n| (n, DAffine3::IDENTITY))
-            .collect();
-        while let Some((index, parent)) = stack.pop() {
+        let mut stack: Vec<(usize, DAffine3, bool)> =
+            roots.into_iter().rev().map(|n| (n, DAffine3::IDENTITY, false)).collect();
+        while let Some((index, parent, hidden)) = stack.pop() {
             let Some(node) = self.document.graph.nodes.get(index) else {
                 return Err(self.malformed(
                     "scene",
@@ -140,23 +150,20 @@ impl Walk<'_> {
             };
             let name = node.name.clone().unwrap_or_else(|| format!("node {index}"));
             // The format demands a forest; anything else would be walked forever, or for very long.
-            if std::mem::replace(&mut self.reached[index], true) {
+            if self.worlds[index].is_some() {
                 return Err(self.malformed(
                     format!("node \"{name}\""),
                     "it has two parents or is its own ancestor",
                 ));
             }
-            if node
-                .extensions
-                .visibility
-                .as_ref()
-                .is_some_and(|v| !v.visible)
-            {
-                continue;
-            }
             let world = parent * local_transform(node);
-            self.visit(index, node, &name, world)?;
-            stack.extend(node.children.iter().rev().map(|&child| (child, world)));
+            self.worlds[index] = Some(world);
+            // Hidden nodes are walked too, as joints of skins may be among them.
+            let hidden = hidden || node.extensions.visibility.as_ref().is_some_and(|v| !v.visible);
+            if !hidden {
+                self.visit(index, node, &name, world)?;
+            }
+            stack.extend(node.children.iter().rev().map(|&child| (child, world, hidden)));
         }
         Ok(())
     }
@@ -253,20 +260,18 @@ impl Walk<'_> {
                 Some(instancing) => self.copies(instancing, name)?,
                 None => vec![DAffine3::IDENTITY],
             };
+            let by_node = (node.skin.is_some() || node.weights.is_some()).then_some(index);
             for copy in copies {
-                self.placed.push(Placed {
-                    name: name.into(),
-                    mesh,
-                    world_from_object: world * copy,
-                });
+                let mesh = Shaped { mesh, by_node };
+                self.placed.push(Placed { name: name.into(), mesh, world_from_object: world * copy });
             }
             if node.skin.is_some() {
                 self.diagnostics.report(
                     "skin",
-                    Verdict::Approximated,
+                    Verdict::Exact,
                     "skinned mesh",
                     name,
-                    "rendered in its bind pose, where its node stands",
+                    "posed as its joints stand in the file",
                 );
             }
         }
@@ -522,27 +527,76 @@ fn mesh_name(document: &Document, index: usize) -> String {
     name.unwrap_or_else(|| format!("mesh {index}"))
 }
 
+/// The pose of each shape. Skinned meshes are placed anew: only their joints say where they are.
+fn poses(
+    document: &Document,
+    shapes: &BTreeSet<Shaped>,
+    placed: &mut [Placed],
+    worlds: &[Option<DAffine3>],
+    budget: &Budget,
+) -> Result<BTreeMap<Shaped, Pose>, ImportError> {
+    let mut poses = BTreeMap::new();
+    let mut origins: HashMap<Shaped, DAffine3> = HashMap::new();
+    for &shape in shapes {
+        let mesh_weights = document.core.meshes.get(shape.mesh).and_then(|m| m.weights.as_ref());
+        let mut pose = Pose {
+            weights: mesh_weights.into_iter().flatten().copied().map(f64::from).collect(),
+            joints: Vec::new(),
+        };
+        if let Some(index) = shape.by_node
+            && let Some(node) = document.graph.nodes.get(index)
+        {
+            if let Some(weights) = &node.weights {
+                pose.weights.clone_from(weights);
+            }
+            if let Some(skin) = node.skin {
+                let name = node.name.clone().unwrap_or_else(|| format!("node {index}"));
+                let broken =
+                    |problem: String| ImportError::malformed(&document.file, format!("node \"{name}\""), problem);
+                let skin = document
+                    .graph
+                    .skins
+                    .get(skin)
+                    .ok_or_else(|| broken(format!("it uses skin {skin}, which does not exist")))?;
+                let world = |joint: usize| worlds.get(joint).copied().flatten();
+                // Vertices are f32: they are kept small by measuring from the first joint.
+                let first = skin.joints.first().and_then(|&j| world(j)).unwrap_or(DAffine3::IDENTITY);
+                let origin = DAffine3::from_translation(first.translation);
+                pose.joints = Pose::joints(document, skin, world, origin.inverse(), budget).map_err(broken)?;
+                origins.insert(shape, origin);
+            }
+        }
+        poses.insert(shape, pose);
+    }
+    for place in placed {
+        if let Some(&origin) = origins.get(&place.mesh) {
+            place.world_from_object = origin;
+        }
+    }
+    Ok(poses)
+}
+
 /// Reads the meshes, several at a time; the order is the file's.
 fn load_meshes(
     document: &Document,
-    used: &BTreeSet<usize>,
+    shapes: &BTreeMap<Shaped, Pose>,
     materials: &HashMap<Option<usize>, PrimitiveMaterial>,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<(usize, Vec<Mesh>)>, ImportError> {
-    let loaded: Vec<Result<_, ImportError>> = used
+) -> Result<Vec<(Shaped, Vec<Mesh>)>, ImportError> {
+    let loaded: Vec<Result<_, ImportError>> = shapes
         .par_iter()
-        .map(|&index| {
+        .map(|(&shape, pose)| {
             let mut messages = Diagnostics::default();
-            let meshes = load_mesh(document, index, materials, budget, &mut messages)?;
-            Ok((index, meshes, messages))
+            let meshes = load_mesh(document, shape.mesh, pose, materials, budget, &mut messages)?;
+            Ok((shape, meshes, messages))
         })
         .collect();
     let mut meshes = Vec::with_capacity(loaded.len());
     for result in loaded {
-        let (index, primitives, messages) = result?;
+        let (shape, primitives, messages) = result?;
         diagnostics.append(messages);
-        meshes.push((index, primitives));
+        meshes.push((shape, primitives));
     }
     Ok(meshes)
 }
@@ -550,6 +604,7 @@ fn load_meshes(
 fn load_mesh(
     document: &Document,
     index: usize,
+    pose: &Pose,
     materials: &HashMap<Option<usize>, PrimitiveMaterial>,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
@@ -560,21 +615,12 @@ fn load_mesh(
     let Some(mesh) = document.core.meshes.get(index) else {
         return Err(broken("a node uses it, but it does not exist".into()));
     };
-    extensions::report_others(
-        document,
-        &format!("/meshes/{index}"),
-        &object,
-        &[],
-        diagnostics,
-    );
+    extensions::report_others(document, &format!("/meshes/{index}"), &object, &[], diagnostics);
     let mut result = Vec::with_capacity(mesh.primitives.len());
     for (number, primitive) in mesh.primitives.iter().enumerate() {
         let pointer = format!("/meshes/{index}/primitives/{number}");
         extensions::report_others(document, &pointer, &object, &[], diagnostics);
-        if document
-            .extension(&pointer, "KHR_draco_mesh_compression")
-            .is_some()
-            && !has_plain_copy(document, primitive)
+        if document.extension(&pointer, "KHR_draco_mesh_compression").is_some() && !has_plain_copy(document, primitive)
         {
             return Err(ImportError::Unsupported {
                 file: document.file.clone(),
@@ -582,27 +628,11 @@ fn load_mesh(
                 remedy: "export it again from Blender with compression off".into(),
             });
         }
-        if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
-            diagnostics.report(
-                "morph-targets",
-                Verdict::Lost,
-                "morph targets",
-                &name,
-                "rendered in the basic shape",
-            );
-        }
         let material = primitive.material.map(|m| m.value());
-        let material = materials
-            .get(&material)
-            .copied()
-            .unwrap_or(PrimitiveMaterial {
-                id: None,
-                normal_map_uv_set: None,
-            });
-        let loaded =
-            mesh::load_primitive(document, &name, primitive, material, budget, diagnostics)
-                .map_err(broken)?;
-        result.extend(loaded);
+        let none = PrimitiveMaterial { id: None, normal_map_uv_set: None };
+        let material = materials.get(&material).copied().unwrap_or(none);
+        let loaded = mesh::load_primitive(document, &name, primitive, material, pose, budget, diagnostics);
+        result.extend(loaded.map_err(broken)?);
     }
     Ok(result)
 }

@@ -12,7 +12,6 @@ pub(super) struct Graph {
     pub cameras: Vec<CameraJson>,
     pub skins: Vec<SkinJson>,
     pub lights: Vec<LightJson>,
-    pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
 }
 
@@ -181,7 +180,6 @@ impl Graph {
             cameras: list(value, "/cameras")?,
             skins: list(value, "/skins")?,
             lights: list(value, "/extensions/KHR_lights_punctual/lights")?,
-            extensions_used: list(value, "/extensionsUsed")?,
             extensions_required: list(value, "/extensionsRequired")?,
         })
     }

@@ -259,7 +259,7 @@ impl<'a> Images<'a> {
         self.pending
             .into_par_iter()
             .map(|pending| {
-                image::decode_image(&pending.bytes, &pending.name).map_err(|reason| {
+                image::decode_checked(&pending.bytes, &pending.name).map_err(|reason| {
                     ImportError::image(file, format!("image \"{}\"", pending.name), reason)
                 })
             })

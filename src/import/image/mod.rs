@@ -84,6 +84,12 @@ pub(crate) fn sniff(bytes: &[u8]) -> Format {
 /// # Errors
 /// The image is of no kind that is read, damaged, or absurdly large.
 pub fn decode_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
+    check_size(bytes, &Budget::for_image(bytes.len()))?;
+    decode_checked(bytes, name)
+}
+
+/// As [`decode_image`], after [`check_size`].
+pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
     match sniff(bytes) {
         Format::Exr => openexr::decode(bytes, name),
         Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("a {kind} image"))),
@@ -99,7 +105,7 @@ pub(crate) fn decode_linear_rgb(
     budget: &Budget,
 ) -> Result<Image, ImageFailure> {
     check_size(bytes, budget)?;
-    let image = decode_image(bytes, name)?;
+    let image = decode_checked(bytes, name)?;
     let channels = image.channels as usize;
     let rgb = |pixel: &[f32]| match *pixel {
         [grey] | [grey, _] => [grey; 3],

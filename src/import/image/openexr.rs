@@ -3,10 +3,13 @@
 
 use std::io::Cursor;
 
+use exr::block::UncompressedBlock;
+use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::reader::ChunksReader as _;
 use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::*;
+use rayon::prelude::*;
 
 use super::{ImageFailure, MOST_PIXELS};
 use crate::scene::{Image, Pixels};
@@ -188,62 +191,109 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, Ima
 
 /// The named channels of one part, interleaved, in the data window's frame.
 ///
-/// Blocks are taken one by one, so that a file of forty passes does not have to fit into memory
-/// beside its picture.
-fn read_part(
-    bytes: &[u8],
-    part: usize,
-    wanted: &[Text],
-) -> std::result::Result<Vec<f32>, ImageFailure> {
+/// Blocks are decompressed a batch at a time, so that a file of forty passes does not have to fit
+/// into memory beside its picture.
+fn read_part(bytes: &[u8], part: usize, wanted: &[Text]) -> std::result::Result<Vec<f32>, ImageFailure> {
     let chunks = exr::block::read(Cursor::new(bytes), false)
         .and_then(|reader| {
-            reader.filter_chunks(false, |_, tile, block| {
-                block.layer == part && tile.level_index == Vec2(0, 0)
-            })
+            reader.filter_chunks(false, |_, tile, block| block.layer == part && tile.level_index == Vec2(0, 0))
         })
         .map_err(damaged)?;
-    let header = chunks
-        .meta_data()
-        .headers
-        .get(part)
-        .cloned()
-        .ok_or_else(|| ImageFailure::Damaged("it is damaged".into()))?;
+    let meta = chunks.meta_data().clone();
+    let header = meta.headers.get(part).ok_or_else(|| ImageFailure::Damaged("it is damaged".into()))?;
     let (width, height) = (header.layer_size.width(), header.layer_size.height());
     let channels = wanted.len();
     let mut values = vec![0.0; width * height * channels];
-    chunks
-        .decompress_parallel(false, |_, block| {
-            for line in block.lines(&header.channels) {
-                let channel = &header.channels.list[line.location.channel];
-                let Some(slot) = wanted.iter().position(|name| *name == channel.name) else {
-                    continue;
-                };
-                let (x, y) = (line.location.position.x(), line.location.position.y());
-                if y >= height || x + line.location.sample_count > width {
-                    return Err(Error::Invalid("block outside of the data window".into()));
-                }
-                let first = (y * width + x) * channels + slot;
-                let target = values.iter_mut().skip(first).step_by(channels);
-                match channel.sample_type {
-                    SampleType::F16 => {
-                        for (value, sample) in target.zip(line.read_samples::<f16>()) {
-                            *value = sample?.to_f32();
-                        }
-                    }
-                    SampleType::F32 => {
-                        for (value, sample) in target.zip(line.read_samples::<f32>()) {
-                            *value = sample?;
-                        }
-                    }
-                    SampleType::U32 => {
-                        for (value, sample) in target.zip(line.read_samples::<u32>()) {
-                            *value = sample? as f32;
-                        }
-                    }
+    let mut chunks = chunks.peekable();
+    while chunks.peek().is_some() {
+        let batch: Vec<Chunk> = chunks.by_ref().take(BATCH).collect::<Result<_>>().map_err(damaged)?;
+        let blocks: Vec<UncompressedBlock> = batch
+            .into_par_iter()
+            .map(|chunk| {
+                check_dwa(&chunk, header)?;
+                UncompressedBlock::decompress_chunk(chunk, &meta, false)
+            })
+            .collect::<Result<_>>()
+            .map_err(damaged)?;
+        for block in blocks {
+            put(&block, header, wanted, (width, height), &mut values).map_err(damaged)?;
+        }
+    }
+    Ok(values)
+}
+
+/// Blocks decompressed at a time.
+const BATCH: usize = 64;
+
+/// Copies the wanted channels of a block to their places.
+fn put(
+    block: &UncompressedBlock,
+    header: &Header,
+    wanted: &[Text],
+    (width, height): (usize, usize),
+    values: &mut [f32],
+) -> Result<()> {
+    let channels = wanted.len();
+    for line in block.lines(&header.channels) {
+        let channel = &header.channels.list[line.location.channel];
+        let Some(slot) = wanted.iter().position(|name| *name == channel.name) else { continue };
+        let (x, y) = (line.location.position.x(), line.location.position.y());
+        if y >= height || x + line.location.sample_count > width {
+            return Err(Error::Invalid("block outside of the data window".into()));
+        }
+        let target = values.iter_mut().skip((y * width + x) * channels + slot).step_by(channels);
+        match channel.sample_type {
+            SampleType::F16 => {
+                for (value, sample) in target.zip(line.read_samples::<f16>()) {
+                    *value = sample?.to_f32();
                 }
             }
-            Ok(())
-        })
-        .map_err(damaged)?;
-    Ok(values)
+            SampleType::F32 => {
+                for (value, sample) in target.zip(line.read_samples::<f32>()) {
+                    *value = sample?;
+                }
+            }
+            SampleType::U32 => {
+                for (value, sample) in target.zip(line.read_samples::<u32>()) {
+                    *value = sample? as f32;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a DWAA or DWAB chunk whose counters promise more than its block can hold: the decoder
+/// takes memory by them without asking.
+///
+/// The chunk begins with eleven 64-bit counters (OpenEXR's technical introduction, "DWA"): version;
+/// unknown data's size, plain and packed; packed sizes of AC, DC and RLE data; RLE data's size,
+/// unpacked and raw; number of AC and of DC values; kind of AC packing.
+fn check_dwa(chunk: &Chunk, header: &Header) -> Result<()> {
+    if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+        return Ok(());
+    }
+    let data: &[u8] = match &chunk.compressed_block {
+        CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
+        CompressedBlock::Tile(block) => &block.compressed_pixels_le,
+        _ => return Ok(()),
+    };
+    let block = header.max_block_pixel_size();
+    // Values are kept for whole blocks of 8 × 8 samples; four bytes each is the widest channel.
+    let samples = block
+        .width()
+        .next_multiple_of(8)
+        .saturating_mul(block.height().next_multiple_of(8))
+        .saturating_mul(header.channels.list.len());
+    let most = (samples as u64).saturating_mul(4).saturating_add(1024);
+    let counter = |i: usize| {
+        let bytes = data.get(i * 8..i * 8 + 8).and_then(|b| <[u8; 8]>::try_from(b).ok());
+        bytes.map_or(0, u64::from_le_bytes)
+    };
+    const UNPACKED: [usize; 5] = [1, 6, 7, 8, 9];
+    const PACKED: [usize; 4] = [2, 3, 4, 5];
+    if UNPACKED.iter().any(|&i| counter(i) > most) || PACKED.iter().any(|&i| counter(i) > data.len() as u64) {
+        return Err(Error::Invalid("DWA counters out of range".into()));
+    }
+    Ok(())
 }
