@@ -63,7 +63,7 @@ def three_objects(folder):
     ring.location = (2.15, 0.1, 0.98)
     ring.rotation_euler = (math.radians(78.0), 0.0, math.radians(-28.0))
     kit.look_from((0.2, -7.6, 2.2), (0.0, 0.0, 0.92), degrees=50.0)
-    return {"environment": "sky-with-sun.hdr", "environment_rotation": 20.0, "bounces": 8}
+    return {"environment": "sky-with-sun.hdr", "environment_rotation": -20.0, "bounces": 8}
 
 
 @scene("window-room", 960, 640)
@@ -296,7 +296,7 @@ def material_wall(folder):
              kit.glowing("Key", (1.0, 0.93, 0.84), 22.0))
     kit.write_hdr(os.path.join(folder, "studio.hdr"), kit.sky_picture(256, 128, clouds=0.4))
     kit.look_from((0.35, -6.3, 1.9), (0.0, 0.0, 1.60), degrees=46.0)
-    return {"environment": "studio.hdr", "environment_strength": 0.8, "environment_rotation": -60.0, "bounces": 6}
+    return {"environment": "studio.hdr", "environment_strength": 0.8, "environment_rotation": 60.0, "bounces": 6}
 
 
 @scene("foliage", 960, 540)

@@ -116,17 +116,16 @@ def background(strength, color=(1.0, 1.0, 1.0)):
 
 
 def environment(path, strength=1.0, rotation=0.0):
-    """An equirectangular picture round the scene, turned by `rotation` degrees about the up axis.
+    """An equirectangular picture round the scene; `rotation` degrees is the Z rotation of a Mapping node of type Point.
 
-    Counter-clockwise seen from above: what the picture shows at azimuth a appears at azimuth a + rotation. (That is a
-    Mapping node of type TEXTURE; type POINT turns the other way.)
+    Such a node turns the direction that is looked up: what the picture shows at azimuth a appears at a - rotation.
     """
     tree, shader = background(strength)
     picture = tree.nodes.new("ShaderNodeTexEnvironment")
     picture.image = bpy.data.images.load(path)
     picture.interpolation = "Linear"
     mapping = tree.nodes.new("ShaderNodeMapping")
-    mapping.vector_type = "TEXTURE"
+    mapping.vector_type = "POINT"
     mapping.inputs["Rotation"].default_value = (0.0, 0.0, math.radians(rotation))
     coordinate = tree.nodes.new("ShaderNodeTexCoord")
     tree.links.new(coordinate.outputs["Generated"], mapping.inputs["Vector"])
