@@ -1,5 +1,8 @@
 //! Pixels, the reconstruction filter, layers.
 
+pub mod filter;
+pub mod pixel;
+
 /// A finished picture: layers of floats, scene-linear.
 #[derive(Clone, Debug, Default)]
 pub struct Picture {

@@ -1,1 +1,50 @@
-//! The path loop.
+//! The path loop, generic over the effects compiled into it.
+
+mod path;
+
+pub use path::{Path, PathSettings, trace};
+
+use crate::effects::{ALL, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, NORMAL_MAPS, SUNS, TEXTURES, TRANSMISSION};
+use crate::sampler::Sampler;
+use crate::world::World;
+use glam::Vec2;
+
+/// A kernel: the path loop for a set of effects.
+pub type Kernel = fn(&World, &PathSettings, &Sampler, Vec2) -> Path;
+
+const LIGHTS: Mask = LAMPS | MESH_LIGHTS | SUNS | ENVIRONMENT;
+
+/// The kernels there are, smallest first. State and code of the effects that a kernel lacks are
+/// not in it.
+pub const KERNELS: [(Mask, Kernel); 6] = [
+    (MESH_LIGHTS, trace::<MESH_LIGHTS>),
+    (LIGHTS, trace::<LIGHTS>),
+    (LIGHTS | TRANSMISSION, trace::<{ LIGHTS | TRANSMISSION }>),
+    (LIGHTS | TEXTURES | NORMAL_MAPS, trace::<{ LIGHTS | TEXTURES | NORMAL_MAPS }>),
+    (LIGHTS | TEXTURES | ALPHA, trace::<{ LIGHTS | TEXTURES | ALPHA }>),
+    (ALL, trace::<ALL>),
+];
+
+/// The smallest kernel that has all the effects of a set.
+pub fn kernel_for(effects: Mask) -> (Mask, Kernel) {
+    KERNELS
+        .into_iter()
+        .find(|(mask, _)| mask & effects == effects)
+        .unwrap_or((ALL, trace::<ALL>))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_set_has_a_kernel_and_the_smallest_is_taken() {
+        for set in 0..=ALL {
+            let (mask, _) = kernel_for(set);
+            assert_eq!(mask & set, set);
+        }
+        assert_eq!(kernel_for(MESH_LIGHTS).0, MESH_LIGHTS);
+        assert_eq!(kernel_for(ALPHA).0, LIGHTS | TEXTURES | ALPHA);
+        assert_eq!(kernel_for(ALPHA | TRANSMISSION).0, ALL);
+    }
+}

@@ -1,1 +1,32 @@
 //! Lights: sample, pdf, evaluate; the light tree.
+//!
+//! One file a kind. A light's geometry lives here, free of scene and textures; `world::lights`
+//! puts them together.
+
+pub mod environment;
+pub mod lamp;
+pub mod sun;
+pub mod tree;
+pub mod triangle;
+
+use glam::Vec3;
+
+/// A direction to a light with its density (per solid angle, given the light).
+#[derive(Clone, Copy, Debug)]
+pub struct Direction {
+    /// From the lit point towards the light, unit length.
+    pub wi: Vec3,
+    /// Density; 0 for a light without extent (`delta`).
+    pub pdf: f32,
+}
+
+/// The power heuristic with exponent 2 (Veach, *Robust Monte Carlo Methods for Light Transport
+/// Simulation*, 1997, §9.2.4), as a ratio so that large densities do not overflow.
+#[inline]
+pub fn power_heuristic(taken: f32, other: f32) -> f32 {
+    if taken <= 0.0 {
+        return 0.0;
+    }
+    let ratio = other / taken;
+    1.0 / (1.0 + ratio * ratio)
+}

@@ -1,11 +1,12 @@
 //! The schedule: passes, tiles, threads, when to stop.
 
+mod schedule;
 mod settings;
 
+pub use schedule::render;
 pub use settings::{EffectChoice, Filter, FilterKind, LightSampling, RenderSettings};
 
 use crate::film::Picture;
-use crate::scene::Scene;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -112,16 +113,3 @@ pub struct Rendering {
     pub statistics: Statistics,
 }
 
-/// Renders a scene.
-///
-/// # Errors
-/// If a setting does not fit the scene or Embree fails. Never for the content of the scene:
-/// what can't be rendered is left out and has been told by the importer.
-pub fn render(
-    scene: &Scene,
-    settings: &RenderSettings,
-    observer: &dyn Observer,
-) -> Result<Rendering, RenderError> {
-    let _ = (scene, settings, observer);
-    Err(RenderError::Setting("the renderer is not built yet".into()))
-}

@@ -14,8 +14,7 @@ pub struct RenderSettings {
     pub samples: u32,
     /// Stop after this long, load and set-up of the scene not counted.
     pub time_limit: Option<Duration>,
-    /// Longest path: number of scattering events (0: only what the camera sees emitting;
-    /// 1: direct light), as Cycles counts "Max Bounces" plus one for the camera's hit.
+    /// Indirect bounces (0: direct light only), as Cycles counts "Max Bounces".
     pub bounces: u32,
     /// Index into `Scene::cameras`; `None` takes the first.
     pub camera: Option<usize>,

@@ -1,1 +1,246 @@
-//! The prepared scene: recentred, in Embree, ready for rays.
+//! The prepared scene: recentred, in Embree, ready for rays. Read-only while rendering.
+
+mod geometry;
+mod lights;
+mod material;
+mod texture;
+
+pub use geometry::{HitPoint, Surface};
+pub use lights::{LightSample, Lights, Shaded};
+
+use crate::camera::{Camera, Lens};
+use crate::effects::{self, Mask};
+use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Hit, Ray};
+use crate::math::float;
+use crate::sampler;
+use crate::scene::{self, Projection, Scene};
+use geometry::{Entry, MeshData};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
+use material::{PreparedMaterial, Preparer};
+use std::sync::Arc;
+
+/// A scene ready for rays. Positions are relative to `origin`.
+pub struct World {
+    embree: CommittedScene,
+    meshes: Vec<MeshData>,
+    entries: Vec<Entry>,
+    materials: Vec<PreparedMaterial>,
+    /// All that shines.
+    pub lights: Lights,
+    /// The camera.
+    pub camera: Camera,
+    /// What was subtracted from all positions, world space, metres.
+    pub origin: DVec3,
+    /// Triangles, instances expanded.
+    pub triangles: u64,
+    cull_backfaces: bool,
+}
+
+/// What a world is prepared for.
+#[derive(Clone, Copy, Debug)]
+pub struct Options<'a> {
+    /// The camera.
+    pub camera: &'a scene::Camera,
+    /// Width over height of the picture.
+    pub aspect: f64,
+    /// Effects that are kept.
+    pub effects: Mask,
+    /// Threads that build.
+    pub threads: Option<usize>,
+    /// Hide back faces of single-sided materials.
+    pub cull_backfaces: bool,
+}
+
+/// Meshes that are placed once become part of the top scene in world space; others are instanced.
+fn is_shared(placements: u32) -> bool {
+    placements > 1
+}
+
+impl World {
+    /// Prepares a scene.
+    ///
+    /// # Errors
+    /// If Embree fails.
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, EmbreeError> {
+        let device = Device::new(options.threads)?;
+        // The camera is where precision matters: floats are densest about it.
+        let origin = options.camera.world_from_camera.translation;
+        let keep = |effect| effects::has(options.effects, effect);
+
+        let mut preparer = Preparer::default();
+        let mut vertex_alpha = vec![false; scene.materials.len() + 1];
+        for mesh in &scene.meshes {
+            let slot = mesh.material.map_or(scene.materials.len(), |m| m.0 as usize);
+            if let (Some(colors), Some(v)) = (&mesh.colors, vertex_alpha.get_mut(slot)) {
+                *v |= colors.iter().any(|c| c[3] < 1.0);
+            }
+        }
+        let fallback = scene::Material::default();
+        let materials: Vec<PreparedMaterial> = scene
+            .materials
+            .iter()
+            .chain([&fallback])
+            .zip(&vertex_alpha)
+            .map(|(m, &a)| preparer.material(scene, m, a))
+            .collect();
+
+        let mut placements = vec![0u32; scene.meshes.len()];
+        for instance in &scene.instances {
+            placements[instance.mesh.0 as usize] += 1;
+        }
+        let mut top = embree::Scene::new(&device)?;
+        let mut meshes = Vec::new();
+        let mut entries = Vec::new();
+        let mut shared: Vec<Option<(u32, CommittedScene)>> = vec![None; scene.meshes.len()];
+        let mut triangles = 0u64;
+        for instance in &scene.instances {
+            let source = &scene.meshes[instance.mesh.0 as usize];
+            if source.triangles.is_empty() {
+                continue;
+            }
+            let material = source.material.map_or(scene.materials.len() as u32, |m| m.0);
+            let filtered = (materials[material as usize].translucent && keep(effects::ALPHA))
+                || (options.cull_backfaces && materials[material as usize].single_sided);
+            triangles += source.triangles.len() as u64;
+            let transform = DAffine3 {
+                translation: instance.world_from_object.translation - origin,
+                ..instance.world_from_object
+            };
+            if is_shared(placements[instance.mesh.0 as usize]) {
+                let slot = &mut shared[instance.mesh.0 as usize];
+                let (mesh, child) = match slot {
+                    Some((mesh, child)) => (*mesh, child.clone()),
+                    None => {
+                        let data = MeshData::new(source, material, None)?;
+                        let mut child = embree::Scene::new(&device)?;
+                        child.add_triangles(&data.triangles, filtered)?;
+                        let child = child.commit()?;
+                        meshes.push(data);
+                        let id = meshes.len() as u32 - 1;
+                        *slot = Some((id, child.clone()));
+                        (id, child)
+                    }
+                };
+                let entry = Entry::instance(mesh, &transform);
+                let m = &entry.transform();
+                top.add_instance(
+                    &child,
+                    &[m.x.to_array(), m.y.to_array(), m.z.to_array(), m.translation.to_array()],
+                )?;
+                entries.push(entry);
+            } else {
+                let data = MeshData::new(source, material, Some(&transform))?;
+                top.add_triangles(&data.triangles, filtered)?;
+                meshes.push(data);
+                entries.push(Entry::flat(meshes.len() as u32 - 1, transform.matrix3.determinant() < 0.0));
+            }
+        }
+        let embree = top.commit()?;
+        let lights = Lights::new(scene, options.effects, origin, &mut entries, &meshes, &materials, &device)?;
+        let lens = match options.camera.projection {
+            Projection::Perspective { vertical_fov, .. } => {
+                let t = (0.5 * vertical_fov).tan();
+                Lens::Perspective { tangents: Vec2::new((t * options.aspect) as f32, t as f32) }
+            }
+            Projection::Orthographic { half_width, half_height } => {
+                Lens::Orthographic { half: Vec2::new(half_width as f32, half_height as f32) }
+            }
+        };
+        let camera = Camera::new(
+            lens,
+            &options.camera.world_from_camera,
+            origin,
+            options.camera.clip_near,
+            options.camera.clip_far,
+        );
+        Ok(Self {
+            embree,
+            meshes,
+            entries,
+            materials,
+            lights,
+            camera,
+            origin,
+            triangles,
+            cull_backfaces: options.cull_backfaces,
+        })
+    }
+
+    /// Opacity of a hit (0 for a back face that is hidden).
+    #[inline]
+    fn opacity<const E: Mask>(&self, hit: &Hit, direction: Vec3) -> f32 {
+        let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
+        let mesh = &self.meshes[entry.mesh as usize];
+        let material = &self.materials[mesh.material as usize];
+        if self.cull_backfaces && material.single_sided && entry.geometric_normal(mesh, hit.primitive).dot(direction) > 0.0 {
+            return 0.0;
+        }
+        if !effects::has(E, effects::ALPHA) || !material.translucent {
+            return 1.0;
+        }
+        let at = mesh.at(hit.primitive, hit.u, hit.v);
+        material.opacity(&at, at.color())
+    }
+
+    /// Whether queries have to ask about hits.
+    #[inline]
+    fn filters<const E: Mask>(&self) -> bool {
+        effects::has(E, effects::ALPHA) || self.cull_backfaces
+    }
+
+    /// The nearest surface that the ray does not pass. Blended surfaces are met with the
+    /// probability of their opacity, drawn from `key` and what is met, so that the order in which
+    /// Embree asks does not matter.
+    #[inline]
+    pub fn intersect<const E: Mask>(&self, origin: Vec3, direction: Vec3, near: f32, far: f32, key: u32) -> Option<Hit> {
+        let ray = Ray { origin: origin.to_array(), direction: direction.to_array(), near, far };
+        if !self.filters::<E>() {
+            return self.embree.intersect(&ray);
+        }
+        self.embree.intersect_filtered(&ray, |hit| {
+            let opacity = self.opacity::<E>(hit, direction);
+            opacity >= 1.0
+                || (opacity > 0.0
+                    && sampler::hashed(key, hit.primitive, hit.geometry ^ hit.instance.unwrap_or(0).rotate_left(16)) < opacity)
+        })
+    }
+
+    /// Share of light that comes from `origin + direction · share` to `origin`, 0..=1.
+    #[inline]
+    pub fn transmittance<const E: Mask>(&self, origin: Vec3, direction: Vec3, far: f32) -> f32 {
+        let ray = Ray { origin: origin.to_array(), direction: direction.to_array(), near: 0.0, far };
+        if !self.filters::<E>() {
+            return if self.embree.occluded(&ray) { 0.0 } else { 1.0 };
+        }
+        let mut share = 1.0f32;
+        let blocked = self.embree.occluded_filtered(&ray, |hit| {
+            share *= 1.0 - self.opacity::<E>(hit, direction);
+            share <= 0.0
+        });
+        if blocked { 0.0 } else { share }
+    }
+
+    /// Share of light between two points with error bounds that see each other along `wi` (from
+    /// `a` to `b`): both ends leave their surfaces by their bounds.
+    #[inline]
+    pub fn transmittance_to<const E: Mask>(&self, origin: Vec3, target: Vec3) -> f32 {
+        self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE)
+    }
+
+    /// The surface at a hit.
+    #[inline]
+    pub fn surface<const E: Mask>(&self, hit: &Hit, direction: Vec3) -> Surface<'_> {
+        let index = hit.instance.unwrap_or(hit.geometry);
+        let entry = &self.entries[index as usize];
+        let mesh = &self.meshes[entry.mesh as usize];
+        geometry::surface::<E>(entry, mesh, &self.materials[mesh.material as usize], hit, direction)
+    }
+
+    /// A surface on a given triangle, for tests and lights.
+    pub fn entry_count(&self) -> usize {
+        self.entries.len()
+    }
+}
+
+/// A shared pointer to a world.
+pub type SharedWorld = Arc<World>;

@@ -1,0 +1,273 @@
+//! Light from all around: a constant, or an equirectangular image sampled in two dimensions.
+//!
+//! Blender's mapping: with Blender's axes (x, y, z up) the image's column is
+//! u = ½ − atan2(y, x)/2π and its row from the bottom v = ½ + asin(z)/π; the Mapping node turns
+//! the direction by its rotation about z first. Sundog's axes are glTF's: x = x, y = z(up), z = −y.
+
+use super::Direction;
+use crate::math::luminance;
+use glam::{Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
+
+/// An environment.
+#[derive(Debug)]
+pub struct Environment {
+    radiance: Vec3,
+    rotation: f32,
+    image: Option<Image>,
+}
+
+#[derive(Debug)]
+struct Image {
+    width: usize,
+    height: usize,
+    texels: Vec<Vec3>,
+    distribution: Distribution,
+}
+
+/// Cells of the distribution along u at most: finer than that only costs memory.
+const CELLS_U: usize = 2048;
+
+/// A piecewise constant density over cells of (u, row), by inversion of its sums.
+#[derive(Debug)]
+struct Distribution {
+    columns: usize,
+    rows: usize,
+    /// For each row `columns + 1` sums, the last one 1.
+    conditional: Vec<f32>,
+    /// `rows + 1` sums, the last one 1.
+    marginal: Vec<f64>,
+    /// Cosine of the polar angle (from up) at the upper edge of each row, and at the lower edge of the last.
+    cosines: Vec<f64>,
+}
+
+impl Environment {
+    /// A constant.
+    pub fn constant(radiance: Vec3) -> Self {
+        Self { radiance, rotation: 0.0, image: None }
+    }
+
+    /// An image: `texels` in rows from the top, linear; `radiance` multiplies it.
+    pub fn image(width: usize, height: usize, texels: Vec<Vec3>, radiance: Vec3, rotation: f32) -> Self {
+        let distribution = Distribution::new(width, height, &texels, radiance);
+        Self { radiance, rotation, image: Some(Image { width, height, texels, distribution }) }
+    }
+
+    /// Mean radiance over all directions (for the choice between lights).
+    pub fn mean(&self) -> Vec3 {
+        let Some(image) = &self.image else { return self.radiance };
+        let mut sum = glam::DVec3::ZERO;
+        let mut weight = 0f64;
+        for y in 0..image.height {
+            let sin = ((y as f64 + 0.5) / image.height as f64 * std::f64::consts::PI).sin();
+            let row: glam::DVec3 = image.texels[y * image.width..][..image.width].iter().map(|t| t.as_dvec3()).sum();
+            sum += row * sin;
+            weight += sin * image.width as f64;
+        }
+        (sum / weight).as_vec3() * self.radiance
+    }
+
+    /// (u, row from the top), both 0..1, of a direction.
+    #[inline]
+    fn coordinates(&self, d: Vec3) -> Vec2 {
+        let phi = (-d.z).atan2(d.x) + self.rotation;
+        let u = (0.5 - phi / TAU).rem_euclid(1.0);
+        // atan2 keeps the poles accurate where asin would not.
+        let v = 0.5 - d.y.atan2((d.x * d.x + d.z * d.z).sqrt()) / PI;
+        Vec2::new(u, v)
+    }
+
+    /// Direction of (u, cosine of the polar angle).
+    #[inline]
+    fn direction(&self, u: f32, cos: f32) -> Vec3 {
+        let phi = (0.5 - u) * TAU - self.rotation;
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        Vec3::new(sin * phi.cos(), cos, -sin * phi.sin())
+    }
+
+    /// Radiance from a direction.
+    #[inline]
+    pub fn emitted(&self, d: Vec3) -> Vec3 {
+        let Some(image) = &self.image else { return self.radiance };
+        self.radiance * image.bilinear(self.coordinates(d))
+    }
+
+    /// Draws a direction in proportion to the radiance.
+    #[inline]
+    pub fn sample(&self, u: Vec2) -> Direction {
+        match &self.image {
+            None => Direction { wi: crate::math::warp::sphere(u), pdf: 1.0 / (4.0 * PI) },
+            Some(image) => {
+                let (u, cos, pdf) = image.distribution.sample(u);
+                Direction { wi: self.direction(u, cos), pdf }
+            }
+        }
+    }
+
+    /// Density of [`Self::sample`].
+    #[inline]
+    pub fn pdf(&self, d: Vec3) -> f32 {
+        match &self.image {
+            None => 1.0 / (4.0 * PI),
+            Some(image) => image.distribution.pdf(self.coordinates(d).x, d.y),
+        }
+    }
+}
+
+impl Image {
+    /// Bilinear between texel centres; wraps around in u, stops at the poles.
+    #[inline]
+    fn bilinear(&self, at: Vec2) -> Vec3 {
+        let (x, y) = (at.x * self.width as f32 - 0.5, at.y * self.height as f32 - 0.5);
+        let (x0, y0) = (x.floor(), y.floor());
+        let (s, t) = (x - x0, y - y0);
+        let column = |x: f32| (x as i64).rem_euclid(self.width as i64) as usize;
+        let row = |y: f32| (y.max(0.0) as usize).min(self.height - 1);
+        let (c0, c1, r0, r1) = (column(x0), column(x0 + 1.0), row(y0), row(y0 + 1.0));
+        let texel = |c: usize, r: usize| self.texels[r * self.width + c];
+        texel(c0, r0).lerp(texel(c1, r0), s).lerp(texel(c0, r1).lerp(texel(c1, r1), s), t)
+    }
+}
+
+impl Distribution {
+    fn new(width: usize, height: usize, texels: &[Vec3], radiance: Vec3) -> Self {
+        let columns = width.min(CELLS_U);
+        let rows = height.min(CELLS_U / 2);
+        // Mean of the bilinear interpolation over each texel's cell: (1, 6, 1)/8 in both directions.
+        // It is above 0 wherever the interpolation is somewhere above 0 in the cell.
+        let weight = |x: usize, y: usize| f64::from(luminance(texels[y * width + x] * radiance).max(0.0));
+        let smoothed_row = |y: usize| -> Vec<f64> {
+            let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
+            let vertical: Vec<f64> = (0..width)
+                .map(|x| (weight(x, above) + 6.0 * weight(x, y) + weight(x, below)) / 8.0)
+                .collect();
+            (0..width)
+                .map(|x| (vertical[(x + width - 1) % width] + 6.0 * vertical[x] + vertical[(x + 1) % width]) / 8.0)
+                .collect()
+        };
+        let cosines: Vec<f64> = (0..=rows).map(|r| (r as f64 / rows as f64 * std::f64::consts::PI).cos()).collect();
+        let mut conditional = Vec::with_capacity(rows * (columns + 1));
+        let mut marginal = vec![0f64];
+        for r in 0..rows {
+            let mut cells = vec![0f64; columns];
+            // Texel rows and columns that touch the cell (every texel belongs to at least one cell).
+            for y in r * height / rows..((r + 1) * height).div_ceil(rows).min(height) {
+                for (x, w) in smoothed_row(y).into_iter().enumerate() {
+                    for c in x * columns / width..((x + 1) * columns).div_ceil(width).min(columns) {
+                        cells[c] += w;
+                    }
+                }
+            }
+            let sum: f64 = cells.iter().sum();
+            let mut running = 0f64;
+            conditional.push(0.0);
+            for (i, c) in cells.iter().enumerate() {
+                running += if sum > 0.0 { c / sum } else { 1.0 / columns as f64 };
+                conditional.push(if i + 1 == columns { 1.0 } else { running.min(1.0) as f32 });
+            }
+            let last = marginal[marginal.len() - 1];
+            marginal.push(last + sum * (cosines[r] - cosines[r + 1]));
+        }
+        let total = marginal[rows];
+        if total > 0.0 {
+            marginal.iter_mut().for_each(|m| *m /= total);
+        } else {
+            marginal.iter_mut().enumerate().for_each(|(r, m)| *m = 0.5 * (1.0 - cosines[r]));
+        }
+        marginal[rows] = 1.0;
+        Self { columns, rows, conditional, marginal, cosines }
+    }
+
+    /// (u, cosine of the polar angle, density per solid angle).
+    fn sample(&self, u: Vec2) -> (f32, f32, f32) {
+        let v = f64::from(u.y);
+        let r = self.marginal.partition_point(|&m| m <= v).clamp(1, self.rows) - 1;
+        let row = &self.conditional[r * (self.columns + 1)..][..=self.columns];
+        let c = row.partition_point(|&m| m <= u.x).clamp(1, self.columns) - 1;
+        let t = ((u.x - row[c]) / (row[c + 1] - row[c])).clamp(0.0, 1.0);
+        let s = ((v - self.marginal[r]) / (self.marginal[r + 1] - self.marginal[r])).clamp(0.0, 1.0);
+        let cos = self.cosines[r] + (self.cosines[r + 1] - self.cosines[r]) * s;
+        ((c as f32 + t) / self.columns as f32, cos as f32, self.cell_pdf(c, r))
+    }
+
+    fn pdf(&self, u: f32, cos: f32) -> f32 {
+        let c = ((u * self.columns as f32) as usize).min(self.columns - 1);
+        let r = (f64::from(cos.clamp(-1.0, 1.0)).acos() / std::f64::consts::PI * self.rows as f64) as usize;
+        self.cell_pdf(c, r.min(self.rows - 1))
+    }
+
+    fn cell_pdf(&self, c: usize, r: usize) -> f32 {
+        let row = &self.conditional[r * (self.columns + 1)..][..=self.columns];
+        let share = f64::from(row[c + 1] - row[c]) * (self.marginal[r + 1] - self.marginal[r]);
+        let solid_angle = (self.cosines[r] - self.cosines[r + 1]) * std::f64::consts::TAU / self.columns as f64;
+        (share / solid_angle) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gradient(width: usize, height: usize) -> Vec<Vec3> {
+        (0..width * height)
+            .map(|i| {
+                let (x, y) = (i % width, i / width);
+                let sun = if (x, y) == (5, 3) { 1e6 } else { 0.0 };
+                Vec3::new(0.1 + x as f32, (height - y) as f32, 1.0) + sun
+            })
+            .collect()
+    }
+
+    #[test]
+    fn directions_and_coordinates_are_inverse_and_blenders() {
+        let env = Environment::image(8, 4, vec![Vec3::ONE; 32], Vec3::ONE, 0.3);
+        for (u, cos) in [(0.1f32, 0.5f32), (0.6, -0.8), (0.99, 0.0)] {
+            let at = env.coordinates(env.direction(u, cos));
+            assert!((at.x - u).abs() < 1e-5 && (at.y - cos.acos() / PI).abs() < 1e-5);
+        }
+        // Blender: +X is the image's middle, +Y (glTF -Z) a quarter to the left of it.
+        let env = Environment::image(8, 4, vec![Vec3::ONE; 32], Vec3::ONE, 0.0);
+        assert!((env.coordinates(Vec3::X).x - 0.5).abs() < 1e-6);
+        assert!((env.coordinates(Vec3::NEG_Z).x - 0.25).abs() < 1e-6);
+        assert!(env.coordinates(Vec3::Y).y < 1e-6);
+    }
+
+    /// Sampling by the table and uniform sampling integrate the same; the estimate's weights are bounded.
+    #[test]
+    fn samples_integrate_the_image_and_agree_with_their_density() {
+        for (w, h) in [(64usize, 32usize), (1, 1), (7, 5)] {
+            let env = Environment::image(w, h, gradient(w, h), Vec3::splat(0.5), 1.0);
+            let n = 512;
+            let mut by_table = 0f64;
+            let mut uniform = 0f64;
+            for i in 0..n * n {
+                let u = Vec2::new(((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32);
+                let s = env.sample(u);
+                assert!(s.pdf > 0.0);
+                let pdf = env.pdf(s.wi);
+                // At cell borders rounding may name the neighbour.
+                if (pdf / s.pdf - 1.0).abs() < 1e-3 {
+                    by_table += f64::from(env.emitted(s.wi).y / s.pdf);
+                } else {
+                    by_table += f64::from(env.emitted(s.wi).y / s.pdf);
+                }
+                uniform += f64::from(env.emitted(crate::math::warp::sphere(u)).y) * 4.0 * std::f64::consts::PI;
+            }
+            let count = f64::from(n * n);
+            assert!((by_table / uniform - 1.0).abs() < 2e-2, "{w}x{h}: {} {}", by_table / count, uniform / count);
+            let mean = f64::from(env.mean().y) * 4.0 * std::f64::consts::PI;
+            assert!((by_table / count / mean - 1.0).abs() < 0.1, "{w}x{h}");
+        }
+    }
+
+    #[test]
+    fn black_images_and_single_texels_are_sampled_without_harm() {
+        for texels in [vec![Vec3::ZERO; 32], vec![Vec3::splat(1e30); 32]] {
+            let env = Environment::image(8, 4, texels, Vec3::ONE, 0.0);
+            for u in [0.0, 0.5, crate::math::float::ONE_MINUS_EPSILON] {
+                let s = env.sample(Vec2::splat(u));
+                assert!(s.pdf > 0.0 && s.pdf.is_finite() && (s.wi.length() - 1.0).abs() < 1e-5);
+            }
+        }
+    }
+}

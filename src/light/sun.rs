@@ -1,0 +1,81 @@
+//! Sun lights: parallel, or from a disc at infinity.
+
+use super::Direction;
+use crate::math::warp;
+use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
+
+/// A sun.
+#[derive(Clone, Copy, Debug)]
+pub struct Sun {
+    /// Towards the middle of the disc, unit length.
+    pub toward: Vec3,
+    /// Irradiance on a surface that faces it, W/m².
+    pub irradiance: Vec3,
+    /// 1 − cos of the disc's angular radius; 0 for exactly parallel light.
+    pub one_minus_cos: f32,
+}
+
+impl Sun {
+    /// From irradiance and angular diameter in radians (up to π: a hemisphere).
+    pub fn new(toward: Vec3, irradiance: Vec3, angle: f32) -> Self {
+        let half = (0.5 * angle).clamp(0.0, std::f32::consts::FRAC_PI_2);
+        // 1 − cos h = 2 sin²(h/2), without cancellation.
+        let s = (0.5 * half).sin();
+        Self { toward, irradiance, one_minus_cos: 2.0 * s * s }
+    }
+
+    /// Whether it is exactly parallel.
+    pub fn is_delta(&self) -> bool {
+        self.one_minus_cos == 0.0
+    }
+
+    /// Radiance of the disc: ∫ L cosθ over the cap is L·π sin²h.
+    #[inline]
+    pub fn radiance(&self) -> Vec3 {
+        let sin2 = self.one_minus_cos * (2.0 - self.one_minus_cos);
+        self.irradiance / (PI * sin2)
+    }
+
+    /// Uniform direction in the disc.
+    #[inline]
+    pub fn sample(&self, u: Vec2) -> Direction {
+        if self.is_delta() {
+            return Direction { wi: self.toward, pdf: 0.0 };
+        }
+        Direction { wi: warp::cone_about(self.toward, u, self.one_minus_cos), pdf: warp::cone_pdf(self.one_minus_cos) }
+    }
+
+    /// Whether a direction meets the disc. 1 − cos from the chord: |a − b|² = 2(1 − cos).
+    #[inline]
+    pub fn contains(&self, wi: Vec3) -> bool {
+        !self.is_delta() && 0.5 * (wi - self.toward).length_squared() <= self.one_minus_cos
+    }
+
+    /// Density of [`Self::sample`] inside the disc.
+    #[inline]
+    pub fn pdf(&self) -> f32 {
+        if self.is_delta() { 0.0 } else { warp::cone_pdf(self.one_minus_cos) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn irradiance_does_not_depend_on_the_angle() {
+        for angle in [0f32, 1e-5, 0.00918, 0.5, 3.0] {
+            let sun = Sun::new(Vec3::Y, Vec3::splat(3.0), angle);
+            let n = 64;
+            let mut sum = 0f64;
+            for i in 0..n * n {
+                let u = Vec2::new(((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32);
+                let d = sun.sample(u);
+                sum += f64::from(if sun.is_delta() { sun.irradiance.x } else { sun.radiance().x * d.wi.y / d.pdf });
+            }
+            let found = sum / f64::from(n * n);
+            assert!((found / 3.0 - 1.0).abs() < 1e-3, "{angle}: {found}");
+        }
+    }
+}

@@ -1,0 +1,331 @@
+//! Meshes, placed meshes, and the surface at a hit.
+
+use super::material::{Coordinates, PreparedMaterial};
+use crate::effects::{self, Mask};
+use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
+use crate::math::float::{Affine, BoundedPoint, triangle_point};
+use crate::scene::Mesh;
+use crate::shading::bsdf::Normals;
+use crate::shading::{Dielectrics, SurfaceParameters};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
+use std::sync::Arc;
+
+/// "No emitter".
+pub const NONE: u32 = u32::MAX;
+
+/// A mesh with its attributes, in object space, or in world space if it is placed once.
+pub struct MeshData {
+    /// Shared with Embree.
+    pub triangles: Arc<TriangleMesh>,
+    normals: Option<Vec<[f32; 3]>>,
+    tangents: Option<Vec<[f32; 4]>>,
+    uvs: Vec<Vec<[f32; 2]>>,
+    colors: Option<Vec<[f32; 4]>>,
+    /// Index of the material.
+    pub material: u32,
+}
+
+/// Transforms normals: the cofactor matrix keeps their direction under any scale and mirror.
+fn cofactor(m: &DMat3) -> DMat3 {
+    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
+}
+
+fn unit(v: DVec3) -> [f32; 3] {
+    v.try_normalize().unwrap_or(DVec3::ZERO).as_vec3().to_array()
+}
+
+impl MeshData {
+    /// Takes a mesh over, transformed in f64 if it stands in world space.
+    pub fn new(mesh: &Mesh, material: u32, transform: Option<&DAffine3>) -> Result<Self, EmbreeError> {
+        let d3 = |v: &[f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+        let (positions, normals, tangents) = match transform {
+            None => (mesh.positions.clone(), mesh.normals.clone(), mesh.tangents.clone()),
+            Some(t) => {
+                let mirrored = t.matrix3.determinant() < 0.0;
+                // The cofactor of a mirror turns normals over; the sign keeps them outside.
+                let n = cofactor(&t.matrix3) * if mirrored { -1.0 } else { 1.0 };
+                (
+                    mesh.positions.iter().map(|p| t.transform_point3(d3(p)).as_vec3().to_array()).collect(),
+                    mesh.normals.as_ref().map(|v| v.iter().map(|x| unit(n * d3(x))).collect()),
+                    mesh.tangents.as_ref().map(|v| {
+                        v.iter()
+                            .map(|x| {
+                                let d = unit(t.matrix3 * d3(&[x[0], x[1], x[2]]));
+                                [d[0], d[1], d[2], if mirrored { -x[3] } else { x[3] }]
+                            })
+                            .collect()
+                    }),
+                )
+            }
+        };
+        Ok(Self {
+            triangles: Arc::new(TriangleMesh::new(positions, mesh.triangles.clone())?),
+            normals,
+            tangents,
+            uvs: mesh.uvs.clone(),
+            colors: mesh.colors.clone(),
+            material,
+        })
+    }
+
+    /// A point on a triangle, for look-ups.
+    #[inline]
+    pub fn at(&self, triangle: u32, u: f32, v: f32) -> HitPoint<'_> {
+        HitPoint { mesh: self, corners: self.triangles.triangles()[triangle as usize], u, v }
+    }
+
+    /// Corners of a triangle, in the mesh's space.
+    #[inline]
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles.corners(triangle).map(Vec3::from)
+    }
+}
+
+/// A point on a triangle by its barycentric coordinates.
+pub struct HitPoint<'a> {
+    mesh: &'a MeshData,
+    corners: [u32; 3],
+    u: f32,
+    v: f32,
+}
+
+impl HitPoint<'_> {
+    /// Vertex colour; white where there is none.
+    #[inline]
+    pub fn color(&self) -> Vec4 {
+        self.mesh.colors.as_ref().map_or(Vec4::ONE, |c| {
+            let [a, b, d] = self.corners.map(|i| Vec4::from(c[i as usize]));
+            a + (b - a) * self.u + (d - a) * self.v
+        })
+    }
+
+    #[inline]
+    fn vector(&self, values: &[[f32; 3]]) -> Vec3 {
+        let [a, b, c] = self.corners.map(|i| Vec3::from(values[i as usize]));
+        a + (b - a) * self.u + (c - a) * self.v
+    }
+}
+
+impl Coordinates for HitPoint<'_> {
+    #[inline]
+    fn uv(&self, set: u32) -> Vec2 {
+        self.mesh.uvs.get(set as usize).map_or(Vec2::ZERO, |values| {
+            let [a, b, c] = self.corners.map(|i| Vec2::from(values[i as usize]));
+            a + (b - a) * self.u + (c - a) * self.v
+        })
+    }
+}
+
+/// A mesh placed in the top scene; the index is Embree's number of the geometry.
+pub struct Entry {
+    /// Which mesh.
+    pub mesh: u32,
+    instance: Option<Box<Placement>>,
+    /// The placement mirrors: winding is turned over.
+    flipped: bool,
+    /// Number of the first triangle's emitter, or [`NONE`].
+    pub first_emitter: u32,
+}
+
+struct Placement {
+    world_from_object: Affine,
+    /// For normals, with the sign that keeps them outside.
+    normal: [Vec3; 3],
+}
+
+impl Entry {
+    /// A mesh in world space.
+    pub fn flat(mesh: u32, flipped: bool) -> Self {
+        Self { mesh, instance: None, flipped, first_emitter: NONE }
+    }
+
+    /// An instance; `transform` is already relative to the origin.
+    pub fn instance(mesh: u32, transform: &DAffine3) -> Self {
+        let flipped = transform.matrix3.determinant() < 0.0;
+        // Scaled to order 1 so that normals of tiny or huge instances stay in range.
+        let c = cofactor(&transform.matrix3);
+        let size = c.x_axis.abs().max_element().max(c.y_axis.abs().max_element()).max(c.z_axis.abs().max_element());
+        let c = c * (if flipped { -1.0 } else { 1.0 } / if size > 0.0 { size } else { 1.0 });
+        let placement = Placement {
+            world_from_object: Affine::from_f64(transform, DVec3::ZERO),
+            normal: [c.x_axis.as_vec3(), c.y_axis.as_vec3(), c.z_axis.as_vec3()],
+        };
+        Self { mesh, instance: Some(Box::new(placement)), flipped, first_emitter: NONE }
+    }
+
+    /// The placement (identity for a flat mesh).
+    pub fn transform(&self) -> Affine {
+        self.instance.as_ref().map_or(
+            Affine { x: Vec3::X, y: Vec3::Y, z: Vec3::Z, translation: Vec3::ZERO },
+            |p| p.world_from_object,
+        )
+    }
+
+    #[inline]
+    fn normal(&self, n: Vec3) -> Vec3 {
+        match &self.instance {
+            None => n,
+            Some(p) => p.normal[0] * n.x + p.normal[1] * n.y + p.normal[2] * n.z,
+        }
+    }
+
+    /// Corners of a triangle in world space.
+    pub fn world_corners(&self, mesh: &MeshData, triangle: u32) -> [Vec3; 3] {
+        let corners = mesh.corners(triangle);
+        match &self.instance {
+            None => corners,
+            Some(p) => corners.map(|c| p.world_from_object.bounded_point(BoundedPoint { point: c, error: Vec3::ZERO }).point),
+        }
+    }
+
+    /// A point of a triangle in world space, with its error bound.
+    #[inline]
+    pub fn point(&self, mesh: &MeshData, triangle: u32, u: f32, v: f32) -> BoundedPoint {
+        let local = triangle_point(mesh.corners(triangle), u, v);
+        match &self.instance {
+            None => local,
+            Some(p) => p.world_from_object.bounded_point(local),
+        }
+    }
+
+    /// Unit normal of a triangle by its winding in world space (outside by glTF's rule).
+    #[inline]
+    pub fn geometric_normal(&self, mesh: &MeshData, triangle: u32) -> Vec3 {
+        let [a, b, c] = mesh.corners(triangle);
+        let n = (b - a).cross(c - a);
+        // Unit first: the cross product of tiny edges leaves f32's range under a transform.
+        let n = unit_or_zero(n);
+        // A flat mirrored mesh has its winding turned over by the positions themselves; an
+        // instance's normals are transformed with the sign already.
+        if self.instance.is_none() {
+            if self.flipped { -n } else { n }
+        } else {
+            unit_or_zero(self.normal(n))
+        }
+    }
+}
+
+/// Normalises vectors of any size that f32 holds.
+#[inline]
+fn unit_or_zero(v: Vec3) -> Vec3 {
+    let size = v.abs().max_element();
+    if size > 0.0 && size.is_finite() { (v / size).normalize() } else { Vec3::ZERO }
+}
+
+/// All that shading needs to know about a hit.
+pub struct Surface<'a> {
+    /// Where, with its error bound.
+    pub point: BoundedPoint,
+    /// On the side from which the ray came.
+    pub normals: Normals,
+    /// The ray came from behind (by winding).
+    pub inside: bool,
+    /// Number of the triangle's emitter, or [`NONE`].
+    pub emitter: u32,
+    /// Emitted radiance towards the ray's origin.
+    pub emission: Vec3,
+    /// `None` if it only emits.
+    pub parameters: Option<SurfaceParameters>,
+    /// Tables of its dielectric.
+    pub dielectrics: &'a Dielectrics,
+}
+
+#[inline]
+pub fn surface<'a, const E: Mask>(
+    entry: &Entry,
+    mesh: &MeshData,
+    material: &'a PreparedMaterial,
+    hit: &Hit,
+    direction: Vec3,
+) -> Surface<'a> {
+    let point = entry.point(mesh, hit.primitive, hit.u, hit.v);
+    let outside = entry.geometric_normal(mesh, hit.primitive);
+    let inside = outside.dot(direction) > 0.0;
+    let side = |n: Vec3| if inside { -n } else { n };
+    let geometric = side(outside);
+    let at = mesh.at(hit.primitive, hit.u, hit.v);
+
+    let mut smooth_outside = outside;
+    if let Some(normals) = &mesh.normals {
+        let n = unit_or_zero(entry.normal(at.vector(normals)));
+        if n != Vec3::ZERO {
+            smooth_outside = n;
+        }
+    }
+    let mut smooth = side(smooth_outside);
+    // Normals that point to the other side of the triangle than its winding are turned over.
+    if smooth.dot(geometric) < 0.0 {
+        smooth = -smooth;
+        smooth_outside = -smooth_outside;
+    }
+    let mut shading = smooth;
+    if effects::has(E, effects::NORMAL_MAPS)
+        && let Some((texture, scale)) = &material.normal_texture
+    {
+        let texel = texture.read(at.uv(texture.uv_set)).truncate() * 2.0 - 1.0;
+        if let Some(n) = mapped_normal(entry, mesh, &at, hit.primitive, smooth_outside, texel, *scale) {
+            shading = side(n);
+        }
+    }
+    let textures = effects::has(E, effects::TEXTURES);
+    let color = if textures { at.color() } else { Vec4::ONE };
+    let emission = if effects::has(E, effects::MESH_LIGHTS) { material.emitted(&at, color) } else { Vec3::ZERO };
+    let parameters = (!material.unlit).then(|| {
+        if textures { material.parameters(&at, color) } else { material.constant_parameters() }
+    });
+    let emitter = if entry.first_emitter == NONE { NONE } else { entry.first_emitter + hit.primitive };
+    Surface {
+        point,
+        normals: Normals { geometric, smooth, shading },
+        inside,
+        emitter,
+        emission,
+        parameters,
+        dielectrics: &material.dielectrics,
+    }
+}
+
+/// The normal that a map's texel stands for, on the outside.
+fn mapped_normal(
+    entry: &Entry,
+    mesh: &MeshData,
+    at: &HitPoint,
+    triangle: u32,
+    normal: Vec3,
+    texel: Vec3,
+    scale: f32,
+) -> Option<Vec3> {
+    let (tangent, sign) = match &mesh.tangents {
+        Some(tangents) => {
+            let [a, b, c] = at.corners.map(|i| Vec4::from(tangents[i as usize]));
+            let t = a + (b - a) * at.u + (c - a) * at.v;
+            // The handedness is one of the triangle, not to be interpolated.
+            (t.truncate(), if a.w < 0.0 { -1.0 } else { 1.0 })
+        }
+        None => {
+            // From the triangle's own texture coordinates.
+            let [p0, p1, p2] = mesh.corners(triangle);
+            let uv = mesh.uvs.first()?;
+            let [t0, t1, t2] = at.corners.map(|i| Vec2::from(uv[i as usize]));
+            let (d1, d2) = (t1 - t0, t2 - t0);
+            let det = d1.perp_dot(d2);
+            if det == 0.0 {
+                return None;
+            }
+            ((((p1 - p0) * d2.y) - ((p2 - p0) * d1.y)) / det, if det < 0.0 { 1.0 } else { -1.0 })
+        }
+    };
+    let world = match &entry.instance {
+        None => tangent,
+        Some(p) => p.world_from_object.vector(tangent),
+    };
+    let mirror = if entry.instance.is_some() && entry.flipped { -1.0 } else { 1.0 };
+    let t = unit_or_zero(world - normal * normal.dot(world));
+    if t == Vec3::ZERO {
+        return None;
+    }
+    let b = normal.cross(t) * (sign * mirror);
+    let n = t * (texel.x * scale) + b * (texel.y * scale) + normal * texel.z;
+    let n = unit_or_zero(n);
+    (n != Vec3::ZERO && n.dot(normal) > 0.0).then_some(n)
+}

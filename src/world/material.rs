@@ -1,0 +1,168 @@
+//! Materials with their textures and tables prepared.
+
+use super::texture::{PreparedTexture, Raster};
+use crate::effects;
+use crate::scene::{AlphaMode, ImageUse, Material, Scene, Texture};
+use crate::shading::{Dielectrics, SurfaceParameters};
+use glam::{Vec2, Vec3, Vec4};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A material ready for rays.
+#[derive(Debug)]
+pub struct PreparedMaterial {
+    base: SurfaceParameters,
+    alpha: f32,
+    alpha_mode: AlphaMode,
+    /// Emitted radiance before textures.
+    pub emission: Vec3,
+    /// The scattering part is missing: only emission.
+    pub unlit: bool,
+    /// Light can pass beside it.
+    pub translucent: bool,
+    /// Back faces can be hidden.
+    pub single_sided: bool,
+    /// Tables of its dielectric.
+    pub dielectrics: Arc<Dielectrics>,
+    base_color_texture: Option<PreparedTexture>,
+    metallic_roughness_texture: Option<PreparedTexture>,
+    emission_texture: Option<PreparedTexture>,
+    specular_texture: Option<PreparedTexture>,
+    specular_color_texture: Option<PreparedTexture>,
+    transmission_texture: Option<PreparedTexture>,
+    /// Normal map and its scale.
+    pub normal_texture: Option<(PreparedTexture, f32)>,
+}
+
+/// Gives the texture coordinates of a set.
+pub trait Coordinates {
+    /// Coordinates of a set; (0, 0) where the mesh has none.
+    fn uv(&self, set: u32) -> Vec2;
+}
+
+/// Makes each raster and each table once.
+#[derive(Default)]
+pub struct Preparer {
+    rasters: HashMap<u32, Arc<Raster>>,
+    tables: HashMap<(u32, u32, bool, bool), Arc<Dielectrics>>,
+}
+
+impl Preparer {
+    fn texture(&mut self, scene: &Scene, texture: Option<&Texture>, usage: ImageUse) -> Option<PreparedTexture> {
+        let texture = texture?;
+        let image = scene.images.get(texture.image.0 as usize)?;
+        let raster = self.rasters.entry(texture.image.0).or_insert_with(|| Arc::new(Raster::new(image)));
+        Some(PreparedTexture::new(texture, raster.clone(), usage))
+    }
+
+    /// Prepares a material; `vertex_alpha` if some mesh with it has transparent vertex colours.
+    pub fn material(&mut self, scene: &Scene, m: &Material, vertex_alpha: bool) -> PreparedMaterial {
+        let transmits = m.transmission > 0.0;
+        let textured = m.specular_texture.is_some();
+        let key = (m.ior.to_bits(), m.specular.to_bits(), textured, transmits && !m.thin_walled);
+        let dielectrics = self
+            .tables
+            .entry(key)
+            .or_insert_with(|| Arc::new(Dielectrics::new(m.ior, m.specular, textured, key.3)))
+            .clone();
+        let base_color = Vec3::from(m.base_color);
+        PreparedMaterial {
+            base: SurfaceParameters {
+                base_color,
+                metallic: m.metallic,
+                roughness: m.roughness,
+                ior: m.ior,
+                specular: m.specular,
+                specular_color: Vec3::from(m.specular_color),
+                transmission: m.transmission,
+                thin_walled: m.thin_walled,
+            },
+            alpha: m.alpha,
+            alpha_mode: m.alpha_mode,
+            emission: if m.unlit { base_color } else { Vec3::from(m.emission) },
+            unlit: m.unlit,
+            translucent: effects::is_translucent(m, vertex_alpha),
+            single_sided: !m.double_sided,
+            dielectrics,
+            base_color_texture: self.texture(scene, m.base_color_texture.as_ref(), ImageUse::Color),
+            metallic_roughness_texture: self.texture(scene, m.metallic_roughness_texture.as_ref(), ImageUse::Data),
+            emission_texture: self.texture(scene, m.emission_texture.as_ref(), ImageUse::Color),
+            specular_texture: self.texture(scene, m.specular_texture.as_ref(), ImageUse::Data),
+            specular_color_texture: self.texture(scene, m.specular_color_texture.as_ref(), ImageUse::Color),
+            transmission_texture: self.texture(scene, m.transmission_texture.as_ref(), ImageUse::Data),
+            normal_texture: m
+                .normal_texture
+                .as_ref()
+                .filter(|n| n.scale != 0.0)
+                .and_then(|n| Some((self.texture(scene, Some(&n.texture), ImageUse::Data)?, n.scale))),
+        }
+    }
+}
+
+#[inline]
+fn read(texture: &Option<PreparedTexture>, at: &impl Coordinates) -> Option<Vec4> {
+    texture.as_ref().map(|t| t.read(at.uv(t.uv_set)))
+}
+
+impl PreparedMaterial {
+    /// What the material says at a point.
+    #[inline]
+    pub fn parameters(&self, at: &impl Coordinates, vertex_color: Vec4) -> SurfaceParameters {
+        let mut p = self.base;
+        p.base_color *= vertex_color.truncate();
+        if let Some(t) = read(&self.base_color_texture, at) {
+            p.base_color *= t.truncate();
+        }
+        if let Some(t) = read(&self.metallic_roughness_texture, at) {
+            p.roughness *= t.y;
+            p.metallic *= t.z;
+        }
+        if let Some(t) = read(&self.specular_texture, at) {
+            p.specular *= t.w;
+        }
+        if let Some(t) = read(&self.specular_color_texture, at) {
+            p.specular_color *= t.truncate();
+        }
+        if let Some(t) = read(&self.transmission_texture, at) {
+            p.transmission *= t.x;
+        }
+        p
+    }
+
+    /// What the material says where it has no textures.
+    #[inline]
+    pub fn constant_parameters(&self) -> SurfaceParameters {
+        self.base
+    }
+
+    /// Emitted radiance at a point.
+    #[inline]
+    pub fn emitted(&self, at: &impl Coordinates, vertex_color: Vec4) -> Vec3 {
+        if self.emission == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let mut e = self.emission;
+        let texture = if self.unlit { &self.base_color_texture } else { &self.emission_texture };
+        if let Some(t) = read(texture, at) {
+            e *= t.truncate();
+        }
+        if self.unlit {
+            e *= vertex_color.truncate();
+        }
+        e
+    }
+
+    /// Opacity at a point, 0..=1; cut-outs are 0 or 1.
+    #[inline]
+    pub fn opacity(&self, at: &impl Coordinates, vertex_color: Vec4) -> f32 {
+        let alpha = || {
+            let texture = read(&self.base_color_texture, at).map_or(1.0, |t| t.w);
+            (self.alpha * vertex_color.w * texture).clamp(0.0, 1.0)
+        };
+        match self.alpha_mode {
+            AlphaMode::Opaque => 1.0,
+            AlphaMode::Mask { cutoff } => f32::from(alpha() >= cutoff),
+            AlphaMode::Blend => alpha(),
+        }
+    }
+}
