@@ -217,6 +217,8 @@ pub const PROGRAM_DOC: &str = "A CPU path tracer for Blender scenes: glTF in, li
 
 /// Largest picture side.
 pub const MAX_SIDE: u64 = 65_536;
+/// Most bounces; Cycles has the same.
+pub const MAX_BOUNCES: u64 = 1024;
 /// Most samples a pixel.
 pub const MAX_SAMPLES: u64 = 1 << 20;
 
@@ -446,9 +448,9 @@ static RENDER: Command = Command {
                     .details("Loading and preparing the scene is not counted."),
                 Argument::new(
                     "bounces",
-                    Kind::Integer { min: 0, max: 1024 },
+                    Kind::Integer { min: 0, max: MAX_BOUNCES },
                     "COUNT",
-                    "Scattering events on a path: 0 shows only what emits, 1 is direct light.",
+                    "Bounces of a path, as Cycles counts its Max Bounces: 0 is direct light alone.",
                 )
                 .default("12"),
                 Argument::new(

@@ -125,7 +125,7 @@ def sundog_command(program, folder, name, path, size, samples, seed):
     # With "=", so that a negative number is not taken for a flag.
     command = [program, "render", os.path.join(folder, settings["scene"]), f"--output={path}", f"--width={size[0]}",
                f"--height={size[1]}", f"--samples={samples}", f"--bounces={settings['bounces']}", f"--seed={seed}",
-               f"--filter={settings['filter']}"]
+               f"--filter={settings['filter']}", "--exr-layers=combined"]
     if settings["environment"]:
         command += [f"--environment={os.path.join(folder, settings['environment'])}",
                     f"--environment-strength={settings['environment_strength']}",
