@@ -323,7 +323,9 @@ fn colours_are_those_of_blender() {
                 "{name:45} {:3} cases, at most {:5} off, {:6} of {} values off; {}",
                 row.cases, row.most, row.off, row.values, row.worst
             );
-            if name.starts_with(" 8") && row.most > 1 {
+            // 16 bits: a quarter of a step of 8 bits.
+            let allowed = if name.starts_with(" 8") { 1 } else { 64 };
+            if row.most > allowed {
                 failures.push(format!("Blender {}, {name}: {}", shown.blender, row.worst));
             }
         }
@@ -331,7 +333,242 @@ fn colours_are_those_of_blender() {
     }
     assert!(
         failures.is_empty(),
-        "more than one code value apart:\n{}",
+        "too far apart:\n{}",
         failures.join("\n")
+    );
+}
+
+/// The program, with nothing in its environment that names a configuration.
+fn sundog(arguments: &[&str], folder: &Path) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_sundog"))
+        .args(arguments)
+        .current_dir(folder)
+        .env_remove("OCIO")
+        .output()
+        .unwrap()
+}
+
+const BUILT_IN: &str = "ocio://cg-config-v2.1.0_aces-v1.3_ocio-v2.3";
+
+/// Files that the two test pictures were written to.
+fn folder_with_pictures() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let (opaque, alpha) = (light(), light_with_alpha());
+    write_exr(
+        &folder.path().join("opaque.exr"),
+        |at| [opaque[at][0], opaque[at][1], opaque[at][2], 1.0],
+        false,
+    );
+    write_exr(&folder.path().join("alpha.exr"), |at| alpha[at], true);
+    folder
+}
+
+#[test]
+fn the_program_writes_what_the_library_shows() {
+    let folder = folder_with_pictures();
+    let config = ColorConfig::locate(Some(Path::new(BUILT_IN))).unwrap();
+    let transform = DisplayTransform {
+        display: Some("sRGB - Display".to_owned()),
+        view: Some("ACES 1.0 - SDR Video".to_owned()),
+        exposure: -0.5,
+        gamma: 1.25,
+        ..DisplayTransform::default()
+    };
+    let processor = config.processor(&transform).unwrap();
+    let (opaque, alpha) = (light(), light_with_alpha());
+    let flags = [
+        "--ocio",
+        BUILT_IN,
+        "--display",
+        "sRGB - Display",
+        "--view",
+        "ACES 1.0 - SDR Video",
+    ];
+    let more = ["--exposure", "-0.5", "--gamma", "1.25"];
+    for (from, to, depth, colours) in [
+        ("opaque.exr", "a.png", "8", SceneColors::Rgb(&opaque)),
+        ("opaque.exr", "b.png", "16", SceneColors::Rgb(&opaque)),
+        ("alpha.exr", "c.png", "8", SceneColors::Rgba(&alpha)),
+        ("alpha.exr", "d.png", "16", SceneColors::Rgba(&alpha)),
+        ("alpha.exr", "e.jpg", "8", SceneColors::RgbaOnBlack(&alpha)),
+    ] {
+        let mut arguments = vec!["color", "apply", from, to, "--depth", depth];
+        arguments.extend(flags);
+        arguments.extend(more);
+        let output = sundog(&arguments, folder.path());
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let wanted = processor
+            .show(
+                colours,
+                if depth == "8" {
+                    Depth::Eight
+                } else {
+                    Depth::Sixteen
+                },
+            )
+            .unwrap();
+        let picture = image::open(folder.path().join(to)).unwrap();
+        assert_eq!(
+            (picture.width() as usize, picture.height() as usize),
+            (WIDTH, HEIGHT)
+        );
+        assert_eq!(
+            usize::from(picture.color().channel_count()),
+            wanted.channels,
+            "{to}"
+        );
+        match wanted.samples {
+            _ if to == "e.jpg" => assert_eq!(picture.color(), image::ColorType::Rgb8),
+            DisplaySamples::Eight(values) => assert_eq!(picture.as_bytes(), values, "{to}"),
+            DisplaySamples::Sixteen(values) => {
+                let bytes: Vec<u8> = values
+                    .iter()
+                    .flat_map(|value| value.to_ne_bytes())
+                    .collect();
+                assert_eq!(picture.as_bytes(), bytes, "{to}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_the_program_cannot_show_is_one_sentence_and_no_file() {
+    let folder = folder_with_pictures();
+    std::fs::write(
+        folder.path().join("broken.ocio"),
+        "ocio_profile_version: [2\n",
+    )
+    .unwrap();
+    std::fs::write(folder.path().join("broken.exr"), "v/1\x01 but nothing more").unwrap();
+    let before = std::fs::read_dir(folder.path()).unwrap().count();
+    for (arguments, expected) in [
+        (
+            &[
+                "opaque.exr",
+                "a.png",
+                "--ocio",
+                BUILT_IN,
+                "--view",
+                "Filmic",
+            ][..],
+            "'Filmic'",
+        ),
+        (
+            &[
+                "opaque.exr",
+                "a.png",
+                "--ocio",
+                BUILT_IN,
+                "--view",
+                "Filmic",
+            ],
+            "Un-tone-mapped",
+        ),
+        (
+            &[
+                "opaque.exr",
+                "a.png",
+                "--ocio",
+                BUILT_IN,
+                "--look",
+                "Punchy",
+            ],
+            "there are: ACES 1.3",
+        ),
+        (
+            &[
+                "opaque.exr",
+                "a.png",
+                "--ocio",
+                BUILT_IN,
+                "--display",
+                "LCD",
+            ],
+            "sRGB - Display",
+        ),
+        (
+            &["opaque.exr", "a.png", "--ocio", "broken.ocio"],
+            "broken.ocio",
+        ),
+        (
+            &["opaque.exr", "a.png", "--ocio", "missing.ocio"],
+            "missing.ocio",
+        ),
+        (&["opaque.exr", "a.exr", "--ocio", BUILT_IN], "a.exr"),
+        (
+            &["opaque.exr", "a.jpg", "--ocio", BUILT_IN, "--depth", "16"],
+            "a.jpg",
+        ),
+        (&["broken.exr", "a.png", "--ocio", BUILT_IN], "broken.exr"),
+        (&["missing.exr", "a.png", "--ocio", BUILT_IN], "missing.exr"),
+        (&["opaque.exr", "no/a.png", "--ocio", BUILT_IN], "no/a.png"),
+        (
+            &["opaque.exr", "a.png", "--ocio", BUILT_IN, "--gamma", "0"],
+            "--gamma",
+        ),
+    ] {
+        let output = sundog(
+            &[&["color", "apply"][..], arguments].concat(),
+            folder.path(),
+        );
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            !output.status.success() && output.status.code().is_some(),
+            "{arguments:?}: {text}"
+        );
+        assert!(
+            text.contains(expected) && text.trim_end().lines().count() == 1,
+            "{arguments:?}: {text}"
+        );
+        assert_eq!(
+            std::fs::read_dir(folder.path()).unwrap().count(),
+            before,
+            "{arguments:?}"
+        );
+    }
+}
+
+#[test]
+fn the_program_lists_what_can_be_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = sundog(
+        &["color", "list", "--json", "--ocio", BUILT_IN],
+        folder.path(),
+    );
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let listing: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(listing["config"], BUILT_IN);
+    assert_eq!(listing["found"], "given with --ocio");
+    assert_eq!(listing["roles"]["scene_linear"], "ACEScg");
+    let display = &listing["displays"][0];
+    assert_eq!(display["name"], listing["default_display"]);
+    // For people the same names.
+    let output = sundog(&["color", "list", "--ocio", BUILT_IN], folder.path());
+    let text = String::from_utf8(output.stdout).unwrap();
+    for view in display["views"].as_array().unwrap() {
+        assert!(text.contains(view["name"].as_str().unwrap()));
+    }
+    assert!(
+        text.contains("ACES 1.3 Reference Gamut Compression"),
+        "{text}"
+    );
+    // $OCIO counts where there is no flag.
+    let output = Command::new(env!("CARGO_BIN_EXE_sundog"))
+        .args(["color", "list", "--json"])
+        .env("OCIO", BUILT_IN)
+        .output()
+        .unwrap();
+    let listing: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (&listing["config"], &listing["found"]),
+        (&BUILT_IN.into(), &"named by $OCIO".into())
     );
 }

@@ -302,7 +302,8 @@ const VIEW: Group = Group {
         .details("If not given: `$OCIO`, an installed Blender or bpy, or else the configuration built into OpenColorIO."),
         Argument::new("display", Kind::Text, "NAME", "Display; the configuration's default if not given."),
         Argument::new("view", Kind::Text, "NAME", "View of the display, such as AgX, Filmic or Standard."),
-        Argument::new("look", Kind::Text, "NAME", "Look on top of the view."),
+        Argument::new("look", Kind::Text, "NAME", "Look on top of the view.")
+            .details("One that goes with the view; `Punchy` is enough for `AgX - Punchy` with the view AgX, where no look has just the short name."),
         Argument::new(
             "exposure",
             Kind::Number { min: -32.0, max: 32.0 },
@@ -643,18 +644,29 @@ static COLOR: Command = Command {
         },
         Command {
             name: "apply",
-            doc: "Make a PNG or JPEG of a linear EXR.",
-            details: "",
+            doc: "Make a PNG or JPEG of linear light.",
+            details: "What `sundog render` does for its PNG and JPEG files, for a picture that is there already: Sundog's own EXR files, those of Blender or other programs, Radiance HDR files. A PNG keeps alpha, unassociated; a JPEG shows the picture on black.",
             groups: &[
                 Group {
                     heading: "Files",
                     arguments: &[
-                        Argument::positional("IN", Kind::Path, "IN", "The picture: .exr."),
+                        Argument::positional(
+                            "IN",
+                            Kind::Path,
+                            "IN",
+                            "The picture: .exr or .hdr, linear Rec.709.",
+                        ),
                         Argument::positional(
                             "OUT",
                             Kind::Path,
                             "OUT",
                             "Where the result goes: .png or .jpg.",
+                        ),
+                        Argument::new(
+                            "layer",
+                            Kind::Text,
+                            "NAME",
+                            "Layer of the EXR file, such as `Normal`; if not given, the picture itself.",
                         ),
                     ],
                 },

@@ -1,5 +1,6 @@
 //! The command line: the only room that prints.
 
+mod color;
 mod compare;
 mod console;
 pub mod flags;
@@ -69,6 +70,7 @@ pub fn main() -> ExitCode {
         Some(("render", matches)) => render::run(Parsed(matches)),
         Some(("info", matches)) => info::run(Parsed(matches)),
         Some(("compare", matches)) => compare::run(Parsed(matches)),
+        Some(("color", matches)) => color::run(Parsed(matches)),
         Some(("flags", matches)) => list_flags(Parsed(matches)),
         Some(("completions", matches)) => complete(Parsed(matches)),
         _ => Err(Failure::usage(

@@ -38,6 +38,10 @@ impl OcioError {
         if line.chars().count() > LONGEST {
             line = line.chars().take(LONGEST).collect::<String>() + " …";
         }
+        // "Error: Loading … failed. yaml-cpp: …" is to become part of a sentence.
+        line = line
+            .trim_start_matches("Error: ")
+            .replace(" failed. ", " failed: ");
         while line.ends_with(['.', ' ']) {
             line.pop();
         }

@@ -13,8 +13,8 @@ const MOST_VALUES_A_BYTE: u64 = 4096;
 /// The largest side that is read.
 const MAX_SIDE: u32 = 1 << 16;
 
-/// Reads a picture: an EXR as linear light, a PNG or JPEG as display values. What it is follows from
-/// its content.
+/// Reads a picture: an EXR or HDR as linear light, a PNG or JPEG as display values. What it is follows
+/// from its content.
 ///
 /// `layer` names a layer of an EXR file, such as `Normal` or `ViewLayer.Normal`; without it the
 /// picture itself is taken: plain R, G, B, or else the first `Combined`, or else the first layer
@@ -23,6 +23,18 @@ const MAX_SIDE: u32 = 1 << 16;
 /// # Errors
 /// The file cannot be read, is no picture, or has no such layer.
 pub fn load(path: &Path, layer: Option<&str>) -> Result<Picture, MeasureError> {
+    load_with_alpha(path, layer).map(|(picture, _)| picture)
+}
+
+/// As [`load`], with the alpha of the pixels of an EXR layer that has one; the colours are then
+/// multiplied by it, as EXR has it.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_alpha(
+    path: &Path,
+    layer: Option<&str>,
+) -> Result<(Picture, Option<Vec<f32>>), MeasureError> {
     let unreadable = |reason: String| MeasureError::Unreadable {
         path: path.display().to_string(),
         reason,
@@ -57,12 +69,11 @@ pub fn load(path: &Path, layer: Option<&str>) -> Result<Picture, MeasureError> {
     let mut reader = image::ImageReader::new(file)
         .with_guessed_format()
         .map_err(|error| unreadable(plain(&error)))?;
-    if !matches!(
-        reader.format(),
-        Some(image::ImageFormat::Png | image::ImageFormat::Jpeg)
-    ) {
-        return Err(unreadable("it is neither EXR, PNG nor JPEG".into()));
-    }
+    let encoding = match reader.format() {
+        Some(image::ImageFormat::Png | image::ImageFormat::Jpeg) => Encoding::Display,
+        Some(image::ImageFormat::Hdr) => Encoding::Linear,
+        _ => return Err(unreadable("it is neither EXR, HDR, PNG nor JPEG".into())),
+    };
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
@@ -72,12 +83,15 @@ pub fn load(path: &Path, layer: Option<&str>) -> Result<Picture, MeasureError> {
         .map_err(|error| unreadable(error.to_string()))?;
     let (width, height) = (image.width(), image.height());
     let pixels = image.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
-    Ok(Picture {
-        width,
-        height,
-        pixels,
-        encoding: Encoding::Display,
-    })
+    Ok((
+        Picture {
+            width,
+            height,
+            pixels,
+            encoding,
+        },
+        None,
+    ))
 }
 
 fn plain(error: &std::io::Error) -> String {
@@ -104,7 +118,7 @@ fn load_exr(
     mut file: BufReader<File>,
     length: u64,
     layer: Option<&str>,
-) -> Result<Picture, MeasureError> {
+) -> Result<(Picture, Option<Vec<f32>>), MeasureError> {
     let unreadable = |reason: String| MeasureError::Unreadable {
         path: path.display().to_string(),
         reason,
@@ -236,12 +250,21 @@ fn load_exr(
             [red, green, blue].map(|channel| channel.samples.value_by_flat_index(index).to_f32())
         })
         .collect();
-    Ok(Picture {
-        width: width as u32,
-        height: height as u32,
-        pixels,
-        encoding: Encoding::Linear,
-    })
+    let alpha = find(chosen, "A").filter(|alpha| (alpha.width, alpha.height) == (width, height));
+    let alpha = alpha.map(|alpha| {
+        (0..width * height)
+            .map(|index| alpha.samples.value_by_flat_index(index).to_f32())
+            .collect()
+    });
+    Ok((
+        Picture {
+            width: width as u32,
+            height: height as u32,
+            pixels,
+            encoding: Encoding::Linear,
+        },
+        alpha,
+    ))
 }
 
 #[cfg(test)]
@@ -310,6 +333,49 @@ mod tests {
     }
 
     #[test]
+    fn alpha_comes_along_where_there_is_one() {
+        let (_folder, path) = written(
+            vec![
+                layer("Combined", &["R", "G", "B", "A"], 0.0),
+                layer("Normal", &["X", "Y", "Z"], -3.0),
+            ],
+            &output::ExrOptions::default(),
+        );
+        let (picture, alpha) = load_with_alpha(&path, None).unwrap();
+        assert_eq!(picture, load(&path, None).unwrap());
+        assert_eq!(alpha.unwrap(), [3.0, 7.0, 11.0, 15.0, 19.0, 23.0]);
+        assert_eq!(load_with_alpha(&path, Some("Normal")).unwrap().1, None);
+    }
+
+    #[test]
+    fn radiance_files_are_light() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.hdr");
+        let light = [
+            image::Rgb([1.0_f32, 0.5, 4.0]),
+            image::Rgb([0.25, 64.0, 0.0]),
+        ];
+        let file = std::fs::File::create(&path).unwrap();
+        image::codecs::hdr::HdrEncoder::new(file)
+            .encode(&light, 2, 1)
+            .unwrap();
+        let (picture, alpha) = load_with_alpha(&path, None).unwrap();
+        assert_eq!(
+            (picture.width, picture.height, picture.encoding, alpha),
+            (2, 1, Encoding::Linear, None)
+        );
+        // Powers of two, but each only to 8 bits of the pixel's largest value.
+        for (read, wanted) in picture
+            .pixels
+            .iter()
+            .flatten()
+            .zip(light.iter().flat_map(|pixel| pixel.0))
+        {
+            assert!((read - wanted).abs() <= 64.0 / 128.0, "{picture:?}");
+        }
+    }
+
+    #[test]
     fn sixteen_bits_keep_distances_and_clamp_light() {
         let mut bright = layer("Combined", &["R", "G", "B"], 0.0);
         bright.data[0] = 1e6;
@@ -345,7 +411,7 @@ mod tests {
         let path = folder.path().join("a.exr");
         for (content, expected) in [
             (&b""[..], "too short"),
-            (b"abcdefgh", "neither EXR, PNG nor JPEG"),
+            (b"abcdefgh", "neither EXR, HDR, PNG nor JPEG"),
             (b"\x76\x2f\x31\x01\x02\x00\x00\x00", "cannot read"),
             (b"\x89PNG\r\n\x1a\n", "cannot read"),
         ] {

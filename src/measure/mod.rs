@@ -6,7 +6,7 @@ mod load;
 
 pub use difference::{Difference, difference};
 pub use heat_map::{HeatMap, heat_map};
-pub use load::load;
+pub use load::{load, load_with_alpha};
 
 /// Why two pictures could not be compared. Each message is one sentence.
 #[derive(Debug, thiserror::Error)]
@@ -57,7 +57,7 @@ pub enum MeasureError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Encoding {
-    /// Linear light (EXR).
+    /// Linear light (EXR, HDR).
     Linear,
     /// Display values, 0..=1 (PNG, JPEG); for FLIP taken as sRGB.
     Display,

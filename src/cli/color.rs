@@ -1,0 +1,185 @@
+//! `sundog color list` and `sundog color apply`.
+
+use super::flags::EXIT_OK;
+use super::parser::Parsed;
+use super::view::View;
+use super::{Failure, console};
+use crate::color::{ColorConfig, DisplaySummary, LookSummary};
+use crate::measure::{self, Encoding};
+use crate::output::{self, Format};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Runs the command that was given after `sundog color`.
+///
+/// # Errors
+/// One sentence: what could not be done, and the way out.
+pub fn run(parsed: Parsed) -> Result<u8, Failure> {
+    match parsed.0.subcommand() {
+        Some(("list", matches)) => list(Parsed(matches)),
+        Some(("apply", matches)) => apply(Parsed(matches)),
+        _ => Err(Failure::usage(
+            "there is no such command; `sundog color --help` lists them",
+        )),
+    }
+}
+
+fn warn(text: &str) {
+    console::message(&format!("sundog: warning: {text}"));
+}
+
+fn apply(parsed: Parsed) -> Result<u8, Failure> {
+    let (Some(input), Some(result)) = (parsed.path("IN"), parsed.path("OUT")) else {
+        return Err(Failure::usage(
+            "a picture to show and a name for the result are needed",
+        ));
+    };
+    let format = Format::of(result)?;
+    if format == Format::Exr {
+        return Err(Failure::usage(format!(
+            "{} would hold light and not display values: give a name that ends in .png or .jpg",
+            result.display()
+        )));
+    }
+    if format == Format::Jpeg && parsed.choice("depth") == "16" {
+        return Err(Failure::usage(format!(
+            "{} cannot have 16 bits a channel, JPEG has 8: use .png, or leave --depth out",
+            result.display()
+        )));
+    }
+    output::check_writable(result)?;
+    let view = View::from_flags(parsed, &warn)?;
+    let (picture, alpha) = measure::load_with_alpha(input, parsed.text("layer"))?;
+    if picture.encoding != Encoding::Linear {
+        return Err(Failure::new(format!(
+            "{} has display values already: give an .exr or .hdr file, which has light",
+            input.display()
+        )));
+    }
+    let pixels: Vec<[f32; 4]> = match alpha {
+        Some(alpha) => picture
+            .pixels
+            .iter()
+            .zip(alpha)
+            .map(|(&[r, g, b], alpha)| [r, g, b, alpha])
+            .collect(),
+        None => picture
+            .pixels
+            .iter()
+            .map(|&[r, g, b]| [r, g, b, 1.0])
+            .collect(),
+    };
+    let odd = pixels
+        .iter()
+        .filter(|pixel| pixel.iter().any(|value| !value.is_finite()))
+        .count();
+    if odd > 0 {
+        warn(&format!(
+            "{} pixels of {} are infinite or no numbers; what they show has no meaning",
+            console::grouped(odd as u64),
+            input.display()
+        ));
+    }
+    let metadata = vec![("sundog/from".to_owned(), input.display().to_string())];
+    view.write(
+        result,
+        format,
+        picture.width,
+        picture.height,
+        &pixels,
+        &metadata,
+    )?;
+    Ok(EXIT_OK)
+}
+
+/// What `sundog color list` tells.
+#[derive(Serialize)]
+struct Listing {
+    config: String,
+    found: &'static str,
+    name: String,
+    format: String,
+    opencolorio: String,
+    default_display: String,
+    displays: Vec<DisplaySummary>,
+    looks: Vec<LookSummary>,
+    roles: BTreeMap<String, String>,
+    color_spaces: Vec<String>,
+}
+
+fn list(parsed: Parsed) -> Result<u8, Failure> {
+    let config = ColorConfig::locate(parsed.text("ocio").map(Path::new))?;
+    for warning in config.warnings() {
+        warn(warning);
+    }
+    let (name, format) = config.name_and_profile()?;
+    let listing = Listing {
+        config: config.origin().path().display().to_string(),
+        found: config.origin().named_by(),
+        name,
+        format,
+        opencolorio: crate::color::library_version()?,
+        default_display: config.default_display()?,
+        displays: config.displays()?,
+        looks: config.looks()?,
+        roles: config
+            .roles()?
+            .into_iter()
+            .map(|role| (role.name, role.colour_space))
+            .collect(),
+        color_spaces: config.colour_spaces()?,
+    };
+    if parsed.switch("json") {
+        console::json_document(&listing);
+    } else {
+        console::output(&text(&listing));
+    }
+    Ok(EXIT_OK)
+}
+
+fn text(listing: &Listing) -> String {
+    let mut text = format!("configuration   {} ({})\n", listing.config, listing.found);
+    if !listing.name.is_empty() {
+        text.push_str(&format!("name            {}\n", listing.name));
+    }
+    text.push_str(&format!("format          {}\n", listing.format));
+    text.push_str(&format!("OpenColorIO     {}\n", listing.opencolorio));
+    let mark = |is_default: bool| if is_default { " (default)" } else { "" };
+    text.push_str("\nDisplays and their views\n");
+    // Views with the same looks together: a look is written once, not at every view.
+    let mut views_of: Vec<(&[String], Vec<&str>)> = Vec::new();
+    for display in &listing.displays {
+        text.push_str(&format!(
+            "  {}{}\n",
+            display.name,
+            mark(display.name == listing.default_display)
+        ));
+        for view in &display.views {
+            text.push_str(&format!(
+                "    {}{}\n",
+                view.name,
+                mark(view.name == display.default_view)
+            ));
+            match views_of.iter_mut().find(|(looks, _)| *looks == view.looks) {
+                Some((_, views)) if views.contains(&view.name.as_str()) => {}
+                Some((_, views)) => views.push(&view.name),
+                None => views_of.push((&view.looks, vec![&view.name])),
+            }
+        }
+    }
+    for (looks, views) in views_of {
+        text.push_str(&format!("\nLooks for {}\n", views.join(", ")));
+        for look in looks {
+            text.push_str(&format!("  {look}\n"));
+        }
+        if looks.is_empty() {
+            text.push_str("  none\n");
+        }
+    }
+    text.push_str("\nColour spaces\n");
+    for space in &listing.color_spaces {
+        text.push_str(&format!("  {space}\n"));
+    }
+    text
+}
