@@ -465,7 +465,7 @@ fn compare_refuses_what_cannot_be_compared() {
     folder.fails(
         &["compare", "a.exr", "text.exr"],
         1,
-        &["text.exr", "neither EXR, PNG nor JPEG"],
+        &["text.exr", "neither EXR, HDR, PNG nor JPEG"],
     );
     folder.fails(
         &["compare", "a.exr", "a.exr", "--layer", "Depth"],
