@@ -15,6 +15,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     for material in &mut scene.materials {
         clean_material(material, images, diagnostics);
     }
+    let mut tally = Tally::default();
     for mesh in &mut scene.meshes {
         if mesh.material.is_some_and(|m| m.0 as usize >= materials) {
             mesh.material = None;
@@ -26,12 +27,20 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
                 "the default material is used",
             );
         }
-        clean_mesh(mesh, diagnostics);
+        clean_mesh(mesh, &mut tally, diagnostics);
     }
+    tally.report(diagnostics);
     let meshes = &scene.meshes;
     // The largest coordinate of each mesh.
-    let farthest: Vec<f32> =
-        meshes.iter().map(|m| m.positions.iter().flatten().fold(0.0f32, |largest, c| largest.max(c.abs()))).collect();
+    let farthest: Vec<f32> = meshes
+        .iter()
+        .map(|m| {
+            m.positions
+                .iter()
+                .flatten()
+                .fold(0.0f32, |largest, c| largest.max(c.abs()))
+        })
+        .collect();
     scene.instances.retain(|instance| {
         let id = instance.mesh.0 as usize;
         let Some(mesh) = meshes.get(id) else {
@@ -48,7 +57,12 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             return false;
         }
         has_volume(&instance.world_from_object, &instance.name, diagnostics)
-            && is_within_reach(farthest[id], &instance.world_from_object, &instance.name, diagnostics)
+            && is_within_reach(
+                farthest[id],
+                &instance.world_from_object,
+                &instance.name,
+                diagnostics,
+            )
     });
     scene.lights.retain_mut(|light| {
         let numbers = match light.kind {
@@ -140,15 +154,46 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// Says that triangles were dropped because their indices were out of range.
-pub fn report_bad_indices(diagnostics: &mut Diagnostics, mesh: &str, triangles: usize) {
-    diagnostics.report(
-        "bad-indices",
-        Verdict::Lost,
-        "triangles with vertices that do not exist",
-        mesh,
-        format!("left out ({triangles} in the first mesh concerned)"),
-    );
+/// Triangles that were left out, by mesh, for a message that says how many there were in all.
+#[derive(Debug, Default)]
+pub struct Dropped(Vec<(String, usize)>);
+
+impl Dropped {
+    /// Adds some triangles of a mesh (none: nothing happens).
+    pub fn add(&mut self, mesh: &str, triangles: usize) {
+        if triangles > 0 {
+            self.0.push((mesh.into(), triangles));
+        }
+    }
+
+    /// Says that their corners name vertices that do not exist.
+    pub fn report_bad_indices(&self, diagnostics: &mut Diagnostics) {
+        self.report(
+            diagnostics,
+            "bad-indices",
+            Verdict::Lost,
+            "with vertices that do not exist",
+        );
+    }
+
+    fn report(
+        &self,
+        diagnostics: &mut Diagnostics,
+        code: &'static str,
+        verdict: Verdict,
+        why: &str,
+    ) {
+        let total: usize = self.0.iter().map(|(_, n)| n).sum();
+        for (mesh, _) in &self.0 {
+            diagnostics.report(
+                code,
+                verdict,
+                format!("{total} triangles {why}"),
+                mesh,
+                "left out",
+            );
+        }
+    }
 }
 
 trait Direction {
@@ -205,17 +250,59 @@ fn has_volume(transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -
 const REACH: f64 = 1e18;
 
 /// Whether a placed mesh is near enough to be rendered in f32.
-fn is_within_reach(farthest: f32, transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -> bool {
+fn is_within_reach(
+    farthest: f32,
+    transform: &DAffine3,
+    name: &str,
+    diagnostics: &mut Diagnostics,
+) -> bool {
     // No sum of three products of entries and coordinates is larger than three times the largest.
-    let growth = transform.matrix3.to_cols_array().iter().fold(0.0f64, |m, c| m.max(c.abs()));
-    let near = 3.0 * growth * f64::from(farthest) + transform.translation.abs().max_element() < REACH;
+    let growth = transform
+        .matrix3
+        .to_cols_array()
+        .iter()
+        .fold(0.0f64, |m, c| m.max(c.abs()));
+    let near =
+        3.0 * growth * f64::from(farthest) + transform.translation.abs().max_element() < REACH;
     if !near {
-        diagnostics.report("out-of-reach", Verdict::Lost, "object farther away or larger than 10¹⁸ m", name, "left out");
+        diagnostics.report(
+            "out-of-reach",
+            Verdict::Lost,
+            "object farther away or larger than 10¹⁸ m",
+            name,
+            "left out",
+        );
     }
     near
 }
 
-fn clean_mesh(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
+/// The triangles that [`clean`] leaves out, by reason.
+#[derive(Debug, Default)]
+struct Tally {
+    bad_indices: Dropped,
+    not_finite: Dropped,
+    without_area: Dropped,
+}
+
+impl Tally {
+    fn report(&self, diagnostics: &mut Diagnostics) {
+        self.bad_indices.report_bad_indices(diagnostics);
+        self.not_finite.report(
+            diagnostics,
+            "non-finite-positions",
+            Verdict::Lost,
+            "with corners that are not finite",
+        );
+        self.without_area.report(
+            diagnostics,
+            "degenerate-triangles",
+            Verdict::Exact,
+            "without area",
+        );
+    }
+}
+
+fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics) {
     let count = mesh.positions.len();
     let fits = |length: Option<usize>| length.is_none_or(|l| l == count);
     let lengths_match = fits(mesh.normals.as_ref().map(Vec::len))
@@ -236,42 +323,21 @@ fn clean_mesh(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
     let before = mesh.triangles.len();
     mesh.triangles
         .retain(|t| t.iter().all(|&i| (i as usize) < count));
-    if mesh.triangles.len() < before {
-        report_bad_indices(diagnostics, &mesh.name, before - mesh.triangles.len());
-    }
+    let whole = mesh.triangles.len();
+    tally.bad_indices.add(&mesh.name, before - whole);
 
-    let before = mesh.triangles.len();
     let positions = &mesh.positions;
     let corner = |i: u32| Vec3::from(positions[i as usize]);
     mesh.triangles
         .retain(|t| t.iter().all(|&i| corner(i).is_finite()));
-    if mesh.triangles.len() < before {
-        diagnostics.report(
-            "non-finite-positions",
-            Verdict::Lost,
-            "triangles with corners that are not finite",
-            &mesh.name,
-            format!(
-                "left out ({} in the first mesh concerned)",
-                before - mesh.triangles.len()
-            ),
-        );
-    }
-    let before = mesh.triangles.len();
+    let finite = mesh.triangles.len();
+    tally.not_finite.add(&mesh.name, whole - finite);
+
     mesh.triangles
         .retain(|&[a, b, c]| area_vector(corner(a), corner(b), corner(c)) != DVec3::ZERO);
-    if mesh.triangles.len() < before {
-        diagnostics.report(
-            "degenerate-triangles",
-            Verdict::Exact,
-            "triangles without area",
-            &mesh.name,
-            format!(
-                "left out ({} in the first mesh concerned)",
-                before - mesh.triangles.len()
-            ),
-        );
-    }
+    tally
+        .without_area
+        .add(&mesh.name, finite - mesh.triangles.len());
     // Vertices that no triangle uses any more must not spoil bounds.
     for position in &mut mesh.positions {
         if position.iter().any(|c| !c.is_finite()) {

@@ -22,9 +22,15 @@ fn instance_transform(file: &Builder) -> DAffine3 {
 fn a_triangle_from_a_glb() {
     let imported = Builder::triangle().load();
     let mesh = &imported.scene.meshes[0];
-    assert_eq!(mesh.positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(
+        mesh.positions,
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    );
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
-    assert!(mesh.normals.is_none(), "no normals in the file means flat shading");
+    assert!(
+        mesh.normals.is_none(),
+        "no normals in the file means flat shading"
+    );
     assert!(mesh.material.is_none(), "glTF's default material");
     assert_eq!(imported.scene.instances.len(), 1);
     assert!(imported.diagnostics.is_empty());
@@ -37,12 +43,16 @@ fn files_beside_the_scene_with_percent_encoded_names() {
     let pixels = image::RgbImage::from_pixel(2, 2, image::Rgb([10, 20, 30]));
     std::fs::write(folder.path().join("wood & glue.png"), png(pixels.into())).unwrap();
     std::fs::write(folder.path().join("größe 1.bin"), &file.binary).unwrap();
-    file.json["buffers"] = json!([{ "byteLength": file.binary.len(), "uri": "gr%C3%B6%C3%9Fe%201.bin" }]);
+    file.json["buffers"] =
+        json!([{ "byteLength": file.binary.len(), "uri": "gr%C3%B6%C3%9Fe%201.bin" }]);
     file.json["images"] = json!([{ "uri": "wood%20%26%20glue.png" }]);
     file.json["textures"] = json!([{ "source": 0 }]);
-    file.json["materials"][0]["pbrMetallicRoughness"] = json!({ "baseColorTexture": { "index": 0 } });
+    file.json["materials"][0]["pbrMetallicRoughness"] =
+        json!({ "baseColorTexture": { "index": 0 } });
     std::fs::write(&path, file.json.to_string()).unwrap();
-    let scene = import::load(&path, &ImportOptions::default()).unwrap().scene;
+    let scene = import::load(&path, &ImportOptions::default())
+        .unwrap()
+        .scene;
     assert_eq!(scene.meshes[0].triangles.len(), 2);
     let image = &scene.images[0];
     assert_eq!((image.width, image.height, image.channels), (2, 2, 3));
@@ -55,16 +65,22 @@ fn data_uris_hold_buffers_and_images() {
     let (_folder, path) = place("scene.gltf");
     let mut file = Builder::square();
     let encode = |bytes: &[u8]| base64::engine::general_purpose::STANDARD.encode(bytes);
-    let uri = format!("data:application/gltf-buffer;base64,{}", encode(&file.binary));
+    let uri = format!(
+        "data:application/gltf-buffer;base64,{}",
+        encode(&file.binary)
+    );
     let pixels = image::GrayImage::from_pixel(3, 1, image::Luma([77]));
     file.json["buffers"] = json!([{ "byteLength": file.binary.len(), "uri": uri }]);
-    file.json["images"] = json!([{ "uri": format!("data:image/png;base64,{}", encode(&png(pixels.into()))) }]);
+    file.json["images"] =
+        json!([{ "uri": format!("data:image/png;base64,{}", encode(&png(pixels.into()))) }]);
     file.json["textures"] = json!([{ "source": 0 }]);
     file.json["materials"][0]["emissiveTexture"] = json!({ "index": 0 });
     file.json["materials"][0]["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
     // A byte-order mark, as some editors write it.
     std::fs::write(&path, format!("\u{feff}{}", file.json)).unwrap();
-    let scene = import::load(&path, &ImportOptions::default()).unwrap().scene;
+    let scene = import::load(&path, &ImportOptions::default())
+        .unwrap()
+        .scene;
     assert_eq!(scene.meshes[0].triangles.len(), 2);
     assert_eq!((scene.images[0].width, scene.images[0].channels), (3, 1));
 }
@@ -80,11 +96,18 @@ fn transforms_keep_f64_precision_along_the_hierarchy() {
         { "mesh": 0, "matrix": [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.125, 0.25, 0.5, 1.0] }
     ]);
     let turn = DQuat::from_rotation_z(PI / 4.0);
-    let expected = DAffine3::from_scale_rotation_translation(DVec3::ONE, DQuat::IDENTITY, DVec3::X * 12_345_678.901_234_5)
-        * DAffine3::from_scale_rotation_translation(DVec3::new(2.0, 3.0, 4.0), turn, DVec3::ZERO)
-        * DAffine3::from_translation(DVec3::new(0.125, 0.25, 0.5));
+    let expected =
+        DAffine3::from_scale_rotation_translation(
+            DVec3::ONE,
+            DQuat::IDENTITY,
+            DVec3::X * 12_345_678.901_234_5,
+        ) * DAffine3::from_scale_rotation_translation(DVec3::new(2.0, 3.0, 4.0), turn, DVec3::ZERO)
+            * DAffine3::from_translation(DVec3::new(0.125, 0.25, 0.5));
     let found = instance_transform(&file);
-    assert!((found.translation - expected.translation).length() < 1e-8, "f32 would be off by a metre");
+    assert!(
+        (found.translation - expected.translation).length() < 1e-8,
+        "f32 would be off by a metre"
+    );
     assert!(found.abs_diff_eq(expected, 1e-8));
 }
 
@@ -100,17 +123,34 @@ fn quaternions_are_normalised() {
 fn only_the_scene_asked_for_is_loaded() {
     let mut file = Builder::triangle();
     file.json["nodes"] = json!([{ "name": "a", "mesh": 0 }, { "name": "b", "mesh": 0 }, { "name": "lost", "mesh": 0 }]);
-    file.json["scenes"] = json!([{ "name": "first", "nodes": [0] }, { "name": "second", "nodes": [1, 0] }]);
-    let names = |scene: &Scene| scene.instances.iter().map(|i| i.name.clone()).collect::<Vec<_>>();
+    file.json["scenes"] =
+        json!([{ "name": "first", "nodes": [0] }, { "name": "second", "nodes": [1, 0] }]);
+    let names = |scene: &Scene| {
+        scene
+            .instances
+            .iter()
+            .map(|i| i.name.clone())
+            .collect::<Vec<_>>()
+    };
     file.json["scene"] = json!(1);
     assert_eq!(names(&file.load().scene), ["b", "a"]);
-    let pick = |name: &str| ImportOptions { scene: Some(name.into()), ..ImportOptions::default() };
+    let pick = |name: &str| ImportOptions {
+        scene: Some(name.into()),
+        ..ImportOptions::default()
+    };
     assert_eq!(names(&file.load_with(&pick("first")).unwrap().scene), ["a"]);
-    assert_eq!(names(&file.load_with(&pick("1")).unwrap().scene), ["b", "a"]);
+    assert_eq!(
+        names(&file.load_with(&pick("1")).unwrap().scene),
+        ["b", "a"]
+    );
     let error = file.load_with(&pick("third")).unwrap_err().to_string();
     assert!(error.contains("first, second"), "{error}");
     file.json.as_object_mut().unwrap().remove("scene");
-    assert_eq!(names(&file.load().scene), ["a"], "without a default the first");
+    assert_eq!(
+        names(&file.load().scene),
+        ["a"],
+        "without a default the first"
+    );
     file.json.as_object_mut().unwrap().remove("scenes");
     assert_eq!(names(&file.load().scene), ["a", "b", "lost"]);
 }
@@ -129,7 +169,10 @@ fn shared_meshes_are_shared_and_primitives_come_apart() {
     assert_eq!((scene.meshes.len(), scene.instances.len()), (2, 4));
     let meshes: Vec<u32> = scene.instances.iter().map(|i| i.mesh.0).collect();
     assert_eq!(meshes, [0, 1, 0, 1]);
-    assert!(scene.instances[2].world_from_object.matrix3.determinant() < 0.0, "mirrored objects stay");
+    assert!(
+        scene.instances[2].world_from_object.matrix3.determinant() < 0.0,
+        "mirrored objects stay"
+    );
     assert_eq!(scene.materials.len(), 1, "material 0 is not used");
     assert_eq!(scene.meshes[1].material.unwrap().0, 0);
 }
@@ -140,11 +183,13 @@ fn gpu_instancing_places_copies() {
     let translations = file.floats("VEC3", &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     // Quaternions as normalised shorts: 90° about z, then none.
     let half = (0.5f64.sqrt() * 32767.0).round() as i16;
-    let bytes: Vec<u8> = [0, 0, half, half, 0, 0, 0, 32767].iter().flat_map(|v: &i16| v.to_le_bytes()).collect();
+    let bytes: Vec<u8> = [0, 0, half, half, 0, 0, 0, 32767]
+        .iter()
+        .flat_map(|v: &i16| v.to_le_bytes())
+        .collect();
     let rotations = file.accessor("VEC4", SHORT, true, 2, &bytes);
     file.json["nodes"][0]["translation"] = json!([100.0, 0.0, 0.0]);
-    file.json["nodes"][0]["extensions"] =
-        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": translations, "ROTATION": rotations, "_ID": 0 } } });
+    file.json["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": translations, "ROTATION": rotations, "_ID": 0 } } });
     let imported = file.load();
     let instances = &imported.scene.instances;
     assert_eq!(instances.len(), 2);
@@ -155,7 +200,10 @@ fn gpu_instancing_places_copies() {
     assert!(imported.diagnostics.is_empty());
     file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] =
         json!(file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"]);
-    assert!(file.error().contains("its attributes have 2 and 3 elements"));
+    assert!(
+        file.error()
+            .contains("its attributes have 2 and 3 elements")
+    );
 }
 
 #[test]
@@ -178,8 +226,14 @@ fn invisible_nodes_hide_their_children() {
 fn index_types_and_primitive_modes() {
     for (component, bytes) in [
         (UNSIGNED_BYTE, vec![2, 1, 0]),
-        (UNSIGNED_SHORT, [2u16, 1, 0].iter().flat_map(|i| i.to_le_bytes()).collect()),
-        (UNSIGNED_INT, [2u32, 1, 0].iter().flat_map(|i| i.to_le_bytes()).collect()),
+        (
+            UNSIGNED_SHORT,
+            [2u16, 1, 0].iter().flat_map(|i| i.to_le_bytes()).collect(),
+        ),
+        (
+            UNSIGNED_INT,
+            [2u32, 1, 0].iter().flat_map(|i| i.to_le_bytes()).collect(),
+        ),
     ] {
         let mut file = Builder::triangle();
         let indices = file.accessor("SCALAR", component, false, 3, &bytes);
@@ -190,10 +244,19 @@ fn index_types_and_primitive_modes() {
     let strip = file.accessor("SCALAR", UNSIGNED_BYTE, false, 4, &[0, 1, 3, 2]);
     file.json["meshes"][0]["primitives"][0]["indices"] = json!(strip);
     file.json["meshes"][0]["primitives"][0]["mode"] = json!(5);
-    assert_eq!(file.load().scene.meshes[0].triangles, [[0, 1, 3], [1, 2, 3]]);
+    assert_eq!(
+        file.load().scene.meshes[0].triangles,
+        [[0, 1, 3], [1, 2, 3]]
+    );
     file.json["meshes"][0]["primitives"][0]["mode"] = json!(6);
-    file.json["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("indices");
-    assert_eq!(file.load().scene.meshes[0].triangles, [[1, 2, 0], [2, 3, 0]]);
+    file.json["meshes"][0]["primitives"][0]
+        .as_object_mut()
+        .unwrap()
+        .remove("indices");
+    assert_eq!(
+        file.load().scene.meshes[0].triangles,
+        [[1, 2, 0], [2, 3, 0]]
+    );
     for mode in 0..4 {
         file.json["meshes"][0]["primitives"][0]["mode"] = json!(mode);
         let imported = file.load();
@@ -207,7 +270,11 @@ fn quantised_interleaved_attributes() {
     let mut file = Builder::triangle();
     // Position i16 ×3 (not normalised), padding, normal i8 ×3 normalised, padding; stride 12.
     let mut bytes = Vec::new();
-    for (position, normal) in [([-300i16, 0, 7], [0i8, 0, 127]), ([300, 0, 7], [0, 0, 127]), ([0, 500, 7], [0, -128, 0])] {
+    for (position, normal) in [
+        ([-300i16, 0, 7], [0i8, 0, 127]),
+        ([300, 0, 7], [0, 0, 127]),
+        ([0, 500, 7], [0, -128, 0]),
+    ] {
         bytes.extend(position.iter().flat_map(|v| v.to_le_bytes()));
         bytes.extend([0, 0]);
         bytes.extend(normal.map(|v| v as u8));
@@ -215,29 +282,52 @@ fn quantised_interleaved_attributes() {
     }
     let view = file.view(&bytes);
     file.json["bufferViews"][view]["byteStride"] = json!(12);
-    let positions = file.push("accessors", json!({ "bufferView": view, "componentType": SHORT, "type": "VEC3", "count": 3 }));
+    let positions = file.push(
+        "accessors",
+        json!({ "bufferView": view, "componentType": SHORT, "type": "VEC3", "count": 3 }),
+    );
     let normals = file.push(
         "accessors",
         json!({ "bufferView": view, "byteOffset": 8, "componentType": BYTE, "type": "VEC3", "count": 3, "normalized": true }),
     );
-    let uvs = file.accessor("VEC2", UNSIGNED_SHORT, true, 3, &[0, 0, 255, 255, 0, 128, 0, 0, 255, 255, 0, 0]);
+    let uvs = file.accessor(
+        "VEC2",
+        UNSIGNED_SHORT,
+        true,
+        3,
+        &[0, 0, 255, 255, 0, 128, 0, 0, 255, 255, 0, 0],
+    );
     file.json["meshes"][0]["primitives"][0]["attributes"] =
         json!({ "POSITION": positions, "NORMAL": normals, "TEXCOORD_0": uvs });
     file.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
     let imported = file.load();
     let mesh = &imported.scene.meshes[0];
-    assert_eq!(mesh.positions, [[-300.0, 0.0, 7.0], [300.0, 0.0, 7.0], [0.0, 500.0, 7.0]]);
-    assert_eq!(mesh.normals.as_deref().unwrap(), [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]);
-    assert_eq!(mesh.uvs[0], [[0.0, 1.0], [32768.0 / 65535.0, 0.0], [1.0, 0.0]]);
+    assert_eq!(
+        mesh.positions,
+        [[-300.0, 0.0, 7.0], [300.0, 0.0, 7.0], [0.0, 500.0, 7.0]]
+    );
+    assert_eq!(
+        mesh.normals.as_deref().unwrap(),
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]
+    );
+    assert_eq!(
+        mesh.uvs[0],
+        [[0.0, 1.0], [32768.0 / 65535.0, 0.0], [1.0, 0.0]]
+    );
     assert!(imported.diagnostics.is_empty());
 }
 
 #[test]
 fn sparse_accessors_with_and_without_a_base() {
     let mut file = Builder::triangle();
-    let base = file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap() as usize;
+    let base = file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+        .as_u64()
+        .unwrap() as usize;
     let at = file.view(&[1, 0, 2, 0]);
-    let with: Vec<u8> = [9.0f32, 0.0, 0.0, 0.0, 8.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let with: Vec<u8> = [9.0f32, 0.0, 0.0, 0.0, 8.0, 0.0]
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
     let with = file.view(&with);
     let sparse = json!({
         "count": 2,
@@ -248,7 +338,10 @@ fn sparse_accessors_with_and_without_a_base() {
     let expected = [[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 8.0, 0.0]];
     assert_eq!(file.load().scene.meshes[0].positions, expected);
     // Without a buffer view the base is all zeros, which the first vertex is anyway.
-    file.json["accessors"][base].as_object_mut().unwrap().remove("bufferView");
+    file.json["accessors"][base]
+        .as_object_mut()
+        .unwrap()
+        .remove("bufferView");
     assert_eq!(file.load().scene.meshes[0].positions, expected);
 }
 
@@ -256,11 +349,47 @@ fn sparse_accessors_with_and_without_a_base() {
 fn vertex_colours_of_every_kind() {
     type Case = (&'static str, u32, bool, Vec<u8>, [f32; 4]);
     let cases: [Case; 5] = [
-        ("VEC3", FLOAT, false, [0.25f32, 0.5, 0.75].iter().flat_map(|v| v.to_le_bytes()).collect(), [0.25, 0.5, 0.75, 1.0]),
-        ("VEC4", FLOAT, false, [0.25f32, 0.5, 0.75, 0.5].iter().flat_map(|v| v.to_le_bytes()).collect(), [0.25, 0.5, 0.75, 0.5]),
-        ("VEC4", UNSIGNED_BYTE, true, vec![255, 0, 51, 102], [1.0, 0.0, 0.2, 0.4]),
-        ("VEC4", UNSIGNED_SHORT, true, vec![255, 255, 0, 0, 51, 51, 102, 102], [1.0, 0.0, 0.2, 0.4]),
-        ("VEC4", UNSIGNED_BYTE, false, vec![255, 0, 51, 102], [1.0, 0.0, 0.2, 0.4]),
+        (
+            "VEC3",
+            FLOAT,
+            false,
+            [0.25f32, 0.5, 0.75]
+                .iter()
+                .flat_map(|v| v.to_le_bytes())
+                .collect(),
+            [0.25, 0.5, 0.75, 1.0],
+        ),
+        (
+            "VEC4",
+            FLOAT,
+            false,
+            [0.25f32, 0.5, 0.75, 0.5]
+                .iter()
+                .flat_map(|v| v.to_le_bytes())
+                .collect(),
+            [0.25, 0.5, 0.75, 0.5],
+        ),
+        (
+            "VEC4",
+            UNSIGNED_BYTE,
+            true,
+            vec![255, 0, 51, 102],
+            [1.0, 0.0, 0.2, 0.4],
+        ),
+        (
+            "VEC4",
+            UNSIGNED_SHORT,
+            true,
+            vec![255, 255, 0, 0, 51, 51, 102, 102],
+            [1.0, 0.0, 0.2, 0.4],
+        ),
+        (
+            "VEC4",
+            UNSIGNED_BYTE,
+            false,
+            vec![255, 0, 51, 102],
+            [1.0, 0.0, 0.2, 0.4],
+        ),
     ];
     for (kind, component, normalized, bytes, expected) in cases {
         let mut file = Builder::triangle();
@@ -281,7 +410,10 @@ fn primitives_that_share_a_vertex_buffer_keep_their_own_part() {
     let one = file.accessor("SCALAR", UNSIGNED_BYTE, false, 3, &[3, 1, 2]);
     file.json["meshes"][0]["primitives"][0]["indices"] = json!(one);
     let mesh = file.load().scene.meshes[0].clone();
-    assert_eq!(mesh.positions, [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(
+        mesh.positions,
+        [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
+    );
     assert_eq!(mesh.triangles, [[2, 0, 1]]);
     assert_eq!(mesh.uvs[0], [[1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]);
 }
@@ -293,23 +425,31 @@ fn tangents_come_only_with_normal_maps_and_on_their_uv_set() {
     // The second set runs along y instead of x.
     let turned = file.floats("VEC2", &[0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0]);
     file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] = json!(turned);
-    let texture = file.png_texture(image::RgbImage::from_pixel(1, 1, image::Rgb([128, 128, 255])).into());
+    let texture =
+        file.png_texture(image::RgbImage::from_pixel(1, 1, image::Rgb([128, 128, 255])).into());
     file.json["materials"][0]["normalTexture"] = json!({ "index": texture, "scale": 0.5 });
     let tangents = |file: &Builder| file.load().scene.meshes[0].tangents.clone().unwrap();
     assert_eq!(tangents(&file), [[1.0, 0.0, 0.0, 1.0]; 4]);
     let scene = file.load().scene;
-    assert_eq!(scene.materials[0].normal_texture.as_ref().unwrap().scale, 0.5);
+    assert_eq!(
+        scene.materials[0].normal_texture.as_ref().unwrap().scale,
+        0.5
+    );
     file.json["materials"][0]["normalTexture"]["texCoord"] = json!(1);
     assert_eq!(tangents(&file), [[0.0, 1.0, 0.0, 1.0]; 4]);
     // KHR_texture_transform overrides the set.
-    file.json["materials"][0]["normalTexture"]["extensions"] = json!({ "KHR_texture_transform": { "texCoord": 0 } });
+    file.json["materials"][0]["normalTexture"]["extensions"] =
+        json!({ "KHR_texture_transform": { "texCoord": 0 } });
     assert_eq!(tangents(&file), [[1.0, 0.0, 0.0, 1.0]; 4]);
     // What the file gives is used as it is.
     let given = file.floats("VEC4", &[0.6, 0.8, 0.0, -1.0].repeat(4));
     file.json["meshes"][0]["primitives"][0]["attributes"]["TANGENT"] = json!(given);
     assert_eq!(tangents(&file), [[0.6, 0.8, 0.0, -1.0]; 4]);
     // But not without normals, by the specification.
-    file.json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("NORMAL");
+    file.json["meshes"][0]["primitives"][0]["attributes"]
+        .as_object_mut()
+        .unwrap()
+        .remove("NORMAL");
     assert_eq!(tangents(&file), [[1.0, 0.0, 0.0, 1.0]; 4]);
     // A set that the mesh has not.
     file.json["materials"][0]["normalTexture"] = json!({ "index": texture, "texCoord": 5 });
@@ -325,8 +465,13 @@ fn morph_targets_take_their_weights_from_node_or_mesh() {
     let mut file = Builder::triangle();
     let offsets = file.floats("VEC3", &[0.0, 0.0, 2.0].repeat(3));
     let more = file.floats("VEC3", &[1.0, 0.0, 0.0].repeat(3));
-    file.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": offsets }, { "POSITION": more }]);
-    assert_eq!(file.load().scene.meshes[0].positions[0], [0.0; 3], "weights are 0 by default");
+    file.json["meshes"][0]["primitives"][0]["targets"] =
+        json!([{ "POSITION": offsets }, { "POSITION": more }]);
+    assert_eq!(
+        file.load().scene.meshes[0].positions[0],
+        [0.0; 3],
+        "weights are 0 by default"
+    );
     file.json["meshes"][0]["weights"] = json!([0.5]);
     assert_eq!(file.load().scene.meshes[0].positions[0], [0.0, 0.0, 1.0]);
     file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 0, "weights": [0.25, 3.0] }]);
@@ -340,7 +485,13 @@ fn morph_targets_take_their_weights_from_node_or_mesh() {
 #[test]
 fn skinned_meshes_follow_their_joints_and_not_their_node() {
     let mut file = Builder::triangle();
-    let joints = file.accessor("VEC4", UNSIGNED_BYTE, false, 3, &[0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0]);
+    let joints = file.accessor(
+        "VEC4",
+        UNSIGNED_BYTE,
+        false,
+        3,
+        &[0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0],
+    );
     let weights = file.accessor(
         "VEC4",
         UNSIGNED_BYTE,
@@ -350,7 +501,9 @@ fn skinned_meshes_follow_their_joints_and_not_their_node() {
     );
     let mut binds = Vec::new();
     for x in [0.0, -1.0] {
-        binds.extend([1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x, 0.0, 0.0, 1.0]);
+        binds.extend([
+            1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x, 0.0, 0.0, 1.0,
+        ]);
     }
     let binds = file.floats("MAT4", &binds);
     file.json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
@@ -365,11 +518,17 @@ fn skinned_meshes_follow_their_joints_and_not_their_node() {
     let scene = file.load().scene;
     let world = |i: usize| {
         let p = scene.meshes[0].positions[i].map(f64::from);
-        scene.instances[0].world_from_object.transform_point3(p.into())
+        scene.instances[0]
+            .world_from_object
+            .transform_point3(p.into())
     };
     assert_eq!(world(0), DVec3::new(0.0, 0.0, 1.0e7));
     assert_eq!(world(1), DVec3::new(1.0, 0.0, 1.0e7 + 0.125));
-    assert!(world(2).abs_diff_eq(DVec3::new(0.0, 1.0, 1.0e7 + 0.1), 1e-7), "{}", world(2));
+    assert!(
+        world(2).abs_diff_eq(DVec3::new(0.0, 1.0, 1.0e7 + 0.1), 1e-7),
+        "{}",
+        world(2)
+    );
     file.json["nodes"][1]["children"] = json!([]);
     assert!(file.error().contains("joint 2 is not in the scene"));
 }
@@ -379,8 +538,10 @@ fn skinned_meshes_follow_their_joints_and_not_their_node() {
 #[test]
 fn a_material_with_everything() {
     let mut file = Builder::square();
-    let texture = file.png_texture(image::RgbaImage::from_pixel(1, 1, image::Rgba([1, 2, 3, 4])).into());
-    file.json["samplers"] = json!([{ "wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9987 }]);
+    let texture =
+        file.png_texture(image::RgbaImage::from_pixel(1, 1, image::Rgba([1, 2, 3, 4])).into());
+    file.json["samplers"] =
+        json!([{ "wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9987 }]);
     file.json["textures"][texture]["sampler"] = json!(0);
     let map = |set: u32| json!({ "index": texture, "texCoord": set });
     file.json["materials"][0] = json!({
@@ -414,18 +575,45 @@ fn a_material_with_everything() {
         }
     });
     let imported = file.load();
-    assert!(imported.diagnostics.is_empty(), "{:?}", imported.diagnostics);
-    assert_eq!(imported.scene.images.len(), 1, "one image, however often it is used");
+    assert!(
+        imported.diagnostics.is_empty(),
+        "{:?}",
+        imported.diagnostics
+    );
+    assert_eq!(
+        imported.scene.images.len(),
+        1,
+        "one image, however often it is used"
+    );
     let m = &imported.scene.materials[0];
-    assert_eq!((m.name.as_str(), m.double_sided, m.unlit, m.thin_walled), ("all", true, false, false));
+    assert_eq!(
+        (m.name.as_str(), m.double_sided, m.unlit, m.thin_walled),
+        ("all", true, false, false)
+    );
     assert_eq!(m.alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
-    assert_eq!((m.base_color, m.alpha, m.metallic, m.roughness), ([0.1, 0.2, 0.3], 0.4, 0.5, 0.6));
+    assert_eq!(
+        (m.base_color, m.alpha, m.metallic, m.roughness),
+        ([0.1, 0.2, 0.3], 0.4, 0.5, 0.6)
+    );
     assert_eq!(m.emission, [4.0, 2.0, 8.0]);
-    assert_eq!((m.ior, m.specular, m.specular_color, m.transmission), (1.33, 0.7, [2.0, 1.0, 0.5], 0.9));
+    assert_eq!(
+        (m.ior, m.specular, m.specular_color, m.transmission),
+        (1.33, 0.7, [2.0, 1.0, 0.5], 0.9)
+    );
     let base = m.base_color_texture.as_ref().unwrap();
     assert_eq!(base.uv_set, 1);
-    assert_eq!(base.transform, UvTransform { offset: [0.1, 0.2], rotation: 0.3, scale: [2.0, 3.0] });
-    assert_eq!((base.sampler.wrap_u, base.sampler.wrap_v), (Wrap::Clamp, Wrap::Mirror));
+    assert_eq!(
+        base.transform,
+        UvTransform {
+            offset: [0.1, 0.2],
+            rotation: 0.3,
+            scale: [2.0, 3.0]
+        }
+    );
+    assert_eq!(
+        (base.sampler.wrap_u, base.sampler.wrap_v),
+        (Wrap::Clamp, Wrap::Mirror)
+    );
     assert_eq!(base.sampler.filter, TextureFilter::Nearest);
     let sets = [
         &m.metallic_roughness_texture,
@@ -440,13 +628,23 @@ fn a_material_with_everything() {
 #[test]
 fn materials_without_anything_are_gltfs_default() {
     let mut file = Builder::square();
-    file.json["materials"][0] = json!({ "alphaMode": "BLEND", "extensions": { "KHR_materials_unlit": {} } });
+    file.json["materials"][0] =
+        json!({ "alphaMode": "BLEND", "extensions": { "KHR_materials_unlit": {} } });
     let scene = file.load().scene;
     let m = &scene.materials[0];
-    assert_eq!((m.base_color, m.metallic, m.roughness, m.ior), ([1.0; 3], 1.0, 1.0, 1.5));
-    assert_eq!((m.alpha_mode, m.unlit, m.double_sided), (AlphaMode::Blend, true, false));
+    assert_eq!(
+        (m.base_color, m.metallic, m.roughness, m.ior),
+        ([1.0; 3], 1.0, 1.0, 1.5)
+    );
+    assert_eq!(
+        (m.alpha_mode, m.unlit, m.double_sided),
+        (AlphaMode::Blend, true, false)
+    );
     file.json["materials"][0] = json!({ "alphaMode": "MASK" });
-    assert_eq!(file.load().scene.materials[0].alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
+    assert_eq!(
+        file.load().scene.materials[0].alpha_mode,
+        AlphaMode::Mask { cutoff: 0.5 }
+    );
 }
 
 #[test]
@@ -455,7 +653,10 @@ fn transmission_is_solid_or_thin_by_generator_volume_and_option() {
     let transmission = json!({ "KHR_materials_transmission": { "transmissionFactor": 1.0 } });
     file.json["materials"][0] = json!({ "extensions": transmission });
     let thin = |file: &Builder, transmission| {
-        let options = ImportOptions { transmission, ..ImportOptions::default() };
+        let options = ImportOptions {
+            transmission,
+            ..ImportOptions::default()
+        };
         file.load_with(&options).unwrap().scene.materials[0].thin_walled
     };
     assert!(thin(&file, Transmission::Auto));
@@ -469,10 +670,16 @@ fn transmission_is_solid_or_thin_by_generator_volume_and_option() {
     file.json["materials"][0]["extensions"]["KHR_materials_volume"] = volume;
     assert!(!thin(&file, Transmission::Auto));
     assert_eq!(codes(&file.load()), ["attenuation"]);
-    for (key, value) in [("attenuationColor", json!([1.0, 1.0, 1.0])), ("thicknessFactor", json!(0.0))] {
+    for (key, value) in [
+        ("attenuationColor", json!([1.0, 1.0, 1.0])),
+        ("thicknessFactor", json!(0.0)),
+    ] {
         let mut clear = file.clone();
         clear.json["materials"][0]["extensions"]["KHR_materials_volume"][key] = value;
-        assert!(clear.load().diagnostics.is_empty(), "no effect by value, no message");
+        assert!(
+            clear.load().diagnostics.is_empty(),
+            "no effect by value, no message"
+        );
     }
 }
 
@@ -482,13 +689,19 @@ fn meshes_without_a_material_look_as_in_the_blender_that_wrote_them() {
     file.json["asset"]["generator"] = json!(BLENDER_4_5);
     let imported = file.load();
     let m = &imported.scene.materials[imported.scene.meshes[0].material.unwrap().0 as usize];
-    assert_eq!((m.base_color, m.metallic, m.roughness, m.specular), ([0.8; 3], 0.0, 1.0, 0.0));
+    assert_eq!(
+        (m.base_color, m.metallic, m.roughness, m.specular),
+        ([0.8; 3], 0.0, 1.0, 0.0)
+    );
     assert_eq!(codes(&imported), ["no-material"]);
     assert_eq!(found(&imported, "no-material")[0].verdict, Verdict::Exact);
     file.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.0.21");
     let imported = file.load();
     let m = &imported.scene.materials[0];
-    assert_eq!((m.base_color, m.metallic, m.roughness, m.specular), ([0.8; 3], 0.0, 0.5, 1.0));
+    assert_eq!(
+        (m.base_color, m.metallic, m.roughness, m.specular),
+        ([0.8; 3], 0.0, 0.5, 1.0)
+    );
 }
 
 #[test]
@@ -502,7 +715,8 @@ fn unsupported_material_extensions_are_named_once_and_only_if_they_do_something(
         "KHR_materials_diffuse_transmission": { "diffuseTransmissionColorFactor": [1.0, 0.0, 0.0] }
     });
     let mut file = Builder::square();
-    file.json["materials"] = json!([{ "name": "a", "extensions": idle }, { "name": "b", "extensions": idle }]);
+    file.json["materials"] =
+        json!([{ "name": "a", "extensions": idle }, { "name": "b", "extensions": idle }]);
     let primitive = file.json["meshes"][0]["primitives"][0].clone();
     let mut second = primitive.clone();
     second["material"] = json!(1);
@@ -521,7 +735,11 @@ fn unsupported_material_extensions_are_named_once_and_only_if_they_do_something(
     let imported = file.load();
     assert_eq!(imported.diagnostics.iter().count(), 7);
     for message in imported.diagnostics.iter() {
-        assert_eq!((message.count, message.verdict), (2, Verdict::Lost), "{message}");
+        assert_eq!(
+            (message.count, message.verdict),
+            (2, Verdict::Lost),
+            "{message}"
+        );
         assert_eq!(message.objects, ["material \"a\"", "material \"b\""]);
     }
     let unknown = found(&imported, "unknown-extension");
@@ -538,14 +756,21 @@ fn other_features_are_named() {
     let texture = file.png_texture(image::GrayImage::from_pixel(1, 1, image::Luma([255])).into());
     file.json["materials"][0]["occlusionTexture"] = json!({ "index": texture });
     file.json["animations"] = json!([{ "name": "spin", "channels": [], "samplers": [] }]);
-    file.json["extensions"] = json!({ "KHR_materials_variants": { "variants": [{ "name": "red" }] } });
+    file.json["extensions"] =
+        json!({ "KHR_materials_variants": { "variants": [{ "name": "red" }] } });
     file.json["nodes"][0]["extensions"] = json!({ "ACME_physics": { "mass": 3 } });
     file.json["nodes"][0]["extras"] = json!("any value is allowed here");
     file.json["materials"][0]["extras"] = json!([1, 2]);
     file.json["asset"]["extras"] = json!(5);
     let imported = file.load();
-    assert_eq!(codes(&imported), ["unknown-extension", "variants", "animation", "occlusion"]);
-    assert!(imported.scene.images.is_empty(), "an image that only occlusion uses is not decoded");
+    assert_eq!(
+        codes(&imported),
+        ["unknown-extension", "variants", "animation", "occlusion"]
+    );
+    assert!(
+        imported.scene.images.is_empty(),
+        "an image that only occlusion uses is not decoded"
+    );
 }
 
 // --- required extensions and fallbacks ---
@@ -561,7 +786,10 @@ fn extensions_that_move_the_data_are_one_clear_error() {
         let mut file = Builder::triangle();
         file.json["extensionsRequired"] = json!([extension]);
         let error = file.error();
-        assert!(error.contains(extension) && error.contains(remedy) && error.contains("test.glb"), "{error}");
+        assert!(
+            error.contains(extension) && error.contains(remedy) && error.contains("test.glb"),
+            "{error}"
+        );
         assert!(!error.contains('\n'));
     }
 }
@@ -573,19 +801,32 @@ fn fallbacks_are_used_and_told() {
     file.json["meshes"][0]["primitives"][0]["extensions"] =
         json!({ "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": {} } });
     let texture = file.png_texture(image::GrayImage::from_pixel(1, 1, image::Luma([255])).into());
-    file.json["textures"][texture]["extensions"] = json!({ "KHR_texture_basisu": { "source": 99 } });
-    file.json["materials"][0]["pbrMetallicRoughness"] = json!({ "baseColorTexture": { "index": texture } });
+    file.json["textures"][texture]["extensions"] =
+        json!({ "KHR_texture_basisu": { "source": 99 } });
+    file.json["materials"][0]["pbrMetallicRoughness"] =
+        json!({ "baseColorTexture": { "index": texture } });
     let imported = file.load();
-    assert_eq!(codes(&imported), ["texture-fallback", "compression-fallback"]);
+    assert_eq!(
+        codes(&imported),
+        ["texture-fallback", "compression-fallback"]
+    );
     assert_eq!(imported.scene.images.len(), 1);
     assert_eq!(imported.scene.meshes[0].triangles.len(), 2);
     // Without a fallback the texture is lost, and the mesh is an error.
-    file.json["textures"][texture].as_object_mut().unwrap().remove("source");
+    file.json["textures"][texture]
+        .as_object_mut()
+        .unwrap()
+        .remove("source");
     let imported = file.load();
     assert_eq!(codes(&imported), ["texture-kind", "compression-fallback"]);
     assert!(imported.scene.materials[0].base_color_texture.is_none());
-    let positions = file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap() as usize;
-    file.json["accessors"][positions].as_object_mut().unwrap().remove("bufferView");
+    let positions = file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+        .as_u64()
+        .unwrap() as usize;
+    file.json["accessors"][positions]
+        .as_object_mut()
+        .unwrap()
+        .remove("bufferView");
     assert!(file.error().contains("KHR_draco_mesh_compression"));
 }
 
@@ -598,12 +839,23 @@ fn webp_is_preferred_and_unreadable_kinds_are_left_out() {
         .write_to(&mut webp, image::ImageFormat::WebP)
         .unwrap();
     let view = file.view(&webp.into_inner());
-    let image = file.push("images", json!({ "bufferView": view, "mimeType": "image/webp" }));
-    file.json["textures"][texture]["extensions"] = json!({ "EXT_texture_webp": { "source": image } });
-    file.json["materials"][0]["pbrMetallicRoughness"] = json!({ "baseColorTexture": { "index": texture } });
+    let image = file.push(
+        "images",
+        json!({ "bufferView": view, "mimeType": "image/webp" }),
+    );
+    file.json["textures"][texture]["extensions"] =
+        json!({ "EXT_texture_webp": { "source": image } });
+    file.json["materials"][0]["pbrMetallicRoughness"] =
+        json!({ "baseColorTexture": { "index": texture } });
     let imported = file.load();
     assert!(imported.diagnostics.is_empty());
-    assert_eq!((imported.scene.images[0].width, imported.scene.images[0].height), (5, 4));
+    assert_eq!(
+        (
+            imported.scene.images[0].width,
+            imported.scene.images[0].height
+        ),
+        (5, 4)
+    );
     let view = file.view(b"\xabKTX 20\xbb\r\n\x1a\n and so on");
     file.json["images"][image]["bufferView"] = json!(view);
     let imported = file.load();
@@ -616,7 +868,8 @@ fn webp_is_preferred_and_unreadable_kinds_are_left_out() {
 fn lights(kind: serde_json::Value) -> Builder {
     let mut file = Builder::triangle();
     file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [kind] } });
-    file.json["nodes"][0] = json!({ "name": "lamp", "extensions": { "KHR_lights_punctual": { "light": 0 } } });
+    file.json["nodes"][0] =
+        json!({ "name": "lamp", "extensions": { "KHR_lights_punctual": { "light": 0 } } });
     file
 }
 
@@ -626,19 +879,39 @@ fn light_units_give_back_blenders_watts() {
     let watts = 100.0;
     let per_steradian = (watts / (4.0 * PI)) as f32;
     for (units, point, sun) in [
-        (LightUnits::Standard, watts / (4.0 * PI) * 683.0, 3.0 * 683.0),
+        (
+            LightUnits::Standard,
+            watts / (4.0 * PI) * 683.0,
+            3.0 * 683.0,
+        ),
         (LightUnits::Unitless, watts / (4.0 * PI), 3.0),
         (LightUnits::Raw, watts, 3.0),
     ] {
-        let options = ImportOptions { light_units: units, ..ImportOptions::default() };
+        let options = ImportOptions {
+            light_units: units,
+            ..ImportOptions::default()
+        };
         let load = |file: Builder| file.load_with(&options).unwrap().scene.lights[0].clone();
-        let light = load(lights(json!({ "type": "point", "intensity": point, "color": [1.0, 0.5, 0.25] })));
-        assert_eq!((light.name.as_str(), light.color), ("lamp", [1.0, 0.5, 0.25]));
-        assert!(matches!(light.kind, LightKind::Point { intensity, radius: 0.0 } if (intensity / per_steradian - 1.0).abs() < 1e-6));
-        let light = load(lights(json!({ "type": "spot", "intensity": point, "spot": {} })));
-        assert!(matches!(light.kind, LightKind::Spot { intensity, .. } if (intensity / per_steradian - 1.0).abs() < 1e-6));
+        let light = load(lights(
+            json!({ "type": "point", "intensity": point, "color": [1.0, 0.5, 0.25] }),
+        ));
+        assert_eq!(
+            (light.name.as_str(), light.color),
+            ("lamp", [1.0, 0.5, 0.25])
+        );
+        assert!(
+            matches!(light.kind, LightKind::Point { intensity, radius: 0.0 } if (intensity / per_steradian - 1.0).abs() < 1e-6)
+        );
+        let light = load(lights(
+            json!({ "type": "spot", "intensity": point, "spot": {} }),
+        ));
+        assert!(
+            matches!(light.kind, LightKind::Spot { intensity, .. } if (intensity / per_steradian - 1.0).abs() < 1e-6)
+        );
         let light = load(lights(json!({ "type": "directional", "intensity": sun })));
-        assert!(matches!(light.kind, LightKind::Sun { irradiance, angle: 0.0 } if (irradiance / 3.0 - 1.0).abs() < 1e-6));
+        assert!(
+            matches!(light.kind, LightKind::Sun { irradiance, angle: 0.0 } if (irradiance / 3.0 - 1.0).abs() < 1e-6)
+        );
     }
 }
 
@@ -646,31 +919,59 @@ fn light_units_give_back_blenders_watts() {
 fn spot_cones_give_back_blenders_size_and_blend() {
     for (size, blend) in [(1.2f64, 0.15f64), (PI, 1.0), (0.5, 0.0)] {
         let (outer, inner) = (size / 2.0, size / 2.0 * (1.0 - blend));
-        let mut file = lights(json!({ "type": "spot", "spot": { "outerConeAngle": outer, "innerConeAngle": inner } }));
+        let mut file = lights(
+            json!({ "type": "spot", "spot": { "outerConeAngle": outer, "innerConeAngle": inner } }),
+        );
         file.json["asset"]["generator"] = json!(BLENDER_4_5);
         let imported = file.load();
         assert!(imported.diagnostics.is_empty());
-        let LightKind::Spot { half_angle, blend: found, .. } = imported.scene.lights[0].kind else { panic!() };
+        let LightKind::Spot {
+            half_angle,
+            blend: found,
+            ..
+        } = imported.scene.lights[0].kind
+        else {
+            panic!()
+        };
         assert_relative_eq!(half_angle, outer as f32, epsilon = 1e-6);
         assert_relative_eq!(found, blend as f32, epsilon = 1e-6);
         file.json["asset"]["generator"] = json!("Other");
-        assert_eq!(codes(&file.load()), if blend > 0.0 { vec!["spot-edge"] } else { vec![] });
+        assert_eq!(
+            codes(&file.load()),
+            if blend > 0.0 {
+                vec!["spot-edge"]
+            } else {
+                vec![]
+            }
+        );
     }
 }
 
 #[test]
 fn sundog_light_gives_lights_a_size() {
-    let size = |kind: &str, extension| lights(json!({ "type": kind, "extensions": { "SUNDOG_light": extension } })).load();
+    let size = |kind: &str, extension| {
+        lights(json!({ "type": kind, "extensions": { "SUNDOG_light": extension } })).load()
+    };
     let imported = size("point", json!({ "radius": 0.25 }));
     assert!(imported.diagnostics.is_empty());
-    assert!(matches!(imported.scene.lights[0].kind, LightKind::Point { radius: 0.25, .. }));
-    assert!(matches!(size("spot", json!({ "radius": 0.5 })).scene.lights[0].kind, LightKind::Spot { radius: 0.5, .. }));
-    assert!(matches!(size("directional", json!({ "angle": 0.125 })).scene.lights[0].kind, LightKind::Sun { angle: 0.125, .. }));
+    assert!(matches!(
+        imported.scene.lights[0].kind,
+        LightKind::Point { radius: 0.25, .. }
+    ));
+    assert!(matches!(
+        size("spot", json!({ "radius": 0.5 })).scene.lights[0].kind,
+        LightKind::Spot { radius: 0.5, .. }
+    ));
+    assert!(matches!(
+        size("directional", json!({ "angle": 0.125 })).scene.lights[0].kind,
+        LightKind::Sun { angle: 0.125, .. }
+    ));
 }
 
 #[test]
 fn what_lights_cannot_do_is_named() {
-    let imported = lights(json!({ "type": "point", "range": 10.0, "extensions": { "ACME_gobo": {} } })).load();
+    let imported =
+        lights(json!({ "type": "point", "range": 10.0, "extensions": { "ACME_gobo": {} } })).load();
     assert_eq!(codes(&imported), ["unknown-extension", "light-range"]);
     let imported = lights(json!({ "type": "area" })).load();
     assert_eq!(codes(&imported), ["light-kind"]);
@@ -696,10 +997,34 @@ fn cameras_perspective_and_orthographic() {
     let cameras = &imported.scene.cameras;
     let names: Vec<&str> = cameras.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["one", "two", "plan"]);
-    assert_eq!(cameras[0].projection, Projection::Perspective { vertical_fov: 0.7, aspect: None });
-    assert_eq!((cameras[0].clip_near, cameras[0].clip_far), (0.1, f64::INFINITY));
-    assert_eq!(cameras[1].projection, Projection::Perspective { vertical_fov: 0.7, aspect: Some(1.5) });
+    assert_eq!(
+        cameras[0].projection,
+        Projection::Perspective {
+            vertical_fov: 0.7,
+            aspect: None
+        }
+    );
+    assert_eq!(
+        (cameras[0].clip_near, cameras[0].clip_far),
+        (0.1, f64::INFINITY)
+    );
+    assert_eq!(
+        cameras[1].projection,
+        Projection::Perspective {
+            vertical_fov: 0.7,
+            aspect: Some(1.5)
+        }
+    );
     assert_eq!(cameras[1].clip_far, 50.0);
-    assert_eq!(cameras[1].world_from_camera.translation, DVec3::new(1.0, 2.0, 3.0));
-    assert_eq!(cameras[2].projection, Projection::Orthographic { half_width: 3.0, half_height: 2.0 });
+    assert_eq!(
+        cameras[1].world_from_camera.translation,
+        DVec3::new(1.0, 2.0, 3.0)
+    );
+    assert_eq!(
+        cameras[2].projection,
+        Projection::Orthographic {
+            half_width: 3.0,
+            half_height: 2.0
+        }
+    );
 }

@@ -18,7 +18,13 @@ fn floats(image: &Image) -> &[f32] {
 
 #[test]
 fn precision_and_channels_are_those_of_the_file() {
-    let grey8 = decode_image(&png(image::GrayImage::from_raw(2, 1, vec![0, 200]).unwrap().into()), "a").unwrap();
+    let grey8 = decode_image(
+        &png(image::GrayImage::from_raw(2, 1, vec![0, 200])
+            .unwrap()
+            .into()),
+        "a",
+    )
+    .unwrap();
     assert_eq!((grey8.width, grey8.height, grey8.channels), (2, 1, 1));
     assert!(matches!(&grey8.pixels, Pixels::U8(v) if *v == [0, 200]));
     let deep: image::ImageBuffer<image::Rgba<u16>, Vec<u16>> =
@@ -26,21 +32,37 @@ fn precision_and_channels_are_those_of_the_file() {
     let rgba16 = decode_image(&png(deep.into()), "b").unwrap();
     assert_eq!(rgba16.channels, 4);
     assert!(matches!(&rgba16.pixels, Pixels::U16(v) if *v == [1, 256, 65535, 4, 5, 6, 7, 8]));
-    let grey_alpha: image::ImageBuffer<image::LumaA<u8>, Vec<u8>> = image::ImageBuffer::from_raw(1, 1, vec![9, 8]).unwrap();
-    assert_eq!(decode_image(&png(grey_alpha.into()), "c").unwrap().channels, 2);
+    let grey_alpha: image::ImageBuffer<image::LumaA<u8>, Vec<u8>> =
+        image::ImageBuffer::from_raw(1, 1, vec![9, 8]).unwrap();
+    assert_eq!(
+        decode_image(&png(grey_alpha.into()), "c").unwrap().channels,
+        2
+    );
 }
 
 #[test]
 fn jpeg_is_read() {
     let mut bytes = std::io::Cursor::new(Vec::new());
-    image::DynamicImage::from(image::RgbImage::from_pixel(16, 16, image::Rgb([200, 100, 50])))
-        .write_to(&mut bytes, image::ImageFormat::Jpeg)
-        .unwrap();
+    image::DynamicImage::from(image::RgbImage::from_pixel(
+        16,
+        16,
+        image::Rgb([200, 100, 50]),
+    ))
+    .write_to(&mut bytes, image::ImageFormat::Jpeg)
+    .unwrap();
     let image = decode_image(&bytes.into_inner(), "jpeg").unwrap();
-    let Pixels::U8(values) = &image.pixels else { panic!() };
+    let Pixels::U8(values) = &image.pixels else {
+        panic!()
+    };
     // A flat block survives JPEG to within rounding of the colour transform.
     for texel in values.chunks(3) {
-        assert!(texel.iter().zip([200u8, 100, 50]).all(|(a, b)| a.abs_diff(b) <= 2), "{texel:?}");
+        assert!(
+            texel
+                .iter()
+                .zip([200u8, 100, 50])
+                .all(|(a, b)| a.abs_diff(b) <= 2),
+            "{texel:?}"
+        );
     }
 }
 
@@ -49,7 +71,8 @@ fn jpeg_is_read() {
 /// A flat (not run-length encoded) Radiance picture of RGBE texels.
 fn radiance(width: usize, texels: &[[u8; 4]]) -> Vec<u8> {
     let height = texels.len() / width;
-    let mut file = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
+    let mut file =
+        format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
     file.extend(texels.iter().flatten());
     file
 }
@@ -58,7 +81,19 @@ fn radiance(width: usize, texels: &[[u8; 4]]) -> Vec<u8> {
 fn radiance_pictures_become_an_environment() {
     let (_folder, path) = place("sky.hdr");
     // value = mantissa · 2^(exponent − 136)
-    std::fs::write(&path, radiance(2, &[[128, 64, 32, 129], [255, 0, 0, 140], [4, 4, 4, 128], [0, 0, 0, 0]])).unwrap();
+    std::fs::write(
+        &path,
+        radiance(
+            2,
+            &[
+                [128, 64, 32, 129],
+                [255, 0, 0, 140],
+                [4, 4, 4, 128],
+                [0, 0, 0, 0],
+            ],
+        ),
+    )
+    .unwrap();
     let mut scene = Scene::default();
     let diagnostics = load_environment(&mut scene, &path, 2.5, 90.0).unwrap();
     assert!(diagnostics.is_empty());
@@ -67,9 +102,14 @@ fn radiance_pictures_become_an_environment() {
     assert_eq!(environment.rotation, std::f32::consts::FRAC_PI_2);
     let image = &scene.images[environment.image.unwrap().0 as usize];
     assert_eq!((image.width, image.height, image.channels), (2, 2, 3));
-    let expected = [1.0, 0.5, 0.25, 4080.0, 0.0, 0.0, 0.015_625, 0.015_625, 0.015_625, 0.0, 0.0, 0.0];
+    let expected = [
+        1.0, 0.5, 0.25, 4080.0, 0.0, 0.0, 0.015_625, 0.015_625, 0.015_625, 0.0, 0.0, 0.0,
+    ];
     for (found, expected) in floats(image).iter().zip(expected) {
-        assert!((found - expected).abs() <= expected * 1e-6, "{found} {expected}");
+        assert!(
+            (found - expected).abs() <= expected * 1e-6,
+            "{found} {expected}"
+        );
     }
     // A second environment takes the place of the first.
     load_environment(&mut scene, &path, 1.0, 0.0).unwrap();
@@ -84,7 +124,14 @@ fn eight_bit_environments_are_srgb() {
     let mut scene = Scene::default();
     load_environment(&mut scene, &path, 1.0, 0.0).unwrap();
     // IEC 61966-2-1 by hand: ((128/255 + 0.055) / 1.055)^2.4, 10/255/12.92.
-    let expected = [0.0, 1.0, 0.215_860_5, 0.003_035_27, 0.003_035_27, 0.003_035_27];
+    let expected = [
+        0.0,
+        1.0,
+        0.215_860_5,
+        0.003_035_27,
+        0.003_035_27,
+        0.003_035_27,
+    ];
     for (found, expected) in floats(&scene.images[0]).iter().zip(expected) {
         assert!((found - expected).abs() < 1e-6, "{found} {expected}");
     }
@@ -95,12 +142,18 @@ fn environments_that_cannot_be_are_errors() {
     let (folder, path) = place("sky.hdr");
     let mut scene = Scene::default();
     let mut error = |path: &Path, strength, rotation| {
-        let error = load_environment(&mut scene, path, strength, rotation).unwrap_err().to_string();
+        let error = load_environment(&mut scene, path, strength, rotation)
+            .unwrap_err()
+            .to_string();
         assert!(scene.environment.is_none() && scene.images.is_empty());
         error
     };
     assert!(error(&path, 1.0, 0.0).contains("there is no such file"));
-    std::fs::write(&path, b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 100000 +X 100000\n").unwrap();
+    std::fs::write(
+        &path,
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 100000 +X 100000\n",
+    )
+    .unwrap();
     assert!(error(&path, 1.0, 0.0).contains("100000 × 100000"));
     std::fs::write(&path, b"just text").unwrap();
     assert!(error(&path, 1.0, 0.0).contains("OpenEXR or Radiance HDR"));
@@ -112,7 +165,11 @@ fn environments_that_cannot_be_are_errors() {
 // --- OpenEXR ---
 
 /// Writes RGB channels under these names, as one layer.
-fn layer(size: (usize, usize), name: Option<&str>, channels: &[(&str, f32)]) -> Layer<AnyChannels<FlatSamples>> {
+fn layer(
+    size: (usize, usize),
+    name: Option<&str>,
+    channels: &[(&str, f32)],
+) -> Layer<AnyChannels<FlatSamples>> {
     let list: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels
         .iter()
         .map(|&(name, value)| AnyChannel::new(name, FlatSamples::F32(vec![value; size.0 * size.1])))
@@ -121,13 +178,19 @@ fn layer(size: (usize, usize), name: Option<&str>, channels: &[(&str, f32)]) -> 
         Some(name) => LayerAttributes::named(name),
         None => LayerAttributes::default(),
     };
-    Layer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(list))
+    Layer::new(
+        size,
+        attributes,
+        Encoding::FAST_LOSSLESS,
+        AnyChannels::sort(list),
+    )
 }
 
 fn write_layers(layers: Vec<Layer<AnyChannels<FlatSamples>>>, size: (usize, usize)) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let attributes = ImageAttributes::with_size(size);
-    let image: exr::image::Image<Layers<AnyChannels<FlatSamples>>> = exr::image::Image::from_layers(attributes, layers);
+    let image: exr::image::Image<Layers<AnyChannels<FlatSamples>>> =
+        exr::image::Image::from_layers(attributes, layers);
     image.write().to_buffered(&mut bytes).unwrap();
     bytes.into_inner()
 }
@@ -136,21 +199,46 @@ fn write_layers(layers: Vec<Layer<AnyChannels<FlatSamples>>>, size: (usize, usiz
 fn the_picture_is_found_among_layers_and_parts() {
     let size = (4, 3);
     let rgb = |prefix: &str, value: f32| {
-        ["R", "G", "B"].iter().zip([1.0, 2.0, 3.0]).map(|(c, k)| (format!("{prefix}{c}"), value * k)).collect::<Vec<_>>()
+        ["R", "G", "B"]
+            .iter()
+            .zip([1.0, 2.0, 3.0])
+            .map(|(c, k)| (format!("{prefix}{c}"), value * k))
+            .collect::<Vec<_>>()
     };
     let channels = |lists: Vec<Vec<(String, f32)>>| lists.into_iter().flatten().collect::<Vec<_>>();
     let read = |lists: Vec<Vec<(String, f32)>>| {
         let list = channels(lists);
         let list: Vec<(&str, f32)> = list.iter().map(|(n, v)| (n.as_str(), *v)).collect();
-        let image = decode_image(&write_layers(vec![layer(size, None, &list)], size), "layers").unwrap();
+        let image = decode_image(
+            &write_layers(vec![layer(size, None, &list)], size),
+            "layers",
+        )
+        .unwrap();
         assert_eq!((image.width, image.height), (4, 3));
         floats(&image)[..image.channels as usize].to_vec()
     };
     let depth = || vec![("ViewLayer.Depth.Z".to_string(), 99.0)];
-    assert_eq!(read(vec![rgb("A.Normal.", 5.0), depth(), rgb("ViewLayer.Combined.", 1.0)]), [1.0, 2.0, 3.0]);
-    assert_eq!(read(vec![rgb("A.Normal.", 5.0), rgb("ViewLayer.Combined.", 1.0), rgb("", 7.0)]), [7.0, 14.0, 21.0]);
+    assert_eq!(
+        read(vec![
+            rgb("A.Normal.", 5.0),
+            depth(),
+            rgb("ViewLayer.Combined.", 1.0)
+        ]),
+        [1.0, 2.0, 3.0]
+    );
+    assert_eq!(
+        read(vec![
+            rgb("A.Normal.", 5.0),
+            rgb("ViewLayer.Combined.", 1.0),
+            rgb("", 7.0)
+        ]),
+        [7.0, 14.0, 21.0]
+    );
     assert_eq!(read(vec![depth(), rgb("some.", 2.0)]), [2.0, 4.0, 6.0]);
-    assert_eq!(read(vec![vec![("Y".into(), 0.5), ("A".into(), 1.0)]]), [0.5]);
+    assert_eq!(
+        read(vec![vec![("Y".into(), 0.5), ("A".into(), 1.0)]]),
+        [0.5]
+    );
     assert_eq!(read(vec![depth()]), [99.0]);
 
     let part = |name: &str, channels: &[(&str, f32)]| layer(size, Some(name), channels);
@@ -167,10 +255,21 @@ fn the_picture_is_found_among_layers_and_parts() {
 fn the_display_window_is_the_picture() {
     // A data window of 4 × 3 at (1, −1) in a display window of 6 × 4 at (0, 0): it hangs over the top.
     let samples = |k: f32| FlatSamples::F32((0..12).map(|i| k * (1 + i) as f32).collect());
-    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> =
-        ["R", "G", "B"].into_iter().zip([1.0, 10.0, 100.0]).map(|(n, k)| AnyChannel::new(n, samples(k))).collect();
-    let attributes = LayerAttributes { layer_position: Vec2(1, -1), ..LayerAttributes::default() };
-    let layer = Layer::new((4, 3), attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
+    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = ["R", "G", "B"]
+        .into_iter()
+        .zip([1.0, 10.0, 100.0])
+        .map(|(n, k)| AnyChannel::new(n, samples(k)))
+        .collect();
+    let attributes = LayerAttributes {
+        layer_position: Vec2(1, -1),
+        ..LayerAttributes::default()
+    };
+    let layer = Layer::new(
+        (4, 3),
+        attributes,
+        Encoding::SMALL_LOSSLESS,
+        AnyChannels::sort(channels),
+    );
     let bytes = write_layers(vec![layer], (6, 4));
     let image = decode_image(&bytes, "crop").unwrap();
     assert_eq!((image.width, image.height, image.channels), (6, 4, 3));
@@ -183,7 +282,11 @@ fn the_display_window_is_the_picture() {
         0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
     ];
     assert_eq!(red, expected);
-    assert!(floats(&image).chunks(3).all(|t| t[1] == t[0] * 10.0 && t[2] == t[0] * 100.0));
+    assert!(
+        floats(&image)
+            .chunks(3)
+            .all(|t| t[1] == t[0] * 10.0 && t[2] == t[0] * 100.0)
+    );
 }
 
 #[test]
@@ -191,17 +294,30 @@ fn tiled_half_and_integer_files_are_read() {
     let (width, height) = (37, 29);
     let values: Vec<f32> = (0..width * height).map(|i| i as f32 * 0.5).collect();
     for (samples, scale) in [
-        (FlatSamples::F16(values.iter().map(|v| f16::from_f32(*v)).collect()), 1.0),
-        (FlatSamples::U32(values.iter().map(|v| (*v * 2.0) as u32).collect()), 2.0),
+        (
+            FlatSamples::F16(values.iter().map(|v| f16::from_f32(*v)).collect()),
+            1.0,
+        ),
+        (
+            FlatSamples::U32(values.iter().map(|v| (*v * 2.0) as u32).collect()),
+            2.0,
+        ),
     ] {
-        let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> =
-            ["R", "G", "B"].into_iter().map(|n| AnyChannel::new(n, samples.clone())).collect();
+        let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = ["R", "G", "B"]
+            .into_iter()
+            .map(|n| AnyChannel::new(n, samples.clone()))
+            .collect();
         let encoding = Encoding {
             compression: Compression::ZIP16,
             blocks: exr::image::Blocks::Tiles(Vec2(16, 8)),
             line_order: LineOrder::Increasing,
         };
-        let layer = Layer::new((width, height), LayerAttributes::default(), encoding, AnyChannels::sort(channels));
+        let layer = Layer::new(
+            (width, height),
+            LayerAttributes::default(),
+            encoding,
+            AnyChannels::sort(channels),
+        );
         let image = decode_image(&write_layers(vec![layer], (width, height)), "tiles").unwrap();
         for (texel, value) in floats(&image).chunks(3).zip(&values) {
             assert_eq!(texel, [value * scale; 3]);
@@ -213,9 +329,16 @@ fn tiled_half_and_integer_files_are_read() {
 fn environment_texels_that_are_no_radiance_are_replaced_and_counted() {
     let (_folder, path) = place("sky.exr");
     let values = [f32::NAN, f32::INFINITY, -3.0, 2.0, f32::NEG_INFINITY, -0.0];
-    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> =
-        ["R", "G", "B"].into_iter().map(|n| AnyChannel::new(n, FlatSamples::F32(values.to_vec()))).collect();
-    let layer = Layer::new((6, 1), LayerAttributes::default(), Encoding::UNCOMPRESSED, AnyChannels::sort(channels));
+    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = ["R", "G", "B"]
+        .into_iter()
+        .map(|n| AnyChannel::new(n, FlatSamples::F32(values.to_vec())))
+        .collect();
+    let layer = Layer::new(
+        (6, 1),
+        LayerAttributes::default(),
+        Encoding::UNCOMPRESSED,
+        AnyChannels::sort(channels),
+    );
     std::fs::write(&path, write_layers(vec![layer], (6, 1))).unwrap();
     let mut scene = Scene::default();
     let diagnostics = load_environment(&mut scene, &path, 1.0, 0.0).unwrap();
@@ -225,35 +348,109 @@ fn environment_texels_that_are_no_radiance_are_replaced_and_counted() {
     assert!(message.contains("4 texels"), "{message}");
 }
 
+/// A whole OpenEXR file of a few pixels.
+pub fn small_exr() -> Vec<u8> {
+    write_layers(
+        vec![layer((4, 4), None, &[("R", 1.0), ("G", 2.0), ("B", 3.0)])],
+        (4, 4),
+    )
+}
+
+/// The same damage every time: Knuth's MMIX linear congruential generator.
+struct Damage(u64);
+
+impl Damage {
+    fn below(&mut self, limit: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % limit
+    }
+
+    /// A copy with a few bytes changed, in one of three cases cut off too.
+    fn of(&mut self, whole: &[u8]) -> Vec<u8> {
+        let mut bytes = whole.to_vec();
+        for _ in 0..1 + self.below(4) {
+            let at = self.below(bytes.len());
+            bytes[at] = self.below(256) as u8;
+        }
+        if self.below(3) == 0 {
+            bytes.truncate(self.below(whole.len()));
+        }
+        bytes
+    }
+}
+
+#[test]
+fn damaged_pictures_never_panic() {
+    let texels: Vec<u8> = (0..24 * 20 * 3).map(|i| (i * 7 % 251) as u8).collect();
+    let picture = image::DynamicImage::from(image::RgbImage::from_raw(24, 20, texels).unwrap());
+    for format in [
+        image::ImageFormat::Png,
+        image::ImageFormat::Jpeg,
+        image::ImageFormat::WebP,
+        image::ImageFormat::Hdr,
+    ] {
+        let picture = if format == image::ImageFormat::Hdr {
+            picture.to_rgb32f().into()
+        } else {
+            picture.clone()
+        };
+        let mut whole = std::io::Cursor::new(Vec::new());
+        picture.write_to(&mut whole, format).unwrap();
+        let whole = whole.into_inner();
+        assert!(decode_image(&whole, "whole").is_ok(), "{format:?}");
+        let mut damage = Damage(1);
+        for _ in 0..2000 {
+            if let Ok(image) = decode_image(&damage.of(&whole), "damaged") {
+                let values = match &image.pixels {
+                    Pixels::U8(v) => v.len(),
+                    Pixels::U16(v) => v.len(),
+                    Pixels::F32(v) => v.len(),
+                };
+                assert_eq!(
+                    values,
+                    image.width as usize * image.height as usize * image.channels as usize
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn damaged_exr_files_never_panic() {
     let list = [("R", 1.0), ("G", 2.0), ("B", 3.0)];
     for encoding in [
         Encoding::SMALL_LOSSLESS,
-        Encoding { compression: Compression::PIZ, ..Encoding::SMALL_LOSSLESS },
-        Encoding { compression: Compression::RLE, ..Encoding::SMALL_LOSSLESS },
-        Encoding { compression: Compression::PXR24, ..Encoding::SMALL_LOSSLESS },
-        Encoding { compression: Compression::B44, ..Encoding::SMALL_LOSSLESS },
-        Encoding { compression: Compression::DWAA(None), ..Encoding::SMALL_LOSSLESS },
+        Encoding {
+            compression: Compression::PIZ,
+            ..Encoding::SMALL_LOSSLESS
+        },
+        Encoding {
+            compression: Compression::RLE,
+            ..Encoding::SMALL_LOSSLESS
+        },
+        Encoding {
+            compression: Compression::PXR24,
+            ..Encoding::SMALL_LOSSLESS
+        },
+        Encoding {
+            compression: Compression::B44,
+            ..Encoding::SMALL_LOSSLESS
+        },
+        Encoding {
+            compression: Compression::DWAA(None),
+            ..Encoding::SMALL_LOSSLESS
+        },
     ] {
         let mut one = layer((40, 30), None, &list);
         one.encoding = encoding;
         let whole = write_layers(vec![one], (40, 30));
         assert!(decode_image(&whole, "whole").is_ok());
-        // A linear congruential generator (Knuth's MMIX constants): the same damage every time.
-        let mut state = 7u64;
-        let mut next = |below: usize| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) as usize % below
-        };
+        let mut damage = Damage(7);
         for _ in 0..400 {
-            let mut bytes = whole.clone();
-            for _ in 0..1 + next(4) {
-                let at = next(bytes.len());
-                bytes[at] = next(256) as u8;
-            }
-            bytes.truncate(bytes.len() - if next(3) == 0 { next(whole.len()) } else { 0 });
-            let _ = decode_image(&bytes, "damaged");
+            let _ = decode_image(&damage.of(&whole), "damaged");
         }
     }
 }
@@ -264,7 +461,9 @@ fn bpy() -> PathBuf {
         return python.into();
     }
     let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
-    let cache = cache.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache"))).expect("a cache folder");
+    let cache = cache
+        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))
+        .expect("a cache folder");
     cache.join("sundog/bpy-4.5.15/bin/python")
 }
 
@@ -273,31 +472,68 @@ fn every_compression_is_read_as_openexr_reads_it() {
     let folder = tempfile::tempdir().unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/write_exr.py");
     let python = bpy();
-    let output = Command::new(&python).arg(&script).arg(folder.path()).output();
-    let output = output.unwrap_or_else(|e| panic!("cannot run {}: {e}; run scripts/setup-bpy.sh 4.5.15", python.display()));
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().path()).collect();
+    let output = Command::new(&python)
+        .arg(&script)
+        .arg(folder.path())
+        .output();
+    let output = output.unwrap_or_else(|e| {
+        panic!(
+            "cannot run {}: {e}; run scripts/setup-bpy.sh 4.5.15",
+            python.display()
+        )
+    });
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
     files.retain(|p| p.extension().is_some_and(|e| e == "exr") && !p.ends_with("combined.exr"));
     // Eight compressions in two depths and two in one, with three kinds of channels each.
     assert_eq!(files.len(), (8 * 2 + 2) * 3);
     for path in &files {
         let name = path.file_stem().unwrap().to_str().unwrap();
-        let image = decode_image(&std::fs::read(path).unwrap(), name).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let image = decode_image(&std::fs::read(path).unwrap(), name)
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
         let bytes = std::fs::read(path.with_extension("f32")).unwrap();
-        let expected: Vec<f32> = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+        let expected: Vec<f32> = bytes
+            .chunks_exact(4)
+            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect();
         let channels = image.channels as usize;
         assert_eq!((image.width, image.height), (70, 45), "{name}");
         // DWA's cosine transform is in floats whose order of additions is the decoder's own; its output is
         // rounded to half floats (11 bits), so that two decoders may differ by one such step, 2⁻¹⁰ relative.
-        let tolerance = if name.starts_with("DWA") { 1.0 / 1024.0 } else { 0.0 };
-        for (i, (texel, expected)) in floats(&image).chunks(channels).zip(expected.chunks(3)).enumerate() {
+        let tolerance = if name.starts_with("DWA") {
+            1.0 / 1024.0
+        } else {
+            0.0
+        };
+        for (i, (texel, expected)) in floats(&image)
+            .chunks(channels)
+            .zip(expected.chunks(3))
+            .enumerate()
+        {
             for (found, expected) in texel.iter().zip(expected) {
-                assert!((found - expected).abs() <= tolerance * expected.abs(), "{name}, texel {i}: {found} is not {expected}");
+                assert!(
+                    (found - expected).abs() <= tolerance * expected.abs(),
+                    "{name}, texel {i}: {found} is not {expected}"
+                );
             }
         }
     }
-    let combined = decode_image(&std::fs::read(folder.path().join("combined.exr")).unwrap(), "combined").unwrap();
-    assert_eq!((combined.width, combined.height, combined.channels), (16, 8, 3));
+    let combined = decode_image(
+        &std::fs::read(folder.path().join("combined.exr")).unwrap(),
+        "combined",
+    )
+    .unwrap();
+    assert_eq!(
+        (combined.width, combined.height, combined.channels),
+        (16, 8, 3)
+    );
     for texel in floats(&combined).chunks(3) {
         for (found, expected) in texel.iter().zip([0.25, 0.5, 2.0]) {
             // DWAA at its default level 45 keeps a constant to better than a percent.

@@ -27,14 +27,18 @@ pub struct Builder {
 impl Builder {
     /// A file with nothing in it.
     pub fn empty() -> Self {
-        Self { json: json!({ "asset": { "version": "2.0" } }), binary: Vec::new() }
+        Self {
+            json: json!({ "asset": { "version": "2.0" } }),
+            binary: Vec::new(),
+        }
     }
 
     /// One unit right triangle in the xy plane, in mesh 0, placed by node 0.
     pub fn triangle() -> Self {
         let mut file = Self::empty();
         let positions = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-        file.json["meshes"] = json!([{ "name": "tri", "primitives": [{ "attributes": { "POSITION": positions } }] }]);
+        file.json["meshes"] =
+            json!([{ "name": "tri", "primitives": [{ "attributes": { "POSITION": positions } }] }]);
         file.json["nodes"] = json!([{ "name": "node", "mesh": 0 }]);
         file.json["scenes"] = json!([{ "nodes": [0] }]);
         file.json["scene"] = json!(0);
@@ -44,7 +48,10 @@ impl Builder {
     /// A textured unit square with normals and UVs, in mesh 0 with material 0, placed by node 0.
     pub fn square() -> Self {
         let mut file = Self::triangle();
-        let positions = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
+        let positions = file.floats(
+            "VEC3",
+            &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0],
+        );
         let normals = file.floats("VEC3", &[0.0, 0.0, 1.0].repeat(4));
         let uvs = file.floats("VEC2", &[0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
         let indices = file.accessor("SCALAR", UNSIGNED_BYTE, false, 6, &[0, 1, 2, 0, 2, 3]);
@@ -64,11 +71,21 @@ impl Builder {
         }
         let offset = self.binary.len();
         self.binary.extend(bytes);
-        self.push("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
+        self.push(
+            "bufferViews",
+            json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }),
+        )
     }
 
     /// Appends an accessor with a view of its own.
-    pub fn accessor(&mut self, kind: &str, component: u32, normalized: bool, count: usize, bytes: &[u8]) -> usize {
+    pub fn accessor(
+        &mut self,
+        kind: &str,
+        component: u32,
+        normalized: bool,
+        count: usize,
+        bytes: &[u8],
+    ) -> usize {
         let view = self.view(bytes);
         self.push(
             "accessors",
@@ -93,7 +110,10 @@ impl Builder {
     /// Appends a PNG image, a texture of it, and returns the texture's index.
     pub fn png_texture(&mut self, pixels: image::DynamicImage) -> usize {
         let view = self.view(&png(pixels));
-        let image = self.push("images", json!({ "bufferView": view, "mimeType": "image/png" }));
+        let image = self.push(
+            "images",
+            json!({ "bufferView": view, "mimeType": "image/png" }),
+        );
         self.push("textures", json!({ "source": image }))
     }
 
@@ -163,7 +183,9 @@ pub fn glb(json: &[u8], binary: &[u8]) -> Vec<u8> {
 /// An image as the bytes of a PNG file.
 pub fn png(pixels: image::DynamicImage) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    pixels.write_to(&mut bytes, image::ImageFormat::Png).expect("PNG");
+    pixels
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .expect("PNG");
     bytes.into_inner()
 }
 
@@ -184,7 +206,11 @@ pub fn place(name: &str) -> (tempfile::TempDir, PathBuf) {
 
 /// The diagnostics with this code.
 pub fn found<'a>(imported: &'a Imported, code: &str) -> Vec<&'a Diagnostic> {
-    imported.diagnostics.iter().filter(|d| d.code == code).collect()
+    imported
+        .diagnostics
+        .iter()
+        .filter(|d| d.code == code)
+        .collect()
 }
 
 /// All codes, in order.

@@ -53,8 +53,9 @@ impl Document {
         if text.iter().all(u8::is_ascii_whitespace) {
             return Err(not_gltf("it is empty".into()));
         }
-        let value: Value = serde_json::from_slice(text)
+        let mut value: Value = serde_json::from_slice(text)
             .map_err(|e| not_gltf(format!("it is neither GLB nor JSON ({e})")))?;
+        drop_nulls(&mut value);
         let version = value.pointer("/asset/version").and_then(Value::as_str);
         match version {
             Some(v) if v == "2" || v.starts_with("2.") => {}
@@ -317,6 +318,18 @@ fn core_json(value: &Value) -> Value {
         }
     }
     Value::Object(core)
+}
+
+/// Some exporters write `null` for what they leave out.
+fn drop_nulls(value: &mut Value) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(drop_nulls),
+        Value::Object(fields) => {
+            fields.retain(|_, field| !field.is_null());
+            fields.values_mut().for_each(drop_nulls);
+        }
+        _ => {}
+    }
 }
 
 fn without_extras(value: &Value) -> Value {

@@ -56,7 +56,8 @@ impl Pose {
             .iter()
             .enumerate()
             .map(|(i, &joint)| {
-                let stands = world(joint).ok_or_else(|| format!("its skin's joint {joint} is not in the scene"))?;
+                let stands = world(joint)
+                    .ok_or_else(|| format!("its skin's joint {joint} is not in the scene"))?;
                 let bind = inverse_binds.get(i).map_or(DAffine3::IDENTITY, |columns| {
                     DAffine3::from_mat4(DMat4::from_cols_array(columns))
                 });
@@ -118,11 +119,18 @@ impl Pose {
         if self.joints.is_empty() {
             return Ok(());
         }
-        let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|i| i.value());
+        let attribute = |semantic: Semantic| {
+            primitive
+                .attributes
+                .get(&Checked::Valid(semantic))
+                .map(|i| i.value())
+        };
         let mut influences: Vec<[Vec<[f64; 4]>; 2]> = Vec::new();
         for set in 0..JOINT_SETS {
-            let (Some(joints), Some(weights)) = (attribute(Semantic::Joints(set)), attribute(Semantic::Weights(set)))
-            else {
+            let (Some(joints), Some(weights)) = (
+                attribute(Semantic::Joints(set)),
+                attribute(Semantic::Weights(set)),
+            ) else {
                 break;
             };
             let joints = accessor::read::<4>(document, joints, budget)?;
@@ -136,10 +144,9 @@ impl Pose {
             for [joints, weights] in &influences {
                 for (&joint, &weight) in joints[vertex].iter().zip(&weights[vertex]) {
                     if weight != 0.0 {
-                        let matrix = self
-                            .joints
-                            .get(joint as usize)
-                            .ok_or_else(|| format!("it uses joint {joint} of a skin of {}", self.joints.len()))?;
+                        let matrix = self.joints.get(joint as usize).ok_or_else(|| {
+                            format!("it uses joint {joint} of a skin of {}", self.joints.len())
+                        })?;
                         blended += DMat4::from(*matrix) * weight;
                         total += weight;
                     }
@@ -157,11 +164,16 @@ impl Pose {
                 // The cofactor matrix turns normals like the inverse transpose, and needs no inverse.
                 let m = blended.matrix3;
                 let n = place(&normals[vertex]);
-                let turned = m.y_axis.cross(m.z_axis) * n.x + m.z_axis.cross(m.x_axis) * n.y + m.x_axis.cross(m.y_axis) * n.z;
+                let turned = m.y_axis.cross(m.z_axis) * n.x
+                    + m.z_axis.cross(m.x_axis) * n.y
+                    + m.x_axis.cross(m.y_axis) * n.z;
                 normals[vertex] = turned.normalize_or_zero().as_vec3().into();
             }
             if let Some(tangents) = &mut shape.tangents {
-                let turned = blended.transform_vector3(place(&tangents[vertex])).normalize_or_zero().as_vec3();
+                let turned = blended
+                    .transform_vector3(place(&tangents[vertex]))
+                    .normalize_or_zero()
+                    .as_vec3();
                 tangents[vertex] = [turned.x, turned.y, turned.z, tangents[vertex][3]];
             }
         }
@@ -173,7 +185,9 @@ fn same_length(vertices: usize, values: usize) -> Result<(), String> {
     if vertices == values {
         Ok(())
     } else {
-        Err(format!("it has {vertices} vertices but {values} values to move them"))
+        Err(format!(
+            "it has {vertices} vertices but {values} values to move them"
+        ))
     }
 }
 

@@ -23,7 +23,8 @@ pub(super) struct PrimitiveMaterial {
 /// More texture coordinate sets than this no material of ours refers to.
 const UV_SETS: u32 = 8;
 
-/// Reads one primitive; `None` if it has nothing to render (which a diagnostic tells).
+/// Reads one primitive, and says how many triangles it left out because their corners do not exist;
+/// `None` if there is nothing to render (which a diagnostic tells).
 pub(super) fn load_primitive(
     document: &Document,
     name: &str,
@@ -32,7 +33,7 @@ pub(super) fn load_primitive(
     pose: &Pose,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
-) -> Result<Option<Mesh>, String> {
+) -> Result<Option<(Mesh, usize)>, String> {
     let Checked::Valid(mode) = primitive.mode else {
         return Err("its primitive mode is none that glTF knows".into());
     };
@@ -146,9 +147,7 @@ pub(super) fn load_primitive(
     drop(corners);
     let before = triangles.len();
     triangles.retain(|t| t.iter().all(|&i| i < count));
-    if triangles.len() < before {
-        crate::scene::validate::report_bad_indices(diagnostics, name, before - triangles.len());
-    }
+    let dropped = before - triangles.len();
     if triangles.is_empty() {
         diagnostics.report(
             "empty-mesh",
@@ -191,7 +190,7 @@ pub(super) fn load_primitive(
             );
         }
     }
-    Ok(Some(mesh))
+    Ok(Some((mesh, dropped)))
 }
 
 /// RGB or RGBA; missing alpha is 1.

@@ -25,6 +25,7 @@ use self::schema::{CameraJson, InstancingJson, NodeJson};
 use self::textures::Images;
 use super::budget::Budget;
 use super::{ImportError, ImportOptions, Imported};
+use crate::scene::validate::Dropped;
 use crate::scene::{
     Camera, Diagnostics, Instance, Light, MaterialId, Mesh, MeshId, Projection, Scene, Verdict,
 };
@@ -139,8 +140,11 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn run(&mut self) -> Result<(), ImportError> {
         let roots = self.roots()?;
-        let mut stack: Vec<(usize, DAffine3, bool)> =
-            roots.into_iter().rev().map(|n| (n, DAffine3::IDENTITY, false)).collect();
+        let mut stack: Vec<(usize, DAffine3, bool)> = roots
+            .into_iter()
+            .rev()
+            .map(|n| (n, DAffine3::IDENTITY, false))
+            .collect();
         while let Some((index, parent, hidden)) = stack.pop() {
             let Some(node) = self.document.graph.nodes.get(index) else {
                 return Err(self.malformed(
@@ -159,11 +163,21 @@ impl Walk<'_> {
             let world = parent * local_transform(node);
             self.worlds[index] = Some(world);
             // Hidden nodes are walked too, as joints of skins may be among them.
-            let hidden = hidden || node.extensions.visibility.as_ref().is_some_and(|v| !v.visible);
+            let hidden = hidden
+                || node
+                    .extensions
+                    .visibility
+                    .as_ref()
+                    .is_some_and(|v| !v.visible);
             if !hidden {
                 self.visit(index, node, &name, world)?;
             }
-            stack.extend(node.children.iter().rev().map(|&child| (child, world, hidden)));
+            stack.extend(
+                node.children
+                    .iter()
+                    .rev()
+                    .map(|&child| (child, world, hidden)),
+            );
         }
         Ok(())
     }
@@ -263,7 +277,11 @@ impl Walk<'_> {
             let by_node = (node.skin.is_some() || node.weights.is_some()).then_some(index);
             for copy in copies {
                 let mesh = Shaped { mesh, by_node };
-                self.placed.push(Placed { name: name.into(), mesh, world_from_object: world * copy });
+                self.placed.push(Placed {
+                    name: name.into(),
+                    mesh,
+                    world_from_object: world * copy,
+                });
             }
             if node.skin.is_some() {
                 self.diagnostics.report(
@@ -538,9 +556,18 @@ fn poses(
     let mut poses = BTreeMap::new();
     let mut origins: HashMap<Shaped, DAffine3> = HashMap::new();
     for &shape in shapes {
-        let mesh_weights = document.core.meshes.get(shape.mesh).and_then(|m| m.weights.as_ref());
+        let mesh_weights = document
+            .core
+            .meshes
+            .get(shape.mesh)
+            .and_then(|m| m.weights.as_ref());
         let mut pose = Pose {
-            weights: mesh_weights.into_iter().flatten().copied().map(f64::from).collect(),
+            weights: mesh_weights
+                .into_iter()
+                .flatten()
+                .copied()
+                .map(f64::from)
+                .collect(),
             joints: Vec::new(),
         };
         if let Some(index) = shape.by_node
@@ -551,18 +578,23 @@ fn poses(
             }
             if let Some(skin) = node.skin {
                 let name = node.name.clone().unwrap_or_else(|| format!("node {index}"));
-                let broken =
-                    |problem: String| ImportError::malformed(&document.file, format!("node \"{name}\""), problem);
-                let skin = document
-                    .graph
-                    .skins
-                    .get(skin)
-                    .ok_or_else(|| broken(format!("it uses skin {skin}, which does not exist")))?;
+                let broken = |problem: String| {
+                    ImportError::malformed(&document.file, format!("node \"{name}\""), problem)
+                };
+                let skin =
+                    document.graph.skins.get(skin).ok_or_else(|| {
+                        broken(format!("it uses skin {skin}, which does not exist"))
+                    })?;
                 let world = |joint: usize| worlds.get(joint).copied().flatten();
                 // Vertices are f32: they are kept small by measuring from the first joint.
-                let first = skin.joints.first().and_then(|&j| world(j)).unwrap_or(DAffine3::IDENTITY);
+                let first = skin
+                    .joints
+                    .first()
+                    .and_then(|&j| world(j))
+                    .unwrap_or(DAffine3::IDENTITY);
                 let origin = DAffine3::from_translation(first.translation);
-                pose.joints = Pose::joints(document, skin, world, origin.inverse(), budget).map_err(broken)?;
+                pose.joints = Pose::joints(document, skin, world, origin.inverse(), budget)
+                    .map_err(broken)?;
                 origins.insert(shape, origin);
             }
         }
@@ -593,11 +625,19 @@ fn load_meshes(
         })
         .collect();
     let mut meshes = Vec::with_capacity(loaded.len());
+    let mut dropped = Dropped::default();
     for result in loaded {
         let (shape, primitives, messages) = result?;
         diagnostics.append(messages);
-        meshes.push((shape, primitives));
+        for (mesh, triangles) in &primitives {
+            dropped.add(&mesh.name, *triangles);
+        }
+        meshes.push((
+            shape,
+            primitives.into_iter().map(|(mesh, _)| mesh).collect(),
+        ));
     }
+    dropped.report_bad_indices(diagnostics);
     Ok(meshes)
 }
 
@@ -608,19 +648,28 @@ fn load_mesh(
     materials: &HashMap<Option<usize>, PrimitiveMaterial>,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Mesh>, ImportError> {
+) -> Result<Vec<(Mesh, usize)>, ImportError> {
     let name = mesh_name(document, index);
     let object = format!("mesh \"{name}\"");
     let broken = |problem: String| ImportError::malformed(&document.file, &object, problem);
     let Some(mesh) = document.core.meshes.get(index) else {
         return Err(broken("a node uses it, but it does not exist".into()));
     };
-    extensions::report_others(document, &format!("/meshes/{index}"), &object, &[], diagnostics);
+    extensions::report_others(
+        document,
+        &format!("/meshes/{index}"),
+        &object,
+        &[],
+        diagnostics,
+    );
     let mut result = Vec::with_capacity(mesh.primitives.len());
     for (number, primitive) in mesh.primitives.iter().enumerate() {
         let pointer = format!("/meshes/{index}/primitives/{number}");
         extensions::report_others(document, &pointer, &object, &[], diagnostics);
-        if document.extension(&pointer, "KHR_draco_mesh_compression").is_some() && !has_plain_copy(document, primitive)
+        if document
+            .extension(&pointer, "KHR_draco_mesh_compression")
+            .is_some()
+            && !has_plain_copy(document, primitive)
         {
             return Err(ImportError::Unsupported {
                 file: document.file.clone(),
@@ -629,9 +678,20 @@ fn load_mesh(
             });
         }
         let material = primitive.material.map(|m| m.value());
-        let none = PrimitiveMaterial { id: None, normal_map_uv_set: None };
+        let none = PrimitiveMaterial {
+            id: None,
+            normal_map_uv_set: None,
+        };
         let material = materials.get(&material).copied().unwrap_or(none);
-        let loaded = mesh::load_primitive(document, &name, primitive, material, pose, budget, diagnostics);
+        let loaded = mesh::load_primitive(
+            document,
+            &name,
+            primitive,
+            material,
+            pose,
+            budget,
+            diagnostics,
+        );
         result.extend(loaded.map_err(broken)?);
     }
     Ok(result)

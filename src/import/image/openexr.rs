@@ -193,20 +193,33 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, Ima
 ///
 /// Blocks are decompressed a batch at a time, so that a file of forty passes does not have to fit
 /// into memory beside its picture.
-fn read_part(bytes: &[u8], part: usize, wanted: &[Text]) -> std::result::Result<Vec<f32>, ImageFailure> {
+fn read_part(
+    bytes: &[u8],
+    part: usize,
+    wanted: &[Text],
+) -> std::result::Result<Vec<f32>, ImageFailure> {
     let chunks = exr::block::read(Cursor::new(bytes), false)
         .and_then(|reader| {
-            reader.filter_chunks(false, |_, tile, block| block.layer == part && tile.level_index == Vec2(0, 0))
+            reader.filter_chunks(false, |_, tile, block| {
+                block.layer == part && tile.level_index == Vec2(0, 0)
+            })
         })
         .map_err(damaged)?;
     let meta = chunks.meta_data().clone();
-    let header = meta.headers.get(part).ok_or_else(|| ImageFailure::Damaged("it is damaged".into()))?;
+    let header = meta
+        .headers
+        .get(part)
+        .ok_or_else(|| ImageFailure::Damaged("it is damaged".into()))?;
     let (width, height) = (header.layer_size.width(), header.layer_size.height());
     let channels = wanted.len();
     let mut values = vec![0.0; width * height * channels];
     let mut chunks = chunks.peekable();
     while chunks.peek().is_some() {
-        let batch: Vec<Chunk> = chunks.by_ref().take(BATCH).collect::<Result<_>>().map_err(damaged)?;
+        let batch: Vec<Chunk> = chunks
+            .by_ref()
+            .take(BATCH)
+            .collect::<Result<_>>()
+            .map_err(damaged)?;
         let blocks: Vec<UncompressedBlock> = batch
             .into_par_iter()
             .map(|chunk| {
@@ -236,12 +249,17 @@ fn put(
     let channels = wanted.len();
     for line in block.lines(&header.channels) {
         let channel = &header.channels.list[line.location.channel];
-        let Some(slot) = wanted.iter().position(|name| *name == channel.name) else { continue };
+        let Some(slot) = wanted.iter().position(|name| *name == channel.name) else {
+            continue;
+        };
         let (x, y) = (line.location.position.x(), line.location.position.y());
         if y >= height || x + line.location.sample_count > width {
             return Err(Error::Invalid("block outside of the data window".into()));
         }
-        let target = values.iter_mut().skip((y * width + x) * channels + slot).step_by(channels);
+        let target = values
+            .iter_mut()
+            .skip((y * width + x) * channels + slot)
+            .step_by(channels);
         match channel.sample_type {
             SampleType::F16 => {
                 for (value, sample) in target.zip(line.read_samples::<f16>()) {
@@ -270,7 +288,10 @@ fn put(
 /// unknown data's size, plain and packed; packed sizes of AC, DC and RLE data; RLE data's size,
 /// unpacked and raw; number of AC and of DC values; kind of AC packing.
 fn check_dwa(chunk: &Chunk, header: &Header) -> Result<()> {
-    if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+    if !matches!(
+        header.compression,
+        Compression::DWAA(_) | Compression::DWAB(_)
+    ) {
         return Ok(());
     }
     let data: &[u8] = match &chunk.compressed_block {
@@ -287,12 +308,16 @@ fn check_dwa(chunk: &Chunk, header: &Header) -> Result<()> {
         .saturating_mul(header.channels.list.len());
     let most = (samples as u64).saturating_mul(4).saturating_add(1024);
     let counter = |i: usize| {
-        let bytes = data.get(i * 8..i * 8 + 8).and_then(|b| <[u8; 8]>::try_from(b).ok());
+        let bytes = data
+            .get(i * 8..i * 8 + 8)
+            .and_then(|b| <[u8; 8]>::try_from(b).ok());
         bytes.map_or(0, u64::from_le_bytes)
     };
     const UNPACKED: [usize; 5] = [1, 6, 7, 8, 9];
     const PACKED: [usize; 4] = [2, 3, 4, 5];
-    if UNPACKED.iter().any(|&i| counter(i) > most) || PACKED.iter().any(|&i| counter(i) > data.len() as u64) {
+    if UNPACKED.iter().any(|&i| counter(i) > most)
+        || PACKED.iter().any(|&i| counter(i) > data.len() as u64)
+    {
         return Err(Error::Invalid("DWA counters out of range".into()));
     }
     Ok(())
