@@ -135,6 +135,24 @@ fn light_with_alpha() -> Vec<[f32; 4]> {
     light().into_iter().map(with_alpha).collect()
 }
 
+/// What no picture should have, in all combinations.
+fn odd_pixels() -> Vec<[f32; 4]> {
+    let odd = [
+        f32::NAN,
+        f32::INFINITY,
+        f32::NEG_INFINITY,
+        f32::MAX,
+        f32::MIN,
+        1e-45,
+        -0.0,
+    ];
+    let count = odd.len();
+    let pixel = |index: usize| {
+        std::array::from_fn(|channel| odd[index / count.pow(channel as u32) % count])
+    };
+    (0..count.pow(4)).map(pixel).collect()
+}
+
 fn write_exr(path: &Path, pixel: impl Fn(usize) -> [f32; 4] + Sync, alpha: bool) {
     use exr::prelude::*;
     if alpha {
@@ -264,6 +282,7 @@ struct Difference {
 #[test]
 fn colours_are_those_of_blender() {
     let (opaque, alpha) = (light(), light_with_alpha());
+    let odd = odd_pixels();
     let mut failures = Vec::new();
     for python in blenders() {
         let folder = tempfile::tempdir().unwrap();
@@ -287,6 +306,8 @@ fn colours_are_those_of_blender() {
                 DisplaySamples::Eight(values) => values.into_iter().map(u32::from).collect(),
                 DisplaySamples::Sixteen(values) => values.into_iter().map(u32::from).collect(),
             };
+            // Whatever a pixel is, it does no harm.
+            processor.show(SceneColors::Rgba(&odd), depth).unwrap();
             let theirs = read_png(&folder.path().join(&case.file), case);
             assert_eq!(ours.len(), theirs.len());
             let row = table
@@ -560,6 +581,14 @@ fn the_program_lists_what_can_be_chosen() {
         text.contains("ACES 1.3 Reference Gamut Compression"),
         "{text}"
     );
+    // What goes wrong is an object too.
+    let output = sundog(
+        &["color", "list", "--json", "--ocio", "missing.ocio"],
+        folder.path(),
+    );
+    assert!(!output.status.success());
+    let error: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(error["message"].as_str().unwrap().contains("missing.ocio"));
     // $OCIO counts where there is no flag.
     let output = Command::new(env!("CARGO_BIN_EXE_sundog"))
         .args(["color", "list", "--json"])

@@ -80,10 +80,11 @@ pub fn main() -> ExitCode {
     match result {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
-            if matches
-                .subcommand()
-                .is_some_and(|(_, matches)| Parsed(matches).switch("json"))
-            {
+            let mut innermost = &matches;
+            while let Some((_, matches)) = innermost.subcommand() {
+                innermost = matches;
+            }
+            if Parsed(innermost).switch("json") {
                 console::json_line(
                     &serde_json::json!({ "event": "error", "message": failure.message }),
                 );

@@ -52,8 +52,12 @@ impl View {
             exposure: parsed.number("exposure").unwrap_or(defaults.exposure),
             gamma: parsed.number("gamma").unwrap_or(defaults.gamma),
         };
+        let processor = config.processor(&wanted)?;
+        for warning in processor.warnings() {
+            warn(warning);
+        }
         Ok(Self {
-            processor: config.processor(&wanted)?,
+            processor,
             config: format!(
                 "{} ({})",
                 config.origin().path().display(),

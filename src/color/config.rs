@@ -440,6 +440,7 @@ impl ColorConfig {
         Ok(DisplayProcessor {
             processor,
             resolved,
+            warnings: ocio::take_warnings(),
         })
     }
 }
@@ -449,12 +450,18 @@ impl ColorConfig {
 pub struct DisplayProcessor {
     processor: Processor,
     resolved: ResolvedDisplay,
+    warnings: Vec<String>,
 }
 
 impl DisplayProcessor {
     /// What it does, with the configuration's names.
     pub fn resolved(&self) -> &ResolvedDisplay {
         &self.resolved
+    }
+
+    /// What OpenColorIO warned of when it made the processor; a sentence each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Shows pixels of linear Rec.709 light, on all threads of the current rayon pool. Values are rounded to the nearest
