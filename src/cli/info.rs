@@ -4,6 +4,7 @@ use super::flags::EXIT_OK;
 use super::parser::Parsed;
 use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
+use crate::effects::{EffectSet, Finding, emits};
 use crate::scene::{
     AlphaMode, Diagnostics, LightKind, Material, Pixels, Projection, Scene, fingerprint,
 };
@@ -47,6 +48,8 @@ struct Info<'a> {
     /// World space, metres; none for a scene without triangles.
     bounds: Option<Bounds>,
     memory: Memory,
+    /// What a renderer has to be able to do for this scene, and what else Sundog can do.
+    effects: Vec<Finding>,
     diagnostics: &'a Diagnostics,
 }
 
@@ -195,6 +198,7 @@ impl<'a> Info<'a> {
                 tree_estimate,
                 total_estimate: geometry + image_bytes + tree_estimate,
             },
+            effects: EffectSet::detect(scene).findings,
             diagnostics: &file.diagnostics,
         }
     }
@@ -316,6 +320,25 @@ impl<'a> Info<'a> {
                 console::bytes(self.memory.tree_estimate)
             ),
         );
+        let (needed, idle): (Vec<_>, Vec<_>) =
+            self.effects.iter().partition(|finding| finding.needed);
+        for finding in needed {
+            let mut because_of = finding.because_of.join(", ");
+            if finding.count > finding.because_of.len() {
+                because_of.push_str(&format!(
+                    " and {} more",
+                    finding.count - finding.because_of.len()
+                ));
+            }
+            page.line(
+                "effect",
+                format!("{} ({}): {because_of}", finding.effect, finding.about),
+            );
+        }
+        if !idle.is_empty() {
+            let names: Vec<_> = idle.iter().map(|finding| finding.effect).collect();
+            page.line("not needed", names.join(", "));
+        }
         for diagnostic in self.diagnostics.iter() {
             page.line(
                 progress::verdict_word(diagnostic.verdict),
@@ -388,10 +411,6 @@ fn lights(scene: &Scene) -> Vec<LightInfo<'_>> {
         }
     });
     info.collect()
-}
-
-fn emits(material: &Material) -> bool {
-    material.emission.iter().any(|value| *value > 0.0)
 }
 
 /// What makes a material more than plain white and rough.

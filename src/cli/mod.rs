@@ -61,7 +61,7 @@ impl From<crate::output::OutputError> for Failure {
 
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
-    let program = parser::program(env!("CARGO_PKG_VERSION"), long_version());
+    let program = parser::program(env!("CARGO_PKG_VERSION"));
     let matches = match program.try_get_matches() {
         Ok(matches) => matches,
         Err(error) => return ExitCode::from(answer(&error)),
@@ -98,8 +98,14 @@ pub fn main() -> ExitCode {
 /// What clap has to say: help and version as they are, errors as one sentence.
 fn answer(error: &clap::Error) -> u8 {
     match error.kind() {
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+        ErrorKind::DisplayHelp => {
             console::output(&error.render().to_string());
+            EXIT_OK
+        }
+        ErrorKind::DisplayVersion => {
+            for (name, version) in versions() {
+                console::output(&format!("{name} {version}\n"));
+            }
             EXIT_OK
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
@@ -116,22 +122,23 @@ fn answer(error: &clap::Error) -> u8 {
     }
 }
 
-/// Names and versions of what the program is made of.
+/// Names and versions of what the program is made of, as they are when it runs. Asking checks that the
+/// libraries are those that the program was built for; what is wrong stands in brackets then.
 pub fn versions() -> Vec<(&'static str, String)> {
-    let mut versions = vec![("Sundog", env!("CARGO_PKG_VERSION").to_owned())];
-    versions.push((
-        "OpenColorIO",
-        crate::color::library_version().unwrap_or_else(|error| format!("({error})")),
-    ));
-    versions
-}
-
-fn long_version() -> String {
-    let mut text = env!("CARGO_PKG_VERSION").to_owned();
-    for (name, version) in versions().into_iter().skip(1) {
-        text.push_str(&format!("\n{name} {version}"));
-    }
-    text
+    let embree =
+        crate::ffi::embree::Device::new(Some(1)).map(|device| device.version().to_string());
+    let color = crate::color::library_version();
+    vec![
+        ("Sundog", env!("CARGO_PKG_VERSION").to_owned()),
+        (
+            "Embree",
+            embree.unwrap_or_else(|error| format!("({error})")),
+        ),
+        (
+            "OpenColorIO",
+            color.unwrap_or_else(|error| format!("({error})")),
+        ),
+    ]
 }
 
 fn list_flags(parsed: Parsed) -> Result<u8, Failure> {
@@ -139,7 +146,7 @@ fn list_flags(parsed: Parsed) -> Result<u8, Failure> {
         console::output(&pages::markdown());
     } else if parsed.switch("man") {
         let mut page = Vec::new();
-        clap_mangen::Man::new(parser::program(env!("CARGO_PKG_VERSION"), long_version()))
+        clap_mangen::Man::new(parser::program(env!("CARGO_PKG_VERSION")))
             .render(&mut page)
             .map_err(|error| Failure::new(format!("cannot make the manual page: {error}")))?;
         console::output(&String::from_utf8_lossy(&page));
@@ -159,7 +166,7 @@ fn complete(parsed: Parsed) -> Result<u8, Failure> {
         _ => Shell::Zsh,
     };
     let mut script = Vec::new();
-    let mut program = parser::program(env!("CARGO_PKG_VERSION"), long_version());
+    let mut program = parser::program(env!("CARGO_PKG_VERSION"));
     clap_complete::generate(shell, &mut program, "sundog", &mut script);
     console::output(&String::from_utf8_lossy(&script));
     Ok(EXIT_OK)

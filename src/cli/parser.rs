@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// The whole command line as clap sees it.
-pub fn program(version: &'static str, long_version: String) -> clap::Command {
+pub fn program(version: &'static str) -> clap::Command {
     let mut examples = String::from("Examples:\n");
     for (command, doc) in EXAMPLES {
         examples.push_str(&format!("  {command}\n      {doc}\n"));
@@ -19,7 +19,6 @@ pub fn program(version: &'static str, long_version: String) -> clap::Command {
     clap::Command::new("sundog")
         .about(PROGRAM_DOC)
         .version(version)
-        .long_version(long_version)
         .subcommand_required(true)
         .arg_required_else_help(true)
         .disable_help_subcommand(true)
@@ -272,13 +271,12 @@ mod tests {
 
     #[test]
     fn clap_accepts_the_table() {
-        program("1", "1".into()).debug_assert();
+        program("1").debug_assert();
     }
 
     #[test]
     fn defaults_of_the_table_are_those_of_the_renderer() {
-        let matches =
-            program("1", "1".into()).get_matches_from(["sundog", "render", "a.glb", "-o", "b.exr"]);
+        let matches = program("1").get_matches_from(["sundog", "render", "a.glb", "-o", "b.exr"]);
         let (_, matches) = matches.subcommand().unwrap();
         let parsed = Parsed(matches);
         let settings = RenderSettings::default();
@@ -296,11 +294,7 @@ mod tests {
 
     fn error_of(arguments: &[&str]) -> String {
         let all = std::iter::once("sundog").chain(arguments.iter().copied());
-        sentence(
-            &program("1", "1".into())
-                .try_get_matches_from(all)
-                .unwrap_err(),
-        )
+        sentence(&program("1").try_get_matches_from(all).unwrap_err())
     }
 
     #[test]
@@ -333,7 +327,7 @@ mod tests {
 
     #[test]
     fn negative_numbers_are_values() {
-        let matches = program("1", "1".into()).get_matches_from([
+        let matches = program("1").get_matches_from([
             "sundog",
             "render",
             "a",

@@ -5,9 +5,10 @@ use super::parser::Parsed;
 use super::progress::Reporter;
 use super::view::{self, View};
 use super::{Failure, console, interrupt, scene_file};
+use crate::effects::EffectSet;
 use crate::film::Picture;
 use crate::output::{self, Format, Metadata, exr};
-use crate::render::{LightSampling, RenderSettings, Rendering, Stop};
+use crate::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Stop};
 use crate::scene::{Camera, Projection, Scene};
 use ::exr::compression::Compression;
 use serde_json::json;
@@ -37,6 +38,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     }
     let settings = settings(parsed, path, scene)?;
     check_memory(settings.width, settings.height)?;
+    tell_left_out(scene, &settings.effects, &reporter);
     reporter.tell(
         &json!({ "event": "scene", "file": path.display().to_string(), "settings": settings }),
     );
@@ -308,9 +310,27 @@ fn picture_size(aspect: Option<f64>, width: Option<u32>, height: Option<u32>) ->
     }
 }
 
-/// Bytes that a pixel takes while it is rendered and written: fifteen floats of layers in the film, in the finished
-/// picture and, for a moment, in the writer.
-const BYTES_A_PIXEL: u64 = 3 * 15 * 4;
+/// Tells which effects the scene calls for that the user's list leaves out.
+fn tell_left_out(scene: &Scene, choice: &EffectChoice, reporter: &Reporter) {
+    let EffectChoice::List(wanted) = choice else {
+        return;
+    };
+    let left_out = EffectSet::detect(scene)
+        .findings
+        .into_iter()
+        .filter(|finding| finding.needed && !wanted.iter().any(|name| name == finding.effect));
+    let names: Vec<_> = left_out.map(|finding| finding.effect).collect();
+    if !names.is_empty() {
+        reporter.warn(&format!(
+            "the scene calls for {}, which --effects leaves out",
+            names.join(", ")
+        ));
+    }
+}
+
+/// Bytes that a pixel takes: its sums, and fifteen floats of layers in the finished picture and, for a moment, in the
+/// writer.
+const BYTES_A_PIXEL: u64 = size_of::<crate::film::pixel::Pixel>() as u64 + 2 * 15 * 4;
 
 /// Refuses a picture that this machine cannot hold, where the system says how much that is.
 fn check_memory(width: u32, height: u32) -> Result<(), Failure> {
