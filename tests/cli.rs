@@ -521,7 +521,9 @@ fn the_program_describes_itself() {
     }
     let version = folder.works(&["--version"]);
     assert!(
-        version.contains(env!("CARGO_PKG_VERSION")) && version.contains("OpenColorIO 2."),
+        version.contains(env!("CARGO_PKG_VERSION"))
+            && version.contains("OpenColorIO 2.")
+            && version.contains("Embree 4."),
         "{version}"
     );
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
@@ -561,4 +563,493 @@ fn file_names_need_not_be_unicode() {
             .unwrap();
         assert!(output.status.success(), "{output:?}");
     }
+}
+
+/// The arguments of a quick render of `scene.gltf`.
+const QUICK: [&str; 7] = [
+    "render",
+    "scene.gltf",
+    "--width=24",
+    "--samples=4",
+    "--seed=3",
+    "--threads=2",
+    "--quiet",
+];
+
+impl Folder {
+    /// Renders quickly with further arguments.
+    fn renders(&self, more: &[&str]) -> String {
+        let arguments: Vec<_> = QUICK.iter().chain(more).copied().collect();
+        self.works(&arguments)
+    }
+
+    fn floats(&self, name: &str) -> sundog::measure::Picture {
+        sundog::measure::load(&self.path(name), None).unwrap()
+    }
+}
+
+#[test]
+fn all_formats_hold_the_same_picture() {
+    let folder = Folder::with_scene();
+    let view = [
+        "--ocio",
+        "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1",
+        "--display",
+        "sRGB - Display",
+        "--view",
+        "Raw",
+    ];
+    let mut arguments = vec![
+        "-o",
+        "a.exr",
+        "-o",
+        "a.png",
+        "-o",
+        "a.jpeg",
+        "--quality=100",
+    ];
+    arguments.extend(view);
+    assert_eq!(folder.renders(&arguments), "");
+    let linear = folder.floats("a.exr");
+    // 24 pixels wide; the camera's aspect is 2.
+    assert_eq!((linear.width, linear.height), (24, 12));
+    assert!(
+        linear.pixels.iter().any(|pixel| pixel[0] > 0.1),
+        "the lamp lights nothing"
+    );
+    // "Raw" shows the numbers as they are, so that the PNG holds the EXR's, rounded.
+    let png = image::open(folder.path("a.png")).unwrap().into_rgb8();
+    let expected: Vec<u8> = linear
+        .pixels
+        .iter()
+        .flatten()
+        .map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8)
+        .collect();
+    let difference = png
+        .as_raw()
+        .iter()
+        .zip(&expected)
+        .map(|(a, b)| a.abs_diff(*b))
+        .max();
+    // One code value, because OpenColorIO's arithmetic may round a tie to the other side.
+    assert!(difference <= Some(1), "{difference:?}");
+    let jpeg = image::open(folder.path("a.jpeg")).unwrap().into_rgb8();
+    assert_eq!(jpeg.dimensions(), (24, 12));
+    let mean =
+        |image: &image::RgbImage| image.as_raw().iter().map(|v| f64::from(*v)).sum::<f64>() / 864.0;
+    assert!((mean(&jpeg) - mean(&png)).abs() < 2.0);
+    assert_eq!(folder.names(), ["a.exr", "a.jpeg", "a.png", "scene.gltf"]);
+}
+
+#[test]
+fn settings_of_files_are_heeded() {
+    let folder = Folder::with_scene();
+    folder.renders(&[
+        "-o",
+        "a.exr",
+        "-o",
+        "a.png",
+        "--depth=16",
+        "--exr-type=half",
+        "--exr-compression=piz",
+    ]);
+    assert_eq!(
+        image::open(folder.path("a.png")).unwrap().color(),
+        image::ColorType::Rgb16
+    );
+    folder.renders(&[
+        "-o",
+        "b.exr",
+        "--exr-layers=combined",
+        "--exr-compression=none",
+    ]);
+    let header = |name: &str| {
+        exr::meta::MetaData::read_from_file(folder.path(name), true)
+            .unwrap()
+            .headers
+            .swap_remove(0)
+    };
+    let channels = |name: &str| -> Vec<(String, exr::meta::attribute::SampleType)> {
+        header(name)
+            .channels
+            .list
+            .iter()
+            .map(|c| (c.name.to_string(), c.sample_type))
+            .collect()
+    };
+    use exr::meta::attribute::SampleType::{F16, F32};
+    let expected = [
+        ("A", F16),
+        ("B", F16),
+        ("Debug Sample Count.X", F32),
+        ("Denoising Albedo.B", F16),
+        ("Denoising Albedo.G", F16),
+        ("Denoising Albedo.R", F16),
+        ("Depth.Z", F32),
+        ("G", F16),
+        ("Normal.X", F16),
+        ("Normal.Y", F16),
+        ("Normal.Z", F16),
+        ("Position.X", F32),
+        ("Position.Y", F32),
+        ("Position.Z", F32),
+        ("R", F16),
+    ];
+    assert_eq!(
+        channels("a.exr"),
+        expected.map(|(name, kind)| (name.to_owned(), kind))
+    );
+    assert_eq!(
+        channels("b.exr"),
+        ["A", "B", "G", "R"].map(|name| (name.to_owned(), F32))
+    );
+    assert_eq!(
+        header("a.exr").compression,
+        exr::compression::Compression::PIZ
+    );
+    assert_eq!(
+        header("b.exr").compression,
+        exr::compression::Compression::Uncompressed
+    );
+    // 16 bits have 11 significant ones.
+    let (half, float) = (folder.floats("a.exr"), folder.floats("b.exr"));
+    for (half, float) in half
+        .pixels
+        .iter()
+        .flatten()
+        .zip(float.pixels.iter().flatten())
+    {
+        assert!(
+            (half - float).abs() <= float.abs() / 2048.0 + 3e-8,
+            "{half} {float}"
+        );
+    }
+}
+
+#[test]
+fn a_picture_says_how_it_was_made() {
+    let folder = Folder::with_scene();
+    folder.renders(&[
+        "-o",
+        "a.exr",
+        "-o",
+        "a.png",
+        "--view=Raw",
+        "--exposure=-1.5",
+    ]);
+    let header = exr::meta::MetaData::read_from_file(folder.path("a.exr"), true)
+        .unwrap()
+        .headers
+        .swap_remove(0);
+    let text = |name: &str| match header
+        .own_attributes
+        .other
+        .get(&exr::meta::attribute::Text::from(name))
+    {
+        Some(exr::meta::attribute::AttributeValue::Text(text)) => text.to_string(),
+        other => panic!("{name}: {other:?}"),
+    };
+    let info: Value =
+        serde_json::from_str(&folder.works(&["info", "scene.gltf", "--json"])).unwrap();
+    assert_eq!(text("sundog/scene-hash"), info["hash"].as_str().unwrap());
+    assert_eq!(text("sundog/scene"), "scene.gltf");
+    assert_eq!(text("sundog/samples"), "4");
+    assert_eq!(text("sundog/version/sundog"), env!("CARGO_PKG_VERSION"));
+    assert!(text("sundog/version/embree").starts_with("4."));
+    assert!(text("sundog/version/opencolorio").starts_with("2."));
+    let settings: Value = serde_json::from_str(&text("sundog/settings")).unwrap();
+    assert_eq!(
+        (&settings["width"], &settings["seed"]),
+        (&json!(24), &json!(3))
+    );
+    let statistics: Value = serde_json::from_str(&text("sundog/statistics")).unwrap();
+    assert!(statistics["rays"].as_u64().unwrap() > 0);
+
+    let decoder = png::Decoder::new(std::io::BufReader::new(
+        std::fs::File::open(folder.path("a.png")).unwrap(),
+    ));
+    let reader = decoder.read_info().unwrap();
+    let chunk = |name: &str| {
+        let chunk = reader
+            .info()
+            .utf8_text
+            .iter()
+            .find(|chunk| chunk.keyword == name);
+        chunk
+            .map(|chunk| chunk.get_text().unwrap())
+            .unwrap_or_default()
+    };
+    assert_eq!(
+        (
+            chunk("sundog/view").as_str(),
+            chunk("sundog/exposure").as_str()
+        ),
+        ("Raw", "-1.5")
+    );
+    assert_eq!(chunk("sundog/look"), "None");
+    assert!(chunk("sundog/config").starts_with("ocio://default"));
+    assert_eq!(chunk("sundog/scene-hash"), text("sundog/scene-hash"));
+}
+
+#[test]
+fn the_picture_depends_on_the_seed_and_not_on_the_threads() {
+    let folder = Folder::with_scene();
+    let render = |name: &str, threads: &str, seed: &str| {
+        folder.works(&[
+            "render",
+            "scene.gltf",
+            "-o",
+            name,
+            "--width=24",
+            "--samples=4",
+            "--quiet",
+            threads,
+            seed,
+        ]);
+        folder.floats(name)
+    };
+    let one = render("a.exr", "--threads=1", "--seed=0");
+    assert_eq!(one, render("b.exr", "--threads=3", "--seed=0"));
+    assert_ne!(one, render("c.exr", "--threads=1", "--seed=1"));
+}
+
+#[test]
+fn each_event_is_a_line_of_json() {
+    let folder = Folder::with_scene();
+    let output = folder.run(&[
+        "render",
+        "scene.gltf",
+        "-o",
+        "a.exr",
+        "-o",
+        "a.png",
+        "--width=24",
+        "--samples=4",
+        "--json",
+    ]);
+    assert!(output.status.success());
+    assert_eq!(output.stderr, b"");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let events: Vec<Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let names: Vec<_> = events
+        .iter()
+        .map(|event| event["event"].as_str().unwrap())
+        .collect();
+    let first_progress = names.iter().position(|name| *name == "progress").unwrap();
+    assert!(
+        names[..first_progress].contains(&"scene") && names[..first_progress].contains(&"prepared"),
+        "{names:?}"
+    );
+    assert_eq!(names[names.len() - 3..], ["written", "written", "finished"]);
+    let fractions: Vec<_> = events
+        .iter()
+        .filter(|e| e["event"] == "progress")
+        .map(|e| e["fraction"].as_f64().unwrap())
+        .collect();
+    assert!(
+        fractions.is_sorted() && fractions.last() == Some(&1.0),
+        "{fractions:?}"
+    );
+    let finished = events.last().unwrap();
+    assert_eq!(finished["statistics"]["stop"], "samples");
+    assert_eq!(finished["statistics"]["samples"], 4);
+    assert_eq!(finished["statistics"]["non_finite"], 0);
+    assert_eq!(finished["written"], json!(["a.exr", "a.png"]));
+}
+
+#[test]
+fn people_read_the_standard_error() {
+    let folder = Folder::with_scene();
+    let output = folder.run(&[
+        "render",
+        "scene.gltf",
+        "-o",
+        "a.exr",
+        "--width=24",
+        "--samples=1",
+        "--view=Raw",
+    ]);
+    assert!(output.status.success());
+    assert_eq!(output.stdout, b"");
+    let text = String::from_utf8(output.stderr).unwrap();
+    for expected in [
+        "2 triangles",
+        "1 light,",
+        "a.exr written",
+        "24 × 12 pixels, 1 samples a pixel",
+        "--view does nothing",
+    ] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    // No bar where nobody watches.
+    assert!(!text.contains('\r') && !text.contains('█'), "{text}");
+    let listed = folder.run(&[
+        "render",
+        "scene.gltf",
+        "-o",
+        "b.exr",
+        "--width=8",
+        "--samples=1",
+        "--effects=suns",
+    ]);
+    let text = String::from_utf8(listed.stderr).unwrap();
+    assert!(
+        text.contains("the scene calls for lamps, which --effects leaves out"),
+        "{text}"
+    );
+    assert!(
+        folder
+            .floats("b.exr")
+            .pixels
+            .iter()
+            .flatten()
+            .all(|value| *value == 0.0)
+    );
+    folder.fails(
+        &[
+            "render",
+            "scene.gltf",
+            "-o",
+            "c.exr",
+            "--effects=fog",
+            "--quiet",
+        ],
+        1,
+        &["fog", "lamps"],
+    );
+}
+
+#[test]
+fn a_constant_environment_lights_the_background() {
+    let folder = Folder::with_scene();
+    folder.renders(&[
+        "-o",
+        "a.exr",
+        "--environment-color=0.25,0.5,1",
+        "--environment-strength=2",
+        "--filter=box",
+    ]);
+    // The camera's upper left corner looks past the square of two metres: at a distance of 3 m the
+    // picture is 2 · 3 · tan(0.25) = 1.53 m high and 3.06 m wide.
+    let corner = folder.floats("a.exr").pixels[0];
+    for (value, expected) in corner.iter().zip([0.5, 1.0, 2.0]) {
+        assert!((value - expected).abs() < 1e-6, "{corner:?}");
+    }
+}
+
+#[test]
+fn the_time_ends_a_render() {
+    let folder = Folder::with_scene();
+    let text = folder.works(&[
+        "render",
+        "scene.gltf",
+        "-o",
+        "a.exr",
+        "--width=24",
+        "--time=300ms",
+        "--json",
+    ]);
+    let finished: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert_eq!(finished["statistics"]["stop"], "time");
+    assert!(finished["statistics"]["samples"].as_u64().unwrap() >= 1);
+    assert!(folder.path("a.exr").exists());
+}
+
+/// Presses Ctrl-C.
+#[cfg(unix)]
+fn interrupt(child: &std::process::Child) {
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(sent.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_picture() {
+    use std::io::BufRead;
+    let folder = Folder::with_scene();
+    let mut child = folder
+        .command(&[
+            "render",
+            "scene.gltf",
+            "-o",
+            "a.exr",
+            "-o",
+            "a.png",
+            "--width=24",
+            "--time=10m",
+            "--json",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = std::io::BufReader::new(child.stdout.take().unwrap()).lines();
+    let progressed = lines
+        .by_ref()
+        .map(|line| serde_json::from_str::<Value>(&line.unwrap()).unwrap());
+    let mut progressed =
+        progressed.skip_while(|e| e["event"] != "progress" || e["samples"].as_u64() < Some(2));
+    assert!(progressed.next().is_some());
+    interrupt(&child);
+    let last = progressed.last().unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        message.contains("interrupted; a.exr, a.png written with the"),
+        "{message}"
+    );
+    // The events end with what was interrupted.
+    assert_eq!(last["event"], "error");
+    assert!(
+        folder
+            .floats("a.exr")
+            .pixels
+            .iter()
+            .any(|pixel| pixel[0] > 0.0)
+    );
+    assert_eq!(image::open(folder.path("a.png")).unwrap().width(), 24);
+    assert_eq!(folder.names(), ["a.exr", "a.png", "scene.gltf"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_picture_that_cannot_be_kept_leaves_the_old_one() {
+    // The folder goes away while the picture is rendered: nothing is left, and the sentence names the file.
+    use std::io::BufRead;
+    let folder = Folder::with_scene();
+    std::fs::create_dir(folder.path("out")).unwrap();
+    let mut child = folder
+        .command(&[
+            "render",
+            "scene.gltf",
+            "-o",
+            "out/a.exr",
+            "--width=24",
+            "--time=10m",
+            "--json",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = std::io::BufReader::new(child.stdout.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().contains("\"progress\"")));
+    std::fs::remove_dir(folder.path("out")).unwrap();
+    interrupt(&child);
+    let rest: Vec<_> = lines.map(|line| line.unwrap()).collect();
+    assert!(rest.last().unwrap().contains("\"error\""), "{rest:?}");
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        message.contains("out/a.exr") && message.trim_end().lines().count() == 1,
+        "{message}"
+    );
 }

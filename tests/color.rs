@@ -13,7 +13,7 @@ const HEIGHT: usize = 112;
 /// Pythons that can import `bpy`: the one of the test run, and Blender 5.0's where it is installed.
 ///
 /// Without the first one this fails; `SUNDOG_SKIP_BPY=1` says that one knows and wants the other tests only.
-fn blenders() -> Vec<PathBuf> {
+pub(crate) fn blenders() -> Vec<PathBuf> {
     let home = std::env::var_os("HOME")
         .map(PathBuf::from)
         .unwrap_or_default();

@@ -7,6 +7,7 @@
 )]
 
 mod architecture;
+mod blender_layers;
 mod cli;
 mod color;
 mod formats;
