@@ -18,7 +18,7 @@ say "exporting the scene $scene from Blender"
 say "rendering it with Sundog"
 # The time is a limit for slow machines; a usual one is done with the samples before.
 "$python" scripts/render_scene.py "$folder/$scene.json" -o "$folder/$scene.png" -o "$folder/$scene.exr" \
-    --samples 128 --time 50 ||
+    --samples 96 --time 50 ||
     fail "the demo was not rendered: see the message above."
 echo
 echo "The picture is $folder/$scene.png (and, linear with its layers, $folder/$scene.exr)."
