@@ -44,7 +44,13 @@ pub struct Camera {
 
 impl Camera {
     /// From its transform (scale is dropped) and the origin that the scene is relative to.
-    pub fn new(lens: Lens, world_from_camera: &DAffine3, origin: DVec3, near: f64, far: f64) -> Self {
+    pub fn new(
+        lens: Lens,
+        world_from_camera: &DAffine3,
+        origin: DVec3,
+        near: f64,
+        far: f64,
+    ) -> Self {
         let axis = |v: DVec3, fallback: DVec3| v.try_normalize().unwrap_or(fallback).as_vec3();
         let m = &world_from_camera.matrix3;
         Self {
@@ -66,7 +72,12 @@ impl Camera {
                 let d = self.x * (film.x * tangents.x) + self.y * (film.y * tangents.y) - self.z;
                 // The clip planes are at depths; along the ray they are 1/cos farther.
                 let slant = d.length();
-                CameraRay { origin: self.position, direction: d / slant, near: self.near * slant, far: self.far * slant }
+                CameraRay {
+                    origin: self.position,
+                    direction: d / slant,
+                    near: self.near * slant,
+                    far: self.far * slant,
+                }
             }
             Lens::Orthographic { half } => CameraRay {
                 origin: self.position + self.x * (film.x * half.x) + self.y * (film.y * half.y),
@@ -92,15 +103,28 @@ mod tests {
     fn rays_go_through_the_corners_of_the_field_of_view() {
         let far_away = DVec3::new(1e7, 0.0, -3e6);
         let transform = DAffine3::from_translation(far_away + DVec3::new(1.0, 2.0, 3.0));
-        let lens = Lens::Perspective { tangents: Vec2::new(1.0, 0.5) };
+        let lens = Lens::Perspective {
+            tangents: Vec2::new(1.0, 0.5),
+        };
         let camera = Camera::new(lens, &transform, far_away, 0.1, f64::INFINITY);
         let ray = camera.ray(Vec2::new(1.0, -1.0));
         assert_eq!(ray.origin, Vec3::new(1.0, 2.0, 3.0));
         assert!((ray.direction - Vec3::new(1.0, -0.5, -1.0).normalize()).length() < 1e-6);
         assert!((ray.near - 0.15).abs() < 1e-6 && ray.far.is_infinite());
-        let flat = Camera::new(Lens::Orthographic { half: Vec2::new(4.0, 2.0) }, &transform, far_away, 0.0, 10.0);
+        let flat = Camera::new(
+            Lens::Orthographic {
+                half: Vec2::new(4.0, 2.0),
+            },
+            &transform,
+            far_away,
+            0.0,
+            10.0,
+        );
         let ray = flat.ray(Vec2::new(0.5, 1.0));
-        assert_eq!((ray.origin, ray.direction), (Vec3::new(3.0, 4.0, 3.0), Vec3::NEG_Z));
+        assert_eq!(
+            (ray.origin, ray.direction),
+            (Vec3::new(3.0, 4.0, 3.0), Vec3::NEG_Z)
+        );
         assert!((flat.depth(Vec3::new(9.0, 9.0, -2.0)) - 5.0).abs() < 1e-6);
     }
 }

@@ -30,7 +30,11 @@ pub const TABLE: [(Mask, &str, &str); 8] = [
     (TEXTURES, "textures", "image textures and vertex colours"),
     (ALPHA, "alpha", "cut-outs and blends"),
     (NORMAL_MAPS, "normal-maps", "tangent-space normal maps"),
-    (TRANSMISSION, "transmission", "glass, rough or clear, solid or thin"),
+    (
+        TRANSMISSION,
+        "transmission",
+        "glass, rough or clear, solid or thin",
+    ),
     (LAMPS, "lamps", "point and spot lights"),
     (MESH_LIGHTS, "mesh-lights", "emissive triangles"),
     (SUNS, "suns", "sun lights"),
@@ -45,7 +49,11 @@ pub const fn has(set: Mask, effect: Mask) -> bool {
 
 /// Names of the effects in a set.
 pub fn names(set: Mask) -> Vec<String> {
-    TABLE.iter().filter(|(bit, ..)| has(set, *bit)).map(|(_, name, _)| (*name).to_owned()).collect()
+    TABLE
+        .iter()
+        .filter(|(bit, ..)| has(set, *bit))
+        .map(|(_, name, _)| (*name).to_owned())
+        .collect()
 }
 
 /// The set with these names.
@@ -54,10 +62,14 @@ pub fn names(set: Mask) -> Vec<String> {
 /// Names the first unknown one and lists those there are.
 pub fn parse(list: &[String]) -> Result<Mask, String> {
     list.iter().try_fold(0, |set, name| {
-        TABLE.iter().find(|(_, n, _)| n == name).map(|(bit, ..)| set | bit).ok_or_else(|| {
-            let all: Vec<_> = TABLE.iter().map(|(_, n, _)| *n).collect();
-            format!("there is no effect '{name}'; there are: {}", all.join(", "))
-        })
+        TABLE
+            .iter()
+            .find(|(_, n, _)| n == name)
+            .map(|(bit, ..)| set | bit)
+            .ok_or_else(|| {
+                let all: Vec<_> = TABLE.iter().map(|(_, n, _)| *n).collect();
+                format!("there is no effect '{name}'; there are: {}", all.join(", "))
+            })
     })
 }
 
@@ -97,7 +109,8 @@ pub fn is_translucent(material: &Material, vertex_alpha: bool) -> bool {
 
 /// Whether a material emits.
 pub fn emits(material: &Material) -> bool {
-    material.emission.iter().any(|&e| e > 0.0) || (material.unlit && material.base_color.iter().any(|&c| c > 0.0))
+    material.emission.iter().any(|&e| e > 0.0)
+        || (material.unlit && material.base_color.iter().any(|&c| c > 0.0))
 }
 
 impl EffectSet {
@@ -112,14 +125,22 @@ impl EffectSet {
         }
         let mut used = vec![false; scene.materials.len()];
         for (mesh, _) in scene.meshes.iter().zip(&placed).filter(|(_, p)| **p) {
-            if let Some(u) = mesh.material.and_then(|MaterialId(i)| used.get_mut(i as usize)) {
+            if let Some(u) = mesh
+                .material
+                .and_then(|MaterialId(i)| used.get_mut(i as usize))
+            {
                 *u = true;
             }
-            let material = mesh.material.and_then(|MaterialId(i)| scene.materials.get(i as usize));
+            let material = mesh
+                .material
+                .and_then(|MaterialId(i)| scene.materials.get(i as usize));
             if mesh.colors.is_some() {
                 reasons.push((TEXTURES, format!("vertex colours of {}", mesh.name)));
             }
-            let vertex_alpha = mesh.colors.as_ref().is_some_and(|c| c.iter().any(|c| c[3] < 1.0));
+            let vertex_alpha = mesh
+                .colors
+                .as_ref()
+                .is_some_and(|c| c.iter().any(|c| c[3] < 1.0));
             if material.is_some_and(|m| is_translucent(m, vertex_alpha)) {
                 reasons.push((ALPHA, mesh.name.clone()));
             }
@@ -149,20 +170,30 @@ impl EffectSet {
         for light in &scene.lights {
             let black = light.color.iter().all(|&c| c <= 0.0);
             let (bit, strength) = match light.kind {
-                LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => (LAMPS, intensity),
+                LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => {
+                    (LAMPS, intensity)
+                }
                 LightKind::Sun { irradiance, .. } => (SUNS, irradiance),
             };
             if !black && strength > 0.0 {
                 reasons.push((bit, light.name.clone()));
             }
         }
-        if scene.environment.as_ref().is_some_and(|e| e.radiance.iter().any(|&r| r > 0.0)) {
+        if scene
+            .environment
+            .as_ref()
+            .is_some_and(|e| e.radiance.iter().any(|&r| r > 0.0))
+        {
             reasons.push((ENVIRONMENT, "the environment".into()));
         }
         let findings = TABLE
             .iter()
             .map(|&(bit, effect, about)| {
-                let objects: Vec<&String> = reasons.iter().filter(|(b, _)| *b == bit).map(|(_, n)| n).collect();
+                let objects: Vec<&String> = reasons
+                    .iter()
+                    .filter(|(b, _)| *b == bit)
+                    .map(|(_, n)| n)
+                    .collect();
                 Finding {
                     effect,
                     about,
@@ -172,7 +203,10 @@ impl EffectSet {
                 }
             })
             .collect();
-        Self { mask: reasons.iter().fold(0, |m, (b, _)| m | b), findings }
+        Self {
+            mask: reasons.iter().fold(0, |m, (b, _)| m | b),
+            findings,
+        }
     }
 }
 

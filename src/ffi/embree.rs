@@ -74,8 +74,11 @@ impl std::fmt::Display for Version {
 }
 
 /// Version of the headers that the bindings were made from.
-pub const HEADERS: Version =
-    Version { major: sys::RTC_VERSION_MAJOR, minor: sys::RTC_VERSION_MINOR, patch: sys::RTC_VERSION_PATCH };
+pub const HEADERS: Version = Version {
+    major: sys::RTC_VERSION_MAJOR,
+    minor: sys::RTC_VERSION_MINOR,
+    patch: sys::RTC_VERSION_PATCH,
+};
 
 extern "C" fn remember_error(user: *mut c_void, _code: sys::RTCError, message: *const c_char) {
     // SAFETY: `user` is the address of the device's boxed error slot, alive as long as the device.
@@ -84,9 +87,13 @@ extern "C" fn remember_error(user: *mut c_void, _code: sys::RTCError, message: *
         String::from("unknown error")
     } else {
         // SAFETY: Embree passes a NUL-terminated string that lives during the call.
-        unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned()
+        unsafe { CStr::from_ptr(message) }
+            .to_string_lossy()
+            .into_owned()
     };
-    slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
+    slot.lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .get_or_insert(text);
 }
 
 impl Device {
@@ -96,7 +103,12 @@ impl Device {
     /// If the processor is not supported, memory is short, or the loaded library does not fit the
     /// headers of the build ([`Device::verify`]).
     pub fn new(threads: Option<usize>) -> Result<Self, EmbreeError> {
-        let device = Self::open(threads.map(|n| format!("threads={n}")).as_deref().unwrap_or(""))?;
+        let device = Self::open(
+            threads
+                .map(|n| format!("threads={n}"))
+                .as_deref()
+                .unwrap_or(""),
+        )?;
         device.verify()?;
         Ok(device)
     }
@@ -106,12 +118,16 @@ impl Device {
         // SAFETY: `config` is NUL-terminated and read during the call only.
         let raw = unsafe { sys::rtcNewDevice(config.as_ptr()) };
         if raw.is_null() {
-            return Err(EmbreeError("Embree could not open a device on this processor".into()));
+            return Err(EmbreeError(
+                "Embree could not open a device on this processor".into(),
+            ));
         }
         let error = Box::new(ErrorSlot::default());
         let user: *const ErrorSlot = &*error;
         // SAFETY: the slot is boxed and outlives the device (dropped after rtcReleaseDevice).
-        unsafe { sys::rtcSetDeviceErrorFunction(raw, Some(remember_error), user.cast_mut().cast()) };
+        unsafe {
+            sys::rtcSetDeviceErrorFunction(raw, Some(remember_error), user.cast_mut().cast())
+        };
         Ok(Self(Arc::new(DeviceHandle { raw, error })))
     }
 
@@ -130,7 +146,13 @@ impl Device {
 
     /// The error that the callback has kept, if any; forgets it.
     fn take_error(&self) -> Result<(), EmbreeError> {
-        match self.0.error.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        match self
+            .0
+            .error
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
+        {
             Some(message) => Err(EmbreeError(message)),
             None => Ok(()),
         }
@@ -141,12 +163,21 @@ impl Device {
     /// Embree 4.2's structures fails exactly here: 4.3 made them 16 bytes longer.)
     fn verify(&self) -> Result<(), EmbreeError> {
         let version = self.version();
-        if version.major != HEADERS.major || version < (Version { patch: 0, ..HEADERS }) {
+        if version.major != HEADERS.major
+            || version
+                < (Version {
+                    patch: 0,
+                    ..HEADERS
+                })
+        {
             return Err(EmbreeError(format!(
                 "the loaded library is Embree {version}, but this program was built for {HEADERS} or newer of the same major version"
             )));
         }
-        let mesh = TriangleMesh::new(vec![[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]], vec![[0, 1, 2]])?;
+        let mesh = TriangleMesh::new(
+            vec![[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
+            vec![[0, 1, 2]],
+        )?;
         let mut scene = Scene::new(self)?;
         scene.add_triangles(&Arc::new(mesh), false)?;
         let scene = scene.commit()?;
@@ -155,14 +186,24 @@ impl Device {
             ray_hit: sys::RTCRayHit,
             guard: [u8; 64],
         }
-        let ray = Ray { origin: [0.25, 0.5, 0.0], direction: [0.0, 0.0, 1.0], near: 0.0, far: f32::INFINITY };
-        let mut guarded = Guarded { ray_hit: ray_hit(&ray), guard: [0xa5; 64] };
+        let ray = Ray {
+            origin: [0.25, 0.5, 0.0],
+            direction: [0.0, 0.0, 1.0],
+            near: 0.0,
+            far: f32::INFINITY,
+        };
+        let mut guarded = Guarded {
+            ray_hit: ray_hit(&ray),
+            guard: [0xa5; 64],
+        };
         // SAFETY: the scene is committed; `ray_hit` is aligned and initialised; no arguments.
         unsafe { sys::rtcIntersect1(scene.handle.raw, &mut guarded.ray_hit, std::ptr::null_mut()) };
         let hit = read_hit(&guarded.ray_hit);
         let fits = guarded.guard == [0xa5; 64]
             && hit.is_some_and(|h| {
-                (h.distance - 1.0).abs() < 1e-5 && (h.u - 0.25).abs() < 1e-5 && (h.v - 0.5).abs() < 1e-5
+                (h.distance - 1.0).abs() < 1e-5
+                    && (h.u - 0.25).abs() < 1e-5
+                    && (h.v - 0.5).abs() < 1e-5
                     && (h.geometry, h.primitive, h.instance) == (0, 0, None)
             });
         if !fits {
@@ -189,10 +230,15 @@ impl TriangleMesh {
     pub fn new(mut vertices: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, EmbreeError> {
         let count = vertices.len();
         if triangles.iter().flatten().any(|&i| i as usize >= count) {
-            return Err(EmbreeError(format!("a triangle refers to a vertex beyond the {count} that there are")));
+            return Err(EmbreeError(format!(
+                "a triangle refers to a vertex beyond the {count} that there are"
+            )));
         }
         vertices.push([0.0; 3]);
-        Ok(Self { vertices, triangles })
+        Ok(Self {
+            vertices,
+            triangles,
+        })
     }
 
     /// The vertices.
@@ -329,12 +375,20 @@ struct FilterContext<'a, F> {
 
 impl<'a, F> FilterContext<'a, F> {
     fn new(filter: &'a mut F) -> Self {
-        Self { base: sys::RTCRayQueryContext { instID: [INVALID; 1], instPrimID: [INVALID; 1] }, filter }
+        Self {
+            base: sys::RTCRayQueryContext {
+                instID: [INVALID; 1],
+                instPrimID: [INVALID; 1],
+            },
+            filter,
+        }
     }
 }
 
 /// Asks the caller's filter about one hit; called by Embree.
-unsafe extern "C" fn filter_trampoline<F: FnMut(&Hit) -> bool>(args: *const sys::RTCFilterFunctionNArguments) {
+unsafe extern "C" fn filter_trampoline<F: FnMut(&Hit) -> bool>(
+    args: *const sys::RTCFilterFunctionNArguments,
+) {
     // SAFETY: Embree passes valid arguments; with single-ray queries N is 1, so that the ray and
     // hit are plain RTCRay and RTCHit; the context is the FilterContext<F> of the query.
     unsafe {
@@ -343,7 +397,10 @@ unsafe extern "C" fn filter_trampoline<F: FnMut(&Hit) -> bool>(args: *const sys:
             return;
         }
         let context = &mut *args.context.cast::<FilterContext<'_, F>>();
-        let (r, h) = (&*args.ray.cast::<sys::RTCRay>(), &*args.hit.cast::<sys::RTCHit>());
+        let (r, h) = (
+            &*args.ray.cast::<sys::RTCRay>(),
+            &*args.hit.cast::<sys::RTCHit>(),
+        );
         let hit = Hit {
             distance: r.tfar,
             u: h.u,
@@ -371,12 +428,28 @@ impl Scene {
             return Err(EmbreeError("no scene could be made".into()));
         }
         // SAFETY: the scene was just made.
-        unsafe { sys::rtcSetSceneFlags(raw, sys::RTC_SCENE_FLAG_ROBUST | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS) };
-        Ok(Self { handle: SceneHandle { raw, device: device.clone(), meshes: Vec::new(), children: Vec::new() } })
+        unsafe {
+            sys::rtcSetSceneFlags(
+                raw,
+                sys::RTC_SCENE_FLAG_ROBUST | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS,
+            )
+        };
+        Ok(Self {
+            handle: SceneHandle {
+                raw,
+                device: device.clone(),
+                meshes: Vec::new(),
+                children: Vec::new(),
+            },
+        })
     }
 
     /// Makes a geometry, lets `fill` set it up, commits and attaches it; returns its number.
-    fn attach(&mut self, kind: sys::RTCGeometryType, fill: impl FnOnce(sys::RTCGeometry) -> Result<(), EmbreeError>) -> Result<u32, EmbreeError> {
+    fn attach(
+        &mut self,
+        kind: sys::RTCGeometryType,
+        fill: impl FnOnce(sys::RTCGeometry) -> Result<(), EmbreeError>,
+    ) -> Result<u32, EmbreeError> {
         let device = self.handle.device.clone();
         // SAFETY: the device is alive.
         let geometry = unsafe { sys::rtcNewGeometry(device.0.raw, kind) };
@@ -402,7 +475,11 @@ impl Scene {
     ///
     /// # Errors
     /// If Embree refuses it or memory is short.
-    pub fn add_triangles(&mut self, mesh: &Arc<TriangleMesh>, filtered: bool) -> Result<u32, EmbreeError> {
+    pub fn add_triangles(
+        &mut self,
+        mesh: &Arc<TriangleMesh>,
+        filtered: bool,
+    ) -> Result<u32, EmbreeError> {
         let id = self.attach(sys::RTC_GEOMETRY_TYPE_TRIANGLE, |geometry| {
             // SAFETY: the buffers live in `mesh`, which this scene keeps; they are not changed any
             // more; the vertex buffer is padded by one vertex; indices were checked.
@@ -466,12 +543,21 @@ impl Scene {
     ///
     /// # Errors
     /// If Embree refuses it or memory is short.
-    pub fn add_instance(&mut self, child: &CommittedScene, columns: &[[f32; 3]; 4]) -> Result<u32, EmbreeError> {
+    pub fn add_instance(
+        &mut self,
+        child: &CommittedScene,
+        columns: &[[f32; 3]; 4],
+    ) -> Result<u32, EmbreeError> {
         let id = self.attach(sys::RTC_GEOMETRY_TYPE_INSTANCE, |geometry| {
             // SAFETY: the child scene is alive and kept by this scene; the transform is copied.
             unsafe {
                 sys::rtcSetGeometryInstancedScene(geometry, child.handle.raw);
-                sys::rtcSetGeometryTransform(geometry, 0, sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.as_ptr().cast());
+                sys::rtcSetGeometryTransform(
+                    geometry,
+                    0,
+                    sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
+                    columns.as_ptr().cast(),
+                );
             }
             Ok(())
         })?;
@@ -487,7 +573,9 @@ impl Scene {
         // SAFETY: the scene is alive and not shared.
         unsafe { sys::rtcCommitScene(self.handle.raw) };
         self.handle.device.take_error()?;
-        Ok(CommittedScene { handle: Arc::new(self.handle) })
+        Ok(CommittedScene {
+            handle: Arc::new(self.handle),
+        })
     }
 }
 
@@ -504,7 +592,11 @@ impl CommittedScene {
     /// The nearest hit that the filter accepts. The filter is asked for geometries that were
     /// added as filtered, in no particular order, perhaps more than once for the same hit.
     #[inline]
-    pub fn intersect_filtered<F: FnMut(&Hit) -> bool>(&self, r: &Ray, mut filter: F) -> Option<Hit> {
+    pub fn intersect_filtered<F: FnMut(&Hit) -> bool>(
+        &self,
+        r: &Ray,
+        mut filter: F,
+    ) -> Option<Hit> {
         let mut query = ray_hit(r);
         let mut context = FilterContext::new(&mut filter);
         let mut args = sys::RTCIntersectArguments {
@@ -582,7 +674,14 @@ impl CommittedScene {
         };
         // SAFETY: committed scene; `valid` and `query` are aligned to 32 bytes as bindgen's types
         // and `Valid` state, and initialised.
-        unsafe { sys::rtcIntersect8(valid.0.as_ptr(), self.handle.raw, &mut query, std::ptr::null_mut()) };
+        unsafe {
+            sys::rtcIntersect8(
+                valid.0.as_ptr(),
+                self.handle.raw,
+                &mut query,
+                std::ptr::null_mut(),
+            )
+        };
         std::array::from_fn(|i| {
             (query.hit.geomID[i] != INVALID).then(|| Hit {
                 distance: query.ray.tfar[i],
@@ -603,7 +702,12 @@ mod tests {
     fn quad(z: f32) -> Arc<TriangleMesh> {
         Arc::new(
             TriangleMesh::new(
-                vec![[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]],
+                vec![
+                    [-1.0, -1.0, z],
+                    [1.0, -1.0, z],
+                    [1.0, 1.0, z],
+                    [-1.0, 1.0, z],
+                ],
                 vec![[0, 1, 2], [0, 2, 3]],
             )
             .unwrap(),
@@ -611,13 +715,25 @@ mod tests {
     }
 
     fn down(x: f32, y: f32) -> Ray {
-        Ray { origin: [x, y, 10.0], direction: [0.0, 0.0, -1.0], near: 0.0, far: f32::INFINITY }
+        Ray {
+            origin: [x, y, 10.0],
+            direction: [0.0, 0.0, -1.0],
+            near: 0.0,
+            far: f32::INFINITY,
+        }
     }
 
     #[test]
     fn the_library_fits_the_headers() {
         let device = Device::new(None).unwrap();
-        assert!(device.version() >= Version { major: 4, minor: 3, patch: 0 });
+        assert!(
+            device.version()
+                >= Version {
+                    major: 4,
+                    minor: 3,
+                    patch: 0
+                }
+        );
         assert_eq!(size_of::<sys::RTCRayHit>(), 96);
     }
 
@@ -638,10 +754,15 @@ mod tests {
         assert!((hit.distance - 8.0).abs() < 1e-5);
         let w = 1.0 - hit.u - hit.v;
         // Corners (-1,-1), (1,-1), (1,1).
-        assert!((-w + hit.u + hit.v - 0.5).abs() < 1e-6 && (-w - hit.u + hit.v + 0.25).abs() < 1e-6);
+        assert!(
+            (-w + hit.u + hit.v - 0.5).abs() < 1e-6 && (-w - hit.u + hit.v + 0.25).abs() < 1e-6
+        );
         assert!(scene.intersect(&down(1.5, 0.0)).is_none());
         assert!(scene.occluded(&down(0.5, 0.5)));
-        assert!(!scene.occluded(&Ray { far: 7.9, ..down(0.5, 0.5) }));
+        assert!(!scene.occluded(&Ray {
+            far: 7.9,
+            ..down(0.5, 0.5)
+        }));
     }
 
     #[test]
@@ -652,7 +773,9 @@ mod tests {
         scene.add_triangles(&quad(2.0), true).unwrap();
         scene.add_triangles(&quad(4.0), true).unwrap();
         let scene = scene.commit().unwrap();
-        let hit = scene.intersect_filtered(&down(0.5, 0.1), |h| h.geometry == 1).unwrap();
+        let hit = scene
+            .intersect_filtered(&down(0.5, 0.1), |h| h.geometry == 1)
+            .unwrap();
         assert_eq!(hit.geometry, 1);
         let mut asked = Vec::new();
         let hit = scene
@@ -665,10 +788,16 @@ mod tests {
         asked.sort_unstable();
         assert_eq!(asked, [1, 2]);
         let mut seen = 0;
-        assert!(!scene.occluded_filtered(&Ray { far: 9.0, ..down(0.5, 0.1) }, |_| {
-            seen += 1;
-            false
-        }));
+        assert!(!scene.occluded_filtered(
+            &Ray {
+                far: 9.0,
+                ..down(0.5, 0.1)
+            },
+            |_| {
+                seen += 1;
+                false
+            }
+        ));
         assert_eq!(seen, 2);
     }
 
@@ -680,7 +809,16 @@ mod tests {
         let child = child.commit().unwrap();
         let mut top = Scene::new(&device).unwrap();
         for x in [0.0, 10.0] {
-            top.add_instance(&child, &[[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0], [x, 0.0, 1.0]]).unwrap();
+            top.add_instance(
+                &child,
+                &[
+                    [2.0, 0.0, 0.0],
+                    [0.0, 2.0, 0.0],
+                    [0.0, 0.0, 2.0],
+                    [x, 0.0, 1.0],
+                ],
+            )
+            .unwrap();
         }
         let top = top.commit().unwrap();
         drop(child);
@@ -693,7 +831,9 @@ mod tests {
     fn spheres_are_hit_and_filtered() {
         let device = Device::new(Some(1)).unwrap();
         let mut scene = Scene::new(&device).unwrap();
-        scene.add_spheres(&[[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 5.0, 0.5]]).unwrap();
+        scene
+            .add_spheres(&[[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 5.0, 0.5]])
+            .unwrap();
         let scene = scene.commit().unwrap();
         let mut seen = Vec::new();
         scene.intersect_filtered(&down(0.1, 0.1), |h| {

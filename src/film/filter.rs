@@ -33,7 +33,11 @@ impl FilterTable {
                     cell += 1;
                 }
                 let span = sums[cell + 1] - sums[cell];
-                let t = if span > 0.0 { ((wanted - sums[cell]) / span).clamp(0.0, 1.0) } else { 0.0 };
+                let t = if span > 0.0 {
+                    ((wanted - sums[cell]) / span).clamp(0.0, 1.0)
+                } else {
+                    0.0
+                };
                 (at(cell) * (1.0 - t) + at(cell + 1) * t) as f32
             })
             .collect();
@@ -45,18 +49,20 @@ impl FilterTable {
         Self::new(1.0, |_| 1.0)
     }
 
-    /// The four-term window of Blackman and Harris (Harris 1978, table 1, 92 dB).
+    /// The four-term window of Blackman and Harris (Harris 1978, table 1, 92 dB). `width` is what
+    /// Blender calls the filter's width: half of the window, which is near 0 over its outer half.
     pub fn blackman_harris(width: f64) -> Self {
-        Self::new(width, |x| {
-            let t = std::f64::consts::TAU * (x / width + 0.5);
+        let support = 2.0 * width;
+        Self::new(support, |x| {
+            let t = std::f64::consts::TAU * (x / support + 0.5);
             0.35875 - 0.48829 * t.cos() + 0.14128 * (2.0 * t).cos() - 0.01168 * (3.0 * t).cos()
         })
     }
 
-    /// A Gaussian that is cut at three times 1/√2 of its exponent's unit: exp(−2 (6x/width)²),
-    /// the shape that Cycles gives it.
+    /// A Gaussian of standard deviation `width`/4, cut at six of them, as Blender's filter of that
+    /// width: exp(−2 (2x/width)²) over three times the width.
     pub fn gauss(width: f64) -> Self {
-        Self::new(width, |x| (-2.0 * (6.0 * x / width).powi(2)).exp())
+        Self::new(3.0 * width, |x| (-2.0 * (2.0 * x / width).powi(2)).exp())
     }
 
     /// Offset from the pixel's centre in pixels.
@@ -93,20 +99,23 @@ mod tests {
         assert!(m.abs() < 1e-5 && (v - 1.0 / 12.0).abs() < 1e-5);
         // By quadrature of the window itself.
         let shape = |x: f64| {
-            let t = std::f64::consts::TAU * (x / 1.5 + 0.5);
+            let t = std::f64::consts::TAU * (x / 3.0 + 0.5);
             0.35875 - 0.48829 * t.cos() + 0.14128 * (2.0 * t).cos() - 0.01168 * (3.0 * t).cos()
         };
         let n = 200_000;
         let (mut w, mut xx) = (0f64, 0f64);
         for i in 0..n {
-            let x = 1.5 * ((i as f64 + 0.5) / n as f64 - 0.5);
+            let x = 3.0 * ((i as f64 + 0.5) / n as f64 - 0.5);
             w += shape(x);
             xx += x * x * shape(x);
         }
         let (m, v) = moments(&FilterTable::blackman_harris(1.5));
-        assert!(m.abs() < 1e-4 && (v / (xx / w) - 1.0).abs() < 1e-3, "{v} {}", xx / w);
-        // Gaussian of standard deviation width/12, hardly cut.
-        let (_, v) = moments(&FilterTable::gauss(3.0));
-        assert!((v / (0.25f64 * 0.25) - 1.0).abs() < 1e-2, "{v}");
+        assert!(
+            m.abs() < 1e-4 && (v / (xx / w) - 1.0).abs() < 1e-3,
+            "{v} {}",
+            xx / w
+        );
+        let (_, v) = moments(&FilterTable::gauss(2.0));
+        assert!((v / (0.5f64 * 0.5) - 1.0).abs() < 1e-3, "{v}");
     }
 }

@@ -4,7 +4,9 @@ mod path;
 
 pub use path::{Path, PathSettings, trace};
 
-use crate::effects::{ALL, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, NORMAL_MAPS, SUNS, TEXTURES, TRANSMISSION};
+use crate::effects::{
+    ALL, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, NORMAL_MAPS, SUNS, TEXTURES, TRANSMISSION,
+};
 use crate::sampler::Sampler;
 use crate::world::World;
 use glam::Vec2;
@@ -20,8 +22,14 @@ pub const KERNELS: [(Mask, Kernel); 6] = [
     (MESH_LIGHTS, trace::<MESH_LIGHTS>),
     (LIGHTS, trace::<LIGHTS>),
     (LIGHTS | TRANSMISSION, trace::<{ LIGHTS | TRANSMISSION }>),
-    (LIGHTS | TEXTURES | NORMAL_MAPS, trace::<{ LIGHTS | TEXTURES | NORMAL_MAPS }>),
-    (LIGHTS | TEXTURES | ALPHA, trace::<{ LIGHTS | TEXTURES | ALPHA }>),
+    (
+        LIGHTS | TEXTURES | NORMAL_MAPS,
+        trace::<{ LIGHTS | TEXTURES | NORMAL_MAPS }>,
+    ),
+    (
+        LIGHTS | TEXTURES | ALPHA,
+        trace::<{ LIGHTS | TEXTURES | ALPHA }>,
+    ),
     (ALL, trace::<ALL>),
 ];
 

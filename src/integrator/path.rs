@@ -70,35 +70,67 @@ impl PathSettings {
 }
 
 /// Traces one path through a point of the film (−1..1 in x and y).
-pub fn trace<const E: Mask>(world: &World, settings: &PathSettings, sampler: &Sampler, film: Vec2) -> Path {
+pub fn trace<const E: Mask>(
+    world: &World,
+    settings: &PathSettings,
+    sampler: &Sampler,
+    film: Vec2,
+) -> Path {
     let camera_ray = world.camera.ray(film);
     let (mut origin, mut direction) = (camera_ray.origin, camera_ray.direction);
     let (mut near, mut far) = (camera_ray.near, camera_ray.far);
     let mut radiance = Vec3::ZERO;
     let mut throughput = Vec3::ONE;
     let mut rays = 0;
-    let mut first = FirstHit { depth: NO_DEPTH, ..FirstHit::default() };
-    let mut previous = Previous { at: Shaded { point: origin, normal: None }, pdf: 0.0, only_bsdf: true };
+    let mut first = FirstHit {
+        depth: NO_DEPTH,
+        ..FirstHit::default()
+    };
+    let mut previous = Previous {
+        at: Shaded {
+            point: origin,
+            normal: None,
+        },
+        pdf: 0.0,
+        only_bsdf: true,
+    };
 
     let mut bounce = 0;
     loop {
         // ---- The next surface, and the lamps on the way to it ----
         rays += 1;
-        let hit = world.intersect::<E>(origin, direction, near, far, sampler.key(Dimension::Opacity, bounce));
+        let hit = world.intersect::<E>(
+            origin,
+            direction,
+            near,
+            far,
+            sampler.key(Dimension::Opacity, bounce),
+        );
         if effects::has(E, LAMPS) && bounce > 0 {
             let end = hit.map_or(far, |h| h.distance);
-            world.lights.lamps_along(&previous.at, origin, direction, end, |emitted, light_pdf| {
-                radiance += throughput * emitted * settings.weight_of_found(&previous, light_pdf);
-            });
+            world.lights.lamps_along(
+                &previous.at,
+                origin,
+                direction,
+                end,
+                |emitted, light_pdf| {
+                    radiance +=
+                        throughput * emitted * settings.weight_of_found(&previous, light_pdf);
+                },
+            );
         }
         let Some(hit) = hit else {
             if effects::has(E, ENVIRONMENT | SUNS) {
                 if bounce == 0 {
                     radiance += world.lights.background(direction);
                 } else {
-                    world.lights.from_infinity(&previous.at, direction, |emitted, light_pdf| {
-                        radiance += throughput * emitted * settings.weight_of_found(&previous, light_pdf);
-                    });
+                    world
+                        .lights
+                        .from_infinity(&previous.at, direction, |emitted, light_pdf| {
+                            radiance += throughput
+                                * emitted
+                                * settings.weight_of_found(&previous, light_pdf);
+                        });
                 }
             }
             break;
@@ -107,12 +139,16 @@ pub fn trace<const E: Mask>(world: &World, settings: &PathSettings, sampler: &Sa
 
         // ---- Emission ----
         if effects::has(E, MESH_LIGHTS) && surface.emission != Vec3::ZERO {
-            let light_pdf = if bounce == 0 || surface.emitter == u32::MAX || !settings.sample_lights {
+            let light_pdf = if bounce == 0 || surface.emitter == u32::MAX || !settings.sample_lights
+            {
                 0.0
             } else {
-                world.lights.triangle_pdf(&previous.at, surface.emitter, &surface.point)
+                world
+                    .lights
+                    .triangle_pdf(&previous.at, surface.emitter, &surface.point)
             };
-            radiance += throughput * surface.emission * settings.weight_of_found(&previous, light_pdf);
+            radiance +=
+                throughput * surface.emission * settings.weight_of_found(&previous, light_pdf);
         }
         if bounce == 0 {
             first.depth = world.camera.depth(surface.point.point);
@@ -121,28 +157,58 @@ pub fn trace<const E: Mask>(world: &World, settings: &PathSettings, sampler: &Sa
         }
 
         // ---- The BSDF ----
-        let Some(parameters) = &surface.parameters else { break };
+        let Some(parameters) = &surface.parameters else {
+            break;
+        };
         if bounce > settings.bounces {
             break;
         }
         let wo = -direction;
         let bsdf = if effects::has(E, TRANSMISSION) {
-            Bsdf::new::<true>(parameters, surface.dielectrics, surface.normals, wo, surface.inside)
+            Bsdf::new::<true>(
+                parameters,
+                surface.dielectrics,
+                surface.normals,
+                wo,
+                surface.inside,
+            )
         } else {
-            Bsdf::new::<false>(parameters, surface.dielectrics, surface.normals, wo, surface.inside)
+            Bsdf::new::<false>(
+                parameters,
+                surface.dielectrics,
+                surface.normals,
+                wo,
+                surface.inside,
+            )
         };
         if bounce == 0 {
             first.albedo = bsdf.albedo();
         }
-        let at = Shaded { point: surface.point.point, normal: bsdf.receiving_normal() };
+        let at = Shaded {
+            point: surface.point.point,
+            normal: bsdf.receiving_normal(),
+        };
 
         // ---- Direct light (next-event estimation) ----
         if bsdf.is_samplable() && !world.lights.is_empty() {
-            rays += direct_light::<E>(world, settings, sampler, bounce, &surface, &bsdf, &at, throughput, &mut radiance);
+            rays += direct_light::<E>(
+                world,
+                settings,
+                sampler,
+                bounce,
+                &surface,
+                &bsdf,
+                &at,
+                throughput,
+                &mut radiance,
+            );
         }
 
         // ---- Onwards ----
-        let Some(s) = bsdf.sample(sampler.pair(Dimension::Lobe, bounce), sampler.pair(Dimension::Direction, bounce)) else {
+        let Some(s) = bsdf.sample(
+            sampler.pair(Dimension::Lobe, bounce),
+            sampler.pair(Dimension::Direction, bounce),
+        ) else {
             break;
         };
         throughput *= s.weight;
@@ -158,13 +224,21 @@ pub fn trace<const E: Mask>(world: &World, settings: &PathSettings, sampler: &Sa
             }
             throughput /= survival;
         }
-        previous = Previous { at, pdf: s.pdf, only_bsdf: s.delta };
+        previous = Previous {
+            at,
+            pdf: s.pdf,
+            only_bsdf: s.delta,
+        };
         origin = ray_origin(surface.point, surface.normals.geometric, s.wi);
         direction = s.wi;
         (near, far) = (0.0, f32::INFINITY);
         bounce += 1;
     }
-    Path { radiance, rays, first }
+    Path {
+        radiance,
+        rays,
+        first,
+    }
 }
 
 /// Adds the light of one light sample; returns the rays it took.
@@ -183,10 +257,14 @@ fn direct_light<const E: Mask>(
 ) -> u32 {
     let u_light = sampler.single(Dimension::Light, bounce);
     let u = sampler.pair(Dimension::LightPosition, bounce);
-    let Some(light) = world.lights.sample(world, at, u_light, u) else { return 0 };
+    let Some(light) = world.lights.sample(world, at, u_light, u) else {
+        return 0;
+    };
     let value = bsdf.evaluate(light.wi);
-    let contribution =
-        throughput * value.value * light.contribution * settings.weight_of_sampled(light.pdf, light.delta, value.pdf);
+    let contribution = throughput
+        * value.value
+        * light.contribution
+        * settings.weight_of_sampled(light.pdf, light.delta, value.pdf);
     if contribution == Vec3::ZERO {
         return 0;
     }

@@ -44,23 +44,47 @@ struct Distribution {
 impl Environment {
     /// A constant.
     pub fn constant(radiance: Vec3) -> Self {
-        Self { radiance, rotation: 0.0, image: None }
+        Self {
+            radiance,
+            rotation: 0.0,
+            image: None,
+        }
     }
 
     /// An image: `texels` in rows from the top, linear; `radiance` multiplies it.
-    pub fn image(width: usize, height: usize, texels: Vec<Vec3>, radiance: Vec3, rotation: f32) -> Self {
+    pub fn image(
+        width: usize,
+        height: usize,
+        texels: Vec<Vec3>,
+        radiance: Vec3,
+        rotation: f32,
+    ) -> Self {
         let distribution = Distribution::new(width, height, &texels, radiance);
-        Self { radiance, rotation, image: Some(Image { width, height, texels, distribution }) }
+        Self {
+            radiance,
+            rotation,
+            image: Some(Image {
+                width,
+                height,
+                texels,
+                distribution,
+            }),
+        }
     }
 
     /// Mean radiance over all directions (for the choice between lights).
     pub fn mean(&self) -> Vec3 {
-        let Some(image) = &self.image else { return self.radiance };
+        let Some(image) = &self.image else {
+            return self.radiance;
+        };
         let mut sum = glam::DVec3::ZERO;
         let mut weight = 0f64;
         for y in 0..image.height {
             let sin = ((y as f64 + 0.5) / image.height as f64 * std::f64::consts::PI).sin();
-            let row: glam::DVec3 = image.texels[y * image.width..][..image.width].iter().map(|t| t.as_dvec3()).sum();
+            let row: glam::DVec3 = image.texels[y * image.width..][..image.width]
+                .iter()
+                .map(|t| t.as_dvec3())
+                .sum();
             sum += row * sin;
             weight += sin * image.width as f64;
         }
@@ -88,7 +112,9 @@ impl Environment {
     /// Radiance from a direction.
     #[inline]
     pub fn emitted(&self, d: Vec3) -> Vec3 {
-        let Some(image) = &self.image else { return self.radiance };
+        let Some(image) = &self.image else {
+            return self.radiance;
+        };
         self.radiance * image.bilinear(self.coordinates(d))
     }
 
@@ -96,10 +122,16 @@ impl Environment {
     #[inline]
     pub fn sample(&self, u: Vec2) -> Direction {
         match &self.image {
-            None => Direction { wi: crate::math::warp::sphere(u), pdf: 1.0 / (4.0 * PI) },
+            None => Direction {
+                wi: crate::math::warp::sphere(u),
+                pdf: 1.0 / (4.0 * PI),
+            },
             Some(image) => {
                 let (u, cos, pdf) = image.distribution.sample(u);
-                Direction { wi: self.direction(u, cos), pdf }
+                Direction {
+                    wi: self.direction(u, cos),
+                    pdf,
+                }
             }
         }
     }
@@ -118,14 +150,19 @@ impl Image {
     /// Bilinear between texel centres; wraps around in u, stops at the poles.
     #[inline]
     fn bilinear(&self, at: Vec2) -> Vec3 {
-        let (x, y) = (at.x * self.width as f32 - 0.5, at.y * self.height as f32 - 0.5);
+        let (x, y) = (
+            at.x * self.width as f32 - 0.5,
+            at.y * self.height as f32 - 0.5,
+        );
         let (x0, y0) = (x.floor(), y.floor());
         let (s, t) = (x - x0, y - y0);
         let column = |x: f32| (x as i64).rem_euclid(self.width as i64) as usize;
         let row = |y: f32| (y.max(0.0) as usize).min(self.height - 1);
         let (c0, c1, r0, r1) = (column(x0), column(x0 + 1.0), row(y0), row(y0 + 1.0));
         let texel = |c: usize, r: usize| self.texels[r * self.width + c];
-        texel(c0, r0).lerp(texel(c1, r0), s).lerp(texel(c0, r1).lerp(texel(c1, r1), s), t)
+        texel(c0, r0)
+            .lerp(texel(c1, r0), s)
+            .lerp(texel(c0, r1).lerp(texel(c1, r1), s), t)
     }
 }
 
@@ -135,17 +172,25 @@ impl Distribution {
         let rows = height.min(CELLS_U / 2);
         // Mean of the bilinear interpolation over each texel's cell: (1, 6, 1)/8 in both directions.
         // It is above 0 wherever the interpolation is somewhere above 0 in the cell.
-        let weight = |x: usize, y: usize| f64::from(luminance(texels[y * width + x] * radiance).max(0.0));
+        let weight =
+            |x: usize, y: usize| f64::from(luminance(texels[y * width + x] * radiance).max(0.0));
         let smoothed_row = |y: usize| -> Vec<f64> {
             let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
             let vertical: Vec<f64> = (0..width)
                 .map(|x| (weight(x, above) + 6.0 * weight(x, y) + weight(x, below)) / 8.0)
                 .collect();
             (0..width)
-                .map(|x| (vertical[(x + width - 1) % width] + 6.0 * vertical[x] + vertical[(x + 1) % width]) / 8.0)
+                .map(|x| {
+                    (vertical[(x + width - 1) % width]
+                        + 6.0 * vertical[x]
+                        + vertical[(x + 1) % width])
+                        / 8.0
+                })
                 .collect()
         };
-        let cosines: Vec<f64> = (0..=rows).map(|r| (r as f64 / rows as f64 * std::f64::consts::PI).cos()).collect();
+        let cosines: Vec<f64> = (0..=rows)
+            .map(|r| (r as f64 / rows as f64 * std::f64::consts::PI).cos())
+            .collect();
         let mut conditional = Vec::with_capacity(rows * (columns + 1));
         let mut marginal = vec![0f64];
         for r in 0..rows {
@@ -162,8 +207,16 @@ impl Distribution {
             let mut running = 0f64;
             conditional.push(0.0);
             for (i, c) in cells.iter().enumerate() {
-                running += if sum > 0.0 { c / sum } else { 1.0 / columns as f64 };
-                conditional.push(if i + 1 == columns { 1.0 } else { running.min(1.0) as f32 });
+                running += if sum > 0.0 {
+                    c / sum
+                } else {
+                    1.0 / columns as f64
+                };
+                conditional.push(if i + 1 == columns {
+                    1.0
+                } else {
+                    running.min(1.0) as f32
+                });
             }
             let last = marginal[marginal.len() - 1];
             marginal.push(last + sum * (cosines[r] - cosines[r + 1]));
@@ -172,34 +225,54 @@ impl Distribution {
         if total > 0.0 {
             marginal.iter_mut().for_each(|m| *m /= total);
         } else {
-            marginal.iter_mut().enumerate().for_each(|(r, m)| *m = 0.5 * (1.0 - cosines[r]));
+            marginal
+                .iter_mut()
+                .enumerate()
+                .for_each(|(r, m)| *m = 0.5 * (1.0 - cosines[r]));
         }
         marginal[rows] = 1.0;
-        Self { columns, rows, conditional, marginal, cosines }
+        Self {
+            columns,
+            rows,
+            conditional,
+            marginal,
+            cosines,
+        }
     }
 
     /// (u, cosine of the polar angle, density per solid angle).
     fn sample(&self, u: Vec2) -> (f32, f32, f32) {
         let v = f64::from(u.y);
-        let r = self.marginal.partition_point(|&m| m <= v).clamp(1, self.rows) - 1;
+        let r = self
+            .marginal
+            .partition_point(|&m| m <= v)
+            .clamp(1, self.rows)
+            - 1;
         let row = &self.conditional[r * (self.columns + 1)..][..=self.columns];
         let c = row.partition_point(|&m| m <= u.x).clamp(1, self.columns) - 1;
         let t = ((u.x - row[c]) / (row[c + 1] - row[c])).clamp(0.0, 1.0);
-        let s = ((v - self.marginal[r]) / (self.marginal[r + 1] - self.marginal[r])).clamp(0.0, 1.0);
+        let s =
+            ((v - self.marginal[r]) / (self.marginal[r + 1] - self.marginal[r])).clamp(0.0, 1.0);
         let cos = self.cosines[r] + (self.cosines[r + 1] - self.cosines[r]) * s;
-        ((c as f32 + t) / self.columns as f32, cos as f32, self.cell_pdf(c, r))
+        (
+            (c as f32 + t) / self.columns as f32,
+            cos as f32,
+            self.cell_pdf(c, r),
+        )
     }
 
     fn pdf(&self, u: f32, cos: f32) -> f32 {
         let c = ((u * self.columns as f32) as usize).min(self.columns - 1);
-        let r = (f64::from(cos.clamp(-1.0, 1.0)).acos() / std::f64::consts::PI * self.rows as f64) as usize;
+        let r = (f64::from(cos.clamp(-1.0, 1.0)).acos() / std::f64::consts::PI * self.rows as f64)
+            as usize;
         self.cell_pdf(c, r.min(self.rows - 1))
     }
 
     fn cell_pdf(&self, c: usize, r: usize) -> f32 {
         let row = &self.conditional[r * (self.columns + 1)..][..=self.columns];
         let share = f64::from(row[c + 1] - row[c]) * (self.marginal[r + 1] - self.marginal[r]);
-        let solid_angle = (self.cosines[r] - self.cosines[r + 1]) * std::f64::consts::TAU / self.columns as f64;
+        let solid_angle =
+            (self.cosines[r] - self.cosines[r + 1]) * std::f64::consts::TAU / self.columns as f64;
         (share / solid_angle) as f32
     }
 }
@@ -241,7 +314,10 @@ mod tests {
             let mut by_table = 0f64;
             let mut uniform = 0f64;
             for i in 0..n * n {
-                let u = Vec2::new(((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32);
+                let u = Vec2::new(
+                    ((i % n) as f32 + 0.5) / n as f32,
+                    ((i / n) as f32 + 0.5) / n as f32,
+                );
                 let s = env.sample(u);
                 assert!(s.pdf > 0.0);
                 let pdf = env.pdf(s.wi);
@@ -251,10 +327,17 @@ mod tests {
                 } else {
                     by_table += f64::from(env.emitted(s.wi).y / s.pdf);
                 }
-                uniform += f64::from(env.emitted(crate::math::warp::sphere(u)).y) * 4.0 * std::f64::consts::PI;
+                uniform += f64::from(env.emitted(crate::math::warp::sphere(u)).y)
+                    * 4.0
+                    * std::f64::consts::PI;
             }
             let count = f64::from(n * n);
-            assert!((by_table / uniform - 1.0).abs() < 2e-2, "{w}x{h}: {} {}", by_table / count, uniform / count);
+            assert!(
+                (by_table / uniform - 1.0).abs() < 2e-2,
+                "{w}x{h}: {} {}",
+                by_table / count,
+                uniform / count
+            );
             let mean = f64::from(env.mean().y) * 4.0 * std::f64::consts::PI;
             assert!((by_table / count / mean - 1.0).abs() < 0.1, "{w}x{h}");
         }

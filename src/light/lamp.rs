@@ -42,7 +42,11 @@ impl Cone {
         if above <= 0.0 {
             return 0.0;
         }
-        if self.steepness.is_infinite() { 1.0 } else { warp::smoothstep(above * self.steepness) }
+        if self.steepness.is_infinite() {
+            1.0
+        } else {
+            warp::smoothstep(above * self.steepness)
+        }
     }
 }
 
@@ -84,7 +88,12 @@ impl Lamp {
         let axis = to_center / distance;
         if self.radius == 0.0 {
             let radiance = self.intensity * (self.toward(-axis) / d2);
-            return Some(LampSample { direction: Direction { wi: axis, pdf: 0.0 }, radiance, distance, delta: true });
+            return Some(LampSample {
+                direction: Direction { wi: axis, pdf: 0.0 },
+                radiance,
+                distance,
+                delta: true,
+            });
         }
         let sin2_max = sqr(self.radius) / d2;
         let one_minus_cos = warp::one_minus_cos_from_sin2(sin2_max);
@@ -92,7 +101,10 @@ impl Lamp {
         let radiance = self.radiance() * self.toward(-wi);
         let distance = self.hit(from, wi).unwrap_or(distance);
         Some(LampSample {
-            direction: Direction { wi, pdf: warp::cone_pdf(one_minus_cos) },
+            direction: Direction {
+                wi,
+                pdf: warp::cone_pdf(one_minus_cos),
+            },
             radiance,
             distance,
             delta: false,
@@ -139,7 +151,12 @@ mod tests {
     use super::*;
 
     fn lamp(radius: f32) -> Lamp {
-        Lamp { center: Vec3::new(0.0, 0.0, 5.0), radius, intensity: Vec3::splat(10.0), cone: None }
+        Lamp {
+            center: Vec3::new(0.0, 0.0, 5.0),
+            radius,
+            intensity: Vec3::splat(10.0),
+            cone: None,
+        }
     }
 
     /// The irradiance on a surface that faces a lamp is I/d² for every radius.
@@ -150,23 +167,36 @@ mod tests {
             let n = 64;
             let mut sum = 0f64;
             for i in 0..n * n {
-                let u = Vec2::new(((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32);
+                let u = Vec2::new(
+                    ((i % n) as f32 + 0.5) / n as f32,
+                    ((i / n) as f32 + 0.5) / n as f32,
+                );
                 let s = lamp.sample(Vec3::ZERO, u).unwrap();
                 let weight = if s.delta { 1.0 } else { 1.0 / s.direction.pdf };
                 sum += f64::from(s.radiance.x * s.direction.wi.z * weight);
             }
             let irradiance = sum / f64::from(n * n);
-            assert!((irradiance / 0.4 - 1.0).abs() < 1e-3, "{radius}: {irradiance}");
+            assert!(
+                (irradiance / 0.4 - 1.0).abs() < 1e-3,
+                "{radius}: {irradiance}"
+            );
         }
     }
 
     #[test]
     fn a_far_sphere_is_hit_at_the_right_distance() {
         for distance in [10f32, 1e3, 1e5, 1e7] {
-            let lamp = Lamp { center: Vec3::new(0.0, 0.0, distance), radius: 1.0, ..lamp(1.0) };
+            let lamp = Lamp {
+                center: Vec3::new(0.0, 0.0, distance),
+                radius: 1.0,
+                ..lamp(1.0)
+            };
             let hit = lamp.hit(Vec3::new(0.3, 0.2, 0.0), Vec3::Z).unwrap();
             let exact = f64::from(distance) - (1.0 - 0.13f64).sqrt();
-            assert!((f64::from(hit) - exact).abs() < 2.0 * f64::from(f32::EPSILON) * f64::from(distance));
+            assert!(
+                (f64::from(hit) - exact).abs()
+                    < 2.0 * f64::from(f32::EPSILON) * f64::from(distance)
+            );
             assert!(lamp.hit(Vec3::new(1.1, 0.0, 0.0), Vec3::Z).is_none());
         }
     }
@@ -185,6 +215,13 @@ mod tests {
         assert_eq!(cone.attenuation(out(0.1)), 1.0);
         let edge = cone.attenuation(out(0.48));
         assert!(edge > 0.0 && edge < 1.0);
-        assert_eq!(Cone { steepness: f32::INFINITY, ..cone }.attenuation(out(0.49)), 1.0);
+        assert_eq!(
+            Cone {
+                steepness: f32::INFINITY,
+                ..cone
+            }
+            .attenuation(out(0.49)),
+            1.0
+        );
     }
 }

@@ -22,7 +22,11 @@ impl Sun {
         let half = (0.5 * angle).clamp(0.0, std::f32::consts::FRAC_PI_2);
         // 1 − cos h = 2 sin²(h/2), without cancellation.
         let s = (0.5 * half).sin();
-        Self { toward, irradiance, one_minus_cos: 2.0 * s * s }
+        Self {
+            toward,
+            irradiance,
+            one_minus_cos: 2.0 * s * s,
+        }
     }
 
     /// Whether it is exactly parallel.
@@ -41,9 +45,15 @@ impl Sun {
     #[inline]
     pub fn sample(&self, u: Vec2) -> Direction {
         if self.is_delta() {
-            return Direction { wi: self.toward, pdf: 0.0 };
+            return Direction {
+                wi: self.toward,
+                pdf: 0.0,
+            };
         }
-        Direction { wi: warp::cone_about(self.toward, u, self.one_minus_cos), pdf: warp::cone_pdf(self.one_minus_cos) }
+        Direction {
+            wi: warp::cone_about(self.toward, u, self.one_minus_cos),
+            pdf: warp::cone_pdf(self.one_minus_cos),
+        }
     }
 
     /// Whether a direction meets the disc. 1 − cos from the chord: |a − b|² = 2(1 − cos).
@@ -55,7 +65,11 @@ impl Sun {
     /// Density of [`Self::sample`] inside the disc.
     #[inline]
     pub fn pdf(&self) -> f32 {
-        if self.is_delta() { 0.0 } else { warp::cone_pdf(self.one_minus_cos) }
+        if self.is_delta() {
+            0.0
+        } else {
+            warp::cone_pdf(self.one_minus_cos)
+        }
     }
 }
 
@@ -70,9 +84,16 @@ mod tests {
             let n = 64;
             let mut sum = 0f64;
             for i in 0..n * n {
-                let u = Vec2::new(((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32);
+                let u = Vec2::new(
+                    ((i % n) as f32 + 0.5) / n as f32,
+                    ((i / n) as f32 + 0.5) / n as f32,
+                );
                 let d = sun.sample(u);
-                sum += f64::from(if sun.is_delta() { sun.irradiance.x } else { sun.radiance().x * d.wi.y / d.pdf });
+                sum += f64::from(if sun.is_delta() {
+                    sun.irradiance.x
+                } else {
+                    sun.radiance().x * d.wi.y / d.pdf
+                });
             }
             let found = sum / f64::from(n * n);
             assert!((found / 3.0 - 1.0).abs() < 1e-3, "{angle}: {found}");

@@ -51,13 +51,21 @@ pub struct Choice {
 /// cos(max(0, a − b)) from sines and cosines of angles in 0..π.
 #[inline]
 fn cos_of_difference(sin_a: f32, cos_a: f32, sin_b: f32, cos_b: f32) -> f32 {
-    if cos_a > cos_b { 1.0 } else { cos_a * cos_b + sin_a * sin_b }
+    if cos_a > cos_b {
+        1.0
+    } else {
+        cos_a * cos_b + sin_a * sin_b
+    }
 }
 
 /// sin(max(0, a − b)).
 #[inline]
 fn sin_of_difference(sin_a: f32, cos_a: f32, sin_b: f32, cos_b: f32) -> f32 {
-    if cos_a > cos_b { 0.0 } else { sin_a * cos_b - cos_a * sin_b }
+    if cos_a > cos_b {
+        0.0
+    } else {
+        sin_a * cos_b - cos_a * sin_b
+    }
 }
 
 #[inline]
@@ -157,7 +165,10 @@ fn union_of_cones(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
 impl Tree {
     /// Builds the tree over emitters 0, 1, 2, …
     pub fn new(emitters: &[Bounds]) -> Self {
-        let mut tree = Self { nodes: Vec::with_capacity(2 * emitters.len()), trails: vec![0; emitters.len()] };
+        let mut tree = Self {
+            nodes: Vec::with_capacity(2 * emitters.len()),
+            trails: vec![0; emitters.len()],
+        };
         let mut order: Vec<u32> = (0..emitters.len() as u32).collect();
         if !emitters.is_empty() {
             tree.build(emitters, &mut order, 0, 0);
@@ -169,19 +180,35 @@ impl Tree {
         let at = self.nodes.len();
         if let [emitter] = *order {
             let bounds = emitters[emitter as usize];
-            self.nodes.push(Node { bounds, index: emitter, leaf: true });
+            self.nodes.push(Node {
+                bounds,
+                index: emitter,
+                leaf: true,
+            });
             self.trails[emitter as usize] = trail;
             return bounds;
         }
-        self.nodes.push(Node { bounds: emitters[order[0] as usize], index: 0, leaf: false });
+        self.nodes.push(Node {
+            bounds: emitters[order[0] as usize],
+            index: 0,
+            leaf: false,
+        });
         // A 64-bit trail holds 64 turns: halve where the cost would go on splitting off one by one.
-        let middle = if depth < 30 { split(emitters, order) } else { halve(emitters, order) };
+        let middle = if depth < 30 {
+            split(emitters, order)
+        } else {
+            halve(emitters, order)
+        };
         let (left, right) = order.split_at_mut(middle);
         let a = self.build(emitters, left, trail, depth + 1);
         let second = self.nodes.len() as u32;
         let b = self.build(emitters, right, trail | 1 << depth, depth + 1);
         let bounds = Bounds::union(&a, &b);
-        self.nodes[at] = Node { bounds, index: second, leaf: false };
+        self.nodes[at] = Node {
+            bounds,
+            index: second,
+            leaf: false,
+        };
         bounds
     }
 
@@ -193,7 +220,9 @@ impl Tree {
     /// Estimate for all emitters together.
     #[inline]
     pub fn importance(&self, point: Vec3, normal: Option<Vec3>) -> f32 {
-        self.nodes.first().map_or(0.0, |n| n.bounds.importance(point, normal))
+        self.nodes
+            .first()
+            .map_or(0.0, |n| n.bounds.importance(point, normal))
     }
 
     /// Draws an emitter.
@@ -216,7 +245,10 @@ impl Tree {
             }
             node = &self.nodes[at];
         }
-        (probability > 0.0).then_some(Choice { emitter: node.index, probability })
+        (probability > 0.0).then_some(Choice {
+            emitter: node.index,
+            probability,
+        })
     }
 
     /// Probability with which [`Self::sample`] draws an emitter.
@@ -228,7 +260,9 @@ impl Tree {
         while !self.nodes[at].leaf {
             let node = &self.nodes[at];
             let (a, b) = (&self.nodes[at + 1], &self.nodes[node.index as usize]);
-            let Some(first) = first_share(a, b, point, normal) else { return 0.0 };
+            let Some(first) = first_share(a, b, point, normal) else {
+                return 0.0;
+            };
             if trail & 1 == 0 {
                 probability *= first;
                 at += 1;
@@ -245,7 +279,10 @@ impl Tree {
 /// Share of the first of two children; `None` if neither can send anything.
 #[inline]
 fn first_share(a: &Node, b: &Node, point: Vec3, normal: Option<Vec3>) -> Option<f32> {
-    let (ia, ib) = (a.bounds.importance(point, normal), b.bounds.importance(point, normal));
+    let (ia, ib) = (
+        a.bounds.importance(point, normal),
+        b.bounds.importance(point, normal),
+    );
     let sum = ia + ib;
     if sum <= 0.0 {
         return None;
@@ -261,7 +298,8 @@ fn measure(b: &Bounds) -> f32 {
     let o = b.cos_normals.clamp(-1.0, 1.0).acos();
     let w = (o + b.cos_emission.clamp(-1.0, 1.0).acos()).min(std::f32::consts::PI);
     let orientation = std::f32::consts::TAU * (1.0 - o.cos())
-        + std::f32::consts::FRAC_PI_2 * (2.0 * w * o.sin() - (o - 2.0 * w).cos() - 2.0 * o * o.sin() + o.cos());
+        + std::f32::consts::FRAC_PI_2
+            * (2.0 * w * o.sin() - (o - 2.0 * w).cos() - 2.0 * o * o.sin() + o.cos());
     b.intensity * area * orientation.max(1e-3)
 }
 
@@ -271,7 +309,9 @@ fn split(emitters: &[Bounds], order: &mut [u32]) -> usize {
     let center = |i: u32| emitters[i as usize].center();
     let (min, max) = order
         .iter()
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &i| (lo.min(center(i)), hi.max(center(i))));
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &i| {
+            (lo.min(center(i)), hi.max(center(i)))
+        });
     let extent = max - min;
     let longest = extent.max_element();
     let mut best: Option<(f32, usize, f32)> = None;
@@ -279,28 +319,46 @@ fn split(emitters: &[Bounds], order: &mut [u32]) -> usize {
         if extent[axis] <= 0.0 || !extent[axis].is_finite() {
             continue;
         }
-        let bin = |i: u32| (((center(i)[axis] - min[axis]) / extent[axis] * BINS as f32) as usize).min(BINS - 1);
+        let bin = |i: u32| {
+            (((center(i)[axis] - min[axis]) / extent[axis] * BINS as f32) as usize).min(BINS - 1)
+        };
         let mut bins: [Option<Bounds>; BINS] = [None; BINS];
         for &i in order.iter() {
             let b = &emitters[i as usize];
             let slot = &mut bins[bin(i)];
             *slot = Some(slot.map_or(*b, |s| Bounds::union(&s, b)));
         }
-        let join = |range: &[Option<Bounds>]| range.iter().flatten().copied().reduce(|a, b| Bounds::union(&a, &b));
+        let join = |range: &[Option<Bounds>]| {
+            range
+                .iter()
+                .flatten()
+                .copied()
+                .reduce(|a, b| Bounds::union(&a, &b))
+        };
         for cut in 1..BINS {
             if let (Some(a), Some(b)) = (join(&bins[..cut]), join(&bins[cut..])) {
                 // Long thin boxes are cut across: the factor of the paper's §4.4.
                 let cost = (measure(&a) + measure(&b)) * longest / extent[axis];
                 if best.is_none_or(|x| cost < x.0) {
-                    best = Some((cost, axis, min[axis] + extent[axis] * cut as f32 / BINS as f32));
+                    best = Some((
+                        cost,
+                        axis,
+                        min[axis] + extent[axis] * cut as f32 / BINS as f32,
+                    ));
                 }
             }
         }
     }
-    let Some((_, axis, cut)) = best else { return halve(emitters, order) };
+    let Some((_, axis, cut)) = best else {
+        return halve(emitters, order);
+    };
     order.sort_by(|&a, &b| center(a)[axis].total_cmp(&center(b)[axis]).then(a.cmp(&b)));
     let middle = order.partition_point(|&i| center(i)[axis] < cut);
-    if middle == 0 || middle == order.len() { order.len() / 2 } else { middle }
+    if middle == 0 || middle == order.len() {
+        order.len() / 2
+    } else {
+        middle
+    }
 }
 
 /// Cuts at the median of the longest axis.
@@ -308,9 +366,17 @@ fn halve(emitters: &[Bounds], order: &mut [u32]) -> usize {
     let center = |i: u32| emitters[i as usize].center();
     let (min, max) = order
         .iter()
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &i| (lo.min(center(i)), hi.max(center(i))));
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &i| {
+            (lo.min(center(i)), hi.max(center(i)))
+        });
     let d = max - min;
-    let axis = if d.x >= d.y && d.x >= d.z { 0 } else if d.y >= d.z { 1 } else { 2 };
+    let axis = if d.x >= d.y && d.x >= d.z {
+        0
+    } else if d.y >= d.z {
+        1
+    } else {
+        2
+    };
     order.sort_by(|&a, &b| center(a)[axis].total_cmp(&center(b)[axis]).then(a.cmp(&b)));
     order.len() / 2
 }
@@ -348,13 +414,17 @@ mod tests {
             (Vec3::new(-30.0, 0.0, 0.0), None),
             (lights[7].center(), Some(Vec3::X)),
         ] {
-            let sum: f64 = (0..300).map(|i| f64::from(tree.probability(i, point, normal))).sum();
+            let sum: f64 = (0..300)
+                .map(|i| f64::from(tree.probability(i, point, normal)))
+                .sum();
             let n = 20_000;
             let mut drawn = 0f64;
             for k in 0..n {
                 // A node whose bounds promise light may have children that can't send any: then
                 // nothing is drawn, and the probabilities sum to less than 1.
-                let Some(choice) = tree.sample(point, normal, (k as f32 + 0.5) / n as f32) else { continue };
+                let Some(choice) = tree.sample(point, normal, (k as f32 + 0.5) / n as f32) else {
+                    continue;
+                };
                 drawn += 1.0 / f64::from(n);
                 let expected = tree.probability(choice.emitter, point, normal);
                 assert!((choice.probability / expected - 1.0).abs() < 1e-5);
@@ -378,9 +448,18 @@ mod tests {
             for (i, light) in lights.iter().enumerate() {
                 let on = light.center() + (Vec3::new(r(7), r(8), r(9)) - 0.5) * 0.2;
                 let wi = (on - point).normalize();
-                let cos_emitted = if light.cos_normals < 0.0 { 1.0 } else if light.two_sided { light.axis.dot(wi).abs() } else { -light.axis.dot(wi) };
+                let cos_emitted = if light.cos_normals < 0.0 {
+                    1.0
+                } else if light.two_sided {
+                    light.axis.dot(wi).abs()
+                } else {
+                    -light.axis.dot(wi)
+                };
                 if wi.dot(normal) > 0.0 && cos_emitted > 0.0 {
-                    assert!(tree.probability(i as u32, point, Some(normal)) > 0.0, "{k} {i}");
+                    assert!(
+                        tree.probability(i as u32, point, Some(normal)) > 0.0,
+                        "{k} {i}"
+                    );
                 }
             }
         }
@@ -390,7 +469,9 @@ mod tests {
     fn many_lights_in_one_place_and_none_at_all_are_fine() {
         let one = emitters(1)[0];
         let tree = Tree::new(&vec![one; 5000]);
-        let sum: f64 = (0..5000).map(|i| f64::from(tree.probability(i, Vec3::ZERO, None))).sum();
+        let sum: f64 = (0..5000)
+            .map(|i| f64::from(tree.probability(i, Vec3::ZERO, None)))
+            .sum();
         assert!((sum - 1.0).abs() < 1e-3);
         assert!(Tree::new(&[]).sample(Vec3::ZERO, None, 0.5).is_none());
     }

@@ -90,8 +90,10 @@ impl Affine {
     pub fn bounded_point(&self, p: BoundedPoint) -> BoundedPoint {
         let q = p.point;
         let point = self.vector(q) + self.translation;
-        let magnitude = self.x.abs() * q.x.abs() + self.y.abs() * q.y.abs() + self.z.abs() * q.z.abs();
-        let carried = self.x.abs() * p.error.x + self.y.abs() * p.error.y + self.z.abs() * p.error.z;
+        let magnitude =
+            self.x.abs() * q.x.abs() + self.y.abs() * q.y.abs() + self.z.abs() * q.z.abs();
+        let carried =
+            self.x.abs() * p.error.x + self.y.abs() * p.error.y + self.z.abs() * p.error.z;
         BoundedPoint {
             point,
             error: carried * (1.0 + gamma(4)) + (magnitude + self.translation.abs()) * gamma(4),
@@ -119,7 +121,11 @@ pub fn ray_origin(p: BoundedPoint, geometric_normal: Vec3, direction: Vec3) -> V
             value
         }
     };
-    Vec3::new(away(moved.x, offset.x), away(moved.y, offset.y), away(moved.z, offset.z))
+    Vec3::new(
+        away(moved.x, offset.x),
+        away(moved.y, offset.y),
+        away(moved.z, offset.z),
+    )
 }
 
 /// How much of a shadow ray's length is traced: the far end is as uncertain as a computed point

@@ -122,7 +122,13 @@ pub fn spherical_triangle(a: Vec3, b: Vec3, c: Vec3, u: Vec2) -> Option<Vec3> {
 
 /// Möller–Trumbore barycentric coordinates (u, v) and distance of a direction from the origin,
 /// with no bounds test.
-pub fn ray_plane_barycentrics(p0: Vec3, e1: Vec3, e2: Vec3, origin: Vec3, direction: Vec3) -> Option<(f32, f32, f32)> {
+pub fn ray_plane_barycentrics(
+    p0: Vec3,
+    e1: Vec3,
+    e2: Vec3,
+    origin: Vec3,
+    direction: Vec3,
+) -> Option<(f32, f32, f32)> {
     let p = direction.cross(e2);
     let det = e1.dot(p);
     if det == 0.0 {
@@ -153,7 +159,10 @@ mod tests {
     /// Points of a regular grid: enough for the exact means below.
     fn grid(n: usize) -> impl Iterator<Item = Vec2> {
         (0..n * n).map(move |i| {
-            Vec2::new(((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32)
+            Vec2::new(
+                ((i % n) as f32 + 0.5) / n as f32,
+                ((i / n) as f32 + 0.5) / n as f32,
+            )
         })
     }
 
@@ -181,14 +190,25 @@ mod tests {
             let mut sum = 0f64;
             for u in grid(n) {
                 let d = cone(u, one_minus_cos);
-                assert!((d.length() - 1.0).abs() < 1e-6, "{one_minus_cos}: {}", d.length());
+                assert!(
+                    (d.length() - 1.0).abs() < 1e-6,
+                    "{one_minus_cos}: {}",
+                    d.length()
+                );
                 // 1 − cos from the sine, which keeps it for tiny cones.
                 let sin2 = f64::from(d.x) * f64::from(d.x) + f64::from(d.y) * f64::from(d.y);
-                sum += if d.z > 0.0 { sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt()) } else { 1.0 - f64::from(d.z) };
+                sum += if d.z > 0.0 {
+                    sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt())
+                } else {
+                    1.0 - f64::from(d.z)
+                };
             }
             let mean = sum / (n * n) as f64;
             let expected = f64::from(one_minus_cos) * 0.5;
-            assert!((mean / expected - 1.0).abs() < 1e-3, "{one_minus_cos}: {mean} {expected}");
+            assert!(
+                (mean / expected - 1.0).abs() < 1e-3,
+                "{one_minus_cos}: {mean} {expected}"
+            );
         }
     }
 
@@ -206,10 +226,20 @@ mod tests {
         // triangle of size s carry an error of UNIT_ROUNDOFF / s.
         for scale in [10.0, 1.0, 0.1, 1e-2, 1e-3] {
             let [a, b, c] = corners(scale);
-            let exact = 2.0 * a.dot(b.cross(c)).abs().atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
-            let found = f64::from(spherical_triangle_area(a.as_vec3(), b.as_vec3(), c.as_vec3()));
+            let exact = 2.0
+                * a.dot(b.cross(c))
+                    .abs()
+                    .atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
+            let found = f64::from(spherical_triangle_area(
+                a.as_vec3(),
+                b.as_vec3(),
+                c.as_vec3(),
+            ));
             let bound = 16.0 * f64::from(UNIT_ROUNDOFF_F32) * (1.0 + 1.0 / scale);
-            assert!((found / exact - 1.0).abs() < bound, "{scale}: {found} {exact}");
+            assert!(
+                (found / exact - 1.0).abs() < bound,
+                "{scale}: {found} {exact}"
+            );
         }
     }
     const UNIT_ROUNDOFF_F32: f32 = super::super::float::UNIT_ROUNDOFF;
@@ -236,7 +266,11 @@ mod tests {
         let edge = |p: glam::DVec3, q: glam::DVec3| p.cross(q).normalize() * p.dot(q).acos();
         let exact = 0.5 * (edge(ad, bd) + edge(bd, cd) + edge(cd, ad));
         let area = f64::from(spherical_triangle_area(a, b, c));
-        assert!((mean - exact / area).length() < 1e-3, "{mean} {}", exact / area);
+        assert!(
+            (mean - exact / area).length() < 1e-3,
+            "{mean} {}",
+            exact / area
+        );
     }
 
     #[test]

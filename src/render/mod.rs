@@ -112,4 +112,3 @@ pub struct Rendering {
     /// Counts and times.
     pub statistics: Statistics,
 }
-

@@ -1,6 +1,9 @@
 //! Passes over tiles, by a pool of threads, until something says stop.
 
-use super::{EffectChoice, Event, FilterKind, LightSampling, Observer, RenderError, RenderSettings, Rendering, Statistics, Stop};
+use super::{
+    EffectChoice, Event, FilterKind, LightSampling, Observer, RenderError, RenderSettings,
+    Rendering, Statistics, Stop,
+};
 use crate::effects::{self, EffectSet};
 use crate::film::filter::FilterTable;
 use crate::film::pixel::Pixel;
@@ -65,7 +68,10 @@ impl Job<'_> {
                 }
             }
             self.rays.fetch_add(rays, Ordering::Relaxed);
-            self.done.fetch_add(u64::from(tile.width * tile.height) * u64::from(end - start), Ordering::Relaxed);
+            self.done.fetch_add(
+                u64::from(tile.width * tile.height) * u64::from(end - start),
+                Ordering::Relaxed,
+            );
             start = end;
         }
     }
@@ -84,7 +90,10 @@ impl Job<'_> {
         if !path.radiance.is_finite() {
             // Counted with its place, left out, never hidden: see `Statistics::non_finite`.
             path.radiance = glam::Vec3::ZERO;
-            let mut bad = self.bad.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut bad = self
+                .bad
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
             bad.0 += 1;
             if bad.1.len() < EXAMPLES {
                 bad.1.push((x, y, index));
@@ -100,22 +109,38 @@ impl Job<'_> {
 /// # Errors
 /// If a setting does not fit the scene or Embree fails. Never for the content of the scene:
 /// what can't be rendered is left out and has been told by the importer.
-pub fn render(scene: &Scene, settings: &RenderSettings, observer: &dyn Observer) -> Result<Rendering, RenderError> {
+pub fn render(
+    scene: &Scene,
+    settings: &RenderSettings,
+    observer: &dyn Observer,
+) -> Result<Rendering, RenderError> {
     let begun = Instant::now();
     let setting = |text: String| RenderError::Setting(text);
-    if settings.width == 0 || settings.height == 0 || settings.width > 65_536 || settings.height > 65_536 {
+    if settings.width == 0
+        || settings.height == 0
+        || settings.width > 65_536
+        || settings.height > 65_536
+    {
         return Err(setting(format!(
             "a picture of {} x {} pixels can't be made; width and height go from 1 to 65536",
             settings.width, settings.height
         )));
     }
     if settings.samples == 0 {
-        return Err(setting("0 samples make no picture; ask for at least 1".into()));
+        return Err(setting(
+            "0 samples make no picture; ask for at least 1".into(),
+        ));
     }
     let camera = scene
         .cameras
         .get(settings.camera.unwrap_or(0))
-        .ok_or_else(|| setting(format!("camera {} is not in the scene, which has {}", settings.camera.unwrap_or(0), scene.cameras.len())))?;
+        .ok_or_else(|| {
+            setting(format!(
+                "camera {} is not in the scene, which has {}",
+                settings.camera.unwrap_or(0),
+                scene.cameras.len()
+            ))
+        })?;
     let found = EffectSet::detect(scene);
     let wanted = match &settings.effects {
         EffectChoice::Auto => found.mask,
@@ -123,7 +148,10 @@ pub fn render(scene: &Scene, settings: &RenderSettings, observer: &dyn Observer)
         EffectChoice::List(list) => effects::parse(list).map_err(setting)?,
     };
     let (compiled, kernel) = integrator::kernel_for(wanted);
-    let threads = settings.threads.filter(|&n| n > 0).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
+    let threads = settings
+        .threads
+        .filter(|&n| n > 0)
+        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
@@ -136,7 +164,9 @@ pub fn render(scene: &Scene, settings: &RenderSettings, observer: &dyn Observer)
         threads: Some(threads),
         cull_backfaces: settings.cull_backfaces,
     };
-    let world = pool.install(|| World::new(scene, &options)).map_err(|e| RenderError::Embree(e.0))?;
+    let world = pool
+        .install(|| World::new(scene, &options))
+        .map_err(|e| RenderError::Embree(e.0))?;
     let prepare = begun.elapsed();
     observer.event(&Event::Prepared {
         seconds: prepare.as_secs_f64(),
@@ -149,7 +179,13 @@ pub fn render(scene: &Scene, settings: &RenderSettings, observer: &dyn Observer)
         .flat_map(|ty| (0..width.div_ceil(TILE)).map(move |tx| (tx * TILE, ty * TILE)))
         .map(|(x, y)| {
             let (w, h) = (TILE.min(width - x), TILE.min(height - y));
-            Tile { x, y, width: w, height: h, pixels: vec![Pixel::default(); (w * h) as usize] }
+            Tile {
+                x,
+                y,
+                width: w,
+                height: h,
+                pixels: vec![Pixel::default(); (w * h) as usize],
+            }
         })
         .collect();
     let job = Job {
@@ -164,7 +200,9 @@ pub fn render(scene: &Scene, settings: &RenderSettings, observer: &dyn Observer)
         filter: match settings.filter.kind {
             FilterKind::Box => FilterTable::box_filter(),
             FilterKind::Gauss => FilterTable::gauss(f64::from(settings.filter.width)),
-            FilterKind::BlackmanHarris => FilterTable::blackman_harris(f64::from(settings.filter.width)),
+            FilterKind::BlackmanHarris => {
+                FilterTable::blackman_harris(f64::from(settings.filter.width))
+            }
         },
         width,
         height,
@@ -177,11 +215,19 @@ pub fn render(scene: &Scene, settings: &RenderSettings, observer: &dyn Observer)
     let stop = run(&job, &pool, &mut tiles, settings, observer, trace_begun);
     let trace = trace_begun.elapsed();
     let (non_finite, non_finite_examples) = {
-        let mut bad = job.bad.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut bad = job
+            .bad
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
         bad.1.sort_unstable();
         (bad.0, std::mem::take(&mut bad.1))
     };
-    let samples = tiles.iter().flat_map(|t| &t.pixels).map(|p| p.samples).min().unwrap_or(0);
+    let samples = tiles
+        .iter()
+        .flat_map(|t| &t.pixels)
+        .map(|p| p.samples)
+        .min()
+        .unwrap_or(0);
     Ok(Rendering {
         picture: picture(width, height, &tiles),
         statistics: Statistics {
@@ -217,7 +263,9 @@ fn run(
                 let (mut from, mut step) = (0, 1);
                 while from < settings.samples && !job.stop.load(Ordering::Relaxed) {
                     let to = (from + step).min(settings.samples);
-                    tiles.par_iter_mut().for_each(|tile| job.run(tile, from, to));
+                    tiles
+                        .par_iter_mut()
+                        .for_each(|tile| job.run(tile, from, to));
                     from = to;
                     if !job.stop.load(Ordering::Relaxed) {
                         passed.store(u64::from(to), Ordering::Relaxed);
@@ -233,7 +281,10 @@ fn run(
             std::thread::sleep(Duration::from_millis(5));
             let why = if observer.cancelled() {
                 Some(Stop::Cancelled)
-            } else if settings.time_limit.is_some_and(|limit| begun.elapsed() >= limit) {
+            } else if settings
+                .time_limit
+                .is_some_and(|limit| begun.elapsed() >= limit)
+            {
                 Some(Stop::Time)
             } else {
                 None
@@ -241,26 +292,50 @@ fn run(
             if let Some(why) = why
                 && !job.stop.swap(true, Ordering::Relaxed)
             {
-                *reason.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = why;
+                *reason
+                    .lock()
+                    .unwrap_or_else(std::sync::PoisonError::into_inner) = why;
             }
             if reported.elapsed() >= REPORT {
                 reported = Instant::now();
-                observer.event(&progress(job, settings, begun, passed.load(Ordering::Relaxed) as u32, total));
+                observer.event(&progress(
+                    job,
+                    settings,
+                    begun,
+                    passed.load(Ordering::Relaxed) as u32,
+                    total,
+                ));
             }
         }
     });
-    observer.event(&progress(job, settings, begun, passed.load(Ordering::Relaxed) as u32, total));
+    observer.event(&progress(
+        job,
+        settings,
+        begun,
+        passed.load(Ordering::Relaxed) as u32,
+        total,
+    ));
     if job.done.load(Ordering::Relaxed) == total {
         return Stop::Samples;
     }
-    reason.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
+    reason
+        .into_inner()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-fn progress(job: &Job, settings: &RenderSettings, begun: Instant, samples: u32, total: u64) -> Event {
+fn progress(
+    job: &Job,
+    settings: &RenderSettings,
+    begun: Instant,
+    samples: u32,
+    total: u64,
+) -> Event {
     let seconds = begun.elapsed().as_secs_f64();
     let fraction = job.done.load(Ordering::Relaxed) as f64 / total as f64;
     let by_samples = (fraction > 0.0).then(|| seconds / fraction - seconds);
-    let by_time = settings.time_limit.map(|limit| (limit.as_secs_f64() - seconds).max(0.0));
+    let by_time = settings
+        .time_limit
+        .map(|limit| (limit.as_secs_f64() - seconds).max(0.0));
     Event::Progress {
         samples,
         of: settings.samples,
@@ -296,9 +371,16 @@ fn picture(width: u32, height: u32, tiles: &[Tile]) -> Picture {
     .into();
     for tile in tiles {
         for (i, p) in tile.pixels.iter().enumerate() {
-            let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
+            let (x, y) = (
+                tile.x + i as u32 % tile.width,
+                tile.y + i as u32 / tile.width,
+            );
             let at = (y * width + x) as usize;
-            let scale = if p.samples > 0 { 1.0 / f64::from(p.samples) } else { 0.0 };
+            let scale = if p.samples > 0 {
+                1.0 / f64::from(p.samples)
+            } else {
+                0.0
+            };
             let color = (p.radiance * scale).as_vec3();
             let values: [&[f32]; 6] = [
                 &[color.x, color.y, color.z, 1.0],
@@ -313,5 +395,9 @@ fn picture(width: u32, height: u32, tiles: &[Tile]) -> Picture {
             }
         }
     }
-    Picture { width, height, layers }
+    Picture {
+        width,
+        height,
+        layers,
+    }
 }

@@ -56,7 +56,8 @@ impl Default for RenderSettings {
 pub struct Filter {
     /// Shape.
     pub kind: FilterKind,
-    /// Full width of the support in pixels (ignored by the box, which is one pixel wide).
+    /// Blender's filter width in pixels (ignored by the box, which is one pixel wide); what it
+    /// means for each shape is said in `film::filter`.
     pub width: f32,
 }
 

@@ -58,22 +58,35 @@ impl Sequence {
     /// A sequence for pictures with at most `samples` samples a pixel; each `seed` gives an
     /// independent randomisation.
     pub fn new(samples: u32, seed: u32) -> Self {
-        Self { seed: mix32(seed ^ 0x9e37_79b9), log2_samples: samples.max(1).next_power_of_two().trailing_zeros() }
+        Self {
+            seed: mix32(seed ^ 0x9e37_79b9),
+            log2_samples: samples.max(1).next_power_of_two().trailing_zeros(),
+        }
     }
 
     /// The numbers of one sample of one pixel. Coordinates below 2^16 keep their places in the
     /// shared net; larger pictures wrap around, which is harmless.
     pub fn sampler(&self, x: u32, y: u32, sample: u32) -> Sampler {
         let morton = spread(x) | (spread(y) << 1);
-        Sampler { index: (morton << self.log2_samples) | u64::from(sample), seed: self.seed }
+        Sampler {
+            index: (morton << self.log2_samples) | u64::from(sample),
+            seed: self.seed,
+        }
     }
 }
 
 impl Sampler {
     /// Two numbers in [0, 1).
     pub fn pair(&self, dimension: Dimension, bounce: u32) -> Vec2 {
-        let key = mix32(self.seed.wrapping_add((bounce * DIMENSIONS + dimension as u32).wrapping_mul(0x9e37_79b1)));
-        let shuffled = owen_64(self.index.reverse_bits(), u64::from(mix32(key)) << 32 | u64::from(mix32(!key))).reverse_bits();
+        let key = mix32(
+            self.seed
+                .wrapping_add((bounce * DIMENSIONS + dimension as u32).wrapping_mul(0x9e37_79b1)),
+        );
+        let shuffled = owen_64(
+            self.index.reverse_bits(),
+            u64::from(mix32(key)) << 32 | u64::from(mix32(!key)),
+        )
+        .reverse_bits();
         let x = owen_32(shuffled as u32, mix32(key ^ 0x5851_f42d)).reverse_bits();
         let y = owen_32(pascal(shuffled) as u32, mix32(key ^ 0x1405_7b7e)).reverse_bits();
         Vec2::new(unit(x), unit(y))
@@ -95,7 +108,9 @@ impl Sampler {
 
 /// A number in [0, 1) from a key and what was hit.
 pub fn hashed(key: u32, a: u32, b: u32) -> f32 {
-    unit(mix32(mix32(key ^ a.wrapping_mul(0x85eb_ca6b)) ^ b.wrapping_mul(0xc2b2_ae35)))
+    unit(mix32(
+        mix32(key ^ a.wrapping_mul(0x85eb_ca6b)) ^ b.wrapping_mul(0xc2b2_ae35),
+    ))
 }
 
 /// 24 bits of a word as a float below 1.
@@ -169,13 +184,18 @@ mod tests {
                 let sequence = Sequence::new(1 << k, seed);
                 for (px, py, bounce) in [(0, 0, 0), (17, 5, 1), (1000, 77, 9)] {
                     let points: Vec<Vec2> = (0..1 << k)
-                        .map(|s| sequence.sampler(px, py, s).pair(Dimension::Direction, bounce))
+                        .map(|s| {
+                            sequence
+                                .sampler(px, py, s)
+                                .pair(Dimension::Direction, bounce)
+                        })
                         .collect();
                     for a in 0..=k {
                         let (nx, ny) = (1u32 << a, 1u32 << (k - a));
                         let mut seen = vec![false; 1 << k];
                         for p in &points {
-                            let cell = (p.x * nx as f32) as usize + nx as usize * (p.y * ny as f32) as usize;
+                            let cell = (p.x * nx as f32) as usize
+                                + nx as usize * (p.y * ny as f32) as usize;
                             assert!(!seen[cell], "seed {seed} k {k} a {a}");
                             seen[cell] = true;
                         }
@@ -208,11 +228,16 @@ mod tests {
         let mut cells = [0f64; 64];
         let n = 16_384;
         for seed in 0..n {
-            let p = Sequence::new(1, seed).sampler(3, 5, 0).pair(Dimension::Lobe, 1);
+            let p = Sequence::new(1, seed)
+                .sampler(3, 5, 0)
+                .pair(Dimension::Lobe, 1);
             cells[(p.x * 8.0) as usize + 8 * (p.y * 8.0) as usize] += 1.0;
         }
         let expected = f64::from(n) / 64.0;
-        let chi2: f64 = cells.iter().map(|c| (c - expected).powi(2) / expected).sum();
+        let chi2: f64 = cells
+            .iter()
+            .map(|c| (c - expected).powi(2) / expected)
+            .sum();
         assert!(chi2 < 131.0, "{chi2}");
     }
 
@@ -223,17 +248,39 @@ mod tests {
         use Dimension::*;
         let n = 4096u32;
         let sequence = Sequence::new(n, 11);
-        let names = [(Filter, 0), (Lobe, 0), (Direction, 0), (Light, 0), (LightPosition, 0), (Roulette, 0), (Direction, 1), (Light, 1)];
+        let names = [
+            (Filter, 0),
+            (Lobe, 0),
+            (Direction, 0),
+            (Light, 0),
+            (LightPosition, 0),
+            (Roulette, 0),
+            (Direction, 1),
+            (Light, 1),
+        ];
         let columns: Vec<Vec<f64>> = names
             .iter()
             .flat_map(|&(d, b)| {
-                let pairs: Vec<Vec2> = (0..n).map(|s| sequence.sampler(9, 4, s).pair(d, b)).collect();
-                [pairs.iter().map(|p| f64::from(p.x) - 0.5).collect::<Vec<_>>(), pairs.iter().map(|p| f64::from(p.y) - 0.5).collect()]
+                let pairs: Vec<Vec2> = (0..n)
+                    .map(|s| sequence.sampler(9, 4, s).pair(d, b))
+                    .collect();
+                [
+                    pairs
+                        .iter()
+                        .map(|p| f64::from(p.x) - 0.5)
+                        .collect::<Vec<_>>(),
+                    pairs.iter().map(|p| f64::from(p.y) - 0.5).collect(),
+                ]
             })
             .collect();
         for i in 0..columns.len() {
             for j in 0..i {
-                let r: f64 = columns[i].iter().zip(&columns[j]).map(|(a, b)| a * b * 12.0).sum::<f64>() / f64::from(n);
+                let r: f64 = columns[i]
+                    .iter()
+                    .zip(&columns[j])
+                    .map(|(a, b)| a * b * 12.0)
+                    .sum::<f64>()
+                    / f64::from(n);
                 assert!(r.abs() < 5.0 / f64::from(n).sqrt(), "{i} {j}: {r}");
             }
         }
@@ -250,7 +297,8 @@ mod tests {
                 let mean: f64 = (0..n)
                     .map(|s| {
                         let p = sequence.sampler(1, 2, s).pair(Dimension::Direction, 0);
-                        (f64::from(p.x) * std::f64::consts::PI).sin() * (f64::from(p.y) * std::f64::consts::PI).sin()
+                        (f64::from(p.x) * std::f64::consts::PI).sin()
+                            * (f64::from(p.y) * std::f64::consts::PI).sin()
                     })
                     .sum::<f64>()
                     / f64::from(n);
@@ -265,8 +313,15 @@ mod tests {
     #[test]
     fn indices_above_two_to_the_32_keep_their_places() {
         let sequence = Sequence::new(1 << 24, 0);
-        let p = sequence.sampler(4095, 4095, (1 << 24) - 1).pair(Dimension::Filter, 0);
+        let p = sequence
+            .sampler(4095, 4095, (1 << 24) - 1)
+            .pair(Dimension::Filter, 0);
         assert!((0.0..1.0).contains(&p.x) && (0.0..1.0).contains(&p.y));
-        assert_ne!(p, sequence.sampler(4095, 4094, (1 << 24) - 1).pair(Dimension::Filter, 0));
+        assert_ne!(
+            p,
+            sequence
+                .sampler(4095, 4094, (1 << 24) - 1)
+                .pair(Dimension::Filter, 0)
+        );
     }
 }

@@ -71,12 +71,21 @@ impl Dielectrics {
         } else {
             vec![tables::Dielectric::new(coat_ior(ior, specular), false)]
         };
-        Self { coat, max_specular: specular, solid: transmits.then(|| tables::Dielectric::new(ior, true)) }
+        Self {
+            coat,
+            max_specular: specular,
+            solid: transmits.then(|| tables::Dielectric::new(ior, true)),
+        }
     }
 
     /// (blend at this view, mean blend) for a specular factor.
     fn coat_blend(&self, specular: f32, cos: f32, roughness: f32) -> (f32, f32) {
-        let at = |i: usize| (self.coat[i].blend(cos, roughness), self.coat[i].average_blend());
+        let at = |i: usize| {
+            (
+                self.coat[i].blend(cos, roughness),
+                self.coat[i].average_blend(),
+            )
+        };
         if self.coat.len() == 1 || self.max_specular <= 0.0 {
             return at(0);
         }
@@ -170,7 +179,10 @@ pub struct BsdfValue {
     pub pdf: f32,
 }
 
-const NOTHING: BsdfValue = BsdfValue { value: Vec3::ZERO, pdf: 0.0 };
+const NOTHING: BsdfValue = BsdfValue {
+    value: Vec3::ZERO,
+    pdf: 0.0,
+};
 
 /// The normals at a point.
 #[derive(Clone, Copy, Debug)]
@@ -209,7 +221,8 @@ impl Bsdf {
         let mut facet_albedo = Vec3::ZERO;
         let metal = (p.metallic > 0.0).then(|| {
             let f0 = p.base_color.min(Vec3::ONE);
-            let weight = reflection.compensation(cos, p.roughness, fresnel::schlick_average(f0)) * p.metallic;
+            let weight = reflection.compensation(cos, p.roughness, fresnel::schlick_average(f0))
+                * p.metallic;
             facet_albedo += fresnel::schlick(f0, cos) * p.metallic;
             Metal { weight, f0 }
         });
@@ -223,14 +236,24 @@ impl Bsdf {
             } else {
                 // Light crosses the boundary of a solid twice: half the tint each time.
                 let tint = Vec3::new(base.x.sqrt(), base.y.sqrt(), base.z.sqrt());
-                (tint, tables.solid.as_ref().map_or(1.0, |t| t.both(cos, p.roughness, inside)))
+                (
+                    tint,
+                    tables
+                        .solid
+                        .as_ref()
+                        .map_or(1.0, |t| t.both(cos, p.roughness, inside)),
+                )
             };
             glass = Some(Glass {
                 weight: Vec3::splat(share / single),
                 f0,
                 tint,
                 ior: p.ior,
-                eta: if inside && !p.thin_walled { 1.0 / p.ior } else { p.ior },
+                eta: if inside && !p.thin_walled {
+                    1.0 / p.ior
+                } else {
+                    p.ior
+                },
                 thin: p.thin_walled,
             });
             facet_albedo += Vec3::splat(share);
@@ -245,12 +268,19 @@ impl Bsdf {
                 let base_f0 = fresnel::f0_from_ior(eta);
                 let f0 = (p.specular_color * base_f0).min(Vec3::ONE);
                 let (blend, average_blend) = tables.coat_blend(p.specular, cos, p.roughness);
-                let compensation =
-                    reflection.compensation(cos, p.roughness, f0 + (Vec3::ONE - f0) * average_blend);
+                let compensation = reflection.compensation(
+                    cos,
+                    p.roughness,
+                    f0 + (Vec3::ONE - f0) * average_blend,
+                );
                 // Mean reflectance of this view: single scattering times compensation.
                 let albedo = (f0 + (Vec3::ONE - f0) * blend)
                     * (compensation * reflection.directional(cos, p.roughness));
-                coat = Some(Coat { weight: compensation * rest, f0, eta });
+                coat = Some(Coat {
+                    weight: compensation * rest,
+                    f0,
+                    eta,
+                });
                 facet_albedo += albedo * rest;
                 below *= (1.0 - albedo.max_element()).max(0.0);
             }
@@ -273,7 +303,11 @@ impl Bsdf {
             geometric: normals.geometric,
             wo,
             alpha,
-            bound: if glass.is_some() { 1.0 } else { ggx::reflection_bound(local, alpha) },
+            bound: if glass.is_some() {
+                1.0
+            } else {
+                ggx::reflection_bound(local, alpha)
+            },
             diffuse,
             coat,
             metal,
@@ -297,7 +331,8 @@ impl Bsdf {
     /// Normal for the estimate of which lights matter: `None` where light from both sides does.
     #[inline]
     pub fn receiving_normal(&self) -> Option<Vec3> {
-        (self.glass.is_none() && self.normal == self.smooth && self.frame.z == self.normal).then_some(self.normal)
+        (self.glass.is_none() && self.normal == self.smooth && self.frame.z == self.normal)
+            .then_some(self.normal)
     }
 
     #[inline]
@@ -314,7 +349,11 @@ impl Bsdf {
 
     #[inline]
     fn facet(&self, cos_h: f32) -> Facet {
-        let mut f = Facet { reflectance: Vec3::ZERO, transmittance: Vec3::ZERO, cos_t: 0.0 };
+        let mut f = Facet {
+            reflectance: Vec3::ZERO,
+            transmittance: Vec3::ZERO,
+            cos_t: 0.0,
+        };
         if let Some(m) = &self.metal {
             f.reflectance += m.weight * fresnel::schlick(m.f0, cos_h);
         }
@@ -326,7 +365,11 @@ impl Bsdf {
         if let Some(g) = &self.glass {
             let true_f = fresnel::dielectric(cos_h, g.eta);
             let blend = fresnel::grazing_blend(true_f.reflectance, fresnel::f0_from_ior(g.ior));
-            let reflectance = if true_f.reflectance >= 1.0 { Vec3::ONE } else { g.f0 + (Vec3::ONE - g.f0) * blend };
+            let reflectance = if true_f.reflectance >= 1.0 {
+                Vec3::ONE
+            } else {
+                g.f0 + (Vec3::ONE - g.f0) * blend
+            };
             f.reflectance += g.weight * reflectance;
             f.transmittance = g.weight * g.tint * (Vec3::ONE - reflectance);
             f.cos_t = true_f.cos_t;
@@ -376,19 +419,26 @@ impl Bsdf {
             return NOTHING;
         }
         if !transmitted {
-            let Some(h) = (wo + wi).try_normalize() else { return NOTHING };
+            let Some(h) = (wo + wi).try_normalize() else {
+                return NOTHING;
+            };
             let f = self.facet(wo.dot(h));
             let pdf = Self::p_reflect(&f) * ggx::reflection_pdf(wo, h, self.alpha, self.bound);
-            let value = f.reflectance * (ggx::d(h, self.alpha) * ggx::g2(wo, wi, self.alpha) / (4.0 * wo.z));
+            let value = f.reflectance
+                * (ggx::d(h, self.alpha) * ggx::g2(wo, wi, self.alpha) / (4.0 * wo.z));
             return BsdfValue { value, pdf };
         }
         let Some(g) = &self.glass else { return NOTHING };
         if g.thin {
             let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
-            let Some(h) = (wo + mirrored).try_normalize() else { return NOTHING };
+            let Some(h) = (wo + mirrored).try_normalize() else {
+                return NOTHING;
+            };
             let f = self.facet(wo.dot(h));
-            let pdf = (1.0 - Self::p_reflect(&f)) * ggx::reflection_pdf(wo, h, self.alpha, self.bound);
-            let value = f.transmittance * (ggx::d(h, self.alpha) * ggx::g2(wo, mirrored, self.alpha) / (4.0 * wo.z));
+            let pdf =
+                (1.0 - Self::p_reflect(&f)) * ggx::reflection_pdf(wo, h, self.alpha, self.bound);
+            let value = f.transmittance
+                * (ggx::d(h, self.alpha) * ggx::g2(wo, mirrored, self.alpha) / (4.0 * wo.z));
             return BsdfValue { value, pdf };
         }
         if Self::glass_is_straight(g) {
@@ -397,7 +447,9 @@ impl Bsdf {
         // Half vector of refraction (Walter et al., *Microfacet Models for Refraction through Rough
         // Surfaces*, EGSR 2007, eq. 16), turned to the side of the viewer.
         let half = -(wo + wi * g.eta);
-        let Some(mut h) = half.try_normalize() else { return NOTHING };
+        let Some(mut h) = half.try_normalize() else {
+            return NOTHING;
+        };
         if h.z < 0.0 {
             h = -h;
         }
@@ -428,7 +480,11 @@ impl Bsdf {
         }
         let wo = self.frame.to_local(self.wo);
         let smooth = self.is_smooth();
-        let h = if smooth { Vec3::Z } else { ggx::sample_visible_normal(wo, self.alpha, self.bound, u) };
+        let h = if smooth {
+            Vec3::Z
+        } else {
+            ggx::sample_visible_normal(wo, self.alpha, self.bound, u)
+        };
         let cos_h = wo.dot(h);
         if cos_h <= 0.0 {
             return None;
@@ -438,7 +494,9 @@ impl Bsdf {
         let transmitted = u_lobe.y >= p_reflect;
         let reflected = h * (2.0 * cos_h) - wo;
         let (wi, straight) = match &self.glass {
-            Some(g) if transmitted && g.thin => (Vec3::new(reflected.x, reflected.y, -reflected.z), false),
+            Some(g) if transmitted && g.thin => {
+                (Vec3::new(reflected.x, reflected.y, -reflected.z), false)
+            }
             Some(g) if transmitted && Self::glass_is_straight(g) => (-wo, true),
             Some(g) if transmitted => (refract(wo, h, f.cos_t, g.eta), false),
             _ => (reflected, false),
@@ -451,9 +509,19 @@ impl Bsdf {
             return None;
         }
         if smooth || straight {
-            let (color, p) = if transmitted { (f.transmittance, 1.0 - p_reflect) } else { (f.reflectance, p_reflect) };
+            let (color, p) = if transmitted {
+                (f.transmittance, 1.0 - p_reflect)
+            } else {
+                (f.reflectance, p_reflect)
+            };
             let p = p * self.p_facet;
-            return Some(BsdfSample { wi: world, weight: color / p, pdf: 0.0, delta: true, transmitted });
+            return Some(BsdfSample {
+                wi: world,
+                weight: color / p,
+                pdf: 0.0,
+                delta: true,
+                transmitted,
+            });
         }
         self.finish(world, transmitted)
     }
@@ -465,7 +533,13 @@ impl Bsdf {
             return None;
         }
         let v = self.evaluate(wi);
-        (v.pdf > 0.0).then(|| BsdfSample { wi, weight: v.value / v.pdf, pdf: v.pdf, delta: false, transmitted })
+        (v.pdf > 0.0).then(|| BsdfSample {
+            wi,
+            weight: v.value / v.pdf,
+            pdf: v.pdf,
+            delta: false,
+            transmitted,
+        })
     }
 }
 
@@ -488,7 +562,11 @@ mod tests {
     }
 
     fn normals(n: Vec3) -> Normals {
-        Normals { geometric: n, smooth: n, shading: n }
+        Normals {
+            geometric: n,
+            smooth: n,
+            shading: n,
+        }
     }
 
     fn direction(cos: f32) -> Vec3 {
@@ -504,7 +582,9 @@ mod tests {
         let mut sum = 0f64;
         for i in 0..n {
             let s = sequence.sampler(0, 0, i);
-            if let Some(x) = bsdf.sample(s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0)) {
+            if let Some(x) =
+                bsdf.sample(s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0))
+            {
                 sum += f64::from(average(x.weight));
             }
         }
@@ -517,23 +597,87 @@ mod tests {
         let mut worst = (0f64, String::new());
         for roughness in [0.0f32, 1e-3, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0] {
             for cos in [0.03f32, 0.1, 0.25, 0.5, 0.8, 1.0] {
-                let base = SurfaceParameters { roughness, ..plain() };
+                let base = SurfaceParameters {
+                    roughness,
+                    ..plain()
+                };
                 let cases = [
-                    ("metal", SurfaceParameters { metallic: 1.0, ..base }, false),
+                    (
+                        "metal",
+                        SurfaceParameters {
+                            metallic: 1.0,
+                            ..base
+                        },
+                        false,
+                    ),
                     ("dielectric", base, false),
-                    ("half metal", SurfaceParameters { metallic: 0.5, ..base }, false),
-                    ("diffuse", SurfaceParameters { specular: 0.0, ..base }, false),
-                    ("glass", SurfaceParameters { transmission: 1.0, ..base }, false),
-                    ("glass from inside", SurfaceParameters { transmission: 1.0, ..base }, true),
-                    ("thin glass", SurfaceParameters { transmission: 1.0, thin_walled: true, ..base }, false),
-                    ("diamond", SurfaceParameters { transmission: 1.0, ior: 2.4, ..base }, false),
-                    ("half glass", SurfaceParameters { transmission: 0.5, ..base }, false),
+                    (
+                        "half metal",
+                        SurfaceParameters {
+                            metallic: 0.5,
+                            ..base
+                        },
+                        false,
+                    ),
+                    (
+                        "diffuse",
+                        SurfaceParameters {
+                            specular: 0.0,
+                            ..base
+                        },
+                        false,
+                    ),
+                    (
+                        "glass",
+                        SurfaceParameters {
+                            transmission: 1.0,
+                            ..base
+                        },
+                        false,
+                    ),
+                    (
+                        "glass from inside",
+                        SurfaceParameters {
+                            transmission: 1.0,
+                            ..base
+                        },
+                        true,
+                    ),
+                    (
+                        "thin glass",
+                        SurfaceParameters {
+                            transmission: 1.0,
+                            thin_walled: true,
+                            ..base
+                        },
+                        false,
+                    ),
+                    (
+                        "diamond",
+                        SurfaceParameters {
+                            transmission: 1.0,
+                            ior: 2.4,
+                            ..base
+                        },
+                        false,
+                    ),
+                    (
+                        "half glass",
+                        SurfaceParameters {
+                            transmission: 0.5,
+                            ..base
+                        },
+                        false,
+                    ),
                 ];
                 for (name, p, inside) in cases {
                     let found = albedo(&p, cos, inside);
                     let error = (found - 1.0).abs();
                     if error > worst.0 {
-                        worst = (error, format!("{name}, roughness {roughness}, cos {cos}: {found}"));
+                        worst = (
+                            error,
+                            format!("{name}, roughness {roughness}, cos {cos}: {found}"),
+                        );
                     }
                 }
             }
@@ -546,11 +690,40 @@ mod tests {
     #[test]
     fn densities_integrate_to_the_share_of_samples() {
         for (p, cos, inside) in [
-            (SurfaceParameters { metallic: 1.0, ..plain() }, 0.5f32, false),
+            (
+                SurfaceParameters {
+                    metallic: 1.0,
+                    ..plain()
+                },
+                0.5f32,
+                false,
+            ),
             (plain(), 0.3, false),
-            (SurfaceParameters { transmission: 1.0, ..plain() }, 0.7, false),
-            (SurfaceParameters { transmission: 1.0, ..plain() }, 0.7, true),
-            (SurfaceParameters { transmission: 1.0, thin_walled: true, ..plain() }, 0.4, false),
+            (
+                SurfaceParameters {
+                    transmission: 1.0,
+                    ..plain()
+                },
+                0.7,
+                false,
+            ),
+            (
+                SurfaceParameters {
+                    transmission: 1.0,
+                    ..plain()
+                },
+                0.7,
+                true,
+            ),
+            (
+                SurfaceParameters {
+                    transmission: 1.0,
+                    thin_walled: true,
+                    ..plain()
+                },
+                0.4,
+                false,
+            ),
         ] {
             let tables = Dielectrics::new(p.ior, p.specular, false, true);
             let bsdf = Bsdf::new::<true>(&p, &tables, normals(Vec3::Z), direction(cos), inside);
@@ -559,7 +732,10 @@ mod tests {
             let mut came_back = 0f64;
             for i in 0..n {
                 let s = sequence.sampler(0, 0, i);
-                came_back += f64::from(bsdf.sample(s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0)).is_some());
+                came_back += f64::from(
+                    bsdf.sample(s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0))
+                        .is_some(),
+                );
             }
             came_back /= f64::from(n);
             let m = 1 << 17;
@@ -570,7 +746,10 @@ mod tests {
                 integral += f64::from(bsdf.evaluate(wi).pdf);
             }
             integral *= 2.0 * std::f64::consts::TAU / f64::from(m);
-            assert!((integral - came_back).abs() < 0.01, "{p:?} inside {inside}: {integral} {came_back}");
+            assert!(
+                (integral - came_back).abs() < 0.01,
+                "{p:?} inside {inside}: {integral} {came_back}"
+            );
         }
     }
 }

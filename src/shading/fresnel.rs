@@ -21,14 +21,20 @@ pub fn dielectric(cos_i: f32, eta: f32) -> Dielectric {
     let c = cos_i.clamp(0.0, 1.0);
     let g2 = (eta - 1.0) * (eta + 1.0) + c * c;
     if g2 <= 0.0 {
-        return Dielectric { reflectance: 1.0, cos_t: 0.0 };
+        return Dielectric {
+            reflectance: 1.0,
+            cos_t: 0.0,
+        };
     }
     let g = g2.sqrt(); // η·cosθt
     // Divided by g + c > 0: amplitude of the perpendicular part is (c − g)/(c + g).
     let perpendicular = (g - c) / (g + c);
     let eta2 = eta * eta;
     let parallel = (eta2 * c - g) / (eta2 * c + g);
-    Dielectric { reflectance: 0.5 * (sqr(perpendicular) + sqr(parallel)), cos_t: (g / eta).min(1.0) }
+    Dielectric {
+        reflectance: 0.5 * (sqr(perpendicular) + sqr(parallel)),
+        cos_t: (g / eta).min(1.0),
+    }
 }
 
 /// Reflectance at normal incidence.
@@ -88,14 +94,30 @@ mod tests {
 
     #[test]
     fn dielectric_agrees_with_f64_from_grazing_to_normal_and_for_all_indices() {
-        for eta in [1.0f32, 1.0 + 1e-7, 1.0 - 1e-6, 1.0001, 1.33, 1.5, 2.4, 1000.0, 1.0 / 1.5, 0.01] {
+        for eta in [
+            1.0f32,
+            1.0 + 1e-7,
+            1.0 - 1e-6,
+            1.0001,
+            1.33,
+            1.5,
+            2.4,
+            1000.0,
+            1.0 / 1.5,
+            0.01,
+        ] {
             for i in 0..=1000 {
                 let c = (i as f32 / 1000.0).powi(2);
                 let found = dielectric(c, eta);
-                assert!((0.0..=1.0).contains(&found.reflectance) && (0.0..=1.0).contains(&found.cos_t));
+                assert!(
+                    (0.0..=1.0).contains(&found.reflectance) && (0.0..=1.0).contains(&found.cos_t)
+                );
                 let exact = oracle(f64::from(c), f64::from(eta));
                 // The subtraction g − c loses at most a few ulp of the larger term: absolute error.
-                assert!((f64::from(found.reflectance) - exact).abs() < 2e-6, "{eta} {c}: {found:?} {exact}");
+                assert!(
+                    (f64::from(found.reflectance) - exact).abs() < 2e-6,
+                    "{eta} {c}: {found:?} {exact}"
+                );
             }
         }
         assert_eq!(dielectric(0.3, 1.0).reflectance, 0.0);

@@ -92,7 +92,8 @@ mod tests {
                 let sin = (tan2 * cos2).sqrt();
                 let h = Vec3::new(sin as f32, 0.0, cos2.sqrt() as f32);
                 // dω = 2π sinθ dθ = π cos⁴ d(tan²θ) / cosθ; times cosθ.
-                let jacobian = std::f64::consts::PI * cos2 * cos2 * f64::from(alpha).powi(2) / (1.0 - t).powi(2);
+                let jacobian = std::f64::consts::PI * cos2 * cos2 * f64::from(alpha).powi(2)
+                    / (1.0 - t).powi(2);
                 sum += f64::from(d(h, alpha)) * jacobian / n as f64;
             }
             assert!((sum - 1.0).abs() < 1e-3, "{alpha}: {sum}");
@@ -103,9 +104,19 @@ mod tests {
     #[test]
     fn reflections_follow_their_density() {
         use crate::sampler::{Dimension, Sequence};
-        for (alpha, cos, bounded) in [(0.3f32, 0.6f32, true), (0.3, 0.6, false), (0.8, 0.2, true), (1.0, 0.9, true), (0.1, 0.3, false)] {
+        for (alpha, cos, bounded) in [
+            (0.3f32, 0.6f32, true),
+            (0.3, 0.6, false),
+            (0.8, 0.2, true),
+            (1.0, 0.9, true),
+            (0.1, 0.3, false),
+        ] {
             let wo = direction(cos);
-            let bound = if bounded { reflection_bound(wo, alpha) } else { 1.0 };
+            let bound = if bounded {
+                reflection_bound(wo, alpha)
+            } else {
+                1.0
+            };
             let (nz, np) = (12usize, 12usize);
             let n = 1 << 16;
             let mut counts = vec![0f64; nz * np];
@@ -113,7 +124,9 @@ mod tests {
             let sequence = Sequence::new(1, 1);
             for s in 0..n {
                 // One sample of many far pixels: independent enough for a χ² that only has to be small.
-                let u = sequence.sampler(s % 256, s / 256, 0).pair(Dimension::Direction, 0);
+                let u = sequence
+                    .sampler(s % 256, s / 256, 0)
+                    .pair(Dimension::Direction, 0);
                 let h = sample_visible_normal(wo, alpha, bound, u);
                 let wi = h * (2.0 * wo.dot(h)) - wo;
                 if wi.z <= 0.0 {
@@ -121,7 +134,8 @@ mod tests {
                     continue;
                 }
                 let phi = wi.y.atan2(wi.x).rem_euclid(TAU);
-                let cell = ((wi.z * nz as f32) as usize).min(nz - 1) * np + ((phi / TAU * np as f32) as usize).min(np - 1);
+                let cell = ((wi.z * nz as f32) as usize).min(nz - 1) * np
+                    + ((phi / TAU * np as f32) as usize).min(np - 1);
                 counts[cell] += 1.0;
             }
             let mut chi2 = 0f64;
@@ -136,7 +150,8 @@ mod tests {
                         let phi = TAU * (ip as f32 + ((k / m) as f32 + 0.5) / m as f32) / np as f32;
                         let sin = (1.0 - z * z).sqrt();
                         let wi = Vec3::new(sin * phi.cos(), sin * phi.sin(), z);
-                        integral += f64::from(reflection_pdf(wo, (wo + wi).normalize(), alpha, bound));
+                        integral +=
+                            f64::from(reflection_pdf(wo, (wo + wi).normalize(), alpha, bound));
                     }
                     integral *= std::f64::consts::TAU / (nz * np * m * m) as f64;
                     inside += integral;
@@ -149,7 +164,10 @@ mod tests {
             }
             // Mean + 6 σ of χ² with `cells` degrees of freedom; quadrature error included.
             let bound_chi2 = f64::from(cells) + 6.0 * (2.0 * f64::from(cells)).sqrt();
-            assert!(chi2 < bound_chi2, "α {alpha} cos {cos}: χ² {chi2} > {bound_chi2}");
+            assert!(
+                chi2 < bound_chi2,
+                "α {alpha} cos {cos}: χ² {chi2} > {bound_chi2}"
+            );
             let missing = 1.0 - inside - below / f64::from(n);
             assert!(missing.abs() < 5e-3, "α {alpha} cos {cos}: {missing}");
         }
@@ -164,7 +182,10 @@ mod tests {
                 let exact = 0.5 * ((1.0 + (a * x / z).powi(2)).sqrt() - 1.0);
                 let found = f64::from(lambda(v, alpha));
                 // Below 1e-9 the f64 oracle itself cancels.
-                assert!((found - exact).abs() <= 1e-6 * exact + 1e-15, "{alpha} {cos}: {found} {exact}");
+                assert!(
+                    (found - exact).abs() <= 1e-6 * exact + 1e-15,
+                    "{alpha} {cos}: {found} {exact}"
+                );
             }
         }
     }

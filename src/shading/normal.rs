@@ -63,10 +63,16 @@ mod tests {
             let reflected = bent * (2.0 * bent.dot(wo)) - wo;
             let threshold = (0.9 * wo.z).min(0.01);
             assert!((bent.length() - 1.0).abs() < 1e-5);
-            assert!((reflected.z - threshold).abs() < 1e-4, "{wo} {n}: {reflected}");
+            assert!(
+                (reflected.z - threshold).abs() < 1e-4,
+                "{wo} {n}: {reflected}"
+            );
         }
         let n = Vec3::new(0.1, 0.0, 1.0).normalize();
-        assert_eq!(bend_for_reflection(ng, Vec3::new(0.2, 0.3, 0.9).normalize(), n), n);
+        assert_eq!(
+            bend_for_reflection(ng, Vec3::new(0.2, 0.3, 0.9).normalize(), n),
+            n
+        );
     }
 
     #[test]
@@ -76,6 +82,9 @@ mod tests {
         assert_eq!(bump_shadowing(ns, ns, Vec3::new(0.6, 0.0, 0.8)), 1.0);
         let grazing = bump_shadowing(ns, n, Vec3::new(1.0, 0.0, 1e-3).normalize());
         assert!(grazing < 0.02 && grazing > 0.0);
-        assert_eq!(bump_shadowing(ns, n, Vec3::new(1.0, 0.0, -0.1).normalize()), 0.0);
+        assert_eq!(
+            bump_shadowing(ns, n, Vec3::new(1.0, 0.0, -0.1).normalize()),
+            0.0
+        );
     }
 }

@@ -47,7 +47,11 @@ impl Table {
         let (i, s) = cell(cos.max(0.0).sqrt());
         let (j, t) = cell(roughness);
         let at = |i: usize, j: usize| self.values[j * GRID + i];
-        mix(mix(at(i, j), at(i + 1, j), s), mix(at(i, j + 1), at(i + 1, j + 1), s), t)
+        mix(
+            mix(at(i, j), at(i + 1, j), s),
+            mix(at(i, j + 1), at(i + 1, j + 1), s),
+            t,
+        )
     }
 
     /// ∫ 2μ·table dμ for a roughness.
@@ -69,7 +73,10 @@ fn over_visible_normals(cos: f32, roughness: f32, weight: impl Fn(Vec3, Vec3) ->
     let wo = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
     let mut sum = 0f64;
     for i in 0..NODES * NODES {
-        let u = Vec2::new(((i % NODES) as f32 + 0.5) / NODES as f32, ((i / NODES) as f32 + 0.5) / NODES as f32);
+        let u = Vec2::new(
+            ((i % NODES) as f32 + 0.5) / NODES as f32,
+            ((i / NODES) as f32 + 0.5) / NODES as f32,
+        );
         let h = ggx::sample_visible_normal(wo, alpha, 1.0, u);
         sum += f64::from(weight(wo, h));
     }
@@ -79,7 +86,11 @@ fn over_visible_normals(cos: f32, roughness: f32, weight: impl Fn(Vec3, Vec3) ->
 /// G2/G1 for a reflected direction: the estimator's weight with reflectance 1 (0 below the surface).
 fn reflection_weight(wo: Vec3, h: Vec3, alpha: f32) -> f32 {
     let wi = h * (2.0 * wo.dot(h)) - wo;
-    if wi.z <= 0.0 { 0.0 } else { ggx::g2(wo, wi, alpha) / ggx::g1(wo, alpha) }
+    if wi.z <= 0.0 {
+        0.0
+    } else {
+        ggx::g2(wo, wi, alpha) / ggx::g1(wo, alpha)
+    }
 }
 
 /// Albedos of GGX with reflectance 1.
@@ -98,8 +109,13 @@ impl Reflection {
                 let alpha = (roughness * roughness).max(ggx::SMOOTH_ALPHA);
                 over_visible_normals(cos, roughness, |wo, h| reflection_weight(wo, h, alpha))
             });
-            let average = (0..GRID).map(|j| directional.average(j as f32 / (GRID - 1) as f32)).collect();
-            Self { directional, average }
+            let average = (0..GRID)
+                .map(|j| directional.average(j as f32 / (GRID - 1) as f32))
+                .collect();
+            Self {
+                directional,
+                average,
+            }
         })
     }
 
@@ -172,7 +188,8 @@ impl Dielectric {
                         if f.reflectance < 1.0 {
                             let wi = refract(wo, h, f.cos_t, eta);
                             if wi.z < 0.0 {
-                                sum += (1.0 - f.reflectance) * ggx::g2(wo, wi, alpha) / ggx::g1(wo, alpha);
+                                sum += (1.0 - f.reflectance) * ggx::g2(wo, wi, alpha)
+                                    / ggx::g1(wo, alpha);
                             }
                         }
                         sum
@@ -180,7 +197,12 @@ impl Dielectric {
                 })
             })
         });
-        Self { ior, blend, average_blend: fresnel::grazing_blend(average, f0), both }
+        Self {
+            ior,
+            blend,
+            average_blend: fresnel::grazing_blend(average, f0),
+            both,
+        }
     }
 
     /// How far the mean reflectance at this view and roughness has come from F0 to 1.
@@ -197,7 +219,9 @@ impl Dielectric {
     /// Albedo of reflection and transmission together, with nothing absorbed.
     #[inline]
     pub fn both(&self, cos: f32, roughness: f32, inside: bool) -> f32 {
-        self.both.as_ref().map_or(1.0, |t| t[usize::from(inside)].read(cos, roughness))
+        self.both
+            .as_ref()
+            .map_or(1.0, |t| t[usize::from(inside)].read(cos, roughness))
     }
 }
 
@@ -233,7 +257,10 @@ mod tests {
             }
             let exact = sum * std::f64::consts::TAU / (n * n) as f64;
             let found = f64::from(table.directional(cos, roughness));
-            assert!((found - exact).abs() < 2e-3, "{cos} {roughness}: {found} {exact}");
+            assert!(
+                (found - exact).abs() < 2e-3,
+                "{cos} {roughness}: {found} {exact}"
+            );
         }
     }
 }

@@ -27,26 +27,46 @@ pub struct MeshData {
 
 /// Transforms normals: the cofactor matrix keeps their direction under any scale and mirror.
 fn cofactor(m: &DMat3) -> DMat3 {
-    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
+    DMat3::from_cols(
+        m.y_axis.cross(m.z_axis),
+        m.z_axis.cross(m.x_axis),
+        m.x_axis.cross(m.y_axis),
+    )
 }
 
 fn unit(v: DVec3) -> [f32; 3] {
-    v.try_normalize().unwrap_or(DVec3::ZERO).as_vec3().to_array()
+    v.try_normalize()
+        .unwrap_or(DVec3::ZERO)
+        .as_vec3()
+        .to_array()
 }
 
 impl MeshData {
     /// Takes a mesh over, transformed in f64 if it stands in world space.
-    pub fn new(mesh: &Mesh, material: u32, transform: Option<&DAffine3>) -> Result<Self, EmbreeError> {
+    pub fn new(
+        mesh: &Mesh,
+        material: u32,
+        transform: Option<&DAffine3>,
+    ) -> Result<Self, EmbreeError> {
         let d3 = |v: &[f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
         let (positions, normals, tangents) = match transform {
-            None => (mesh.positions.clone(), mesh.normals.clone(), mesh.tangents.clone()),
+            None => (
+                mesh.positions.clone(),
+                mesh.normals.clone(),
+                mesh.tangents.clone(),
+            ),
             Some(t) => {
                 let mirrored = t.matrix3.determinant() < 0.0;
                 // The cofactor of a mirror turns normals over; the sign keeps them outside.
                 let n = cofactor(&t.matrix3) * if mirrored { -1.0 } else { 1.0 };
                 (
-                    mesh.positions.iter().map(|p| t.transform_point3(d3(p)).as_vec3().to_array()).collect(),
-                    mesh.normals.as_ref().map(|v| v.iter().map(|x| unit(n * d3(x))).collect()),
+                    mesh.positions
+                        .iter()
+                        .map(|p| t.transform_point3(d3(p)).as_vec3().to_array())
+                        .collect(),
+                    mesh.normals
+                        .as_ref()
+                        .map(|v| v.iter().map(|x| unit(n * d3(x))).collect()),
                     mesh.tangents.as_ref().map(|v| {
                         v.iter()
                             .map(|x| {
@@ -71,7 +91,12 @@ impl MeshData {
     /// A point on a triangle, for look-ups.
     #[inline]
     pub fn at(&self, triangle: u32, u: f32, v: f32) -> HitPoint<'_> {
-        HitPoint { mesh: self, corners: self.triangles.triangles()[triangle as usize], u, v }
+        HitPoint {
+            mesh: self,
+            corners: self.triangles.triangles()[triangle as usize],
+            u,
+            v,
+        }
     }
 
     /// Corners of a triangle, in the mesh's space.
@@ -109,10 +134,13 @@ impl HitPoint<'_> {
 impl Coordinates for HitPoint<'_> {
     #[inline]
     fn uv(&self, set: u32) -> Vec2 {
-        self.mesh.uvs.get(set as usize).map_or(Vec2::ZERO, |values| {
-            let [a, b, c] = self.corners.map(|i| Vec2::from(values[i as usize]));
-            a + (b - a) * self.u + (c - a) * self.v
-        })
+        self.mesh
+            .uvs
+            .get(set as usize)
+            .map_or(Vec2::ZERO, |values| {
+                let [a, b, c] = self.corners.map(|i| Vec2::from(values[i as usize]));
+                a + (b - a) * self.u + (c - a) * self.v
+            })
     }
 }
 
@@ -136,7 +164,12 @@ struct Placement {
 impl Entry {
     /// A mesh in world space.
     pub fn flat(mesh: u32, flipped: bool) -> Self {
-        Self { mesh, instance: None, flipped, first_emitter: NONE }
+        Self {
+            mesh,
+            instance: None,
+            flipped,
+            first_emitter: NONE,
+        }
     }
 
     /// An instance; `transform` is already relative to the origin.
@@ -144,19 +177,34 @@ impl Entry {
         let flipped = transform.matrix3.determinant() < 0.0;
         // Scaled to order 1 so that normals of tiny or huge instances stay in range.
         let c = cofactor(&transform.matrix3);
-        let size = c.x_axis.abs().max_element().max(c.y_axis.abs().max_element()).max(c.z_axis.abs().max_element());
+        let size = c
+            .x_axis
+            .abs()
+            .max_element()
+            .max(c.y_axis.abs().max_element())
+            .max(c.z_axis.abs().max_element());
         let c = c * (if flipped { -1.0 } else { 1.0 } / if size > 0.0 { size } else { 1.0 });
         let placement = Placement {
             world_from_object: Affine::from_f64(transform, DVec3::ZERO),
             normal: [c.x_axis.as_vec3(), c.y_axis.as_vec3(), c.z_axis.as_vec3()],
         };
-        Self { mesh, instance: Some(Box::new(placement)), flipped, first_emitter: NONE }
+        Self {
+            mesh,
+            instance: Some(Box::new(placement)),
+            flipped,
+            first_emitter: NONE,
+        }
     }
 
     /// The placement (identity for a flat mesh).
     pub fn transform(&self) -> Affine {
         self.instance.as_ref().map_or(
-            Affine { x: Vec3::X, y: Vec3::Y, z: Vec3::Z, translation: Vec3::ZERO },
+            Affine {
+                x: Vec3::X,
+                y: Vec3::Y,
+                z: Vec3::Z,
+                translation: Vec3::ZERO,
+            },
             |p| p.world_from_object,
         )
     }
@@ -174,7 +222,14 @@ impl Entry {
         let corners = mesh.corners(triangle);
         match &self.instance {
             None => corners,
-            Some(p) => corners.map(|c| p.world_from_object.bounded_point(BoundedPoint { point: c, error: Vec3::ZERO }).point),
+            Some(p) => corners.map(|c| {
+                p.world_from_object
+                    .bounded_point(BoundedPoint {
+                        point: c,
+                        error: Vec3::ZERO,
+                    })
+                    .point
+            }),
         }
     }
 
@@ -209,7 +264,11 @@ impl Entry {
 #[inline]
 fn unit_or_zero(v: Vec3) -> Vec3 {
     let size = v.abs().max_element();
-    if size > 0.0 && size.is_finite() { (v / size).normalize() } else { Vec3::ZERO }
+    if size > 0.0 && size.is_finite() {
+        (v / size).normalize()
+    } else {
+        Vec3::ZERO
+    }
 }
 
 /// All that shading needs to know about a hit.
@@ -263,20 +322,44 @@ pub fn surface<'a, const E: Mask>(
         && let Some((texture, scale)) = &material.normal_texture
     {
         let texel = texture.read(at.uv(texture.uv_set)).truncate() * 2.0 - 1.0;
-        if let Some(n) = mapped_normal(entry, mesh, &at, hit.primitive, smooth_outside, texel, *scale) {
+        if let Some(n) = mapped_normal(
+            entry,
+            mesh,
+            &at,
+            hit.primitive,
+            smooth_outside,
+            texel,
+            *scale,
+        ) {
             shading = side(n);
         }
     }
     let textures = effects::has(E, effects::TEXTURES);
     let color = if textures { at.color() } else { Vec4::ONE };
-    let emission = if effects::has(E, effects::MESH_LIGHTS) { material.emitted(&at, color) } else { Vec3::ZERO };
+    let emission = if effects::has(E, effects::MESH_LIGHTS) {
+        material.emitted(&at, color)
+    } else {
+        Vec3::ZERO
+    };
     let parameters = (!material.unlit).then(|| {
-        if textures { material.parameters(&at, color) } else { material.constant_parameters() }
+        if textures {
+            material.parameters(&at, color)
+        } else {
+            material.constant_parameters()
+        }
     });
-    let emitter = if entry.first_emitter == NONE { NONE } else { entry.first_emitter + hit.primitive };
+    let emitter = if entry.first_emitter == NONE {
+        NONE
+    } else {
+        entry.first_emitter + hit.primitive
+    };
     Surface {
         point,
-        normals: Normals { geometric, smooth, shading },
+        normals: Normals {
+            geometric,
+            smooth,
+            shading,
+        },
         inside,
         emitter,
         emission,
@@ -312,14 +395,21 @@ fn mapped_normal(
             if det == 0.0 {
                 return None;
             }
-            ((((p1 - p0) * d2.y) - ((p2 - p0) * d1.y)) / det, if det < 0.0 { 1.0 } else { -1.0 })
+            (
+                (((p1 - p0) * d2.y) - ((p2 - p0) * d1.y)) / det,
+                if det < 0.0 { 1.0 } else { -1.0 },
+            )
         }
     };
     let world = match &entry.instance {
         None => tangent,
         Some(p) => p.world_from_object.vector(tangent),
     };
-    let mirror = if entry.instance.is_some() && entry.flipped { -1.0 } else { 1.0 };
+    let mirror = if entry.instance.is_some() && entry.flipped {
+        -1.0
+    } else {
+        1.0
+    };
     let t = unit_or_zero(world - normal * normal.dot(world));
     if t == Vec3::ZERO {
         return None;

@@ -79,7 +79,10 @@ fn mean_emission(mesh: &MeshData, material: &PreparedMaterial, triangle: u32) ->
     let mut sum = 0f32;
     for i in 0..N {
         for j in 0..N - i {
-            let (u, v) = ((i as f32 + 1.0 / 3.0) / N as f32, (j as f32 + 1.0 / 3.0) / N as f32);
+            let (u, v) = (
+                (i as f32 + 1.0 / 3.0) / N as f32,
+                (j as f32 + 1.0 / 3.0) / N as f32,
+            );
             let at = mesh.at(triangle, u, v);
             sum += luminance(material.emitted(&at, at.color()));
         }
@@ -128,20 +131,49 @@ impl Lights {
                 }
                 LightKind::Point { intensity, radius } if keep(effects::LAMPS) => {
                     let center = (light.world_from_light.translation - origin).as_vec3();
-                    lights.add_lamp(Lamp { center, radius, intensity: color * intensity, cone: None }, &mut bounds);
+                    lights.add_lamp(
+                        Lamp {
+                            center,
+                            radius,
+                            intensity: color * intensity,
+                            cone: None,
+                        },
+                        &mut bounds,
+                    );
                 }
-                LightKind::Spot { intensity, radius, half_angle, blend } if keep(effects::LAMPS) => {
+                LightKind::Spot {
+                    intensity,
+                    radius,
+                    half_angle,
+                    blend,
+                } if keep(effects::LAMPS) => {
                     let center = (light.world_from_light.translation - origin).as_vec3();
                     let inverse = light.world_from_light.matrix3.inverse();
                     let cos_half_angle = half_angle.cos();
                     let width = (1.0 - cos_half_angle) * blend;
                     let cone = Cone {
-                        light_from_world: if inverse.is_finite() { inverse.as_mat3() } else { Mat3::IDENTITY },
+                        light_from_world: if inverse.is_finite() {
+                            inverse.as_mat3()
+                        } else {
+                            Mat3::IDENTITY
+                        },
                         axis,
                         cos_half_angle,
-                        steepness: if width > 0.0 { 1.0 / width } else { f32::INFINITY },
+                        steepness: if width > 0.0 {
+                            1.0 / width
+                        } else {
+                            f32::INFINITY
+                        },
                     };
-                    lights.add_lamp(Lamp { center, radius, intensity: color * intensity, cone: Some(cone) }, &mut bounds);
+                    lights.add_lamp(
+                        Lamp {
+                            center,
+                            radius,
+                            intensity: color * intensity,
+                            cone: Some(cone),
+                        },
+                        &mut bounds,
+                    );
                 }
                 _ => {}
             }
@@ -167,7 +199,10 @@ impl Lights {
                         cos_emission: 0.0,
                         two_sided: true,
                     });
-                    lights.emitters.push(Emitter::Triangle { entry: index as u32, triangle });
+                    lights.emitters.push(Emitter::Triangle {
+                        entry: index as u32,
+                        triangle,
+                    });
                     lights.triangle_corners.push(corners);
                 }
             }
@@ -180,7 +215,12 @@ impl Lights {
                 .map(|&i| {
                     let l = &lights.lamps[i as usize];
                     // A little larger: the exact test follows; 2^-20 covers the roundings of Embree's.
-                    [l.center.x, l.center.y, l.center.z, l.radius * (1.0 + 16.0 * f32::EPSILON)]
+                    [
+                        l.center.x,
+                        l.center.y,
+                        l.center.z,
+                        l.radius * (1.0 + 16.0 * f32::EPSILON),
+                    ]
                 })
                 .collect();
             let mut scene = embree::Scene::new(device)?;
@@ -192,7 +232,9 @@ impl Lights {
         {
             let radiance = Vec3::from(environment.radiance);
             if luminance(radiance) > 0.0 {
-                let image = environment.image.and_then(|i| scene.images.get(i.0 as usize));
+                let image = environment
+                    .image
+                    .and_then(|i| scene.images.get(i.0 as usize));
                 let prepared = match image {
                     Some(image) => Environment::image(
                         image.width as usize,
@@ -220,7 +262,11 @@ impl Lights {
             intensity: luminance(lamp.intensity),
             axis: lamp.cone.as_ref().map_or(Vec3::Z, |c| c.axis),
             // A spot with a scaled transform is an ellipse: only round ones are bounded by their cone.
-            cos_normals: lamp.cone.as_ref().filter(|c| is_rigid(&c.light_from_world)).map_or(-1.0, |c| c.cos_half_angle),
+            cos_normals: lamp
+                .cone
+                .as_ref()
+                .filter(|c| is_rigid(&c.light_from_world))
+                .map_or(-1.0, |c| c.cos_half_angle),
             cos_emission: 1.0,
             two_sided: false,
         });
@@ -297,7 +343,13 @@ impl Lights {
 
     /// Draws a light and a direction to it.
     #[inline]
-    pub fn sample(&self, world: &super::World, at: &Shaded, u_light: f32, u: Vec2) -> Option<LightSample> {
+    pub fn sample(
+        &self,
+        world: &super::World,
+        at: &Shaded,
+        u_light: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
         let (group, p, u_light) = self.choose_group(at, u_light)?;
         match group {
             Group::Environment => {
@@ -316,10 +368,22 @@ impl Lights {
                 let sun = &self.suns[i];
                 let d = sun.sample(u);
                 Some(if sun.is_delta() {
-                    LightSample { wi: d.wi, contribution: sun.irradiance / p, pdf: 0.0, delta: true, target: None }
+                    LightSample {
+                        wi: d.wi,
+                        contribution: sun.irradiance / p,
+                        pdf: 0.0,
+                        delta: true,
+                        target: None,
+                    }
                 } else {
                     let pdf = d.pdf * p;
-                    LightSample { wi: d.wi, contribution: sun.radiance() / pdf, pdf, delta: false, target: None }
+                    LightSample {
+                        wi: d.wi,
+                        contribution: sun.radiance() / pdf,
+                        pdf,
+                        delta: false,
+                        target: None,
+                    }
                 })
             }
             Group::Tree => {
@@ -349,7 +413,9 @@ impl Lights {
                         })
                     }
                     Emitter::Triangle { entry, triangle } => {
-                        let shape = Triangle { corners: self.triangle_corners[choice.emitter as usize] };
+                        let shape = Triangle {
+                            corners: self.triangle_corners[choice.emitter as usize],
+                        };
                         let s = shape.sample(at.point, u)?;
                         let entry = &world.entries[entry as usize];
                         let mesh = &world.meshes[entry.mesh as usize];
@@ -393,14 +459,23 @@ impl Lights {
         if choice <= 0.0 {
             return 0.0;
         }
-        let shape = Triangle { corners: self.triangle_corners[emitter as usize] };
+        let shape = Triangle {
+            corners: self.triangle_corners[emitter as usize],
+        };
         p * choice * shape.pdf(at.point, on.point)
     }
 
     /// Visits the lamps that a ray meets before `far`, in their order: radiance, and the density
     /// with which light sampling from `at` finds the direction.
     #[inline]
-    pub fn lamps_along(&self, at: &Shaded, origin: Vec3, wi: Vec3, far: f32, mut visit: impl FnMut(Vec3, f32)) {
+    pub fn lamps_along(
+        &self,
+        at: &Shaded,
+        origin: Vec3,
+        wi: Vec3,
+        far: f32,
+        mut visit: impl FnMut(Vec3, f32),
+    ) {
         if self.sized_lamps.is_empty() {
             return;
         }
@@ -408,16 +483,27 @@ impl Lights {
             let lamp = &self.lamps[index as usize];
             // From inside a lamp neither technique sees it: as with Cycles' spheres, whose far side
             // does not shine inwards.
-            if lamp.hit(origin, wi).is_some_and(|t| t < far) && (at.point - lamp.center).length() > lamp.radius {
+            if lamp.hit(origin, wi).is_some_and(|t| t < far)
+                && (at.point - lamp.center).length() > lamp.radius
+            {
                 let p = self.group_probability(Group::Tree, at)
-                    * self.tree.probability(self.lamp_emitters[index as usize], at.point, at.normal);
+                    * self.tree.probability(
+                        self.lamp_emitters[index as usize],
+                        at.point,
+                        at.normal,
+                    );
                 visit(lamp.emitted(wi), p * lamp.pdf(at.point));
             }
         };
         match &self.lamp_scene {
             None => self.sized_lamps.iter().for_each(|&i| meet(i)),
             Some(scene) => {
-                let ray = Ray { origin: origin.to_array(), direction: wi.to_array(), near: 0.0, far };
+                let ray = Ray {
+                    origin: origin.to_array(),
+                    direction: wi.to_array(),
+                    near: 0.0,
+                    far,
+                };
                 let mut met = Vec::new();
                 scene.intersect_filtered(&ray, |hit| {
                     met.push(self.sized_lamps[hit.primitive as usize]);
@@ -440,7 +526,10 @@ impl Lights {
         }
         for (i, sun) in self.suns.iter().enumerate() {
             if sun.contains(wi) {
-                visit(sun.radiance(), self.group_probability(Group::Sun(i), at) * sun.pdf());
+                visit(
+                    sun.radiance(),
+                    self.group_probability(Group::Sun(i), at) * sun.pdf(),
+                );
             }
         }
     }
@@ -448,18 +537,26 @@ impl Lights {
     /// Radiance that a camera ray sees at infinity: suns are not seen, as in Cycles.
     #[inline]
     pub fn background(&self, wi: Vec3) -> Vec3 {
-        self.environment.as_ref().map_or(Vec3::ZERO, |e| e.emitted(wi))
+        self.environment
+            .as_ref()
+            .map_or(Vec3::ZERO, |e| e.emitted(wi))
     }
 }
 
 fn direction(t: &DAffine3) -> Vec3 {
-    (-t.matrix3.z_axis).try_normalize().unwrap_or(DVec3::NEG_Y).as_vec3()
+    (-t.matrix3.z_axis)
+        .try_normalize()
+        .unwrap_or(DVec3::NEG_Y)
+        .as_vec3()
 }
 
 fn is_rigid(m: &Mat3) -> bool {
     let (x, y, z) = (m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
     let same = |a: f32, b: f32| (a - b).abs() <= 1e-5 * a.max(b);
-    same(x, y) && same(y, z) && m.x_axis.dot(m.y_axis).abs() <= 1e-5 * x * y && m.y_axis.dot(m.z_axis).abs() <= 1e-5 * y * z
+    same(x, y)
+        && same(y, z)
+        && m.x_axis.dot(m.y_axis).abs() <= 1e-5 * x * y
+        && m.y_axis.dot(m.z_axis).abs() <= 1e-5 * y * z
 }
 
 fn texels(image: &crate::scene::Image) -> Vec<Vec3> {
@@ -473,7 +570,11 @@ fn texels(image: &crate::scene::Image) -> Vec<Vec3> {
     (0..count)
         .map(|i| {
             let at = i * n;
-            if n < 3 { Vec3::splat(value(at)) } else { Vec3::new(value(at), value(at + 1), value(at + 2)) }
+            if n < 3 {
+                Vec3::splat(value(at))
+            } else {
+                Vec3::new(value(at), value(at + 1), value(at + 2))
+            }
         })
         .collect()
 }

@@ -48,18 +48,36 @@ pub struct Preparer {
 }
 
 impl Preparer {
-    fn texture(&mut self, scene: &Scene, texture: Option<&Texture>, usage: ImageUse) -> Option<PreparedTexture> {
+    fn texture(
+        &mut self,
+        scene: &Scene,
+        texture: Option<&Texture>,
+        usage: ImageUse,
+    ) -> Option<PreparedTexture> {
         let texture = texture?;
         let image = scene.images.get(texture.image.0 as usize)?;
-        let raster = self.rasters.entry(texture.image.0).or_insert_with(|| Arc::new(Raster::new(image)));
+        let raster = self
+            .rasters
+            .entry(texture.image.0)
+            .or_insert_with(|| Arc::new(Raster::new(image)));
         Some(PreparedTexture::new(texture, raster.clone(), usage))
     }
 
     /// Prepares a material; `vertex_alpha` if some mesh with it has transparent vertex colours.
-    pub fn material(&mut self, scene: &Scene, m: &Material, vertex_alpha: bool) -> PreparedMaterial {
+    pub fn material(
+        &mut self,
+        scene: &Scene,
+        m: &Material,
+        vertex_alpha: bool,
+    ) -> PreparedMaterial {
         let transmits = m.transmission > 0.0;
         let textured = m.specular_texture.is_some();
-        let key = (m.ior.to_bits(), m.specular.to_bits(), textured, transmits && !m.thin_walled);
+        let key = (
+            m.ior.to_bits(),
+            m.specular.to_bits(),
+            textured,
+            transmits && !m.thin_walled,
+        );
         let dielectrics = self
             .tables
             .entry(key)
@@ -79,22 +97,43 @@ impl Preparer {
             },
             alpha: m.alpha,
             alpha_mode: m.alpha_mode,
-            emission: if m.unlit { base_color } else { Vec3::from(m.emission) },
+            emission: if m.unlit {
+                base_color
+            } else {
+                Vec3::from(m.emission)
+            },
             unlit: m.unlit,
             translucent: effects::is_translucent(m, vertex_alpha),
             single_sided: !m.double_sided,
             dielectrics,
             base_color_texture: self.texture(scene, m.base_color_texture.as_ref(), ImageUse::Color),
-            metallic_roughness_texture: self.texture(scene, m.metallic_roughness_texture.as_ref(), ImageUse::Data),
+            metallic_roughness_texture: self.texture(
+                scene,
+                m.metallic_roughness_texture.as_ref(),
+                ImageUse::Data,
+            ),
             emission_texture: self.texture(scene, m.emission_texture.as_ref(), ImageUse::Color),
             specular_texture: self.texture(scene, m.specular_texture.as_ref(), ImageUse::Data),
-            specular_color_texture: self.texture(scene, m.specular_color_texture.as_ref(), ImageUse::Color),
-            transmission_texture: self.texture(scene, m.transmission_texture.as_ref(), ImageUse::Data),
+            specular_color_texture: self.texture(
+                scene,
+                m.specular_color_texture.as_ref(),
+                ImageUse::Color,
+            ),
+            transmission_texture: self.texture(
+                scene,
+                m.transmission_texture.as_ref(),
+                ImageUse::Data,
+            ),
             normal_texture: m
                 .normal_texture
                 .as_ref()
                 .filter(|n| n.scale != 0.0)
-                .and_then(|n| Some((self.texture(scene, Some(&n.texture), ImageUse::Data)?, n.scale))),
+                .and_then(|n| {
+                    Some((
+                        self.texture(scene, Some(&n.texture), ImageUse::Data)?,
+                        n.scale,
+                    ))
+                }),
         }
     }
 }
@@ -142,7 +181,11 @@ impl PreparedMaterial {
             return Vec3::ZERO;
         }
         let mut e = self.emission;
-        let texture = if self.unlit { &self.base_color_texture } else { &self.emission_texture };
+        let texture = if self.unlit {
+            &self.base_color_texture
+        } else {
+            &self.emission_texture
+        };
         if let Some(t) = read(texture, at) {
             e *= t.truncate();
         }

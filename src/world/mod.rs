@@ -70,7 +70,9 @@ impl World {
         let mut preparer = Preparer::default();
         let mut vertex_alpha = vec![false; scene.materials.len() + 1];
         for mesh in &scene.meshes {
-            let slot = mesh.material.map_or(scene.materials.len(), |m| m.0 as usize);
+            let slot = mesh
+                .material
+                .map_or(scene.materials.len(), |m| m.0 as usize);
             if let (Some(colors), Some(v)) = (&mesh.colors, vertex_alpha.get_mut(slot)) {
                 *v |= colors.iter().any(|c| c[3] < 1.0);
             }
@@ -98,7 +100,9 @@ impl World {
             if source.triangles.is_empty() {
                 continue;
             }
-            let material = source.material.map_or(scene.materials.len() as u32, |m| m.0);
+            let material = source
+                .material
+                .map_or(scene.materials.len() as u32, |m| m.0);
             let filtered = (materials[material as usize].translucent && keep(effects::ALPHA))
                 || (options.cull_backfaces && materials[material as usize].single_sided);
             triangles += source.triangles.len() as u64;
@@ -125,26 +129,47 @@ impl World {
                 let m = &entry.transform();
                 top.add_instance(
                     &child,
-                    &[m.x.to_array(), m.y.to_array(), m.z.to_array(), m.translation.to_array()],
+                    &[
+                        m.x.to_array(),
+                        m.y.to_array(),
+                        m.z.to_array(),
+                        m.translation.to_array(),
+                    ],
                 )?;
                 entries.push(entry);
             } else {
                 let data = MeshData::new(source, material, Some(&transform))?;
                 top.add_triangles(&data.triangles, filtered)?;
                 meshes.push(data);
-                entries.push(Entry::flat(meshes.len() as u32 - 1, transform.matrix3.determinant() < 0.0));
+                entries.push(Entry::flat(
+                    meshes.len() as u32 - 1,
+                    transform.matrix3.determinant() < 0.0,
+                ));
             }
         }
         let embree = top.commit()?;
-        let lights = Lights::new(scene, options.effects, origin, &mut entries, &meshes, &materials, &device)?;
+        let lights = Lights::new(
+            scene,
+            options.effects,
+            origin,
+            &mut entries,
+            &meshes,
+            &materials,
+            &device,
+        )?;
         let lens = match options.camera.projection {
             Projection::Perspective { vertical_fov, .. } => {
                 let t = (0.5 * vertical_fov).tan();
-                Lens::Perspective { tangents: Vec2::new((t * options.aspect) as f32, t as f32) }
+                Lens::Perspective {
+                    tangents: Vec2::new((t * options.aspect) as f32, t as f32),
+                }
             }
-            Projection::Orthographic { half_width, half_height } => {
-                Lens::Orthographic { half: Vec2::new(half_width as f32, half_height as f32) }
-            }
+            Projection::Orthographic {
+                half_width,
+                half_height,
+            } => Lens::Orthographic {
+                half: Vec2::new(half_width as f32, half_height as f32),
+            },
         };
         let camera = Camera::new(
             lens,
@@ -172,7 +197,10 @@ impl World {
         let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         let material = &self.materials[mesh.material as usize];
-        if self.cull_backfaces && material.single_sided && entry.geometric_normal(mesh, hit.primitive).dot(direction) > 0.0 {
+        if self.cull_backfaces
+            && material.single_sided
+            && entry.geometric_normal(mesh, hit.primitive).dot(direction) > 0.0
+        {
             return 0.0;
         }
         if !effects::has(E, effects::ALPHA) || !material.translucent {
@@ -192,8 +220,20 @@ impl World {
     /// probability of their opacity, drawn from `key` and what is met, so that the order in which
     /// Embree asks does not matter.
     #[inline]
-    pub fn intersect<const E: Mask>(&self, origin: Vec3, direction: Vec3, near: f32, far: f32, key: u32) -> Option<Hit> {
-        let ray = Ray { origin: origin.to_array(), direction: direction.to_array(), near, far };
+    pub fn intersect<const E: Mask>(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        near: f32,
+        far: f32,
+        key: u32,
+    ) -> Option<Hit> {
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near,
+            far,
+        };
         if !self.filters::<E>() {
             return self.embree.intersect(&ray);
         }
@@ -201,14 +241,23 @@ impl World {
             let opacity = self.opacity::<E>(hit, direction);
             opacity >= 1.0
                 || (opacity > 0.0
-                    && sampler::hashed(key, hit.primitive, hit.geometry ^ hit.instance.unwrap_or(0).rotate_left(16)) < opacity)
+                    && sampler::hashed(
+                        key,
+                        hit.primitive,
+                        hit.geometry ^ hit.instance.unwrap_or(0).rotate_left(16),
+                    ) < opacity)
         })
     }
 
     /// Share of light that comes from `origin + direction · share` to `origin`, 0..=1.
     #[inline]
     pub fn transmittance<const E: Mask>(&self, origin: Vec3, direction: Vec3, far: f32) -> f32 {
-        let ray = Ray { origin: origin.to_array(), direction: direction.to_array(), near: 0.0, far };
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near: 0.0,
+            far,
+        };
         if !self.filters::<E>() {
             return if self.embree.occluded(&ray) { 0.0 } else { 1.0 };
         }
@@ -233,7 +282,13 @@ impl World {
         let index = hit.instance.unwrap_or(hit.geometry);
         let entry = &self.entries[index as usize];
         let mesh = &self.meshes[entry.mesh as usize];
-        geometry::surface::<E>(entry, mesh, &self.materials[mesh.material as usize], hit, direction)
+        geometry::surface::<E>(
+            entry,
+            mesh,
+            &self.materials[mesh.material as usize],
+            hit,
+            direction,
+        )
     }
 
     /// A surface on a given triangle, for tests and lights.

@@ -71,7 +71,11 @@ fn srgb_to_linear(x: f32) -> f32 {
         (0..=STEPS)
             .map(|i| {
                 let x = i as f64 / STEPS as f64;
-                (if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32
+                (if x <= 0.04045 {
+                    x / 12.92
+                } else {
+                    ((x + 0.055) / 1.055).powf(2.4)
+                }) as f32
             })
             .collect()
     });
@@ -119,11 +123,18 @@ impl PreparedTexture {
                 let (wu, wv) = (self.sampler.wrap_u, self.sampler.wrap_v);
                 let (xa, xb) = (wrap(x0, r.width, wu), wrap(x0 + 1, r.width, wu));
                 let (ya, yb) = (wrap(y0, r.height, wv), wrap(y0 + 1, r.height, wv));
-                r.texel(xa, ya).lerp(r.texel(xb, ya), s).lerp(r.texel(xa, yb).lerp(r.texel(xb, yb), s), t)
+                r.texel(xa, ya)
+                    .lerp(r.texel(xb, ya), s)
+                    .lerp(r.texel(xa, yb).lerp(r.texel(xb, yb), s), t)
             }
         };
         if self.encoded {
-            Vec4::new(srgb_to_linear(value.x), srgb_to_linear(value.y), srgb_to_linear(value.z), value.w)
+            Vec4::new(
+                srgb_to_linear(value.x),
+                srgb_to_linear(value.y),
+                srgb_to_linear(value.z),
+                value.w,
+            )
         } else {
             value
         }
@@ -153,31 +164,84 @@ mod tests {
     use super::*;
     use crate::scene::{ImageId, UvTransform};
 
-    fn texture(filter: TextureFilter, wrap: Wrap, usage: ImageUse, transform: UvTransform) -> PreparedTexture {
-        let image = Image { name: "t".into(), width: 2, height: 2, channels: 1, pixels: Pixels::U8(vec![0, 255, 51, 102]) };
-        let texture = Texture { image: ImageId(0), uv_set: 0, transform, sampler: Sampler { wrap_u: wrap, wrap_v: wrap, filter } };
+    fn texture(
+        filter: TextureFilter,
+        wrap: Wrap,
+        usage: ImageUse,
+        transform: UvTransform,
+    ) -> PreparedTexture {
+        let image = Image {
+            name: "t".into(),
+            width: 2,
+            height: 2,
+            channels: 1,
+            pixels: Pixels::U8(vec![0, 255, 51, 102]),
+        };
+        let texture = Texture {
+            image: ImageId(0),
+            uv_set: 0,
+            transform,
+            sampler: Sampler {
+                wrap_u: wrap,
+                wrap_v: wrap,
+                filter,
+            },
+        };
         PreparedTexture::new(&texture, Arc::new(Raster::new(&image)), usage)
     }
 
     #[test]
     fn texels_wraps_and_interpolation_are_where_gltf_has_them() {
-        let nearest = texture(TextureFilter::Nearest, Wrap::Repeat, ImageUse::Data, UvTransform::default());
-        assert_eq!(nearest.read(Vec2::new(0.25, 0.25)).x, 0.0, "the first texel is at the top left, v grows downwards");
+        let nearest = texture(
+            TextureFilter::Nearest,
+            Wrap::Repeat,
+            ImageUse::Data,
+            UvTransform::default(),
+        );
+        assert_eq!(
+            nearest.read(Vec2::new(0.25, 0.25)).x,
+            0.0,
+            "the first texel is at the top left, v grows downwards"
+        );
         assert_eq!(nearest.read(Vec2::new(0.75, 0.25)).x, 1.0);
         assert!((nearest.read(Vec2::new(1.25, -0.25)).x - 0.2).abs() < 1e-6);
-        let mirror = texture(TextureFilter::Nearest, Wrap::Mirror, ImageUse::Data, UvTransform::default());
+        let mirror = texture(
+            TextureFilter::Nearest,
+            Wrap::Mirror,
+            ImageUse::Data,
+            UvTransform::default(),
+        );
         assert_eq!(mirror.read(Vec2::new(1.25, 0.25)).x, 1.0);
-        let clamp = texture(TextureFilter::Linear, Wrap::Clamp, ImageUse::Data, UvTransform::default());
+        let clamp = texture(
+            TextureFilter::Linear,
+            Wrap::Clamp,
+            ImageUse::Data,
+            UvTransform::default(),
+        );
         assert_eq!(clamp.read(Vec2::new(-3.0, 0.0)).x, 0.0);
         assert!((clamp.read(Vec2::new(0.5, 0.25)).x - 0.5).abs() < 1e-6);
-        let color = texture(TextureFilter::Nearest, Wrap::Clamp, ImageUse::Color, UvTransform::default());
+        let color = texture(
+            TextureFilter::Nearest,
+            Wrap::Clamp,
+            ImageUse::Color,
+            UvTransform::default(),
+        );
         assert!((color.read(Vec2::new(0.75, 0.75)).x - 0.132_868).abs() < 1e-5);
     }
 
     #[test]
     fn the_texture_transform_is_scale_then_rotation_then_offset() {
-        let transform = UvTransform { offset: [0.5, 0.0], rotation: std::f32::consts::FRAC_PI_2, scale: [2.0, 1.0] };
-        let t = texture(TextureFilter::Nearest, Wrap::Repeat, ImageUse::Data, transform);
+        let transform = UvTransform {
+            offset: [0.5, 0.0],
+            rotation: std::f32::consts::FRAC_PI_2,
+            scale: [2.0, 1.0],
+        };
+        let t = texture(
+            TextureFilter::Nearest,
+            Wrap::Repeat,
+            ImageUse::Data,
+            transform,
+        );
         // The extension's matrix: u' = cos·su·u + sin·sv·v + ou, v' = −sin·su·u + cos·sv·v + ov.
         let uv = t.a * 0.1 + t.b * 0.2 + t.c;
         assert!((uv - Vec2::new(0.7, -0.2)).length() < 1e-6, "{uv}");
