@@ -435,4 +435,61 @@ mod tests {
                 .ends_with("it is a folder")
         );
     }
+
+    /// Every kind of file, whole.
+    fn files() -> Vec<Vec<u8>> {
+        use exr::prelude::Compression;
+        let mut files = Vec::new();
+        for compression in [
+            Compression::Uncompressed,
+            Compression::RLE,
+            Compression::ZIP1,
+            Compression::ZIP16,
+            Compression::PIZ,
+        ] {
+            let options = output::ExrOptions {
+                compression,
+                ..Default::default()
+            };
+            let layers = vec![
+                layer("Combined", &["R", "G", "B", "A"], 0.5),
+                layer("Depth", &["Z"], 1.0),
+            ];
+            let (_folder, path) = written(layers, &options);
+            files.push(std::fs::read(path).unwrap());
+        }
+        let picture =
+            image::RgbImage::from_fn(9, 7, |x, y| image::Rgb([x as u8 * 20, y as u8 * 30, 7]));
+        for format in [image::ImageFormat::Png, image::ImageFormat::Jpeg] {
+            let mut bytes = std::io::Cursor::new(Vec::new());
+            picture.write_to(&mut bytes, format).unwrap();
+            files.push(bytes.into_inner());
+        }
+        files
+    }
+
+    /// Damage is an error or another picture, never a panic: each byte in turn replaced by values that
+    /// make sizes and counts large or negative, and each file cut off at many lengths.
+    #[test]
+    fn damaged_files_are_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let mut read = 0;
+        for file in files() {
+            assert!(file.len() > 100, "there is no file to damage");
+            for index in 0..file.len() {
+                for value in [0x7f, 0xff] {
+                    let mut damaged = file.clone();
+                    damaged[index] = value;
+                    std::fs::write(&path, damaged).unwrap();
+                    read += usize::from(load(&path, None).is_ok());
+                }
+            }
+            for length in (0..file.len()).step_by(5) {
+                std::fs::write(&path, &file[..length]).unwrap();
+                let _ = load(&path, None);
+            }
+        }
+        assert!(read > 0);
+    }
 }
