@@ -434,9 +434,9 @@ static RENDER: Command = Command {
                     "NAME|INDEX",
                     "The camera, by name or by number from 0; the first one if not given.",
                 ),
-                Argument::new("filter", Kind::Filter, "FILTER[:WIDTH]", "Pixel filter and its full width in pixels.")
+                Argument::new("filter", Kind::Filter, "FILTER[:WIDTH]", "Pixel filter and its width in pixels, as Blender counts it.")
                     .default("blackman-harris:1.5")
-                    .details("One of blackman-harris, gauss and box; the box is one pixel wide."),
+                    .details("One of blackman-harris, gauss and box; the box is one pixel wide. blackman-harris reaches as far as its width from the middle of the pixel; gauss has a standard deviation of a quarter of its width."),
             ],
         },
         Group {
