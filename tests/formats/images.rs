@@ -1,12 +1,12 @@
 //! Images: precision is kept, every compression of OpenEXR is read as OpenEXR itself reads it.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use exr::prelude::*;
 use sundog::import::{decode_image, load_environment};
 use sundog::scene::{Image, Pixels, Scene};
 
+use super::blender::run_script;
 use super::kit::{place, png};
 
 fn floats(image: &Image) -> &[f32] {
@@ -455,38 +455,10 @@ fn damaged_exr_files_never_panic() {
     }
 }
 
-/// Blender as a Python module: `$SUNDOG_BPY_PYTHON`, as `make test` sets it, else where its set-up puts it.
-fn bpy() -> PathBuf {
-    if let Some(python) = std::env::var_os("SUNDOG_BPY_PYTHON") {
-        return python.into();
-    }
-    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
-    let cache = cache
-        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))
-        .expect("a cache folder");
-    cache.join("sundog/bpy-4.5.15/bin/python")
-}
-
 #[test]
 fn every_compression_is_read_as_openexr_reads_it() {
     let folder = tempfile::tempdir().unwrap();
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/write_exr.py");
-    let python = bpy();
-    let output = Command::new(&python)
-        .arg(&script)
-        .arg(folder.path())
-        .output();
-    let output = output.unwrap_or_else(|e| {
-        panic!(
-            "cannot run {}: {e}; run scripts/setup-bpy.sh 4.5.15",
-            python.display()
-        )
-    });
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    run_script("write_exr.py", folder.path());
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder.path())
         .unwrap()
         .map(|e| e.unwrap().path())
