@@ -10,7 +10,7 @@ help:
 	@echo 'make test    set up, check format and lints, run all tests'
 	@echo 'make build   set up and build target/release/sundog'
 	@echo 'make setup   system packages, Rust, Embree, OpenColorIO and libclang only'
-	@echo 'make bench   the speed measurements of benches/'
+	@echo 'make bench   measure Sundog against Cycles, into docs/benchmarks.md (long; an idle machine)'
 	@echo 'make clean   remove what was built; the cache folder and .native/ stay'
 
 setup:
@@ -25,8 +25,9 @@ demo: build
 test: setup
 	@scripts/test.sh
 
-bench: setup
-	cargo bench
+bench: build
+	@scripts/setup-bpy.sh 4.5.15
+	@"$${SUNDOG_BPY_PYTHON:-$${XDG_CACHE_HOME:-$$HOME/.cache}/sundog/bpy-4.5.15/bin/python}" scripts/benchmark.py
 
 clean:
 	rm -rf target out
