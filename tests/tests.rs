@@ -11,3 +11,4 @@ mod blender_layers;
 mod cli;
 mod color;
 mod formats;
+mod transport;
