@@ -8,9 +8,9 @@
 //!
 //! Directions `wo` (to the viewer) and `wi` (to the light) point away from the surface.
 
-use super::tables::{self, Reflection, refract};
+use super::tables::{self, Place, Reflection, refract};
 use super::{fresnel, ggx, normal};
-use crate::math::{Frame, average, warp};
+use crate::math::{Frame, average, mix, sqr, warp};
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -39,8 +39,8 @@ pub struct SurfaceParameters {
 /// one where the factor is constant, more where a texture varies it.
 #[derive(Debug)]
 pub struct Dielectrics {
-    /// Tables of the reflecting coat at specular factors evenly spaced over 0..=`max_specular`,
-    /// or one for the constant factor.
+    /// Tables of the reflecting coat at specular factors over 0..=`max_specular`, or one for the
+    /// constant factor.
     coat: Vec<tables::Dielectric>,
     /// Greatest specular factor.
     max_specular: f32,
@@ -48,8 +48,12 @@ pub struct Dielectrics {
     solid: Option<tables::Dielectric>,
 }
 
-/// Tables over a textured specular factor.
-const SPECULAR_STEPS: usize = 9;
+/// Tables over a textured specular factor: evenly spaced over its square root, about as the
+/// distance of the index from 1 grows.
+const SPECULAR_STEPS: usize = 7;
+/// The least of them as a share of the greatest: the tables have no limit at 0, where the
+/// reflectance is a spike at grazing views, but hardly change below this either.
+const LEAST_SPECULAR: f32 = 1e-4;
 
 /// The index of refraction whose reflectance at normal incidence is `specular` times that of `ior`.
 fn coat_ior(ior: f32, specular: f32) -> f32 {
@@ -63,10 +67,11 @@ fn coat_ior(ior: f32, specular: f32) -> f32 {
 impl Dielectrics {
     /// Tables for a material with a constant or textured specular factor.
     pub fn new(ior: f32, specular: f32, textured: bool, transmits: bool) -> Self {
-        let coat = if textured {
+        let ior = fresnel::bounded_ior(ior);
+        let coat = if textured && specular > 0.0 {
             (0..SPECULAR_STEPS)
-                .map(|i| coat_ior(ior, specular * i as f32 / (SPECULAR_STEPS - 1) as f32))
-                .map(|ior| tables::Dielectric::new(ior, false))
+                .map(|i| sqr(i as f32 / (SPECULAR_STEPS - 1) as f32).max(LEAST_SPECULAR))
+                .map(|share| tables::Dielectric::new(coat_ior(ior, specular * share), false))
                 .collect()
         } else {
             vec![tables::Dielectric::new(coat_ior(ior, specular), false)]
@@ -78,21 +83,24 @@ impl Dielectrics {
         }
     }
 
-    /// (blend at this view, mean blend) for a specular factor.
-    fn coat_blend(&self, specular: f32, cos: f32, roughness: f32) -> (f32, f32) {
+    /// (effective cosine at this place or the view's own, mean blend) for a specular factor.
+    #[inline]
+    fn coat(&self, specular: f32, cos: f32, place: Option<Place>) -> (f32, f32) {
         let at = |i: usize| {
+            let table = &self.coat[i];
             (
-                self.coat[i].blend(cos, roughness),
-                self.coat[i].average_blend(),
+                place.map_or(cos, |p| table.effective_cosine(p)),
+                table.average_blend(),
             )
         };
-        if self.coat.len() == 1 || self.max_specular <= 0.0 {
+        if self.coat.len() == 1 {
             return at(0);
         }
-        let x = (specular / self.max_specular).clamp(0.0, 1.0) * (self.coat.len() - 1) as f32;
+        let x =
+            (specular / self.max_specular).clamp(0.0, 1.0).sqrt() * (self.coat.len() - 1) as f32;
         let i = (x as usize).min(self.coat.len() - 2);
         let (a, b, t) = (at(i), at(i + 1), x - i as f32);
-        (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t)
+        (mix(a.0, b.0, t), mix(a.1, b.1, t))
     }
 }
 
@@ -102,6 +110,8 @@ struct Coat {
     weight: Vec3,
     f0: Vec3,
     eta: f32,
+    /// Reflectance of `eta` at normal incidence; `f0` is tinted.
+    true_f0: f32,
 }
 
 /// The metal.
@@ -117,9 +127,10 @@ struct Glass {
     weight: Vec3,
     f0: Vec3,
     tint: Vec3,
-    ior: f32,
-    /// n(beyond)/n(here); `ior` from outside, its inverse from inside.
+    /// n(beyond)/n(here); the index from outside, its inverse from inside.
     eta: f32,
+    /// Reflectance of `eta` at normal incidence; `f0` is tinted.
+    true_f0: f32,
     thin: bool,
 }
 
@@ -142,7 +153,8 @@ pub struct Bsdf {
     smooth: Vec3,
     /// Geometric normal on the side of `wo`.
     geometric: Vec3,
-    wo: Vec3,
+    /// The view in `frame`.
+    view: ggx::View,
     alpha: f32,
     bound: f32,
     diffuse: Vec3,
@@ -215,14 +227,19 @@ impl Bsdf {
         let local = frame.to_local(wo);
         let cos = local.z.max(0.0);
         let alpha = p.roughness * p.roughness;
+        let ior = fresnel::bounded_ior(p.ior);
         let reflection = Reflection::get();
+        // A mirror loses nothing, and reflects as the tables' interface at its own cosine.
+        let place = (alpha > ggx::SMOOTH_ALPHA).then(|| Place::new(cos, p.roughness));
+        let compensation =
+            |f_average: Vec3| place.map_or(Vec3::ONE, |at| reflection.compensation(at, f_average));
+        let single_scattering = || place.map_or(1.0, |at| reflection.directional(at));
 
         let mut rest = 1.0 - p.metallic;
         let mut facet_albedo = Vec3::ZERO;
         let metal = (p.metallic > 0.0).then(|| {
             let f0 = p.base_color.min(Vec3::ONE);
-            let weight = reflection.compensation(cos, p.roughness, fresnel::schlick_average(f0))
-                * p.metallic;
+            let weight = compensation(fresnel::schlick_average(f0)) * p.metallic;
             facet_albedo += fresnel::schlick(f0, cos) * p.metallic;
             Metal { weight, f0 }
         });
@@ -230,9 +247,10 @@ impl Bsdf {
         if TRANSMISSION && p.transmission > 0.0 && rest > 0.0 {
             let base = p.base_color.min(Vec3::ONE);
             let share = p.transmission * rest;
-            let f0 = (p.specular_color * fresnel::f0_from_ior(p.ior)).min(Vec3::ONE);
+            let true_f0 = fresnel::f0_from_ior(ior);
+            let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
             let (tint, single) = if p.thin_walled {
-                (base, reflection.directional(cos, p.roughness))
+                (base, single_scattering())
             } else {
                 // Light crosses the boundary of a solid twice: half the tint each time.
                 let tint = Vec3::new(base.x.sqrt(), base.y.sqrt(), base.z.sqrt());
@@ -241,19 +259,20 @@ impl Bsdf {
                     tables
                         .solid
                         .as_ref()
-                        .map_or(1.0, |t| t.both(cos, p.roughness, inside)),
+                        .zip(place)
+                        .map_or(1.0, |(t, at)| t.both(at, inside)),
                 )
             };
             glass = Some(Glass {
                 weight: Vec3::splat(share / single),
                 f0,
                 tint,
-                ior: p.ior,
                 eta: if inside && !p.thin_walled {
-                    1.0 / p.ior
+                    1.0 / ior
                 } else {
-                    p.ior
+                    ior
                 },
+                true_f0,
                 thin: p.thin_walled,
             });
             facet_albedo += Vec3::splat(share);
@@ -262,24 +281,24 @@ impl Bsdf {
         let mut diffuse = Vec3::ZERO;
         let mut coat = None;
         if rest > 0.0 {
-            let eta = coat_ior(p.ior, p.specular);
+            let eta = coat_ior(ior, p.specular);
             let mut below = rest;
             if eta != 1.0 {
-                let base_f0 = fresnel::f0_from_ior(eta);
-                let f0 = (p.specular_color * base_f0).min(Vec3::ONE);
-                let (blend, average_blend) = tables.coat_blend(p.specular, cos, p.roughness);
-                let compensation = reflection.compensation(
-                    cos,
-                    p.roughness,
-                    f0 + (Vec3::ONE - f0) * average_blend,
+                let true_f0 = fresnel::f0_from_ior(eta);
+                let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
+                let (effective_cosine, average_blend) = tables.coat(p.specular, cos, place);
+                let blend = fresnel::grazing_blend(
+                    fresnel::dielectric(effective_cosine, eta).reflectance,
+                    true_f0,
                 );
+                let compensation = compensation(f0 + (Vec3::ONE - f0) * average_blend);
                 // Mean reflectance of this view: single scattering times compensation.
-                let albedo = (f0 + (Vec3::ONE - f0) * blend)
-                    * (compensation * reflection.directional(cos, p.roughness));
+                let albedo = (f0 + (Vec3::ONE - f0) * blend) * (compensation * single_scattering());
                 coat = Some(Coat {
                     weight: compensation * rest,
                     f0,
                     eta,
+                    true_f0,
                 });
                 facet_albedo += albedo * rest;
                 below *= (1.0 - albedo.max_element()).max(0.0);
@@ -301,7 +320,7 @@ impl Bsdf {
             normal: normals.shading,
             smooth: normals.smooth,
             geometric: normals.geometric,
-            wo,
+            view: ggx::View::new(local, alpha),
             alpha,
             bound: if glass.is_some() {
                 1.0
@@ -340,11 +359,9 @@ impl Bsdf {
         self.alpha <= ggx::SMOOTH_ALPHA
     }
 
-    /// Index so near to 1 that refraction does not bend: the half vector of transmission vanishes
-    /// as η − 1, and with it the Jacobian's digits; 1e-4 leaves ten bits.
     #[inline]
     fn glass_is_straight(glass: &Glass) -> bool {
-        !glass.thin && (glass.eta - 1.0).abs() < 1e-4
+        !glass.thin && tables::is_straight(glass.eta)
     }
 
     #[inline]
@@ -359,12 +376,12 @@ impl Bsdf {
         }
         if let Some(c) = &self.coat {
             let true_f = fresnel::dielectric(cos_h, c.eta).reflectance;
-            let blend = fresnel::grazing_blend(true_f, fresnel::f0_from_ior(c.eta));
+            let blend = fresnel::grazing_blend(true_f, c.true_f0);
             f.reflectance += c.weight * (c.f0 + (Vec3::ONE - c.f0) * blend);
         }
         if let Some(g) = &self.glass {
             let true_f = fresnel::dielectric(cos_h, g.eta);
-            let blend = fresnel::grazing_blend(true_f.reflectance, fresnel::f0_from_ior(g.ior));
+            let blend = fresnel::grazing_blend(true_f.reflectance, g.true_f0);
             let reflectance = if true_f.reflectance >= 1.0 {
                 Vec3::ONE
             } else {
@@ -388,18 +405,11 @@ impl Bsdf {
     #[inline]
     pub fn evaluate(&self, wi: Vec3) -> BsdfValue {
         let transmitted = wi.dot(self.geometric) < 0.0;
-        let mut result = NOTHING;
-        if !transmitted && self.diffuse != Vec3::ZERO {
-            let cos = wi.dot(self.normal);
-            if cos > 0.0 {
-                let mut value = self.diffuse * (cos * FRAC_1_PI);
-                if self.normal != self.smooth {
-                    value *= normal::bump_shadowing(self.smooth, self.normal, wi);
-                }
-                result.value += value;
-                result.pdf += (1.0 - self.p_facet) * warp::cosine_hemisphere_pdf(cos);
-            }
-        }
+        let mut result = if transmitted {
+            NOTHING
+        } else {
+            self.evaluate_diffuse(wi)
+        };
         if self.p_facet > 0.0 && !self.is_smooth() {
             let v = self.evaluate_facets(wi, transmitted);
             result.value += v.value;
@@ -408,25 +418,43 @@ impl Bsdf {
         result
     }
 
+    /// The diffuse part, its density times the probability of its lobe.
     #[inline]
-    fn evaluate_facets(&self, wi_world: Vec3, transmitted: bool) -> BsdfValue {
-        let (wo, wi) = (self.frame.to_local(self.wo), self.frame.to_local(wi_world));
-        if wo.z <= 0.0 || (wi.z < 0.0) != transmitted || wi.z == 0.0 {
+    fn evaluate_diffuse(&self, wi: Vec3) -> BsdfValue {
+        let cos = wi.dot(self.normal);
+        if self.diffuse == Vec3::ZERO || cos <= 0.0 {
             return NOTHING;
         }
-        // A bumped normal must not see light from behind the smooth surface.
-        if self.normal != self.smooth && (wi_world.dot(self.smooth) < 0.0) != transmitted {
+        let mut value = self.diffuse * (cos * FRAC_1_PI);
+        if self.normal != self.smooth {
+            value *= normal::bump_shadowing(self.smooth, self.normal, wi);
+        }
+        BsdfValue {
+            value,
+            pdf: (1.0 - self.p_facet) * warp::cosine_hemisphere_pdf(cos),
+        }
+    }
+
+    /// A bumped normal must not see light from behind the smooth surface, nor transmit to before it.
+    #[inline]
+    fn is_behind_smooth(&self, wi: Vec3, transmitted: bool) -> bool {
+        self.normal != self.smooth && (wi.dot(self.smooth) < 0.0) != transmitted
+    }
+
+    #[inline]
+    fn evaluate_facets(&self, wi_world: Vec3, transmitted: bool) -> BsdfValue {
+        let (wo, wi) = (self.view.wo, self.frame.to_local(wi_world));
+        if (wi.z < 0.0) != transmitted
+            || wi.z == 0.0
+            || self.is_behind_smooth(wi_world, transmitted)
+        {
             return NOTHING;
         }
         if !transmitted {
             let Some(h) = (wo + wi).try_normalize() else {
                 return NOTHING;
             };
-            let f = self.facet(wo.dot(h));
-            let pdf = Self::p_reflect(&f) * ggx::reflection_pdf(wo, h, self.alpha, self.bound);
-            let value = f.reflectance
-                * (ggx::d(h, self.alpha) * ggx::g2(wo, wi, self.alpha) / (4.0 * wo.z));
-            return BsdfValue { value, pdf };
+            return self.reflect(&self.facet(wo.dot(h)), h, wi);
         }
         let Some(g) = &self.glass else { return NOTHING };
         if g.thin {
@@ -434,37 +462,57 @@ impl Bsdf {
             let Some(h) = (wo + mirrored).try_normalize() else {
                 return NOTHING;
             };
-            let f = self.facet(wo.dot(h));
-            let pdf =
-                (1.0 - Self::p_reflect(&f)) * ggx::reflection_pdf(wo, h, self.alpha, self.bound);
-            let value = f.transmittance
-                * (ggx::d(h, self.alpha) * ggx::g2(wo, mirrored, self.alpha) / (4.0 * wo.z));
-            return BsdfValue { value, pdf };
+            return self.transmit_thin(&self.facet(wo.dot(h)), h, mirrored);
         }
         if Self::glass_is_straight(g) {
             return NOTHING;
         }
         // Half vector of refraction (Walter et al., *Microfacet Models for Refraction through Rough
         // Surfaces*, EGSR 2007, eq. 16), turned to the side of the viewer.
-        let half = -(wo + wi * g.eta);
-        let Some(mut h) = half.try_normalize() else {
+        let Some(mut h) = (wo + wi * g.eta).try_normalize() else {
             return NOTHING;
         };
         if h.z < 0.0 {
             h = -h;
         }
-        let (cos_o, cos_i) = (wo.dot(h), wi.dot(h));
-        if cos_o <= 0.0 || cos_i >= 0.0 {
+        let cos_o = wo.dot(h);
+        if cos_o <= 0.0 || wi.dot(h) >= 0.0 {
             return NOTHING;
         }
-        let f = self.facet(cos_o);
-        // eq. 17: the Jacobian of the half vector. Radiance is not scaled by η², as in Cycles: what
-        // enters a solid leaves it again.
-        let jacobian = g.eta * g.eta * -cos_i / (cos_o + g.eta * cos_i).powi(2);
-        let common = ggx::d(h, self.alpha) * cos_o * jacobian / wo.z;
+        self.refract(&self.facet(cos_o), h, wi, g.eta)
+    }
+
+    /// Reflection from facets with normal `h` to `wi`; the density is that of the facets' lobe.
+    #[inline]
+    fn reflect(&self, f: &Facet, h: Vec3, wi: Vec3) -> BsdfValue {
+        let d = ggx::d(h, self.alpha);
         BsdfValue {
-            value: f.transmittance * (common * ggx::g2(wo, wi, self.alpha)),
-            pdf: (1.0 - Self::p_reflect(&f)) * common * ggx::g1(wo, self.alpha),
+            value: f.reflectance * (0.25 * d * self.view.g2_over_cos(wi, self.alpha)),
+            pdf: Self::p_reflect(f) * d * self.view.reflection_density(self.bound),
+        }
+    }
+
+    /// The same through a thin sheet, `mirrored` being where `wi` would reflect to.
+    #[inline]
+    fn transmit_thin(&self, f: &Facet, h: Vec3, mirrored: Vec3) -> BsdfValue {
+        let d = ggx::d(h, self.alpha);
+        BsdfValue {
+            value: f.transmittance * (0.25 * d * self.view.g2_over_cos(mirrored, self.alpha)),
+            pdf: (1.0 - Self::p_reflect(f)) * d * self.view.reflection_density(self.bound),
+        }
+    }
+
+    /// Refraction to `wi`.
+    #[inline]
+    fn refract(&self, f: &Facet, h: Vec3, wi: Vec3, eta: f32) -> BsdfValue {
+        let (cos_o, cos_i) = (self.view.wo.dot(h), wi.dot(h));
+        // Walter et al., eq. 17: the Jacobian of the half vector. Radiance is not scaled by η², as in
+        // Cycles: what enters a solid leaves it again.
+        let jacobian = eta * eta * -cos_i / sqr(cos_o + eta * cos_i);
+        let common = ggx::d(h, self.alpha) * cos_o * jacobian;
+        BsdfValue {
+            value: f.transmittance * (common * self.view.g2_over_cos(wi, self.alpha)),
+            pdf: (1.0 - Self::p_reflect(f)) * common * self.view.g1_over_cos(),
         }
     }
 
@@ -475,10 +523,18 @@ impl Bsdf {
             if self.diffuse == Vec3::ZERO {
                 return None;
             }
-            let wi = Frame::from_normal(self.normal).to_world(warp::cosine_hemisphere(u));
-            return self.finish(wi, false);
+            let frame = if self.frame.z == self.normal {
+                self.frame
+            } else {
+                Frame::from_normal(self.normal)
+            };
+            let wi = frame.to_world(warp::cosine_hemisphere(u));
+            if wi.dot(self.geometric) < 0.0 {
+                return None;
+            }
+            return Self::weigh(wi, false, self.evaluate(wi));
         }
-        let wo = self.frame.to_local(self.wo);
+        let wo = self.view.wo;
         let smooth = self.is_smooth();
         let h = if smooth {
             Vec3::Z
@@ -523,16 +579,27 @@ impl Bsdf {
                 transmitted,
             });
         }
-        self.finish(world, transmitted)
+        if self.is_behind_smooth(world, transmitted) {
+            return None;
+        }
+        let facets = match &self.glass {
+            Some(g) if transmitted && g.thin => self.transmit_thin(&f, h, reflected),
+            Some(g) if transmitted => self.refract(&f, h, wi, g.eta),
+            _ => self.reflect(&f, h, wi),
+        };
+        let mut v = if transmitted {
+            NOTHING
+        } else {
+            self.evaluate_diffuse(world)
+        };
+        v.value += facets.value;
+        v.pdf += self.p_facet * facets.pdf;
+        Self::weigh(world, transmitted, v)
     }
 
     /// The weight of a sampled direction under the whole mixture.
     #[inline]
-    fn finish(&self, wi: Vec3, transmitted: bool) -> Option<BsdfSample> {
-        if (wi.dot(self.geometric) < 0.0) != transmitted {
-            return None;
-        }
-        let v = self.evaluate(wi);
+    fn weigh(wi: Vec3, transmitted: bool, v: BsdfValue) -> Option<BsdfSample> {
         (v.pdf > 0.0).then(|| BsdfSample {
             wi,
             weight: v.value / v.pdf,
@@ -546,6 +613,7 @@ impl Bsdf {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::float::ONE_MINUS_EPSILON;
     use crate::sampler::{Dimension, Sequence};
 
     fn plain() -> SurfaceParameters {
@@ -573,183 +641,307 @@ mod tests {
         Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
     }
 
-    /// Mean weight of sampled directions: the albedo. 2^14 points of a net.
-    fn albedo(p: &SurfaceParameters, cos: f32, inside: bool) -> f64 {
-        let tables = Dielectrics::new(p.ior, p.specular, false, p.transmission > 0.0);
-        let bsdf = Bsdf::new::<true>(p, &tables, normals(Vec3::Z), direction(cos), inside);
-        let n = 1 << 14;
-        let sequence = Sequence::new(n, 5);
-        let mut sum = 0f64;
-        for i in 0..n {
-            let s = sequence.sampler(0, 0, i);
-            if let Some(x) =
-                bsdf.sample(s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0))
-            {
-                sum += f64::from(average(x.weight));
-            }
-        }
-        sum / f64::from(n)
+    /// The i-th point of Kronecker's sequence in four dimensions, the powers of the root of
+    /// x⁵ = x + 1 as its steps: even over lobes and directions together, which padded pairs of
+    /// Sobol points are not.
+    fn point(i: u32) -> (Vec2, Vec2) {
+        const ROOT: f64 = 1.167_303_978_261_418_7;
+        let u =
+            |k: i32| ((0.5 + f64::from(i) * ROOT.powi(-k)).fract() as f32).min(ONE_MINUS_EPSILON);
+        (Vec2::new(u(1), u(2)), Vec2::new(u(3), u(4)))
+    }
+
+    /// Mean weight of `n` sampled directions: the albedo. Each `run` has its own points.
+    fn albedo(bsdf: &Bsdf, n: u32, run: u32) -> f64 {
+        let weight = |i| {
+            let (lobe, direction) = point(i);
+            bsdf.sample(lobe, direction)
+                .map_or(0.0, |x| f64::from(average(x.weight)))
+        };
+        (run * n..(run + 1) * n).map(weight).sum::<f64>() / f64::from(n)
+    }
+
+    fn white_cases(ior: f32) -> [(&'static str, SurfaceParameters, bool); 7] {
+        let base = SurfaceParameters { ior, ..plain() };
+        let glass = SurfaceParameters {
+            transmission: 1.0,
+            ..base
+        };
+        [
+            (
+                "metal",
+                SurfaceParameters {
+                    metallic: 1.0,
+                    ..base
+                },
+                false,
+            ),
+            ("coat over diffuse", base, false),
+            (
+                "half metal",
+                SurfaceParameters {
+                    metallic: 0.5,
+                    ..base
+                },
+                false,
+            ),
+            ("glass", glass, false),
+            ("glass from inside", glass, true),
+            (
+                "thin glass",
+                SurfaceParameters {
+                    thin_walled: true,
+                    ..glass
+                },
+                false,
+            ),
+            (
+                "half glass",
+                SurfaceParameters {
+                    transmission: 0.5,
+                    ..base
+                },
+                false,
+            ),
+        ]
     }
 
     /// White furnace: a white surface of every lobe and roughness returns all light.
+    ///
+    /// Weighted by the cosine, as a closed white body sees itself, within 1e-3. A single view within
+    /// 5e-3: tables are linear between 40 points, and from inside the albedo has a crest at the
+    /// critical angle, E'' ≈ 50, which leaves 50/8·(1/39)² = 4e-3; the rest is for the points.
     #[test]
     fn white_surfaces_return_all_light() {
-        let mut worst = (0f64, String::new());
-        for roughness in [0.0f32, 1e-3, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0] {
-            for cos in [0.03f32, 0.1, 0.25, 0.5, 0.8, 1.0] {
-                let base = SurfaceParameters {
-                    roughness,
-                    ..plain()
-                };
-                let cases = [
-                    (
-                        "metal",
-                        SurfaceParameters {
-                            metallic: 1.0,
-                            ..base
-                        },
-                        false,
-                    ),
-                    ("dielectric", base, false),
-                    (
-                        "half metal",
-                        SurfaceParameters {
-                            metallic: 0.5,
-                            ..base
-                        },
-                        false,
-                    ),
-                    (
-                        "diffuse",
-                        SurfaceParameters {
-                            specular: 0.0,
-                            ..base
-                        },
-                        false,
-                    ),
-                    (
-                        "glass",
-                        SurfaceParameters {
-                            transmission: 1.0,
-                            ..base
-                        },
-                        false,
-                    ),
-                    (
-                        "glass from inside",
-                        SurfaceParameters {
-                            transmission: 1.0,
-                            ..base
-                        },
-                        true,
-                    ),
-                    (
-                        "thin glass",
-                        SurfaceParameters {
-                            transmission: 1.0,
-                            thin_walled: true,
-                            ..base
-                        },
-                        false,
-                    ),
-                    (
-                        "diamond",
-                        SurfaceParameters {
-                            transmission: 1.0,
-                            ior: 2.4,
-                            ..base
-                        },
-                        false,
-                    ),
-                    (
-                        "half glass",
-                        SurfaceParameters {
-                            transmission: 0.5,
-                            ..base
-                        },
-                        false,
-                    ),
-                ];
-                for (name, p, inside) in cases {
-                    let found = albedo(&p, cos, inside);
-                    let error = (found - 1.0).abs();
-                    if error > worst.0 {
-                        worst = (
-                            error,
-                            format!("{name}, roughness {roughness}, cos {cos}: {found}"),
+        // Gauss and Legendre with 5 points for cosθ², which makes the weight uniform.
+        let nodes = [
+            0.046_910_08f64,
+            0.230_765_34,
+            0.5,
+            0.769_234_66,
+            0.953_089_92,
+        ];
+        let weights = [
+            0.118_463_44f64,
+            0.239_314_34,
+            0.284_444_44,
+            0.239_314_34,
+            0.118_463_44,
+        ];
+        for ior in [1.1f32, 1.5, 2.4] {
+            let tables = Dielectrics::new(ior, 1.0, false, true);
+            for (name, p, inside) in white_cases(ior) {
+                for roughness in [0.0f32, 0.02, 0.1, 0.3, 0.55, 0.8, 1.0] {
+                    let p = SurfaceParameters { roughness, ..p };
+                    let mut mean = 0.0;
+                    for (run, (x, weight)) in (0..).zip(nodes.iter().zip(weights)) {
+                        let cos = x.sqrt() as f32;
+                        let bsdf = Bsdf::new::<true>(
+                            &p,
+                            &tables,
+                            normals(Vec3::Z),
+                            direction(cos),
+                            inside,
                         );
+                        let found = albedo(&bsdf, 1 << 14, run);
+                        assert!(
+                            (found - 1.0).abs() < 5e-3,
+                            "{name} {ior}, roughness {roughness}, cos {cos}: {found}"
+                        );
+                        mean += weight * found;
+                    }
+                    assert!(
+                        (mean - 1.0).abs() < 1e-3,
+                        "{name} {ior}, roughness {roughness}: {mean}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// Values and densities summed over all directions are the mean weight of samples and the
+    /// share of them that comes back.
+    #[test]
+    fn values_and_densities_integrate_to_what_samples_find() {
+        let tables = Dielectrics::new(1.5, 1.0, false, true);
+        for (name, p, inside) in white_cases(1.5) {
+            for (roughness, cos) in [(0.5f32, 0.5f32), (0.8, 0.2)] {
+                let p = SurfaceParameters {
+                    roughness,
+                    base_color: Vec3::new(0.9, 0.5, 0.2),
+                    ..p
+                };
+                let bsdf = Bsdf::new::<true>(&p, &tables, normals(Vec3::Z), direction(cos), inside);
+                let n = 1 << 14;
+                let sequence = Sequence::new(n, 2);
+                let (mut weight, mut came_back) = (0f64, 0f64);
+                for i in 0..n {
+                    let s = sequence.sampler(0, 0, i);
+                    if let Some(x) =
+                        bsdf.sample(s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0))
+                    {
+                        weight += f64::from(average(x.weight)) / f64::from(n);
+                        came_back += 1.0 / f64::from(n);
+                        // The same direction looked up has the same value and density, but for the
+                        // digits that its half vector loses.
+                        let v = bsdf.evaluate(x.wi);
+                        assert!((v.pdf / x.pdf - 1.0).abs() < 1e-3, "{name}: {v:?} {x:?}");
+                        assert!(
+                            (v.value - x.weight * x.pdf).abs().max_element()
+                                <= 1e-3 * v.value.max_element(),
+                            "{name}: {v:?} {x:?}"
+                        );
+                    }
+                }
+                // Midpoints of equal areas of the sphere, half of it by symmetry.
+                let (nz, np) = (2048, 128);
+                let (mut value, mut density) = (0f64, 0f64);
+                for i in 0..nz {
+                    let z = (2 * i + 1 - nz) as f32 / nz as f32;
+                    let s = (1.0 - z * z).sqrt();
+                    for j in 0..np {
+                        let (sin, cos) =
+                            (std::f32::consts::PI * (j as f32 + 0.5) / np as f32).sin_cos();
+                        let v = bsdf.evaluate(Vec3::new(s * cos, s * sin, z));
+                        value += f64::from(average(v.value));
+                        density += f64::from(v.pdf);
+                    }
+                }
+                let area = 4.0 * std::f64::consts::PI / f64::from(nz * np);
+                // Peaks that are some 0.1 wide (α ≥ 0.25), steps of 0.025: second order leaves 2e-3.
+                let (value, density) = (value * area, density * area);
+                assert!(
+                    (value - weight).abs() < 3e-3,
+                    "{name}, roughness {roughness}: {value} {weight}"
+                );
+                assert!(
+                    (density - came_back).abs() < 3e-3,
+                    "{name}, roughness {roughness}: {density} {came_back}"
+                );
+            }
+        }
+    }
+
+    /// f(wo, wi)·cosθi·cosθo is the same both ways for single scattering at facets without
+    /// compensation; compensation scales by a function of the view alone.
+    #[test]
+    fn metal_is_reciprocal_but_for_its_compensation() {
+        let p = SurfaceParameters {
+            metallic: 1.0,
+            roughness: 0.6,
+            base_color: Vec3::new(0.8, 0.5, 0.1),
+            ..plain()
+        };
+        let tables = Dielectrics::new(1.5, 1.0, false, false);
+        let (a, b) = (direction(0.3), Vec3::new(-0.5, 0.4, 0.6).normalize());
+        let both = [(a, b), (b, a)].map(|(wo, wi)| {
+            let bsdf = Bsdf::new::<false>(&p, &tables, normals(Vec3::Z), wo, false);
+            let place = Place::new(wo.z, p.roughness);
+            bsdf.evaluate(wi).value
+                / Reflection::get().compensation(place, fresnel::schlick_average(p.base_color))
+                * wo.z
+        });
+        assert!(
+            (both[0] - both[1]).abs().max_element() < 1e-5 * both[0].max_element(),
+            "{both:?}"
+        );
+    }
+
+    /// Whatever a file may say: no NaN, no negative value, no energy from nowhere.
+    #[test]
+    fn extreme_parameters_stay_finite_and_keep_the_energy() {
+        let iors = [0.0f32, 1.0, 1.0 + 1.2e-7, 1.001, 1.5, 1000.0, 1e30];
+        let roughnesses = [0.0f32, 1e-8, 3.7e-3, 3.8e-3, 0.03, 0.4, 1.0];
+        for ior in iors {
+            for specular in [1.0f32, 0.0, 1e-6] {
+                let tables = Dielectrics::new(ior, specular, false, true);
+                for (name, p, inside) in white_cases(ior) {
+                    for roughness in roughnesses {
+                        for cos in [1.0f32, 0.7, 0.1, 1e-3, 1e-7, 1e-30, 0.0] {
+                            let p = SurfaceParameters {
+                                roughness,
+                                specular,
+                                ..p
+                            };
+                            let bsdf = Bsdf::new::<true>(
+                                &p,
+                                &tables,
+                                normals(Vec3::Z),
+                                direction(cos),
+                                inside,
+                            );
+                            let what = format!(
+                                "{name}, ior {ior}, specular {specular}, roughness {roughness}, cos {cos}"
+                            );
+                            assert!(
+                                bsdf.albedo().is_finite() && bsdf.albedo().min_element() >= 0.0,
+                                "{what}"
+                            );
+                            for z in [1e-30f32, 1e-7, 0.2, 1.0, -1e-7, -0.5] {
+                                let v = bsdf.evaluate(Vec3::new(-(1.0 - z * z).sqrt(), 0.0, z));
+                                assert!(
+                                    v.value.is_finite() && v.value.min_element() >= 0.0,
+                                    "{what}, light {z}: {v:?}"
+                                );
+                                assert!(
+                                    v.pdf.is_finite() && v.pdf >= 0.0,
+                                    "{what}, light {z}: {v:?}"
+                                );
+                            }
+                            let sequence = Sequence::new(64, 9);
+                            for i in 0..64 {
+                                let s = sequence.sampler(0, 0, i);
+                                let Some(x) = bsdf.sample(
+                                    s.pair(Dimension::Lobe, 0),
+                                    s.pair(Dimension::Direction, 0),
+                                ) else {
+                                    continue;
+                                };
+                                assert!(
+                                    x.weight.is_finite() && x.weight.min_element() >= 0.0,
+                                    "{what}: {x:?}"
+                                );
+                                assert!(
+                                    x.pdf.is_finite() && (x.wi.length() - 1.0).abs() < 1e-5,
+                                    "{what}: {x:?}"
+                                );
+                            }
+                            if (0.1..1.0).contains(&cos) && specular == 1.0 {
+                                // As in the furnace above.
+                                let found = albedo(&bsdf, 1 << 13, 0);
+                                assert!(found <= 1.0 + 5e-3, "{what}: {found}");
+                            }
+                        }
                     }
                 }
             }
         }
-        println!("worst: {worst:?}");
-        assert!(worst.0 < 1e-2, "{worst:?}");
     }
 
-    /// The density integrates to the probability that a sample comes back, and value = weight·pdf.
+    /// A kernel that knows of no transmission gives the same bits.
     #[test]
-    fn densities_integrate_to_the_share_of_samples() {
-        for (p, cos, inside) in [
-            (
-                SurfaceParameters {
-                    metallic: 1.0,
-                    ..plain()
-                },
-                0.5f32,
-                false,
-            ),
-            (plain(), 0.3, false),
-            (
-                SurfaceParameters {
-                    transmission: 1.0,
-                    ..plain()
-                },
-                0.7,
-                false,
-            ),
-            (
-                SurfaceParameters {
-                    transmission: 1.0,
-                    ..plain()
-                },
-                0.7,
-                true,
-            ),
-            (
-                SurfaceParameters {
-                    transmission: 1.0,
-                    thin_walled: true,
-                    ..plain()
-                },
-                0.4,
-                false,
-            ),
-        ] {
-            let tables = Dielectrics::new(p.ior, p.specular, false, true);
-            let bsdf = Bsdf::new::<true>(&p, &tables, normals(Vec3::Z), direction(cos), inside);
-            let n = 1 << 14;
-            let sequence = Sequence::new(n, 2);
-            let mut came_back = 0f64;
-            for i in 0..n {
-                let s = sequence.sampler(0, 0, i);
-                came_back += f64::from(
-                    bsdf.sample(s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0))
-                        .is_some(),
-                );
-            }
-            came_back /= f64::from(n);
-            let m = 1 << 17;
-            let sequence = Sequence::new(m, 3);
-            let mut integral = 0f64;
-            for i in 0..m {
-                let wi = warp::sphere(sequence.sampler(0, 0, i).pair(Dimension::Direction, 0));
-                integral += f64::from(bsdf.evaluate(wi).pdf);
-            }
-            integral *= 2.0 * std::f64::consts::TAU / f64::from(m);
-            assert!(
-                (integral - came_back).abs() < 0.01,
-                "{p:?} inside {inside}: {integral} {came_back}"
-            );
+    fn kernels_with_and_without_transmission_agree() {
+        let tables = Dielectrics::new(1.45, 0.7, false, false);
+        let sequence = Sequence::new(256, 4);
+        for i in 0..256 {
+            let s = sequence.sampler(3, 1, i);
+            let (u, v) = (s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0));
+            let p = SurfaceParameters {
+                metallic: u.x,
+                roughness: v.y,
+                ior: 1.45,
+                specular: 0.7,
+                base_color: Vec3::new(u.y, v.x, 0.3),
+                ..plain()
+            };
+            let view = direction(1.0 - u.y);
+            let special = Bsdf::new::<false>(&p, &tables, normals(Vec3::Z), view, false);
+            let general = Bsdf::new::<true>(&p, &tables, normals(Vec3::Z), view, false);
+            let found = [special, general].map(|b| {
+                let (x, e) = (b.sample(v, u), b.evaluate(direction(v.x)));
+                (x.map(|x| (x.wi, x.weight, x.pdf)), e.value, e.pdf)
+            });
+            assert_eq!(found[0], found[1]);
         }
     }
 }

@@ -72,9 +72,23 @@ pub fn schlick_average(f0: Vec3) -> Vec3 {
 
 /// How far the dielectric's true reflectance has come from normal (0) to grazing incidence (1):
 /// Blender's Principled BSDF blends a tinted reflectance at normal incidence to white by it.
+///
+/// 0 where `f0` is 1, and where the reflectance of an index above 3.7 falls below `f0`.
 #[inline]
 pub fn grazing_blend(reflectance: f32, f0: f32) -> f32 {
-    ((reflectance - f0) / (1.0 - f0)).clamp(0.0, 1.0)
+    ((reflectance - f0) / (1.0 - f0).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
+}
+
+/// The index of refraction that is calculated with: 0 stands for a reflectance of 1
+/// (KHR_materials_ior), and beyond 1e4, where F0 is within 4e-4 of 1, f32 has no digits left for
+/// what is transmitted.
+#[inline]
+pub fn bounded_ior(ior: f32) -> f32 {
+    if ior == 0.0 {
+        1e4
+    } else {
+        ior.clamp(1e-4, 1e4)
+    }
 }
 
 #[cfg(test)]

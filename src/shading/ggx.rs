@@ -19,23 +19,51 @@ pub fn d(h: Vec3, alpha: f32) -> f32 {
 }
 
 /// Smith's Λ (Heitz, *Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs*,
-/// JCGT 3(2), 2014, eq. 72) in the form a²/(1 + √(1 + a²))/2 that does not cancel for small a.
+/// JCGT 3(2), 2014, eq. 72) as a²/(1 + √(1 + a²))/2, which does not cancel for small a = α·tanθ,
+/// multiplied through by cos²θ, so that grazing directions overflow to infinity and not to NaN.
 #[inline]
 pub fn lambda(v: Vec3, alpha: f32) -> f32 {
-    let a2 = alpha * alpha * (v.x * v.x + v.y * v.y) / (v.z * v.z);
-    0.5 * a2 / (1.0 + (1.0 + a2).sqrt())
+    let z = v.z.abs();
+    let s = alpha * alpha * (v.x * v.x + v.y * v.y);
+    0.5 * s / (z * (z + (z * z + s).sqrt()))
 }
 
-/// Height-correlated masking and shadowing (eq. 99).
-#[inline]
-pub fn g2(a: Vec3, b: Vec3, alpha: f32) -> f32 {
-    1.0 / (1.0 + lambda(a, alpha) + lambda(b, alpha))
+/// The view as the lobes need it; cosθ·(1 + Λ) = (cosθ + [`stretched`](Self::stretched))/2 takes
+/// the place of cosθ and of the masking, so that nothing divides by a grazing cosine.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// Direction to the viewer.
+    pub wo: Vec3,
+    /// Length of `wo` with its horizontal part scaled by α.
+    pub stretched: f32,
 }
 
-/// Masking alone (eq. 43).
-#[inline]
-pub fn g1(v: Vec3, alpha: f32) -> f32 {
-    1.0 / (1.0 + lambda(v, alpha))
+impl View {
+    /// For a unit vector in the local frame, above the surface.
+    #[inline]
+    pub fn new(wo: Vec3, alpha: f32) -> Self {
+        let stretched = (sqr(alpha) * (wo.x * wo.x + wo.y * wo.y) + wo.z * wo.z).sqrt();
+        Self { wo, stretched }
+    }
+
+    /// Height-correlated masking and shadowing (Heitz, eq. 99) over cosθ of the view.
+    #[inline]
+    pub fn g2_over_cos(&self, wi: Vec3, alpha: f32) -> f32 {
+        1.0 / (0.5 * (self.wo.z + self.stretched) + self.wo.z * lambda(wi, alpha))
+    }
+
+    /// Masking alone (eq. 43) over cosθ of the view.
+    #[inline]
+    pub fn g1_over_cos(&self) -> f32 {
+        2.0 / (self.wo.z + self.stretched)
+    }
+
+    /// What [`d`] is multiplied by to be the density per solid angle of directions reflected at
+    /// [`sample_visible_normal`] (Eto and Tokuyoshi, eq. 5; with bound 1 it is G1/(4 cosθ)).
+    #[inline]
+    pub fn reflection_density(&self, bound: f32) -> f32 {
+        0.5 / (bound * self.wo.z + self.stretched)
+    }
 }
 
 /// The share of the cap of visible normals that can be reflected above the surface
@@ -57,18 +85,11 @@ pub fn sample_visible_normal(wo: Vec3, alpha: f32, bound: f32, u: Vec2) -> Vec3 
     let b = bound * standard.z;
     let z = (1.0 - u.y) * (1.0 + b) - b;
     let sin = (1.0 - z * z).max(0.0).sqrt();
-    let h = Vec3::new(sin * phi.cos(), sin * phi.sin(), z) + standard;
+    let (sin_phi, cos_phi) = phi.sin_cos();
+    let h = Vec3::new(sin * cos_phi, sin * sin_phi, z) + standard;
     let n = Vec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0));
     // At exactly grazing view the sum can vanish: any horizontal normal is visible then.
     n.try_normalize().unwrap_or(Vec3::Z)
-}
-
-/// Density per solid angle of directions reflected at [`sample_visible_normal`]
-/// (Eto and Tokuyoshi, eq. 5; with bound 1 it is G1·D/(4 cosθ)).
-#[inline]
-pub fn reflection_pdf(wo: Vec3, h: Vec3, alpha: f32, bound: f32) -> f32 {
-    let t = (sqr(alpha) * (wo.x * wo.x + wo.y * wo.y) + wo.z * wo.z).sqrt();
-    d(h, alpha) / (2.0 * (bound * wo.z + t))
 }
 
 #[cfg(test)]
@@ -117,6 +138,7 @@ mod tests {
             } else {
                 1.0
             };
+            let density = View::new(wo, alpha).reflection_density(bound);
             let (nz, np) = (12usize, 12usize);
             let n = 1 << 16;
             let mut counts = vec![0f64; nz * np];
@@ -150,8 +172,7 @@ mod tests {
                         let phi = TAU * (ip as f32 + ((k / m) as f32 + 0.5) / m as f32) / np as f32;
                         let sin = (1.0 - z * z).sqrt();
                         let wi = Vec3::new(sin * phi.cos(), sin * phi.sin(), z);
-                        integral +=
-                            f64::from(reflection_pdf(wo, (wo + wi).normalize(), alpha, bound));
+                        integral += f64::from(d((wo + wi).normalize(), alpha) * density);
                     }
                     integral *= std::f64::consts::TAU / (nz * np * m * m) as f64;
                     inside += integral;
