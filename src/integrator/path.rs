@@ -215,7 +215,8 @@ pub fn trace<const E: Mask>(
         // Russian roulette with the square root of the throughput: half-way, in variance, between
         // always going on and keeping the throughput constant.
         let survival = throughput.max_element().sqrt().min(1.0);
-        if !(survival > 0.0) {
+        // NaN goes on, to be counted at the film.
+        if survival <= 0.0 {
             break;
         }
         if survival < 1.0 {

@@ -35,6 +35,13 @@ struct Tile {
     pixels: Vec<Pixel>,
 }
 
+/// Samples that were not finite: how many, and the first places (x, y, sample).
+#[derive(Default)]
+struct BadSamples {
+    count: u64,
+    examples: Vec<(u32, u32, u32)>,
+}
+
 /// All that the threads share.
 struct Job<'a> {
     world: &'a World,
@@ -47,7 +54,7 @@ struct Job<'a> {
     rays: AtomicU64,
     /// Pixel samples done.
     done: AtomicU64,
-    bad: Mutex<(u64, Vec<(u32, u32, u32)>)>,
+    bad: Mutex<BadSamples>,
     stop: AtomicBool,
 }
 
@@ -94,9 +101,9 @@ impl Job<'_> {
                 .bad
                 .lock()
                 .unwrap_or_else(std::sync::PoisonError::into_inner);
-            bad.0 += 1;
-            if bad.1.len() < EXAMPLES {
-                bad.1.push((x, y, index));
+            bad.count += 1;
+            if bad.examples.len() < EXAMPLES {
+                bad.examples.push((x, y, index));
             }
         }
         pixel.add(path.radiance, &path.first);
@@ -208,7 +215,7 @@ pub fn render(
         height,
         rays: AtomicU64::new(0),
         done: AtomicU64::new(0),
-        bad: Mutex::new((0, Vec::new())),
+        bad: Mutex::default(),
         stop: AtomicBool::new(false),
     };
     let trace_begun = Instant::now();
@@ -219,8 +226,8 @@ pub fn render(
             .bad
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner);
-        bad.1.sort_unstable();
-        (bad.0, std::mem::take(&mut bad.1))
+        bad.examples.sort_unstable();
+        (bad.count, std::mem::take(&mut bad.examples))
     };
     let samples = tiles
         .iter()
