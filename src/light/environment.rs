@@ -329,6 +329,7 @@ mod tests {
                     * std::f64::consts::PI;
             }
             let count = f64::from(n * n);
+            assert!(agree as f64 > 0.99 * count, "{w}x{h}: {agree}");
             assert!(
                 (by_table / uniform - 1.0).abs() < 2e-2,
                 "{w}x{h}: {} {}",
