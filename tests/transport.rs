@@ -47,8 +47,9 @@ fn sphere(rings: u32, bumps: f32, smooth: bool) -> Mesh {
             } else {
                 n
             };
-            let key = if r == 0 || r == rings { 0 } else { c % columns };
-            let radius = 1.0 + f64::from(bumps * (hashed(7, r, key) - 0.5));
+            // Waves about as long as a radian: bumps, but no spikes.
+            let waves = (4.0 * n.x + 1.0).sin() + (5.0 * n.y).cos() + (3.0 * n.z + 2.0).sin();
+            let radius = 1.0 + f64::from(bumps) * waves / 6.0;
             mesh.positions.push((n * radius).as_vec3().to_array());
             normals.push(n.as_vec3().to_array());
             uvs.push([
@@ -175,7 +176,7 @@ fn closed_room(scale: f64, center: DVec3) -> Scene {
     );
     place(
         &mut scene,
-        sphere(60, 0.2, false),
+        sphere(200, 0.4, false),
         diffuse([1.0; 3]),
         &[room],
     );
@@ -191,7 +192,7 @@ fn closed_room(scale: f64, center: DVec3) -> Scene {
         .collect();
     place(
         &mut scene,
-        sphere(16, 0.1, false),
+        sphere(40, 0.3, false),
         diffuse([1.0; 3]),
         &balls,
     );
