@@ -12,3 +12,4 @@ mod cli;
 mod color;
 mod formats;
 mod transport;
+mod pictures;

@@ -19,6 +19,7 @@ So a noisy comparison fails rather than passes: too few samples widen the standa
 """
 
 import argparse
+import ast
 import hashlib
 import json
 import math
@@ -45,15 +46,23 @@ SETTINGS = {
     "cornell": (64, 64, 160, 160),
     "three-objects": (64, 36, 768, 768),
     "window-room": (72, 48, 256, 256),
-    "many-lights": (64, 36, 256, 256),
+    "many-lights": (56, 32, 512, 512),
     "glass": (80, 45, 256, 256),
     "material-wall": (80, 50, 160, 160),
     "foliage": (80, 45, 96, 96),
 }
 PROBE_SAMPLES = (64, 64)
+SETTINGS["probe-normal-map"] = (96, 72, 192, 192)
 
-# Differences that are understood: scene -> (bound on relMSE, bound on luminance, why).
-EXCEPTIONS = {}
+# Differences that are understood: scene -> (bound on relMSE, bound on |luminance ratio - 1|, why).
+#
+# Rough glass: a white ball before a white world returns 1.03 at roughness 0.5 and 1.12 at 1 in Cycles, whose tables of its
+# albedo are coarse (docs/cycles.md), and 1 in Sundog. The means of these probes are 0.989 and 0.978 of Cycles'.
+COARSE_GLASS = "Cycles' rough glass gains energy"
+EXCEPTIONS = {
+    "probe-furnace": (1.2e-3, 0.014, COARSE_GLASS),
+    "probe-glass": (4.0e-3, 0.026, COARSE_GLASS),
+}
 
 
 class Failure(Exception):
@@ -82,16 +91,19 @@ def digest(*parts):
 def inputs(name, folder):
     """The bytes that Cycles' picture of a built scene depends on: what was exported, and the scripts that set the rest.
 
-    Not the .blend itself: it holds dates and paths. What glTF does not carry is set in kit.py and build.py alone.
+    Not the .blend itself: it holds dates and paths. What glTF does not carry is set in kit.py and build.py alone. Of the
+    scripts the syntax trees, so that comments may change.
     """
     with open(os.path.join(folder, f"{name}.json")) as file:
         environment = json.load(file)["environment"]
     paths = [os.path.join(folder, f"{name}.glb"), os.path.join(folder, f"{name}.json")]
     paths += [os.path.join(folder, environment)] if environment else []
-    paths += [os.path.join(SCRIPTS, script) for script in ("kit.py", "build.py", "render_cycles.py")]
     for path in paths:
         with open(path, "rb") as file:
             yield file.read()
+    for script in ("kit.py", "build.py", "render_cycles.py"):
+        with open(os.path.join(SCRIPTS, script)) as file:
+            yield ast.dump(ast.parse(file.read())).encode()
 
 
 def cycles_pictures(name, folder, size, samples):
