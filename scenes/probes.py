@@ -160,7 +160,7 @@ def point(folder):
     kit.lamp("POINT", "Large", (2.2, 0.5, 1.2), 60.0, (0.4, 0.4, 1.0), 0.4)
     for column in range(3):
         kit.box("Blocker", (0.4, 0.4, 0.6), ((column - 1) * 2.2 + 0.5, -0.4, 0.3), kit.matte("Blocker", (0.6, 0.6, 0.6)))
-    kit.sphere("Mirror", 0.5, (1.1, -1.6, 0.5), kit.principled("Mirror", base_color=(1.0, 1.0, 1.0), metallic=1.0, roughness=0.1))
+    kit.sphere("Mirror", 0.5, (1.1, -1.6, 0.5), kit.principled("Mirror", base_color=(1.0, 1.0, 1.0), metallic=1.0, roughness=0.35))
     kit.look_from((0.0, -6.0, 5.0), (0.0, -0.3, 0.2), degrees=48.0)
     # No bounces: the caustics of small lights in the mirror would drown all else in noise.
     return {"bounces": 0, "view": "Standard"}

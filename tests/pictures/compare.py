@@ -39,14 +39,14 @@ RELATIVE_ERROR_BOUND = 1e-3
 LUMINANCE_BOUND = 0.01
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
-# Width, height, and samples a pixel of one replicate: Cycles', Sundog's. Enough for the standard errors that the rules
-# want, and no more; see `--more` for a closer look. (For a given number of samples in all the standard error of relMSE
-# grows with the root of the number of pixels, so the pictures are tiny.)
+# Width, height (in the exact ratio of the scene's picture), and samples a pixel of one replicate: Cycles', Sundog's. Enough
+# for the standard errors that the rules want, and no more; see `--more` for a closer look. (For a given number of samples in
+# all the standard error of relMSE grows with the root of the number of pixels, so the pictures are tiny.)
 SETTINGS = {
     "cornell": (64, 64, 160, 160),
     "three-objects": (64, 36, 768, 768),
     "window-room": (72, 48, 256, 256),
-    "many-lights": (56, 32, 512, 512),
+    "many-lights": (48, 27, 512, 512),
     "glass": (80, 45, 256, 256),
     "material-wall": (80, 50, 160, 160),
     "foliage": (80, 45, 96, 96),
