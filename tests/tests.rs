@@ -11,5 +11,5 @@ mod blender_layers;
 mod cli;
 mod color;
 mod formats;
-mod transport;
 mod pictures;
+mod transport;

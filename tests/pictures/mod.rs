@@ -25,10 +25,18 @@ fn run(program: &str, arguments: &[&str]) {
         python.display()
     );
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pictures");
-    let done = Command::new(python).arg(folder.join(program)).args(arguments).output().unwrap();
+    let done = Command::new(python)
+        .arg(folder.join(program))
+        .args(arguments)
+        .output()
+        .unwrap();
     let said = String::from_utf8_lossy(&done.stdout);
     println!("{said}");
-    assert!(done.status.success(), "{program} failed:\n{said}{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        done.status.success(),
+        "{program} failed:\n{said}{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
 }
 
 #[test]
@@ -39,5 +47,13 @@ fn the_measures_find_known_differences_and_no_others() {
 #[test]
 fn the_scenes_look_as_in_cycles() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
-    run("compare.py", &["--sundog", env!("CARGO_BIN_EXE_sundog"), "--keep", folder.to_str().unwrap()]);
+    run(
+        "compare.py",
+        &[
+            "--sundog",
+            env!("CARGO_BIN_EXE_sundog"),
+            "--keep",
+            folder.to_str().unwrap(),
+        ],
+    );
 }
