@@ -7,28 +7,30 @@ use glam::Vec2;
 /// Points of the tabulated inverse; between them it is linear.
 const STEPS: usize = 1024;
 
-/// A separable filter ready to be sampled.
+/// A separable, symmetric filter ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct FilterTable {
-    /// Offset from the pixel's centre, in pixels, at evenly spaced quantiles.
+    /// The distance from the pixel's centre that is exceeded with probability (k/STEPS)²: the
+    /// square gives the long thin tails of the windows their share of the points.
     inverse: Vec<f32>,
 }
 
 impl FilterTable {
-    /// From the one-dimensional shape over a support of `width` pixels about 0.
+    /// From the one-dimensional shape, even in its argument, over a support of `width` pixels
+    /// about 0.
     pub fn new(width: f64, shape: impl Fn(f64) -> f64) -> Self {
         let cells = 64 * STEPS;
-        let at = |i: usize| width * (i as f64 / cells as f64 - 0.5);
+        let at = |i: usize| 0.5 * width * (1.0 - i as f64 / cells as f64);
+        // Sums from the rim to the centre: the tail's small numbers come first and keep their digits.
         let mut sums = vec![0f64];
         for i in 0..cells {
-            let middle = shape(0.5 * (at(i) + at(i + 1))).max(0.0);
-            sums.push(sums[i] + middle);
+            sums.push(sums[i] + shape(0.5 * (at(i) + at(i + 1))).max(0.0));
         }
         let total = sums[cells];
         let mut cell = 0;
         let inverse = (0..=STEPS)
             .map(|k| {
-                let wanted = total * k as f64 / STEPS as f64;
+                let wanted = total * (k as f64 / STEPS as f64).powi(2);
                 while cell + 1 < cells && sums[cell + 1] < wanted {
                     cell += 1;
                 }
@@ -69,10 +71,15 @@ impl FilterTable {
     #[inline]
     pub fn sample(&self, u: Vec2) -> Vec2 {
         let one = |u: f32| {
-            let x = u * STEPS as f32;
+            let (beyond, side) = if u < 0.5 {
+                (2.0 * u, -1.0)
+            } else {
+                (2.0 - 2.0 * u, 1.0)
+            };
+            let x = beyond.sqrt() * STEPS as f32;
             let i = (x as usize).min(STEPS - 1);
             let t = x - i as f32;
-            self.inverse[i] * (1.0 - t) + self.inverse[i + 1] * t
+            side * (self.inverse[i] * (1.0 - t) + self.inverse[i + 1] * t)
         };
         Vec2::new(one(u.x), one(u.y))
     }
