@@ -10,12 +10,13 @@ Time is that of path tracing alone (no loading, no building of structures), medi
 program says it itself: Sundog in its last event, Cycles in its log from the first sample to the end.
 
 The error is relMSE = mean of (x - r)^2 / (r^2 + 0.01). The reference r is made of both: a = Cycles without bias, b =
-Sundog, each with eight times the samples. (x - a)(x - b) has the expectation (x - r)^2 because the noise of a and b is
+Sundog, each with four times the samples. (x - a)(x - b) has the expectation (x - r)^2 because the noise of a and b is
 independent, so the reference need not be free of noise.
 """
 
 import argparse
 import json
+import math
 import os
 import platform
 import statistics
@@ -31,7 +32,7 @@ import numpy as np  # noqa: E402
 import bpy  # noqa: E402
 import compare  # noqa: E402
 
-REFERENCE_FACTOR = 8
+REFERENCE_FACTOR = 4
 SCENES = ["cornell", "three-objects", "window-room", "many-lights", "glass", "material-wall", "foliage"]
 
 
@@ -73,8 +74,11 @@ def relative_error(x, a, b):
 def measure(name, given, folder):
     with open(os.path.join(folder, f"{name}.json")) as file:
         settings = json.load(file)
-    scale = (given.pixels / (settings["width"] * settings["height"])) ** 0.5
-    size = (round(settings["width"] * scale), round(settings["height"] * scale))
+    # The exact ratio of the sides: Blender and Sundog fit a camera differently into another one.
+    common = math.gcd(settings["width"], settings["height"])
+    across, down = settings["width"] // common, settings["height"] // common
+    times = max(1, round(math.sqrt(given.pixels / (across * down))))
+    size = (across * times, down * times)
     out = lambda word: os.path.join(folder, f"{name}-benchmark-{word}.exr")
     cycles(name, folder, out("a"), size, given.samples * REFERENCE_FACTOR, 900)
     sundog(name, folder, out("b"), size, given.samples * REFERENCE_FACTOR, 901, given.sundog)
@@ -84,19 +88,19 @@ def measure(name, given, folder):
         "Cycles, unbiased": lambda path, seed: cycles(name, folder, path, size, given.samples, seed),
         "Sundog": lambda path, seed: sundog(name, folder, path, size, given.samples, seed, given.sundog),
     }
-    times, errors = {way: [] for way in ways}, {way: [] for way in ways}
+    seconds, errors = {way: [] for way in ways}, {way: [] for way in ways}
     for repeat in range(given.repeats):
         for index, (way, render) in enumerate(ways.items()):
             path = out("x")
-            times[way].append(render(path, 1000 + 10 * repeat + index))
+            seconds[way].append(render(path, 1000 + 10 * repeat + index))
             errors[way].append(relative_error(compare.read_exr(path), a, b))
     whole = size[0] * size[1] * given.samples
     return size, {
         way: {
-            "ns": statistics.median(times[way]) / whole * 1e9,
-            "spread": (max(times[way]) - min(times[way])) / statistics.median(times[way]),
+            "ns": statistics.median(seconds[way]) / whole * 1e9,
+            "spread": (max(seconds[way]) - min(seconds[way])) / statistics.median(seconds[way]),
             "error": statistics.mean(errors[way]),
-            "cost": statistics.median(times[way]) * statistics.mean(errors[way]),
+            "cost": statistics.median(seconds[way]) * statistics.mean(errors[way]),
         }
         for way in ways
     }

@@ -163,6 +163,22 @@ pub fn trace<const E: Mask>(
         if bounce > settings.bounces {
             break;
         }
+
+        // ---- Russian roulette ----
+        // Only here, when the light that the ray found has been added: the ray is the other half of the
+        // estimate of direct light, and roulette before it would make that noisier. With the square root
+        // of the throughput: half-way, in variance, between always going on and keeping the throughput
+        // constant.
+        if bounce > 0 {
+            let survival = throughput.max_element().sqrt().min(1.0);
+            if survival < 1.0 {
+                if sampler.single(Dimension::Roulette, bounce) >= survival {
+                    break;
+                }
+                throughput /= survival;
+            }
+        }
+
         let wo = -direction;
         let bsdf = if effects::has(E, TRANSMISSION) {
             Bsdf::new::<true>(
@@ -212,18 +228,9 @@ pub fn trace<const E: Mask>(
             break;
         };
         throughput *= s.weight;
-        // Russian roulette with the square root of the throughput: half-way, in variance, between
-        // always going on and keeping the throughput constant.
-        let survival = throughput.max_element().sqrt().min(1.0);
         // NaN goes on, to be counted at the film.
-        if survival <= 0.0 {
+        if throughput.max_element() <= 0.0 {
             break;
-        }
-        if survival < 1.0 {
-            if sampler.single(Dimension::Roulette, bounce) >= survival {
-                break;
-            }
-            throughput /= survival;
         }
         previous = Previous {
             at,
