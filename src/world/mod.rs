@@ -17,7 +17,6 @@ use crate::scene::{self, Projection, Scene};
 use geometry::{Entry, MeshData};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use material::{PreparedMaterial, Preparer};
-use std::sync::Arc;
 
 /// A scene ready for rays. Positions are relative to `origin`.
 pub struct World {
@@ -290,12 +289,4 @@ impl World {
             direction,
         )
     }
-
-    /// A surface on a given triangle, for tests and lights.
-    pub fn entry_count(&self) -> usize {
-        self.entries.len()
-    }
 }
-
-/// A shared pointer to a world.
-pub type SharedWorld = Arc<World>;
