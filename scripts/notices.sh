@@ -26,7 +26,7 @@ on your machine; who hands a built Sundog on hands these on too, with their lice
 | tool | licence | used for |
 | --- | --- | --- |
 | libclang 18.1.1 (PyPI's `libclang`) | Apache-2.0 WITH LLVM-exception | bindgen reads the headers with it |
-| Blender as a Python module (PyPI's `bpy` 4.5.15 and 5.0.1) and what it asks for | GPL-3.0-or-later, and its own | exports the scenes of `scenes/` and renders the tests' reference pictures, as a process of its own |
+| Blender as a Python module (PyPI's `bpy` 4.5.15, 5.0.1 and 4.2.23) and what it asks for | GPL-3.0-or-later, and its own | exports the scenes of `scenes/` and renders the tests' reference pictures, as a process of its own |
 | Python 3.11 (Debian 12's packages), where the system has none | PSF-2.0 | runs `bpy` |
 
 ## Crates

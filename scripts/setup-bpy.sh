@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes Blender available as a Python module, as a virtual environment in the cache folder:
 #
-#     scripts/setup-bpy.sh [VERSION]      VERSION 4.5.15 (the default) or 5.0.1
+#     scripts/setup-bpy.sh [VERSION]      VERSION 4.5.15 (the default), 5.0.1 or 4.2.23
 #
 # The environment is then <cache>/bpy-VERSION/bin/python. bpy needs Python 3.11; where the system has none, Debian 12's
 # packages of it are unpacked into the cache folder and nothing is installed. SUNDOG_BPY_PYTHON names another Python that

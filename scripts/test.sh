@@ -6,8 +6,11 @@
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 cd "$project_root"
 
-# The tests render with Blender's Cycles for comparison and export the scenes with Blender.
-"$scripts/setup-bpy.sh" 4.5.15
+# The tests render with Blender's Cycles for comparison and export the scenes with Blender; its colours are compared in 5.0
+# too, and the add-on runs in the oldest and the newest Blender that it supports.
+for version in 4.5.15 5.0.1 4.2.23; do
+    "$scripts/setup-bpy.sh" "$version"
+done
 export SUNDOG_BPY_PYTHON="${SUNDOG_BPY_PYTHON:-$cache/bpy-4.5.15/bin/python}"
 
 for tool in fmt clippy; do

@@ -14,7 +14,9 @@ relMSE, the mean over pixels and channels of (x - r)^2 / (r^2 + 0.01) for conver
 
 luminance, the ratio of the mean luminances. Rule: |ratio - 1| + 2 standard errors <= bound.
 
-So a noisy comparison fails rather than passes: too few samples widen the standard error. Cycles' pictures are kept in
+So a noisy comparison fails rather than passes: too few samples widen the standard error. The scenes of the gallery are
+rendered twice more, with light sampling alone and with BSDF sampling alone: their mean luminances may differ from that of
+both together by at most three standard errors of the difference. Cycles' pictures are kept in
 ~/.cache/sundog/references under a hash of the scene, the scripts, bpy's version and the settings.
 """
 
@@ -51,6 +53,8 @@ SETTINGS = {
     "material-wall": (80, 50, 160, 160),
     "foliage": (80, 45, 96, 96),
 }
+TECHNIQUES = ("nee", "bsdf")
+GALLERY = tuple(SETTINGS)
 PROBE_SAMPLES = (64, 64)
 SETTINGS["probe-normal-map"] = (96, 72, 192, 192)
 
@@ -130,14 +134,14 @@ def cycles_pictures(name, folder, size, samples):
     return paths
 
 
-def sundog_command(program, folder, name, path, size, samples, seed):
+def sundog_command(program, folder, name, path, size, samples, seed, technique="mis"):
     """How Sundog is called for a picture of one of the scenes in `folder`."""
     with open(os.path.join(folder, f"{name}.json")) as file:
         settings = json.load(file)
     # With "=", so that a negative number is not taken for a flag.
     command = [program, "render", os.path.join(folder, settings["scene"]), f"--output={path}", f"--width={size[0]}",
                f"--height={size[1]}", f"--samples={samples}", f"--bounces={settings['bounces']}", f"--seed={seed}",
-               f"--filter={settings['filter']}", "--exr-layers=combined"]
+               f"--filter={settings['filter']}", f"--light-sampling={technique}", "--exr-layers=combined"]
     if settings["environment"]:
         command += [f"--environment={os.path.join(folder, settings['environment'])}",
                     f"--environment-strength={settings['environment_strength']}",
@@ -145,11 +149,13 @@ def sundog_command(program, folder, name, path, size, samples, seed):
     return command
 
 
-def sundog_pictures(name, folder, size, samples, program):
-    """Paths of the replicates by Sundog."""
-    paths = [os.path.join(folder, f"{name}-sundog-{index}.exr") for index in range(REPLICATES)]
+def sundog_pictures(name, folder, size, samples, program, technique="mis"):
+    """Paths of the replicates by Sundog; each technique has seeds of its own."""
+    paths = [os.path.join(folder, f"{name}-sundog-{technique}-{index}.exr") for index in range(REPLICATES)]
+    seed = {"mis": 201, "nee": 301, "bsdf": 401}[technique]
     for index, path in enumerate(paths):
-        run(sundog_command(program, folder, name, path, size, samples, 201 + index) + ["--quiet"], f"Sundog's picture of {name}")
+        run(sundog_command(program, folder, name, path, size, samples, seed + index, technique) + ["--quiet"],
+            f"Sundog's picture of {name}")
     return paths
 
 
@@ -199,6 +205,17 @@ def luminance_ratio(ours, theirs):
     if r <= 0.0:
         raise Failure("the reference is black")
     return x / r, math.hypot(x_error / r, x * r_error / (r * r))
+
+
+def techniques_agree(name, folder, size, samples, program, ours):
+    """For light sampling alone and BSDF sampling alone: the ratio of the mean luminance to that of both, and the difference in
+    its standard errors."""
+    both, both_error = mean_and_error(ours)
+    found = {}
+    for technique in TECHNIQUES:
+        alone, error = mean_and_error([read_exr(path) for path in sundog_pictures(name, folder, size, samples, program, technique)])
+        found[technique] = {"ratio": alone / both, "sigmas": (alone - both) / max(math.hypot(error, both_error), 1e-300)}
+    return found
 
 
 def compare(name, ours, theirs):
@@ -273,6 +290,9 @@ def main():
             ours = sundog_pictures(name, given.keep, (width, height), scaled(ours_samples), given.sundog)
             ours, theirs = [read_exr(path) for path in ours], [read_exr(path) for path in theirs]
             result = compare(name, ours, theirs)
+            if name in GALLERY:
+                result["techniques"] = techniques_agree(name, given.keep, (width, height), scaled(ours_samples), given.sundog, ours)
+                result["passed"] &= all(abs(t["sigmas"]) <= 3 for t in result["techniques"].values())
             write_side_by_side(os.path.join(given.keep, f"{name}-compared.exr"), ours, theirs)
         except Failure as failure:
             print(f"{name:<20} FAILED: {failure}", flush=True)
@@ -284,6 +304,9 @@ def main():
             f"{name:<20} {result['luminance ratio']:>10.4f} ± {result['ratio error']:.4f}   {result['relMSE']:>11.2e} ± "
             f"{result['relMSE error']:.0e}   {result['noise']:.3f}, {result['noise Cycles']:.3f}   "
             f"{'ok' if result['passed'] else 'DIFFERS'}{' (' + result['why'] + ')' if result['why'] else ''}", flush=True)
+        if "techniques" in result:
+            print("    " + ", ".join(f"{technique} alone {found['ratio']:.4f} ({found['sigmas']:+.1f} sigma)"
+                                     for technique, found in result["techniques"].items()), flush=True)
         if "grid" in settings and not result["passed"]:
             for line in cells(settings, ours, theirs):
                 print("    " + "  ".join(f"{ratio:.3f}±{error:.3f}" for ratio, error in line), flush=True)
