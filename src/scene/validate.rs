@@ -491,7 +491,8 @@ fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diag
     if material.ior != 0.0 {
         clamp(&mut material.ior, 1.0, LARGEST, 1.5);
     }
-    clamp(&mut material.specular, 0.0, 1.0, 1.0);
+    // Above 1 where Blender's specular level is above 1/2.
+    clamp(&mut material.specular, 0.0, LARGEST, 1.0);
     for c in &mut material.specular_color {
         clamp(c, 0.0, LARGEST, 1.0);
     }

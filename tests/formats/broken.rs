@@ -125,13 +125,14 @@ fn check(scene: &Scene) {
         assert!(!scene.meshes[instance.mesh.0 as usize].triangles.is_empty());
     }
     for m in &scene.materials {
-        let unit = [m.alpha, m.metallic, m.roughness, m.specular, m.transmission];
+        let unit = [m.alpha, m.metallic, m.roughness, m.transmission];
         assert!(
             unit.iter()
                 .chain(&m.base_color)
                 .all(|v| (0.0..=1.0).contains(v))
         );
         assert!(m.emission.iter().all(|v| v.is_finite() && *v >= 0.0));
+        assert!(m.specular.is_finite() && m.specular >= 0.0);
         assert!(m.ior == 0.0 || m.ior >= 1.0);
         let mut copy = m.clone();
         for texture in copy.textures_mut().into_iter().flatten() {

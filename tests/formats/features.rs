@@ -625,6 +625,22 @@ fn a_material_with_everything() {
     assert_eq!(sets.map(|t| t.as_ref().unwrap().uv_set), [0, 1, 0, 1, 0]);
 }
 
+/// Blender's exporter writes a specular level above 1/2 into the colour; it is the factor that says what Blender means.
+#[test]
+fn a_specular_color_above_one_is_a_specular_factor() {
+    let mut file = Builder::square();
+    let read = |file: &mut Builder, specular: serde_json::Value| {
+        file.json["materials"][0] =
+            json!({ "extensions": { "KHR_materials_specular": specular } });
+        let m = &file.load().scene.materials[0];
+        (m.specular, m.specular_color)
+    };
+    let above = json!({ "specularColorFactor": [1.6, 1.2, 0.8] });
+    assert_eq!(read(&mut file, above), (1.6, [1.0, 1.2 / 1.6, 0.8 / 1.6]));
+    let with_factor = json!({ "specularFactor": 0.5, "specularColorFactor": [1.6, 1.2, 0.8] });
+    assert_eq!(read(&mut file, with_factor), (0.5, [1.6, 1.2, 0.8]));
+}
+
 #[test]
 fn materials_without_anything_are_gltfs_default() {
     let mut file = Builder::square();

@@ -117,6 +117,18 @@ pub(super) fn load_material(
             &format!("{base}/specularColorTexture"),
             diagnostics,
         )?;
+        // Where Blender's specular level is above 1/2, its exporter leaves the factor at 1 and writes the level into the
+        // colour. A factor says the same of the reflectance at normal incidence, and it is what changes the curve above
+        // that, as the level does in Blender.
+        let brightest = material.specular_color.into_iter().fold(0.0, f32::max);
+        if brightest > 1.0
+            && brightest.is_finite()
+            && material.specular == 1.0
+            && material.specular_color_texture.is_none()
+        {
+            material.specular = brightest;
+            material.specular_color = material.specular_color.map(|c| c / brightest);
+        }
     }
     if let Some(transmission) = known.and_then(|e| e.transmission.as_ref()) {
         let base = "/extensions/KHR_materials_transmission";
