@@ -630,8 +630,7 @@ fn a_material_with_everything() {
 fn a_specular_color_above_one_is_a_specular_factor() {
     let mut file = Builder::square();
     let read = |file: &mut Builder, specular: serde_json::Value| {
-        file.json["materials"][0] =
-            json!({ "extensions": { "KHR_materials_specular": specular } });
+        file.json["materials"][0] = json!({ "extensions": { "KHR_materials_specular": specular } });
         let m = &file.load().scene.materials[0];
         (m.specular, m.specular_color)
     };
