@@ -168,6 +168,23 @@ fn what_cannot_be_understood_is_a_usage_error() {
     for (arguments, words) in [
         (&["rendr"][..], &["rendr"][..]),
         (&["render", "scene.gltf"], &["--output"]),
+        (&["render", "scene.gltf", "--frames", "."], &["--json"]),
+        (
+            &["render", "scene.gltf", "-o", "a.exr", "--region", "3,0,3,9"],
+            &["--region", "X0 < X1"],
+        ),
+        (
+            &[
+                "render",
+                "scene.gltf",
+                "-o",
+                "a.exr",
+                "--width=24",
+                "--region=0,0,25,2",
+                "--quiet",
+            ],
+            &["--region", "24 × 12"],
+        ),
         (
             &["render", "scene.gltf", "-o", "a.exr", "--width", "0"],
             &["--width", "0", "from 1 to"],
@@ -956,6 +973,234 @@ fn the_time_ends_a_render() {
     assert_eq!(finished["statistics"]["stop"], "time");
     assert!(finished["statistics"]["samples"].as_u64().unwrap() >= 1);
     assert!(folder.path("a.exr").exists());
+}
+
+#[test]
+fn a_region_is_cut_from_the_full_picture_bit_for_bit() {
+    let folder = Folder::with_scene();
+    let render = |more: &[&str]| {
+        let plain = [
+            "render",
+            "scene.gltf",
+            "--width=24",
+            "--samples=4",
+            "--quiet",
+        ];
+        let arguments: Vec<_> = plain.iter().chain(more).copied().collect();
+        folder.works(&arguments);
+    };
+    render(&["-o", "full.exr", "--threads=1"]);
+    render(&["-o", "part.exr", "--region=5,3,21,10", "--threads=3"]);
+    for layer in [None, Some("Depth"), Some("Normal"), Some("Position")] {
+        let load = |name| sundog::measure::load(&folder.path(name), layer).unwrap();
+        let (full, part) = (load("full.exr"), load("part.exr"));
+        assert_eq!((part.width, part.height), (16, 7));
+        for y in 0..7 {
+            for x in 0..16 {
+                assert_eq!(part.pixels[y * 16 + x], full.pixels[(y + 3) * 24 + x + 5]);
+            }
+        }
+    }
+}
+
+#[test]
+fn clamping_takes_light_away_and_says_how_much() {
+    let folder = Folder::with_scene();
+    let mean = |name: &str| {
+        let picture = folder.floats(name);
+        let luminance = |p: &[f32; 3]| f64::from(0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]);
+        picture.pixels.iter().map(luminance).sum::<f64>() / picture.pixels.len() as f64
+    };
+    let clamped = |flags: &[&str], name: &str| {
+        let mut arguments = vec![
+            "render",
+            "scene.gltf",
+            "--width=24",
+            "--samples=4",
+            "--json",
+        ];
+        arguments.extend(["-o", name]);
+        arguments.extend(flags);
+        let text = folder.works(&arguments);
+        let finished: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+        finished["statistics"]["clamped"].clone()
+    };
+    assert_eq!(clamped(&[], "free.exr"), Value::Null);
+    // The lamp lights the square directly and nothing else: indirect clamping finds nothing.
+    let none = clamped(&["--clamp-indirect=0.001"], "indirect.exr");
+    assert_eq!(none, json!({ "direct": 0.0, "indirect": 0.0 }));
+    assert_eq!(folder.floats("free.exr"), folder.floats("indirect.exr"));
+    let brightest = folder
+        .floats("free.exr")
+        .pixels
+        .iter()
+        .fold(0f32, |m, p| m.max(p[0]));
+    let limit = format!("--clamp-direct={}", 0.5 * brightest);
+    let taken = clamped(&[&limit], "direct.exr");
+    let share = 1.0 - mean("direct.exr") / mean("free.exr");
+    assert!(share > 0.05, "{share}");
+    assert!(
+        (taken["direct"].as_f64().unwrap() - share).abs() < 1e-5,
+        "{taken} {share}"
+    );
+    assert_eq!(taken["indirect"], 0.0);
+}
+
+/// The passes of a frame file by name, as its event describes them.
+fn frame_passes(folder: &Folder, event: &Value) -> Vec<(String, Vec<f32>)> {
+    let bytes = std::fs::read(folder.path("frames").join(event["file"].as_str().unwrap())).unwrap();
+    let region: Vec<u64> = event["region"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|n| n.as_u64().unwrap())
+        .collect();
+    let pixels = ((region[2] - region[0]) * (region[3] - region[1])) as usize;
+    let mut end = 0;
+    let passes = event["passes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|pass| {
+            let offset = pass["offset"].as_u64().unwrap() as usize;
+            assert_eq!(offset, end);
+            end = offset + 4 * pixels * pass["channels"].as_str().unwrap().len();
+            let floats = bytes[offset..end]
+                .chunks_exact(4)
+                .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
+                .collect();
+            (pass["name"].as_str().unwrap().to_owned(), floats)
+        })
+        .collect();
+    assert_eq!(end, bytes.len());
+    passes
+}
+
+#[test]
+fn the_last_frame_is_the_picture() {
+    let folder = Folder::with_scene();
+    std::fs::create_dir(folder.path("frames")).unwrap();
+    let text = folder.works(&[
+        "render",
+        "scene.gltf",
+        "-o",
+        "a.exr",
+        "--frames=frames",
+        "--width=24",
+        "--region=4,2,20,9",
+        "--samples=4",
+        "--json",
+    ]);
+    let events: Vec<Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let last = events.iter().rfind(|e| e["event"] == "frame").unwrap();
+    assert_eq!(last["final"], true);
+    assert_eq!(
+        (
+            &last["width"],
+            &last["height"],
+            &last["region"],
+            &last["samples"]
+        ),
+        (&json!(24), &json!(12), &json!([4, 2, 20, 9]), &json!(4))
+    );
+    let passes = frame_passes(&folder, last);
+    let names: Vec<_> = passes.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "Combined",
+            "Depth",
+            "Normal",
+            "Position",
+            "Denoising Albedo",
+            "Debug Sample Count"
+        ]
+    );
+    let picture = folder.floats("a.exr");
+    let combined = &passes[0].1;
+    for y in 0..7 {
+        for x in 0..16 {
+            let pixel = &combined[4 * ((6 - y) * 16 + x)..][..4];
+            assert_eq!(pixel[..3], picture.pixels[y * 16 + x]);
+            assert_eq!(pixel[3], 1.0);
+        }
+    }
+    let progress = events.iter().rfind(|e| e["event"] == "progress").unwrap();
+    assert!(progress["noise"].as_f64().unwrap() > 0.0, "{progress}");
+    let output = folder.run(&["render", "scene.gltf", "--frames=missing", "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let line: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(
+        line["message"]
+            .as_str()
+            .unwrap()
+            .contains("there is no folder missing"),
+        "{line}"
+    );
+    // What cannot be understood is told in JSON too.
+    let output = folder.run(&["render", "scene.gltf", "--json", "--sample", "1"]);
+    assert_eq!(output.status.code(), Some(2));
+    let line: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(line["event"], "error");
+}
+
+/// Frames come while the render goes on, no more than two lie unread, and an interrupt brings the last one.
+#[cfg(unix)]
+#[test]
+fn frames_come_while_the_picture_grows() {
+    use std::io::BufRead;
+    let folder = Folder::with_scene();
+    std::fs::create_dir(folder.path("frames")).unwrap();
+    let mut child = folder
+        .command(&[
+            "render",
+            "scene.gltf",
+            "--frames=frames",
+            "--width=24",
+            "--time=10m",
+            "--json",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut events = std::io::BufReader::new(child.stdout.take().unwrap())
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(&line.unwrap()).unwrap());
+    let lying = || std::fs::read_dir(folder.path("frames")).unwrap().count();
+    let mut next = || events.find(|e| e["event"] == "frame").unwrap();
+    // Two are left unread: no third one comes before one of them is removed.
+    let (first, second) = (next(), next());
+    assert_eq!(first["final"], false);
+    let passes = frame_passes(&folder, &first);
+    assert_eq!((passes.len(), passes[0].0.as_str()), (1, "Combined"));
+    assert!(
+        passes[0]
+            .1
+            .iter()
+            .any(|value| *value > 0.1 && *value != 1.0)
+    );
+    assert_ne!(first["file"], second["file"]);
+    let waited = events
+        .by_ref()
+        .take_while(|e| e["event"] == "progress")
+        .take(4)
+        .count();
+    assert_eq!((waited, lying()), (4, 2));
+    std::fs::remove_file(folder.path("frames").join(first["file"].as_str().unwrap())).unwrap();
+    let third = events.find(|e| e["event"] == "frame").unwrap();
+    assert_eq!((&third["final"], lying()), (&json!(false), 2));
+    interrupt(&child);
+    let rest: Vec<Value> = events.collect();
+    let last = rest.iter().find(|e| e["event"] == "frame").unwrap();
+    assert_eq!(last["final"], true);
+    assert_eq!(frame_passes(&folder, last).len(), 6);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(rest.last().unwrap()["event"], "error");
 }
 
 /// Presses Ctrl-C.

@@ -37,6 +37,8 @@ pub enum Kind {
     Filter,
     /// `auto`, `all`, or names of effects with commas between them.
     Effects,
+    /// Four whole numbers, `X0,Y0,X1,Y1`: a rectangle of pixels that is not empty.
+    Region,
     /// One of a few words.
     Choice {
         /// The words.
@@ -120,13 +122,6 @@ impl Argument {
     const fn short(self, short: char) -> Self {
         Self {
             short: Some(short),
-            ..self
-        }
-    }
-
-    const fn required(self) -> Self {
-        Self {
-            required: true,
             ..self
         }
     }
@@ -383,6 +378,20 @@ const EXR: Group = Group {
     ],
 };
 
+/// A limit for bounces of one kind.
+const fn limit(name: &'static str, doc: &'static str) -> Argument {
+    Argument::new(
+        name,
+        Kind::Integer {
+            min: 0,
+            max: MAX_BOUNCES,
+        },
+        "COUNT",
+        doc,
+    )
+    .details("No limit if not given.")
+}
+
 const REPORTING: Group = Group {
     heading: "Messages",
     arguments: &[
@@ -417,8 +426,14 @@ static RENDER: Command = Command {
                     "Where the picture goes: .exr, .png or .jpg; may be given more than once.",
                 )
                 .short('o')
-                .required()
-                .repeats(),
+                .repeats()
+                .details("At least one, or `--frames`."),
+                Argument::new(
+                    "frames",
+                    Kind::Path,
+                    "FOLDER",
+                    "Write the picture as raw floats while it grows, for programs: see below; needs `--json`.",
+                ),
             ],
         },
         Group {
@@ -428,6 +443,13 @@ static RENDER: Command = Command {
                     "If only one of width and height is given, the other follows from the camera's aspect; if none is, the longer side has 1280 pixels.",
                 ),
                 Argument::new("height", Kind::Integer { min: 1, max: MAX_SIDE }, "PIXELS", "Rows."),
+                Argument::new(
+                    "region",
+                    Kind::Region,
+                    "X0,Y0,X1,Y1",
+                    "Render only these pixels of the picture: from the column X0 and the row Y0, counted from the top left, up to and without X1 and Y1.",
+                )
+                .details("The files hold these pixels alone. They are the same, bit for bit, as in the full picture."),
                 Argument::new(
                     "camera",
                     Kind::Text,
@@ -454,6 +476,13 @@ static RENDER: Command = Command {
                     "Bounces of a path, as Cycles counts its Max Bounces: 0 is direct light alone.",
                 )
                 .default("12"),
+                limit("bounces-diffuse", "Diffuse reflections of a path, as Cycles counts its Max Bounces for Diffuse."),
+                limit("bounces-glossy", "The same for glossy reflections, mirrors included."),
+                limit("bounces-transmission", "The same for passages through glass: a solid takes two."),
+                limit(
+                    "bounces-transparent",
+                    "Surfaces that a path may pass by their opacity, and a shadow ray from its end, as Cycles counts them: they are no bounces.",
+                ),
                 Argument::new(
                     "threads",
                     Kind::Integer { min: 1, max: 1024 },
@@ -491,6 +520,30 @@ static RENDER: Command = Command {
                     "How paths find light; for tests and studies, mis is the one to use.",
                 )
                 .default("mis"),
+                Argument::new(
+                    "clamp-direct",
+                    Kind::Number { min: 0.0, max: 1e9 },
+                    "VALUE",
+                    "Greatest value (mean of the channels) of one contribution of direct light, and of what the camera sees itself; 0 for no limit.",
+                )
+                .default("0")
+                .details("Biased: takes light away, as Cycles' Clamp Direct does. How much is told at the end."),
+                Argument::new(
+                    "clamp-indirect",
+                    Kind::Number { min: 0.0, max: 1e9 },
+                    "VALUE",
+                    "The same for indirect light; 0 for no limit.",
+                )
+                .default("0")
+                .details("Biased: takes light away, above all caustics, as Cycles' Clamp Indirect does, which is 10 by default there. How much is told at the end."),
+                Argument::new(
+                    "filter-glossy",
+                    Kind::Number { min: 0.0, max: 1e6 },
+                    "VALUE",
+                    "Makes reflection and refraction rougher behind blurring bounces, as Cycles' Filter Glossy; 0 for off.",
+                )
+                .default("0")
+                .details("Biased: caustics get soft. Cycles has 1 by default."),
                 Argument::switch(
                     "backface-culling",
                     "Hide the back faces of single-sided materials, as glTF viewers do and Cycles does not.",

@@ -4,6 +4,7 @@ mod color;
 mod compare;
 mod console;
 pub mod flags;
+mod frames;
 mod info;
 mod interrupt;
 pub mod pages;
@@ -113,10 +114,12 @@ fn answer(error: &clap::Error) -> u8 {
             EXIT_USAGE
         }
         _ => {
-            console::message(&format!(
-                "sundog: {} (`sundog --help` tells more)",
-                parser::sentence(error)
-            ));
+            let message = format!("{} (`sundog --help` tells more)", parser::sentence(error));
+            // Nothing has been parsed, but a program that reads JSON should find it there.
+            if std::env::args_os().any(|argument| argument == "--json") {
+                console::json_line(&serde_json::json!({ "event": "error", "message": message }));
+            }
+            console::message(&format!("sundog: {message}"));
             EXIT_USAGE
         }
     }

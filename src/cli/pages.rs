@@ -41,12 +41,57 @@ pub fn markdown() -> String {
     for exit in EXIT_CODES {
         let _ = writeln!(page, "| {} | {} |", exit.code, cell(exit.doc));
     }
+    page.push_str(EVENTS);
     page.push_str("\n## Examples\n\n");
     for (command, doc) in EXAMPLES {
         let _ = writeln!(page, "- `{command}`: {doc}");
     }
     page
 }
+
+/// What programs that run `sundog render --json` read.
+const EVENTS: &str = r#"
+## Events
+
+`sundog render --json` writes one JSON object a line to the standard output, with its kind in `event`. Unknown kinds and keys
+are to be passed over.
+
+| event | when | keys |
+| --- | --- | --- |
+| `diagnostic` | after loading, for each thing that is not as in the file | `verdict`, what, where, what is done instead |
+| `scene` | the scene is loaded | `file`, `settings` |
+| `prepared` | the first samples begin | `seconds`, `triangles`, `effects` |
+| `progress` | five times a second, and at the end | `samples`, `of`, `fraction`, `seconds`, `rays`, `remaining` (seconds, or null), `noise` (see below, or null) |
+| `frame` | with `--frames`: a file lies in the folder | see below |
+| `written` | a file of `--output` is there | `file` |
+| `warning` | something should be known | `message` |
+| `finished` | all is written | `statistics`, `written` |
+| `error` | the command failed (or was interrupted); also a sentence on the standard error | `message` |
+
+**Noise** is an estimate of √relMSE of the picture so far (relMSE as in `sundog compare`, against the picture that the same
+settings would converge to): every other sample makes one picture, the rest another, and the difference of the two tells how
+far their mean is off. The two halves are stratified against each other, which the estimate knows nothing of: it errs on the
+large side, except where light is so rare that no sample has found it yet.
+
+**Frames.** `--frames FOLDER` writes the picture so far into a folder that exists already: 0.1 s after every pixel has its first
+sample, then at intervals that grow by half each time up to 5 s, and once more at the end, whatever ended the render. Each frame
+has a name of its own; it is written beside and renamed before its line is printed:
+
+    {"event":"frame","file":"frame-000003.raw","width":1280,"height":720,"region":[0,0,1280,720],
+     "samples":7,"final":false,"passes":[{"name":"Combined","channels":"RGBA","offset":0}]}
+
+The file holds the region's pixels (x1 − x0 columns, y1 − y0 rows; the origin of `region` is the top left of the full picture of
+`width` × `height`) as little-endian 32-bit floats: the passes one after the other, each from its `offset` in bytes, channels
+interleaved, rows from bottom to top, associated alpha. Frames before the last one have only `Combined`. The reader removes what
+it has read; while two frames lie unread, no more are written but the last one.
+
+**Ctrl-C** (SIGINT): before `prepared` the process ends at once. Afterwards the render stops, the last frame and the files of
+`--output` are written, and the exit code is 130. A second Ctrl-C ends the process at once.
+
+**Biased settings.** `--clamp-direct`, `--clamp-indirect` and `--filter-glossy` change what the picture converges to; all are off
+unless given. `statistics.clamped` tells the shares of the mean luminance that clamping took away (`direct`, `indirect`). What
+`--filter-glossy` changes cannot be told without a second render: it is named in `settings` alone.
+"#;
 
 fn write_command(page: &mut String, parent: &str, command: &Command, level: usize) {
     let name = format!("{parent} {}", command.name);

@@ -2,7 +2,7 @@
 
 use super::flags::{Argument, COMMANDS, Command, EXAMPLES, Kind, PROGRAM_DOC};
 use super::values::{Value, parse};
-use crate::render::{EffectChoice, Filter};
+use crate::render::{EffectChoice, Filter, Region};
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches};
@@ -255,6 +255,14 @@ impl<'a> Parsed<'a> {
         }
     }
 
+    /// A rectangle of pixels.
+    pub fn region(&self, name: &str) -> Option<Region> {
+        match self.value(name)? {
+            Value::Region(region) => Some(*region),
+            _ => None,
+        }
+    }
+
     /// One of a few words; empty where the command has no such argument.
     pub fn choice(&self, name: &str) -> &'static str {
         match self.value(name) {
@@ -283,6 +291,22 @@ mod tests {
         assert_eq!(parsed.integer("samples"), Some(settings.samples));
         assert_eq!(parsed.duration("time"), settings.time_limit);
         assert_eq!(parsed.integer("bounces"), Some(settings.bounces));
+        assert_eq!(
+            parsed.integer("bounces-diffuse"),
+            settings.bounce_limits.diffuse
+        );
+        assert_eq!(
+            parsed.number("clamp-direct"),
+            Some(f64::from(settings.clamp_direct))
+        );
+        assert_eq!(
+            parsed.number("clamp-indirect"),
+            Some(f64::from(settings.clamp_indirect))
+        );
+        assert_eq!(
+            parsed.number("filter-glossy"),
+            Some(f64::from(settings.filter_glossy))
+        );
         assert_eq!(parsed.integer("seed"), Some(settings.seed));
         assert_eq!(parsed.filter("filter"), Some(settings.filter));
         assert_eq!(parsed.effects("effects"), Some(settings.effects));
@@ -309,8 +333,8 @@ mod tests {
                 "--exposure cannot be 'x': expected a number from -32 to 32",
             ),
             (
-                &["render", "a"],
-                "the following required arguments were not provided: --output <FILE>",
+                &["render"],
+                "the following required arguments were not provided: <SCENE>",
             ),
             (
                 &["render", "a", "-o", "b", "--sample", "3"],

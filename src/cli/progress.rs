@@ -115,11 +115,15 @@ impl Observer for Reporter {
                 seconds,
                 rays,
                 remaining,
+                noise,
             } => {
                 bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
                 let mut text = format!("{samples}/{of} samples");
                 if *seconds > 0.0 {
                     text.push_str(&format!(" · {:.2} Mray/s", *rays as f64 / seconds / 1e6));
+                }
+                if let Some(noise) = noise {
+                    text.push_str(&format!(" · noise {noise:.3}"));
                 }
                 if let Some(remaining) = remaining {
                     text.push_str(&format!(" · {} left", console::clock(*remaining)));

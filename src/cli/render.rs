@@ -1,6 +1,7 @@
 //! `sundog render`: a scene file becomes pictures.
 
 use super::flags::{EXIT_INTERRUPTED, EXIT_OK, MAX_SAMPLES};
+use super::frames::{Frames, Watcher};
 use super::parser::Parsed;
 use super::progress::Reporter;
 use super::view::{self, View};
@@ -8,7 +9,7 @@ use super::{Failure, console, interrupt, scene_file};
 use crate::effects::EffectSet;
 use crate::film::Picture;
 use crate::output::{self, Format, Metadata, exr};
-use crate::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Stop};
+use crate::render::{BounceLimits, EffectChoice, LightSampling, RenderSettings, Rendering, Stop};
 use crate::scene::{Camera, Projection, Scene};
 use ::exr::compression::Compression;
 use serde_json::json;
@@ -24,6 +25,19 @@ const LONGER_SIDE: u32 = 1280;
 pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     interrupt::listen().map_err(Failure::new)?;
     let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
+    if !parsed.given("output") && !parsed.given("frames") {
+        return Err(Failure::usage(
+            "nothing says where the picture goes; give --output FILE (or --frames FOLDER)",
+        ));
+    }
+    if let Some(folder) = parsed.path("frames") {
+        if !parsed.switch("json") {
+            return Err(Failure::usage(
+                "--frames tells its files by lines of JSON; give --json as well",
+            ));
+        }
+        Frames::check(folder)?;
+    }
     let outputs = Outputs::from_flags(parsed, &reporter)?;
     let imported = scene_file::load(parsed)?;
     let (path, scene) = (&imported.path, &imported.scene);
@@ -37,14 +51,20 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         scene_file::demand_exact(path, &imported.diagnostics)?;
     }
     let settings = settings(parsed, path, scene)?;
-    check_memory(settings.width, settings.height)?;
+    check_memory(settings.region().width(), settings.region().height())?;
+    let frames = parsed
+        .path("frames")
+        .map(|folder| Frames::new(folder, (settings.width, settings.height), settings.region()));
     tell_left_out(scene, &settings.effects, &reporter);
     reporter.tell(
         &json!({ "event": "scene", "file": path.display().to_string(), "settings": settings }),
     );
 
-    interrupt::keep();
-    let rendering = crate::render::render(scene, &settings, &reporter);
+    let watcher = Watcher {
+        reporter: &reporter,
+        frames: frames.as_ref(),
+    };
+    let rendering = crate::render::render(scene, &settings, &watcher);
     reporter.end();
     let rendering =
         rendering.map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
@@ -60,6 +80,10 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
             ),
         });
     }
+    if let Some(frames) = &frames {
+        // First of all: whoever has interrupted waits for it.
+        frames.write(&rendering.picture, statistics.samples, true)?;
+    }
     if statistics.non_finite > 0 {
         let example = statistics.non_finite_examples.first();
         reporter.warn(&format!(
@@ -72,20 +96,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     }
     let metadata = metadata(path, scene, &settings, &rendering);
     outputs.write(&rendering, &metadata, &reporter)?;
-    let seconds = statistics.trace.as_secs_f64();
-    reporter.say(&format!(
-        "{} × {} pixels, {} samples a pixel, {} to prepare, {} to trace, {:.2} Mray/s",
-        settings.width,
-        settings.height,
-        statistics.samples,
-        console::clock(statistics.prepare.as_secs_f64()),
-        console::clock(seconds),
-        if seconds > 0.0 {
-            statistics.rays as f64 / seconds / 1e6
-        } else {
-            0.0
-        },
-    ));
+    reporter.say(&end_line(&rendering));
     reporter.tell(
         &json!({ "event": "finished", "statistics": statistics, "written": outputs.names() }),
     );
@@ -94,12 +105,47 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
             code: EXIT_INTERRUPTED,
             message: format!(
                 "interrupted; {} written with the {} samples a pixel there were",
-                outputs.names().join(", "),
+                if outputs.files.is_empty() {
+                    "the last frame".to_owned()
+                } else {
+                    outputs.names().join(", ")
+                },
                 statistics.samples
             ),
         });
     }
     Ok(EXIT_OK)
+}
+
+/// What a render was, in one line.
+fn end_line(rendering: &Rendering) -> String {
+    let (picture, statistics) = (&rendering.picture, &rendering.statistics);
+    let seconds = statistics.trace.as_secs_f64();
+    let mut line = format!(
+        "{} × {} pixels, {} samples a pixel, {} to prepare, {} to trace, {:.2} Mray/s",
+        picture.width,
+        picture.height,
+        statistics.samples,
+        console::clock(statistics.prepare.as_secs_f64()),
+        console::clock(seconds),
+        if seconds > 0.0 {
+            statistics.rays as f64 / seconds / 1e6
+        } else {
+            0.0
+        },
+    );
+    if let Some(noise) = statistics.noise {
+        line.push_str(&format!(", noise about {noise:.3}"));
+    }
+    if let Some(clamped) = statistics.clamped {
+        line.push_str(&format!(
+            "; clamping took away {:.2} % of the light (direct {:.2} %, indirect {:.2} %)",
+            100.0 * (clamped.direct + clamped.indirect),
+            100.0 * clamped.direct,
+            100.0 * clamped.indirect
+        ));
+    }
+    line
 }
 
 /// Where the picture goes.
@@ -240,12 +286,32 @@ fn settings(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings
         Some(samples) if parsed.given("samples") || time_limit.is_none() => samples,
         _ => MAX_SAMPLES as u32,
     };
+    let region = parsed.region("region");
+    if let Some(region) = region
+        && (region.x1 > width || region.y1 > height)
+    {
+        return Err(Failure::usage(format!(
+            "--region ends at {}, {}, outside of the picture of {width} × {height} pixels",
+            region.x1, region.y1
+        )));
+    }
+    let number = |name: &str, default: f32| parsed.number(name).map_or(default, |n| n as f32);
     Ok(RenderSettings {
         width,
         height,
         samples,
         time_limit,
         bounces: parsed.integer("bounces").unwrap_or(defaults.bounces),
+        bounce_limits: BounceLimits {
+            diffuse: parsed.integer("bounces-diffuse"),
+            glossy: parsed.integer("bounces-glossy"),
+            transmission: parsed.integer("bounces-transmission"),
+            transparent: parsed.integer("bounces-transparent"),
+        },
+        clamp_direct: number("clamp-direct", defaults.clamp_direct),
+        clamp_indirect: number("clamp-indirect", defaults.clamp_indirect),
+        filter_glossy: number("filter-glossy", defaults.filter_glossy),
+        region,
         camera,
         seed: parsed.integer("seed").unwrap_or(defaults.seed),
         threads: parsed.integer("threads").map(|threads| threads as usize),

@@ -1,7 +1,7 @@
 //! The text of an argument becomes a value, or a clause that says what was expected.
 
 use super::flags::Kind;
-use crate::render::{EffectChoice, Filter, FilterKind};
+use crate::render::{EffectChoice, Filter, FilterKind, Region};
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -18,6 +18,7 @@ pub enum Value {
     Color([f32; 3]),
     Filter(Filter),
     Effects(EffectChoice),
+    Region(Region),
     Choice(&'static str),
 }
 
@@ -63,6 +64,9 @@ pub fn parse(kind: &Kind, text: &OsStr) -> Result<Value, String> {
         }),
         Kind::Filter => filter(text).map(Value::Filter),
         Kind::Effects => effects(text).map(Value::Effects),
+        Kind::Region => region(text).map(Value::Region).ok_or_else(|| {
+            "expected four whole numbers X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1".into()
+        }),
         Kind::Choice { choices } => choices
             .iter()
             .find(|choice| choice.name == text)
@@ -130,6 +134,17 @@ fn color(text: &str) -> Option<[f32; 3]> {
             .filter(|c: &f32| c.is_finite() && *c >= 0.0)?;
     }
     parts.next().is_none().then_some(color)
+}
+
+fn region(text: &str) -> Option<Region> {
+    let numbers: Vec<u32> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok())
+        .collect::<Option<_>>()?;
+    let &[x0, y0, x1, y1] = numbers.as_slice() else {
+        return None;
+    };
+    (x0 < x1 && y0 < y1).then_some(Region { x0, y0, x1, y1 })
 }
 
 fn filter(text: &str) -> Result<Filter, String> {
@@ -204,6 +219,31 @@ mod tests {
             "", "1", "1,2", "1,2,3,4", "1,2,-3", "nan,1,1", "1,inf,1", "a,b,c",
         ] {
             assert_eq!(color(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn regions() {
+        assert_eq!(
+            region("0,10, 5,11"),
+            Some(Region {
+                x0: 0,
+                y0: 10,
+                x1: 5,
+                y1: 11
+            })
+        );
+        for wrong in [
+            "",
+            "0,0,1",
+            "0,0,1,1,1",
+            "5,0,5,1",
+            "0,2,1,1",
+            "-1,0,1,1",
+            "0,0,1.5,1",
+            "0,0,99999999999,1",
+        ] {
+            assert_eq!(region(wrong), None, "{wrong}");
         }
     }
 

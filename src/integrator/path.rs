@@ -2,13 +2,14 @@
 //! sampling the BSDF, the two weighted by multiple importance sampling
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
-use crate::effects::{self, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, SUNS, TRANSMISSION};
+use crate::effects::{self, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, SUNS, TRANSMISSION};
 use crate::film::pixel::{FirstHit, NO_DEPTH};
 use crate::light::power_heuristic;
 use crate::math::float::ray_origin;
+use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
-use crate::shading::Bsdf;
-use crate::world::{Shaded, Surface, World};
+use crate::shading::{Bsdf, Scattering};
+use crate::world::{Met, Shaded, Surface, World};
 use glam::{Vec2, Vec3};
 
 /// What a path takes from the settings.
@@ -16,6 +17,16 @@ use glam::{Vec2, Vec3};
 pub struct PathSettings {
     /// Indirect bounces: 0 is direct light only, as Cycles counts "Max Bounces".
     pub bounces: u32,
+    /// The same for the scatterings of one kind, in the order of [`Scattering`]; `u32::MAX` for no limit.
+    pub limits: [u32; 3],
+    /// Surfaces that a path may pass by their opacity, as Cycles counts its transparent "Max Bounces";
+    /// `u32::MAX` for no limit.
+    pub transparent: u32,
+    /// Greatest mean of the channels that one contribution may have: direct light, indirect light.
+    /// Infinite for no limit.
+    pub clamp: [f32; 2],
+    /// Cycles' "Filter Glossy"; 0 for none.
+    pub filter_glossy: f32,
     /// Light is found by sampling lights.
     pub sample_lights: bool,
     /// Light is found by sampling BSDFs.
@@ -27,6 +38,8 @@ pub struct PathSettings {
 pub struct Path {
     /// Radiance at the camera.
     pub radiance: Vec3,
+    /// Luminance that clamping took from direct and from indirect light.
+    pub clamped: [f32; 2],
     /// Rays that were traced.
     pub rays: u32,
     /// Features of the first hit.
@@ -40,6 +53,37 @@ struct Previous {
     pdf: f32,
     /// Light sampling could not have found what the ray finds.
     only_bsdf: bool,
+    /// What the surface did; `None` at the camera. With [`Scattering::Transmission`] the ray goes on
+    /// beyond the surface; Cycles' ray visibility has the same three kinds.
+    #[allow(dead_code)]
+    scattering: Option<Scattering>,
+}
+
+/// Light that a path has gathered.
+struct Gathered {
+    radiance: Vec3,
+    clamped: [f32; 2],
+}
+
+impl Gathered {
+    /// Adds one contribution. `bounces`: scatterings between the camera and the surface that the light
+    /// falls on, so that 0 is direct light; light that the camera sees itself counts as direct.
+    ///
+    /// As Cycles clamps: each contribution by itself, weights of multiple importance sampling included,
+    /// scaled as a whole so that the mean of its channels is at most the limit.
+    #[inline]
+    fn add(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) {
+        let indirect = usize::from(bounces > 0);
+        let mean = light.element_sum() * (1.0 / 3.0);
+        let limit = settings.clamp[indirect];
+        if mean > limit {
+            let kept = light * (limit / mean);
+            self.clamped[indirect] += luminance(light - kept);
+            self.radiance += kept;
+        } else {
+            self.radiance += light;
+        }
+    }
 }
 
 impl PathSettings {
@@ -54,6 +98,24 @@ impl PathSettings {
         } else {
             0.0
         }
+    }
+
+    /// Surfaces that a shadow ray may pass from a path that has passed some.
+    #[inline]
+    fn transparent_left(&self, passed: u32) -> u32 {
+        if self.transparent == u32::MAX {
+            u32::MAX
+        } else {
+            self.transparent.saturating_sub(passed)
+        }
+    }
+
+    /// The least α that a surface is given after a path whose least density is `min_pdf`: a ray that
+    /// came by a blurring bounce cannot tell a sharp highlight from a soft one, and the soft one is far
+    /// less noisy. It changes the picture. Cycles' curve: ½ √(1 − p/x), nothing once p reaches x.
+    #[inline]
+    fn least_alpha(&self, min_pdf: f32) -> f32 {
+        0.5 * (1.0 - min_pdf / self.filter_glossy).max(0.0).sqrt()
     }
 
     /// Weight of light that light sampling found.
@@ -79,7 +141,10 @@ pub fn trace<const E: Mask>(
     let camera_ray = world.camera.ray(film);
     let (mut origin, mut direction) = (camera_ray.origin, camera_ray.direction);
     let (mut near, mut far) = (camera_ray.near, camera_ray.far);
-    let mut radiance = Vec3::ZERO;
+    let mut gathered = Gathered {
+        radiance: Vec3::ZERO,
+        clamped: [0.0; 2],
+    };
     let mut throughput = Vec3::ONE;
     let mut rays = 0;
     let mut first = FirstHit {
@@ -93,19 +158,47 @@ pub fn trace<const E: Mask>(
         },
         pdf: 0.0,
         only_bsdf: true,
+        scattering: None,
     };
+    let mut scatterings = [0u32; 3];
+    // The path may end at the next surface: what shines there is its last light.
+    let mut last = false;
+    let mut passed = 0;
+    let mut min_pdf = f32::INFINITY;
 
     let mut bounce = 0;
     loop {
         // ---- The next surface, and the lamps on the way to it ----
         rays += 1;
-        let hit = world.intersect::<E>(
-            origin,
-            direction,
-            near,
-            far,
-            sampler.key(Dimension::Opacity, bounce),
-        );
+        let key = sampler.key(Dimension::Opacity, bounce);
+        let mut ended = false;
+        let hit = if effects::has(E, ALPHA) && settings.transparent != u32::MAX {
+            match world.intersect_limited::<E>(
+                origin,
+                direction,
+                near,
+                far,
+                key,
+                // Cycles notices the limit when it has passed a surface: one always is.
+                settings.transparent.max(1) - passed,
+                &mut passed,
+            ) {
+                Met::Surface(hit) => {
+                    last |= passed > 0 && passed >= settings.transparent;
+                    Some(hit)
+                }
+                Met::Nothing => None,
+                Met::Limit(distance) => {
+                    ended = true;
+                    far = distance;
+                    None
+                }
+            }
+        } else {
+            world.intersect::<E>(origin, direction, near, far, key)
+        };
+        // Light that is found here falls on the surface before.
+        let lit = bounce.saturating_sub(1);
         if effects::has(E, LAMPS) && bounce > 0 {
             let end = hit.map_or(far, |h| h.distance);
             world.lights.lamps_along(
@@ -114,22 +207,24 @@ pub fn trace<const E: Mask>(
                 direction,
                 end,
                 |emitted, light_pdf| {
-                    radiance +=
-                        throughput * emitted * settings.weight_of_found(&previous, light_pdf);
+                    let weight = settings.weight_of_found(&previous, light_pdf);
+                    gathered.add(settings, throughput * emitted * weight, lit);
                 },
             );
+        }
+        if ended {
+            break;
         }
         let Some(hit) = hit else {
             if effects::has(E, ENVIRONMENT | SUNS) {
                 if bounce == 0 {
-                    radiance += world.lights.background(direction);
+                    gathered.add(settings, world.lights.background(direction), lit);
                 } else {
                     world
                         .lights
                         .from_infinity(&previous.at, direction, |emitted, light_pdf| {
-                            radiance += throughput
-                                * emitted
-                                * settings.weight_of_found(&previous, light_pdf);
+                            let weight = settings.weight_of_found(&previous, light_pdf);
+                            gathered.add(settings, throughput * emitted * weight, lit);
                         });
                 }
             }
@@ -147,8 +242,8 @@ pub fn trace<const E: Mask>(
                     .lights
                     .triangle_pdf(&previous.at, surface.emitter, &surface.point)
             };
-            radiance +=
-                throughput * surface.emission * settings.weight_of_found(&previous, light_pdf);
+            let weight = settings.weight_of_found(&previous, light_pdf);
+            gathered.add(settings, throughput * surface.emission * weight, lit);
         }
         if bounce == 0 {
             first.depth = world.camera.depth(surface.point.point);
@@ -160,7 +255,7 @@ pub fn trace<const E: Mask>(
         let Some(parameters) = &surface.parameters else {
             break;
         };
-        if bounce > settings.bounces {
+        if last {
             break;
         }
 
@@ -179,10 +274,14 @@ pub fn trace<const E: Mask>(
             }
         }
 
+        let mut parameters = *parameters;
+        if settings.filter_glossy > 0.0 {
+            parameters.roughen(settings.least_alpha(min_pdf));
+        }
         let wo = -direction;
         let bsdf = if effects::has(E, TRANSMISSION) {
             Bsdf::new::<true>(
-                parameters,
+                &parameters,
                 surface.dielectrics,
                 surface.normals,
                 wo,
@@ -190,7 +289,7 @@ pub fn trace<const E: Mask>(
             )
         } else {
             Bsdf::new::<false>(
-                parameters,
+                &parameters,
                 surface.dielectrics,
                 surface.normals,
                 wo,
@@ -216,7 +315,8 @@ pub fn trace<const E: Mask>(
                 &bsdf,
                 &at,
                 throughput,
-                &mut radiance,
+                settings.transparent_left(passed),
+                &mut gathered,
             );
         }
 
@@ -236,14 +336,22 @@ pub fn trace<const E: Mask>(
             at,
             pdf: s.pdf,
             only_bsdf: s.delta,
+            scattering: Some(s.scattering),
         };
+        if !s.delta {
+            min_pdf = min_pdf.min(s.pdf);
+        }
         origin = ray_origin(surface.point, surface.normals.geometric, s.wi);
         direction = s.wi;
         (near, far) = (0.0, f32::INFINITY);
         bounce += 1;
+        let kind = s.scattering as usize;
+        scatterings[kind] += 1;
+        last = bounce > settings.bounces || scatterings[kind] > settings.limits[kind];
     }
     Path {
-        radiance,
+        radiance: gathered.radiance,
+        clamped: gathered.clamped,
         rays,
         first,
     }
@@ -261,7 +369,8 @@ fn direct_light<const E: Mask>(
     bsdf: &Bsdf,
     at: &Shaded,
     throughput: Vec3,
-    radiance: &mut Vec3,
+    transparent: u32,
+    gathered: &mut Gathered,
 ) -> u32 {
     let u_light = sampler.single(Dimension::Light, bounce);
     let u = sampler.pair(Dimension::LightPosition, bounce);
@@ -278,9 +387,9 @@ fn direct_light<const E: Mask>(
     }
     let start = ray_origin(surface.point, surface.normals.geometric, light.wi);
     let share = match light.target {
-        Some(target) => world.transmittance_to::<E>(start, target),
-        None => world.transmittance::<E>(start, light.wi, f32::INFINITY),
+        Some(target) => world.transmittance_to::<E>(start, target, transparent),
+        None => world.transmittance::<E>(start, light.wi, f32::INFINITY, transparent),
     };
-    *radiance += contribution * share;
+    gathered.add(settings, contribution * share, bounce);
     1
 }

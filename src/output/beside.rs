@@ -138,6 +138,22 @@ pub fn write_beside<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), E>,
 ) -> Result<(), OutputError> {
+    write_and_rename(path, true, write)
+}
+
+/// The same without waiting for the disk: for files that are read at once and removed.
+pub(super) fn write_unsynchronised<E: std::fmt::Display>(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), E>,
+) -> Result<(), OutputError> {
+    write_and_rename(path, false, write)
+}
+
+fn write_and_rename<E: std::fmt::Display>(
+    path: &Path,
+    synchronise: bool,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), E>,
+) -> Result<(), OutputError> {
     let failed = |reason: String| OutputError::Failed {
         path: path.display().to_string(),
         reason,
@@ -149,15 +165,17 @@ pub fn write_beside<E: std::fmt::Display>(
     write(&mut writer).map_err(|error| failed(error.to_string()))?;
     writer.flush().map_err(|error| failed(plain(&error)))?;
     drop(writer);
-    temporary
-        .as_file()
-        .sync_all()
-        .map_err(|error| failed(plain(&error)))?;
+    if synchronise {
+        temporary
+            .as_file()
+            .sync_all()
+            .map_err(|error| failed(plain(&error)))?;
+    }
     temporary
         .persist(&target)
         .map_err(|error| failed(plain(&error.error)))?;
     // The rename, too, should survive a power cut; where folders cannot be synchronised, that is no failure.
-    if let Ok(folder) = File::open(folder_of(&target)) {
+    if synchronise && let Ok(folder) = File::open(folder_of(&target)) {
         let _ = folder.sync_all();
     }
     Ok(())

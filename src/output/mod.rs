@@ -4,6 +4,7 @@ mod beside;
 pub mod display;
 pub mod exr;
 pub mod png;
+pub mod raw;
 
 pub use beside::{check_writable, remove_unfinished, write_beside};
 

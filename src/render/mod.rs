@@ -4,7 +4,9 @@ mod schedule;
 mod settings;
 
 pub use schedule::render;
-pub use settings::{EffectChoice, Filter, FilterKind, LightSampling, RenderSettings};
+pub use settings::{
+    BounceLimits, EffectChoice, Filter, FilterKind, LightSampling, Region, RenderSettings,
+};
 
 use crate::film::Picture;
 use serde::Serialize;
@@ -48,6 +50,9 @@ pub enum Event {
         rays: u64,
         /// Expected seconds until the end.
         remaining: Option<f64>,
+        /// Estimated error of the picture so far, the root of its relMSE, from the samples
+        /// (see [`crate::film::pixel::Pixel::relative_square_error`]); not known before two samples a pixel.
+        noise: Option<f64>,
     },
 }
 
@@ -57,6 +62,14 @@ pub trait Observer: Sync {
     fn event(&self, event: &Event);
     /// Whether the render shall stop now and keep what it has (polled at least ten times a second).
     fn cancelled(&self) -> bool;
+    /// Whether a picture of what there is so far would be welcome. Polled often once every pixel has a
+    /// sample.
+    fn wants_picture(&self) -> bool {
+        false
+    }
+    /// The picture so far: the layer `Combined` alone, the region alone; each pixel has at least
+    /// `samples` samples.
+    fn picture(&self, _picture: &Picture, _samples: u32) {}
 }
 
 /// An observer for those who don't watch.
@@ -98,16 +111,29 @@ pub struct Statistics {
     pub non_finite: u64,
     /// The first of them, as pixel x, pixel y, sample index.
     pub non_finite_examples: Vec<(u32, u32, u32)>,
+    /// Estimated error of the picture, the root of its relMSE; not known of a single sample a pixel.
+    pub noise: Option<f64>,
+    /// What clamping took away; `None` if nothing was clamped by the settings.
+    pub clamped: Option<Clamped>,
     /// Names of the effects compiled into the kernel that ran.
     pub effects: Vec<String>,
     /// Threads used.
     pub threads: usize,
 }
 
+/// Light that clamping took away, as shares of the mean luminance that the picture would have.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Clamped {
+    /// Direct light and what the camera sees itself, 0..=1.
+    pub direct: f64,
+    /// Indirect light, 0..=1.
+    pub indirect: f64,
+}
+
 /// A finished (or ended) render.
 #[derive(Clone, Debug)]
 pub struct Rendering {
-    /// Layers of floats, scene-linear.
+    /// Layers of floats, scene-linear; the region alone.
     pub picture: Picture,
     /// Counts and times.
     pub statistics: Statistics,

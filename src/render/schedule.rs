@@ -1,21 +1,21 @@
 //! Passes over tiles, by a pool of threads, until something says stop.
 
 use super::{
-    EffectChoice, Event, FilterKind, LightSampling, Observer, RenderError, RenderSettings,
-    Rendering, Statistics, Stop,
+    Clamped, EffectChoice, Event, FilterKind, LightSampling, Observer, Region, RenderError,
+    RenderSettings, Rendering, Statistics, Stop,
 };
 use crate::effects::{self, EffectSet};
 use crate::film::filter::FilterTable;
 use crate::film::pixel::Pixel;
 use crate::film::{Layer, Picture};
-use crate::integrator::{self, Kernel, PathSettings};
+use crate::integrator::{self, Kernel, Path, PathSettings};
 use crate::sampler::Sequence;
 use crate::scene::Scene;
 use crate::world::{Options, World};
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Edge of a tile in pixels.
@@ -27,12 +27,20 @@ const EXAMPLES: usize = 16;
 /// At most this long between two reports of progress.
 const REPORT: Duration = Duration::from_millis(200);
 
+/// A tile of the region; places count from the corner of the full picture.
 struct Tile {
     x: u32,
     y: u32,
     width: u32,
     height: u32,
     pixels: Vec<Pixel>,
+    /// Luminance that clamping took from direct and indirect light.
+    clamped: [f64; 2],
+}
+
+/// A thread that panicked left a tile as good as before: whole samples.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Samples that were not finite: how many, and the first places (x, y, sample).
@@ -59,32 +67,48 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Takes samples `from..to` of every pixel of a tile, in chunks between which it may stop.
-    fn run(&self, tile: &mut Tile, from: u32, to: u32) {
+    /// Takes samples `from..to` of a tile, giving it free after each chunk for whoever wants to look.
+    fn run_locked(&self, tile: &Mutex<Tile>, from: u32, to: u32) {
         let mut start = from;
         while start < to && !self.stop.load(Ordering::Relaxed) {
             let end = (start + CHUNK).min(to);
-            let mut rays = 0u64;
-            for row in 0..tile.height {
-                for column in 0..tile.width {
-                    let (x, y) = (tile.x + column, tile.y + row);
-                    let pixel = &mut tile.pixels[(row * tile.width + column) as usize];
-                    for sample in start..end {
-                        rays += u64::from(self.sample(x, y, sample, pixel));
-                    }
-                }
-            }
-            self.rays.fetch_add(rays, Ordering::Relaxed);
-            self.done.fetch_add(
-                u64::from(tile.width * tile.height) * u64::from(end - start),
-                Ordering::Relaxed,
-            );
+            self.run(&mut locked(tile), start, end);
             start = end;
         }
     }
 
+    /// Takes samples `start..end` of every pixel of a tile.
+    fn run(&self, tile: &mut Tile, start: u32, end: u32) {
+        let mut rays = 0u64;
+        for row in 0..tile.height {
+            // A tile may take long: whoever wants to stop does not wait for its end.
+            if self.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            for column in 0..tile.width {
+                let (x, y) = (tile.x + column, tile.y + row);
+                let pixel = &mut tile.pixels[(row * tile.width + column) as usize];
+                for sample in start..end {
+                    let path = self.sample(x, y, sample, pixel);
+                    rays += u64::from(path.rays);
+                    for (sum, c) in tile.clamped.iter_mut().zip(path.clamped) {
+                        *sum += f64::from(c);
+                    }
+                }
+            }
+        }
+        self.rays.fetch_add(rays, Ordering::Relaxed);
+        // A tile that was broken off does not count as done.
+        if !self.stop.load(Ordering::Relaxed) {
+            self.done.fetch_add(
+                u64::from(tile.width * tile.height) * u64::from(end - start),
+                Ordering::Relaxed,
+            );
+        }
+    }
+
     #[inline]
-    fn sample(&self, x: u32, y: u32, index: u32, pixel: &mut Pixel) -> u32 {
+    fn sample(&self, x: u32, y: u32, index: u32, pixel: &mut Pixel) -> Path {
         use crate::sampler::Dimension;
         let sampler = self.sequence.sampler(x, y, index);
         let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
@@ -97,17 +121,15 @@ impl Job<'_> {
         if !path.radiance.is_finite() {
             // Counted with its place, left out, never hidden: see `Statistics::non_finite`.
             path.radiance = glam::Vec3::ZERO;
-            let mut bad = self
-                .bad
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner);
+            path.clamped = [0.0; 2];
+            let mut bad = locked(&self.bad);
             bad.count += 1;
             if bad.examples.len() < EXAMPLES {
                 bad.examples.push((x, y, index));
             }
         }
         pixel.add(path.radiance, &path.first);
-        path.rays
+        path
     }
 }
 
@@ -137,6 +159,17 @@ pub fn render(
         return Err(setting(
             "0 samples make no picture; ask for at least 1".into(),
         ));
+    }
+    let region = settings.region();
+    if region.x0 >= region.x1
+        || region.y0 >= region.y1
+        || region.x1 > settings.width
+        || region.y1 > settings.height
+    {
+        return Err(setting(format!(
+            "the region from {}, {} to {}, {} is no part of a picture of {} x {} pixels",
+            region.x0, region.y0, region.x1, region.y1, settings.width, settings.height
+        )));
     }
     let camera = scene
         .cameras
@@ -181,25 +214,32 @@ pub fn render(
         effects: effects::names(compiled),
     });
 
-    let (width, height) = (settings.width, settings.height);
-    let mut tiles: Vec<Tile> = (0..height.div_ceil(TILE))
-        .flat_map(|ty| (0..width.div_ceil(TILE)).map(move |tx| (tx * TILE, ty * TILE)))
+    let tiles: Vec<Mutex<Tile>> = (0..region.height().div_ceil(TILE))
+        .flat_map(|ty| (0..region.width().div_ceil(TILE)).map(move |tx| (tx * TILE, ty * TILE)))
         .map(|(x, y)| {
-            let (w, h) = (TILE.min(width - x), TILE.min(height - y));
-            Tile {
-                x,
-                y,
+            let (w, h) = (TILE.min(region.width() - x), TILE.min(region.height() - y));
+            Mutex::new(Tile {
+                x: region.x0 + x,
+                y: region.y0 + y,
                 width: w,
                 height: h,
                 pixels: vec![Pixel::default(); (w * h) as usize],
-            }
+                clamped: [0.0; 2],
+            })
         })
         .collect();
+    let limit = |clamp: f32| if clamp > 0.0 { clamp } else { f32::INFINITY };
+    let most = |limit: Option<u32>| limit.unwrap_or(u32::MAX);
+    let limits = settings.bounce_limits;
     let job = Job {
         world: &world,
         kernel,
         path: PathSettings {
             bounces: settings.bounces,
+            limits: [limits.diffuse, limits.glossy, limits.transmission].map(most),
+            transparent: most(limits.transparent),
+            clamp: [limit(settings.clamp_direct), limit(settings.clamp_indirect)],
+            filter_glossy: settings.filter_glossy,
             sample_lights: settings.light_sampling != LightSampling::Bsdf,
             sample_bsdf: settings.light_sampling != LightSampling::Nee,
         },
@@ -211,32 +251,32 @@ pub fn render(
                 FilterTable::blackman_harris(f64::from(settings.filter.width))
             }
         },
-        width,
-        height,
+        width: settings.width,
+        height: settings.height,
         rays: AtomicU64::new(0),
         done: AtomicU64::new(0),
         bad: Mutex::default(),
         stop: AtomicBool::new(false),
     };
     let trace_begun = Instant::now();
-    let stop = run(&job, &pool, &mut tiles, settings, observer, trace_begun);
+    let stop = run(&job, &pool, &tiles, settings, observer, trace_begun);
     let trace = trace_begun.elapsed();
     let (non_finite, non_finite_examples) = {
-        let mut bad = job
-            .bad
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut bad = locked(&job.bad);
         bad.examples.sort_unstable();
         (bad.count, std::mem::take(&mut bad.examples))
     };
     let samples = tiles
         .iter()
-        .flat_map(|t| &t.pixels)
-        .map(|p| p.samples)
+        .map(|tile| {
+            let samples = locked(tile).pixels.iter().map(|p| p.samples).min();
+            samples.unwrap_or(0)
+        })
         .min()
         .unwrap_or(0);
+    let clamps = settings.clamp_direct > 0.0 || settings.clamp_indirect > 0.0;
     Ok(Rendering {
-        picture: picture(width, height, &tiles),
+        picture: picture(region, &tiles, LAYERS.len()),
         statistics: Statistics {
             stop,
             samples,
@@ -245,25 +285,70 @@ pub fn render(
             rays: job.rays.load(Ordering::Relaxed),
             non_finite,
             non_finite_examples,
+            noise: pool.install(|| noise(&tiles)),
+            clamped: clamps.then(|| clamped(&tiles)),
             effects: effects::names(compiled),
             threads,
         },
     })
 }
 
+/// Estimated root of the picture's relMSE (mean over pixels and channels of the squared error over the
+/// squared value + 0.01); `None` while a pixel has less than two samples. Tiles are summed in their order,
+/// so that the number does not depend on the threads.
+fn noise(tiles: &[Mutex<Tile>]) -> Option<f64> {
+    let sums: Option<Vec<(f64, usize)>> = tiles
+        .par_iter()
+        .map(|tile| {
+            let tile = locked(tile);
+            let sum: Option<f64> = tile.pixels.iter().map(Pixel::relative_square_error).sum();
+            sum.map(|sum| (sum, 3 * tile.pixels.len()))
+        })
+        .collect();
+    let (sum, values) = sums?
+        .into_iter()
+        .fold((0.0, 0), |a, tile| (a.0 + tile.0, a.1 + tile.1));
+    (values > 0).then(|| (sum / values as f64).sqrt())
+}
+
+/// What clamping took away, as shares of what there would be.
+fn clamped(tiles: &[Mutex<Tile>]) -> Clamped {
+    let (mut kept, mut taken) = (0.0, [0.0; 2]);
+    for tile in tiles {
+        let tile = locked(tile);
+        for pixel in &tile.pixels {
+            kept += pixel.radiance.dot(DVec3::new(0.2126, 0.7152, 0.0722));
+        }
+        for (sum, c) in taken.iter_mut().zip(tile.clamped) {
+            *sum += c;
+        }
+    }
+    let whole = kept + taken[0] + taken[1];
+    let share = |taken: f64| if whole > 0.0 { taken / whole } else { 0.0 };
+    Clamped {
+        direct: share(taken[0]),
+        indirect: share(taken[1]),
+    }
+}
+
 /// Takes all samples in growing passes; the calling thread watches the clock and the observer.
 fn run(
     job: &Job,
     pool: &rayon::ThreadPool,
-    tiles: &mut [Tile],
+    tiles: &[Mutex<Tile>],
     settings: &RenderSettings,
     observer: &dyn Observer,
     begun: Instant,
 ) -> Stop {
-    let total = u64::from(job.width) * u64::from(job.height) * u64::from(settings.samples);
+    let region = settings.region();
+    let total =
+        u64::from(region.width()) * u64::from(region.height()) * u64::from(settings.samples);
     let finished = AtomicBool::new(false);
     let reason = Mutex::new(Stop::Samples);
     let passed = AtomicU64::new(0);
+    // The bits of the estimate after the last whole pass; NaN for none yet.
+    let error = AtomicU64::new(f64::NAN.to_bits());
+    let told = || Some(f64::from_bits(error.load(Ordering::Relaxed))).filter(|e| e.is_finite());
     std::thread::scope(|scope| {
         scope.spawn(|| {
             pool.install(|| {
@@ -271,10 +356,12 @@ fn run(
                 while from < settings.samples && !job.stop.load(Ordering::Relaxed) {
                     let to = (from + step).min(settings.samples);
                     tiles
-                        .par_iter_mut()
-                        .for_each(|tile| job.run(tile, from, to));
+                        .par_iter()
+                        .for_each(|tile| job.run_locked(tile, from, to));
                     from = to;
                     if !job.stop.load(Ordering::Relaxed) {
+                        let now = noise(tiles).unwrap_or(f64::NAN);
+                        error.store(now.to_bits(), Ordering::Relaxed);
                         passed.store(u64::from(to), Ordering::Relaxed);
                     }
                     // Growing passes: a first picture soon, little waiting for the slowest tile later.
@@ -299,19 +386,15 @@ fn run(
             if let Some(why) = why
                 && !job.stop.swap(true, Ordering::Relaxed)
             {
-                *reason
-                    .lock()
-                    .unwrap_or_else(std::sync::PoisonError::into_inner) = why;
+                *locked(&reason) = why;
+            }
+            let samples = passed.load(Ordering::Relaxed) as u32;
+            if samples > 0 && !job.stop.load(Ordering::Relaxed) && observer.wants_picture() {
+                observer.picture(&picture(region, tiles, 1), samples);
             }
             if reported.elapsed() >= REPORT {
                 reported = Instant::now();
-                observer.event(&progress(
-                    job,
-                    settings,
-                    begun,
-                    passed.load(Ordering::Relaxed) as u32,
-                    total,
-                ));
+                observer.event(&progress(job, settings, begun, samples, total, told()));
             }
         }
     });
@@ -321,13 +404,12 @@ fn run(
         begun,
         passed.load(Ordering::Relaxed) as u32,
         total,
+        told(),
     ));
     if job.done.load(Ordering::Relaxed) == total {
         return Stop::Samples;
     }
-    reason
-        .into_inner()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
+    reason.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn progress(
@@ -336,6 +418,7 @@ fn progress(
     begun: Instant,
     samples: u32,
     total: u64,
+    noise: Option<f64>,
 ) -> Event {
     let seconds = begun.elapsed().as_secs_f64();
     let fraction = job.done.load(Ordering::Relaxed) as f64 / total as f64;
@@ -353,6 +436,7 @@ fn progress(
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
         },
+        noise,
     }
 }
 
@@ -361,28 +445,35 @@ fn blender_axes(v: DVec3) -> [f32; 3] {
     [v.x as f32, -v.z as f32, v.y as f32]
 }
 
-fn picture(width: u32, height: u32, tiles: &[Tile]) -> Picture {
-    let mut layers: Vec<Layer> = [
-        ("Combined", "RGBA"),
-        ("Depth", "Z"),
-        ("Normal", "XYZ"),
-        ("Position", "XYZ"),
-        ("Denoising Albedo", "RGB"),
-        ("Debug Sample Count", "X"),
-    ]
-    .map(|(name, channels)| Layer {
-        name: name.into(),
-        channels: channels.chars().map(String::from).collect(),
-        data: vec![0.0; width as usize * height as usize * channels.len()],
-    })
-    .into();
+/// Names and channels of the layers.
+const LAYERS: [(&str, &str); 6] = [
+    ("Combined", "RGBA"),
+    ("Depth", "Z"),
+    ("Normal", "XYZ"),
+    ("Position", "XYZ"),
+    ("Denoising Albedo", "RGB"),
+    ("Debug Sample Count", "X"),
+];
+
+/// The region's picture with the first `count` layers.
+fn picture(region: Region, tiles: &[Mutex<Tile>], count: usize) -> Picture {
+    let (width, height) = (region.width(), region.height());
+    let mut layers: Vec<Layer> = LAYERS[..count]
+        .iter()
+        .map(|(name, channels)| Layer {
+            name: (*name).into(),
+            channels: channels.chars().map(String::from).collect(),
+            data: vec![0.0; width as usize * height as usize * channels.len()],
+        })
+        .collect();
     for tile in tiles {
+        let tile = locked(tile);
         for (i, p) in tile.pixels.iter().enumerate() {
             let (x, y) = (
-                tile.x + i as u32 % tile.width,
-                tile.y + i as u32 / tile.width,
+                tile.x - region.x0 + i as u32 % tile.width,
+                tile.y - region.y0 + i as u32 / tile.width,
             );
-            let at = (y * width + x) as usize;
+            let at = y as usize * width as usize + x as usize;
             let scale = if p.samples > 0 {
                 1.0 / f64::from(p.samples)
             } else {

@@ -16,6 +16,16 @@ pub struct RenderSettings {
     pub time_limit: Option<Duration>,
     /// Indirect bounces (0: direct light only), as Cycles counts "Max Bounces".
     pub bounces: u32,
+    /// Limits for bounces of one kind, within `bounces`.
+    pub bounce_limits: BounceLimits,
+    /// Greatest value of one contribution of direct light, as Cycles' "Clamp Direct"; 0 for no limit.
+    pub clamp_direct: f32,
+    /// The same for indirect light.
+    pub clamp_indirect: f32,
+    /// Cycles' "Filter Glossy": makes facets rougher behind blurring bounces; 0 for off.
+    pub filter_glossy: f32,
+    /// The part of the picture that is rendered; `None` for all of it.
+    pub region: Option<Region>,
     /// Index into `Scene::cameras`; `None` takes the first.
     pub camera: Option<usize>,
     /// Selects another independent random sequence.
@@ -40,6 +50,11 @@ impl Default for RenderSettings {
             samples: 256,
             time_limit: None,
             bounces: 12,
+            bounce_limits: BounceLimits::default(),
+            clamp_direct: 0.0,
+            clamp_indirect: 0.0,
+            filter_glossy: 0.0,
+            region: None,
             camera: None,
             seed: 0,
             threads: None,
@@ -48,6 +63,63 @@ impl Default for RenderSettings {
             light_sampling: LightSampling::Mis,
             cull_backfaces: false,
         }
+    }
+}
+
+/// Most bounces of each kind on a path, as Cycles counts them; `None` for no limit but that of all
+/// bounces together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct BounceLimits {
+    /// Diffuse reflections.
+    pub diffuse: Option<u32>,
+    /// Glossy reflections, mirrors included.
+    pub glossy: Option<u32>,
+    /// Passages through glass.
+    pub transmission: Option<u32>,
+    /// Surfaces passed by their opacity, which are not bounces.
+    pub transparent: Option<u32>,
+}
+
+/// A rectangle of pixels of the full picture, origin at the top left; the ends are not included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Region {
+    /// First column.
+    pub x0: u32,
+    /// First row.
+    pub y0: u32,
+    /// Column after the last.
+    pub x1: u32,
+    /// Row after the last.
+    pub y1: u32,
+}
+
+impl Region {
+    /// All of a picture.
+    pub fn full(width: u32, height: u32) -> Self {
+        Self {
+            x0: 0,
+            y0: 0,
+            x1: width,
+            y1: height,
+        }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> u32 {
+        self.x1 - self.x0
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.y1 - self.y0
+    }
+}
+
+impl RenderSettings {
+    /// The part of the picture that is rendered.
+    pub fn region(&self) -> Region {
+        self.region
+            .unwrap_or_else(|| Region::full(self.width, self.height))
     }
 }
 

@@ -35,6 +35,17 @@ pub struct SurfaceParameters {
     pub thin_walled: bool,
 }
 
+impl SurfaceParameters {
+    /// Makes facets at least as rough as `alpha`. The energy that multiple scattering gives back follows,
+    /// so that a white surface stays white.
+    #[inline]
+    pub fn roughen(&mut self, alpha: f32) {
+        if self.roughness * self.roughness < alpha {
+            self.roughness = alpha.sqrt();
+        }
+    }
+}
+
 /// Albedo tables of the dielectrics that a material needs, in the order of the specular factor:
 /// one where the factor is constant, more where a texture varies it.
 #[derive(Debug)]
@@ -167,6 +178,18 @@ pub struct Bsdf {
     albedo: Vec3,
 }
 
+/// What a surface did to a path, as Cycles tells rays apart: diffuse and glossy reflection, and what
+/// goes through to the other side (rough, clear or thin).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scattering {
+    /// Reflected by the diffuse lobe.
+    Diffuse,
+    /// Reflected by facets or a mirror.
+    Glossy,
+    /// Went through.
+    Transmission,
+}
+
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
@@ -174,12 +197,14 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// BSDF · |cos| / density.
     pub weight: Vec3,
+    /// The part of `weight` that is due to the diffuse lobe.
+    pub diffuse: Vec3,
     /// Density per solid angle; meaningless if `delta`.
     pub pdf: f32,
     /// Whether the direction could not have been found otherwise.
     pub delta: bool,
-    /// Whether `wi` is on the other side of the surface.
-    pub transmitted: bool,
+    /// The lobe that was drawn; `Transmission` if `wi` is on the other side of the surface.
+    pub scattering: Scattering,
 }
 
 /// The value of the BSDF for two directions.
@@ -187,12 +212,16 @@ pub struct BsdfSample {
 pub struct BsdfValue {
     /// BSDF · |cos|.
     pub value: Vec3,
+    /// The part of `value` that is due to the diffuse lobe. The rest is glossy on the viewer's side of
+    /// the surface and transmission beyond it.
+    pub diffuse: Vec3,
     /// Density with which [`Bsdf::sample`] finds the direction, per solid angle.
     pub pdf: f32,
 }
 
 const NOTHING: BsdfValue = BsdfValue {
     value: Vec3::ZERO,
+    diffuse: Vec3::ZERO,
     pdf: 0.0,
 };
 
@@ -431,6 +460,7 @@ impl Bsdf {
         }
         BsdfValue {
             value,
+            diffuse: value,
             pdf: (1.0 - self.p_facet) * warp::cosine_hemisphere_pdf(cos),
         }
     }
@@ -488,6 +518,7 @@ impl Bsdf {
         let d = ggx::d(h, self.alpha);
         BsdfValue {
             value: f.reflectance * (0.25 * d * self.view.g2_over_cos(wi, self.alpha)),
+            diffuse: Vec3::ZERO,
             pdf: Self::p_reflect(f) * d * self.view.reflection_density(self.bound),
         }
     }
@@ -498,6 +529,7 @@ impl Bsdf {
         let d = ggx::d(h, self.alpha);
         BsdfValue {
             value: f.transmittance * (0.25 * d * self.view.g2_over_cos(mirrored, self.alpha)),
+            diffuse: Vec3::ZERO,
             pdf: (1.0 - Self::p_reflect(f)) * d * self.view.reflection_density(self.bound),
         }
     }
@@ -512,6 +544,7 @@ impl Bsdf {
         let common = ggx::d(h, self.alpha) * cos_o * jacobian;
         BsdfValue {
             value: f.transmittance * (common * self.view.g2_over_cos(wi, self.alpha)),
+            diffuse: Vec3::ZERO,
             pdf: (1.0 - Self::p_reflect(f)) * common * self.view.g1_over_cos(),
         }
     }
@@ -532,7 +565,7 @@ impl Bsdf {
             if wi.dot(self.geometric) < 0.0 {
                 return None;
             }
-            return Self::weigh(wi, false, self.evaluate(wi));
+            return Self::weigh(wi, Scattering::Diffuse, self.evaluate(wi));
         }
         let wo = self.view.wo;
         let smooth = self.is_smooth();
@@ -548,6 +581,11 @@ impl Bsdf {
         let f = self.facet(cos_h);
         let p_reflect = Self::p_reflect(&f);
         let transmitted = u_lobe.y >= p_reflect;
+        let scattering = if transmitted {
+            Scattering::Transmission
+        } else {
+            Scattering::Glossy
+        };
         let reflected = h * (2.0 * cos_h) - wo;
         let (wi, straight) = match &self.glass {
             Some(g) if transmitted && g.thin => {
@@ -574,9 +612,10 @@ impl Bsdf {
             return Some(BsdfSample {
                 wi: world,
                 weight: color / p,
+                diffuse: Vec3::ZERO,
                 pdf: 0.0,
                 delta: true,
-                transmitted,
+                scattering,
             });
         }
         if self.is_behind_smooth(world, transmitted) {
@@ -594,18 +633,19 @@ impl Bsdf {
         };
         v.value += facets.value;
         v.pdf += self.p_facet * facets.pdf;
-        Self::weigh(world, transmitted, v)
+        Self::weigh(world, scattering, v)
     }
 
     /// The weight of a sampled direction under the whole mixture.
     #[inline]
-    fn weigh(wi: Vec3, transmitted: bool, v: BsdfValue) -> Option<BsdfSample> {
+    fn weigh(wi: Vec3, scattering: Scattering, v: BsdfValue) -> Option<BsdfSample> {
         (v.pdf > 0.0).then(|| BsdfSample {
             wi,
             weight: v.value / v.pdf,
+            diffuse: v.diffuse / v.pdf,
             pdf: v.pdf,
             delta: false,
-            transmitted,
+            scattering,
         })
     }
 }

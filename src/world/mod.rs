@@ -50,6 +50,17 @@ pub struct Options<'a> {
     pub cull_backfaces: bool,
 }
 
+/// What a ray with a limit of transparent surfaces met.
+#[derive(Clone, Copy, Debug)]
+pub enum Met {
+    /// A surface that it does not pass.
+    Surface(Hit),
+    /// Nothing.
+    Nothing,
+    /// One transparent surface too many, at this distance.
+    Limit(f32),
+}
+
 /// Meshes that are placed once become part of the top scene in world space; others are instanced.
 fn is_shared(placements: u32) -> bool {
     placements > 1
@@ -190,18 +201,27 @@ impl World {
         })
     }
 
+    /// Whether a hit is on a back face that is not there.
+    #[inline]
+    fn is_hidden(&self, hit: &Hit, direction: Vec3) -> bool {
+        if !self.cull_backfaces {
+            return false;
+        }
+        let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
+        let mesh = &self.meshes[entry.mesh as usize];
+        self.materials[mesh.material as usize].single_sided
+            && entry.geometric_normal(mesh, hit.primitive).dot(direction) > 0.0
+    }
+
     /// Opacity of a hit (0 for a back face that is hidden).
     #[inline]
     fn opacity<const E: Mask>(&self, hit: &Hit, direction: Vec3) -> f32 {
+        if self.is_hidden(hit, direction) {
+            return 0.0;
+        }
         let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         let material = &self.materials[mesh.material as usize];
-        if self.cull_backfaces
-            && material.single_sided
-            && entry.geometric_normal(mesh, hit.primitive).dot(direction) > 0.0
-        {
-            return 0.0;
-        }
         if !effects::has(E, effects::ALPHA) || !material.translucent {
             return 1.0;
         }
@@ -237,20 +257,76 @@ impl World {
             return self.embree.intersect(&ray);
         }
         self.embree.intersect_filtered(&ray, |hit| {
-            let opacity = self.opacity::<E>(hit, direction);
-            opacity >= 1.0
-                || (opacity > 0.0
-                    && sampler::hashed(
-                        key,
-                        hit.primitive,
-                        hit.geometry ^ hit.instance.unwrap_or(0).rotate_left(16),
-                    ) < opacity)
+            Self::stops(hit, self.opacity::<E>(hit, direction), key)
         })
     }
 
-    /// Share of light that comes from `origin + direction · share` to `origin`, 0..=1.
+    /// As [`Self::intersect`], passing at most `left` surfaces; adds how many to `count`.
+    /// As Cycles counts: surfaces without any opacity too, but not back faces that are hidden.
+    pub fn intersect_limited<const E: Mask>(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        near: f32,
+        far: f32,
+        key: u32,
+        left: u32,
+        count: &mut u32,
+    ) -> Met {
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near,
+            far,
+        };
+        let mut passed = Vec::new();
+        let hit = self.embree.intersect_filtered(&ray, |hit| {
+            if self.is_hidden(hit, direction) {
+                return false;
+            }
+            let stops = Self::stops(hit, self.opacity::<E>(hit, direction), key);
+            if !stops {
+                passed.push((hit.distance, hit.instance, hit.geometry, hit.primitive));
+            }
+            stops
+        });
+        // Embree asks in any order, about surfaces behind the hit as well.
+        let end = hit.map_or(far, |hit| hit.distance);
+        passed.retain(|&(distance, ..)| distance <= end);
+        passed.sort_unstable_by(|a, b| {
+            a.0.total_cmp(&b.0)
+                .then_with(|| (a.1, a.2, a.3).cmp(&(b.1, b.2, b.3)))
+        });
+        passed.dedup();
+        if let Some(&(distance, ..)) = passed.get(left as usize) {
+            return Met::Limit(distance);
+        }
+        *count += passed.len() as u32;
+        hit.map_or(Met::Nothing, Met::Surface)
+    }
+
+    /// Whether a hit of this opacity stops a ray.
     #[inline]
-    pub fn transmittance<const E: Mask>(&self, origin: Vec3, direction: Vec3, far: f32) -> f32 {
+    fn stops(hit: &Hit, opacity: f32, key: u32) -> bool {
+        opacity >= 1.0
+            || (opacity > 0.0
+                && sampler::hashed(
+                    key,
+                    hit.primitive,
+                    hit.geometry ^ hit.instance.unwrap_or(0).rotate_left(16),
+                ) < opacity)
+    }
+
+    /// Share of light that comes from `origin + direction · share` to `origin`, 0..=1. Light that would
+    /// have to pass more than `limit` surfaces does not come.
+    #[inline]
+    pub fn transmittance<const E: Mask>(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        far: f32,
+        limit: u32,
+    ) -> f32 {
         let ray = Ray {
             origin: origin.to_array(),
             direction: direction.to_array(),
@@ -261,8 +337,15 @@ impl World {
             return if self.embree.occluded(&ray) { 0.0 } else { 1.0 };
         }
         let mut share = 1.0f32;
+        let mut left = limit;
         let blocked = self.embree.occluded_filtered(&ray, |hit| {
             share *= 1.0 - self.opacity::<E>(hit, direction);
+            if limit != u32::MAX && !self.is_hidden(hit, direction) {
+                if left == 0 {
+                    share = 0.0;
+                }
+                left = left.saturating_sub(1);
+            }
             share <= 0.0
         });
         if blocked { 0.0 } else { share }
@@ -271,8 +354,8 @@ impl World {
     /// Share of light between two points with error bounds that see each other along `wi` (from
     /// `a` to `b`): both ends leave their surfaces by their bounds.
     #[inline]
-    pub fn transmittance_to<const E: Mask>(&self, origin: Vec3, target: Vec3) -> f32 {
-        self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE)
+    pub fn transmittance_to<const E: Mask>(&self, origin: Vec3, target: Vec3, limit: u32) -> f32 {
+        self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE, limit)
     }
 
     /// The surface at a hit.

@@ -1,0 +1,153 @@
+//! `--frames FOLDER`: the picture as files of raw floats while it grows, for a program that shows it.
+
+use super::progress::Reporter;
+use super::{Failure, console, interrupt};
+use crate::film::Picture;
+use crate::output::{self, raw};
+use crate::render::{Event, Observer, Region};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Time from the first samples to the first frame.
+const FIRST: Duration = Duration::from_millis(100);
+/// Each interval is so many times the one before …
+const GROWTH: f64 = 1.5;
+/// … up to this.
+const LONGEST: Duration = Duration::from_secs(5);
+/// So many frames may lie unread before the next one waits.
+const UNREAD: usize = 2;
+
+/// The folder of frames.
+pub struct Frames {
+    folder: PathBuf,
+    size: (u32, u32),
+    region: Region,
+    state: Mutex<State>,
+}
+
+struct State {
+    /// Frames written so far.
+    count: u32,
+    /// When the next one is due; none before the first samples.
+    due: Option<Instant>,
+    interval: Duration,
+    /// Frames that may still lie there.
+    lying: Vec<PathBuf>,
+    /// An intermediate frame could not be written: no more are tried.
+    failed: bool,
+}
+
+impl Frames {
+    /// Makes sure that the folder is there and can be written to.
+    ///
+    /// # Errors
+    /// It is not, or it cannot.
+    pub fn check(folder: &Path) -> Result<(), Failure> {
+        Ok(output::check_writable(&folder.join(name(1)))?)
+    }
+
+    /// Frames of a region of a picture of a size go to a folder.
+    pub fn new(folder: &Path, size: (u32, u32), region: Region) -> Self {
+        Self {
+            folder: folder.into(),
+            size,
+            region,
+            state: Mutex::new(State {
+                count: 0,
+                due: None,
+                interval: FIRST,
+                lying: Vec::new(),
+                failed: false,
+            }),
+        }
+    }
+
+    /// Writes a frame and tells it.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, picture: &Picture, samples: u32, last: bool) -> Result<(), Failure> {
+        let mut state = self.state();
+        let name = name(state.count + 1);
+        let path = self.folder.join(&name);
+        let passes = raw::write(&path, picture)?;
+        state.count += 1;
+        state.lying.push(path);
+        let Region { x0, y0, x1, y1 } = self.region;
+        console::json_line(&json!({
+            "event": "frame",
+            "file": name,
+            "width": self.size.0,
+            "height": self.size.1,
+            "region": [x0, y0, x1, y1],
+            "samples": samples,
+            "final": last,
+            "passes": passes,
+        }));
+        Ok(())
+    }
+
+    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+        self.state
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// Whether it is time for an intermediate frame and the reader keeps up.
+    fn is_due(&self) -> bool {
+        let mut state = self.state();
+        let interval = state.interval;
+        let due = *state.due.get_or_insert_with(|| Instant::now() + interval);
+        if state.failed || Instant::now() < due {
+            return false;
+        }
+        state.lying.retain(|path| path.exists());
+        state.lying.len() < UNREAD
+    }
+}
+
+/// Names sort as the frames follow each other.
+fn name(number: u32) -> String {
+    format!("frame-{number:06}.raw")
+}
+
+/// Tells what happens, and writes frames if there is a folder for them.
+pub struct Watcher<'a> {
+    /// Who tells.
+    pub reporter: &'a Reporter,
+    /// Where frames go.
+    pub frames: Option<&'a Frames>,
+}
+
+impl Observer for Watcher<'_> {
+    fn event(&self, event: &Event) {
+        // From here on there is something to keep; until now Ctrl-C ends the process at once.
+        if let Event::Prepared { .. } = event {
+            interrupt::keep();
+        }
+        self.reporter.event(event);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.reporter.cancelled()
+    }
+
+    fn wants_picture(&self) -> bool {
+        self.frames.is_some_and(Frames::is_due)
+    }
+
+    fn picture(&self, picture: &Picture, samples: u32) {
+        let Some(frames) = self.frames else { return };
+        let written = frames.write(picture, samples, false);
+        let mut state = frames.state();
+        if let Err(failure) = written {
+            // The render goes on: the last frame may find room again, or fails with the reason.
+            state.failed = true;
+            self.reporter.warn(&failure.message);
+        }
+        state.due = Some(Instant::now() + state.interval);
+        state.interval = state.interval.mul_f64(GROWTH).min(LONGEST);
+    }
+}
