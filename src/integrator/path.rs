@@ -181,9 +181,9 @@ pub fn trace<const E: Mask>(
                 key,
                 // Cycles notices the limit when it has passed a surface: one always is.
                 settings.transparent.max(1) - passed,
-                &mut passed,
             ) {
-                Met::Surface(hit) => {
+                Met::Surface(hit, more) => {
+                    passed += more;
                     last |= passed > 0 && passed >= settings.transparent;
                     Some(hit)
                 }

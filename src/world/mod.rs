@@ -53,8 +53,8 @@ pub struct Options<'a> {
 /// What a ray with a limit of transparent surfaces met.
 #[derive(Clone, Copy, Debug)]
 pub enum Met {
-    /// A surface that it does not pass.
-    Surface(Hit),
+    /// A surface that it does not pass, and how many it has passed.
+    Surface(Hit, u32),
     /// Nothing.
     Nothing,
     /// One transparent surface too many, at this distance.
@@ -261,7 +261,7 @@ impl World {
         })
     }
 
-    /// As [`Self::intersect`], passing at most `left` surfaces; adds how many to `count`.
+    /// As [`Self::intersect`], passing at most `left` surfaces.
     /// As Cycles counts: surfaces without any opacity too, but not back faces that are hidden.
     pub fn intersect_limited<const E: Mask>(
         &self,
@@ -271,7 +271,6 @@ impl World {
         far: f32,
         key: u32,
         left: u32,
-        count: &mut u32,
     ) -> Met {
         let ray = Ray {
             origin: origin.to_array(),
@@ -301,8 +300,7 @@ impl World {
         if let Some(&(distance, ..)) = passed.get(left as usize) {
             return Met::Limit(distance);
         }
-        *count += passed.len() as u32;
-        hit.map_or(Met::Nothing, Met::Surface)
+        hit.map_or(Met::Nothing, |hit| Met::Surface(hit, passed.len() as u32))
     }
 
     /// Whether a hit of this opacity stops a ray.
