@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene of Blender as a .gltf file with Sundog's extensions: what the render depsgraph would render, and nothing else.
+
+Callable from a render thread: calls no operator and changes no data of the user.
+"""
+
+import json
+import os
+import time
+
+import bpy
+
+from . import camera as cameras
+from . import scene as scenes
+from .verdicts import Verdicts
+
+GENERATOR = "Sundog add-on"
+
+
+class ExportError(Exception):
+    """Why a scene cannot be exported, in one sentence that names the object."""
+
+
+class ExportResult:
+    """`path` of the .gltf; `verdicts` as a list of dictionaries; `timings` in seconds by step;
+    `changed_geometry`: the meshes that were written anew."""
+
+    def __init__(self, path, verdicts, timings, changed_geometry):
+        self.path, self.verdicts = path, verdicts
+        self.timings, self.changed_geometry = timings, changed_geometry
+
+
+def write_scene(depsgraph, scene, folder, cache, *, report=None):
+    """Writes `scene.gltf` to `folder`, with meshes and images in the folder `cache`.
+
+    `depsgraph` is the render's, evaluated at the frame; `scene` its scene (evaluated or not);
+    `report(text)` is told what happens. Raises ExportError, and OSError where a folder cannot be
+    written.
+    """
+    started = time.perf_counter()
+    os.makedirs(folder, exist_ok=True)
+    os.makedirs(cache, exist_ok=True)
+    verdicts = Verdicts()
+    timings = {}
+    exporter = scenes.Exporter(depsgraph, scene, folder, cache, verdicts, report or (lambda text: None))
+
+    def timed(name, step):
+        begun = time.perf_counter()
+        step()
+        timings[name] = time.perf_counter() - begun
+
+    if scene.camera is None:
+        raise ExportError(f"the scene \"{scene.name}\" has no camera: add one, or make one active with Ctrl+Numpad 0")
+    timed("objects", exporter.objects)
+    timed("camera", exporter.camera)
+    timed("world", exporter.world)
+    timed("file", exporter.finish)
+    timings["total"] = time.perf_counter() - started
+    listed = verdicts.as_list()
+    return ExportResult(exporter.path, listed, timings, exporter.changed_geometry)

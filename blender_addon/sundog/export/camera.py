@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The camera: SUNDOG_camera, and the nearest that glTF itself can say."""
+
+import math
+
+import numpy
+
+from .verdicts import APPROXIMATED, LOST
+
+
+def picture_size(render):
+    """Width and height of the picture in pixels."""
+    scale = render.resolution_percentage / 100
+    return max(int(render.resolution_x * scale), 1), max(int(render.resolution_y * scale), 1)
+
+
+def window(camera, render):
+    """[left, right, bottom, top]: tangents, or metres for an orthographic camera."""
+    width, height = picture_size(render)
+    x, y = width * render.pixel_aspect_x, height * render.pixel_aspect_y
+    horizontal = camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and x > y)
+    sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
+    if camera.type == "ORTHO":
+        extent = camera.ortho_scale
+    else:
+        extent = sensor / camera.lens
+    half = [extent / 2, extent / 2 * y / x] if horizontal else [extent / 2 * x / y, extent / 2]
+    # Shift counts in the fitted side of the sensor, in both directions.
+    dx, dy = camera.shift_x * extent, camera.shift_y * extent
+    return [dx - half[0], dx + half[0], dy - half[1], dy + half[1]]
+
+
+def without_scale(matrix):
+    """The 4×4 matrix with columns of length 1, as Cycles places cameras."""
+    result = numpy.array(matrix, float)
+    for column in range(3):
+        length = numpy.linalg.norm(result[:3, column])
+        if length > 0:
+            result[:3, column] /= length
+    return result
+
+
+def _focus_distance(camera, matrix, find):
+    dof = camera.dof
+    if dof.focus_object is None:
+        return float(dof.focus_distance)
+    target = find(dof.focus_object)
+    place = numpy.array(target.matrix_world, float)
+    bone = target.pose.bones.get(dof.focus_subtarget) if target.pose and dof.focus_subtarget else None
+    if bone is not None:
+        place = place @ numpy.array(bone.matrix, float)
+    return float(abs((matrix[:3, 3] - place[:3, 3]) @ matrix[:3, 2]))
+
+
+def describe(camera, matrix, render, findings, find=lambda o: o):
+    """(SUNDOG_camera, glTF camera) of a camera whose unscaled world matrix is `matrix`.
+
+    `find` gives the evaluated object of one that the camera focuses on.
+    """
+    view = window(camera, render)
+    result = {"window": [float(v) for v in view], "clip": [float(camera.clip_start), float(camera.clip_end)]}
+    if camera.dof.use_dof:
+        stop = max(camera.dof.aperture_fstop, 1e-5)
+        # Cycles: an orthographic camera has no focal length; its aperture is that of 1 m.
+        length = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3
+        result["aperture"] = {
+            "radius": float(length / (2 * stop)),
+            "blades": int(camera.dof.aperture_blades),
+            "rotation": float(camera.dof.aperture_rotation),
+            "ratio": float(camera.dof.aperture_ratio),
+            "focus_distance": _focus_distance(camera, matrix, find),
+        }
+    if camera.type == "PANO":
+        settings = camera if hasattr(camera, "panorama_type") else camera.cycles
+        kind = settings.panorama_type
+        if kind == "EQUIRECTANGULAR":
+            result["panorama"] = {
+                "type": "equirectangular",
+                "longitude": [float(settings.longitude_min), float(settings.longitude_max)],
+                "latitude": [float(settings.latitude_min), float(settings.latitude_max)],
+            }
+        else:
+            findings.append((LOST, f"the panorama {kind.lower()} is rendered as a perspective camera"))
+    elif camera.type not in {"PERSP", "ORTHO"}:
+        findings.append((LOST, f"a camera of type {camera.type.lower()} is rendered as a perspective camera"))
+    stereo = getattr(render, "use_multiview", False)
+    if stereo:
+        findings.append((APPROXIMATED, "stereo is off: the camera's own view is rendered"))
+    half_width, half_height = (view[1] - view[0]) / 2, (view[3] - view[2]) / 2
+    near, far = result["clip"]
+    if camera.type == "ORTHO":
+        plain = {
+            "type": "orthographic",
+            "orthographic": {"xmag": half_width, "ymag": half_height, "znear": max(near, 0.0), "zfar": far},
+        }
+    else:
+        plain = {
+            "type": "perspective",
+            "perspective": {
+                "yfov": 2 * math.atan(half_height),
+                "aspectRatio": half_width / half_height,
+                "znear": max(near, 1e-6),
+                "zfar": far,
+            },
+        }
+    return result, plain

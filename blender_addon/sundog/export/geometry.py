@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluated meshes as glTF primitives, in files named by a hash of their content.
+
+Vertices stay in Blender's own axes: the nodes' matrices turn them to glTF's (Y up). A permutation
+of axes with signs is exact.
+"""
+
+import hashlib
+import json
+import os
+
+import numpy
+
+from . import gltf
+
+# Raised when the layout of the files changes, so that files of older versions are not taken.
+LAYOUT = 1
+
+# A reader needs 4-byte indices and memory for it; beyond this, the answer is a report.
+MOST_CORNERS = 1 << 30
+
+
+class GeometryError(Exception):
+    """A mesh that cannot be exported, in one sentence."""
+
+
+class Demand:
+    """What the materials of a mesh need of it: names of UV maps (None: the active one), and the
+    name and the number of components of a colour attribute, for each slot in use."""
+
+    def __init__(self, uvs=(), color=None, color_width=3):
+        self.uvs, self.color, self.color_width = tuple(uvs), color, color_width
+
+    def key(self):
+        """For hashing."""
+        return [list(self.uvs), self.color, self.color_width]
+
+
+def _read(collection, attribute, dtype, width=1):
+    values = numpy.empty(len(collection) * width, dtype)
+    collection.foreach_get(attribute, values)
+    return values if width == 1 else values.reshape(-1, width)
+
+
+def _attribute(mesh, name, field, dtype, width=1):
+    attribute = mesh.attributes.get(name)
+    return None if attribute is None else _read(attribute.data, field, dtype, width)
+
+
+def material_indices(mesh):
+    """Which slot each polygon uses, as an int32 array; None if all use the first."""
+    found = _attribute(mesh, "material_index", "value", numpy.int32)
+    return found if found is not None and found.any() else None
+
+
+def uv_layer(mesh, name):
+    """The UV map of that name; of None, the one that is active for rendering."""
+    if name is not None:
+        return mesh.uv_layers.get(name)
+    return next((layer for layer in mesh.uv_layers if layer.active_render), None)
+
+
+_FIELDS = {
+    "FLOAT_COLOR": ("color", 4),
+    "BYTE_COLOR": ("color", 4),
+    "FLOAT": ("value", 1),
+    "INT": ("value", 1),
+    "INT8": ("value", 1),
+    "BOOLEAN": ("value", 1),
+    "FLOAT_VECTOR": ("vector", 3),
+    "FLOAT2": ("vector", 2),
+}
+
+
+def _color(mesh, name, width):
+    """(domain, linear colours of `width` components) of an attribute, or None."""
+    if not name:
+        name = mesh.color_attributes.render_color_index
+        name = mesh.color_attributes[name].name if 0 <= name < len(mesh.color_attributes) else ""
+    attribute = mesh.attributes.get(name)
+    if attribute is None or attribute.data_type not in _FIELDS:
+        return None
+    field, components = _FIELDS[attribute.data_type]
+    if attribute.domain not in {"POINT", "CORNER", "FACE"}:
+        return None
+    if attribute.data_type in {"INT", "INT8", "BOOLEAN"}:
+        kind = bool if attribute.data_type == "BOOLEAN" else numpy.int32
+        values = _read(attribute.data, field, kind).astype(numpy.float32)
+    else:
+        values = _read(attribute.data, field, numpy.float32, components)
+    values = values.reshape(-1, components)
+    if components == 1:
+        values = numpy.repeat(values, 3, axis=1)
+    while values.shape[1] < width:
+        fill = numpy.full((len(values), 1), 1.0 if values.shape[1] == 3 else 0.0, numpy.float32)
+        values = numpy.concatenate([values, fill], axis=1)
+    return attribute.domain, values[:, :width]
+
+
+class Raw:
+    """The arrays of a mesh as Blender has them, with a hash of all of them."""
+
+    def __init__(self, mesh, demands):
+        self.mesh = mesh
+        self.demands = demands
+        corners, polygons = len(mesh.loops), len(mesh.polygons)
+        if corners > MOST_CORNERS:
+            raise GeometryError(f"it has {corners} face corners; at most {MOST_CORNERS} can be exported")
+        self.positions = _attribute(mesh, "position", "vector", numpy.float32, 3)
+        self.corner_vertices = _attribute(mesh, ".corner_vert", "value", numpy.int32)
+        if self.positions is None:
+            self.positions = _read(mesh.vertices, "co", numpy.float32, 3)
+        if self.corner_vertices is None:
+            self.corner_vertices = _read(mesh.loops, "vertex_index", numpy.int32)
+        self.polygon_starts = _read(mesh.polygons, "loop_start", numpy.int32)
+        self.slots = material_indices(mesh)
+        # As Cycles has them: flat meshes by their triangles, smooth ones by their vertices, and all
+        # others (sharp edges, some faces flat, custom normals) by their corners.
+        self.domain = mesh.normals_domain
+        self.normals = None
+        if self.domain == "POINT":
+            self.normals = _read(mesh.vertex_normals, "vector", numpy.float32, 3)
+        elif self.domain == "CORNER":
+            self.normals = _read(mesh.corner_normals, "vector", numpy.float32, 3)
+        uv_names = sorted({name for d in demands.values() for name in d.uvs}, key=lambda n: n or "")
+        self.uvs = {}
+        for name in uv_names:
+            layer = uv_layer(mesh, name)
+            if layer is not None:
+                self.uvs[name] = _read(layer.uv, "vector", numpy.float32, 2)
+        self.colors = {}
+        for name, width in sorted({(d.color, d.color_width) for d in demands.values() if d.color is not None}):
+            found = _color(mesh, name, width)
+            if found is not None:
+                self.colors[(name, width)] = found
+        self._check()
+        digest = hashlib.blake2b(digest_size=16)
+        description = {
+            "layout": LAYOUT,
+            "domain": self.domain,
+            "polygons": polygons,
+            "demands": {str(k): d.key() for k, d in demands.items()},
+            "uvs": [n or "" for n in self.uvs],
+            "colors": [[n, w, domain] for (n, w), (domain, _) in self.colors.items()],
+        }
+        digest.update(json.dumps(description, sort_keys=True).encode())
+        arrays = [self.positions, self.corner_vertices, self.polygon_starts, self.slots, self.normals]
+        arrays += [*self.uvs.values(), *(values for _, values in self.colors.values())]
+        for array in arrays:
+            if array is not None:
+                digest.update(numpy.ascontiguousarray(array).data.cast("B") if array.size else b"")
+        self.hash = digest.hexdigest()
+
+    def _check(self):
+        if not numpy.isfinite(self.positions).all():
+            raise GeometryError("some of its vertices are at infinity or not a number")
+        if len(self.corner_vertices) and not (
+            0 <= self.corner_vertices.min() and self.corner_vertices.max() < len(self.positions)
+        ):
+            raise GeometryError("some of its faces use vertices that do not exist (run Mesh > Clean Up, or mesh.validate())")
+
+    def _slot_of(self, slots_in_use):
+        last = max(slots_in_use)
+        return None if self.slots is None else numpy.clip(self.slots, 0, last)
+
+    def primitives(self):
+        """For each slot in use: slot, and the arrays of its primitive by glTF's names."""
+        mesh = self.mesh
+        mesh.calc_loop_triangles()
+        triangles = _read(mesh.loop_triangles, "loops", numpy.int32, 3)
+        if not len(triangles):
+            return []
+        slots = sorted(self.demands)
+        slot_of_polygon = self._slot_of(slots)
+        by_corner = (
+            self.domain == "CORNER"
+            or bool(self.uvs)
+            or any(domain != "POINT" for domain, _ in self.colors.values())
+        )
+        if slot_of_polygon is None:
+            groups = [(slots[0], triangles, None)]
+        else:
+            slot_of_triangle = slot_of_polygon[_read(mesh.loop_triangle_polygons, "value", numpy.int32)]
+            order = numpy.argsort(slot_of_triangle.astype(numpy.int16), kind="stable")
+            bounds = numpy.searchsorted(slot_of_triangle[order], [*slots, slots[-1] + 1])
+            groups = [
+                (slot, triangles[order[first:end]], slot)
+                for slot, first, end in zip(slots, bounds[:-1], bounds[1:])
+                if end > first
+            ]
+        if by_corner and slot_of_polygon is not None:
+            # Corners of one slot behind one another, so that no primitive reads another's vertices.
+            totals = numpy.diff(numpy.append(self.polygon_starts, len(self.corner_vertices)))
+            slot_of_corner = numpy.repeat(slot_of_polygon.astype(numpy.int16), totals)
+            order = numpy.argsort(slot_of_corner, kind="stable")
+            place = numpy.empty(len(order), numpy.uint32)
+            place[order] = numpy.arange(len(order), dtype=numpy.uint32)
+            starts = numpy.searchsorted(slot_of_corner[order], [*slots, slots[-1] + 1])
+            ranges = {slot: (a, b) for slot, a, b in zip(slots, starts[:-1], starts[1:])}
+        result = []
+        for slot, group, key in groups:
+            corners = vertices = None
+            if not by_corner:
+                local = self.corner_vertices[group]
+                if key is None:
+                    indices = local.astype(numpy.uint32)
+                else:
+                    vertices, indices = numpy.unique(local, return_inverse=True)
+                    indices = indices.reshape(local.shape).astype(numpy.uint32)
+            elif key is None:
+                indices = group.astype(numpy.uint32)
+                vertices = self.corner_vertices
+            else:
+                first, end = ranges[slot]
+                corners = order[first:end]
+                indices = place[group] - numpy.uint32(first)
+                vertices = self.corner_vertices[corners]
+            result.append((slot, self._arrays(slot, indices, vertices, corners, by_corner)))
+        return result
+
+    def _arrays(self, slot, indices, vertices, corners, by_corner):
+        def of_vertices(values):
+            return values if vertices is None else values[vertices]
+
+        def of_corners(values):
+            return values if corners is None else values[corners]
+
+        demand = self.demands[slot]
+        arrays = {"POSITION": of_vertices(self.positions)}
+        if self.domain == "POINT":
+            arrays["NORMAL"] = of_vertices(self.normals)
+        elif self.domain == "CORNER":
+            arrays["NORMAL"] = of_corners(self.normals)
+        count = len(arrays["POSITION"])
+        for number, name in enumerate(demand.uvs):
+            uv = self.uvs.get(name)
+            if uv is None:
+                # Cycles reads a UV map that is not there as zero.
+                uv = numpy.zeros((count, 2), numpy.float32)
+            else:
+                uv = of_corners(uv)
+            flipped = numpy.empty((count, 2), numpy.float32)
+            flipped[:, 0] = uv[:, 0]
+            numpy.subtract(1.0, uv[:, 1], out=flipped[:, 1])
+            arrays[f"TEXCOORD_{number}"] = flipped
+        if demand.color is not None:
+            found = self.colors.get((demand.color, demand.color_width))
+            if found is None:
+                # And an attribute that is not there as black.
+                arrays["COLOR_0"] = numpy.zeros((count, demand.color_width), numpy.float32)
+            else:
+                domain, values = found
+                if domain == "POINT":
+                    arrays["COLOR_0"] = of_vertices(values)
+                else:
+                    if domain == "FACE":
+                        totals = numpy.diff(numpy.append(self.polygon_starts, len(self.corner_vertices)))
+                        values = numpy.repeat(values, totals, axis=0)
+                    arrays["COLOR_0"] = of_corners(values)
+        arrays["indices"] = indices.reshape(-1)
+        return arrays
+
+
+def slots_in_use(mesh, slot_count):
+    """Numbers of the material slots that the mesh's faces use, as Cycles clamps them."""
+    indices = material_indices(mesh)
+    if indices is None:
+        return [0]
+    last = max(slot_count - 1, 0)
+    return [int(i) for i in numpy.unique(numpy.clip(indices, 0, last))]
+
+
+class Stored:
+    """A mesh in the cache folder: `path`, `layout` with the primitives, `written` if it is new."""
+
+    def __init__(self, path, layout, written):
+        self.path, self.layout, self.written = path, layout, written
+
+
+def store(mesh, demands, cache):
+    """Writes a mesh to the cache folder unless it is there; None if it has no faces.
+
+    `demands` has a Demand for each slot in use. Raises GeometryError.
+    """
+    if not len(mesh.polygons):
+        return None
+    raw = Raw(mesh, demands)
+    path = os.path.join(cache, f"mesh-{raw.hash}.bin")
+    notes = os.path.join(cache, f"mesh-{raw.hash}.json")
+    layout = _read_notes(path, notes)
+    if layout is not None:
+        return Stored(path, layout, False)
+    arrays, primitives = [], []
+    for slot, named in raw.primitives():
+        primitive = {"slot": slot, "attributes": {}}
+        for name, values in named.items():
+            options = {"POSITION": ("bounds",), "indices": ("index",)}.get(name, ())
+            if name == "indices":
+                primitive["indices"] = len(arrays)
+            else:
+                primitive["attributes"][name] = len(arrays)
+            arrays.append((numpy.ascontiguousarray(values), options))
+        primitives.append(primitive)
+    if not primitives:
+        return None
+    try:
+        parts, layout = gltf.describe_arrays(arrays)
+    except MemoryError as error:
+        raise GeometryError("there is not enough memory for it") from error
+    layout["primitives"] = primitives
+    gltf.write_whole(path, parts)
+    gltf.write_whole(notes, json.dumps(layout).encode())
+    return Stored(path, layout, True)
+
+
+def _read_notes(path, notes):
+    try:
+        with open(notes, encoding="utf-8") as file:
+            layout = json.load(file)
+        if os.path.getsize(path) == layout["bytes"]:
+            return layout
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    return None

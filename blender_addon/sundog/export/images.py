@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's images as files: the original where the program reads it as Blender does, or a copy in
+the cache folder."""
+
+import hashlib
+import os
+import struct
+import zlib
+
+import bpy
+import numpy
+
+from . import gltf
+
+LINEAR_SPACES = {"Linear Rec.709", "Linear", "Non-Color", "Raw", "Generic Data", "scene_linear", "Linear BT.709"}
+DATA_SPACES = {"Non-Color", "Raw", "Generic Data"}
+
+_MAGIC = [(b"\x89PNG", ".png"), (b"\xff\xd8\xff", ".jpg"), (b"\x76\x2f\x31\x01", ".exr"), (b"#?", ".hdr")]
+
+
+class ImageError(Exception):
+    """An image that cannot be exported, in one sentence."""
+
+
+def kind_of(data):
+    """The file name extension of data that the program reads, by its first bytes; or None."""
+    for magic, extension in _MAGIC:
+        if data.startswith(magic):
+            return extension
+    if data[:4] == b"RIFF" and data[8:12] == b"WEBP":
+        return ".webp"
+    return None
+
+
+def file_of(image):
+    """The image's file on disk, or None (packed, generated, or away)."""
+    if image.source not in {"FILE", "SEQUENCE", "TILED"} or not image.filepath_raw:
+        return None
+    path = bpy.path.abspath(image.filepath_raw, library=image.library)
+    if image.source == "TILED":
+        path = path.replace("<UDIM>", "1001").replace("<UVTILE>", "u1_v1")
+    return path if os.path.isfile(path) else None
+
+
+def _packed(image):
+    packed = image.packed_file
+    return bytes(packed.data) if packed is not None and packed.size else None
+
+
+def identity(image):
+    """Equal for images with the same pixels, as far as that is known without reading them."""
+    base = [image.name_full, image.colorspace_settings.name, image.alpha_mode, image.source]
+    if not image.is_dirty:
+        if image.packed_file is not None:
+            return [*base, hashlib.sha1(_packed(image) or b"").hexdigest()]
+        path = file_of(image)
+        if path is not None:
+            status = os.stat(path)
+            return [*base, os.path.realpath(path), status.st_mtime_ns, status.st_size]
+    return [*base, hashlib.sha1(_raw_pixels(image).tobytes()).hexdigest()]
+
+
+def _raw_pixels(image):
+    width, height = image.size
+    if width == 0 or height == 0:
+        raise ImageError(f"the image \"{image.name}\" has no pixels (its file is missing or cannot be read)")
+    values = numpy.empty(width * height * image.channels, numpy.float32)
+    image.pixels.foreach_get(values)
+    values = values.reshape(height, width, image.channels)
+    if image.channels == 1:
+        values = numpy.repeat(values, 3, axis=2)
+    if values.shape[2] == 3:
+        values = numpy.concatenate([values, numpy.ones((height, width, 1), numpy.float32)], axis=2)
+    return values
+
+
+def decode_srgb(values):
+    """sRGB's transfer function, IEC 61966-2-1."""
+    return numpy.where(values <= 0.04045, values / 12.92, ((numpy.maximum(values, 0) + 0.055) / 1.055) ** 2.4)
+
+
+def linear_pixels(image):
+    """Height × width × 4 linear floats, the bottom row first, as Cycles sees them; alpha as it is."""
+    values = _raw_pixels(image)
+    if not image.is_float and image.colorspace_settings.name not in LINEAR_SPACES:
+        values[..., :3] = decode_srgb(values[..., :3])
+    return values
+
+
+def is_exactly_known(image):
+    """Whether the image's colour space is one that is followed exactly."""
+    return image.is_float or image.colorspace_settings.name in LINEAR_SPACES | {"sRGB"}
+
+
+def _read_as_blender_does(image, extension, as_data):
+    space = image.colorspace_settings.name
+    if extension in {".exr", ".hdr"}:
+        return space in LINEAR_SPACES
+    return space in DATA_SPACES if as_data else space == "sRGB"
+
+
+def original(image, cache, as_data):
+    """A file of the image that the program reads as Cycles reads the image, or None.
+
+    `as_data`: the program takes it as numbers; otherwise 8- and 16-bit files are sRGB.
+    """
+    if image.is_dirty or image.source not in {"FILE", "TILED"}:
+        return None
+    data = _packed(image)
+    if data is not None:
+        extension = kind_of(data)
+        if extension is None or not _read_as_blender_does(image, extension, as_data):
+            return None
+        path = os.path.join(cache, f"image-{hashlib.sha1(data).hexdigest()}{extension}")
+        if not os.path.isfile(path):
+            gltf.write_whole(path, data)
+        return path
+    path = file_of(image)
+    if path is None:
+        return None
+    with open(path, "rb") as file:
+        extension = kind_of(file.read(16))
+    return path if extension and _read_as_blender_does(image, extension, as_data) else None
+
+
+def write_png(path, values):
+    """8-bit PNG of height × width × (3 or 4) integers, the top row first."""
+    height, width, channels = values.shape
+    rows = numpy.zeros((height, 1 + width * channels), numpy.uint8)
+    rows[:, 1:] = values.reshape(height, -1)
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
+    body = zlib.compress(rows.tobytes(), 1)
+    gltf.write_whole(path, [b"\x89PNG\r\n\x1a\n", chunk(b"IHDR", header), chunk(b"IDAT", body), chunk(b"IEND", b"")])
+
+
+def write_exr(path, values):
+    """Half-float OpenEXR (ZIPS-free, one part, scan lines) of height × width × (3 or 4), top row first.
+
+    As "OpenEXR File Layout" describes it; channels in alphabetical order, each row by channel.
+    """
+    height, width, channels = values.shape
+    names = ["B", "G", "R"] if channels == 3 else ["A", "B", "G", "R"]
+    order = [2, 1, 0] if channels == 3 else [3, 2, 1, 0]
+
+    def attribute(name, kind, data):
+        return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
+
+    channel_list = b"".join(n.encode() + b"\0" + struct.pack("<iB3xii", 1, 0, 1, 1) for n in names) + b"\0"
+    box = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    header = b"".join(
+        [
+            struct.pack("<ii", 20000630, 2),
+            attribute("channels", "chlist", channel_list),
+            attribute("compression", "compression", b"\0"),
+            attribute("dataWindow", "box2i", box),
+            attribute("displayWindow", "box2i", box),
+            attribute("lineOrder", "lineOrder", b"\0"),
+            attribute("pixelAspectRatio", "float", struct.pack("<f", 1.0)),
+            attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0.0, 0.0)),
+            attribute("screenWindowWidth", "float", struct.pack("<f", 1.0)),
+            b"\0",
+        ]
+    )
+    largest = float(numpy.finfo(numpy.float16).max)
+    half = numpy.clip(values[..., order], -largest, largest).astype("<f2").transpose(0, 2, 1)
+    line = width * channels * 2
+    first = len(header) + 8 * height
+    offsets = first + numpy.arange(height, dtype="<u8") * (line + 8)
+    block = numpy.zeros((height, line + 8), numpy.uint8)
+    block[:, :8] = numpy.stack([numpy.arange(height), numpy.full(height, line)], axis=1).astype("<i4").view(numpy.uint8)
+    block[:, 8:] = numpy.ascontiguousarray(half).view(numpy.uint8).reshape(height, line)
+    gltf.write_whole(path, [header, offsets.tobytes(), block.tobytes()])
+
+
+def resized(values, height, width):
+    """Bilinear, for bringing images of one material to one size."""
+    if values.shape[:2] == (height, width):
+        return values
+
+    def places(new, old):
+        at = numpy.clip((numpy.arange(new) + 0.5) * old / new - 0.5, 0, old - 1)
+        low = numpy.floor(at).astype(int)
+        return low, numpy.minimum(low + 1, old - 1), at - low
+
+    y0, y1, fy = places(height, values.shape[0])
+    x0, x1, fx = places(width, values.shape[1])
+    fy, fx = fy[:, None, None], fx[None, :, None]
+    top = values[y0][:, x0] * (1 - fx) + values[y0][:, x1] * fx
+    low = values[y1][:, x0] * (1 - fx) + values[y1][:, x1] * fx
+    return (top * (1 - fy) + low * fy).astype(values.dtype)

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights, in Blender's watts: KHR_lights_punctual with SUNDOG_light, and area lights on nodes."""
+
+import math
+
+import numpy
+
+from . import nodes, visibility
+from .expressions import Const
+from .verdicts import APPROXIMATED, LOST
+
+# The exporter's lumens for a watt, for readers that do not know SUNDOG_light.
+LUMENS_PER_WATT = 683.0
+
+
+def _color(light, findings):
+    """Linear colour of a light without its energy."""
+    color = numpy.array(list(light.color), float)
+    if getattr(light, "use_temperature", False):
+        color = color * numpy.array(list(light.temperature_color), float)
+    return color * _node_factor(light, findings)
+
+
+def _node_factor(light, findings):
+    """What the light's node tree multiplies its strength with."""
+    tree = nodes.tree_of(light)
+    if tree is None:
+        return numpy.ones(3)
+    output = tree.get_output_node("CYCLES")
+    walker = nodes.Walker()
+    source = output and walker.source(nodes.Place(output.inputs["Surface"]))
+    if not output or not source.socket.is_output:
+        return numpy.zeros(3)
+    if source.node.type != "EMISSION":
+        findings.append((LOST, f"its {source.node.bl_label} node is left out: the light shines by its own settings"))
+        return numpy.ones(3)
+    evaluator = _LightEvaluator(walker, lambda node, place: None)
+    color, strength = evaluator.color(source.input("Color")), evaluator.scalar(source.input("Strength"))
+    for value, what in ((color, "colour"), (strength, "strength")):
+        if not isinstance(value, Const):
+            varying = ", ".join(sorted({leaf.what for leaf in value.leaves() if hasattr(leaf, "what")}))
+            findings.append((APPROXIMATED, f"the {what} of its nodes varies ({varying}): the mean is used"))
+    from . import expressions
+
+    return expressions.mean(color).value * float(expressions.mean(strength).value)
+
+
+class _LightEvaluator(nodes.Evaluator):
+    def _node_light_falloff(self, source, node):
+        # "Quadratic" is the physical one, and passes the strength on unless it is smoothed.
+        smooth = self.scalar(source.input("Smooth"))
+        plain = isinstance(smooth, Const) and smooth.value == 0
+        return self.scalar(source.input("Strength")) if source.socket.name == "Quadratic" and plain else None
+
+
+def energy(light):
+    """Watts (suns: W/m²), with the exposure of 4.5 and later."""
+    return float(light.energy) * 2.0 ** float(getattr(light, "exposure", 0.0))
+
+
+def is_portal(light):
+    """Whether it is no light but a hint to Cycles' sampling."""
+    cycles = getattr(light, "cycles", None)
+    return light.type == "AREA" and bool(getattr(cycles, "is_portal", False))
+
+
+def casts_shadow(light):
+    """Blender's Shadow switch of lights."""
+    cycles = getattr(light, "cycles", None)
+    return bool(getattr(cycles, "cast_shadow", True)) and bool(getattr(light, "use_shadow", True))
+
+
+def describe(light, findings):
+    """The SUNDOG_light object of a light, without visibility; see docs/gltf-extensions.md."""
+    color, watts = _color(light, findings), energy(light)
+    normalized = bool(getattr(light, "normalize", True))
+    result = {}
+    if light.type in {"POINT", "SPOT"}:
+        radius = float(light.shadow_soft_size)
+        # Cycles: radiance P / (4 π² r²), and P / π where the light is not normalised.
+        if normalized:
+            intensity = watts / (4 * math.pi)
+        else:
+            intensity = watts * radius**2 if radius > 0 else watts / math.pi
+        result["strength"] = _list(color * intensity)
+        result["radius"] = radius
+        result["soft_falloff"] = bool(getattr(light, "use_soft_falloff", False))
+        if light.type == "SPOT":
+            result["blend"] = float(light.spot_blend)
+            result["half_angle"] = float(light.spot_size) / 2
+    elif light.type == "SUN":
+        angle = float(light.angle)
+        irradiance = watts
+        if not normalized and angle > 0:
+            irradiance *= math.pi * math.sin(angle / 2) ** 2
+        result["strength"] = _list(color * irradiance)
+        result["angle"] = angle
+    else:
+        square = light.shape in {"SQUARE", "DISK"}
+        result["type"] = "area"
+        result["strength"] = _list(color)
+        result["power"] = watts
+        result["normalize"] = normalized
+        result["shape"] = "ellipse" if light.shape in {"DISK", "ELLIPSE"} else "rectangle"
+        result["size"] = [float(light.size), float(light.size if square else light.size_y)]
+        result["spread"] = float(getattr(light, "spread", math.pi))
+    cycles = getattr(light, "cycles", None)
+    if cycles is not None:
+        result["max_bounces"] = int(getattr(cycles, "max_bounces", 1024))
+        result["mis"] = bool(getattr(cycles, "use_multiple_importance_sampling", True))
+    return result
+
+
+def _list(values):
+    return [float(v) for v in values]
+
+
+def ray_visibility(light, instance_objects):
+    """The visibility object of a light that these objects place."""
+    seen = visibility.of_objects(instance_objects)
+    if not casts_shadow(light):
+        seen["shadow"] = False
+    else:
+        seen.pop("shadow", None)
+    return seen
+
+
+def punctual(light, described):
+    """The KHR_lights_punctual light that other readers show."""
+    strength = described["strength"]
+    brightest = max(strength)
+    factor = 1 / brightest if brightest > 0 else 0.0
+    kind = {"POINT": "point", "SPOT": "spot", "SUN": "directional"}[light.type]
+    result = {
+        "type": kind,
+        "color": [min(max(v * factor, 0.0), 1.0) for v in strength],
+        "intensity": max(brightest, 0.0) * LUMENS_PER_WATT,
+        "name": light.name,
+    }
+    if kind == "spot":
+        outer = min(described["half_angle"], math.pi / 2)
+        result["spot"] = {
+            "outerConeAngle": outer,
+            "innerConeAngle": min(outer * (1 - described["blend"]), max(outer - 1e-6, 0.0)),
+        }
+    return result

@@ -1,0 +1,941 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Materials: Blender's shader trees as glTF's metallic-roughness with the KHR and SUNDOG extensions.
+
+The exporter of File > Export reads materials too, but makes and removes images in the open file and
+finds materials and images by bare names (which linked libraries repeat): neither is allowed in a
+render thread. It also takes the nearest image of a tree whatever lies between. So the trees are read
+here, and what is not exact is told.
+"""
+
+import math
+import os
+
+import bpy
+import numpy
+
+from . import expressions, geometry, images, nodes
+from .expressions import Attribute, Const, Image, Operation, Unknown, as_color, as_scalar, mix, multiply
+from .verdicts import APPROXIMATED, EXACT, LOST
+
+ONE, ZERO, WHITE, BLACK = Const(1.0), Const(0.0), Const(numpy.ones(3)), Const(numpy.zeros(3))
+
+
+class TextureSpec:
+    """An image and how it lies on the surface."""
+
+    def __init__(self, image, uv, transform, wrap, nearest):
+        self.image, self.uv, self.transform, self.wrap, self.nearest = image, uv, transform, wrap, nearest
+        self._identity = None
+
+    def mapping(self):
+        """Equal for textures whose texels lie on one another (if they are of one size)."""
+        return [self.uv, self.transform, self.wrap, self.nearest]
+
+    def key(self):
+        """See Expression.key."""
+        if self._identity is None:
+            self._identity = images.identity(self.image)
+        return [self._identity, self.mapping()]
+
+
+class Surface:
+    """The inputs of a Principled BSDF, as expressions. What is not set is as if it were not there."""
+
+    COLORS = {"base_color": BLACK, "specular_tint": WHITE, "emission": BLACK}
+    SCALARS = {
+        "metallic": ZERO,
+        "roughness": ONE,
+        "ior": Const(1.0),
+        "specular_level": Const(0.5),
+        "alpha": ONE,
+        "transmission": ZERO,
+    }
+
+    def __init__(self, **inputs):
+        for name, value in {**self.COLORS, **self.SCALARS}.items():
+            setattr(self, name, inputs.pop(name, value))
+        self.normal = inputs.pop("normal", None)
+        # Features without a counterpart in the program, by the names of the contract.
+        self.others = inputs.pop("others", {})
+        assert not inputs, inputs
+
+    def copy(self, **changes):
+        """The same with some inputs replaced."""
+        new = Surface()
+        new.__dict__.update(self.__dict__)
+        new.__dict__.update(changes)
+        return new
+
+    def blend(self, other, factor):
+        """Each input mixed for itself."""
+        new = self.copy()
+        for name in [*self.COLORS, *self.SCALARS]:
+            setattr(new, name, mix(factor, getattr(self, name), getattr(other, name)))
+        new.normal = self.normal or other.normal
+        new.others = {**other.others, **self.others}
+        return new
+
+    def is_transparent(self):
+        """Whether nothing is there but what is behind."""
+        return isinstance(self.alpha, Const) and self.alpha.value == 0 and self.is_dark()
+
+    def is_dark(self):
+        """Whether it emits nothing."""
+        return isinstance(self.emission, Const) and not self.emission.value.any()
+
+
+class Reader:
+    """Reads one material's tree. Findings are (verdict, detail)."""
+
+    def __init__(self, walker):
+        self.walker = walker
+        self.evaluator = nodes.Evaluator(walker, self.texture)
+        self.findings = []
+
+    def note(self, verdict, detail):
+        """Adds a finding once."""
+        if (verdict, detail) not in self.findings:
+            self.findings.append((verdict, detail))
+
+    def read(self, material):
+        """The surface of a material."""
+        tree = nodes.tree_of(material)
+        if tree is None:
+            return Surface(base_color=Const(list(material.diffuse_color)[:3]))
+        output = tree.get_output_node("CYCLES")
+        if output is None:
+            self.note(LOST, "it has no Material Output: black")
+            return Surface()
+        place = nodes.Place(output.inputs["Surface"])
+        surface = self.surface(place)
+        self._volume(nodes.Place(output.inputs["Volume"]), surface)
+        if self._is_linked(nodes.Place(output.inputs["Displacement"])):
+            self.note(LOST, "displacement is left out")
+        if surface is None:
+            # Without a surface shader, rays pass through, be there a volume or not.
+            return Surface(alpha=ZERO)
+        return surface
+
+    def _is_linked(self, place):
+        return self.walker.source(place).socket.is_output
+
+    def _volume(self, place, surface):
+        source = self.walker.source(place)
+        if source.socket.is_output:
+            self.note(LOST, f"the volume ({source.node.bl_label}) is left out")
+
+    # Shaders
+
+    def surface(self, place):
+        """The surface at a shader input; None if nothing is linked."""
+        source = self.walker.source(place)
+        if not source.socket.is_output:
+            return None
+        node = source.node
+        if source.socket.type != "SHADER":
+            # A colour in a shader's place is an emission of that colour.
+            return Surface(emission=self.evaluator.color(place))
+        method = getattr(self, f"_shader_{node.type.lower()}", None)
+        if method is None:
+            self.note(LOST, f"{node.bl_label} is rendered as a grey diffuse surface")
+            return Surface(base_color=Const(numpy.full(3, 0.8)))
+        return method(source)
+
+    def _color(self, source, name, otherwise=WHITE):
+        place = source.input(name)
+        return otherwise if place is None else self.evaluator.color(place)
+
+    def _scalar(self, source, name, otherwise=ZERO):
+        place = source.input(name)
+        return otherwise if place is None else self.evaluator.scalar(place)
+
+    def _number(self, source, name, otherwise=0.0):
+        """A number for what the program does not render: the mean if it varies."""
+        value = self._scalar(source, name, Const(otherwise))
+        return float(value.value) if isinstance(value, Const) else 0.5
+
+    def _normal(self, source, name="Normal"):
+        place = source.input(name)
+        if place is None:
+            return None
+        found = self.walker.source(place)
+        for _ in range(8):
+            if not found.socket.is_output:
+                return None
+            kind = found.node.type
+            if kind == "NORMAL_MAP":
+                return self._normal_map(found)
+            if kind == "BUMP":
+                self.note(LOST, "the bump map is left out")
+                found = self.walker.source(found.input("Normal"))
+                continue
+            if kind == "NEW_GEOMETRY" and found.socket.name == "Normal":
+                return None
+            break
+        self.note(LOST, f"the normals of a {found.node.bl_label} node are left out")
+        return None
+
+    def _normal_map(self, found):
+        node = found.node
+        if node.space != "TANGENT":
+            self.note(LOST, "a normal map in another space than the tangents' is left out")
+            return None
+        color, strength = self._color(found, "Color"), self._scalar(found, "Strength", ONE)
+        if isinstance(strength, Const):
+            strength = float(strength.value)
+        else:
+            self.note(APPROXIMATED, "the normal map's strength varies: 1 is used")
+            strength = 1.0
+        used = [leaf for leaf in color.leaves() if isinstance(leaf, Image)]
+        if not used:
+            return None
+        if node.uv_map and any((leaf.texture.uv or node.uv_map) != node.uv_map for leaf in used):
+            self.note(APPROXIMATED, "the normal map's tangents follow the image's own UV map")
+        return color, strength
+
+    def _shader_bsdf_principled(self, source):
+        others = {}
+        if (value := self._number(source, "Diffuse Roughness")) != 0:
+            others["diffuse_roughness"] = value
+        if (weight := self._number(source, "Subsurface Weight")) != 0:
+            radius = self._color(source, "Subsurface Radius")
+            others["subsurface"] = {
+                "weight": weight,
+                "scale": self._number(source, "Subsurface Scale"),
+                "radius": radius.value.tolist() if isinstance(radius, Const) else [1, 1, 1],
+            }
+        if (weight := self._number(source, "Sheen Weight")) != 0:
+            others["sheen"] = {"weight": weight, "roughness": self._number(source, "Sheen Roughness"), **self._tint(source, "Sheen Tint")}
+        if (weight := self._number(source, "Coat Weight")) != 0:
+            others["coat"] = {
+                "weight": weight,
+                "roughness": self._number(source, "Coat Roughness"),
+                "ior": self._number(source, "Coat IOR", 1.5),
+                **self._tint(source, "Coat Tint"),
+            }
+        if (strength := self._number(source, "Anisotropic")) != 0:
+            others["anisotropy"] = {"strength": strength, "rotation": self._number(source, "Anisotropic Rotation")}
+        if (thickness := self._number(source, "Thin Film Thickness")) != 0:
+            others["thin_film"] = {"thickness": thickness, "ior": self._number(source, "Thin Film IOR", 1.33)}
+        emission = multiply(self._scalar(source, "Emission Strength"), self._color(source, "Emission Color"))
+        return Surface(
+            base_color=self._color(source, "Base Color"),
+            metallic=self._scalar(source, "Metallic"),
+            roughness=self._scalar(source, "Roughness"),
+            ior=self._scalar(source, "IOR", Const(1.5)),
+            specular_level=self._scalar(source, "Specular IOR Level", Const(0.5)),
+            specular_tint=self._color(source, "Specular Tint"),
+            transmission=self._scalar(source, "Transmission Weight"),
+            alpha=self._scalar(source, "Alpha", ONE),
+            emission=emission,
+            normal=self._normal(source),
+            others=others,
+        )
+
+    def _tint(self, source, name):
+        value = self._color(source, name)
+        return {"tint": value.value.tolist()} if isinstance(value, Const) else {}
+
+    def _shader_bsdf_diffuse(self, source):
+        # A Principled BSDF of index 1 has no reflection: the diffuse part alone.
+        roughness = self._number(source, "Roughness")
+        return Surface(
+            base_color=self._color(source, "Color"),
+            normal=self._normal(source),
+            others={"diffuse_roughness": roughness} if roughness else {},
+        )
+
+    def _shader_bsdf_glossy(self, source):
+        color = self._color(source, "Color")
+        if not (isinstance(color, Const) and numpy.allclose(color.value, 1)):
+            self.note(APPROXIMATED, "a Glossy BSDF is rendered as a metal of its colour, whose edges are white")
+        strength = self._number(source, "Anisotropy")
+        return Surface(
+            base_color=color,
+            metallic=ONE,
+            roughness=self._glossy_roughness(source),
+            normal=self._normal(source),
+            others={"anisotropy": {"strength": strength}} if strength else {},
+        )
+
+    def _glossy_roughness(self, source):
+        distribution = getattr(source.node, "distribution", "")
+        if distribution not in {"", "GGX", "MULTI_GGX"}:
+            self.note(APPROXIMATED, f"the distribution {distribution.title()} is rendered as multiple-scattering GGX")
+        elif distribution == "GGX":
+            self.note(APPROXIMATED, "GGX is rendered with multiple scattering")
+        return self._scalar(source, "Roughness")
+
+    _shader_bsdf_anisotropic = _shader_bsdf_glossy
+
+    def _shader_bsdf_metallic(self, source):
+        if source.node.fresnel_type != "F82":
+            self.note(APPROXIMATED, "a metal by its physical conductor values is rendered with its colour of reflection")
+            n, k = self._color(source, "IOR").value, self._color(source, "Extinction").value
+            base = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
+            return Surface(base_color=Const(base), metallic=ONE, roughness=self._glossy_roughness(source), normal=self._normal(source))
+        return Surface(
+            base_color=self._color(source, "Base Color"),
+            specular_tint=self._color(source, "Edge Tint"),
+            metallic=ONE,
+            roughness=self._glossy_roughness(source),
+            normal=self._normal(source),
+        )
+
+    def _shader_bsdf_glass(self, source):
+        color = self._color(source, "Color")
+        if not (isinstance(color, Const) and numpy.allclose(color.value, 1)):
+            # Principled tints each passage by the square root of its colour, and no reflection.
+            self.note(APPROXIMATED, "a Glass BSDF's colour does not tint its reflections")
+            color = multiply(color, color)
+        return Surface(
+            base_color=color,
+            transmission=ONE,
+            ior=self._scalar(source, "IOR", Const(1.5)),
+            roughness=self._glossy_roughness(source),
+            normal=self._normal(source),
+        )
+
+    def _shader_bsdf_refraction(self, source):
+        self.note(APPROXIMATED, "a Refraction BSDF is rendered as glass, with its reflections")
+        color = self._color(source, "Color")
+        return Surface(
+            base_color=multiply(color, color),
+            transmission=ONE,
+            ior=self._scalar(source, "IOR", Const(1.5)),
+            roughness=self._scalar(source, "Roughness"),
+            normal=self._normal(source),
+        )
+
+    def _shader_bsdf_transparent(self, source):
+        color = self._color(source, "Color")
+        if isinstance(color, Const):
+            level = float(color.value @ expressions.LUMINANCE)
+            if numpy.ptp(color.value) > 1e-6:
+                self.note(APPROXIMATED, "a coloured Transparent BSDF lets all colours through alike")
+            return Surface(alpha=Const(1 - min(max(level, 0), 1)))
+        self.note(APPROXIMATED, "a coloured Transparent BSDF lets all colours through alike")
+        return Surface(alpha=expressions.operation("invert", lambda v: 1 - numpy.clip(v, 0, 1), [as_scalar(color)], False))
+
+    def _shader_emission(self, source):
+        return Surface(emission=multiply(self._scalar(source, "Strength"), self._color(source, "Color")))
+
+    def _shader_background(self, source):
+        self.note(APPROXIMATED, "a Background shader on a surface is rendered as an emission")
+        return self._shader_emission(source)
+
+    def _diffuse_instead(self, source, what):
+        self.note(LOST, f"{what} is rendered as a diffuse surface of its colour")
+        return Surface(base_color=self._color(source, "Color"), normal=self._normal(source))
+
+    def _shader_subsurface_scattering(self, source):
+        return self._diffuse_instead(source, "subsurface scattering")
+
+    def _shader_bsdf_translucent(self, source):
+        return self._diffuse_instead(source, "a Translucent BSDF")
+
+    def _shader_bsdf_toon(self, source):
+        return self._diffuse_instead(source, "a Toon BSDF")
+
+    def _shader_bsdf_sheen(self, source):
+        return self._diffuse_instead(source, "a Sheen BSDF")
+
+    def _shader_bsdf_hair(self, source):
+        return self._diffuse_instead(source, "a Hair BSDF")
+
+    def _shader_eevee_specular(self, source):
+        return self._diffuse_instead(source, "a Specular BSDF")
+
+    def _shader_holdout(self, source):
+        self.note(LOST, "a Holdout shader is rendered black")
+        return Surface()
+
+    def _shader_ambient_occlusion(self, source):
+        return self._diffuse_instead(source, "Ambient Occlusion")
+
+    def _shader_mix_shader(self, source):
+        shaders = [nodes.Place(s, source.groups) for s in source.node.inputs if s.type == "SHADER"]
+        factor = self._scalar(source, source.node.inputs[0].name)
+        if isinstance(factor, Const):
+            factor = Const(min(max(float(factor.value), 0.0), 1.0))
+        if self._is_light_path(source):
+            # The first is what camera and light meet where the factor is 0.
+            self.note(APPROXIMATED, "a mix by Light Path is rendered with the shader of its value 0 for all rays")
+            factor = ZERO
+        first, second = (self.surface(s) if not (isinstance(factor, Const) and factor.value == skip) else None for s, skip in zip(shaders, (1.0, 0.0)))
+        if isinstance(factor, Const) and factor.value in {0.0, 1.0}:
+            return first if factor.value == 0 else second
+        first = first or Surface(alpha=ZERO)
+        second = second or Surface(alpha=ZERO)
+        return self._mixed(first, second, factor)
+
+    def _is_light_path(self, source):
+        place = nodes.Place(source.node.inputs[0], source.groups)
+        for _ in range(4):
+            found = self.walker.source(place)
+            if not found.socket.is_output:
+                return False
+            if found.node.type == "LIGHT_PATH":
+                return True
+            linked = [s for s in found.node.inputs if self._is_linked(nodes.Place(s, found.groups))]
+            if found.node.type != "MATH" or not linked:
+                return False
+            place = nodes.Place(linked[0], found.groups)
+        return False
+
+    def _mixed(self, first, second, factor):
+        inverse = expressions.operation("invert", lambda v: 1 - v, [factor], False)
+        if first.is_transparent():
+            return second.copy(alpha=multiply(second.alpha, factor), emission=second.emission)
+        if second.is_transparent():
+            return first.copy(alpha=multiply(first.alpha, inverse))
+        if self._is_pure_emission(first) or self._is_pure_emission(second):
+            emitter, other, share = (first, second, inverse) if self._is_pure_emission(first) else (second, first, factor)
+            rest = factor if emitter is first else inverse
+            emission = expressions.operation(
+                "add", lambda a, b: a + b, [multiply(as_color(share), emitter.emission), multiply(as_color(rest), other.emission)], True
+            )
+            if other.is_dark() and isinstance(factor, Const) and self._is_plain_diffuse(other):
+                return other.copy(base_color=multiply(as_color(rest), other.base_color), emission=emission)
+            if self._is_pure_emission(other):
+                return other.copy(emission=emission)
+            self.note(APPROXIMATED, "a mix with an emission keeps the whole highlight")
+            return other.copy(base_color=multiply(as_color(rest), other.base_color), emission=emission)
+        varying = [n for n in (*Surface.COLORS, *Surface.SCALARS) if getattr(first, n).key() != getattr(second, n).key()]
+        diffuse = self._is_plain_diffuse(first) and self._is_plain_diffuse(second)
+        if varying and not (diffuse and varying == ["base_color"]):
+            gloss = next((s for s in (first, second) if self._is_const(s.metallic, 1)), None)
+            base = first if gloss is second else second
+            if gloss and self._is_plain_diffuse(base) and any(isinstance(l, Unknown) for l in factor.leaves()):
+                # Diffuse under a gloss that grows to the edges: what Principled's specular is.
+                self.note(APPROXIMATED, "a mix of diffuse and gloss by view angle is rendered as one Principled BSDF of index 1.45")
+                return base.copy(ior=Const(1.45), roughness=gloss.roughness, normal=base.normal or gloss.normal)
+            self.note(APPROXIMATED, "a mix of two shaders is rendered as one with their inputs mixed")
+        return first.blend(second, factor)
+
+    @staticmethod
+    def _is_const(value, number):
+        return isinstance(value, Const) and numpy.all(value.value == number)
+
+    def _is_plain_diffuse(self, surface):
+        return (
+            self._is_const(surface.metallic, 0)
+            and self._is_const(surface.transmission, 0)
+            and self._is_const(surface.ior, 1)
+            and self._is_const(surface.alpha, 1)
+        )
+
+    def _is_pure_emission(self, surface):
+        return self._is_plain_diffuse(surface) and self._is_const(surface.base_color, 0) and not surface.is_dark()
+
+    def _shader_add_shader(self, source):
+        first, second = (self.surface(nodes.Place(s, source.groups)) for s in source.node.inputs)
+        if first is None or second is None:
+            return first or second
+        emission = expressions.operation("add", lambda a, b: a + b, [first.emission, second.emission], True)
+        if self._is_pure_emission(first):
+            return second.copy(emission=emission)
+        if self._is_pure_emission(second):
+            return first.copy(emission=emission)
+        if self._is_plain_diffuse(first) and self._is_plain_diffuse(second):
+            base = expressions.operation("add", lambda a, b: a + b, [first.base_color, second.base_color], True)
+            return first.copy(base_color=base, emission=emission)
+        self.note(APPROXIMATED, "a sum of two shaders is rendered as one with their inputs averaged")
+        return first.blend(second, Const(0.5)).copy(emission=emission)
+
+    # Textures
+
+    def texture(self, node, place):
+        """The TextureSpec of an image node."""
+        image = node.image
+        if image.source == "TILED":
+            self.note(APPROXIMATED, f"of the UDIM image \"{image.name}\" the first tile is used")
+        elif image.source in {"SEQUENCE", "MOVIE"}:
+            self.note(APPROXIMATED, f"of the {image.source.lower()} \"{image.name}\" the loaded picture is used")
+        if node.projection != "FLAT":
+            self.note(APPROXIMATED, f"the {node.projection.lower()} projection of \"{image.name}\" is rendered by UV map")
+        if node.interpolation in {"Cubic", "Smart"}:
+            self.note(APPROXIMATED, "cubic interpolation of images is rendered as linear")
+        if not images.is_exactly_known(image):
+            self.note(APPROXIMATED, f"the colour space {image.colorspace_settings.name} of \"{image.name}\" is read as sRGB")
+        wrap = {"EXTEND": 33071, "CLIP": 33071, "MIRROR": 33648}.get(node.extension, 10497)
+        if node.extension == "CLIP":
+            self.note(APPROXIMATED, f"outside of \"{image.name}\" its border is repeated instead of black")
+        uv, transform = self._coordinates(place.input("Vector"))
+        return TextureSpec(image, uv, transform, wrap, node.interpolation == "Closest")
+
+    def _coordinates(self, place):
+        source = self.walker.source(place)
+        transform = None
+        if source.socket.is_output and source.node.type == "MAPPING":
+            transform = self._mapping(source)
+            source = self.walker.source(source.input("Vector"))
+            if not source.socket.is_output:
+                self.note(APPROXIMATED, "a Mapping node without coordinates is rendered with the UV map")
+        if not source.socket.is_output:
+            return None, transform
+        node, name = source.node, source.socket.name
+        if node.type == "UVMAP" and not getattr(node, "from_instancer", False):
+            return node.uv_map or None, transform
+        if node.type == "TEX_COORD" and name == "UV":
+            return None, transform
+        if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY":
+            return node.attribute_name or None, transform
+        self.note(APPROXIMATED, f"image coordinates by {node.bl_label} ({name}) are replaced by the UV map")
+        return None, transform
+
+    def _mapping(self, source):
+        """KHR_texture_transform of a Mapping node, or None for none."""
+        node = source.node
+        def vector(name):
+            place = source.input(name)
+            return Const(numpy.zeros(3)) if place is None else self.evaluator.color(place)
+        location, rotation, scale = vector("Location"), vector("Rotation"), vector("Scale")
+        if not all(isinstance(v, Const) for v in (location, rotation, scale)):
+            self.note(APPROXIMATED, "a Mapping node with varying inputs is left out")
+            return None
+        (ox, oy), angle, (sx, sy) = location.value[:2], float(rotation.value[2]), scale.value[:2]
+        if rotation.value[0] or rotation.value[1]:
+            self.note(APPROXIMATED, "a Mapping node turned about X or Y is rendered with its Z rotation only")
+        if node.vector_type == "TEXTURE":
+            # p' = S⁻¹ R⁻¹ (p - o); of the form that glTF has only if R and S commute.
+            if angle and abs(sx - sy) > 1e-6:
+                self.note(APPROXIMATED, "a Mapping node of type Texture with rotation and uneven scale")
+            sx, sy = 1 / (sx or 1), 1 / (sy or 1)
+            c, s = math.cos(-angle), math.sin(-angle)
+            ox, oy = -sx * (c * ox - s * oy), -sy * (s * ox + c * oy)
+            angle = -angle
+        elif node.vector_type in {"VECTOR", "NORMAL"}:
+            ox = oy = 0.0
+            if node.vector_type == "NORMAL":
+                self.note(APPROXIMATED, "a Mapping node of type Normal")
+        c, s = math.cos(angle), math.sin(angle)
+        # glTF's v runs the other way: v = 1 - v of Blender.
+        offset = [float(ox - s * sy), float(1 - oy - c * sy)]
+        if abs(offset[0]) < 1e-12 and abs(offset[1]) < 1e-12 and not angle and sx == sy == 1:
+            return None
+        return {"offset": offset, "rotation": angle, "scale": [float(sx), float(sy)]}
+
+
+class Exported:
+    """A glTF material: index in the document, what it needs of meshes, findings."""
+
+    def __init__(self, index, demand, findings):
+        self.index, self.demand, self.findings = index, demand, findings
+
+
+class Writer:
+    """Writes materials into a document, each Blender material once."""
+
+    def __init__(self, document, cache, blender_version):
+        self.document, self.cache = document, cache
+        self.walker = nodes.Walker()
+        self.version = blender_version
+        self._known = {}
+
+    def material(self, material):
+        """The Exported of an evaluated material, or of no material at all."""
+        key = material.original.as_pointer() if material is not None else None
+        if key not in self._known:
+            self._known[key] = self._write(material)
+        return self._known[key]
+
+    def _write(self, material):
+        reader = Reader(self.walker)
+        if material is None:
+            grey = Const(numpy.full(3, 0.8))
+            # What Cycles shows without a material: diffuse up to 4.5, a Principled BSDF from 5.0.
+            if self.version < (5, 0, 0):
+                surface = Surface(base_color=grey)
+            else:
+                surface = Surface(base_color=grey, roughness=Const(0.5), ior=Const(1.5))
+            return self._build("(no material)", surface, reader)
+        try:
+            surface = reader.read(material)
+            return self._build(material.name, surface, reader)
+        except (images.ImageError, RecursionError, KeyError, AttributeError, ValueError) as error:
+            reader.note(LOST, f"it is rendered grey: {error}")
+            return self._build(material.name, Surface(base_color=Const(numpy.full(3, 0.8))), reader)
+
+    def _build(self, name, surface, reader):
+        slots = _Slots(self, reader)
+        pbr, extensions, exact = {}, {}, {"thin_walled": False}
+        result = {"name": name, "doubleSided": True, "pbrMetallicRoughness": pbr}
+
+        alpha = surface.alpha
+        mask = _mask(alpha)
+        if mask is not None:
+            alpha, cutoff = mask
+            result["alphaMode"], result["alphaCutoff"] = "MASK", cutoff
+        elif not (isinstance(alpha, Const) and alpha.value >= 1):
+            result["alphaMode"] = "BLEND"
+        base, factor, texture, color = slots.color_and_alpha(surface.base_color, alpha)
+        clamped = [min(max(float(v), 0.0), 1.0) for v in factor]
+        if clamped != [float(v) for v in factor]:
+            exact["base_color"] = [max(float(v), 0.0) for v in factor[:3]]
+        pbr["baseColorFactor"] = clamped
+        if texture:
+            pbr["baseColorTexture"] = texture
+
+        metallic, roughness, texture = slots.metallic_roughness(surface.metallic, surface.roughness)
+        pbr["metallicFactor"], pbr["roughnessFactor"] = metallic, roughness
+        if texture:
+            pbr["metallicRoughnessTexture"] = texture
+
+        self._emission(surface, slots, result, extensions)
+        self._specular(surface, slots, extensions, exact, reader)
+
+        transmission, texture = slots.single(surface.transmission, 0, "transmission")
+        if transmission:
+            extensions["KHR_materials_transmission"] = {"transmissionFactor": min(transmission, 1.0)}
+            if texture:
+                extensions["KHR_materials_transmission"]["transmissionTexture"] = texture
+
+        if surface.normal is not None:
+            color_of_normals, strength = surface.normal
+            texture = slots.normal(color_of_normals)
+            if texture:
+                result["normalTexture"] = {**texture, "scale": strength}
+
+        for key, value in surface.others.items():
+            exact[key] = value
+            words = {
+                "diffuse_roughness": "diffuse roughness",
+                "subsurface": "subsurface scattering",
+                "sheen": "sheen",
+                "coat": "the coat",
+                "anisotropy": "anisotropy",
+                "thin_film": "the thin film",
+            }
+            reader.note(LOST, f"{words[key]} is not rendered yet")
+        extensions["SUNDOG_material"] = exact
+        result["extensions"] = {self.document.uses(k): v for k, v in extensions.items()}
+        index = self.document.shared("materials", result)
+        width = 4 if any(a.alpha for a in slots.attributes) else 3
+        demand = geometry.Demand(slots.uvs, slots.attribute_name(), width)
+        return Exported(index, demand, reader.findings)
+
+    def _emission(self, surface, slots, result, extensions):
+        factor, texture = slots.color(surface.emission, "emission")
+        factor = [max(float(v), 0.0) for v in factor]
+        strength = max(factor)
+        if strength <= 0:
+            return
+        if strength > 1:
+            factor = [v / strength for v in factor]
+            extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
+        result["emissiveFactor"] = factor
+        if texture:
+            result["emissiveTexture"] = texture
+
+    def _specular(self, surface, slots, extensions, exact, reader):
+        ior = slots.constant(surface.ior, "the index of refraction")
+        ior = max(float(ior), 1.0) if ior >= 0 else 1.0
+        level, texture = slots.single(surface.specular_level, 3, "specular level")
+        specular = {}
+        glassy = not (isinstance(surface.transmission, Const) and surface.transmission.value == 0)
+        if texture is None and not glassy and level != 0.5:
+            # Cycles replaces the index so that the reflectance at normal incidence is as told; glTF's
+            # factor would scale the reflectance at grazing angles as well.
+            reflectance = min(((ior - 1) / (ior + 1)) ** 2 * 2 * max(level, 0.0), 0.99)
+            ior = (1 + math.sqrt(reflectance)) / (1 - math.sqrt(reflectance))
+        elif texture is not None or level != 0.5:
+            reader.note(APPROXIMATED, "the specular level scales the reflection at grazing angles too")
+            specular["specularFactor"] = min(2 * level, 1.0)
+            if 2 * level > 1:
+                exact["specular"] = 2 * level
+            if texture:
+                specular["specularTexture"] = texture
+        tint, texture = slots.color(surface.specular_tint, "specular tint")
+        tint = [max(float(v), 0.0) for v in tint]
+        if texture or tint != [1.0, 1.0, 1.0]:
+            specular["specularColorFactor"] = tint
+            if texture:
+                specular["specularColorTexture"] = texture
+        if specular:
+            extensions["KHR_materials_specular"] = specular
+        if ior != 1.5:
+            extensions["KHR_materials_ior"] = {"ior": ior}
+
+
+def _mask(alpha):
+    """(alpha, cutoff) where the alpha is 0 or 1 by a threshold, or None."""
+    if not isinstance(alpha, Operation):
+        return None
+    inner = alpha
+    flipped = False
+    if inner.name == "math SUBTRACT" and isinstance(inner.arguments[0], Const) and inner.arguments[0].value == 1:
+        inner, flipped = inner.arguments[1], True
+    if not isinstance(inner, Operation):
+        return None
+    kind = inner.name
+    if kind == "math ROUND" and not flipped:
+        return inner.arguments[0], 0.5
+    if kind == ("math LESS_THAN" if flipped else "math GREATER_THAN") and isinstance(inner.arguments[1], Const):
+        return inner.arguments[0], float(inner.arguments[1].value)
+    return None
+
+
+class _Slots:
+    """Turns the expressions of one material into factors and textures."""
+
+    def __init__(self, writer, reader):
+        self.writer, self.reader = writer, reader
+        self.uvs = []
+        self.attributes = []
+
+    def attribute_name(self):
+        """The colour attribute that the base colour uses, or None."""
+        return self.attributes[0].name if self.attributes else None
+
+    # Kinds of slots
+
+    def constant(self, expression, what):
+        """One number, whatever the expression."""
+        if isinstance(expression, Const):
+            return float(expression.value)
+        self.reader.note(APPROXIMATED, f"{what} varies: its mean is used")
+        return float(self._mean(expression).value)
+
+    def color(self, expression, what):
+        """(factor of 3, texture or None) of a colour slot."""
+        expression = self._carried(as_color(expression), what)
+        found = expressions.factors(expression)
+        if found and not found[2]:
+            constant, used, _ = found
+            factor = numpy.broadcast_to(constant, 3)
+            if not used:
+                return factor, None
+            if len(used) == 1 and not used[0].alpha:
+                path = images.original(used[0].texture.image, self.writer.cache, False)
+                if path:
+                    return factor, self._texture(path, used[0].texture)
+        return self._scaled(expression, lambda v: v, used_as_data=False)
+
+    def color_and_alpha(self, color, alpha):
+        """Base colour and opacity: (expression, factor of 4, texture or None, attributes)."""
+        color = self._carried(as_color(color), "the base colour", attributes=True)
+        alpha = self._carried(alpha, "alpha", attributes=True)
+        found, opacity = expressions.factors(color), expressions.factors(alpha)
+        if found and opacity:
+            constant, used, attributes = found
+            constant_a, used_a, attributes_a = opacity
+            names = {a.name for a in attributes + attributes_a}
+            simple = (
+                len(names) <= 1
+                and len(attributes) <= 1
+                and len(attributes_a) <= 1
+                and all(a.alpha for a in attributes_a)
+                and not any(a.alpha for a in attributes)
+                and (not attributes_a or attributes)
+                and len(used) <= 1
+                and len(used_a) <= 1
+                and not any(i.alpha for i in used)
+            )
+            if simple:
+                factor = [*numpy.broadcast_to(constant, 3), float(constant_a)]
+                self.attributes = attributes + attributes_a
+                if not used and not used_a:
+                    return color, factor, None, attributes
+                if used and (not used_a or (used_a[0].alpha and used_a[0].texture.key() == used[0].texture.key())):
+                    texture = used[0].texture
+                    opaque = not used_a and not (isinstance(alpha, Const) and alpha.value >= 1)
+                    path = None
+                    if not (opaque and texture.image.channels == 4 and texture.image.alpha_mode != "NONE"):
+                        path = images.original(texture.image, self.writer.cache, False)
+                    if path:
+                        return color, factor, self._texture(path, texture), attributes
+                stripped = self._product(used, True)
+                stripped_a = self._product(used_a, False)
+                texture = self._bake(stripped, stripped_a, as_data=False)
+                return color, factor, texture, attributes
+        color = self._without_attributes(color)
+        alpha = self._without_attributes(alpha)
+        largest = self._largest(color)
+        texture = self._bake(multiply(Const(numpy.full(3, 1 / largest)), color), alpha, as_data=False)
+        return color, [largest, largest, largest, 1.0], texture, []
+
+    def _product(self, used, color):
+        result = WHITE if color else ONE
+        for image in used:
+            result = multiply(result, image)
+        return result
+
+    def metallic_roughness(self, metallic, roughness):
+        """(metallic, roughness, texture or None): green is roughness, blue is metallic."""
+        metallic = self._carried(metallic, "metallic")
+        roughness = self._carried(roughness, "roughness")
+        if isinstance(metallic, Const) and isinstance(roughness, Const):
+            return self._unit(metallic), self._unit(roughness), None
+        direct = self._direct_channels([(roughness, 1), (metallic, 2)])
+        if direct:
+            path, texture, (factor_r, factor_m) = direct
+            return factor_m, factor_r, self._texture(path, texture)
+        def part(expression):
+            # A constant stays a factor, exactly.
+            return (self._unit(expression), ONE) if isinstance(expression, Const) else (1.0, expression)
+        factor_m, metallic = part(metallic)
+        factor_r, roughness = part(roughness)
+        packed = expressions.operation(
+            "pack", lambda r, m: numpy.stack(numpy.broadcast_arrays(1.0, r, m), axis=-1), [roughness, metallic], True
+        )
+        return factor_m, factor_r, self._bake(packed, ONE, as_data=True)
+
+    @staticmethod
+    def _unit(expression):
+        return min(max(float(expression.value), 0.0), 1.0)
+
+    def _direct_channels(self, wanted):
+        """Path, texture and factors if each expression is a constant, or the channel of that number of one
+        and the same image, times a constant."""
+        texture, result = None, []
+        for expression, channel in wanted:
+            if isinstance(expression, Const):
+                result.append((self._unit(expression), False))
+                continue
+            factor = 1.0
+            if isinstance(expression, Operation) and expression.name == "multiply":
+                constants = [a for a in expression.arguments if isinstance(a, Const)]
+                rest = [a for a in expression.arguments if not isinstance(a, Const)]
+                if len(constants) != 1 or constants[0].value > 1 or constants[0].value < 0:
+                    return None
+                factor, expression = float(constants[0].value), rest[0]
+            if not (isinstance(expression, Operation) and expression.name == f"component {channel}"):
+                return None
+            inner = expression.arguments[0]
+            if not isinstance(inner, Image) or inner.alpha:
+                return None
+            if texture is not None and texture.key() != inner.texture.key():
+                return None
+            texture = inner.texture
+            result.append((factor, True))
+        # A constant beside a texture would be multiplied by the texture's channel.
+        if not all(textured for _, textured in result):
+            return None
+        path = images.original(texture.image, self.writer.cache, True)
+        return (path, texture, [f for f, _ in result]) if path else None
+
+    def single(self, expression, channel, what):
+        """(factor, texture or None) of a number that the format reads in one channel of a texture."""
+        expression = self._carried(expression, what)
+        if isinstance(expression, Const):
+            return float(expression.value), None
+        direct = self._direct_channels([(expression, channel)]) if channel < 3 else None
+        if direct:
+            return direct[2][0], self._texture(direct[0], direct[1])
+        if channel == 3:
+            return 1.0, self._bake(WHITE, expression, as_data=True)
+        return 1.0, self._bake(as_color(expression), ONE, as_data=True)
+
+    def normal(self, color):
+        """The texture of a normal map, or None."""
+        color = self._carried(as_color(color), "the normal map")
+        if isinstance(color, Image) and not color.alpha:
+            path = images.original(color.texture.image, self.writer.cache, True)
+            if path:
+                return self._texture(path, color.texture)
+        if isinstance(color, Const):
+            return None
+        return self._bake(color, ONE, as_data=True)
+
+    # Helpers
+
+    def _mean(self, expression):
+        def texels(leaf):
+            pixels = images.linear_pixels(leaf.texture.image)
+            step = max(1, pixels.shape[0] // 64), max(1, pixels.shape[1] // 64)
+            pixels = pixels[:: step[0], :: step[1]]
+            value = pixels[..., 3] if leaf.alpha else pixels[..., :3]
+            return value.mean(axis=(0, 1))
+        if any(isinstance(leaf, Image) for leaf in expression.leaves()):
+            return Const(expressions.evaluate(expression, texels))
+        return expressions.mean(expression)
+
+    def _carried(self, expression, what, attributes=False):
+        """The expression without what glTF cannot carry; findings say what was replaced."""
+        leaves = list(expression.leaves())
+        unknown = sorted({leaf.what for leaf in leaves if isinstance(leaf, Unknown)})
+        painted = any(isinstance(leaf, Attribute) for leaf in leaves)
+        if unknown:
+            self.reader.note(APPROXIMATED, f"{what}: the mean is used of the {', the '.join(unknown)}")
+        if painted and not attributes:
+            self.reader.note(APPROXIMATED, f"{what}: colour attributes are left out (taken as white)")
+        if (unknown or painted) and not any(isinstance(leaf, Image) for leaf in leaves):
+            if painted and attributes and not unknown:
+                return expression
+            return expressions.mean(expression)
+        return expression
+
+    def _without_attributes(self, expression):
+        if any(isinstance(leaf, Attribute) for leaf in expression.leaves()):
+            self.reader.note(APPROXIMATED, "colour attributes in a mix are left out (taken as white)")
+        return expression
+
+    def _largest(self, expression):
+        """A factor of at least 1 that brings an image's values under 1 (8-bit files hold no more)."""
+        return 1.0
+
+    def _scaled(self, expression, function, used_as_data):
+        if not any(isinstance(leaf, Image) for leaf in expression.leaves()):
+            return self._mean(expression).value, None
+        return numpy.ones(3), self._bake(expression, ONE, as_data=used_as_data)
+
+    def _texture(self, path, texture):
+        """A textureInfo for a file."""
+        if texture.uv not in self.uvs:
+            self.uvs.append(texture.uv)
+        document = self.writer.document
+        image = document.shared("images", {"uri": document.uri(path)})
+        nearest = texture.nearest
+        sampler = document.shared(
+            "samplers",
+            {
+                "magFilter": 9728 if nearest else 9729,
+                "minFilter": 9728 if nearest else 9987,
+                "wrapS": texture.wrap,
+                "wrapT": texture.wrap,
+            },
+        )
+        info = {"index": document.shared("textures", {"sampler": sampler, "source": image})}
+        number = self.uvs.index(texture.uv)
+        if number:
+            info["texCoord"] = number
+        if texture.transform:
+            info["extensions"] = {document.uses("KHR_texture_transform"): texture.transform}
+        return info
+
+    def _bake(self, color, alpha, as_data):
+        """A texture of expressions with images, evaluated for each texel; None if they are white."""
+        used = [leaf for e in (color, alpha) for leaf in e.leaves() if isinstance(leaf, Image)]
+        if not used:
+            return None
+        first = used[0].texture
+        if any(leaf.texture.mapping() != first.mapping() for leaf in used):
+            self.reader.note(APPROXIMATED, "images that lie differently on the surface are combined as the first lies")
+        name = expressions.Operation("baked", None, [color, alpha, Const(float(as_data))], True).digest()
+        stem = os.path.join(self.writer.cache, f"baked-{name}")
+        for path in (f"{stem}.png", f"{stem}.exr"):
+            if os.path.isfile(path):
+                return self._texture(path, first)
+        pixels = {}
+        for leaf in used:
+            key = leaf.texture.image.as_pointer()
+            if key not in pixels:
+                pixels[key] = images.linear_pixels(leaf.texture.image)
+        height = max(p.shape[0] for p in pixels.values())
+        width = max(p.shape[1] for p in pixels.values())
+        pixels = {k: images.resized(p, height, width) for k, p in pixels.items()}
+
+        def texels(leaf):
+            found = pixels[leaf.texture.image.as_pointer()]
+            return found[..., 3] if leaf.alpha else found[..., :3]
+
+        values = numpy.empty((height, width, 4), numpy.float32)
+        values[..., :3] = expressions.evaluate(color, texels)
+        values[..., 3] = expressions.evaluate(alpha, texels)
+        values = numpy.nan_to_num(values[::-1], posinf=65504.0, neginf=0.0)
+        opaque = isinstance(alpha, Const)
+        # 16-bit floats: no less exact than the 8-bit files that the values come from.
+        path = f"{stem}.exr"
+        images.write_exr(path, values[..., :3] if opaque else values)
+        return self._texture(path, first)

@@ -1,0 +1,330 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Puts a scene together: walks the depsgraph's instances, and writes nodes for meshes, lights and the camera."""
+
+import hashlib
+import os
+
+import bpy
+import numpy
+
+from . import camera as cameras
+from . import geometry, gltf, lights, materials, visibility
+from . import world as worlds
+from .verdicts import APPROXIMATED, LOST
+
+# glTF's axes are Y up: (x, y, z) of Blender is (x, z, -y). A permutation with a sign: exact.
+TO_GLTF = numpy.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
+
+# From this many copies on, instances are written as arrays instead of as nodes.
+INSTANCING_FROM = 64
+
+# Relative to the largest entry of a matrix, how far the f32 translation, rotation and scale may be from it.
+INSTANCING_ERROR = 1e-6
+
+LEFT_OUT = {
+    "VOLUME": "volumes",
+    "CURVES": "hair curves",
+    "POINTCLOUD": "point clouds",
+    "GPENCIL": "Grease Pencil",
+    "GREASEPENCIL": "Grease Pencil",
+}
+
+
+def node_matrix(matrix):
+    """glTF's `matrix` (by columns) of a world matrix of Blender; None for the identity."""
+    turned = TO_GLTF @ numpy.array(matrix, float)
+    return turned.T.reshape(-1).tolist()
+
+
+class Exporter:
+    """One export. Call `objects`, `camera`, `world` and `finish` in this order."""
+
+    def __init__(self, depsgraph, scene, folder, cache, verdicts, report):
+        self.depsgraph, self.scene, self.cache = depsgraph, scene, cache
+        self.verdicts, self.report = verdicts, report
+        self.view_layer = depsgraph.view_layer.original if hasattr(depsgraph.view_layer, "original") else depsgraph.view_layer
+        self.path = os.path.join(folder, "scene.gltf")
+        version = ".".join(map(str, bpy.app.version))
+        self.document = gltf.Document(folder, f"Sundog add-on for Blender {version}")
+        self.materials = materials.Writer(self.document, cache, bpy.app.version)
+        self.changed_geometry = 0
+        # Evaluated data and slots -> glTF mesh, or None where there is nothing to render.
+        self._meshes = {}
+        self._buffers = {}
+        # (mesh, SUNDOG_object as text) -> names and matrices.
+        self._placed = {}
+
+    def objects(self):
+        """All that the depsgraph would render."""
+        for instance in self.depsgraph.object_instances:
+            # `show_self` is off for instancers that are not shown themselves.
+            if not instance.show_self:
+                continue
+            self._instance(instance)
+        self._write_placed()
+
+    def _instance(self, instance):
+        shown = instance.object
+        kind = shown.type
+        if kind == "LIGHT":
+            self._light(instance, shown)
+            return
+        if kind in LEFT_OUT:
+            self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out")
+            return
+        self._hair(instance, shown)
+        if kind != "MESH":
+            # Curves, surfaces, texts and metaballs come a second time, as the meshes they amount to.
+            return
+        mesh = self._mesh(shown)
+        if mesh is None:
+            return
+        parent = instance.parent if instance.is_instance else None
+        extension = visibility.sundog_object([shown, parent], self.view_layer)
+        key = (mesh, str(extension))
+        place = self._placed.setdefault(key, (extension, [], []))
+        place[1].append(shown.name)
+        place[2].append([c for row in instance.matrix_world for c in row])
+
+    def _hair(self, instance, shown):
+        if instance.is_instance:
+            return
+        for system in getattr(shown, "particle_systems", ()):
+            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                self.verdicts.add("object", shown.name, LOST, f"the hair of \"{system.name}\" is left out")
+
+    # Meshes
+
+    def _mesh(self, shown):
+        """Index of the glTF mesh of an evaluated object, or None."""
+        mesh = shown.data
+        slots = [slot.material for slot in shown.material_slots] or list(mesh.materials)
+        key = (mesh.as_pointer(), tuple(m.original.as_pointer() if m is not None else 0 for m in slots))
+        if key not in self._meshes:
+            self._meshes[key] = self._read_mesh(shown, mesh, slots or [None])
+        return self._meshes[key]
+
+    def _read_mesh(self, shown, mesh, slots):
+        try:
+            return self._write_mesh(mesh, slots)
+        except geometry.GeometryError as error:
+            self.verdicts.add("object", shown.name, LOST, f"it is left out: {error}")
+        except MemoryError:
+            self.verdicts.add("object", shown.name, LOST, "it is left out: there is not enough memory for it")
+        return None
+
+    def _write_mesh(self, mesh, slots):
+        if not len(mesh.polygons):
+            return None
+        used = geometry.slots_in_use(mesh, len(slots))
+        exported = {slot: self.materials.material(slots[slot]) for slot in used}
+        for slot, material in exported.items():
+            name = slots[slot].name_full if slots[slot] is not None else None
+            if name is not None:
+                self.verdicts.extend("material", name, material.findings)
+        stored = geometry.store(mesh, {slot: material.demand for slot, material in exported.items()}, self.cache)
+        if stored is None:
+            return None
+        self.changed_geometry += stored.written
+        if stored.path not in self._buffers:
+            self._buffers[stored.path] = self.document.add_buffer(stored.path, stored.layout)
+        accessors = self._buffers[stored.path]
+        primitives = [
+            {
+                "attributes": {name: accessors[i] for name, i in primitive["attributes"].items()},
+                "indices": accessors[primitive["indices"]],
+                "material": exported[primitive["slot"]].index,
+            }
+            for primitive in stored.layout["primitives"]
+        ]
+        return self.document.shared("meshes", {"name": mesh.name, "primitives": primitives})
+
+    def _write_placed(self):
+        for (mesh, _), (extension, names, matrices) in self._placed.items():
+            matrices = numpy.array(matrices, float).reshape(-1, 4, 4)
+            finite = numpy.isfinite(matrices).all(axis=(1, 2))
+            for index in numpy.nonzero(~finite)[0]:
+                self.verdicts.add("object", names[index], LOST, "it is left out: its place is not a number")
+            matrices, names = matrices[finite], [n for n, keep in zip(names, finite) if keep]
+            rest = numpy.arange(len(matrices))
+            if len(matrices) >= INSTANCING_FROM:
+                rest = self._write_copies(mesh, extension, names[0], matrices)
+            turned = (TO_GLTF @ matrices[rest]).transpose(0, 2, 1).reshape(-1, 16).tolist()
+            for index, matrix in zip(rest, turned):
+                node = {"name": names[index], "mesh": mesh, "matrix": matrix}
+                if extension:
+                    node["extensions"] = {self.document.uses("SUNDOG_object"): extension}
+                self.document.add_node(node)
+
+    def _write_copies(self, mesh, extension, name, matrices):
+        """Writes copies as arrays; returns the numbers of those that are not exact enough so (sheared ones)."""
+        translation, rotation, scale, exact = decompose(matrices)
+        if exact.sum() < INSTANCING_FROM:
+            return numpy.arange(len(matrices))
+        arrays = [numpy.ascontiguousarray(a[exact], numpy.float32) for a in (translation, rotation, scale)]
+        digest = hashlib.blake2b(b"".join(a.tobytes() for a in arrays), digest_size=16).hexdigest()
+        path = os.path.join(self.cache, f"copies-{digest}.bin")
+        parts, layout = gltf.describe_arrays([(a, ()) for a in arrays])
+        if not os.path.isfile(path) or os.path.getsize(path) != layout["bytes"]:
+            gltf.write_whole(path, parts)
+        accessors = self.document.add_buffer(path, layout)
+        attributes = dict(zip(("TRANSLATION", "ROTATION", "SCALE"), accessors))
+        node = {
+            "name": name,
+            "mesh": mesh,
+            "matrix": TO_GLTF.T.reshape(-1).tolist(),
+            "extensions": {self.document.uses("EXT_mesh_gpu_instancing"): {"attributes": attributes}},
+        }
+        if extension:
+            node["extensions"][self.document.uses("SUNDOG_object")] = extension
+        self.document.add_node(node)
+        return numpy.nonzero(~exact)[0]
+
+    # Lights
+
+    def _light(self, instance, shown):
+        light = shown.data
+        findings = []
+        if lights.is_portal(light):
+            self.verdicts.extend("light", shown.name, findings)
+            return
+        described = lights.describe(light, findings)
+        parent = instance.parent if instance.is_instance else None
+        seen = lights.ray_visibility(light, [shown, parent])
+        if shown.original.indirect_only_get(view_layer=self.view_layer):
+            seen["camera"] = False
+        if seen:
+            described["visibility"] = seen
+        if described.get("soft_falloff") and described.get("radius"):
+            findings.append((APPROXIMATED, "soft falloff is rendered as a true sphere"))
+        self.verdicts.extend("light", shown.name, findings)
+        node = {"name": shown.name, "matrix": node_matrix(instance.matrix_world)}
+        if described.get("type") == "area":
+            described["name"] = shown.name
+            node["extensions"] = {self.document.uses("SUNDOG_light"): described}
+        else:
+            punctual = lights.punctual(light, described)
+            punctual["extensions"] = {self.document.uses("SUNDOG_light"): described}
+            index = self._light_index(punctual)
+            node["extensions"] = {self.document.uses("KHR_lights_punctual"): {"light": index}}
+        self.document.add_node(node)
+
+    def _light_index(self, punctual):
+        extension = self.document.root.setdefault("extensions", {}).setdefault("KHR_lights_punctual", {"lights": []})
+        if punctual not in extension["lights"]:
+            extension["lights"].append(punctual)
+        return extension["lights"].index(punctual)
+
+    # Camera, world, colours
+
+    def camera(self):
+        """The scene's camera."""
+        shown = self.scene.camera.evaluated_get(self.depsgraph)
+        if shown.type != "CAMERA":
+            from . import ExportError
+
+            raise ExportError(f"the scene's camera \"{shown.name}\" is a {shown.type.lower()}: choose a camera")
+        matrix = cameras.without_scale(shown.matrix_world)
+        findings = []
+        extension, plain = cameras.describe(
+            shown.data, matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
+        )
+        self.verdicts.extend("camera", shown.name, findings)
+        plain["name"] = shown.name
+        plain["extensions"] = {self.document.uses("SUNDOG_camera"): extension}
+        index = self.document.add("cameras", plain)
+        self.document.add_node({"name": shown.name, "camera": index, "matrix": node_matrix(matrix)})
+
+    def world(self):
+        """The world and the colour management, as SUNDOG_scene."""
+        world = self.scene.world
+        findings = []
+        extension = {}
+        if world is not None:
+            world = world.evaluated_get(self.depsgraph)
+        try:
+            extension["world"] = worlds.describe(world, self.cache, self.document.uri, findings, self.report)
+        except (images_error(), RecursionError) as error:
+            findings.append((LOST, f"it is rendered black: {error}"))
+            extension["world"] = {"color": [0.0, 0.0, 0.0]}
+        if world is not None:
+            self.verdicts.extend("world", world.name, findings)
+        extension["color_management"] = color_management(self.scene)
+        top = self.document.root["scenes"][0]
+        top["name"] = self.scene.name
+        top["extensions"] = {self.document.uses("SUNDOG_scene"): extension}
+
+    def finish(self):
+        """Writes the .gltf."""
+        self.document.write(self.path)
+
+
+def images_error():
+    """The exception of unreadable images."""
+    from .images import ImageError
+
+    return ImageError
+
+
+def color_management(scene):
+    """The scene's display, view and look by OpenColorIO's names."""
+    view = scene.view_settings
+    result = {
+        "display": scene.display_settings.display_device,
+        "view": view.view_transform,
+        "look": view.look,
+        "exposure": float(view.exposure),
+        "gamma": float(view.gamma),
+    }
+    config = os.path.join(bpy.utils.resource_path("LOCAL"), "datafiles", "colormanagement", "config.ocio")
+    if os.environ.get("OCIO"):
+        config = os.environ["OCIO"]
+    if os.path.isfile(config):
+        result["config"] = config
+    return result
+
+
+def decompose(matrices):
+    """(translation, rotation quaternion xyzw, scale, which of them give back the matrix in f32)."""
+    translation = matrices[:, :3, 3].astype(numpy.float32)
+    linear = matrices[:, :3, :3]
+    scale = numpy.linalg.norm(linear, axis=1)
+    safe = numpy.where(scale > 0, scale, 1)
+    turned = linear / safe[:, None, :]
+    mirrored = numpy.linalg.det(turned) < 0
+    scale = numpy.where(mirrored[:, None], -scale, scale).astype(numpy.float32)
+    turned = numpy.where(mirrored[:, None, None], -turned, turned)
+    rotation = _quaternions(turned).astype(numpy.float32)
+    again = _rotations(rotation.astype(float)) * scale[:, None, :].astype(float)
+    error = numpy.abs(again - linear).max(axis=(1, 2))
+    exact = error <= INSTANCING_ERROR * numpy.maximum(numpy.abs(linear).max(axis=(1, 2)), 1e-30)
+    return translation, rotation, scale, exact
+
+
+def _quaternions(m):
+    """Unit quaternions (x, y, z, w) of rotation matrices, by the largest component for exactness."""
+    trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
+    squares = numpy.stack(
+        [1 + 2 * m[:, 0, 0] - trace, 1 + 2 * m[:, 1, 1] - trace, 1 + 2 * m[:, 2, 2] - trace, 1 + trace], axis=1
+    )
+    largest = squares.argmax(axis=1)
+    candidates = numpy.empty((len(m), 4, 4))
+    xy, xz, yz = m[:, 0, 1] + m[:, 1, 0], m[:, 0, 2] + m[:, 2, 0], m[:, 1, 2] + m[:, 2, 1]
+    zw, yw, xw = m[:, 1, 0] - m[:, 0, 1], m[:, 0, 2] - m[:, 2, 0], m[:, 2, 1] - m[:, 1, 2]
+    candidates[:, 0] = numpy.stack([squares[:, 0], xy, xz, xw], axis=1)
+    candidates[:, 1] = numpy.stack([xy, squares[:, 1], yz, yw], axis=1)
+    candidates[:, 2] = numpy.stack([xz, yz, squares[:, 2], zw], axis=1)
+    candidates[:, 3] = numpy.stack([xw, yw, zw, squares[:, 3]], axis=1)
+    chosen = candidates[numpy.arange(len(m)), largest]
+    return chosen / numpy.linalg.norm(chosen, axis=1, keepdims=True)
+
+
+def _rotations(q):
+    q = q / numpy.linalg.norm(q, axis=1, keepdims=True)
+    x, y, z, w = q.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return numpy.array(rows).transpose(2, 0, 1)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which rays see an object."""
+
+NAMES = {
+    "camera": "visible_camera",
+    "diffuse": "visible_diffuse",
+    "glossy": "visible_glossy",
+    "transmission": "visible_transmission",
+    "volume": "visible_volume_scatter",
+    "shadow": "visible_shadow",
+}
+
+
+def of_objects(objects):
+    """The kinds of rays that do not see what all these objects (an instance, its instancer) show."""
+    return {
+        kind: False
+        for kind, attribute in NAMES.items()
+        if not all(getattr(o, attribute, True) for o in objects if o is not None)
+    }
+
+
+def sundog_object(objects, view_layer):
+    """The SUNDOG_object of an object placed by others (the object first), or None if it says nothing."""
+    result = {}
+    seen = of_objects(objects)
+    original = objects[0].original
+    if original.indirect_only_get(view_layer=view_layer):
+        seen["camera"] = False
+    if seen:
+        result["visibility"] = seen
+    if objects[0].is_holdout or original.holdout_get(view_layer=view_layer):
+        result["holdout"] = True
+    if objects[0].is_shadow_catcher:
+        result["shadow_catcher"] = True
+    return result or None

@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The world: a colour, an environment image, or anything else baked by Cycles."""
+
+import hashlib
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+
+import bpy
+import numpy
+
+from . import expressions, images, nodes
+from .expressions import Const, Image, as_color, multiply
+from .materials import TextureSpec
+from .verdicts import APPROXIMATED, LOST
+
+BAKE_WIDTH = 2048
+BAKE_WIDTH_WITH_SUN = 4096
+BAKE_SAMPLES = 16
+BAKE_SECONDS = 300
+
+
+class _Environments(nodes.Evaluator):
+    """Finds environment textures; `needs_bake` is why the tree goes beyond one, or None."""
+
+    def __init__(self, walker):
+        super().__init__(walker, self._never)
+        self.needs_bake = None
+        self.rotation = None
+
+    def _never(self, node, place):
+        self.needs_bake = self.needs_bake or f"{node.bl_label} node"
+
+    def _unknown(self, source):
+        self.needs_bake = self.needs_bake or f"{source.node.bl_label} node"
+        return super()._unknown(source)
+
+    def _node_tex_environment(self, source, node):
+        if node.image is None:
+            return Const(numpy.zeros(3))
+        self.rotation, reason = _rotation(self.walker, self, source.input("Vector"))
+        if node.projection != "EQUIRECTANGULAR":
+            reason = "mirror ball"
+        elif node.image.source not in {"FILE", "GENERATED"} or not images.is_exactly_known(node.image):
+            reason = f"image \"{node.image.name}\""
+        if reason:
+            self.needs_bake = self.needs_bake or reason
+        return Image(TextureSpec(node.image, None, None, 10497, node.interpolation == "Closest"))
+
+
+def _rotation(walker, evaluator, place):
+    """(3×3 matrix from the world's directions to the image's, why it is more than a rotation)."""
+    source = walker.source(place)
+    matrix = numpy.eye(3)
+    if source.socket.is_output and source.node.type == "MAPPING":
+        values = [evaluator.color(source.input(n)) for n in ("Rotation", "Scale")]
+        location = source.input("Location")
+        values.append(evaluator.color(location) if location else Const(numpy.zeros(3)))
+        if not all(isinstance(v, Const) for v in values):
+            return matrix, "Mapping node with varying inputs"
+        rotation, scale, shift = (v.value for v in values)
+        kind = source.node.vector_type
+        if kind in {"POINT", "TEXTURE"} and shift.any():
+            return matrix, "Mapping node with a location"
+        if numpy.ptp(scale) > 1e-6 or scale[0] <= 0:
+            return matrix, "Mapping node with a scale"
+        matrix = _euler(rotation)
+        if kind == "TEXTURE":
+            matrix = matrix.T
+        source = walker.source(source.input("Vector"))
+        if not source.socket.is_output:
+            return matrix, "Mapping node without coordinates"
+    if source.socket.is_output and not (source.node.type == "TEX_COORD" and source.socket.name == "Generated"):
+        return matrix, f"coordinates by {source.node.bl_label}"
+    return matrix, None
+
+
+def _euler(angles):
+    """Rotation by Euler angles, first about X, then Y, then Z."""
+    (cx, cy, cz), (sx, sy, sz) = numpy.cos(angles), numpy.sin(angles)
+    x = numpy.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    y = numpy.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    z = numpy.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    return z @ y @ x
+
+
+def _visibility(world):
+    settings = getattr(world, "cycles_visibility", None)
+    names = {"camera": "camera", "diffuse": "diffuse", "glossy": "glossy", "transmission": "transmission", "volume": "scatter"}
+    return {kind: False for kind, name in names.items() if not getattr(settings, name, True)}
+
+
+def describe(world, cache, uri, findings, report=None):
+    """The `world` object of SUNDOG_scene.
+
+    `uri` turns a file into its URI; findings get what is not exact. Baking takes a child process and
+    some seconds, once for each tree.
+    """
+    if world is None:
+        return {"color": [0.0, 0.0, 0.0]}
+    result = {"color": [float(v) for v in world.color]}
+    seen = _visibility(world)
+    if seen:
+        result["visibility"] = seen
+    tree = nodes.tree_of(world)
+    if tree is None:
+        return result
+    output = tree.get_output_node("CYCLES")
+    if output is None:
+        result["color"] = [0.0, 0.0, 0.0]
+        return result
+    walker = nodes.Walker()
+    if walker.source(nodes.Place(output.inputs["Volume"])).socket.is_output:
+        findings.append((LOST, "the world's volume is left out"))
+    source = walker.source(nodes.Place(output.inputs["Surface"]))
+    if not source.socket.is_output:
+        result["color"] = [0.0, 0.0, 0.0]
+        return result
+    evaluator = _Environments(walker)
+    radiance, reason = None, None
+    if source.node.type in {"BACKGROUND", "EMISSION"}:
+        radiance = multiply(evaluator.scalar(source.input("Strength")), evaluator.color(source.input("Color")))
+        reason = evaluator.needs_bake
+    else:
+        reason = f"{source.node.bl_label} node"
+    found = None if reason else expressions.factors(as_color(radiance))
+    if found and not found[2] and len(found[1]) <= 1 and not any(i.alpha for i in found[1]):
+        factor, used, _ = found
+        result["color"] = [max(float(v), 0.0) for v in numpy.broadcast_to(factor, 3)]
+        if not used:
+            return result
+        path = environment_file(used[0].texture.image, cache)
+        result["image"] = uri(path)
+        if not numpy.array_equal(evaluator.rotation, numpy.eye(3)):
+            result["rotation"] = [float(v) for v in evaluator.rotation.reshape(-1)]
+        return result
+    try:
+        path, note = bake(world, tree, cache, report)
+    except BakeError as error:
+        findings.append((LOST, f"the world's nodes could not be baked ({error}): its mean colour is used"))
+        if radiance is not None and not any(isinstance(leaf, Image) for leaf in radiance.leaves()):
+            result["color"] = [float(v) for v in expressions.mean(as_color(radiance)).value]
+        return result
+    findings.append((APPROXIMATED, note))
+    result["color"] = [1.0, 1.0, 1.0]
+    result["image"] = uri(path)
+    return result
+
+
+def environment_file(image, cache):
+    """The image as a file that the program reads as Cycles does."""
+    path = images.original(image, cache, as_data=False)
+    if path:
+        return path
+    name = hashlib.sha1(json.dumps(images.identity(image)).encode()).hexdigest()
+    path = os.path.join(cache, f"world-{name}.exr")
+    if not os.path.isfile(path):
+        images.write_exr(path, images.linear_pixels(image)[::-1, :, :3])
+    return path
+
+
+class BakeError(Exception):
+    """Why a world could not be baked, in one sentence."""
+
+
+def _describe_tree(tree, seen):
+    """Everything in a node tree that decides on what it shows, for hashing."""
+    if tree.as_pointer() in seen:
+        return []
+    seen.add(tree.as_pointer())
+    result = []
+    for node in sorted(tree.nodes, key=lambda n: n.name):
+        entry = [node.name, node.bl_idname, node.mute]
+        for prop in node.bl_rna.properties:
+            if prop.identifier in _LAYOUT_ONLY or prop.type in {"COLLECTION"}:
+                continue
+            value = getattr(node, prop.identifier)
+            if isinstance(value, bpy.types.Image):
+                value = images.identity(value)
+            elif isinstance(value, bpy.types.NodeTree):
+                value = _describe_tree(value, seen)
+            elif isinstance(value, bpy.types.ColorRamp):
+                value = [[round(v, 6) for v in value.evaluate(i / 255)] for i in range(256)]
+            elif prop.type == "POINTER":
+                value = getattr(value, "name", None)
+            elif hasattr(value, "__len__") and not isinstance(value, str):
+                value = [float(v) if isinstance(v, float) else str(v) for v in value]
+            entry.append([prop.identifier, value if isinstance(value, (list, str, int, float, bool)) else str(value)])
+        for socket in node.inputs:
+            if not socket.is_linked and hasattr(socket, "default_value"):
+                entry.append([socket.identifier, str(nodes.default_value(socket).value.tolist())])
+        result.append(entry)
+    links = [(l.from_node.name, l.from_socket.identifier, l.to_node.name, l.to_socket.identifier, l.is_muted) for l in tree.links]
+    return [result, sorted(links)]
+
+
+_LAYOUT_ONLY = {
+    "rna_type", "location", "location_absolute", "width", "height", "dimensions", "select", "show_options", "show_preview",
+    "show_texture", "hide", "color", "use_custom_color", "parent", "label", "warning_propagation", "is_active_output",
+    "bl_icon", "bl_width_default", "bl_height_default",
+}
+
+
+def bake(world, tree, cache, report=None):
+    """(file, what was done): the world as an equirectangular picture, rendered by Cycles in a child."""
+    kinds = _kinds(tree, set())
+    has_sun = "sky with a sun" in kinds
+    width = BAKE_WIDTH_WITH_SUN if has_sun else BAKE_WIDTH
+    description = [_describe_tree(tree, set()), width, BAKE_SAMPLES, list(bpy.app.version), 1]
+    name = hashlib.sha1(json.dumps(description, sort_keys=True, default=str).encode()).hexdigest()
+    path = os.path.join(cache, f"world-{name}.exr")
+    note = f"its nodes are baked to a picture of {width} × {width // 2} pixels"
+    if has_sun:
+        note += ", the sky's sun disc with them"
+    if "LIGHT_PATH" in kinds:
+        note += "; what a Light Path node shows the camera alone is not seen: the light's side is baked"
+    if os.path.isfile(path):
+        return path, note
+    if report:
+        report("baking the world")
+    original = world.original
+    with tempfile.TemporaryDirectory(prefix="sundog-world-") as folder:
+        blend = os.path.join(folder, "world.blend")
+        bpy.data.libraries.write(blend, {original}, path_remap="ABSOLUTE", fake_user=True)
+        picture = os.path.join(folder, "world.exr")
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "bake_world.py")
+        arguments = [blend, original.name, picture, str(width), str(BAKE_SAMPLES)]
+        if bpy.app.binary_path:
+            command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1"]
+            command += ["--python", script, "--", *arguments]
+        else:
+            command = [sys.executable, script, "--", *arguments]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=BAKE_SECONDS, check=False)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise BakeError(str(error)) from error
+        if done.returncode != 0 or not os.path.isfile(picture):
+            said = (done.stderr.strip() or done.stdout.strip()).splitlines()
+            raise BakeError(said[-1] if said else f"Blender ended with {done.returncode}")
+        beside = f"{path}.{os.getpid()}.part"
+        with open(picture, "rb") as source, open(beside, "wb") as target:
+            target.write(source.read())
+        os.replace(beside, path)
+    return path, note
+
+
+def _kinds(tree, seen):
+    if tree.as_pointer() in seen:
+        return set()
+    seen.add(tree.as_pointer())
+    kinds = set()
+    for node in tree.nodes:
+        kinds.add(node.type)
+        if node.type == "TEX_SKY" and getattr(node, "sun_disc", False) and node.sky_type not in {"PREETHAM", "HOSEK_WILKIE"}:
+            kinds.add("sky with a sun")
+        if node.type == "GROUP" and node.node_tree is not None:
+            kinds |= _kinds(node.node_tree, seen)
+    return kinds
+
+
+def horizon_rotation():
+    """The panorama camera's rotation (Euler XYZ) whose picture is an environment image as it stands."""
+    return (math.pi / 2, 0.0, -math.pi / 2)
