@@ -3,12 +3,13 @@
 # Rust is taken from PATH, else from where its installer puts it.
 export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
 
-.PHONY: help demo test setup build bench clean
+.PHONY: help demo test setup build addon bench clean
 
 help:
 	@echo 'make demo    set up, build, and render one of the scenes (one minute once built)'
 	@echo 'make test    set up, check format and lints, run all tests'
 	@echo 'make build   set up and build target/release/sundog'
+	@echo 'make addon   build the Blender extension with the program inside: dist/sundog-VERSION-linux-x64.zip'
 	@echo 'make setup   system packages, Rust, Embree, OpenColorIO and libclang only'
 	@echo 'make bench   measure Sundog against Cycles, into docs/benchmarks.md (long; an idle machine)'
 	@echo 'make clean   remove what was built; the cache folder and .native/ stay'
@@ -22,6 +23,9 @@ build: setup
 demo: build
 	@scripts/demo.sh
 
+addon: build
+	@python3 scripts/addon.py
+
 test: setup
 	@scripts/test.sh
 
@@ -30,4 +34,4 @@ bench: build
 	@"$${SUNDOG_BPY_PYTHON:-$${XDG_CACHE_HOME:-$$HOME/.cache}/sundog/bpy-4.5.15/bin/python}" scripts/benchmark.py
 
 clean:
-	rm -rf target out
+	rm -rf target out dist
