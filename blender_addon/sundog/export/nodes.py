@@ -60,7 +60,8 @@ class Walker:
             # The trees are kept, so that no other tree gets the same address meanwhile.
             table = {}
             for link in tree.links:
-                if link.is_valid and not link.is_muted and not link.is_hidden:
+                # `is_hidden` is not asked for: Blender 4.5 crashes on it in evaluated trees.
+                if link.is_valid and not link.is_muted:
                     table[(link.to_node.name, link.to_socket.identifier)] = link
             self._links[key] = (tree, table)
         return self._links[key][1].get((socket.node.name, socket.identifier))

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the export tests share: an export from the render depsgraph, as F12 has it, and ways to read what it wrote."""
+
+import contextlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import bpy
+import numpy
+
+PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(PROJECT, "blender_addon"))
+
+from sundog import export  # noqa: E402
+
+
+class Engine(bpy.types.RenderEngine):
+    """Only exports: the one way to a depsgraph in render mode without a render of its own."""
+
+    bl_idname = "SUNDOG_EXPORT_TEST"
+    bl_label = "Export"
+
+    # Set by `exported`: what to call with the depsgraph, and what came of it.
+    task = None
+    result = error = None
+
+    def render(self, depsgraph):
+        """Called by Blender in its render thread or in the caller's."""
+        try:
+            Engine.result = Engine.task(depsgraph)
+        except BaseException as error:
+            Engine.error = error
+
+
+def in_render(task, scene=None):
+    """What `task(depsgraph)` returns when called in a render of the scene."""
+    scene = scene or bpy.context.scene
+    bpy.utils.register_class(Engine)
+    before = scene.render.engine, scene.render.use_compositing, scene.render.use_sequencer
+    scene.render.engine = Engine.bl_idname
+    scene.render.use_compositing = scene.render.use_sequencer = False
+    Engine.task, Engine.result, Engine.error = task, None, None
+    try:
+        with quiet():
+            bpy.ops.render.render(scene=scene.name)
+    finally:
+        scene.render.engine, scene.render.use_compositing, scene.render.use_sequencer = before
+        bpy.utils.unregister_class(Engine)
+    if Engine.error is not None:
+        raise Engine.error
+    return Engine.result
+
+
+@contextlib.contextmanager
+def quiet():
+    """Sends Blender's chatter on standard output to nowhere."""
+    sys.stdout.flush()
+    keep, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(keep, 1)
+        os.close(keep)
+        os.close(nowhere)
+
+
+def program():
+    """The sundog program: SUNDOG_PROGRAM, or what cargo built."""
+    given = os.environ.get("SUNDOG_PROGRAM")
+    if given:
+        return given
+    for profile in ("release", "debug"):
+        path = os.path.join(PROJECT, "target", profile, "sundog")
+        if os.path.isfile(path):
+            return path
+    raise unittest.SkipTest("there is no sundog program: build it, or set SUNDOG_PROGRAM")
+
+
+def info(path):
+    """`sundog info --json` of a scene."""
+    done = subprocess.run([program(), "info", path, "--json"], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise AssertionError(done.stderr)
+    return json.loads(done.stdout)
+
+
+class Exported:
+    """A written scene, read back."""
+
+    def __init__(self, result):
+        self.result, self.path = result, result.path
+        with open(result.path, encoding="utf-8") as file:
+            self.root = json.load(file)
+
+    def __getitem__(self, table):
+        return self.root.get(table, [])
+
+    def array(self, index):
+        """An accessor's numbers."""
+        accessor = self.root["accessors"][index]
+        view = self.root["bufferViews"][accessor["bufferView"]]
+        buffer = os.path.join(os.path.dirname(self.path), self.root["buffers"][view["buffer"]]["uri"])
+        width = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        dtype = {5126: numpy.float32, 5125: numpy.uint32}[accessor["componentType"]]
+        count = accessor["count"] * width
+        values = numpy.fromfile(buffer, dtype, count, offset=view["byteOffset"] + accessor.get("byteOffset", 0))
+        return values if width == 1 else values.reshape(-1, width)
+
+    def nodes(self, name):
+        """All nodes of that name."""
+        return [node for node in self["nodes"] if node.get("name") == name]
+
+    def node(self, name):
+        """The one node of that name."""
+        found = self.nodes(name)
+        assert len(found) == 1, f"{len(found)} nodes are called {name}: {[n.get('name') for n in self['nodes']]}"
+        return found[0]
+
+    def names(self):
+        """Names of all nodes with a mesh."""
+        return sorted(node["name"] for node in self["nodes"] if "mesh" in node)
+
+    def matrix(self, node):
+        """A node's matrix (4 × 4)."""
+        return numpy.array(node["matrix"]).reshape(4, 4).T
+
+    def triangles(self, node):
+        """Corners of the triangles of a node's mesh in Blender's axes: triangles × 3 × 3."""
+        parts = []
+        for primitive in self.root["meshes"][node["mesh"]]["primitives"]:
+            points = self.array(primitive["attributes"]["POSITION"]).astype(float)
+            parts.append(points[self.array(primitive["indices"])].reshape(-1, 3, 3))
+        turned = numpy.concatenate(parts) @ self.matrix(node)[:3, :3].T + self.matrix(node)[:3, 3]
+        return numpy.stack([turned[..., 0], -turned[..., 2], turned[..., 1]], axis=-1)
+
+    def material(self, name):
+        """The material of that name."""
+        return next(m for m in self["materials"] if m["name"] == name)
+
+    def light(self, name):
+        """The SUNDOG_light of the light object of that name."""
+        extensions = self.node(name)["extensions"]
+        if "SUNDOG_light" in extensions:
+            return extensions["SUNDOG_light"]
+        index = extensions["KHR_lights_punctual"]["light"]
+        return self.root["extensions"]["KHR_lights_punctual"]["lights"][index]["extensions"]["SUNDOG_light"]
+
+    def scene(self):
+        """The SUNDOG_scene."""
+        return self.root["scenes"][0]["extensions"]["SUNDOG_scene"]
+
+    def verdict(self, kind, name):
+        """The verdict's dictionary of one thing."""
+        return next(v for v in self.result.verdicts if (v["kind"], v["name"]) == (kind, name))
+
+    def info(self):
+        """What the program reads of it."""
+        return info(self.path)
+
+
+class ExportTest(unittest.TestCase):
+    """A test with an empty file, a camera, and a folder of its own."""
+
+    def setUp(self):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        self.folder = tempfile.mkdtemp(prefix="sundog-export-")
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.scene = bpy.context.scene
+        camera = bpy.data.cameras.new("camera")
+        self.camera = bpy.data.objects.new("camera", camera)
+        self.camera.location = (0, 0, 10)
+        self.scene.collection.objects.link(self.camera)
+        self.scene.camera = self.camera
+
+    def export(self, scene=None):
+        """Exports in a render."""
+        def task(depsgraph):
+            cache = os.path.join(self.folder, "cache")
+            return export.write_scene(depsgraph, depsgraph.scene, os.path.join(self.folder, "scene"), cache)
+
+        return Exported(in_render(task, scene))
+
+    def link(self, name, data, **settings):
+        """A new object of that name in the scene."""
+        made = bpy.data.objects.new(name, data)
+        for key, value in settings.items():
+            setattr(made, key, value)
+        self.scene.collection.objects.link(made)
+        return made
+
+    def near(self, got, expected, tolerance=1e-6, message=None):
+        """Equal to a relative tolerance (of the largest expected value)."""
+        got, expected = numpy.asarray(got, float), numpy.asarray(expected, float)
+        self.assertEqual(got.shape, expected.shape, message)
+        scale = max(float(numpy.abs(expected).max(initial=0)), 1e-30)
+        worst = float(numpy.abs(got - expected).max(initial=0))
+        self.assertLessEqual(worst, tolerance * scale, message or f"{got} is not {expected}")
+
+
+def plane(name="plane", size=2.0):
+    """A square mesh in the XY plane with one UV map."""
+    half = size / 2
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata([(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], [], [(0, 1, 2, 3)])
+    uv = mesh.uv_layers.new(name="UVMap")
+    for corner, value in zip(uv.data, [(0, 0), (1, 0), (1, 1), (0, 1)]):
+        corner.uv = value
+    return mesh
+
+
+def cube(name="cube", size=2.0):
+    """A cube about the origin, without UV map."""
+    h = size / 2
+    corners = [(x, y, z) for z in (-h, h) for y in (-h, h) for x in (-h, h)]
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(corners, [], faces)
+    return mesh
+
+
+def material(name, **inputs):
+    """A material with one Principled BSDF; inputs by name with _ for blanks."""
+    made = bpy.data.materials.new(name)
+    made.use_nodes = True
+    principled = next(n for n in made.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    for key, value in inputs.items():
+        principled.inputs[key.replace("_", " ")].default_value = value
+    return made
