@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sundog as a render engine of Blender. The program that renders is another process; see docs/blender.md."""
+
+bl_info = {
+    "name": "Sundog",
+    "author": "The Sundog authors",
+    "version": (0, 1, 0),
+    "blender": (4, 2, 0),
+    "category": "Render",
+    "description": "A path tracer that stands beside Cycles",
+}
+
+import importlib
+
+_NAMES = ("preferences", "properties", "engine")
+_modules = []
+
+
+def register():
+    """Called by Blender when the add-on is enabled; a second call does nothing."""
+    if _modules:
+        return
+    for name in _NAMES:
+        module = importlib.import_module(f".{name}", __package__)
+        try:
+            module.register()
+        except BaseException:
+            unregister()
+            raise
+        _modules.append(module)
+
+
+def unregister():
+    """Called by Blender when the add-on is disabled; a second call does nothing."""
+    while _modules:
+        _modules.pop().unregister()

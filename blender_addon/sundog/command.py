@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene's settings as the program's command line."""
+
+import numpy
+
+_FILTERS = {"BLACKMAN_HARRIS": "blackman-harris", "GAUSSIAN": "gauss", "BOX": "box"}
+
+
+def picture_size(render):
+    """Width and height of the whole picture, as Blender computes them: in integers."""
+    scale = render.resolution_percentage
+    return max(render.resolution_x * scale // 100, 1), max(render.resolution_y * scale // 100, 1)
+
+
+def border(render):
+    """(x0, y0, x1, y1) of the pixels that are rendered, counted from the bottom left as Blender does; f32 as there."""
+    width, height = picture_size(render)
+    if not render.use_border:
+        return 0, 0, width, height
+
+    def edge(fraction, pixels):
+        return int(numpy.float32(fraction) * numpy.float32(pixels))
+
+    return (
+        edge(render.border_min_x, width), edge(render.border_min_y, height),
+        edge(render.border_max_x, width), edge(render.border_max_y, height),
+    )  # fmt: skip
+
+
+def seed(scene):
+    """The seed of the current frame."""
+    settings = scene.sundog
+    if not settings.use_animated_seed:
+        return settings.seed
+    # Neighbouring frames and seeds must not meet: steps of the golden ratio in 32 bits.
+    frame = int(scene.frame_current) * 64 + int(scene.frame_subframe * 64)
+    return (settings.seed + frame * 0x9E3779B1) & 0xFFFFFFFF
+
+
+def arguments(scene, abilities, warn):
+    """Flags for the picture, the effort and the light transport. `warn(text)` is told what the program cannot do."""
+    settings, render = scene.sundog, scene.render
+    width, height = picture_size(render)
+    pixel_filter = _FILTERS[settings.pixel_filter_type]
+    if settings.pixel_filter_type != "BOX":
+        pixel_filter += f":{settings.filter_width:.6g}"
+    result = ["--width", str(width), "--height", str(height), "--filter", pixel_filter, "--samples", str(settings.samples)]
+    x0, y0, x1, y1 = border(render)
+    if (x0, y0, x1, y1) != (0, 0, width, height):
+        result += ["--region", f"{x0},{height - y1},{x1},{height - y0}"]
+    if settings.time_limit > 0:
+        result += ["--time", f"{settings.time_limit:.6f}s"]
+    for flag, value in (
+        ("bounces", settings.max_bounces),
+        ("bounces-diffuse", settings.diffuse_bounces),
+        ("bounces-glossy", settings.glossy_bounces),
+        ("bounces-transmission", settings.transmission_bounces),
+        ("bounces-transparent", settings.transparent_max_bounces),
+    ):
+        result += [f"--{flag}", str(value)]
+    for flag, value in (
+        ("clamp-direct", settings.sample_clamp_direct),
+        ("clamp-indirect", settings.sample_clamp_indirect),
+        ("filter-glossy", settings.blur_glossy),
+    ):
+        if value > 0:
+            result += [f"--{flag}", repr(value)]
+    result += ["--seed", str(seed(scene))]
+    if render.threads_mode == "FIXED":
+        result += ["--threads", str(render.threads)]
+    if render.film_transparent:
+        if abilities.has("transparent"):
+            result.append("--transparent")
+        else:
+            warn(f"sundog {abilities.version} renders no transparent film: the world is seen behind the scene")
+    return result
+
+
+def pass_arguments(passes, abilities, warn):
+    """Flags for the passes that the last frame shall have."""
+    names = [p.program for p in passes]
+    if not abilities.has("passes"):
+        return []
+    known = abilities.choices("passes")
+    if known:
+        for name in names:
+            if name not in known:
+                warn(f"sundog {abilities.version} has no pass \"{name}\": it stays empty")
+        names = [name for name in names if name in known]
+    return ["--passes", ",".join(names)] if names else []

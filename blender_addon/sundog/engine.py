@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine: exports what the depsgraph shows, lets the program render it, and shows the picture as it grows."""
+
+import os
+import threading
+import time
+import traceback
+
+import bpy
+import numpy
+
+from . import cache, command, export, passes, preferences, program, records
+from .process import PATIENCE, Folder, ProgramError, Run
+
+# Seconds between two looks at Esc.
+POLL = 0.03
+
+_one_at_a_time = threading.Lock()
+
+
+class _Stopped(Exception):
+    """The user has pressed Esc before there was anything to keep."""
+
+
+def last_verdicts():
+    """What became of each thing in the last render or scene check: dictionaries with kind, name, verdict and detail."""
+    return records.last_verdicts()
+
+
+def last_statistics():
+    """Export timings, seconds of preparing, the program's statistics and settings of the last render, as a dictionary."""
+    return records.last_statistics()
+
+
+class SundogRenderEngine(bpy.types.RenderEngine):
+    """Blender's side of a render."""
+
+    bl_idname = "SUNDOG"
+    bl_label = "Sundog"
+    bl_use_preview = False
+    bl_use_eevee_viewport = True
+    bl_use_exclude_layers = True
+    bl_use_postprocess = True
+    bl_use_shading_nodes_custom = False
+    bl_use_stereo_viewport = False
+    bl_use_spherical_stereo = False
+
+    def update_render_passes(self, scene, renderlayer):
+        """Tells the compositor which passes there are."""
+        for wanted in passes.wanted(renderlayer):
+            self.register_pass(scene, renderlayer, wanted.name, len(wanted.channels), wanted.channels, wanted.kind)
+
+    def render(self, depsgraph):
+        """Called for each view layer of each frame, in a thread of its own if there is a window."""
+        if self.is_preview:
+            return
+        while not _one_at_a_time.acquire(timeout=POLL):
+            if self.test_break():
+                return
+        try:
+            _LayerRender(self, depsgraph).run()
+        except _Stopped:
+            pass
+        except (ProgramError, export.ExportError) as error:
+            self._fail(str(error))
+        except OSError as error:
+            self._fail(f"{error.filename or 'a file'}: {error.strerror or error}")
+        except MemoryError:
+            self._fail("there is not enough memory to export the scene")
+        except Exception as error:  # Whatever it is, Blender shall say so and live on.
+            traceback.print_exc()
+            self._fail(f"a mistake in the add-on, please report it: {type(error).__name__}: {error}")
+        finally:
+            _one_at_a_time.release()
+
+    def _fail(self, message):
+        # Reports the error too.
+        self.error_set(f"Sundog: {message}")
+
+
+class _LayerRender:
+    """One view layer of one frame."""
+
+    def __init__(self, engine, depsgraph):
+        self.engine, self.depsgraph = engine, depsgraph
+        self.scene, self.layer = depsgraph.scene, depsgraph.view_layer
+        self.passes = passes.wanted(self.layer)
+        self.record = records.begin(self.scene, self.layer)
+        self.screen = None
+        layers = [layer.name for layer in self.scene.view_layers if layer.use]
+        self.title = f"{self.layer.name} | " if len(layers) > 1 else ""
+        self.part = (layers.index(self.layer.name), len(layers)) if self.layer.name in layers else (0, 1)
+        self.target_reached = False
+
+    def run(self):
+        """Exports and renders."""
+        path, source = preferences.find_program()
+        abilities = program.abilities(path)
+        self.record.update(program=path, program_source=source, version=abilities.version)
+        arguments = command.arguments(self.scene, abilities, self.warn)
+        for name in passes.left_out(self.layer):
+            self.warn(f"there is no pass \"{name}\": it is left out")
+        arguments += command.pass_arguments(self.passes, abilities, self.warn)
+        stereo = self.scene.render.use_multiview
+        if stereo:
+            self.warn("stereo is off: each view shows what the camera itself sees")
+        with Folder(bpy.app.tempdir) as folder:
+            scene_file = self.export(folder)
+            frames = os.path.join(folder, "frames")
+            os.mkdir(frames)
+            line = [path, "render", scene_file, "--json", "--frames", frames, *arguments]
+            self.record["command"] = line
+            self.screen = _Screen(self.engine, self.scene.render, self.layer.name, self.passes, frames, self.warn)
+            try:
+                self.watch(line)
+            except BaseException:
+                self.screen.close(failed=True)
+                raise
+            self.screen.close()
+        records.finish(self.record, self.engine.is_animation)
+
+    def warn(self, text):
+        """Something that the user should know, once a render."""
+        if text not in self.record["warnings"]:
+            self.record["warnings"].append(text)
+            self.engine.report({"WARNING"}, f"Sundog: {text}")
+
+    def say(self, text):
+        """Shown in the picture's header. Stops the export if the user has pressed Esc."""
+        self.engine.update_stats("", self.title + text)
+        if self.engine.test_break():
+            raise _Stopped
+
+    def export(self, folder):
+        """Writes the scene; returns the file."""
+        self.say("Exporting")
+        place = preferences.cache_folder()
+        try:
+            os.makedirs(place, exist_ok=True)
+        except OSError as error:
+            raise ProgramError(
+                f"the cache folder {place} cannot be made ({error.strerror}): choose another one in the preferences of the add-on"
+            ) from error
+        if not os.access(place, os.W_OK | os.X_OK):
+            raise ProgramError(f"the cache folder {place} cannot be written to: choose another one in the preferences of the add-on")
+        done = export.write_scene(
+            self.depsgraph, self.scene, folder, place, report=lambda text: self.say(f"Exporting: {text}")
+        )  # fmt: skip
+        self.record.update(verdicts=done.verdicts, export=done.timings, changed_geometry=done.changed_geometry)
+        used = cache.used_by(done.path)
+        cache.mark_used(used, place)
+        cache.tidy(place, preferences.get().cache_limit * preferences.GIGABYTE, used)
+        return done.path
+
+    def watch(self, line):
+        """Lets the program render, until its end or Esc."""
+        self.say("Loading")
+        with Run(line) as run:
+            while not run.ended:
+                event = run.next(POLL)
+                if event is not None:
+                    self.handle(event, run)
+                if self.engine.test_break():
+                    self.stop(run)
+                    return
+            run.check()
+        if not self.screen.shown:
+            raise ProgramError("the program ended without a picture")
+
+    def stop(self, run):
+        """Takes what there is, quickly."""
+        begun = time.perf_counter()
+        run.interrupt()
+        for event in run.rest(PATIENCE):
+            self.handle(event, run)
+        run.close()
+        self.record["stopped"] = time.perf_counter() - begun
+
+    def handle(self, event, run):
+        """One event of the program."""
+        kind = event["event"]
+        if kind == "frame":
+            self.screen.show(event)
+            self.engine.update_memory_stats(memory_used=run.memory[0], memory_peak=run.memory[1])
+        elif kind == "progress":
+            self.progress(event, run)
+        elif kind == "scene":
+            self.record["settings"] = event.get("settings", {})
+            self.engine.update_stats("", self.title + "Preparing")
+        elif kind == "prepared":
+            self.record.update(prepared=event.get("seconds"), effects=event.get("effects"), triangles=event.get("triangles"))
+        elif kind == "finished":
+            self.record["statistics"] = event.get("statistics", {})
+        elif kind == "warning":
+            self.warn(str(event.get("message", "")))
+        elif kind == "diagnostic":
+            self.record["diagnostics"].append({key: value for key, value in event.items() if key != "event"})
+
+    def progress(self, event, run):
+        """Samples, time and noise, for the header and the bar."""
+        done, layers = self.part
+        self.engine.update_progress((done + min(max(event.get("fraction") or 0.0, 0.0), 1.0)) / layers)
+        words = [f"Sample {event.get('samples', 0)}" + (f"/{event['of']}" if event.get("of") else "")]
+        if event.get("remaining") is not None:
+            words.append(f"Remaining {clock(event['remaining'])}")
+        noise = event.get("noise")
+        if noise is not None:
+            words.append(f"Noise {noise:.2%}" if noise < 1 else f"Noise {noise:.3g}")
+        words.append(f"Memory {run.memory[0]:.0f} MB")
+        self.engine.update_stats("", self.title + " | ".join(words))
+        target = self.scene.sundog.noise_target
+        if target > 0 and noise is not None and noise <= target and not run.interrupted:
+            self.record["noise_target_reached"] = noise
+            run.interrupt()
+
+
+class _Screen:
+    """The render result of one view layer."""
+
+    def __init__(self, engine, render, layer, wanted, folder, warn):
+        self.engine, self.folder, self.warn = engine, folder, warn
+        self.render, self.layer = render, layer
+        self.names = {p.program: p.name for p in wanted}
+        self.wanted = wanted
+        self.results = []
+        self.shown = False
+
+    def _begin(self, width, height):
+        for wanted in self.wanted[1:]:
+            self.engine.add_pass(wanted.name, len(wanted.channels), wanted.channels, layer=self.layer)
+        # Stereo is off: each view gets the same picture.
+        views = [view.name for view in self.render.views if view.use] if self.render.use_multiview else [""]
+        self.results = [self.engine.begin_result(0, 0, width, height, layer=self.layer, view=view) for view in views]
+
+    def show(self, event):
+        """Takes a frame that the program has written, and removes it."""
+        x0, y0, x1, y1 = event["region"]
+        path = os.path.join(self.folder, os.path.basename(event["file"]))
+        if not self.results:
+            self._begin(x1 - x0, y1 - y0)
+        try:
+            for entry in event["passes"]:
+                if entry["name"] in self.names:
+                    self._copy(path, entry, (x1 - x0) * (y1 - y0))
+        except (ValueError, OSError) as error:
+            raise ProgramError(f"the program wrote a broken frame: {error}") from error
+        os.remove(path)
+        self.shown = True
+        if event["final"]:
+            self._tell_missing({entry["name"] for entry in event["passes"]})
+        for result in self.results:
+            self.engine.update_result(result)
+
+    def _copy(self, path, entry, pixels):
+        values = numpy.memmap(path, numpy.float32, "r", entry["offset"], (pixels * len(entry["channels"]),))
+        for result in self.results:
+            for layer in result.layers:
+                target = layer.passes.get(self.names[entry["name"]])
+                if target is not None and len(target.rect) == pixels and target.channels == len(entry["channels"]):
+                    target.rect.foreach_set(values)
+
+    def _tell_missing(self, written):
+        for wanted in self.wanted:
+            if wanted.program not in written:
+                self.warn(f"the program has no pass \"{wanted.name}\": it stays empty")
+
+    def close(self, failed=False):
+        """Hands the picture over."""
+        for result in self.results:
+            self.engine.end_result(result, cancel=failed)
+        self.results = []
+
+
+def clock(seconds):
+    """Time as Blender shows it."""
+    minutes, seconds = divmod(max(seconds, 0.0), 60)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours:02}:{minutes:02}:{seconds:05.2f}" if hours else f"{minutes:02}:{seconds:05.2f}"
+
+
+def register():
+    """Makes the engine known."""
+    bpy.utils.register_class(SundogRenderEngine)
+    bpy.types.WindowManager.sundog_record = bpy.props.StringProperty(
+        name="Sundog's Last Render", description="Verdicts and statistics of the last render, as JSON", get=records.as_json
+    )
+
+
+def unregister():
+    """Takes it away."""
+    del bpy.types.WindowManager.sundog_record
+    bpy.utils.unregister_class(SundogRenderEngine)

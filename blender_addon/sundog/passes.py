@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render passes: Blender's switches and names, and the program's names for the same."""
+
+import collections
+
+import bpy
+
+# `switch` of the view layer; `program`: the program's name; `name`: Blender's; channels as Blender's compositor has them.
+Pass = collections.namedtuple("Pass", "switch program name channels kind")
+
+COMBINED = Pass(None, "Combined", "Combined", "RGBA", "COLOR")
+
+# (switch, the program's name, Blender 5's name, channels, kind); Blender 4 has the program's names.
+_PASSES = (
+    ("use_pass_z", "Depth", "Depth", "Z", "VALUE"),
+    ("use_pass_position", "Position", "Position", "XYZ", "VECTOR"),
+    ("use_pass_normal", "Normal", "Normal", "XYZ", "VECTOR"),
+    ("use_pass_diffuse_direct", "DiffDir", "Diffuse Direct", "RGB", "COLOR"),
+    ("use_pass_diffuse_indirect", "DiffInd", "Diffuse Indirect", "RGB", "COLOR"),
+    ("use_pass_diffuse_color", "DiffCol", "Diffuse Color", "RGB", "COLOR"),
+    ("use_pass_glossy_direct", "GlossDir", "Glossy Direct", "RGB", "COLOR"),
+    ("use_pass_glossy_indirect", "GlossInd", "Glossy Indirect", "RGB", "COLOR"),
+    ("use_pass_glossy_color", "GlossCol", "Glossy Color", "RGB", "COLOR"),
+    ("use_pass_transmission_direct", "TransDir", "Transmission Direct", "RGB", "COLOR"),
+    ("use_pass_transmission_indirect", "TransInd", "Transmission Indirect", "RGB", "COLOR"),
+    ("use_pass_transmission_color", "TransCol", "Transmission Color", "RGB", "COLOR"),
+    ("use_pass_emit", "Emit", "Emission", "RGB", "COLOR"),
+    ("use_pass_environment", "Env", "Environment", "RGB", "COLOR"),
+    ("sundog.use_pass_albedo", "Denoising Albedo", "Denoising Albedo", "RGB", "COLOR"),
+    ("sundog.use_pass_sample_count", "Debug Sample Count", "Debug Sample Count", "X", "VALUE"),
+)
+
+PASSES = tuple(
+    Pass(switch, program, name if bpy.app.version >= (5, 0, 0) else program, channels, kind)
+    for switch, program, name, channels, kind in _PASSES
+)
+
+# Blender's switches without a pass here.
+UNKNOWN = {
+    "use_pass_mist": "Mist",
+    "use_pass_vector": "Vector",
+    "use_pass_uv": "UV",
+    "use_pass_object_index": "Object Index",
+    "use_pass_material_index": "Material Index",
+    "use_pass_shadow": "Shadow",
+    "use_pass_ambient_occlusion": "Ambient Occlusion",
+    "use_pass_subsurface_direct": "Subsurface Direct",
+    "use_pass_subsurface_indirect": "Subsurface Indirect",
+    "use_pass_subsurface_color": "Subsurface Color",
+    "use_pass_cryptomatte_object": "Cryptomatte Object",
+    "use_pass_cryptomatte_material": "Cryptomatte Material",
+    "use_pass_cryptomatte_asset": "Cryptomatte Asset",
+}
+
+
+def _is_on(view_layer, switch):
+    found = view_layer
+    for name in switch.split("."):
+        found = getattr(found, name, None)
+    return bool(found)
+
+
+def wanted(view_layer):
+    """The passes that a view layer asks for, with Combined first."""
+    return [COMBINED] + [p for p in PASSES if _is_on(view_layer, p.switch)]
+
+
+def left_out(view_layer):
+    """Names of the passes that a view layer asks for and Sundog does not have."""
+    names = [name for switch, name in UNKNOWN.items() if _is_on(view_layer, switch)]
+    return names + [aov.name for aov in view_layer.aovs]

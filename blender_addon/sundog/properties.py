@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings: `scene.sundog`, named as in `scene.cycles`, and `view_layer.sundog`."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+
+MOST_BOUNCES = 1024
+
+FILTERS = (
+    ("BOX", "Box", "One pixel wide: each pixel is the mean over itself"),
+    ("GAUSSIAN", "Gaussian", "A bell whose standard deviation is a quarter of its width"),
+    ("BLACKMAN_HARRIS", "Blackman-Harris", "Cycles' default"),
+)
+
+
+def _bounces(name, default, description):
+    return IntProperty(name=name, description=description, default=default, min=0, max=MOST_BOUNCES)
+
+
+class SundogSceneSettings(bpy.types.PropertyGroup):
+    """How a scene is rendered."""
+
+    samples: IntProperty(name="Samples", description="Samples of each pixel", default=256, min=1, max=1 << 20)
+    time_limit: FloatProperty(
+        name="Time Limit",
+        description="Stop after this time, loading and preparing not counted; 0 for no limit",
+        default=0.0, min=0.0, subtype="TIME_ABSOLUTE", unit="TIME_ABSOLUTE", step=100,
+    )
+    noise_target: FloatProperty(
+        name="Noise Target",
+        description="Stop when the estimated noise (root of the relative mean squared error of the picture) is below this;"
+        " 0 for no target. Not the measure of Cycles' Noise Threshold",
+        default=0.0, min=0.0, soft_max=0.5, precision=4, step=0.1,
+    )
+    max_bounces: _bounces("Total", 12, "Most bounces of a path; 0 is direct light alone")
+    diffuse_bounces: _bounces("Diffuse", 4, "Most diffuse reflections of a path")
+    glossy_bounces: _bounces("Glossy", 4, "Most glossy reflections of a path")
+    transmission_bounces: _bounces("Transmission", 12, "Most passages of a path through glass")
+    transparent_max_bounces: _bounces("Transparent", 8, "Most surfaces that a path passes by their transparency")
+    sample_clamp_direct: FloatProperty(
+        name="Direct Light", description="Greatest value of a contribution of direct light; 0 for no limit. Takes light away",
+        default=0.0, min=0.0, max=1e9, soft_max=100.0,
+    )
+    sample_clamp_indirect: FloatProperty(
+        name="Indirect Light", description="Greatest value of a contribution of indirect light; 0 for no limit. Takes light away"
+        " (Cycles has 10 by default)",
+        default=0.0, min=0.0, max=1e9, soft_max=100.0,
+    )
+    blur_glossy: FloatProperty(
+        name="Filter Glossy", description="Makes reflections rougher behind blurring bounces; 0 for off (Cycles has 1 by default)",
+        default=0.0, min=0.0, max=1e6, soft_max=10.0,
+    )
+    pixel_filter_type: EnumProperty(name="Filter Type", description="Pixel filter", items=FILTERS, default="BLACKMAN_HARRIS")
+    filter_width: FloatProperty(name="Width", description="Width of the pixel filter", default=1.5, min=0.01, max=10.0, subtype="PIXEL")
+    seed: IntProperty(name="Seed", description="Selects another independent random sequence", default=0, min=0)
+    use_animated_seed: BoolProperty(name="Animate Seed", description="Other random numbers in each frame", default=False)
+
+
+class SundogViewLayerSettings(bpy.types.PropertyGroup):
+    """Passes that Blender itself has no switch for."""
+
+    use_pass_albedo: BoolProperty(name="Denoising Albedo", description="Colour of the first surface, without light")
+    use_pass_sample_count: BoolProperty(name="Sample Count", description="Samples of each pixel")
+
+
+# Cycles' names of what both have.
+COPIED = (
+    "samples", "time_limit", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
+    "transparent_max_bounces", "sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "pixel_filter_type",
+    "filter_width", "seed", "use_animated_seed",
+)
+
+
+def copy_from_cycles(scene):
+    """Copies what `scene.cycles` says; returns sentences on what has no place here. Raises AttributeError without Cycles."""
+    cycles, settings = scene.cycles, scene.sundog
+    for name in COPIED:
+        setattr(settings, name, getattr(cycles, name))
+    for layer in scene.view_layers:
+        layer.sundog.use_pass_albedo = layer.cycles.denoising_store_passes
+        layer.sundog.use_pass_sample_count = layer.cycles.pass_debug_sample_count
+    notes = []
+    if cycles.use_adaptive_sampling:
+        notes.append("the noise threshold is another measure than the noise target, which stays as it is")
+    if cycles.use_denoising:
+        notes.append("there is no denoising")
+    if cycles.volume_bounces:
+        notes.append("there are no volumes")
+    if getattr(cycles, "use_light_tree", False) or cycles.light_sampling_threshold > 0:
+        notes.append("Sundog has no light threshold")
+    return notes
+
+
+class SUNDOG_OT_copy_settings_from_cycles(bpy.types.Operator):
+    """Take samples, bounces, clamping, filter and seed from the scene's settings for Cycles"""
+
+    bl_idname = "sundog.copy_settings_from_cycles"
+    bl_label = "Copy Settings from Cycles"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """Only where Cycles is enabled."""
+        return hasattr(context.scene, "cycles")
+
+    def execute(self, context):
+        """Copies, and says what has no place here."""
+        notes = copy_from_cycles(context.scene)
+        self.report({"INFO"}, "Settings copied from Cycles" + "".join(f"; {note}" for note in notes))
+        return {"FINISHED"}
+
+
+_CLASSES = (SundogSceneSettings, SundogViewLayerSettings, SUNDOG_OT_copy_settings_from_cycles)
+
+
+def register():
+    """Adds the settings to scenes and view layers."""
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.sundog = PointerProperty(type=SundogSceneSettings, name="Sundog")
+    bpy.types.ViewLayer.sundog = PointerProperty(type=SundogViewLayerSettings, name="Sundog")
+
+
+def unregister():
+    """Takes them away."""
+    del bpy.types.ViewLayer.sundog
+    del bpy.types.Scene.sundog
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

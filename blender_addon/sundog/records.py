@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the last render (or scene check) found and took: for the panel, the console and other programs."""
+
+import copy
+import json
+
+_RANK = {"lost": 0, "approximated": 1, "exact": 2}
+
+# One dictionary for each view layer of the last frame.
+_layers = []
+_printed = None
+
+
+def begin(scene, layer):
+    """A new record. View layers of one frame stay together."""
+    global _layers
+    key = {"scene": scene.name, "frame": scene.frame_current + scene.frame_subframe, "layer": layer.name}
+    record = {
+        **key, "verdicts": [], "diagnostics": [], "warnings": [], "export": {}, "prepared": None, "settings": {}, "statistics": {},
+    }  # fmt: skip
+    last = _layers[-1] if _layers else None
+    together = last and all(last[k] == key[k] for k in ("scene", "frame")) and key["layer"] not in {r["layer"] for r in _layers}
+    _layers = [*_layers, record] if together else [record]
+    return record
+
+
+def last_verdicts():
+    """Verdicts of all view layers, the worst first, each once; what the program itself could not carry over has the kind
+    "program"."""
+    found, seen = [], set()
+    for record in _layers:
+        for verdict in [*record["verdicts"], *map(_of_program, record["diagnostics"])]:
+            key = tuple(verdict[k] for k in ("kind", "name", "verdict", "detail"))
+            if key not in seen:
+                seen.add(key)
+                found.append(dict(verdict))
+    return sorted(found, key=lambda v: (_RANK.get(v["verdict"], 0), v["kind"], v["name"]))
+
+
+def _of_program(diagnostic):
+    objects = diagnostic.get("objects") or []
+    shown = ", ".join(map(str, objects[:5])) + (f" and {len(objects) - 5} more" if len(objects) > 5 else "")
+    return {
+        "kind": "program",
+        "name": str(diagnostic.get("feature", "")),
+        "verdict": str(diagnostic.get("verdict", "lost")),
+        "detail": f"{diagnostic.get('instead', '')}{f' ({shown})' if shown else ''}",
+    }
+
+
+def last_statistics():
+    """The record of the last view layer; `layers` has those of all."""
+    if not _layers:
+        return {}
+    layers = copy.deepcopy(_layers)
+    return {**layers[-1], "layers": layers}
+
+
+def as_json(_owner=None):
+    """All of it as text."""
+    return json.dumps({"verdicts": last_verdicts(), "statistics": last_statistics()}, default=str)
+
+
+def finish(record, animation):
+    """Prints a record, the worst first; in an animation only where the verdicts differ from the frame's before."""
+    global _printed
+    words = summary(record)
+    lines = list(verdict_lines(last_verdicts() if len(_layers) == 1 else record["verdicts"]))
+    if animation and lines == _printed:
+        lines = []
+    else:
+        _printed = lines
+    print("\n".join([f"Sundog: {words}", *(f"    {line}" for line in lines)]), flush=True)
+
+
+def summary(record):
+    """What was rendered and what it took, in one line."""
+    statistics = record["statistics"]
+    words = [f"{record['scene']}, {record['layer']}, frame {record['frame']:g}"]
+    if record["export"]:
+        words.append(f"exported in {record['export'].get('total', 0):.2f} s")
+    if record["prepared"] is not None:
+        words.append(f"prepared in {record['prepared']:.2f} s")
+    if "trace" in statistics:
+        trace = statistics["trace"]
+        words.append(f"{statistics.get('samples', '?')} samples in {trace['secs'] + trace['nanos'] * 1e-9:.2f} s")
+    if "stopped" in record:
+        words.append("stopped by the user")
+    return ", ".join(words)
+
+
+def verdict_lines(verdicts):
+    """What is not exact, one line for each thing that befell, with the names of those it befell."""
+    groups = {}
+    for verdict in verdicts:
+        if verdict["verdict"] != "exact":
+            key = (verdict["verdict"], verdict["kind"], verdict["detail"])
+            groups.setdefault(key, []).append(verdict["name"])
+    for (verdict, kind, detail), names in sorted(groups.items(), key=lambda item: (_RANK.get(item[0][0], 0), item[0][1:])):
+        shown = ", ".join(f'"{name}"' for name in names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+        yield f"{verdict}: {kind} {shown}: {detail}"
