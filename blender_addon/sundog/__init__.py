@@ -11,9 +11,15 @@ bl_info = {
 }
 
 import importlib
+import sys
 
-_NAMES = ("preferences", "properties", "engine")
+# The order of registering.
+_NAMES = ("preferences", "properties", "engine", "scene_check", "ui")
 _modules = []
+
+# Blender reloads only this file when an add-on was updated: the others shall be read anew as well.
+for _name in [name for name in sys.modules if name.startswith(f"{__name__}.")]:
+    del sys.modules[_name]
 
 
 def register():

@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 
+from . import bundled
 from .process import ProgramError
 
 NAME = "sundog"
@@ -22,15 +23,14 @@ def find(chosen=""):
             path = os.path.abspath(os.path.expanduser(path))
             _check(path, source)
             return path, source
-    here = os.path.dirname(os.path.abspath(__file__))
-    bundled = os.path.join(here, "bin", NAME)
-    if os.path.isfile(bundled):
-        _make_executable(bundled)
-        return bundled, "the add-on"
+    inside = bundled.program()
+    if inside:
+        return inside, "the add-on"
     on_path = shutil.which(NAME)
     if on_path:
         return on_path, "PATH"
-    built = os.path.join(os.path.dirname(os.path.dirname(here)), "target", "release", NAME)
+    checkout = os.path.dirname(os.path.dirname(bundled.FOLDER))
+    built = os.path.join(checkout, "target", "release", NAME)
     if os.path.isfile(built):
         return built, "the checkout"
     raise ProgramError(
@@ -44,15 +44,6 @@ def _check(path, source):
         raise ProgramError(f"the program {path}, named by {source}, does not exist: choose another one in the preferences of the add-on")
     if not os.access(path, os.X_OK):
         raise ProgramError(f"the program {path}, named by {source}, is not executable: make it so, or choose another one")
-
-
-def _make_executable(path):
-    # Unpacking an extension's .zip may lose the permission.
-    if not os.access(path, os.X_OK):
-        try:
-            os.chmod(path, os.stat(path).st_mode | 0o755)
-        except OSError as error:
-            raise ProgramError(f"the program {path} is not executable and cannot be made so: {error.strerror}") from error
 
 
 def ask(path, *arguments, seconds=20):

@@ -14,14 +14,35 @@ _printed = None
 def begin(scene, layer):
     """A new record. View layers of one frame stay together."""
     global _layers
-    key = {"scene": scene.name, "frame": scene.frame_current + scene.frame_subframe, "layer": layer.name}
-    record = {
-        **key, "verdicts": [], "diagnostics": [], "warnings": [], "export": {}, "prepared": None, "settings": {}, "statistics": {},
-    }  # fmt: skip
+    record = _new(scene, layer)
     last = _layers[-1] if _layers else None
-    together = last and all(last[k] == key[k] for k in ("scene", "frame")) and key["layer"] not in {r["layer"] for r in _layers}
-    _layers = [*_layers, record] if together else [record]
+    together = last and all(last[key] == record[key] for key in ("scene", "frame"))
+    known = {earlier["layer"] for earlier in _layers}
+    _layers = [*_layers, record] if together and record["layer"] not in known else [record]
     return record
+
+
+def begin_alone(scene, layer):
+    """A new record that takes the place of all others."""
+    global _layers
+    record = _new(scene, layer)
+    _layers = [record]
+    return record
+
+
+def _new(scene, layer):
+    return {
+        "scene": scene.name,
+        "frame": scene.frame_current + scene.frame_subframe,
+        "layer": layer.name,
+        "verdicts": [],
+        "diagnostics": [],
+        "warnings": [],
+        "export": {},
+        "prepared": None,
+        "settings": {},
+        "statistics": {},
+    }
 
 
 def last_verdicts():
@@ -89,13 +110,22 @@ def summary(record):
     return ", ".join(words)
 
 
-def verdict_lines(verdicts):
-    """What is not exact, one line for each thing that befell, with the names of those it befell."""
-    groups = {}
+def listed(names, most=5):
+    """Names for a line of text."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def groups(verdicts):
+    """What is not exact, the worst first: (verdict, kind, detail, names of those that it befell)."""
+    found = {}
     for verdict in verdicts:
         if verdict["verdict"] != "exact":
-            key = (verdict["verdict"], verdict["kind"], verdict["detail"])
-            groups.setdefault(key, []).append(verdict["name"])
-    for (verdict, kind, detail), names in sorted(groups.items(), key=lambda item: (_RANK.get(item[0][0], 0), item[0][1:])):
-        shown = ", ".join(f'"{name}"' for name in names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
-        yield f"{verdict}: {kind} {shown}: {detail}"
+            found.setdefault((verdict["verdict"], verdict["kind"], verdict["detail"]), []).append(verdict["name"])
+    ordered = sorted(found.items(), key=lambda item: (_RANK.get(item[0][0], 0), item[0][1:]))
+    return [(*key, names) for key, names in ordered]
+
+
+def verdict_lines(verdicts):
+    """The groups as lines of text."""
+    for verdict, kind, detail, names in groups(verdicts):
+        yield f"{verdict}: {kind} {listed(names)}: {detail}"

@@ -1,0 +1,428 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panels: Sundog's own, and Blender's that stay visible for it."""
+
+import bpy
+from bpy.types import Panel
+
+from .engine import SundogRenderEngine
+from .properties import SUNDOG_OT_copy_settings_from_cycles
+from .scene_check import SUNDOG_RENDER_PT_scene_check
+
+ENGINE = SundogRenderEngine.bl_idname
+
+# Of the panels that every engine is offered: those that have a panel of Sundog's own, or no meaning here.
+HIDDEN = {
+    "DATA_PT_light",
+    "DATA_PT_preview",
+    "DATA_PT_spot",
+    "NODE_DATA_PT_light",
+    "RENDER_PT_freestyle",
+    "VIEWLAYER_PT_freestyle",
+    "VIEWLAYER_PT_freestyle_edge_detection",
+    "VIEWLAYER_PT_freestyle_style_modules",
+    "MATERIAL_PT_freestyle_line",
+    "DATA_PT_camera_stereoscopy",
+    "RENDER_PT_stereoscopy",
+}
+HIDDEN_PREFIXES = ("VIEWLAYER_PT_freestyle_",)
+# Of the panels that Blender keeps for its own engines: those whose data Sundog renders.
+SHOWN = {"DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT_context_material"}
+
+_adopted = []
+
+
+def blenders_panels():
+    """Blender's panels that make sense for Sundog."""
+    found = []
+    for panel in Panel.__subclasses__():
+        engines = getattr(panel, "COMPAT_ENGINES", ())
+        offered = "BLENDER_RENDER" in engines and panel.__name__ not in HIDDEN
+        if panel.__name__ in SHOWN or (offered and not panel.__name__.startswith(HIDDEN_PREFIXES)):
+            found.append(panel)
+    return found
+
+
+def prop(layout, data, name, **options):
+    """A property where this version of Blender has it."""
+    if name in data.bl_rna.properties:
+        layout.prop(data, name, **options)
+
+
+class _Buttons:
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    COMPAT_ENGINES = {ENGINE}
+
+    @classmethod
+    def poll(cls, context):
+        """For this engine, where there is something to show."""
+        return context.engine in cls.COMPAT_ENGINES and cls.applies(context)
+
+    @classmethod
+    def applies(cls, _context):
+        """Whether there is something to show."""
+        return True
+
+    def draw(self, context):
+        """Names at the left, values at the right."""
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        self.show(self.layout, context)
+
+
+class _Closed(_Buttons):
+    bl_options = {"DEFAULT_CLOSED"}
+
+
+# Render
+
+
+class SUNDOG_RENDER_PT_sampling(_Buttons, Panel):
+    bl_label = "Sampling"
+    bl_context = "render"
+
+    def show(self, layout, context):
+        settings = context.scene.sundog
+        layout.prop(settings, "samples")
+        layout.prop(settings, "time_limit")
+        layout.prop(settings, "noise_target")
+        layout.operator(SUNDOG_OT_copy_settings_from_cycles.bl_idname, icon="PASTEDOWN")
+
+
+class SUNDOG_RENDER_PT_sampling_advanced(_Closed, Panel):
+    bl_label = "Advanced"
+    bl_context = "render"
+    bl_parent_id = "SUNDOG_RENDER_PT_sampling"
+
+    def show(self, layout, context):
+        settings = context.scene.sundog
+        row = layout.row(align=True)
+        row.prop(settings, "seed")
+        row.prop(settings, "use_animated_seed", text="", icon="TIME")
+
+
+class SUNDOG_RENDER_PT_light_paths(_Closed, Panel):
+    bl_label = "Light Paths"
+    bl_context = "render"
+
+    def show(self, layout, context):
+        settings = context.scene.sundog
+        column = layout.column(align=True, heading="Max Bounces")
+        column.prop(settings, "max_bounces")
+        column.prop(settings, "diffuse_bounces")
+        column.prop(settings, "glossy_bounces")
+        column.prop(settings, "transmission_bounces")
+        layout.prop(settings, "transparent_max_bounces")
+        column = layout.column(align=True, heading="Clamping")
+        column.prop(settings, "sample_clamp_direct")
+        column.prop(settings, "sample_clamp_indirect")
+        layout.prop(settings, "blur_glossy")
+
+
+class SUNDOG_RENDER_PT_film(_Closed, Panel):
+    bl_label = "Film"
+    bl_context = "render"
+
+    def show(self, layout, context):
+        settings = context.scene.sundog
+        layout.prop(context.scene.render, "film_transparent")
+        layout.prop(settings, "pixel_filter_type")
+        if settings.pixel_filter_type != "BOX":
+            layout.prop(settings, "filter_width")
+
+
+class SUNDOG_RENDER_PT_performance(_Closed, Panel):
+    bl_label = "Performance"
+    bl_context = "render"
+
+    def show(self, layout, context):
+        render = context.scene.render
+        layout.prop(render, "threads_mode")
+        column = layout.column()
+        column.enabled = render.threads_mode == "FIXED"
+        column.prop(render, "threads")
+
+
+# View layer
+
+
+class SUNDOG_VIEW_LAYER_PT_passes(_Buttons, Panel):
+    bl_label = "Passes"
+    bl_context = "view_layer"
+
+    def show(self, layout, context):
+        layer = context.view_layer
+        column = layout.column(heading="Data")
+        for name in ("use_pass_z", "use_pass_position", "use_pass_normal"):
+            column.prop(layer, name)
+        column.prop(layer.sundog, "use_pass_albedo")
+        column.prop(layer.sundog, "use_pass_sample_count")
+        for kind in ("diffuse", "glossy", "transmission"):
+            column = layout.column(heading=kind.capitalize(), align=True)
+            for part in ("direct", "indirect", "color"):
+                column.prop(layer, f"use_pass_{kind}_{part}", text=part.capitalize())
+        column = layout.column(heading="Other")
+        column.prop(layer, "use_pass_emit", text="Emission")
+        column.prop(layer, "use_pass_environment", text="Environment")
+
+
+# Light
+
+
+class SUNDOG_LIGHT_PT_light(_Buttons, Panel):
+    bl_label = "Light"
+    bl_context = "data"
+
+    @classmethod
+    def applies(cls, context):
+        return context.light is not None
+
+    def show(self, layout, context):
+        light = context.light
+        layout.row().prop(light, "type", expand=True)
+        layout.use_property_decorate = True
+        column = layout.column()
+        prop(column, light, "use_temperature")
+        if getattr(light, "use_temperature", False):
+            column.prop(light, "temperature")
+        column.prop(light, "color")
+        column.prop(light, "energy")
+        prop(column, light, "exposure")
+        prop(column, light, "normalize")
+        column = layout.column()
+        if light.type in {"POINT", "SPOT"}:
+            column.prop(light, "shadow_soft_size", text="Radius")
+            prop(column, light, "use_soft_falloff")
+        elif light.type == "SUN":
+            column.prop(light, "angle")
+        elif light.type == "AREA":
+            column.prop(light, "shape")
+            if light.shape in {"SQUARE", "DISK"}:
+                column.prop(light, "size")
+            else:
+                column.prop(light, "size", text="Size X")
+                column.prop(light, "size_y", text="Y")
+
+
+class SUNDOG_LIGHT_PT_settings(_Buttons, Panel):
+    bl_label = "Settings"
+    bl_context = "data"
+
+    @classmethod
+    def applies(cls, context):
+        return context.light is not None
+
+    def show(self, layout, context):
+        light = context.light
+        cycles = getattr(light, "cycles", None)
+        prop(layout, light, "use_shadow", text="Cast Shadow")
+        if cycles is not None:
+            prop(layout, cycles, "max_bounces")
+            if light.type == "AREA":
+                prop(layout, cycles, "is_portal", text="Portal")
+
+
+class SUNDOG_LIGHT_PT_beam_shape(_Buttons, Panel):
+    bl_label = "Beam Shape"
+    bl_context = "data"
+
+    @classmethod
+    def applies(cls, context):
+        return context.light is not None and context.light.type in {"SPOT", "AREA"}
+
+    def show(self, layout, context):
+        light = context.light
+        if light.type == "SPOT":
+            layout.prop(light, "spot_size", text="Spot Size")
+            layout.prop(light, "spot_blend", text="Blend", slider=True)
+            layout.prop(light, "show_cone")
+        else:
+            layout.prop(light, "spread")
+
+
+class SUNDOG_LIGHT_PT_nodes(_Closed, Panel):
+    bl_label = "Nodes"
+    bl_context = "data"
+
+    @classmethod
+    def applies(cls, context):
+        return context.light is not None and context.light.node_tree is not None
+
+    def show(self, layout, context):
+        _nodes(layout, context.light, "Surface")
+
+
+# World, material, object, camera
+
+
+def _nodes(layout, data, name):
+    """The shader at an input of the output that Cycles, and so Sundog, renders."""
+    from bpy_extras.node_utils import find_node_input
+
+    output = data.node_tree and data.node_tree.get_output_node("CYCLES")
+    entry = output and find_node_input(output, name)
+    if entry:
+        layout.template_node_view(data.node_tree, output, entry)
+    else:
+        layout.label(text="No output node")
+
+
+class SUNDOG_WORLD_PT_surface(_Buttons, Panel):
+    bl_label = "Surface"
+    bl_context = "world"
+
+    @classmethod
+    def applies(cls, context):
+        return context.world is not None
+
+    def show(self, layout, context):
+        world = context.world
+        if world.node_tree is None:
+            layout.prop(world, "color")
+        else:
+            _nodes(layout, world, "Surface")
+
+
+class SUNDOG_WORLD_PT_volume(_Closed, Panel):
+    bl_label = "Volume (not rendered)"
+    bl_context = "world"
+
+    @classmethod
+    def applies(cls, context):
+        return context.world is not None and context.world.node_tree is not None
+
+    def show(self, layout, context):
+        _nodes(layout, context.world, "Volume")
+
+
+class SUNDOG_WORLD_PT_ray_visibility(_Closed, Panel):
+    bl_label = "Ray Visibility"
+    bl_context = "world"
+
+    @classmethod
+    def applies(cls, context):
+        return hasattr(context.world, "cycles_visibility")
+
+    def show(self, layout, context):
+        column = layout.column(align=True)
+        for name in ("camera", "diffuse", "glossy", "transmission"):
+            prop(column, context.world.cycles_visibility, name)
+
+
+class _Material(_Buttons):
+    bl_context = "material"
+
+    @classmethod
+    def applies(cls, context):
+        material = context.material
+        return material is not None and not material.grease_pencil and material.node_tree is not None
+
+
+class SUNDOG_MATERIAL_PT_surface(_Material, Panel):
+    bl_label = "Surface"
+
+    def show(self, layout, context):
+        _nodes(layout, context.material, "Surface")
+
+
+class SUNDOG_MATERIAL_PT_volume(_Material, Panel):
+    bl_label = "Volume (not rendered)"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def show(self, layout, context):
+        _nodes(layout, context.material, "Volume")
+
+
+class SUNDOG_MATERIAL_PT_displacement(_Material, Panel):
+    bl_label = "Displacement (not rendered)"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def show(self, layout, context):
+        _nodes(layout, context.material, "Displacement")
+
+
+class SUNDOG_OBJECT_PT_ray_visibility(_Closed, Panel):
+    bl_label = "Ray Visibility"
+    bl_context = "object"
+    bl_parent_id = "OBJECT_PT_visibility"
+
+    @classmethod
+    def applies(cls, context):
+        return context.object is not None and context.object.type in {
+            "MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT",
+        }  # fmt: skip
+
+    def show(self, layout, context):
+        shown = context.object
+        column = layout.column(align=True)
+        for name in ("camera", "diffuse", "glossy", "transmission", "shadow"):
+            if name != "shadow" or shown.type != "LIGHT":
+                prop(column, shown, f"visible_{name}", text=name.capitalize())
+        if shown.type != "LIGHT":
+            column = layout.column(align=True)
+            prop(column, shown, "is_holdout")
+
+
+class SUNDOG_CAMERA_PT_panorama(_Buttons, Panel):
+    bl_label = "Panorama"
+    bl_context = "data"
+
+    @classmethod
+    def applies(cls, context):
+        return context.camera is not None and context.camera.type == "PANO"
+
+    def show(self, layout, context):
+        camera = context.camera
+        settings = camera if hasattr(camera, "panorama_type") else getattr(camera, "cycles", None)
+        if settings is None:
+            return
+        layout.prop(settings, "panorama_type")
+        if settings.panorama_type == "EQUIRECTANGULAR":
+            for axis in ("latitude", "longitude"):
+                column = layout.column(align=True)
+                column.prop(settings, f"{axis}_min", text=f"{axis.capitalize()} Min")
+                column.prop(settings, f"{axis}_max", text="Max")
+        else:
+            layout.label(text="Rendered as a perspective camera", icon="ERROR")
+
+
+_CLASSES = (
+    SUNDOG_RENDER_PT_sampling,
+    SUNDOG_RENDER_PT_sampling_advanced,
+    SUNDOG_RENDER_PT_light_paths,
+    SUNDOG_RENDER_PT_film,
+    SUNDOG_RENDER_PT_performance,
+    SUNDOG_RENDER_PT_scene_check,
+    SUNDOG_VIEW_LAYER_PT_passes,
+    SUNDOG_LIGHT_PT_light,
+    SUNDOG_LIGHT_PT_beam_shape,
+    SUNDOG_LIGHT_PT_settings,
+    SUNDOG_LIGHT_PT_nodes,
+    SUNDOG_WORLD_PT_surface,
+    SUNDOG_WORLD_PT_volume,
+    SUNDOG_WORLD_PT_ray_visibility,
+    SUNDOG_MATERIAL_PT_surface,
+    SUNDOG_MATERIAL_PT_volume,
+    SUNDOG_MATERIAL_PT_displacement,
+    SUNDOG_OBJECT_PT_ray_visibility,
+    SUNDOG_CAMERA_PT_panorama,
+)
+
+
+def register():
+    """Adds the panels, and Sundog to Blender's."""
+    for panel in blenders_panels():
+        # Blender's sets belong to one class each, but some are shared by inheritance.
+        if ENGINE not in panel.COMPAT_ENGINES:
+            panel.COMPAT_ENGINES.add(ENGINE)
+            _adopted.append(panel)
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    """Takes them away, and Sundog out of Blender's."""
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)
+    while _adopted:
+        _adopted.pop().COMPAT_ENGINES.discard(ENGINE)
