@@ -98,15 +98,18 @@ def export(path):
 
 
 def write_light_sizes(path):
-    """Adds `SUNDOG_light` to each light of a .glb: {"radius": metres} or {"angle": radians, the full diameter}."""
+    """Adds `SUNDOG_light` to each light of a .glb: {"radius": metres} or {"angle": radians, the full diameter}.
+
+    As with new lights of Blender the camera does not see them.
+    """
     document, rest = read_glb(path)
     lights = document.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
     sizes = {}
     for data in bpy.data.lights:
         if data.type == "SUN":
-            sizes[data.name] = {"angle": data.angle}
+            sizes[data.name] = {"angle": data.angle, "visibility": {"camera": False}}
         elif data.type in ("POINT", "SPOT"):
-            sizes[data.name] = {"radius": data.shadow_soft_size}
+            sizes[data.name] = {"radius": data.shadow_soft_size, "visibility": {"camera": False}}
     for light in lights:
         light.setdefault("extensions", {})["SUNDOG_light"] = sizes[light["name"]]
     if lights:

@@ -7,3 +7,4 @@ mod features;
 mod foreign;
 mod images;
 mod kit;
+mod sundog;

@@ -7,7 +7,7 @@ use sundog::sampler::hashed;
 use sundog::scene::{
     AlphaMode, Camera, Environment, Image, ImageId, Instance, Light, LightKind, Material,
     MaterialId, Mesh, MeshId, NormalTexture, Pixels, Projection, Sampler, Scene, Texture,
-    UvTransform,
+    UvTransform, Visibility,
 };
 
 fn diffuse(color: [f32; 3]) -> Material {
@@ -115,6 +115,8 @@ fn place(scene: &mut Scene, mesh: Mesh, material: Material, transforms: &[DAffin
             name: format!("{} {i}", id.0),
             mesh: id,
             world_from_object: *t,
+            visibility: Visibility::ALL,
+            holdout: false,
         });
     }
 }
@@ -123,7 +125,8 @@ fn constant_environment(radiance: f32) -> Option<Environment> {
     Some(Environment {
         image: None,
         radiance: [radiance; 3],
-        rotation: 0.0,
+        rotation: glam::DMat3::IDENTITY,
+        visibility: Visibility::ALL,
     })
 }
 
@@ -425,6 +428,8 @@ fn gallery() -> Vec<(&'static str, Scene)> {
             glam::DQuat::from_rotation_x(-1.2),
             at,
         ),
+        visibility: Visibility::ALL,
+        max_bounces: Light::MAX_BOUNCES,
     };
     let ball = |scene: &mut Scene, material: Material| {
         place(
@@ -473,6 +478,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         LightKind::Point {
             intensity: 5.0,
             radius: 0.3,
+            soft_falloff: false,
         },
         DVec3::new(-1.5, 2.0, 1.0),
     ));
@@ -480,6 +486,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         LightKind::Spot {
             intensity: 9.0,
             radius: 0.1,
+            soft_falloff: false,
             half_angle: 0.5,
             blend: 0.3,
         },
@@ -489,6 +496,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         LightKind::Point {
             intensity: 2.0,
             radius: 0.0,
+            soft_falloff: false,
         },
         DVec3::new(1.5, 1.0, 1.0),
     ));
@@ -689,8 +697,11 @@ fn a_point_light_lights_a_floor_as_the_formula_says() {
         kind: LightKind::Point {
             intensity: 7.0,
             radius: 0.0,
+            soft_falloff: false,
         },
         world_from_light: DAffine3::from_translation(DVec3::new(0.0, 2.0, 0.0)),
+        visibility: Visibility::ALL,
+        max_bounces: Light::MAX_BOUNCES,
     });
     let mut c = camera(DVec3::new(0.0, 1.0, 0.0), 1e-4);
     c.world_from_camera = DAffine3::from_rotation_translation(

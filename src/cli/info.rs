@@ -6,9 +6,9 @@ use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
 use crate::effects::{EffectSet, Finding, emits};
 use crate::scene::{
-    AlphaMode, Diagnostics, LightKind, Material, Pixels, Projection, Scene, fingerprint,
+    AlphaMode, AreaShape, Diagnostics, LightKind, Material, Pixels, Projection, Scene, fingerprint,
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -67,12 +67,18 @@ struct CameraInfo<'a> {
 struct LightInfo<'a> {
     name: &'a str,
     kind: &'static str,
-    /// W/sr for points and spots, W/m² for suns; without the colour.
+    /// W/sr for points and spots, W/m² for suns, W for area lights; without the colour.
     strength: f32,
     unit: &'static str,
     color: [f32; 3],
-    /// Metres; none for suns.
+    /// Metres, of points and spots.
     radius: Option<f32>,
+    /// What else there is to say of its size and form.
+    size: Option<String>,
+    /// Kinds of rays that do not see it.
+    hidden_from: Vec<&'static str>,
+    /// Paths with more bounces do not see it.
+    max_bounces: u32,
     position: [f64; 3],
 }
 
@@ -80,8 +86,12 @@ struct LightInfo<'a> {
 struct EnvironmentInfo<'a> {
     image: Option<&'a str>,
     radiance: [f32; 3],
-    /// Degrees about the up axis.
-    rotation: f32,
+    /// Takes a direction of the world to that of the image, both by Blender's axes; by rows.
+    rotation: [[f64; 3]; 3],
+    /// Degrees about the up axis, where that is all.
+    turn: Option<f64>,
+    /// Kinds of rays that do not see it.
+    hidden_from: Vec<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -167,7 +177,9 @@ impl<'a> Info<'a> {
                         .and_then(|id| scene.images.get(id.0 as usize))
                         .map(|i| i.name.as_str()),
                     radiance: environment.radiance,
-                    rotation: environment.rotation.to_degrees(),
+                    rotation: environment.rotation.transpose().to_cols_array_2d(),
+                    turn: turn(&environment.rotation),
+                    hidden_from: environment.visibility.hidden_from(),
                 }),
             emissive_materials: scene
                 .materials
@@ -229,9 +241,10 @@ impl<'a> Info<'a> {
                 "\"{}\" {} {} {}",
                 light.name, light.kind, light.strength, light.unit
             );
-            if let Some(radius) = light.radius {
-                text.push_str(&format!(", radius {radius} m"));
+            if let Some(size) = &light.size {
+                text.push_str(&format!(", {size}"));
             }
+            text.push_str(&hidden(&light.hidden_from));
             page.line("light", format!("{text}, at {}", vector(light.position)));
         }
         if self.emissive_materials > 0 {
@@ -244,10 +257,14 @@ impl<'a> Info<'a> {
             Some(environment) => page.line(
                 "environment",
                 format!(
-                    "{} × {:?}, turned by {}°",
+                    "{} × {:?}, {}{}",
                     environment.image.unwrap_or("constant"),
                     environment.radiance,
-                    environment.rotation
+                    match environment.turn {
+                        Some(turn) => format!("turned by {turn}°"),
+                        None => format!("turned by {:?}", environment.rotation),
+                    },
+                    hidden(&environment.hidden_from)
                 ),
             ),
             None => page.line("environment", "none (black)".into()),
@@ -392,13 +409,63 @@ fn cameras(scene: &Scene) -> Vec<CameraInfo<'_>> {
 }
 
 fn lights(scene: &Scene) -> Vec<LightInfo<'_>> {
+    let sphere = |radius: f32, soft: bool| {
+        let form = if soft && radius > 0.0 {
+            ", soft falloff"
+        } else {
+            ""
+        };
+        Some(format!("radius {radius} m{form}"))
+    };
     let info = scene.lights.iter().map(|light| {
-        let (kind, strength, unit, radius) = match light.kind {
-            LightKind::Point { intensity, radius } => ("point", intensity, "W/sr", Some(radius)),
+        let (kind, strength, unit, radius, size) = match light.kind {
+            LightKind::Point {
+                intensity,
+                radius,
+                soft_falloff,
+            } => (
+                "point",
+                intensity,
+                "W/sr",
+                Some(radius),
+                sphere(radius, soft_falloff),
+            ),
             LightKind::Spot {
-                intensity, radius, ..
-            } => ("spot", intensity, "W/sr", Some(radius)),
-            LightKind::Sun { irradiance, .. } => ("sun", irradiance, "W/m²", None),
+                intensity,
+                radius,
+                soft_falloff,
+                ..
+            } => (
+                "spot",
+                intensity,
+                "W/sr",
+                Some(radius),
+                sphere(radius, soft_falloff),
+            ),
+            LightKind::Sun { irradiance, angle } => {
+                let disc = (angle > 0.0).then(|| format!("{:.4}° across", angle.to_degrees()));
+                ("sun", irradiance, "W/m²", None, disc)
+            }
+            LightKind::Area {
+                shape,
+                size: [x, y],
+                power,
+                normalize,
+                spread,
+            } => {
+                let name = match shape {
+                    AreaShape::Rectangle => "rectangle",
+                    AreaShape::Ellipse => "ellipse",
+                };
+                let mut text = format!("{name} {x} × {y} m");
+                if spread < std::f32::consts::PI {
+                    text.push_str(&format!(", spread {:.2}°", spread.to_degrees()));
+                }
+                if !normalize {
+                    text.push_str(", not normalised");
+                }
+                ("area", power, "W", None, Some(text))
+            }
         };
         let position = light.world_from_light.translation.to_array();
         LightInfo {
@@ -408,10 +475,28 @@ fn lights(scene: &Scene) -> Vec<LightInfo<'_>> {
             unit,
             color: light.color,
             radius,
+            size,
+            hidden_from: light.visibility.hidden_from(),
+            max_bounces: light.max_bounces,
             position,
         }
     });
     info.collect()
+}
+
+/// `, not seen by camera, glossy rays`.
+fn hidden(kinds: &[&str]) -> String {
+    if kinds.is_empty() {
+        String::new()
+    } else {
+        format!(", not seen by {} rays", kinds.join(", "))
+    }
+}
+
+/// Degrees about the up axis, if a rotation is one about it.
+fn turn(rotation: &DMat3) -> Option<f64> {
+    (rotation.z_axis == DVec3::Z && rotation.determinant() > 0.0)
+        .then(|| rotation.x_axis.y.atan2(rotation.x_axis.x).to_degrees())
 }
 
 /// What makes a material more than plain white and rough.

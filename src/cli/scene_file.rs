@@ -3,7 +3,8 @@
 use super::parser::Parsed;
 use super::{Failure, console};
 use crate::import::{self, ImportOptions, LightUnits, Transmission};
-use crate::scene::{Diagnostics, Environment, Scene, Verdict};
+use crate::scene::{Diagnostics, Environment, Scene, Verdict, Visibility};
+use glam::DMat3;
 use std::path::{Path, PathBuf};
 
 /// A scene, where it came from, and what did not come through.
@@ -21,6 +22,7 @@ pub fn load(parsed: Parsed) -> Result<SceneFile, Failure> {
     let path = parsed
         .path("SCENE")
         .ok_or_else(|| Failure::usage("no scene was given"))?;
+    let environment = EnvironmentFlags::from_flags(parsed)?;
     let options = ImportOptions {
         light_units: match parsed.choice("light-units") {
             "unitless" => LightUnits::Unitless,
@@ -33,8 +35,8 @@ pub fn load(parsed: Parsed) -> Result<SceneFile, Failure> {
             _ => Transmission::Auto,
         },
         scene: parsed.text("scene").map(str::to_owned),
+        without_world: !matches!(environment, EnvironmentFlags::AsInFile),
     };
-    let environment = EnvironmentFlags::from_flags(parsed)?;
     let imported = import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;
     let mut file = SceneFile {
         path: path.into(),
@@ -102,7 +104,8 @@ impl<'a> EnvironmentFlags<'a> {
                 file.scene.environment = Some(Environment {
                     image: None,
                     radiance,
-                    rotation: 0.0,
+                    rotation: DMat3::IDENTITY,
+                    visibility: Visibility::ALL,
                 });
             }
         }

@@ -14,7 +14,7 @@ pub const ALPHA: Mask = 1 << 1;
 pub const NORMAL_MAPS: Mask = 1 << 2;
 /// Glass, rough or clear, solid or thin.
 pub const TRANSMISSION: Mask = 1 << 3;
-/// Point and spot lights.
+/// Point, spot and area lights.
 pub const LAMPS: Mask = 1 << 4;
 /// Emissive triangles.
 pub const MESH_LIGHTS: Mask = 1 << 5;
@@ -35,7 +35,7 @@ pub const TABLE: [(Mask, &str, &str); 8] = [
         "transmission",
         "glass, rough or clear, solid or thin",
     ),
-    (LAMPS, "lamps", "point and spot lights"),
+    (LAMPS, "lamps", "point, spot and area lights"),
     (MESH_LIGHTS, "mesh-lights", "emissive triangles"),
     (SUNS, "suns", "sun lights"),
     (ENVIRONMENT, "environment", "light from all around"),
@@ -174,6 +174,7 @@ impl EffectSet {
                     (LAMPS, intensity)
                 }
                 LightKind::Sun { irradiance, .. } => (SUNS, irradiance),
+                LightKind::Area { power, .. } => (LAMPS, power),
             };
             if !black && strength > 0.0 {
                 reasons.push((bit, light.name.clone()));

@@ -15,7 +15,9 @@ pub use image::{ImageFailure, decode_image};
 
 use std::path::Path;
 
-use crate::scene::{self, Diagnostics, Environment, ImageId, Pixels, Scene, Verdict};
+use crate::scene::{
+    self, Diagnostics, Environment, Image, ImageId, Pixels, Scene, Verdict, Visibility,
+};
 
 /// Choices that a scene file leaves open.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,6 +28,8 @@ pub struct ImportOptions {
     pub transmission: Transmission,
     /// The glTF scene to load, by name or index; `None` is the file's default scene.
     pub scene: Option<String>,
+    /// Leaves out the light from all around that the file has: another takes its place.
+    pub without_world: bool,
 }
 
 /// What the light intensities of a glTF file mean, named as in Blender's exporter.
@@ -114,22 +118,8 @@ pub fn load_environment(
         ));
     }
     let bytes = error::read_file(path)?;
-    let limit = budget::Budget::for_image(bytes.len());
-    let mut image = image::decode_linear_rgb(&bytes, &file, &limit)
-        .map_err(|failure| ImportError::image(&file, "environment image", failure))?;
     let mut diagnostics = Diagnostics::default();
-    if let Pixels::F32(values) = &mut image.pixels {
-        let replaced = image::make_radiance(values);
-        if replaced > 0 {
-            diagnostics.report(
-                "environment-values",
-                Verdict::Approximated,
-                format!("{replaced} texels of the environment are negative or not finite"),
-                &file,
-                "negative and not-a-number values count as 0, infinite ones as the largest finite value of the image",
-            );
-        }
-    }
+    let image = environment_image(&bytes, &file, &file, &mut diagnostics)?;
     if let Some(old) = scene.environment.take()
         && let Some(id) = old.image
         && id.0 as usize + 1 == scene.images.len()
@@ -141,7 +131,34 @@ pub fn load_environment(
     scene.environment = Some(Environment {
         image: Some(id),
         radiance: [strength; 3],
-        rotation: rotation_degrees.to_radians(),
+        rotation: Environment::turned_about_up(rotation_degrees.to_radians()),
+        visibility: Visibility::ALL,
     });
     Ok(diagnostics)
+}
+
+/// An equirectangular image as linear RGB without values that light cannot have. `file` is for errors,
+/// `name` the image's own.
+fn environment_image(
+    bytes: &[u8],
+    file: &str,
+    name: &str,
+    diagnostics: &mut Diagnostics,
+) -> Result<Image, ImportError> {
+    let limit = budget::Budget::for_image(bytes.len());
+    let mut image = image::decode_linear_rgb(bytes, name, &limit)
+        .map_err(|failure| ImportError::image(file, "environment image", failure))?;
+    if let Pixels::F32(values) = &mut image.pixels {
+        let replaced = image::make_radiance(values);
+        if replaced > 0 {
+            diagnostics.report(
+                "environment-values",
+                Verdict::Approximated,
+                format!("{replaced} texels of the environment are negative or not finite"),
+                name,
+                "negative and not-a-number values count as 0, infinite ones as the largest finite value of the image",
+            );
+        }
+    }
+    Ok(image)
 }

@@ -2,18 +2,19 @@
 //!
 //! Blender's mapping: with Blender's axes (x, y, z up) the image's column is
 //! u = ½ − atan2(y, x)/2π and its row from the bottom v = ½ + asin(z)/π; the Mapping node turns
-//! the direction by its rotation about z first. Sundog's axes are glTF's: x = x, y = z(up), z = −y.
+//! the direction first. Sundog's axes are glTF's: x = x, y = z(up), z = −y.
 
 use super::Direction;
 use crate::math::luminance;
-use glam::{Vec2, Vec3};
+use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// An environment.
 #[derive(Debug)]
 pub struct Environment {
     radiance: Vec3,
-    rotation: f32,
+    /// Orthonormal, by glTF's axes.
+    image_from_world: Mat3,
     image: Option<Image>,
 }
 
@@ -46,23 +47,27 @@ impl Environment {
     pub fn constant(radiance: Vec3) -> Self {
         Self {
             radiance,
-            rotation: 0.0,
+            image_from_world: Mat3::IDENTITY,
             image: None,
         }
     }
 
-    /// An image: `texels` in rows from the top, linear; `radiance` multiplies it.
+    /// An image: `texels` in rows from the top, linear; `radiance` multiplies it; `rotation` takes a direction
+    /// of the world to that of the image, both by Blender's axes.
     pub fn image(
         width: usize,
         height: usize,
         texels: Vec<Vec3>,
         radiance: Vec3,
-        rotation: f32,
+        rotation: &DMat3,
     ) -> Self {
         let distribution = Distribution::new(width, height, &texels, radiance);
+        // From glTF's axes to Blender's: (x, −z, y).
+        let blender_from_gltf = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
+        let image_from_world = blender_from_gltf.transpose() * *rotation * blender_from_gltf;
         Self {
             radiance,
-            rotation,
+            image_from_world: image_from_world.as_mat3(),
             image: Some(Image {
                 width,
                 height,
@@ -91,20 +96,20 @@ impl Environment {
         (sum / weight).as_vec3() * self.radiance
     }
 
-    /// (u, row from the top), both 0..1, of a direction.
+    /// (u, row from the top), both 0..1, of a direction of the image.
     #[inline]
-    fn coordinates(&self, d: Vec3) -> Vec2 {
-        let phi = (-d.z).atan2(d.x) + self.rotation;
+    fn coordinates(d: Vec3) -> Vec2 {
+        let phi = (-d.z).atan2(d.x);
         let u = (0.5 - phi / TAU).rem_euclid(1.0);
         // atan2 keeps the poles accurate where asin would not.
         let v = 0.5 - d.y.atan2((d.x * d.x + d.z * d.z).sqrt()) / PI;
         Vec2::new(u, v)
     }
 
-    /// Direction of (u, cosine of the polar angle).
+    /// Direction of the image of (u, cosine of the polar angle).
     #[inline]
-    fn direction(&self, u: f32, cos: f32) -> Vec3 {
-        let phi = (0.5 - u) * TAU - self.rotation;
+    fn direction(u: f32, cos: f32) -> Vec3 {
+        let phi = (0.5 - u) * TAU;
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         Vec3::new(sin * phi.cos(), cos, -sin * phi.sin())
     }
@@ -115,7 +120,7 @@ impl Environment {
         let Some(image) = &self.image else {
             return self.radiance;
         };
-        self.radiance * image.bilinear(self.coordinates(d))
+        self.radiance * image.bilinear(Self::coordinates(self.image_from_world * d))
     }
 
     /// Draws a direction in proportion to the radiance.
@@ -129,7 +134,8 @@ impl Environment {
             Some(image) => {
                 let (u, cos, pdf) = image.distribution.sample(u);
                 Direction {
-                    wi: self.direction(u, cos),
+                    // The inverse of an orthonormal matrix.
+                    wi: self.image_from_world.transpose() * Self::direction(u, cos),
                     pdf,
                 }
             }
@@ -141,7 +147,10 @@ impl Environment {
     pub fn pdf(&self, d: Vec3) -> f32 {
         match &self.image {
             None => 1.0 / (4.0 * PI),
-            Some(image) => image.distribution.pdf(self.coordinates(d).x, d.y),
+            Some(image) => {
+                let d = self.image_from_world * d;
+                image.distribution.pdf(Self::coordinates(d).x, d.y)
+            }
         }
     }
 }
@@ -291,25 +300,51 @@ mod tests {
             .collect()
     }
 
+    fn turned() -> DMat3 {
+        DMat3::from_rotation_z(1.0) * DMat3::from_rotation_x(0.7)
+    }
+
     #[test]
     fn directions_and_coordinates_are_inverse_and_blenders() {
-        let env = Environment::image(8, 4, vec![Vec3::ONE; 32], Vec3::ONE, 0.3);
         for (u, cos) in [(0.1f32, 0.5f32), (0.6, -0.8), (0.99, 0.0)] {
-            let at = env.coordinates(env.direction(u, cos));
+            let at = Environment::coordinates(Environment::direction(u, cos));
             assert!((at.x - u).abs() < 1e-5 && (at.y - cos.acos() / PI).abs() < 1e-5);
         }
         // Blender: +X is the image's middle, +Y (glTF -Z) a quarter to the left of it.
-        let env = Environment::image(8, 4, vec![Vec3::ONE; 32], Vec3::ONE, 0.0);
-        assert!((env.coordinates(Vec3::X).x - 0.5).abs() < 1e-6);
-        assert!((env.coordinates(Vec3::NEG_Z).x - 0.25).abs() < 1e-6);
-        assert!(env.coordinates(Vec3::Y).y < 1e-6);
+        assert!((Environment::coordinates(Vec3::X).x - 0.5).abs() < 1e-6);
+        assert!((Environment::coordinates(Vec3::NEG_Z).x - 0.25).abs() < 1e-6);
+        assert!(Environment::coordinates(Vec3::Y).y < 1e-6);
+    }
+
+    /// Blender's Mapping node takes +X to +Y with a Z rotation of 90°, and up to −Y with an X rotation of 90°.
+    #[test]
+    fn rotations_are_by_blenders_axes() {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        // Columns of red 0, 1, 2, …, rows of green.
+        let texels: Vec<Vec3> = (0..32)
+            .map(|i| Vec3::new((i % 8) as f32, (i / 8) as f32, 1.0))
+            .collect();
+        let at = |rotation: DMat3, d: Vec3| {
+            let env = Environment::image(8, 4, texels.clone(), Vec3::ONE, &rotation);
+            let plain = Environment::image(8, 4, texels.clone(), Vec3::ONE, &DMat3::IDENTITY);
+            (env, plain, d)
+        };
+        for (rotation, from, to) in [
+            (DMat3::from_rotation_z(quarter), Vec3::X, Vec3::NEG_Z),
+            (DMat3::from_rotation_x(quarter), Vec3::Y, Vec3::Z),
+            (DMat3::from_rotation_y(quarter), Vec3::X, Vec3::NEG_Y),
+        ] {
+            let (env, plain, d) = at(rotation, from);
+            let (found, wanted) = (env.emitted(d), plain.emitted(to));
+            assert!((found - wanted).length() < 1e-4, "{found} {wanted}");
+        }
     }
 
     /// Sampling by the table and uniform sampling integrate the same; the estimate's weights are bounded.
     #[test]
     fn samples_integrate_the_image_and_agree_with_their_density() {
         for (w, h) in [(64usize, 32usize), (1, 1), (7, 5)] {
-            let env = Environment::image(w, h, gradient(w, h), Vec3::splat(0.5), 1.0);
+            let env = Environment::image(w, h, gradient(w, h), Vec3::splat(0.5), &turned());
             let n = 512;
             let mut by_table = 0f64;
             let mut uniform = 0f64;
@@ -344,7 +379,7 @@ mod tests {
     #[test]
     fn black_images_and_single_texels_are_sampled_without_harm() {
         for texels in [vec![Vec3::ZERO; 32], vec![Vec3::splat(1e30); 32]] {
-            let env = Environment::image(8, 4, texels, Vec3::ONE, 0.0);
+            let env = Environment::image(8, 4, texels, Vec3::ONE, &DMat3::IDENTITY);
             for u in [0.0, 0.5, crate::math::float::ONE_MINUS_EPSILON] {
                 let s = env.sample(Vec2::splat(u));
                 assert!(s.pdf > 0.0 && s.pdf.is_finite() && (s.wi.length() - 1.0).abs() < 1e-5);

@@ -1,6 +1,6 @@
 //! A number that stands for a scene's content, so that a picture can say what it shows.
 
-use super::{Pixels, Scene};
+use super::{Pixels, Scene, Visibility};
 use sha2::{Digest, Sha256};
 
 /// SHA-256 over everything in the scene that can change the picture, as 64 hexadecimal digits.
@@ -50,6 +50,10 @@ pub fn fingerprint(scene: &Scene) -> String {
             "transform",
             bytemuck::cast_slice(&instance.world_from_object.to_cols_array()),
         );
+        if (instance.visibility, instance.holdout) != (Visibility::ALL, false) {
+            let seen = [instance.visibility.bits(), u32::from(instance.holdout)];
+            block("seen", bytemuck::cast_slice(&seen));
+        }
     }
     for image in &scene.images {
         block(
@@ -90,6 +94,8 @@ mod tests {
                 name: "a".into(),
                 mesh: MeshId(0),
                 world_from_object: DAffine3::IDENTITY,
+                visibility: Visibility::ALL,
+                holdout: false,
             }],
             ..Scene::default()
         }

@@ -7,6 +7,7 @@ mod diagnostics;
 mod fingerprint;
 mod material;
 pub mod validate;
+mod visibility;
 
 pub use diagnostics::{Diagnostic, Diagnostics, Verdict};
 pub use fingerprint::fingerprint;
@@ -15,7 +16,9 @@ pub use material::{
     Wrap,
 };
 
-use glam::DAffine3;
+pub use visibility::{RayKind, Visibility};
+
+use glam::{DAffine3, DMat3};
 
 /// Index into [`Scene::meshes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -81,6 +84,10 @@ pub struct Instance {
     pub mesh: MeshId,
     /// Object space to world space.
     pub world_from_object: DAffine3,
+    /// Which rays see it.
+    pub visibility: Visibility,
+    /// Where the camera sees it the picture is empty.
+    pub holdout: bool,
 }
 
 /// A decoded image. Rows from top to bottom, pixels interleaved.
@@ -120,6 +127,15 @@ pub struct Light {
     pub kind: LightKind,
     /// Light space to world space; the light looks down its -Z axis.
     pub world_from_light: DAffine3,
+    /// Which rays see it. Without [`RayKind::Shadow`] it shines through everything.
+    pub visibility: Visibility,
+    /// Paths with more bounces do not see it.
+    pub max_bounces: u32,
+}
+
+impl Light {
+    /// Cycles' "Max Bounces" of a new light, and ours where the file says nothing.
+    pub const MAX_BOUNCES: u32 = 1024;
 }
 
 /// Kinds of lights.
@@ -131,6 +147,8 @@ pub enum LightKind {
         intensity: f32,
         /// Metres.
         radius: f32,
+        /// A disc that faces what it shines on instead of a sphere.
+        soft_falloff: bool,
     },
     /// A point light inside a cone about -Z.
     Spot {
@@ -138,6 +156,8 @@ pub enum LightKind {
         intensity: f32,
         /// Metres.
         radius: f32,
+        /// A disc that faces what it shines on instead of a sphere.
+        soft_falloff: bool,
         /// Half the opening angle of the cone, radians, 0..=π/2.
         half_angle: f32,
         /// Blender's blend: 0 is a hard edge, 1 fades from the axis on.
@@ -150,6 +170,28 @@ pub enum LightKind {
         /// Angular diameter, radians (0: exactly parallel).
         angle: f32,
     },
+    /// A flat light in the XY plane about the origin that shines along -Z.
+    Area {
+        /// Its outline.
+        shape: AreaShape,
+        /// Full extents along X and Y before the transform, metres.
+        size: [f32; 2],
+        /// Watts that it sends into its half-space; if not `normalize`, π times its radiance.
+        power: f32,
+        /// The radiance is what makes `power` of the area in world space.
+        normalize: bool,
+        /// Full angle about -Z within which it shines, radians, 0..=π (Cycles' "Spread").
+        spread: f32,
+    },
+}
+
+/// Outlines of area lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AreaShape {
+    /// All of the extents.
+    Rectangle,
+    /// The ellipse that touches their middles.
+    Ellipse,
 }
 
 /// Light from infinitely far away in all directions.
@@ -162,8 +204,17 @@ pub struct Environment {
     pub image: Option<ImageId>,
     /// Radiance (times the image where there is one), W·sr⁻¹·m⁻².
     pub radiance: [f32; 3],
-    /// Rotation about the up axis in radians, in the sense of Blender's Mapping node (Z rotation).
-    pub rotation: f32,
+    /// Takes a direction of the world to that of the image, both by Blender's axes (Z up): orthonormal.
+    pub rotation: DMat3,
+    /// Which rays see it.
+    pub visibility: Visibility,
+}
+
+impl Environment {
+    /// The rotation of Blender's Mapping node about its Z axis, the up axis.
+    pub fn turned_about_up(radians: f32) -> DMat3 {
+        DMat3::from_rotation_z(f64::from(radians))
+    }
 }
 
 /// A camera; it looks down its -Z axis, +Y is up in the picture.

@@ -66,14 +66,23 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     });
     scene.lights.retain_mut(|light| {
         let numbers = match light.kind {
-            LightKind::Point { intensity, radius } => [intensity, radius, 0.0, 0.0],
+            LightKind::Point {
+                intensity, radius, ..
+            } => [intensity, radius, 0.0, 0.0],
             LightKind::Spot {
                 intensity,
                 radius,
                 half_angle,
                 blend,
+                ..
             } => [intensity, radius, half_angle, blend],
             LightKind::Sun { irradiance, angle } => [irradiance, angle, 0.0, 0.0],
+            LightKind::Area {
+                size: [x, y],
+                power,
+                spread,
+                ..
+            } => [x, y, power, spread],
         };
         let sane = numbers
             .iter()
@@ -89,8 +98,23 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
                 &light.name,
                 "left out",
             );
+            return false;
         }
-        sane
+        if let LightKind::Area { size: [x, y], .. } = light.kind {
+            let m = light.world_from_light.matrix3;
+            let edges = (m.x_axis * f64::from(x), m.y_axis * f64::from(y));
+            if edges.0.cross(edges.1) == DVec3::ZERO {
+                diagnostics.report(
+                    "flat-light",
+                    Verdict::Lost,
+                    "area light without an area",
+                    &light.name,
+                    "left out",
+                );
+                return false;
+            }
+        }
+        true
     });
     scene.cameras.retain_mut(|camera| {
         let positive = |n: f64| n.is_finite() && n > 0.0;
@@ -140,6 +164,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             .iter()
             .all(|c| c.is_finite() && *c >= 0.0)
             && environment.rotation.is_finite()
+            && environment.rotation.determinant() != 0.0
             && environment.image.is_none_or(|i| (i.0 as usize) < images);
         if !sane {
             diagnostics.report(

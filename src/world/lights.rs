@@ -129,7 +129,9 @@ impl Lights {
                         lights.sun_estimates.push(luminance(e));
                     }
                 }
-                LightKind::Point { intensity, radius } if keep(effects::LAMPS) => {
+                LightKind::Point {
+                    intensity, radius, ..
+                } if keep(effects::LAMPS) => {
                     let center = (light.world_from_light.translation - origin).as_vec3();
                     lights.add_lamp(
                         Lamp {
@@ -146,6 +148,7 @@ impl Lights {
                     radius,
                     half_angle,
                     blend,
+                    ..
                 } if keep(effects::LAMPS) => {
                     let center = (light.world_from_light.translation - origin).as_vec3();
                     let inverse = light.world_from_light.matrix3.inverse();
@@ -241,7 +244,7 @@ impl Lights {
                         image.height as usize,
                         texels(image),
                         radiance,
-                        environment.rotation,
+                        &environment.rotation,
                     ),
                     None => Environment::constant(radiance),
                 };

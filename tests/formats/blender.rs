@@ -58,7 +58,10 @@ fn lamps_and_cameras_of_a_real_export() {
         let scene = &imported.scene;
         assert_eq!(codes(&imported), ["no-material"], "{mode}");
         let light = |name: &str| scene.lights.iter().find(|l| l.name == name).unwrap();
-        let LightKind::Point { intensity, radius } = light("point").kind else {
+        let LightKind::Point {
+            intensity, radius, ..
+        } = light("point").kind
+        else {
             panic!()
         };
         assert_relative_eq!(

@@ -915,7 +915,7 @@ fn light_units_give_back_blenders_watts() {
             ("lamp", [1.0, 0.5, 0.25])
         );
         assert!(
-            matches!(light.kind, LightKind::Point { intensity, radius: 0.0 } if (intensity / per_steradian - 1.0).abs() < 1e-6)
+            matches!(light.kind, LightKind::Point { intensity, radius: 0.0, .. } if (intensity / per_steradian - 1.0).abs() < 1e-6)
         );
         let light = load(lights(
             json!({ "type": "spot", "intensity": point, "spot": {} }),

@@ -24,6 +24,10 @@ fn may_be_required(name: &str) -> bool {
                 | "KHR_xmp"
                 | "KHR_xmp_json_ld"
                 | "SUNDOG_light"
+                | "SUNDOG_object"
+                | "SUNDOG_scene"
+                | "SUNDOG_camera"
+                | "SUNDOG_material"
         )
 }
 
@@ -57,6 +61,22 @@ pub(super) fn report_unknown(diagnostics: &mut Diagnostics, name: &str, owner: &
         "unknown-extension",
         Verdict::Lost,
         name,
+        owner,
+        "not supported; left out",
+    );
+}
+
+/// Reports a property of one of Sundog's own extensions that this version does not know.
+pub(super) fn report_property(
+    diagnostics: &mut Diagnostics,
+    extension: &str,
+    name: &str,
+    owner: &str,
+) {
+    diagnostics.report(
+        "unknown-property",
+        Verdict::Lost,
+        format!("\"{name}\" of {extension}"),
         owner,
         "not supported; left out",
     );

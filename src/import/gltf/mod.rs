@@ -10,6 +10,7 @@ mod mesh;
 mod schema;
 mod tangents;
 mod textures;
+mod world;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
@@ -28,6 +29,7 @@ use super::{ImportError, ImportOptions, Imported};
 use crate::scene::validate::Dropped;
 use crate::scene::{
     Camera, Diagnostics, Instance, Light, MaterialId, Mesh, MeshId, Projection, Scene, Verdict,
+    Visibility,
 };
 
 /// More placed copies than this would be an accident: each takes memory in the renderer.
@@ -49,10 +51,12 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         placed: Vec::new(),
         lights: Vec::new(),
         cameras: Vec::new(),
+        scene: None,
     };
     walk.run()?;
     let Walk {
         worlds,
+        scene: scene_index,
         mut placed,
         lights,
         cameras,
@@ -104,8 +108,18 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
                 name: place.name.clone(),
                 mesh,
                 world_from_object: place.world_from_object,
+                visibility: place.visibility,
+                holdout: place.holdout,
             });
         }
+    }
+    let world = scene_index
+        .and_then(|i| document.graph.scenes[i].extensions.sundog.as_ref())
+        .and_then(|s| s.world.as_ref());
+    if let Some(world) = world
+        && !options.without_world
+    {
+        world::load(&document, world, &mut scene, &mut diagnostics)?;
     }
     Ok(Imported { scene, diagnostics })
 }
@@ -122,6 +136,8 @@ struct Placed {
     name: String,
     mesh: Shaped,
     world_from_object: DAffine3,
+    visibility: Visibility,
+    holdout: bool,
 }
 
 /// The walk over the nodes of the scene.
@@ -135,6 +151,8 @@ struct Walk<'a> {
     placed: Vec<Placed>,
     lights: Vec<Light>,
     cameras: Vec<Camera>,
+    /// Number of the scene that is walked.
+    scene: Option<usize>,
 }
 
 impl Walk<'_> {
@@ -216,11 +234,12 @@ impl Walk<'_> {
         };
         match graph.scenes.get(index) {
             Some(scene) => {
+                self.scene = Some(index);
                 extensions::report_others(
                     self.document,
                     &format!("/scenes/{index}"),
                     scene.name.as_deref().unwrap_or("scene"),
-                    &[],
+                    &["SUNDOG_scene"],
                     self.diagnostics,
                 );
                 Ok(scene.nodes.clone())
@@ -266,6 +285,8 @@ impl Walk<'_> {
                 "KHR_lights_punctual",
                 "EXT_mesh_gpu_instancing",
                 "KHR_node_visibility",
+                "SUNDOG_light",
+                "SUNDOG_object",
             ],
             self.diagnostics,
         );
@@ -274,6 +295,7 @@ impl Walk<'_> {
                 Some(instancing) => self.copies(instancing, name)?,
                 None => vec![DAffine3::IDENTITY],
             };
+            let (visibility, holdout) = self.object(node, name);
             let by_node = (node.skin.is_some() || node.weights.is_some()).then_some(index);
             for copy in copies {
                 let mesh = Shaped { mesh, by_node };
@@ -281,6 +303,8 @@ impl Walk<'_> {
                     name: name.into(),
                     mesh,
                     world_from_object: world * copy,
+                    visibility,
+                    holdout,
                 });
             }
             if node.skin.is_some() {
@@ -317,6 +341,10 @@ impl Walk<'_> {
             );
             self.lights.extend(light);
         }
+        if let Some(area) = &node.extensions.area {
+            let light = lights::load_area(area, name, world, self.diagnostics);
+            self.lights.extend(light);
+        }
         if let Some(camera) = node.camera {
             let source = document.graph.cameras.get(camera).ok_or_else(|| {
                 self.malformed(
@@ -340,6 +368,34 @@ impl Walk<'_> {
             self.cameras.push(camera);
         }
         Ok(())
+    }
+
+    /// Ray visibility and holdout of a node with a mesh.
+    fn object(&mut self, node: &NodeJson, name: &str) -> (Visibility, bool) {
+        let Some(object) = &node.extensions.object else {
+            return (Visibility::ALL, false);
+        };
+        for property in object.unknown.keys() {
+            extensions::report_property(self.diagnostics, "SUNDOG_object", property, name);
+        }
+        if object.shadow_catcher {
+            self.diagnostics.report(
+                "shadow-catcher",
+                Verdict::Lost,
+                "shadow catchers",
+                name,
+                "rendered as any object",
+            );
+        }
+        let visibility = object.visibility.visibility(|kind| {
+            extensions::report_property(
+                self.diagnostics,
+                "SUNDOG_object",
+                &format!("visibility.{kind}"),
+                name,
+            );
+        });
+        (visibility, object.holdout)
     }
 
     /// The placements of EXT_mesh_gpu_instancing.

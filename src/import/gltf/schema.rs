@@ -1,7 +1,9 @@
 //! The parts of a glTF file that are read in f64 or that the `gltf` crate has no schema for.
 
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
+
+use crate::scene::{RayKind, Visibility};
 
 /// Scenes, nodes, cameras, skins and lights.
 #[derive(Debug, Default)]
@@ -20,6 +22,51 @@ pub(super) struct SceneJson {
     pub name: Option<String>,
     #[serde(default)]
     pub nodes: Vec<usize>,
+    #[serde(default)]
+    pub extensions: SceneExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct SceneExtensions {
+    #[serde(rename = "SUNDOG_scene")]
+    pub sundog: Option<SundogScene>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct SundogScene {
+    pub world: Option<WorldJson>,
+}
+
+/// The light from all around. See `docs/gltf-extensions.md`.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct WorldJson {
+    pub color: Option<[f32; 3]>,
+    pub image: Option<String>,
+    pub rotation: Option<[f64; 9]>,
+    #[serde(default)]
+    pub visibility: RaysJson,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// Ray visibility; what is left out sees.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct RaysJson(Map<String, Value>);
+
+impl RaysJson {
+    /// As the scene has it; names that mean nothing, or values that are no booleans, go to `unknown`.
+    pub(super) fn visibility(&self, mut unknown: impl FnMut(&str)) -> Visibility {
+        let mut seen = Visibility::ALL;
+        for (name, value) in &self.0 {
+            let kind = RayKind::ALL.iter().find(|(_, known)| known == name);
+            match (kind, value) {
+                (Some(_), Value::Bool(true)) => {}
+                (Some((kind, _)), Value::Bool(false)) => seen = seen.without(*kind),
+                _ => unknown(name),
+            }
+        }
+        seen
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -47,6 +94,23 @@ pub(super) struct NodeExtensions {
     pub instancing: Option<InstancingJson>,
     #[serde(rename = "KHR_node_visibility")]
     pub visibility: Option<VisibilityJson>,
+    #[serde(rename = "SUNDOG_light")]
+    pub area: Option<SundogLight>,
+    #[serde(rename = "SUNDOG_object")]
+    pub object: Option<SundogObject>,
+}
+
+/// What a node with a mesh says beyond glTF. See `docs/gltf-extensions.md`.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct SundogObject {
+    #[serde(default)]
+    pub visibility: RaysJson,
+    #[serde(default)]
+    pub holdout: bool,
+    #[serde(default)]
+    pub shadow_catcher: bool,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -131,13 +195,47 @@ pub(super) struct LightExtensions {
     pub sundog: Option<SundogLight>,
 }
 
-/// The size of a light, which KHR_lights_punctual has no word for. See `docs/gltf-extensions.md`.
+/// What KHR_lights_punctual has no word for. See `docs/gltf-extensions.md`.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct SundogLight {
+    /// On a node: `area`.
+    #[serde(rename = "type")]
+    pub kind: Option<String>,
+    /// For messages.
+    pub name: Option<String>,
+    /// W/sr or W/m² in the place of colour and intensity; the colour of area lights.
+    pub strength: Option<[f32; 3]>,
     /// Point and spot: radius of the sphere, metres.
     pub radius: Option<f64>,
+    /// Point and spot: a disc that faces what it shines on.
+    #[serde(default)]
+    pub soft_falloff: bool,
+    /// Spot: half the opening angle, radians.
+    pub half_angle: Option<f64>,
+    /// Spot: Blender's "Blend".
+    pub blend: Option<f64>,
     /// Directional: angular diameter, radians.
     pub angle: Option<f64>,
+    /// Area: `rectangle` or `ellipse`.
+    pub shape: Option<String>,
+    /// Area: full extents, metres.
+    pub size: Option<[f64; 2]>,
+    /// Area: watts.
+    pub power: Option<f64>,
+    /// Area: the power does not depend on the area.
+    pub normalize: Option<bool>,
+    /// Area: full angle, radians.
+    pub spread: Option<f64>,
+    /// Which rays see it.
+    #[serde(default)]
+    pub visibility: RaysJson,
+    /// Paths with more bounces do not see it.
+    pub max_bounces: Option<u32>,
+    /// Cycles' switch; has no effect.
+    #[allow(dead_code)]
+    pub mis: Option<bool>,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
 }
 
 fn white() -> [f32; 3] {

@@ -1,0 +1,93 @@
+//! Which rays see an object, a light or the world.
+
+/// What Cycles tells rays apart by: a ray is of the kind of the scattering that it leaves from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayKind {
+    /// From the camera.
+    Camera,
+    /// From a diffuse reflection.
+    Diffuse,
+    /// From a glossy reflection.
+    Glossy,
+    /// From a transmission.
+    Transmission,
+    /// From a volume.
+    Volume,
+    /// From a lit point to a light.
+    Shadow,
+}
+
+impl RayKind {
+    /// All of them, with their names in `SUNDOG_` extensions.
+    pub const ALL: [(Self, &str); 6] = [
+        (Self::Camera, "camera"),
+        (Self::Diffuse, "diffuse"),
+        (Self::Glossy, "glossy"),
+        (Self::Transmission, "transmission"),
+        (Self::Volume, "volume"),
+        (Self::Shadow, "shadow"),
+    ];
+
+    /// Its bit in a [`Visibility`], and in Embree's masks.
+    #[inline]
+    pub const fn bit(self) -> u32 {
+        1 << self as u32
+    }
+}
+
+/// A set of kinds of rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Visibility(u32);
+
+impl Visibility {
+    /// Seen by all rays.
+    pub const ALL: Self = Self((1 << RayKind::ALL.len()) - 1);
+
+    /// The same without one kind.
+    #[must_use]
+    pub const fn without(self, kind: RayKind) -> Self {
+        Self(self.0 & !kind.bit())
+    }
+
+    /// Whether rays of a kind see it.
+    #[inline]
+    pub const fn sees(self, kind: RayKind) -> bool {
+        self.0 & kind.bit() != 0
+    }
+
+    /// As bits ([`RayKind::bit`]).
+    #[inline]
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// Names of the kinds that do not see it.
+    pub fn hidden_from(self) -> Vec<&'static str> {
+        RayKind::ALL
+            .iter()
+            .filter(|(kind, _)| !self.sees(*kind))
+            .map(|(_, name)| *name)
+            .collect()
+    }
+}
+
+impl Default for Visibility {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kinds_are_taken_out_one_by_one() {
+        let seen = Visibility::ALL
+            .without(RayKind::Camera)
+            .without(RayKind::Shadow);
+        assert!(!seen.sees(RayKind::Camera) && seen.sees(RayKind::Glossy));
+        assert_eq!(seen.hidden_from(), ["camera", "shadow"]);
+        assert_eq!(Visibility::ALL.bits().count_ones(), 6);
+    }
+}

@@ -1,0 +1,175 @@
+//! Sundog's own extensions: lights, worlds, objects.
+
+use super::kit::*;
+use ::sundog::import::ImportOptions;
+use ::sundog::scene::{AreaShape, Light, LightKind, RayKind, Visibility};
+use base64::Engine as _;
+use serde_json::json;
+
+/// A file with one node that a light stands on.
+fn with_light(light: serde_json::Value) -> Builder {
+    let mut file = Builder::triangle();
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
+    file.json["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+    file
+}
+
+#[test]
+fn strength_wins_over_colour_intensity_and_units() {
+    let file = with_light(json!({
+        "type": "spot", "color": [1, 0, 0], "intensity": 683.0, "spot": { "outerConeAngle": 0.5 },
+        "extensions": { "SUNDOG_light": {
+            "strength": [2, 4, 1], "radius": 0.5, "soft_falloff": true, "half_angle": 1.25, "blend": 0.75,
+            "visibility": { "camera": false, "shadow": false, "glossy": true }, "max_bounces": 3, "mis": false
+        } }
+    }));
+    let imported = file.load();
+    assert!(imported.diagnostics.is_empty(), "{:?}", codes(&imported));
+    let light = &imported.scene.lights[0];
+    assert_eq!(light.color, [0.5, 1.0, 0.25]);
+    assert_eq!(
+        light.kind,
+        LightKind::Spot {
+            intensity: 4.0,
+            radius: 0.5,
+            soft_falloff: true,
+            half_angle: 1.25,
+            blend: 0.75
+        }
+    );
+    assert_eq!(
+        light.visibility,
+        Visibility::ALL
+            .without(RayKind::Camera)
+            .without(RayKind::Shadow)
+    );
+    assert_eq!(light.max_bounces, 3);
+    let plain = with_light(json!({ "type": "point" })).load();
+    let light = &plain.scene.lights[0];
+    assert_eq!(
+        (light.visibility, light.max_bounces),
+        (Visibility::ALL, Light::MAX_BOUNCES)
+    );
+}
+
+#[test]
+fn area_lights_stand_on_nodes() {
+    let mut file = Builder::triangle();
+    file.json["nodes"] = json!([
+        { "name": "node", "mesh": 0 },
+        { "name": "lamp", "scale": [2, 1, -1], "extensions": { "SUNDOG_light": {
+            "type": "area", "shape": "ellipse", "size": [0.5, 2], "power": 10, "strength": [1, 0.5, 0], "spread": 1.5,
+            "normalize": false } } },
+        { "name": "plain", "extensions": { "SUNDOG_light": { "type": "area" } } },
+        { "name": "round", "extensions": { "SUNDOG_light": { "type": "area", "shape": "torus" } } },
+        { "name": "beam", "extensions": { "SUNDOG_light": { "type": "laser" } } },
+        { "name": "negative", "extensions": { "SUNDOG_light": { "type": "area", "size": [-1, 1] } } },
+        { "name": "flat", "scale": [0, 1, 1], "extensions": { "SUNDOG_light": { "type": "area", "power": 1 } } }
+    ]);
+    file.json["scenes"] = json!([{ "nodes": [0, 1, 2, 3, 4, 5, 6] }]);
+    let imported = file.load();
+    assert_eq!(
+        codes(&imported),
+        ["light-shape", "light-kind", "bad-light", "flat-light"]
+    );
+    let [lamp, plain] = &imported.scene.lights[..] else {
+        panic!("{:?}", imported.scene.lights)
+    };
+    assert_eq!(
+        lamp.kind,
+        LightKind::Area {
+            shape: AreaShape::Ellipse,
+            size: [0.5, 2.0],
+            power: 10.0,
+            normalize: false,
+            spread: 1.5
+        }
+    );
+    assert_eq!(lamp.color, [1.0, 0.5, 0.0]);
+    assert_eq!(
+        plain.kind,
+        LightKind::Area {
+            shape: AreaShape::Rectangle,
+            size: [1.0; 2],
+            power: 0.0,
+            normalize: true,
+            spread: std::f32::consts::PI
+        }
+    );
+}
+
+/// A Radiance picture of 4 × 2 pixels, all (1, ½, ¼).
+fn picture() -> String {
+    let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
+    for _ in 0..8 {
+        bytes.extend([128, 64, 32, 129]);
+    }
+    let code = base64::engine::general_purpose::STANDARD.encode(bytes);
+    format!("data:application/octet-stream;base64,{code}")
+}
+
+#[test]
+fn the_world_is_a_colour_or_a_turned_image() {
+    let mut file = Builder::triangle();
+    let mut world = |value: serde_json::Value| {
+        file.json["scenes"][0]["extensions"] = json!({ "SUNDOG_scene": { "world": value } });
+        file.load()
+    };
+    let imported = world(json!({ "color": [0.5, 1, 2], "visibility": { "camera": false } }));
+    assert!(imported.diagnostics.is_empty());
+    let environment = imported.scene.environment.unwrap();
+    assert_eq!(environment.radiance, [0.5, 1.0, 2.0]);
+    assert!(environment.image.is_none() && !environment.visibility.sees(RayKind::Camera));
+
+    let imported = world(json!({ "image": picture(), "rotation": [0, -1, 0, 1, 0, 0, 0, 0, 1] }));
+    assert!(imported.diagnostics.is_empty(), "{:?}", codes(&imported));
+    let environment = imported.scene.environment.unwrap();
+    assert_eq!(environment.radiance, [1.0; 3]);
+    let image = &imported.scene.images[environment.image.unwrap().0 as usize];
+    assert_eq!((image.width, image.height), (4, 2));
+    // By rows: X becomes Y.
+    assert_eq!(environment.rotation * glam::DVec3::X, glam::DVec3::Y);
+
+    assert!(
+        world(json!({}))
+            .scene
+            .environment
+            .is_none_or(|e| e.radiance == [0.0; 3])
+    );
+    let imported = world(json!({ "rotation": [2, 0, 0, 0, 1, 0, 0, 0, 1], "fog": 1 }));
+    assert_eq!(codes(&imported), ["unknown-property", "world-rotation"]);
+}
+
+#[test]
+fn another_environment_takes_the_worlds_place_without_looking_at_it() {
+    let mut file = Builder::triangle();
+    file.json["scenes"][0]["extensions"] =
+        json!({ "SUNDOG_scene": { "world": { "image": "missing.exr" } } });
+    assert!(file.load_with(&ImportOptions::default()).is_err());
+    let options = ImportOptions {
+        without_world: true,
+        ..ImportOptions::default()
+    };
+    assert!(
+        file.load_with(&options)
+            .unwrap()
+            .scene
+            .environment
+            .is_none()
+    );
+}
+
+#[test]
+fn objects_say_which_rays_see_them() {
+    let mut file = Builder::triangle();
+    file.json["nodes"][0]["extensions"] = json!({ "SUNDOG_object": {
+        "visibility": { "diffuse": false, "moon": false }, "holdout": true, "shadow_catcher": true } });
+    let imported = file.load();
+    assert_eq!(codes(&imported), ["shadow-catcher", "unknown-property"]);
+    let instance = &imported.scene.instances[0];
+    assert_eq!(
+        instance.visibility,
+        Visibility::ALL.without(RayKind::Diffuse)
+    );
+    assert!(instance.holdout);
+}
