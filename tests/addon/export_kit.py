@@ -26,25 +26,28 @@ class Engine(bpy.types.RenderEngine):
     bl_label = "Export"
 
     # Set by `exported`: what to call with the depsgraph, and what came of it.
-    task = None
+    task = layer = None
     result = error = None
 
     def render(self, depsgraph):
-        """Called by Blender in its render thread or in the caller's."""
+        """Called by Blender for each view layer."""
+        if depsgraph.view_layer.name != Engine.layer:
+            return
         try:
             Engine.result = Engine.task(depsgraph)
         except BaseException as error:
             Engine.error = error
 
 
-def in_render(task, scene=None):
-    """What `task(depsgraph)` returns when called in a render of the scene."""
-    scene = scene or bpy.context.scene
+def in_render(task, layer=""):
+    """What `task(depsgraph)` returns when called in a render of that view layer, or of the first one."""
+    scene = bpy.context.scene
     bpy.utils.register_class(Engine)
     before = scene.render.engine, scene.render.use_compositing, scene.render.use_sequencer
     scene.render.engine = Engine.bl_idname
     scene.render.use_compositing = scene.render.use_sequencer = False
-    Engine.task, Engine.result, Engine.error = task, None, None
+    Engine.task, Engine.layer = task, layer or scene.view_layers[0].name
+    Engine.result = Engine.error = None
     try:
         with quiet():
             bpy.ops.render.render(scene=scene.name)
@@ -72,15 +75,15 @@ def quiet():
 
 
 def program():
-    """The sundog program: SUNDOG_PROGRAM, or what cargo built."""
+    """The sundog program: SUNDOG_PROGRAM, or what cargo built last."""
     given = os.environ.get("SUNDOG_PROGRAM")
     if given:
         return given
-    for profile in ("release", "debug"):
-        path = os.path.join(PROJECT, "target", profile, "sundog")
-        if os.path.isfile(path):
-            return path
-    raise unittest.SkipTest("there is no sundog program: build it, or set SUNDOG_PROGRAM")
+    built = [os.path.join(PROJECT, "target", profile, "sundog") for profile in ("release", "debug")]
+    built = [path for path in built if os.path.isfile(path)]
+    if not built:
+        raise unittest.SkipTest("there is no sundog program: build it, or set SUNDOG_PROGRAM")
+    return max(built, key=os.path.getmtime)
 
 
 def info(path):
@@ -179,13 +182,13 @@ class ExportTest(unittest.TestCase):
         self.scene.collection.objects.link(self.camera)
         self.scene.camera = self.camera
 
-    def export(self, scene=None):
+    def export(self, layer=""):
         """Exports in a render."""
         def task(depsgraph):
             cache = os.path.join(self.folder, "cache")
             return export.write_scene(depsgraph, depsgraph.scene, os.path.join(self.folder, "scene"), cache)
 
-        return Exported(in_render(task, scene))
+        return Exported(in_render(task, layer))
 
     def link(self, name, data, **settings):
         """A new object of that name in the scene."""
@@ -233,3 +236,10 @@ def material(name, **inputs):
     for key, value in inputs.items():
         principled.inputs[key.replace("_", " ")].default_value = value
     return made
+
+
+def curves_of(action):
+    """The animation curves of an action, whatever the version keeps them in."""
+    if hasattr(action, "fcurves"):
+        return list(action.fcurves)
+    return [curve for layer in action.layers for strip in layer.strips for bag in strip.channelbags for curve in bag.fcurves]

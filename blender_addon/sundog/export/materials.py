@@ -363,7 +363,7 @@ class Reader:
             self.note(APPROXIMATED, "a mix by Light Path is rendered with the shader of its value 0 for all rays")
             factor = ZERO
         first, second = (self.surface(s) if not (isinstance(factor, Const) and factor.value == skip) else None for s, skip in zip(shaders, (1.0, 0.0)))
-        if isinstance(factor, Const) and factor.value in {0.0, 1.0}:
+        if isinstance(factor, Const) and float(factor.value) in {0.0, 1.0}:
             return first if factor.value == 0 else second
         first = first or Surface(alpha=ZERO)
         second = second or Surface(alpha=ZERO)
