@@ -11,6 +11,5 @@ mod blender_layers;
 mod cli;
 mod color;
 mod formats;
-mod package;
 mod pictures;
 mod transport;

@@ -5,7 +5,7 @@ use sundog::effects;
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
 use sundog::scene::{
-    AlphaMode, Camera, Environment, Image, ImageId, Instance, Light, LightKind, Material,
+    AlphaMode, Aperture, Camera, Environment, Image, ImageId, Instance, Light, LightKind, Material,
     MaterialId, Mesh, MeshId, NormalTexture, Pixels, Projection, Sampler, Scene, Texture,
     UvTransform, Visibility,
 };
@@ -97,8 +97,10 @@ fn camera(position: DVec3, fov: f64) -> Camera {
             vertical_fov: fov,
             aspect: None,
         },
+        window: None,
         clip_near: 0.0,
         clip_far: f64::INFINITY,
+        aperture: None,
     }
 }
 
@@ -546,6 +548,15 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         );
     }
     list.push(("cut-outs and blends", scene));
+    let mut scene = list[0].1.clone();
+    scene.cameras[0].aperture = Some(Aperture {
+        radius: 0.1,
+        blades: 5,
+        rotation: 0.2,
+        ratio: 1.5,
+        focus_distance: 3.0,
+    });
+    list.push(("a lens", scene));
     list
 }
 

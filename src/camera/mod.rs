@@ -1,5 +1,10 @@
 //! Cameras: from a film position to a ray.
 
+mod aperture;
+
+pub use aperture::Aperture;
+
+use crate::sampler::{Dimension, Sampler};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 /// A camera ray with the part of it that the clip planes leave.
@@ -15,25 +20,47 @@ pub struct CameraRay {
     pub far: f32,
 }
 
-/// Kinds of projection, half extents at distance 1 (perspective) or in metres (orthographic).
+/// An interval by its middle and half its length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    middle: Vec2,
+    half: Vec2,
+}
+
+impl Span {
+    /// Of what lies between the film's left and right, and between its bottom and top.
+    pub fn between([left, right]: [f64; 2], [bottom, top]: [f64; 2]) -> Self {
+        let of = |from: f64, to: f64| (0.5 * (from + to), 0.5 * (to - from));
+        let (x, y) = (of(left, right), of(bottom, top));
+        Self {
+            middle: Vec2::new(x.0 as f32, y.0 as f32),
+            half: Vec2::new(x.1 as f32, y.1 as f32),
+        }
+    }
+
+    /// At a point of the film.
+    #[inline]
+    fn at(&self, film: Vec2) -> Vec2 {
+        self.middle + film * self.half
+    }
+}
+
+/// Kinds of projection, with what the film spans.
 #[derive(Clone, Copy, Debug)]
 pub enum Lens {
-    /// A pinhole: tangents of half the fields of view.
-    Perspective {
-        /// Tangents of half the horizontal and vertical fields of view.
-        tangents: Vec2,
-    },
-    /// Parallel rays.
-    Orthographic {
-        /// Half the visible width and height.
-        half: Vec2,
-    },
+    /// Through one point; tangents of the angles to the view axis.
+    Perspective(Span),
+    /// Parallel rays; metres.
+    Orthographic(Span),
+    /// All about; longitude (0 is straight ahead, grows to the right) and latitude, radians.
+    Equirectangular(Span),
 }
 
 /// A camera ready to make rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     lens: Lens,
+    aperture: Option<Aperture>,
     x: Vec3,
     y: Vec3,
     z: Vec3,
@@ -42,10 +69,14 @@ pub struct Camera {
     far: f32,
 }
 
+/// Makes the ray through a point of the film and a point of the lens.
+pub type RayMaker = fn(&Camera, Vec2, &Sampler) -> CameraRay;
+
 impl Camera {
     /// From its transform (scale is dropped) and the origin that the scene is relative to.
     pub fn new(
         lens: Lens,
+        aperture: Option<Aperture>,
         world_from_camera: &DAffine3,
         origin: DVec3,
         near: f64,
@@ -55,6 +86,7 @@ impl Camera {
         let m = &world_from_camera.matrix3;
         Self {
             lens,
+            aperture,
             x: axis(m.x_axis, DVec3::X),
             y: axis(m.y_axis, DVec3::Y),
             z: axis(m.z_axis, DVec3::Z),
@@ -64,12 +96,28 @@ impl Camera {
         }
     }
 
-    /// The ray through a point of the film: x to the right and y up, −1..1.
+    /// What makes this camera's rays: a pinhole asks for no point of the lens.
+    pub fn ray_maker(&self) -> RayMaker {
+        if self.aperture.is_some() {
+            |camera, film, sampler| match &camera.aperture {
+                Some(aperture) => {
+                    let on_lens = aperture.sample(sampler.pair(Dimension::Lens, 0));
+                    camera.focused(film, on_lens, aperture.focus_distance)
+                }
+                None => camera.ray(film),
+            }
+        } else {
+            |camera, film, _| camera.ray(film)
+        }
+    }
+
+    /// The ray through a point of the film (x to the right and y up, −1..1) and the middle of the lens.
     #[inline]
     pub fn ray(&self, film: Vec2) -> CameraRay {
         match self.lens {
-            Lens::Perspective { tangents } => {
-                let d = self.x * (film.x * tangents.x) + self.y * (film.y * tangents.y) - self.z;
+            Lens::Perspective(span) => {
+                let at = span.at(film);
+                let d = self.x * at.x + self.y * at.y - self.z;
                 // The clip planes are at depths; along the ray they are 1/cos farther.
                 let slant = d.length();
                 CameraRay {
@@ -79,42 +127,96 @@ impl Camera {
                     far: self.far * slant,
                 }
             }
-            Lens::Orthographic { half } => CameraRay {
-                origin: self.position + self.x * (film.x * half.x) + self.y * (film.y * half.y),
-                direction: -self.z,
+            Lens::Orthographic(span) => {
+                let at = span.at(film);
+                CameraRay {
+                    origin: self.position + self.x * at.x + self.y * at.y,
+                    direction: -self.z,
+                    near: self.near,
+                    far: self.far,
+                }
+            }
+            Lens::Equirectangular(span) => CameraRay {
+                origin: self.position,
+                direction: self.toward(span.at(film)),
                 near: self.near,
                 far: self.far,
             },
         }
     }
 
-    /// Depth of a point: its distance along the view axis.
+    /// The direction of a longitude and latitude.
+    #[inline]
+    fn toward(&self, at: Vec2) -> Vec3 {
+        let (longitude, latitude) = (at.x.sin_cos(), at.y.sin_cos());
+        self.x * (longitude.0 * latitude.1) + self.y * latitude.0
+            - self.z * (longitude.1 * latitude.1)
+    }
+
+    /// The ray from a point of the lens to the point in focus of the ray through its middle.
+    #[inline]
+    fn focused(&self, film: Vec2, lens: Vec2, focus_distance: f32) -> CameraRay {
+        let (start, d, depth) = match self.lens {
+            Lens::Perspective(span) => {
+                let at = span.at(film) * focus_distance - lens;
+                let d = self.x * at.x + self.y * at.y - self.z * focus_distance;
+                (self.x * lens.x + self.y * lens.y, d, focus_distance)
+            }
+            Lens::Orthographic(span) => {
+                let at = span.at(film) + lens;
+                let d = -(self.x * lens.x + self.y * lens.y + self.z * focus_distance);
+                (self.x * at.x + self.y * at.y, d, focus_distance)
+            }
+            Lens::Equirectangular(span) => {
+                let middle = self.toward(span.at(film));
+                // As Cycles holds the lens: its first axis leans forward as far as it can.
+                let forward = -self.z;
+                let first = (forward - middle * forward.dot(middle)).try_normalize();
+                let first = first.unwrap_or(self.y);
+                let start = first * lens.x + middle.cross(first) * lens.y;
+                let d = middle * focus_distance - start;
+                (start, d, d.length())
+            }
+        };
+        let length = d.length();
+        let slant = length / depth;
+        CameraRay {
+            origin: self.position + start,
+            direction: d / length,
+            near: self.near * slant,
+            far: self.far * slant,
+        }
+    }
+
+    /// Depth of a point: its distance along the view axis; from the camera for a panorama.
     #[inline]
     pub fn depth(&self, point: Vec3) -> f32 {
-        -(point - self.position).dot(self.z)
+        match self.lens {
+            Lens::Equirectangular(_) => (point - self.position).length(),
+            _ => -(point - self.position).dot(self.z),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampler::Sequence;
+    use std::f64::consts::PI;
 
     #[test]
     fn rays_go_through_the_corners_of_the_field_of_view() {
         let far_away = DVec3::new(1e7, 0.0, -3e6);
         let transform = DAffine3::from_translation(far_away + DVec3::new(1.0, 2.0, 3.0));
-        let lens = Lens::Perspective {
-            tangents: Vec2::new(1.0, 0.5),
-        };
-        let camera = Camera::new(lens, &transform, far_away, 0.1, f64::INFINITY);
+        let lens = Lens::Perspective(Span::between([-1.0, 1.0], [-0.5, 0.5]));
+        let camera = Camera::new(lens, None, &transform, far_away, 0.1, f64::INFINITY);
         let ray = camera.ray(Vec2::new(1.0, -1.0));
         assert_eq!(ray.origin, Vec3::new(1.0, 2.0, 3.0));
         assert!((ray.direction - Vec3::new(1.0, -0.5, -1.0).normalize()).length() < 1e-6);
         assert!((ray.near - 0.15).abs() < 1e-6 && ray.far.is_infinite());
         let flat = Camera::new(
-            Lens::Orthographic {
-                half: Vec2::new(4.0, 2.0),
-            },
+            Lens::Orthographic(Span::between([-4.0, 4.0], [-2.0, 2.0])),
+            None,
             &transform,
             far_away,
             0.0,
@@ -126,5 +228,74 @@ mod tests {
             (Vec3::new(3.0, 4.0, 3.0), Vec3::NEG_Z)
         );
         assert!((flat.depth(Vec3::new(9.0, 9.0, -2.0)) - 5.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_shifted_window_moves_the_rays() {
+        let lens = Lens::Perspective(Span::between([0.0, 1.0], [-1.0, 0.5]));
+        let camera = Camera::new(lens, None, &DAffine3::IDENTITY, DVec3::ZERO, 0.0, 1.0);
+        for (film, tangents) in [
+            (Vec2::new(-1.0, -1.0), Vec2::new(0.0, -1.0)),
+            (Vec2::new(1.0, 1.0), Vec2::new(1.0, 0.5)),
+        ] {
+            let d = camera.ray(film).direction;
+            assert!((d.truncate() / -d.z - tangents).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_panorama_has_the_right_hand_on_its_right() {
+        let lens = Lens::Equirectangular(Span::between([-PI, PI], [-PI / 2.0, PI / 2.0]));
+        let camera = Camera::new(lens, None, &DAffine3::IDENTITY, DVec3::ZERO, 0.25, 8.0);
+        for (film, direction) in [
+            (Vec2::ZERO, Vec3::NEG_Z),
+            (Vec2::new(0.5, 0.0), Vec3::X),
+            (Vec2::new(-0.5, 0.0), Vec3::NEG_X),
+            (Vec2::new(0.3, 1.0), Vec3::Y),
+            (Vec2::new(1.0, 0.0), Vec3::Z),
+        ] {
+            let ray = camera.ray(film);
+            assert!((ray.direction - direction).length() < 1e-6, "{film}");
+            assert_eq!((ray.near, ray.far), (0.25, 8.0));
+        }
+        assert_eq!(camera.depth(Vec3::new(0.0, 3.0, 4.0)), 5.0);
+    }
+
+    /// Whatever point of the lens: the rays of one point of the film meet where the pinhole's ray is in
+    /// focus, start on the lens and have its clip planes at their depths.
+    #[test]
+    fn rays_of_all_points_of_the_lens_meet_in_focus() {
+        let transform = DAffine3::from_rotation_y(0.4);
+        let span = Span::between([-0.3, 0.8], [-0.4, 0.5]);
+        let film = Vec2::new(0.4, -0.7);
+        for lens in [
+            Lens::Perspective(span),
+            Lens::Orthographic(span),
+            Lens::Equirectangular(span),
+        ] {
+            let aperture = Aperture {
+                radius: 0.2,
+                blades: 5,
+                rotation: 0.1,
+                ratio: 1.5,
+                focus_distance: 3.0,
+            };
+            let camera = Camera::new(lens, Some(aperture), &transform, DVec3::ZERO, 0.5, 20.0);
+            let middle = camera.ray(film);
+            let sharp = middle.origin
+                + middle.direction * (3.0 / camera.depth(middle.origin + middle.direction));
+            for i in 0..64 {
+                let sampler = Sequence::new(64, 1).sampler(3, 4, i);
+                let ray = (camera.ray_maker())(&camera, film, &sampler);
+                let to = sharp - ray.origin;
+                assert!((to.normalize() - ray.direction).length() < 1e-6, "{lens:?}");
+                let off = (ray.origin - middle.origin).length();
+                assert!(off <= 0.2 + 1e-6, "{lens:?} {off}");
+                if !matches!(lens, Lens::Equirectangular(_)) {
+                    let at = |t: f32| camera.depth(ray.origin + ray.direction * t);
+                    assert!((at(ray.near) - 0.5).abs() < 1e-6 && (at(ray.far) - 20.0).abs() < 1e-5);
+                }
+            }
+        }
     }
 }

@@ -413,7 +413,7 @@ const SCENE_FILE: Argument = Argument::positional(
 static RENDER: Command = Command {
     name: "render",
     doc: "Render a scene.",
-    details: "The picture is written under each name given with -o: .exr keeps the linear light with all layers, .png and .jpg are made with the display, view and look. Files are written beside and then renamed, so that a name never stands for half a picture.",
+    details: "The picture is written under each name given with -o: .exr keeps the linear light with all layers, .png and .jpg are made with the display, view and look. Files are written beside and then renamed, so that a name never stands for half a picture. What the scene itself wishes (SUNDOG_scene: size, filter width, transparent film; configuration, display, view, look, exposure and gamma) holds where no flag says otherwise.",
     groups: &[
         Group {
             heading: "Files",
@@ -440,7 +440,7 @@ static RENDER: Command = Command {
             heading: "Picture",
             arguments: &[
                 Argument::new("width", Kind::Integer { min: 1, max: MAX_SIDE }, "PIXELS", "Pixels a row.").details(
-                    "If only one of width and height is given, the other follows from the camera's aspect; if none is, the longer side has 1280 pixels.",
+                    "If only one of width and height is given, the other follows from the camera's aspect; if none is, the scene's own size holds (SUNDOG_scene), or else the longer side has 1280 pixels.",
                 ),
                 Argument::new("height", Kind::Integer { min: 1, max: MAX_SIDE }, "PIXELS", "Rows."),
                 Argument::new(
@@ -458,7 +458,7 @@ static RENDER: Command = Command {
                 ),
                 Argument::new("filter", Kind::Filter, "FILTER[:WIDTH]", "Pixel filter and its width in pixels, as Blender counts it.")
                     .default("blackman-harris:1.5")
-                    .details("One of blackman-harris, gauss and box; the box is one pixel wide. blackman-harris reaches as far as its width from the middle of the pixel; gauss has a standard deviation of a quarter of its width."),
+                    .details("One of blackman-harris, gauss and box; the box is one pixel wide. blackman-harris reaches as far as its width from the middle of the pixel; gauss has a standard deviation of a quarter of its width. If not given: the scene's own width (SUNDOG_scene)."),
             ],
         },
         Group {

@@ -6,7 +6,8 @@ use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
 use crate::effects::{EffectSet, Finding, emits};
 use crate::scene::{
-    AlphaMode, AreaShape, Diagnostics, LightKind, Material, Pixels, Projection, Scene, fingerprint,
+    AlphaMode, AreaShape, Diagnostics, LightKind, Material, Pixels, Projection, Scene, Window,
+    fingerprint,
 };
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -386,15 +387,29 @@ fn vector([x, y, z]: [f64; 3]) -> String {
 
 fn cameras(scene: &Scene) -> Vec<CameraInfo<'_>> {
     let info = scene.cameras.iter().map(|camera| {
+        let window = camera.window.as_ref();
         let (kind, field_of_view, aspect) = match camera.projection {
             Projection::Perspective {
                 vertical_fov,
                 aspect,
-            } => ("perspective", Some(vertical_fov.to_degrees()), aspect),
+            } => (
+                "perspective",
+                Some(
+                    window
+                        .map_or(vertical_fov, |w| w.top.atan() - w.bottom.atan())
+                        .to_degrees(),
+                ),
+                window.map(Window::aspect).or(aspect),
+            ),
             Projection::Orthographic {
                 half_width,
                 half_height,
-            } => ("orthographic", None, Some(half_width / half_height)),
+            } => (
+                "orthographic",
+                None,
+                Some(window.map_or(half_width / half_height, Window::aspect)),
+            ),
+            Projection::Equirectangular { .. } => ("equirectangular", None, None),
         };
         let position = camera.world_from_camera.translation.to_array();
         CameraInfo {

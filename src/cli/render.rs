@@ -9,8 +9,10 @@ use super::{Failure, console, interrupt, scene_file};
 use crate::effects::EffectSet;
 use crate::film::Picture;
 use crate::output::{self, Format, Metadata, exr};
-use crate::render::{BounceLimits, EffectChoice, LightSampling, RenderSettings, Rendering, Stop};
-use crate::scene::{Camera, Projection, Scene};
+use crate::render::{
+    BounceLimits, EffectChoice, Filter, LightSampling, RenderSettings, Rendering, Stop,
+};
+use crate::scene::{Camera, ColorManagement, Projection, Scene, Window};
 use ::exr::compression::Compression;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -38,9 +40,10 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         }
         Frames::check(folder)?;
     }
-    let outputs = Outputs::from_flags(parsed, &reporter)?;
+    let files = Outputs::files(parsed)?;
     let imported = scene_file::load(parsed)?;
     let (path, scene) = (&imported.path, &imported.scene);
+    let outputs = Outputs::new(files, parsed, &scene.color_management, &reporter)?;
     reporter.say(&format!(
         "{}: {}",
         path.display(),
@@ -157,8 +160,8 @@ struct Outputs {
 }
 
 impl Outputs {
-    /// Reads the flags and makes sure that the files could be written.
-    fn from_flags(parsed: Parsed, reporter: &Reporter) -> Result<Self, Failure> {
+    /// Makes sure that the files of the flags could be written.
+    fn files(parsed: Parsed) -> Result<Vec<(PathBuf, Format)>, Failure> {
         let mut files: Vec<(PathBuf, Format)> = Vec::new();
         for path in parsed.paths("output") {
             let format = Format::of(&path)?;
@@ -171,6 +174,16 @@ impl Outputs {
             output::check_writable(&path)?;
             files.push((path, format));
         }
+        Ok(files)
+    }
+
+    /// How the files are to be written, by the flags and by what the scene wishes.
+    fn new(
+        files: Vec<(PathBuf, Format)>,
+        parsed: Parsed,
+        wishes: &ColorManagement,
+        reporter: &Reporter,
+    ) -> Result<Self, Failure> {
         let sample_type = match parsed.choice("exr-type") {
             "half" => exr::SampleType::Half,
             _ => exr::SampleType::Float,
@@ -185,7 +198,9 @@ impl Outputs {
         let all_layers = parsed.choice("exr-layers") != "combined";
         let shown = files.iter().any(|(_, format)| *format != Format::Exr);
         let view = match view::first_given(parsed) {
-            _ if shown => Some(View::from_flags(parsed, &|warning| reporter.warn(warning))?),
+            _ if shown => Some(View::new(parsed, wishes, &|warning| {
+                reporter.warn(warning)
+            })?),
             Some(flag) => {
                 reporter.warn(&format!(
                     "--{flag} does nothing to .exr files, which hold linear light"
@@ -280,7 +295,11 @@ fn settings(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings
         None => None,
     };
     let aspect = scene.cameras.get(camera.unwrap_or(0)).and_then(aspect);
-    let (width, height) = picture_size(aspect, parsed.integer("width"), parsed.integer("height"));
+    let (width, height) = match (parsed.integer("width"), parsed.integer("height")) {
+        // What the file wishes is a size as a whole: half of it would be of the wrong aspect.
+        (None, None) => picture_size(aspect, scene.render.width, scene.render.height),
+        (width, height) => picture_size(aspect, width, height),
+    };
     let time_limit = parsed.duration("time");
     let samples = match parsed.integer("samples") {
         Some(samples) if parsed.given("samples") || time_limit.is_none() => samples,
@@ -315,7 +334,7 @@ fn settings(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings
         camera,
         seed: parsed.integer("seed").unwrap_or(defaults.seed),
         threads: parsed.integer("threads").map(|threads| threads as usize),
-        filter: parsed.filter("filter").unwrap_or(defaults.filter),
+        filter: filter(parsed, scene),
         effects: parsed.effects("effects").unwrap_or(defaults.effects),
         light_sampling: match parsed.choice("light-sampling") {
             "nee" => LightSampling::Nee,
@@ -324,6 +343,19 @@ fn settings(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings
         },
         cull_backfaces: parsed.switch("backface-culling"),
     })
+}
+
+/// The flag's filter; else the default's shape with the width that the scene wishes.
+fn filter(parsed: Parsed, scene: &Scene) -> Filter {
+    let default = Filter::default();
+    let by_flag = parsed.filter("filter").unwrap_or(default);
+    match scene.render.filter_width {
+        Some(width) if !parsed.given("filter") => Filter {
+            width: width as f32,
+            ..default
+        },
+        _ => by_flag,
+    }
 }
 
 /// A camera by name, or by number from 0 if none has that name.
@@ -351,14 +383,23 @@ fn choose_camera(path: &Path, cameras: &[Camera], wanted: &str) -> Result<usize,
 
 /// Width over height that a camera is meant for.
 fn aspect(camera: &Camera) -> Option<f64> {
-    match camera.projection {
+    let by_projection = match camera.projection {
         Projection::Perspective { aspect, .. } => aspect,
         Projection::Orthographic {
             half_width,
             half_height,
         } => Some(half_width / half_height),
-    }
-    .filter(|aspect| aspect.is_finite() && *aspect > 0.0)
+        Projection::Equirectangular {
+            longitude: [left, right],
+            latitude: [bottom, top],
+        } => return Some(((right - left) / (top - bottom)).abs()),
+    };
+    camera
+        .window
+        .as_ref()
+        .map(Window::aspect)
+        .or(by_projection)
+        .filter(|aspect| aspect.is_finite() && *aspect > 0.0)
 }
 
 /// What the user leaves open follows from the aspect (16:9 where the camera has none).

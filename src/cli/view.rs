@@ -7,6 +7,7 @@ use crate::color::{
 };
 use crate::output::display::{self, DisplayPicture};
 use crate::output::{Format, Metadata};
+use crate::scene::ColorManagement;
 use std::path::Path;
 
 impl From<ColorError> for Failure {
@@ -25,6 +26,24 @@ pub fn first_given(parsed: Parsed) -> Option<&'static str> {
     NAMES.into_iter().find(|name| parsed.given(name))
 }
 
+/// The flag's configuration; else the scene's, if it can be read; else that of the usual search.
+fn configuration(
+    parsed: Parsed,
+    wishes: &ColorManagement,
+    warn: &dyn Fn(&str),
+) -> Result<ColorConfig, Failure> {
+    let flag = parsed.text("ocio").map(Path::new);
+    if flag.is_none()
+        && let Some(path) = &wishes.config
+    {
+        match ColorConfig::read_named_by_scene(path) {
+            Ok(config) => return Ok(config),
+            Err(error) => warn(&format!("{error}; the usual search takes its place")),
+        }
+    }
+    Ok(ColorConfig::locate(flag)?)
+}
+
 /// Everything that makes display values of linear light, ready.
 pub struct View {
     processor: DisplayProcessor,
@@ -34,23 +53,40 @@ pub struct View {
 }
 
 impl View {
-    /// As the flags say. What the configuration has to tell goes through `warn`, a sentence each.
+    /// As the flags say, and where they say nothing as the scene wishes. What the configuration has to tell
+    /// goes through `warn`, a sentence each.
     ///
     /// # Errors
     /// The configuration cannot be read, or has no such display, view or look: one sentence that names
     /// those there are.
-    pub fn from_flags(parsed: Parsed, warn: &dyn Fn(&str)) -> Result<Self, Failure> {
-        let config = ColorConfig::locate(parsed.text("ocio").map(Path::new))?;
+    pub fn new(
+        parsed: Parsed,
+        wishes: &ColorManagement,
+        warn: &dyn Fn(&str),
+    ) -> Result<Self, Failure> {
+        let config = configuration(parsed, wishes, warn)?;
         for warning in config.warnings() {
             warn(warning);
         }
         let defaults = DisplayTransform::default();
+        // The scene's view is one of its display, and its look one for that view: a flag for one of them
+        // ends what the scene says of those that follow from it.
+        let display = parsed.given("display");
+        let view = display || parsed.given("view");
+        let text = |flag: &str, overruled: bool, wish: &Option<String>| {
+            let wish = wish.clone().filter(|_| !overruled);
+            parsed.text(flag).map(str::to_owned).or(wish)
+        };
+        let number = |flag: &str, wish: Option<f64>, default: f64| {
+            let given = parsed.number(flag).filter(|_| parsed.given(flag));
+            given.or(wish).or(parsed.number(flag)).unwrap_or(default)
+        };
         let wanted = DisplayTransform {
-            display: parsed.text("display").map(str::to_owned),
-            view: parsed.text("view").map(str::to_owned),
-            look: parsed.text("look").map(str::to_owned),
-            exposure: parsed.number("exposure").unwrap_or(defaults.exposure),
-            gamma: parsed.number("gamma").unwrap_or(defaults.gamma),
+            display: text("display", false, &wishes.display),
+            view: text("view", display, &wishes.view),
+            look: text("look", view, &wishes.look),
+            exposure: number("exposure", wishes.exposure, defaults.exposure),
+            gamma: number("gamma", wishes.gamma, defaults.gamma),
         };
         let processor = config.processor(&wanted)?;
         for warning in processor.warnings() {

@@ -102,6 +102,15 @@ impl ColorConfig {
         Self::locate_in(flag, &SearchPlaces::of_this_process())
     }
 
+    /// The configuration that a scene's file names.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn read_named_by_scene(path: &Path) -> Result<Self, ColorError> {
+        crate::color::library_version()?;
+        Self::read(&ConfigOrigin::Scene(path.to_owned()))
+    }
+
     /// As [`ColorConfig::locate`], with the places given.
     ///
     /// # Errors

@@ -13,6 +13,8 @@ pub enum ConfigOrigin {
     Flag(PathBuf),
     /// The environment variable `OCIO`.
     Environment(PathBuf),
+    /// The scene's file.
+    Scene(PathBuf),
     /// An installed Blender.
     Blender(PathBuf),
     /// An installed Python module `bpy`.
@@ -27,6 +29,7 @@ impl ConfigOrigin {
         match self {
             Self::Flag(path)
             | Self::Environment(path)
+            | Self::Scene(path)
             | Self::Blender(path)
             | Self::Bpy(path)
             | Self::BuiltIn(path) => path,
@@ -38,6 +41,7 @@ impl ConfigOrigin {
         match self {
             Self::Flag(_) => "given with --ocio",
             Self::Environment(_) => "named by $OCIO",
+            Self::Scene(_) => "named by the scene",
             Self::Blender(_) => "of an installed Blender",
             Self::Bpy(_) => "of an installed bpy",
             Self::BuiltIn(_) => "built into OpenColorIO",

@@ -22,11 +22,15 @@ pub const MESH_LIGHTS: Mask = 1 << 5;
 pub const SUNS: Mask = 1 << 6;
 /// Light from all around.
 pub const ENVIRONMENT: Mask = 1 << 7;
+/// Lenses with an opening. It lies in the camera's rays, before the path loop.
+pub const DEPTH_OF_FIELD: Mask = 1 << 16;
+/// Everything that the path loop is compiled for.
+pub const PATHS: Mask = (1 << 8) - 1;
 /// Everything.
-pub const ALL: Mask = (1 << 8) - 1;
+pub const ALL: Mask = PATHS | DEPTH_OF_FIELD;
 
 /// The one table of effects: bit, name, what it is.
-pub const TABLE: [(Mask, &str, &str); 8] = [
+pub const TABLE: [(Mask, &str, &str); 9] = [
     (TEXTURES, "textures", "image textures and vertex colours"),
     (ALPHA, "alpha", "cut-outs and blends"),
     (NORMAL_MAPS, "normal-maps", "tangent-space normal maps"),
@@ -39,6 +43,11 @@ pub const TABLE: [(Mask, &str, &str); 8] = [
     (MESH_LIGHTS, "mesh-lights", "emissive triangles"),
     (SUNS, "suns", "sun lights"),
     (ENVIRONMENT, "environment", "light from all around"),
+    (
+        DEPTH_OF_FIELD,
+        "depth-of-field",
+        "lenses with an opening, sharp at one distance",
+    ),
 ];
 
 /// Whether a kernel for `set` has an effect.
@@ -179,6 +188,9 @@ impl EffectSet {
             if !black && strength > 0.0 {
                 reasons.push((bit, light.name.clone()));
             }
+        }
+        for camera in scene.cameras.iter().filter(|c| c.aperture.is_some()) {
+            reasons.push((DEPTH_OF_FIELD, camera.name.clone()));
         }
         if scene
             .environment

@@ -4,15 +4,15 @@ mod path;
 
 pub use path::{Path, PathSettings, trace};
 
+use crate::camera::CameraRay;
 use crate::effects::{
-    ALL, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, NORMAL_MAPS, SUNS, TEXTURES, TRANSMISSION,
+    ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, NORMAL_MAPS, PATHS, SUNS, TEXTURES, TRANSMISSION,
 };
 use crate::sampler::Sampler;
 use crate::world::World;
-use glam::Vec2;
 
 /// A kernel: the path loop for a set of effects.
-pub type Kernel = fn(&World, &PathSettings, &Sampler, Vec2) -> Path;
+pub type Kernel = fn(&World, &PathSettings, &Sampler, &CameraRay) -> Path;
 
 const LIGHTS: Mask = LAMPS | MESH_LIGHTS | SUNS | ENVIRONMENT;
 
@@ -30,15 +30,16 @@ pub const KERNELS: [(Mask, Kernel); 6] = [
         LIGHTS | TEXTURES | ALPHA,
         trace::<{ LIGHTS | TEXTURES | ALPHA }>,
     ),
-    (ALL, trace::<ALL>),
+    (PATHS, trace::<PATHS>),
 ];
 
-/// The smallest kernel that has all the effects of a set.
+/// The smallest kernel that has all the effects of a set, as far as they are the path loop's.
 pub fn kernel_for(effects: Mask) -> (Mask, Kernel) {
+    let effects = effects & PATHS;
     KERNELS
         .into_iter()
         .find(|(mask, _)| mask & effects == effects)
-        .unwrap_or((ALL, trace::<ALL>))
+        .unwrap_or((PATHS, trace::<PATHS>))
 }
 
 #[cfg(test)]
@@ -47,12 +48,12 @@ mod tests {
 
     #[test]
     fn every_set_has_a_kernel_and_the_smallest_is_taken() {
-        for set in 0..=ALL {
+        for set in 0..=PATHS {
             let (mask, _) = kernel_for(set);
             assert_eq!(mask & set, set);
         }
         assert_eq!(kernel_for(MESH_LIGHTS).0, MESH_LIGHTS);
         assert_eq!(kernel_for(ALPHA).0, LIGHTS | TEXTURES | ALPHA);
-        assert_eq!(kernel_for(ALPHA | TRANSMISSION).0, ALL);
+        assert_eq!(kernel_for(ALPHA | TRANSMISSION).0, PATHS);
     }
 }

@@ -2,6 +2,7 @@
 //! sampling the BSDF, the two weighted by multiple importance sampling
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
+use crate::camera::CameraRay;
 use crate::effects::{self, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, SUNS, TRANSMISSION};
 use crate::film::pixel::{FirstHit, NO_DEPTH};
 use crate::light::power_heuristic;
@@ -10,7 +11,7 @@ use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Scattering};
 use crate::world::{Met, Shaded, Surface, World};
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 /// What a path takes from the settings.
 #[derive(Clone, Copy, Debug)]
@@ -131,14 +132,13 @@ impl PathSettings {
     }
 }
 
-/// Traces one path through a point of the film (−1..1 in x and y).
+/// Traces the path that begins with a ray of the camera.
 pub fn trace<const E: Mask>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
-    film: Vec2,
+    camera_ray: &CameraRay,
 ) -> Path {
-    let camera_ray = world.camera.ray(film);
     let (mut origin, mut direction) = (camera_ray.origin, camera_ray.direction);
     let (mut near, mut far) = (camera_ray.near, camera_ray.far);
     let mut gathered = Gathered {

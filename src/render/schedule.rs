@@ -4,6 +4,7 @@ use super::{
     Clamped, EffectChoice, Event, FilterKind, LightSampling, Observer, Region, RenderError,
     RenderSettings, Rendering, Statistics, Stop,
 };
+use crate::camera::RayMaker;
 use crate::effects::{self, EffectSet};
 use crate::film::filter::FilterTable;
 use crate::film::pixel::Pixel;
@@ -54,6 +55,7 @@ struct BadSamples {
 struct Job<'a> {
     world: &'a World,
     kernel: Kernel,
+    camera_ray: RayMaker,
     path: PathSettings,
     sequence: Sequence,
     filter: FilterTable,
@@ -117,7 +119,8 @@ impl Job<'_> {
             (x as f32 + 0.5 + offset.x) / self.width as f32 * 2.0 - 1.0,
             1.0 - (y as f32 + 0.5 + offset.y) / self.height as f32 * 2.0,
         );
-        let mut path = (self.kernel)(self.world, &self.path, &sampler, film);
+        let ray = (self.camera_ray)(&self.world.camera, film, &sampler);
+        let mut path = (self.kernel)(self.world, &self.path, &sampler, &ray);
         if !path.radiance.is_finite() {
             // Counted with its place, left out, never hidden: see `Statistics::non_finite`.
             path.radiance = glam::Vec3::ZERO;
@@ -187,7 +190,13 @@ pub fn render(
         EffectChoice::All => effects::ALL,
         EffectChoice::List(list) => effects::parse(list).map_err(setting)?,
     };
-    let (compiled, kernel) = integrator::kernel_for(wanted);
+    let (kernel_effects, kernel) = integrator::kernel_for(wanted);
+    let focused = if camera.aperture.is_some() {
+        wanted & effects::DEPTH_OF_FIELD
+    } else {
+        0
+    };
+    let compiled = kernel_effects | focused;
     let threads = settings
         .threads
         .filter(|&n| n > 0)
@@ -234,6 +243,7 @@ pub fn render(
     let job = Job {
         world: &world,
         kernel,
+        camera_ray: world.camera.ray_maker(),
         path: PathSettings {
             bounces: settings.bounces,
             limits: [limits.diffuse, limits.glossy, limits.transmission].map(most),

@@ -3,18 +3,22 @@
 //! Conventions: metres, Y up, right-handed (as in glTF); colours linear Rec.709; radiometric units
 //! (watts). Transforms are f64 and map object space to world space (`world_from_object`).
 
+mod camera;
 mod diagnostics;
 mod fingerprint;
 mod material;
+mod settings;
 pub mod validate;
 mod visibility;
 
+pub use camera::{Aperture, Camera, Projection, Window};
 pub use diagnostics::{Diagnostic, Diagnostics, Verdict};
 pub use fingerprint::fingerprint;
 pub use material::{
     AlphaMode, ImageUse, Material, NormalTexture, Sampler, Texture, TextureFilter, UvTransform,
     Wrap,
 };
+pub use settings::{ColorManagement, RenderDefaults};
 
 pub use visibility::{RayKind, Visibility};
 
@@ -49,6 +53,10 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// Cameras in file order; may be empty.
     pub cameras: Vec<Camera>,
+    /// How the file wishes to be shown.
+    pub color_management: ColorManagement,
+    /// How the file wishes to be rendered.
+    pub render: RenderDefaults,
 }
 
 /// A triangle mesh with one material (a glTF primitive).
@@ -215,38 +223,4 @@ impl Environment {
     pub fn turned_about_up(radians: f32) -> DMat3 {
         DMat3::from_rotation_z(f64::from(radians))
     }
-}
-
-/// A camera; it looks down its -Z axis, +Y is up in the picture.
-#[derive(Clone, Debug)]
-pub struct Camera {
-    /// Name of the node or camera in the file.
-    pub name: String,
-    /// Camera space to world space. Scale is ignored, as in Blender.
-    pub world_from_camera: DAffine3,
-    /// How points are projected.
-    pub projection: Projection,
-    /// Nearest visible distance along the view axis, metres.
-    pub clip_near: f64,
-    /// Farthest visible distance along the view axis, metres (infinite where the file gives none).
-    pub clip_far: f64,
-}
-
-/// Projections.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Projection {
-    /// A pinhole.
-    Perspective {
-        /// Vertical field of view, radians.
-        vertical_fov: f64,
-        /// Width over height that the file intends, if it says so.
-        aspect: Option<f64>,
-    },
-    /// Parallel rays.
-    Orthographic {
-        /// Half the visible width, metres.
-        half_width: f64,
-        /// Half the visible height, metres.
-        half_height: f64,
-    },
 }

@@ -133,6 +133,12 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
                     half_width,
                     half_height,
                 } => positive(half_width) && positive(half_height),
+                Projection::Equirectangular {
+                    longitude,
+                    latitude,
+                } => [longitude, latitude]
+                    .iter()
+                    .all(|[from, to]| from.is_finite() && to.is_finite() && from != to),
             };
         if !sane {
             diagnostics.report(
@@ -156,6 +162,29 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             );
             (camera.clip_near, camera.clip_far) = (0.0, f64::INFINITY);
         }
+        if camera.window.is_some_and(|window| !window.is_sane()) {
+            diagnostics.report(
+                "bad-window",
+                Verdict::Approximated,
+                "camera with impossible edges of the picture",
+                &camera.name,
+                "its angle or size is used instead",
+            );
+            camera.window = None;
+        }
+        if camera
+            .aperture
+            .is_some_and(|a| a.radius != 0.0 && !a.is_sane())
+        {
+            diagnostics.report(
+                "bad-aperture",
+                Verdict::Approximated,
+                "camera with an impossible aperture",
+                &camera.name,
+                "rendered as a pinhole: all is sharp",
+            );
+        }
+        camera.aperture = camera.aperture.filter(crate::scene::Aperture::is_sane);
         true
     });
     if let Some(environment) = &mut scene.environment {
@@ -503,8 +532,11 @@ fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diag
         *value = legal;
     };
     const LARGEST: f32 = 1e30;
+    // Above 1 in Blender's files (SUNDOG_material): such a surface makes light. Bounded, so that a path of
+    // the default length stays within an f32.
+    const BRIGHTEST: f32 = 100.0;
     for c in &mut material.base_color {
-        clamp(c, 0.0, 1.0, 0.0);
+        clamp(c, 0.0, BRIGHTEST, 0.0);
     }
     clamp(&mut material.alpha, 0.0, 1.0, 1.0);
     clamp(&mut material.metallic, 0.0, 1.0, 0.0);

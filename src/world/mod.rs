@@ -1,5 +1,6 @@
 //! The prepared scene: recentred, in Embree, ready for rays. Read-only while rendering.
 
+mod camera;
 mod geometry;
 mod lights;
 mod material;
@@ -8,14 +9,14 @@ mod texture;
 pub use geometry::{HitPoint, Surface};
 pub use lights::{LightSample, Lights, Shaded};
 
-use crate::camera::{Camera, Lens};
+use crate::camera::Camera;
 use crate::effects::{self, Mask};
 use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Hit, Ray};
 use crate::math::float;
 use crate::sampler;
-use crate::scene::{self, Projection, Scene};
+use crate::scene::{self, Scene};
 use geometry::{Entry, MeshData};
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use material::{PreparedMaterial, Preparer};
 
 /// A scene ready for rays. Positions are relative to `origin`.
@@ -167,27 +168,7 @@ impl World {
             &materials,
             &device,
         )?;
-        let lens = match options.camera.projection {
-            Projection::Perspective { vertical_fov, .. } => {
-                let t = (0.5 * vertical_fov).tan();
-                Lens::Perspective {
-                    tangents: Vec2::new((t * options.aspect) as f32, t as f32),
-                }
-            }
-            Projection::Orthographic {
-                half_width,
-                half_height,
-            } => Lens::Orthographic {
-                half: Vec2::new(half_width as f32, half_height as f32),
-            },
-        };
-        let camera = Camera::new(
-            lens,
-            &options.camera.world_from_camera,
-            origin,
-            options.camera.clip_near,
-            options.camera.clip_far,
-        );
+        let camera = camera::prepare(options.camera, options.aspect, options.effects, origin);
         Ok(Self {
             embree,
             meshes,

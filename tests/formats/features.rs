@@ -1043,3 +1043,132 @@ fn cameras_perspective_and_orthographic() {
         }
     );
 }
+
+// --- Sundog's own extensions ---
+
+fn camera_with(extension: serde_json::Value) -> sundog::import::Imported {
+    let mut file = Builder::triangle();
+    file.json["cameras"] = json!([{
+        "type": "perspective",
+        "perspective": { "yfov": 1.0, "znear": 0.1, "zfar": 100.0 },
+        "extensions": { "SUNDOG_camera": extension }
+    }]);
+    file.json["nodes"] = json!([{ "mesh": 0 }, { "name": "eye", "camera": 0 }]);
+    file.json["scenes"] = json!([{ "nodes": [0, 1] }]);
+    file.load()
+}
+
+#[test]
+fn a_camera_has_a_window_clip_planes_an_aperture_and_a_panorama() {
+    let imported = camera_with(json!({
+        "window": [-1.0, 3, -0.5, 0.5],
+        "clip": [2, 50.0],
+        "aperture": { "radius": 0.1, "blades": 5, "rotation": 0.3, "ratio": 2.0, "focus_distance": 4.0 }
+    }));
+    assert!(imported.diagnostics.is_empty());
+    let camera = &imported.scene.cameras[0];
+    let window = camera.window.unwrap();
+    assert_eq!((window.left, window.right), (-1.0, 3.0));
+    assert_eq!((window.bottom, window.top), (-0.5, 0.5));
+    assert_eq!((camera.clip_near, camera.clip_far), (2.0, 50.0));
+    let aperture = camera.aperture.unwrap();
+    assert_eq!((aperture.radius, aperture.blades), (0.1, 5));
+    assert_eq!((aperture.rotation, aperture.ratio), (0.3, 2.0));
+    assert_eq!(aperture.focus_distance, 4.0);
+
+    let imported =
+        camera_with(json!({ "panorama": { "type": "equirectangular", "longitude": [-1, 2.0] } }));
+    assert!(imported.diagnostics.is_empty());
+    assert_eq!(
+        imported.scene.cameras[0].projection,
+        Projection::Equirectangular {
+            longitude: [-1.0, 2.0],
+            latitude: [-PI / 2.0, PI / 2.0],
+        }
+    );
+}
+
+#[test]
+fn impossible_and_unknown_things_of_a_camera_are_told_and_left_out() {
+    for (extension, code) in [
+        (json!({ "window": [1, -1, 0, 1] }), "bad-window"),
+        (json!({ "clip": [5, 1] }), "bad-clipping"),
+        (
+            json!({ "aperture": { "radius": -1, "focus_distance": 1 } }),
+            "bad-aperture",
+        ),
+        (
+            json!({ "aperture": { "radius": 1, "focus_distance": 0 } }),
+            "bad-aperture",
+        ),
+        (
+            json!({ "panorama": { "type": "fisheye" } }),
+            "panorama-kind",
+        ),
+        (json!({ "windov": [1] }), "unknown-property"),
+    ] {
+        let imported = camera_with(extension.clone());
+        assert!(
+            has(&imported, code),
+            "{extension}: {:?}",
+            imported.diagnostics
+        );
+        let camera = &imported.scene.cameras[0];
+        assert!(
+            camera.window.is_none() && camera.aperture.is_none(),
+            "{extension}"
+        );
+        assert!(matches!(camera.projection, Projection::Perspective { .. }));
+    }
+    // No opening at all is a pinhole, and nothing to speak of.
+    let imported = camera_with(json!({ "aperture": { "radius": 0, "focus_distance": 1 } }));
+    assert!(imported.diagnostics.is_empty() && imported.scene.cameras[0].aperture.is_none());
+}
+
+fn has(imported: &sundog::import::Imported, code: &str) -> bool {
+    imported.diagnostics.iter().any(|d| d.code == code)
+}
+
+#[test]
+fn a_scene_says_how_it_wants_to_be_rendered_and_shown() {
+    let mut file = Builder::triangle();
+    file.json["scenes"][0]["extensions"] = json!({ "SUNDOG_scene": {
+        "color_management": { "display": "sRGB", "view": "AgX", "look": "None", "exposure": 1, "gamma": 2.0, "config": "c.ocio" },
+        "render": { "width": 320, "height": 200, "filter_width": 2.5, "transparent": true }
+    } });
+    let imported = file.load();
+    assert!(imported.diagnostics.is_empty());
+    let shown = &imported.scene.color_management;
+    assert_eq!(shown.display.as_deref(), Some("sRGB"));
+    assert_eq!(shown.view.as_deref(), Some("AgX"));
+    assert_eq!(shown.look.as_deref(), Some("None"));
+    assert_eq!((shown.exposure, shown.gamma), (Some(1.0), Some(2.0)));
+    assert!(shown.config.as_ref().unwrap().ends_with("c.ocio"));
+    let render = imported.scene.render;
+    assert_eq!((render.width, render.height), (Some(320), Some(200)));
+    assert_eq!(
+        (render.filter_width, render.transparent),
+        (Some(2.5), Some(true))
+    );
+}
+
+#[test]
+fn a_material_of_blender_goes_beyond_gltf() {
+    let mut file = Builder::square();
+    file.json["materials"] = json!([{
+        "pbrMetallicRoughness": { "baseColorFactor": [1.0, 0.5, 0.0, 1.0] },
+        "extensions": {
+            "KHR_materials_specular": { "specularFactor": 1.0 },
+            "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+            "SUNDOG_material": { "base_color": [1.5, 0.5, 0.0], "specular": 1.8, "thin_walled": false,
+                "coat": { "weight": 1 }, "sheen": {} }
+        }
+    }]);
+    let imported = file.load();
+    let material = &imported.scene.materials[0];
+    assert_eq!(material.base_color, [1.5, 0.5, 0.0]);
+    assert_eq!(material.specular, 1.8);
+    assert!(!material.thin_walled);
+    let told: Vec<_> = imported.diagnostics.iter().map(|d| d.code).collect();
+    assert_eq!(told, ["unsupported-material", "unsupported-material"]);
+}

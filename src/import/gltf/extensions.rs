@@ -82,6 +82,18 @@ pub(super) fn report_property(
     );
 }
 
+/// Reports all properties of one of Sundog's own extensions that this version does not know.
+pub(super) fn report_properties(
+    extension: &str,
+    unknown: &serde_json::Map<String, Value>,
+    owner: &str,
+    diagnostics: &mut Diagnostics,
+) {
+    for name in unknown.keys() {
+        report_property(diagnostics, extension, name, owner);
+    }
+}
+
 /// Reports the extensions of an object (a JSON pointer such as `/nodes/3`) that `handled` does not
 /// name. Extensions of materials have their own table, see [`report_material`].
 pub(super) fn report_others(

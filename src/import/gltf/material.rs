@@ -3,10 +3,12 @@
 use ::gltf::json;
 use json::material::AlphaMode as Alpha;
 use json::validation::Checked;
+use serde::Deserialize;
 use serde_json::Value;
 
 use super::container::Document;
 use super::extensions;
+use super::schema::SundogMaterial;
 use super::textures::Images;
 use crate::import::{ImportError, ImportOptions, Transmission};
 use crate::scene::{AlphaMode, Diagnostics, Material, NormalTexture, Verdict};
@@ -70,7 +72,7 @@ pub(super) fn load_material(
         ..Material::default()
     };
     let [r, g, b, a] = pbr.base_color_factor.0;
-    material.base_color = [r, g, b];
+    material.base_color = legal_factor([r, g, b], &material.name, diagnostics);
     material.alpha = a;
     material.metallic = pbr.metallic_factor.0;
     material.roughness = pbr.roughness_factor.0;
@@ -179,17 +181,107 @@ pub(super) fn load_material(
             ));
         }
     };
-    volume(document, known, options, &owner, &mut material, diagnostics);
+    let said = at("/extensions/SUNDOG_material/thin_walled").is_some();
+    volume(
+        document,
+        known,
+        options,
+        &owner,
+        said,
+        &mut material,
+        diagnostics,
+    );
+    if let Some(extension) = at("/extensions/SUNDOG_material") {
+        let extension = SundogMaterial::deserialize(extension).map_err(|problem| {
+            ImportError::malformed(
+                &document.file,
+                owner.clone(),
+                format!("its SUNDOG_material cannot be read: {problem}"),
+            )
+        })?;
+        apply_sundog(&extension, options, &owner, &mut material, diagnostics);
+    }
     report_unrendered(at("/extensions"), &owner, diagnostics);
     Ok(material)
 }
 
-/// Decides between solid and thin transmission, and says what of the volume is not rendered.
+/// glTF's own factor ends at 1; only SUNDOG_material goes beyond. Not-a-numbers are left to `scene::validate`.
+fn legal_factor(factor: [f32; 3], name: &str, diagnostics: &mut Diagnostics) -> [f32; 3] {
+    let legal = factor.map(|c| if c > 1.0 { 1.0 } else { c });
+    if factor.iter().any(|&c| c > 1.0) {
+        diagnostics.report(
+            "material-range",
+            Verdict::Approximated,
+            "base colour above 1",
+            name,
+            "1 is used, the largest that glTF allows",
+        );
+    }
+    legal
+}
+
+/// Inputs of Blender's Principled BSDF that are not rendered yet, and what is shown in their place.
+const UNRENDERED: [(&str, &str, &str); 6] = [
+    (
+        "diffuse_roughness",
+        "diffuse roughness",
+        "rendered as a Lambertian surface",
+    ),
+    (
+        "subsurface",
+        "subsurface scattering",
+        "rendered as a diffuse surface",
+    ),
+    ("sheen", "sheen", "rendered without the sheen"),
+    ("coat", "the coat", "rendered without the coat"),
+    (
+        "anisotropy",
+        "anisotropy",
+        "rendered with an isotropic highlight",
+    ),
+    (
+        "thin_film",
+        "the thin film",
+        "rendered without the thin film",
+    ),
+];
+
+/// What the extension says wins over what glTF itself can say.
+fn apply_sundog(
+    extension: &SundogMaterial,
+    options: &ImportOptions,
+    owner: &str,
+    material: &mut Material,
+    diagnostics: &mut Diagnostics,
+) {
+    if let Some(color) = extension.base_color {
+        material.base_color = color;
+    }
+    if let Some(specular) = extension.specular {
+        material.specular = specular;
+    }
+    // A user's choice is for what files leave open.
+    if let Some(thin) = extension.thin_walled
+        && options.transmission == Transmission::Auto
+    {
+        material.thin_walled = thin;
+    }
+    let mut unknown = extension.unknown.clone();
+    for (key, what, instead) in UNRENDERED {
+        if unknown.remove(key).is_some() {
+            diagnostics.report("unsupported-material", Verdict::Lost, what, owner, instead);
+        }
+    }
+    extensions::report_properties("SUNDOG_material", &unknown, owner, diagnostics);
+}
+
+/// Decides between solid and thin transmission (unless it is `said` elsewhere), and says what of the volume is not rendered.
 fn volume(
     document: &Document,
     known: Option<&json::extensions::material::Material>,
     options: &ImportOptions,
     owner: &str,
+    said: bool,
     material: &mut Material,
     diagnostics: &mut Diagnostics,
 ) {
@@ -202,6 +294,7 @@ fn volume(
         Transmission::Solid => false,
         Transmission::Thin => true,
         Transmission::Auto if thick => false,
+        Transmission::Auto if said => material.thin_walled,
         Transmission::Auto if document.blender_version().is_some() => {
             diagnostics.report(
                 "solid-transmission",
@@ -240,7 +333,8 @@ fn report_unrendered(extensions: Option<&Value>, owner: &str, diagnostics: &mut 
             | "KHR_materials_specular"
             | "KHR_materials_transmission"
             | "KHR_materials_unlit"
-            | "KHR_materials_volume" => {}
+            | "KHR_materials_volume"
+            | "SUNDOG_material" => {}
             _ => extensions::report_material(name, value, owner, diagnostics),
         }
     }

@@ -1,12 +1,14 @@
 //! glTF 2.0 (`.glb`, `.gltf`).
 
 mod accessor;
+mod camera;
 mod container;
 mod deform;
 mod extensions;
 mod lights;
 mod material;
 mod mesh;
+mod scene_extension;
 mod schema;
 mod tangents;
 mod textures;
@@ -22,14 +24,13 @@ use serde_json::Value;
 use self::container::Document;
 use self::deform::Pose;
 use self::mesh::PrimitiveMaterial;
-use self::schema::{CameraJson, InstancingJson, NodeJson};
+use self::schema::{InstancingJson, NodeJson};
 use self::textures::Images;
 use super::budget::Budget;
 use super::{ImportError, ImportOptions, Imported};
 use crate::scene::validate::Dropped;
 use crate::scene::{
-    Camera, Diagnostics, Instance, Light, MaterialId, Mesh, MeshId, Projection, Scene, Verdict,
-    Visibility,
+    Camera, Diagnostics, Instance, Light, MaterialId, Mesh, MeshId, Scene, Verdict, Visibility,
 };
 
 /// More placed copies than this would be an accident: each takes memory in the renderer.
@@ -113,10 +114,11 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             });
         }
     }
-    let world = scene_index
-        .and_then(|i| document.graph.scenes[i].extensions.sundog.as_ref())
-        .and_then(|s| s.world.as_ref());
-    if let Some(world) = world
+    let extension = scene_index.and_then(|i| document.graph.scenes[i].extensions.sundog.as_ref());
+    if let Some(extension) = extension {
+        scene_extension::apply(extension, path, &mut scene, &mut diagnostics);
+    }
+    if let Some(world) = extension.and_then(|s| s.world.as_ref())
         && !options.without_world
     {
         world::load(&document, world, &mut scene, &mut diagnostics)?;
@@ -356,10 +358,11 @@ impl Walk<'_> {
                 document,
                 &format!("/cameras/{camera}"),
                 &format!("camera \"{}\"", source.name.as_deref().unwrap_or(name)),
-                &[],
+                &["SUNDOG_camera"],
                 self.diagnostics,
             );
-            let camera = load_camera(source, node, name, world).ok_or_else(|| {
+            let camera = camera::load_camera(source, node, name, world, self.diagnostics);
+            let camera = camera.ok_or_else(|| {
                 self.malformed(
                     format!("camera \"{name}\""),
                     "it is neither perspective nor orthographic",
@@ -481,45 +484,6 @@ fn local_transform(node: &NodeJson) -> DAffine3 {
             node.translation.map_or(DVec3::ZERO, DVec3::from),
         ),
     }
-}
-
-fn load_camera(
-    source: &CameraJson,
-    node: &NodeJson,
-    name: &str,
-    world: DAffine3,
-) -> Option<Camera> {
-    let (projection, near, far) = match (&source.perspective, &source.orthographic) {
-        (Some(p), _) => (
-            Projection::Perspective {
-                vertical_fov: p.yfov,
-                aspect: p.aspect_ratio,
-            },
-            p.znear,
-            p.zfar.unwrap_or(f64::INFINITY),
-        ),
-        (None, Some(o)) => (
-            Projection::Orthographic {
-                half_width: o.xmag.abs(),
-                half_height: o.ymag.abs(),
-            },
-            o.znear,
-            o.zfar,
-        ),
-        (None, None) => return None,
-    };
-    let name = node
-        .name
-        .clone()
-        .or_else(|| source.name.clone())
-        .unwrap_or_else(|| name.into());
-    Some(Camera {
-        name,
-        world_from_camera: world,
-        projection,
-        clip_near: near,
-        clip_far: far,
-    })
 }
 
 /// The materials that the scene's meshes use, in file order, and the images that these use.

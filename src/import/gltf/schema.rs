@@ -32,9 +32,48 @@ pub(super) struct SceneExtensions {
     pub sundog: Option<SundogScene>,
 }
 
+/// What glTF has no word for in a scene. See `docs/gltf-extensions.md`.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct SundogScene {
     pub world: Option<WorldJson>,
+    pub color_management: Option<ColorManagementJson>,
+    pub render: Option<RenderJson>,
+    /// What is not known.
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// What glTF has no word for in a material. See `docs/gltf-extensions.md`.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct SundogMaterial {
+    pub base_color: Option<[f32; 3]>,
+    pub specular: Option<f32>,
+    pub thin_walled: Option<bool>,
+    /// What is not rendered, and what is not known.
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ColorManagementJson {
+    pub display: Option<String>,
+    pub view: Option<String>,
+    pub look: Option<String>,
+    pub exposure: Option<f64>,
+    pub gamma: Option<f64>,
+    pub config: Option<String>,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct RenderJson {
+    pub width: Option<u32>,
+    pub height: Option<u32>,
+    pub filter_width: Option<f64>,
+    pub transparent: Option<bool>,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
 }
 
 /// The light from all around. See `docs/gltf-extensions.md`.
@@ -147,6 +186,59 @@ pub(super) struct CameraJson {
     pub name: Option<String>,
     pub perspective: Option<PerspectiveJson>,
     pub orthographic: Option<OrthographicJson>,
+    #[serde(default)]
+    pub extensions: CameraExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct CameraExtensions {
+    #[serde(rename = "SUNDOG_camera")]
+    pub sundog: Option<SundogCamera>,
+}
+
+/// What glTF has no word for in a camera. See `docs/gltf-extensions.md`.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct SundogCamera {
+    pub window: Option<[f64; 4]>,
+    pub clip: Option<[f64; 2]>,
+    pub aperture: Option<ApertureJson>,
+    pub panorama: Option<PanoramaJson>,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ApertureJson {
+    pub radius: f64,
+    #[serde(default)]
+    pub blades: u32,
+    #[serde(default)]
+    pub rotation: f64,
+    #[serde(default = "one")]
+    pub ratio: f64,
+    pub focus_distance: f64,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct PanoramaJson {
+    #[serde(rename = "type")]
+    pub kind: String,
+    #[serde(default = "whole_turn")]
+    pub longitude: [f64; 2],
+    #[serde(default = "half_turn")]
+    pub latitude: [f64; 2],
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+fn whole_turn() -> [f64; 2] {
+    [-std::f64::consts::PI, std::f64::consts::PI]
+}
+
+fn half_turn() -> [f64; 2] {
+    [-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2]
 }
 
 #[derive(Debug, Deserialize)]

@@ -1,0 +1,100 @@
+//! Cameras, with SUNDOG_camera.
+
+use glam::DAffine3;
+
+use super::extensions::report_properties;
+use super::schema::{CameraJson, NodeJson, SundogCamera};
+use crate::scene::{Aperture, Camera, Diagnostics, Projection, Verdict, Window};
+
+/// The camera of a node; `None` if it is neither perspective nor orthographic.
+pub(super) fn load_camera(
+    source: &CameraJson,
+    node: &NodeJson,
+    name: &str,
+    world: DAffine3,
+    diagnostics: &mut Diagnostics,
+) -> Option<Camera> {
+    let (projection, near, far) = match (&source.perspective, &source.orthographic) {
+        (Some(p), _) => (
+            Projection::Perspective {
+                vertical_fov: p.yfov,
+                aspect: p.aspect_ratio,
+            },
+            p.znear,
+            p.zfar.unwrap_or(f64::INFINITY),
+        ),
+        (None, Some(o)) => (
+            Projection::Orthographic {
+                half_width: o.xmag.abs(),
+                half_height: o.ymag.abs(),
+            },
+            o.znear,
+            o.zfar,
+        ),
+        (None, None) => return None,
+    };
+    let name = node
+        .name
+        .clone()
+        .or_else(|| source.name.clone())
+        .unwrap_or_else(|| name.into());
+    let mut camera = Camera {
+        name,
+        world_from_camera: world,
+        projection,
+        window: None,
+        clip_near: near,
+        clip_far: far,
+        aperture: None,
+    };
+    if let Some(extension) = &source.extensions.sundog {
+        apply(extension, &mut camera, diagnostics);
+    }
+    Some(camera)
+}
+
+fn apply(extension: &SundogCamera, camera: &mut Camera, diagnostics: &mut Diagnostics) {
+    let owner = format!("camera \"{}\"", camera.name);
+    let mut unknown = |properties: &_| {
+        report_properties("SUNDOG_camera", properties, &owner, diagnostics);
+    };
+    unknown(&extension.unknown);
+    if let Some([left, right, bottom, top]) = extension.window {
+        camera.window = Some(Window {
+            left,
+            right,
+            bottom,
+            top,
+        });
+    }
+    if let Some([near, far]) = extension.clip {
+        (camera.clip_near, camera.clip_far) = (near, far);
+    }
+    if let Some(aperture) = &extension.aperture {
+        unknown(&aperture.unknown);
+        camera.aperture = Some(Aperture {
+            radius: aperture.radius,
+            blades: aperture.blades,
+            rotation: aperture.rotation,
+            ratio: aperture.ratio,
+            focus_distance: aperture.focus_distance,
+        });
+    }
+    if let Some(panorama) = &extension.panorama {
+        unknown(&panorama.unknown);
+        if panorama.kind == "equirectangular" {
+            camera.projection = Projection::Equirectangular {
+                longitude: panorama.longitude,
+                latitude: panorama.latitude,
+            };
+        } else {
+            diagnostics.report(
+                "panorama-kind",
+                Verdict::Lost,
+                format!("panoramas of type \"{}\"", panorama.kind),
+                owner,
+                "rendered with the perspective that the file gives as well",
+            );
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! Cameras as files describe them.
+
+use glam::DAffine3;
+
+/// A camera; it looks down its -Z axis, +Y is up in the picture.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// Name of the node or camera in the file.
+    pub name: String,
+    /// Camera space to world space. Scale is ignored, as in Blender.
+    pub world_from_camera: DAffine3,
+    /// How points are projected.
+    pub projection: Projection,
+    /// The edges of the picture, in the place of what `projection` says of them.
+    pub window: Option<Window>,
+    /// Nearest visible distance along the view axis, metres (of a panorama: from the camera).
+    pub clip_near: f64,
+    /// Farthest visible distance, measured alike (infinite where the file gives none).
+    pub clip_far: f64,
+    /// The opening of the lens; `None` is a pinhole.
+    pub aperture: Option<Aperture>,
+}
+
+/// Projections.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Through one point.
+    Perspective {
+        /// Vertical field of view, radians.
+        vertical_fov: f64,
+        /// Width over height that the file intends, if it says so.
+        aspect: Option<f64>,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Half the visible width, metres.
+        half_width: f64,
+        /// Half the visible height, metres.
+        half_height: f64,
+    },
+    /// All directions about the camera, longitude from left to right and latitude from bottom to top;
+    /// 0, 0 is straight ahead.
+    Equirectangular {
+        /// At the left and at the right edge, radians.
+        longitude: [f64; 2],
+        /// At the bottom and at the top edge, radians.
+        latitude: [f64; 2],
+    },
+}
+
+/// Edges of the picture: tangents of the angles to −Z (perspective), metres (orthographic).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Left edge.
+    pub left: f64,
+    /// Right edge.
+    pub right: f64,
+    /// Bottom edge.
+    pub bottom: f64,
+    /// Top edge.
+    pub top: f64,
+}
+
+impl Window {
+    /// Width over height.
+    pub fn aspect(&self) -> f64 {
+        (self.right - self.left) / (self.top - self.bottom)
+    }
+
+    /// Made wider about its middle along the side that is too short for an aspect.
+    #[must_use]
+    pub fn widened_to(&self, aspect: f64) -> Self {
+        let (mut x, mut y) = (self.right - self.left, self.top - self.bottom);
+        if x < y * aspect {
+            x = y * aspect;
+        } else {
+            y = x / aspect;
+        }
+        let (cx, cy) = (self.left + self.right, self.bottom + self.top);
+        Self {
+            left: 0.5 * (cx - x),
+            right: 0.5 * (cx + x),
+            bottom: 0.5 * (cy - y),
+            top: 0.5 * (cy + y),
+        }
+    }
+
+    /// Whether it has a size.
+    pub fn is_sane(&self) -> bool {
+        let edges = [self.left, self.right, self.bottom, self.top];
+        edges.iter().all(|e| e.is_finite()) && self.left < self.right && self.bottom < self.top
+    }
+}
+
+/// The opening of a lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aperture {
+    /// Metres.
+    pub radius: f64,
+    /// Corners of the polygon; fewer than 3 are a circle.
+    pub blades: u32,
+    /// Of the polygon, radians, counter-clockwise as seen from behind the camera.
+    pub rotation: f64,
+    /// Anamorphic: the opening is that much narrower along X.
+    pub ratio: f64,
+    /// Distance of what is sharp, along −Z (of a panorama: from the camera), metres.
+    pub focus_distance: f64,
+}
+
+impl Aperture {
+    /// Whether there is such a lens.
+    pub fn is_sane(&self) -> bool {
+        let positive = |n: f64| n.is_finite() && n > 0.0;
+        positive(self.radius)
+            && positive(self.ratio)
+            && positive(self.focus_distance)
+            && self.rotation.is_finite()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_widened_about_their_middle() {
+        let window = Window {
+            left: -1.0,
+            right: 3.0,
+            bottom: 0.0,
+            top: 2.0,
+        };
+        assert_eq!(window.aspect(), 2.0);
+        assert_eq!(window.widened_to(2.0), window);
+        let wide = window.widened_to(4.0);
+        assert_eq!(
+            (wide.left, wide.right, wide.bottom, wide.top),
+            (-3.0, 5.0, 0.0, 2.0)
+        );
+        let tall = window.widened_to(1.0);
+        assert_eq!(
+            (tall.left, tall.right, tall.bottom, tall.top),
+            (-1.0, 3.0, -1.0, 3.0)
+        );
+    }
+}

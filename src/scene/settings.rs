@@ -1,0 +1,33 @@
+//! What a file wishes of the render and of the display, where the user says nothing.
+
+use std::path::PathBuf;
+
+/// How the scene is to be shown.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ColorManagement {
+    /// OpenColorIO configuration.
+    pub config: Option<PathBuf>,
+    /// Display.
+    pub display: Option<String>,
+    /// View.
+    pub view: Option<String>,
+    /// Look.
+    pub look: Option<String>,
+    /// Stops.
+    pub exposure: Option<f64>,
+    /// Gamma after the view.
+    pub gamma: Option<f64>,
+}
+
+/// How the scene is to be rendered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RenderDefaults {
+    /// Pixels a row.
+    pub width: Option<u32>,
+    /// Rows.
+    pub height: Option<u32>,
+    /// Blender's filter width in pixels.
+    pub filter_width: Option<f64>,
+    /// The world is not in the picture where the camera would see it.
+    pub transparent: Option<bool>,
+}

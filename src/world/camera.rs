@@ -1,0 +1,46 @@
+//! From a scene's camera to one that makes rays.
+
+use crate::camera::{Aperture, Camera, Lens, Span};
+use crate::effects::{self, Mask};
+use crate::scene::{self, Projection};
+use glam::DVec3;
+
+/// Prepares a camera for a picture of an aspect; positions are relative to `origin`.
+pub fn prepare(source: &scene::Camera, aspect: f64, kept: Mask, origin: DVec3) -> Camera {
+    let window = source
+        .window
+        .map(|window| window.widened_to(aspect))
+        .map(|w| Span::between([w.left, w.right], [w.bottom, w.top]));
+    let lens = match source.projection {
+        Projection::Perspective { vertical_fov, .. } => {
+            let t = (0.5 * vertical_fov).tan();
+            Lens::Perspective(window.unwrap_or(Span::between([-t * aspect, t * aspect], [-t, t])))
+        }
+        Projection::Orthographic {
+            half_width: x,
+            half_height: y,
+        } => Lens::Orthographic(window.unwrap_or(Span::between([-x, x], [-y, y]))),
+        Projection::Equirectangular {
+            longitude,
+            latitude,
+        } => Lens::Equirectangular(Span::between(longitude, latitude)),
+    };
+    let aperture = source
+        .aperture
+        .filter(|_| effects::has(kept, effects::DEPTH_OF_FIELD))
+        .map(|a| Aperture {
+            radius: a.radius as f32,
+            blades: a.blades,
+            rotation: a.rotation as f32,
+            ratio: a.ratio as f32,
+            focus_distance: a.focus_distance as f32,
+        });
+    Camera::new(
+        lens,
+        aperture,
+        &source.world_from_camera,
+        origin,
+        source.clip_near,
+        source.clip_far,
+    )
+}
