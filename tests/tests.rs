@@ -11,5 +11,6 @@ mod blender_layers;
 mod cli;
 mod color;
 mod formats;
+mod package;
 mod pictures;
 mod transport;

@@ -243,3 +243,37 @@ def curves_of(action):
     if hasattr(action, "fcurves"):
         return list(action.fcurves)
     return [curve for layer in action.layers for strip in layer.strips for bag in strip.channelbags for curve in bag.fcurves]
+
+
+def cycles_pixels(width=8, height=8, samples=4, exact=True):
+    """What Cycles shows of the scene, as height × width × 3 linear floats with the bottom row first."""
+    scene = bpy.context.scene
+    folder = tempfile.mkdtemp(prefix="sundog-cycles-")
+    render, cycles = scene.render, scene.cycles
+    render.engine = "CYCLES"
+    render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
+    cycles.device = "CPU"
+    cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = samples, False, False
+    if exact:
+        cycles.pixel_filter_type = "BOX"
+    image = render.image_settings
+    image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
+    render.filepath = os.path.join(folder, "picture.exr")
+    try:
+        with quiet():
+            bpy.ops.render.render(write_still=True)
+        return exr_pixels(render.filepath)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def exr_pixels(path):
+    """An EXR's linear floats, height × width × 3, with the bottom row first."""
+    image = bpy.data.images.load(path)
+    try:
+        image.colorspace_settings.name = "Non-Color"
+        values = numpy.empty(image.size[0] * image.size[1] * image.channels, numpy.float32)
+        image.pixels.foreach_get(values)
+        return values.reshape(image.size[1], image.size[0], -1)[..., :3]
+    finally:
+        bpy.data.images.remove(image)

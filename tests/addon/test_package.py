@@ -27,9 +27,11 @@ from elf import Elf  # noqa: E402
 PROGRAM = os.path.join(ROOT, "target", "release", "sundog")
 PYTHONS = []
 
-# Installs the package as the preferences do, in a Blender with settings of its own, and says what came of it.
+# Installs the package as the preferences do, in a Blender with settings of its own, renders Blender's first scene (a cube
+# and a lamp), and says what came of it.
 INSTALL = """
 import json, os, stat, subprocess, sys
+os.environ.pop("SUNDOG_PROGRAM", None)
 import bpy
 done = bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
 name = "bl_ext.user_default.sundog"
@@ -37,6 +39,18 @@ module = sys.modules[name]
 bundled = __import__(name + ".bundled", fromlist=["program"])
 program = bundled.program()
 said = subprocess.run([program, "--version"], capture_output=True, text=True, env={})
+scene = bpy.context.scene
+scene.render.engine = "SUNDOG"
+scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 32, 18, 100
+scene.sundog.samples = 4
+if hasattr(scene.render.image_settings, "media_type"):
+    scene.render.image_settings.media_type = "IMAGE"
+scene.render.image_settings.file_format = "OPEN_EXR"
+scene.render.filepath = os.path.join(os.environ["BLENDER_USER_RESOURCES"], "picture.exr")
+rendered = bpy.ops.render.render(write_still=True)
+image = bpy.data.images.load(scene.render.filepath)
+engine = __import__(name + ".engine", fromlist=["last_statistics"])
+statistics = engine.last_statistics()
 print("TOLD " + json.dumps({
     "done": sorted(done),
     "enabled": name in bpy.context.preferences.addons,
@@ -44,7 +58,13 @@ print("TOLD " + json.dumps({
     "executable": bool(os.stat(program).st_mode & stat.S_IXUSR),
     "inside": bundled.FOLDER.startswith(os.environ["BLENDER_USER_RESOURCES"]),
     "version": said.stdout,
+    "rendered": sorted(rendered),
+    "size": list(image.size),
+    "brightest": max(image.pixels[:]),
+    "ran": [statistics["program"] == program, statistics["program_source"]],
 }))
+bpy.ops.preferences.addon_disable(module=name)
+print("TOLD " + json.dumps({"left": hasattr(bpy.types.Scene, "sundog")}))
 """
 
 
@@ -191,19 +211,23 @@ class Package(unittest.TestCase):
             done = subprocess.run([python, validator, "validate", self.zip], capture_output=True, text=True, check=False)
             self.assertEqual(done.returncode, 0, f"{python}: {done.stdout}{done.stderr}")
 
-    def test_blender_installs_it(self):
+    def test_blender_installs_it_and_renders(self):
         for python in PYTHONS:
             home = tempfile.mkdtemp(dir=self.folder)
             done = subprocess.run(
                 [python, "-c", INSTALL, self.zip], capture_output=True, text=True, cwd=home, check=False,
                 env={**os.environ, "BLENDER_USER_RESOURCES": home})
             told = [line for line in done.stdout.splitlines() if line.startswith("TOLD ")]
-            self.assertTrue(told, f"{python}: {done.stdout}{done.stderr}")
+            self.assertEqual(len(told), 2, f"{python}: {done.stdout}{done.stderr}")
+            self.assertEqual(json.loads(told[1].removeprefix("TOLD ")), {"left": False})
             told = json.loads(told[0].removeprefix("TOLD "))
             self.assertEqual(told["done"], ["FINISHED"])
             self.assertTrue(told["enabled"] and told["inside"] and told["executable"])
             self.assertEqual(told["program"], os.path.join("bin", "sundog"))
             self.assertTrue(told["version"].startswith(f"Sundog {addon.crate_version()}\n"), told["version"])
+            self.assertEqual((told["rendered"], told["size"]), (["FINISHED"], [32, 18]))
+            self.assertGreater(told["brightest"], 0.1)
+            self.assertEqual(told["ran"], [True, "the add-on"])
 
 
 class Rpath(unittest.TestCase):

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The Python that has `bpy`: `SUNDOG_BPY_PYTHON`, else the one that the set-up keeps in the cache folder.
-fn python() -> PathBuf {
+pub fn python() -> PathBuf {
     if let Some(python) = std::env::var_os("SUNDOG_BPY_PYTHON") {
         return python.into();
     }

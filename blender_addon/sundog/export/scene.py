@@ -250,6 +250,7 @@ class Exporter:
         if world is not None:
             self.verdicts.extend("world", world.name, findings)
         extension["color_management"] = color_management(self.scene)
+        extension["render"] = render_settings(self.scene)
         top = self.document.root["scenes"][0]
         top["name"] = self.scene.name
         top["extensions"] = {self.document.uses("SUNDOG_scene"): extension}
@@ -281,6 +282,16 @@ def color_management(scene):
         config = os.environ["OCIO"]
     if os.path.isfile(config):
         result["config"] = config
+    return result
+
+
+def render_settings(scene):
+    """What a render of the scene without further words is like."""
+    width, height = cameras.picture_size(scene.render)
+    result = {"width": width, "height": height, "transparent": bool(scene.render.film_transparent)}
+    cycles = getattr(scene, "cycles", None)
+    if cycles is not None and cycles.pixel_filter_type != "BOX":
+        result["filter_width"] = float(cycles.filter_width)
     return result
 
 
