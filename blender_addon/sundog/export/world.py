@@ -29,7 +29,6 @@ class _Environments(nodes.Evaluator):
     def __init__(self, walker):
         super().__init__(walker, self._never)
         self.needs_bake = None
-        self.rotation = None
 
     def _never(self, node, place):
         self.needs_bake = self.needs_bake or f"{node.bl_label} node"
@@ -41,14 +40,15 @@ class _Environments(nodes.Evaluator):
     def _node_tex_environment(self, source, node):
         if node.image is None:
             return Const(numpy.zeros(3))
-        self.rotation, reason = _rotation(self.walker, self, source.input("Vector"))
+        rotation, reason = _rotation(self.walker, self, source.input("Vector"))
         if node.projection != "EQUIRECTANGULAR":
             reason = "mirror ball"
         elif node.image.source not in {"FILE", "GENERATED"} or not images.is_exactly_known(node.image):
             reason = f"image \"{node.image.name}\""
         if reason:
             self.needs_bake = self.needs_bake or reason
-        return Image(TextureSpec(node.image, None, None, 10497, node.interpolation == "Closest"))
+        # The rotation stands in the place of the transform, so that one image turned in two ways is two.
+        return Image(TextureSpec(node.image, None, rotation.reshape(-1).tolist(), 10497, node.interpolation == "Closest"))
 
 
 def _rotation(walker, evaluator, place):
@@ -134,8 +134,9 @@ def describe(world, cache, uri, findings, report=None):
             return result
         path = environment_file(used[0].texture.image, cache)
         result["image"] = uri(path)
-        if not numpy.array_equal(evaluator.rotation, numpy.eye(3)):
-            result["rotation"] = [float(v) for v in evaluator.rotation.reshape(-1)]
+        rotation = used[0].texture.transform
+        if rotation != numpy.eye(3).reshape(-1).tolist():
+            result["rotation"] = rotation
         return result
     try:
         path, note = bake(world, tree, cache, report)

@@ -1,0 +1,273 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The world: what is written, looked up in every direction, against what Cycles shows in that direction."""
+
+import math
+import os
+import unittest
+
+import bpy
+import export_kit as kit
+import numpy
+from sundog.export import images, world as worlds
+
+
+def directions(width, height):
+    """Of the texels of an equirectangular picture, the bottom row first: height × width × 3, Blender's axes.
+
+    As Cycles has it: the middle is +X, and the azimuth falls to the right.
+    """
+    u, v = (numpy.arange(width) + 0.5) / width, (numpy.arange(height) + 0.5) / height
+    phi, theta = -2 * math.pi * (u - 0.5), math.pi * (v - 0.5)
+    x = numpy.cos(theta)[:, None] * numpy.cos(phi)
+    y = numpy.cos(theta)[:, None] * numpy.sin(phi)
+    return numpy.stack([x, y, numpy.broadcast_to(numpy.sin(theta)[:, None], x.shape)], axis=-1)
+
+
+def radiance(world, path, toward):
+    """What a SUNDOG_scene's world shines with from directions (nearest texel)."""
+    color = numpy.array(world["color"])
+    if "image" not in world:
+        return numpy.broadcast_to(color, toward.shape)
+    values = kit.exr_pixels(os.path.join(os.path.dirname(path), world["image"]))
+    turned = toward @ numpy.array(world.get("rotation", [1, 0, 0, 0, 1, 0, 0, 0, 1])).reshape(3, 3).T
+    height, width = values.shape[:2]
+    u = 0.5 - numpy.arctan2(turned[..., 1], turned[..., 0]) / (2 * math.pi)
+    v = 0.5 + numpy.arcsin(numpy.clip(turned[..., 2], -1, 1)) / math.pi
+    column = numpy.clip((u * width).astype(int), 0, width - 1)
+    row = numpy.clip((v * height).astype(int), 0, height - 1)
+    return values[row, column] * color
+
+
+class World(kit.ExportTest):
+    """SUNDOG_scene's world."""
+
+    def setUp(self):
+        super().setUp()
+        self.world = self.scene.world = bpy.data.worlds.new("world")
+        self.world.use_nodes = True
+        self.tree = self.world.node_tree
+        self.background = next(n for n in self.tree.nodes if n.type == "BACKGROUND")
+        # Tiny pictures where the world is baked.
+        self.sizes = worlds.BAKE_WIDTH, worlds.BAKE_WIDTH_WITH_SUN, worlds.BAKE_SAMPLES
+        worlds.BAKE_WIDTH, worlds.BAKE_WIDTH_WITH_SUN, worlds.BAKE_SAMPLES = 128, 128, 16
+
+    def tearDown(self):
+        worlds.BAKE_WIDTH, worlds.BAKE_WIDTH_WITH_SUN, worlds.BAKE_SAMPLES = self.sizes
+
+    def node(self, kind, **settings):
+        made = self.tree.nodes.new(kind)
+        for key, value in settings.items():
+            setattr(made, key, value)
+        return made
+
+    def join(self, output, socket):
+        self.tree.links.new(output, socket)
+
+    def gradient_file(self):
+        """A picture whose colour tells the direction."""
+        rows, columns = numpy.meshgrid((numpy.arange(32) + 0.5) / 32, (numpy.arange(64) + 0.5) / 64, indexing="ij")
+        path = os.path.join(self.folder, "sky.exr")
+        images.write_exr(path, numpy.stack([columns, rows, 0.5 + 0.5 * numpy.sin(2 * math.pi * columns)], axis=-1))
+        return path
+
+    def environment(self):
+        made = self.node("ShaderNodeTexEnvironment")
+        made.image = bpy.data.images.load(self.gradient_file())
+        self.join(made.outputs["Color"], self.background.inputs["Color"])
+        return made
+
+    def against_cycles(self, tolerance, expected=None):
+        """The export; its picture is Cycles' in a panorama as large as a baked one."""
+        found = self.export()
+        self.as_panorama()
+        seen = kit.cycles_pixels(128, 64, 16)
+        got = radiance(found.scene()["world"], found.path, directions(128, 64))
+        difference = numpy.abs(got - seen).max(axis=-1)
+        self.assertLess(numpy.median(difference), tolerance * seen.max())
+        self.near(got.mean(axis=(0, 1)), seen.mean(axis=(0, 1)), tolerance)
+        if expected:
+            self.assertEqual(found.verdict("world", "world")["verdict"], expected)
+        return found
+
+    def as_panorama(self):
+        data = self.camera.data
+        data.type = "PANO"
+        settings = data if hasattr(data, "panorama_type") else data.cycles
+        settings.panorama_type = "EQUIRECTANGULAR"
+        self.camera.rotation_euler = (math.pi / 2, 0, -math.pi / 2)
+
+    def test_no_world(self):
+        self.scene.world = None
+        self.near(self.export().scene()["world"]["color"], [0, 0, 0])
+
+    def test_colour(self):
+        self.background.inputs["Color"].default_value = (0.25, 0.5, 1, 1)
+        self.background.inputs["Strength"].default_value = 3
+        found = self.against_cycles(1e-5, "exact")
+        self.assertEqual(found.scene()["world"], {"color": [0.75, 1.5, 3.0]})
+
+    def test_world_without_nodes(self):
+        if bpy.app.version >= (5, 0, 0):
+            self.skipTest("from 5.0 on worlds always use their nodes")
+        self.world.use_nodes = False
+        self.world.color = (0.25, 0.5, 0.75)
+        self.near(self.export().scene()["world"]["color"], [0.25, 0.5, 0.75])
+
+    def test_world_without_output(self):
+        self.tree.nodes.remove(next(n for n in self.tree.nodes if n.type == "OUTPUT_WORLD"))
+        self.near(self.export().scene()["world"]["color"], [0, 0, 0])
+
+    def test_visibility(self):
+        self.world.cycles_visibility.camera = self.world.cycles_visibility.scatter = False
+        self.assertEqual(self.export().scene()["world"]["visibility"], {"camera": False, "volume": False})
+
+    def test_image(self):
+        self.environment()
+        self.background.inputs["Strength"].default_value = 2
+        found = self.against_cycles(2e-2, "exact")
+        self.assertEqual(os.path.basename(found.scene()["world"]["image"]), "sky.exr")
+        self.assertNotIn("rotation", found.scene()["world"])
+
+    def test_mapping(self):
+        picture = self.environment()
+        mapping, place = self.node("ShaderNodeMapping"), self.node("ShaderNodeTexCoord")
+        self.join(place.outputs["Generated"], mapping.inputs["Vector"])
+        self.join(mapping.outputs["Vector"], picture.inputs["Vector"])
+        for kind in ("POINT", "TEXTURE", "VECTOR", "NORMAL"):
+            for angles in ((0, 0, 0.7), (0.4, -0.3, 2)):
+                with self.subTest(kind=kind, angles=angles):
+                    mapping.vector_type = kind
+                    mapping.inputs["Rotation"].default_value = angles
+                    found = self.against_cycles(2e-2, "exact")
+                    self.assertIn("rotation", found.scene()["world"])
+
+    def test_mapping_that_is_no_rotation(self):
+        picture = self.environment()
+        mapping, place = self.node("ShaderNodeMapping"), self.node("ShaderNodeTexCoord")
+        self.join(place.outputs["Generated"], mapping.inputs["Vector"])
+        self.join(mapping.outputs["Vector"], picture.inputs["Vector"])
+        mapping.inputs["Scale"].default_value = (1, 1, -1)
+        self.against_cycles(2e-2, "approximated")
+
+    def test_mirrored_mapping(self):
+        picture = self.environment()
+        mapping, place = self.node("ShaderNodeMapping"), self.node("ShaderNodeTexCoord")
+        self.join(place.outputs["Generated"], mapping.inputs["Vector"])
+        self.join(mapping.outputs["Vector"], picture.inputs["Vector"])
+        mapping.inputs["Scale"].default_value = (2, 2, 2)
+        self.against_cycles(2e-2)
+
+    def test_tinted_image(self):
+        picture = self.environment()
+        mix = self.node("ShaderNodeMix", data_type="RGBA", blend_type="MULTIPLY")
+        colors = [s for s in mix.inputs if s.type == "RGBA"]
+        next(s for s in mix.inputs if s.type == "VALUE").default_value = 1
+        self.join(picture.outputs["Color"], colors[0])
+        colors[1].default_value = (1, 0.5, 0.25, 1)
+        self.join(next(s for s in mix.outputs if s.type == "RGBA"), self.background.inputs["Color"])
+        found = self.against_cycles(2e-2, "exact")
+        self.near(found.scene()["world"]["color"], [1, 0.5, 0.25])
+
+    def test_packed_image(self):
+        picture = self.environment()
+        picture.image.pack()
+        os.remove(os.path.join(self.folder, "sky.exr"))
+        self.against_cycles(2e-2, "exact")
+
+    def test_missing_image(self):
+        picture = self.environment()
+        os.remove(os.path.join(self.folder, "sky.exr"))
+        picture.image.reload()
+        found = self.export()
+        self.assertNotEqual(found.verdict("world", "world")["verdict"], "exact")
+
+    def test_two_images_are_baked(self):
+        first = self.environment()
+        second = self.node("ShaderNodeTexEnvironment", image=first.image)
+        mapping, place = self.node("ShaderNodeMapping"), self.node("ShaderNodeTexCoord")
+        mapping.inputs["Rotation"].default_value = (0, 0, 1.5)
+        self.join(place.outputs["Generated"], mapping.inputs["Vector"])
+        self.join(mapping.outputs["Vector"], second.inputs["Vector"])
+        mix = self.node("ShaderNodeMix", data_type="RGBA")
+        colors = [s for s in mix.inputs if s.type == "RGBA"]
+        self.join(first.outputs["Color"], colors[0])
+        self.join(second.outputs["Color"], colors[1])
+        self.join(next(s for s in mix.outputs if s.type == "RGBA"), self.background.inputs["Color"])
+        self.against_cycles(2e-2, "approximated")
+
+    def test_gradient_is_baked(self):
+        place, parts = self.node("ShaderNodeTexCoord"), self.node("ShaderNodeSeparateXYZ")
+        self.join(place.outputs["Generated"], parts.inputs[0])
+        join = self.node("ShaderNodeCombineXYZ")
+        for index in range(3):
+            half = self.node("ShaderNodeMath", operation="MULTIPLY_ADD")
+            half.inputs[1].default_value, half.inputs[2].default_value = 0.25 * (index + 1), 1
+            self.join(parts.outputs[index], half.inputs[0])
+            self.join(half.outputs[0], join.inputs[index])
+        self.join(join.outputs[0], self.background.inputs["Color"])
+        found = self.against_cycles(1e-2, "approximated")
+        self.assertIn("baked", found.verdict("world", "world")["detail"])
+        # The second time the picture is there.
+        self.camera.data.type = "PERSP"
+        self.assertLess(self.export().result.timings["world"], 0.2)
+
+    def test_sky(self):
+        kinds = self.node("ShaderNodeTexSky").bl_rna.properties["sky_type"].enum_items.keys()
+        for kind in kinds:
+            with self.subTest(kind=kind):
+                sky = self.node("ShaderNodeTexSky", sky_type=kind)
+                sky.sun_elevation, sky.sun_rotation = 0.5, 1.0
+                if hasattr(sky, "sun_disc"):
+                    sky.sun_disc = False
+                self.join(sky.outputs["Color"], self.background.inputs["Color"])
+                self.background.inputs["Strength"].default_value = 0.1
+                self.against_cycles(1e-2, "approximated")
+
+    def test_sun_disc(self):
+        kind = "NISHITA" if bpy.app.version < (5, 0, 0) else "MULTIPLE_SCATTERING"
+        sky = self.node("ShaderNodeTexSky", sky_type=kind)
+        sky.sun_elevation, sky.sun_rotation, sky.sun_size, sky.sun_intensity = 0.5, 1.0, 0.2, 0.1
+        self.join(sky.outputs["Color"], self.background.inputs["Color"])
+        found = self.export()
+        detail = found.verdict("world", "world")["detail"]
+        self.assertIn("sun", detail)
+        got = radiance(found.scene()["world"], found.path, directions(256, 128))
+        self.as_panorama()
+        seen = kit.cycles_pixels(256, 128, 16)
+        # The disc lies where Cycles has it.
+        toward = directions(256, 128)
+        bright_got, bright_seen = (toward[p.sum(axis=-1) > 0.5 * p.sum(axis=-1).max()].mean(axis=0) for p in (got, seen))
+        self.near(bright_got, bright_seen, 0.03)
+
+    def test_camera_only_branch(self):
+        mix, bright = self.node("ShaderNodeMixShader"), self.node("ShaderNodeBackground")
+        path = self.node("ShaderNodeLightPath")
+        output = next(n for n in self.tree.nodes if n.type == "OUTPUT_WORLD")
+        bright.inputs["Color"].default_value = (1, 0, 0, 1)
+        self.background.inputs["Color"].default_value = (0, 0, 1, 1)
+        self.join(path.outputs["Is Camera Ray"], mix.inputs[0])
+        self.join(self.background.outputs[0], mix.inputs[1])
+        self.join(bright.outputs[0], mix.inputs[2])
+        self.join(mix.outputs[0], output.inputs["Surface"])
+        found = self.export()
+        got = radiance(found.scene()["world"], found.path, directions(8, 4))
+        self.near(got.mean(axis=(0, 1)), [0, 0, 1], 1e-3)
+        self.assertIn("Light Path", found.verdict("world", "world")["detail"])
+
+    def test_volume(self):
+        output = next(n for n in self.tree.nodes if n.type == "OUTPUT_WORLD")
+        self.join(self.node("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
+        verdict = self.export().verdict("world", "world")
+        self.assertEqual(verdict["verdict"], "lost")
+        self.assertIn("volume", verdict["detail"])
+
+    def test_driven_strength(self):
+        driver = self.background.inputs["Strength"].driver_add("default_value").driver
+        driver.expression = "4"
+        self.background.inputs["Color"].default_value = (1, 1, 1, 1)
+        bpy.context.view_layer.update()
+        self.near(self.export().scene()["world"]["color"], [4, 4, 4])
+
+
+if __name__ == "__main__":
+    unittest.main()
