@@ -14,7 +14,7 @@ import importlib
 import sys
 
 # The order of registering.
-_NAMES = ("preferences", "properties", "engine", "scene_check", "ui")
+_NAMES = ("preferences", "properties", "engine", "scene_check", "ui", "compare")
 _modules = []
 
 # Blender reloads only this file when an add-on was updated: the others shall be read anew as well.

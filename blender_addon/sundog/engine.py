@@ -62,18 +62,22 @@ class SundogRenderEngine(bpy.types.RenderEngine):
         except _Stopped:
             pass
         except (ProgramError, export.ExportError) as error:
-            self._fail(str(error))
+            self._fail(depsgraph, str(error))
         except OSError as error:
-            self._fail(f"{error.filename or 'a file'}: {error.strerror or error}")
+            self._fail(depsgraph, f"{error.filename or 'a file'}: {error.strerror or error}")
         except MemoryError:
-            self._fail("there is not enough memory to export the scene")
+            self._fail(depsgraph, "there is not enough memory to export the scene")
         except Exception as error:  # Whatever it is, Blender shall say so and live on.
             traceback.print_exc()
-            self._fail(f"a mistake in the add-on, please report it: {type(error).__name__}: {error}")
+            self._fail(depsgraph, f"a mistake in the add-on, please report it: {type(error).__name__}: {error}")
         finally:
             _one_at_a_time.release()
 
-    def _fail(self, message):
+    def _fail(self, depsgraph, message):
+        # Blender (4.2 to 5.0) crashes when it writes an EXR file of a render that has no picture, or only a cancelled one.
+        x0, y0, x1, y1 = command.border(depsgraph.scene.render)
+        self.end_result(self.begin_result(0, 0, x1 - x0, y1 - y0, layer=depsgraph.view_layer.name))
+        records.fail(message)
         # Reports the error too.
         self.error_set(f"Sundog: {message}")
 

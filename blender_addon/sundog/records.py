@@ -45,6 +45,12 @@ def _new(scene, layer):
     }
 
 
+def fail(message):
+    """Why the render that was begun last has failed."""
+    if _layers:
+        _layers[-1]["error"] = message
+
+
 def last_verdicts():
     """Verdicts of all view layers, the worst first, each once; what the program itself could not carry over has the kind
     "program"."""
