@@ -8,13 +8,17 @@ of axes with signs is exact.
 import hashlib
 import json
 import os
+import struct
 
 import numpy
 
 from . import gltf
 
 # Raised when the layout of the files changes, so that files of older versions are not taken.
-LAYOUT = 1
+LAYOUT = 2
+
+# At the end of a mesh's file: the description of what is in it, its length, and this.
+MARK = b"sundog-2"
 
 # A reader needs 4-byte indices and memory for it; beyond this, the answer is a report.
 MOST_CORNERS = 1 << 30
@@ -205,8 +209,7 @@ class Raw:
                 if key is None:
                     indices = local.astype(numpy.uint32)
                 else:
-                    vertices, indices = numpy.unique(local, return_inverse=True)
-                    indices = indices.reshape(local.shape).astype(numpy.uint32)
+                    vertices, indices = _renumbered(local)
             elif key is None:
                 indices = group.astype(numpy.uint32)
                 vertices = self.corner_vertices
@@ -261,6 +264,15 @@ class Raw:
         return arrays
 
 
+def _renumbered(corners):
+    """(vertices that the corners use, in ascending order; the corners as numbers among them), without sorting."""
+    low, high = int(corners.min()), int(corners.max()) + 1
+    used = numpy.zeros(high - low, bool)
+    used[corners.reshape(-1) - low] = True
+    place = numpy.cumsum(used, dtype=numpy.uint32)
+    return numpy.flatnonzero(used) + low, place[corners - low] - numpy.uint32(1)
+
+
 def slots_in_use(mesh, slot_count):
     """Numbers of the material slots that the mesh's faces use, as Cycles clamps them."""
     indices = material_indices(mesh)
@@ -286,8 +298,7 @@ def store(mesh, demands, cache):
         return None
     raw = Raw(mesh, demands)
     path = os.path.join(cache, f"mesh-{raw.hash}.bin")
-    notes = os.path.join(cache, f"mesh-{raw.hash}.json")
-    layout = _read_notes(path, notes)
+    layout = _read_layout(path)
     if layout is not None:
         return Stored(path, layout, False)
     arrays, primitives = [], []
@@ -308,17 +319,24 @@ def store(mesh, demands, cache):
     except MemoryError as error:
         raise GeometryError("there is not enough memory for it") from error
     layout["primitives"] = primitives
-    gltf.write_whole(path, parts)
-    gltf.write_whole(notes, json.dumps(layout).encode())
+    notes = json.dumps(layout).encode()
+    gltf.write_whole(path, [*parts, notes, struct.pack("<Q", len(notes)), MARK])
     return Stored(path, layout, True)
 
 
-def _read_notes(path, notes):
+def _read_layout(path):
+    """The layout of a mesh's file, or None if it is not there or not whole."""
+    end = 8 + len(MARK)
     try:
-        with open(notes, encoding="utf-8") as file:
-            layout = json.load(file)
-        if os.path.getsize(path) == layout["bytes"]:
-            return layout
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
-    return None
+        with open(path, "rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(size - end)
+            ending = file.read(end)
+            (length,) = struct.unpack_from("<Q", ending)
+            if not ending.endswith(MARK) or length > size - end:
+                return None
+            file.seek(size - end - length)
+            layout = json.loads(file.read(length))
+        return layout if layout["bytes"] + length + end == size else None
+    except (OSError, ValueError, KeyError, TypeError, struct.error):
+        return None

@@ -21,6 +21,7 @@ class Document:
         }
         self._shared = {}
         self._extensions = set()
+        self._places = {}
 
     def add(self, table, item):
         """Appends to a table such as "meshes" and returns the item's index."""
@@ -48,7 +49,11 @@ class Document:
 
     def uri(self, path):
         """A file's URI relative to the document."""
-        relative = os.path.relpath(os.path.realpath(path), self.folder)
+        place, name = os.path.split(path)
+        if place not in self._places:
+            self._places[place] = os.path.relpath(os.path.realpath(place), self.folder)
+        # A file that is itself a symbolic link is read through it.
+        relative = os.path.normpath(os.path.join(self._places[place], name))
         return quote(relative.replace(os.sep, "/"), safe="/~!$&'()*+,;=@")
 
     def add_buffer(self, path, layout):
