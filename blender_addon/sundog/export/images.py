@@ -18,6 +18,10 @@ DATA_SPACES = {"Non-Color", "Raw", "Generic Data"}
 _MAGIC = [(b"\x89PNG", ".png"), (b"\xff\xd8\xff", ".jpg"), (b"\x76\x2f\x31\x01", ".exr"), (b"#?", ".hdr")]
 
 
+# The colour that Cycles shows for images that it cannot find.
+MISSING = (1.0, 0.0, 1.0)
+
+
 class ImageError(Exception):
     """An image that cannot be exported, in one sentence."""
 
@@ -34,12 +38,19 @@ def kind_of(data):
 
 def file_of(image):
     """The image's file on disk, or None (packed, generated, or away)."""
-    if image.source not in {"FILE", "SEQUENCE", "TILED"} or not image.filepath_raw:
+    if image.source not in {"FILE", "SEQUENCE", "TILED", "MOVIE"} or not image.filepath_raw:
         return None
     path = bpy.path.abspath(image.filepath_raw, library=image.library)
     if image.source == "TILED":
         path = path.replace("<UDIM>", "1001").replace("<UVTILE>", "u1_v1")
     return path if os.path.isfile(path) else None
+
+
+def is_missing(image):
+    """Whether the image's file is away, and nothing of it in memory."""
+    if image.source not in {"FILE", "SEQUENCE", "TILED", "MOVIE"} or image.packed_file is not None or image.has_data:
+        return False
+    return file_of(image) is None and not image.size[0]
 
 
 def _packed(image):

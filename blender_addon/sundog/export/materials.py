@@ -446,8 +446,11 @@ class Reader:
     # Textures
 
     def texture(self, node, place):
-        """The TextureSpec of an image node."""
+        """The TextureSpec of an image node; a Const where the image is missing."""
         image = node.image
+        if images.is_missing(image):
+            self.note(APPROXIMATED, f"the image \"{image.name}\" is missing ({image.filepath_raw}): pink, as in Cycles")
+            return images.MISSING
         if image.source == "TILED":
             self.note(APPROXIMATED, f"of the UDIM image \"{image.name}\" the first tile is used")
         elif image.source in {"SEQUENCE", "MOVIE"}:
@@ -630,8 +633,12 @@ class Writer:
 
     def _specular(self, surface, slots, extensions, exact, reader):
         ior = slots.constant(surface.ior, "the index of refraction")
-        ior = max(float(ior), 1.0) if ior >= 0 else 1.0
-        level, texture = slots.single(surface.specular_level, 3, "specular level")
+        if ior < 1:
+            reader.note(APPROXIMATED, "an index of refraction below 1 is rendered as 1")
+            ior = 1.0
+        # Metal and glass alone do not know the level: Cycles adjusts the index of what lies under them.
+        covered = any(isinstance(v, Const) and v.value >= 1 for v in (surface.metallic, surface.transmission))
+        level, texture = (0.5, None) if covered else slots.single(surface.specular_level, 3, "specular level")
         specular = {}
         glassy = not (isinstance(surface.transmission, Const) and surface.transmission.value == 0)
         if texture is None and not glassy and level != 0.5:

@@ -7,7 +7,7 @@ import math
 import bpy
 import numpy
 
-from . import expressions
+from . import expressions, images
 from .expressions import (
     SAMPLES,
     Attribute,
@@ -314,6 +314,8 @@ class Evaluator:
             # Cycles shows a missing image in pink; an image node without image is black.
             return Const(numpy.zeros(3)) if source.socket.name == "Color" else Const(0.0)
         texture = self._texture_of(node, source)
+        if texture is images.MISSING:
+            return Const(images.MISSING) if source.socket.name == "Color" else Const(1.0)
         return Image(texture, alpha=source.socket.name == "Alpha") if texture else None
 
     def _node_vertex_color(self, source, node):

@@ -28,7 +28,7 @@ class _Environments(nodes.Evaluator):
 
     def __init__(self, walker):
         super().__init__(walker, self._never)
-        self.needs_bake = None
+        self.needs_bake = self.missing = None
 
     def _never(self, node, place):
         self.needs_bake = self.needs_bake or f"{node.bl_label} node"
@@ -40,6 +40,9 @@ class _Environments(nodes.Evaluator):
     def _node_tex_environment(self, source, node):
         if node.image is None:
             return Const(numpy.zeros(3))
+        if images.is_missing(node.image):
+            self.missing = f"the image \"{node.image.name}\" is missing ({node.image.filepath_raw}): pink, as in Cycles"
+            return Const(images.MISSING)
         rotation, reason = _rotation(self.walker, self, source.input("Vector"))
         if node.projection != "EQUIRECTANGULAR":
             reason = "mirror ball"
@@ -124,6 +127,8 @@ def describe(world, cache, uri, findings, report=None):
     if source.node.type in {"BACKGROUND", "EMISSION"}:
         radiance = multiply(evaluator.scalar(source.input("Strength")), evaluator.color(source.input("Color")))
         reason = evaluator.needs_bake
+        if evaluator.missing:
+            findings.append((APPROXIMATED, evaluator.missing))
     else:
         reason = f"{source.node.bl_label} node"
     found = None if reason else expressions.factors(as_color(radiance))
