@@ -13,8 +13,12 @@ const MOST_VALUES_A_BYTE: u64 = 4096;
 /// The largest side that is read.
 const MAX_SIDE: u32 = 1 << 16;
 
+/// The most pixels of an EXR's display window, which its content need not fill.
+const MOST_PIXELS: usize = 1 << 28;
+
 /// Reads a picture: an EXR or HDR as linear light, a PNG or JPEG as display values. What it is follows
-/// from its content.
+/// from its content. An EXR's picture is its display window: what the data window does not cover is black,
+/// what lies beyond is left out.
 ///
 /// `layer` names a layer of an EXR file, such as `Normal` or `ViewLayer.Normal`; without it the
 /// picture itself is taken: plain R, G, B, or else the first `Combined`, or else the first layer
@@ -108,9 +112,31 @@ struct Channel {
     layer: String,
     /// The last word: `R`, `Z`, `X` …
     component: String,
-    width: usize,
-    height: usize,
+    /// Where the data window begins in the display window, which may be left of it or above.
+    at: (i64, i64),
+    /// Of the data window.
+    size: (usize, usize),
     samples: FlatSamples,
+}
+
+impl Channel {
+    /// The value of a pixel of the display window; 0 beyond the data window.
+    fn value(&self, x: usize, y: usize) -> f32 {
+        let inside = |at: usize, begin: i64, size: usize| {
+            usize::try_from(at as i64 - begin)
+                .ok()
+                .filter(|index| *index < size)
+        };
+        let column = inside(x, self.at.0, self.size.0);
+        let row = inside(y, self.at.1, self.size.1);
+        match (column, row) {
+            (Some(column), Some(row)) => self
+                .samples
+                .value_by_flat_index(row * self.size.0 + column)
+                .to_f32(),
+            _ => 0.0,
+        }
+    }
 }
 
 fn load_exr(
@@ -144,6 +170,17 @@ fn load_exr(
     }
     file.seek(SeekFrom::Start(0))
         .map_err(|error| unreadable(plain(&error)))?;
+    // (All parts share one display window.)
+    let window = headers
+        .first()
+        .map(|header| header.shared_attributes.display_window)
+        .unwrap_or_default();
+    let (width, height) = (window.size.x(), window.size.y());
+    if width.max(height) > MAX_SIDE as usize || width.saturating_mul(height) > MOST_PIXELS {
+        return Err(unreadable(format!(
+            "its display window has {width} × {height} pixels, which is too large"
+        )));
+    }
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -161,6 +198,11 @@ fn load_exr(
             .map(Text::to_string)
             .unwrap_or_default();
         let several = headers.len() > 1 && !prefix.is_empty();
+        let begin = part.attributes.layer_position;
+        let at = (
+            i64::from(begin.x()) - i64::from(window.position.x()),
+            i64::from(begin.y()) - i64::from(window.position.y()),
+        );
         for channel in part.channel_data.list {
             let name = channel.name.to_string();
             // Files with one part a layer may or may not repeat the part's name in the channels' names.
@@ -174,8 +216,8 @@ fn load_exr(
                 channels.push(Channel {
                     layer: layer.into(),
                     component: component.to_uppercase(),
-                    width: part.size.x(),
-                    height: part.size.y(),
+                    at,
+                    size: (part.size.x(), part.size.y()),
                     samples: channel.sample_data,
                 });
             }
@@ -244,18 +286,11 @@ fn load_exr(
         ])
     });
     let [red, green, blue] = found.ok_or_else(no_such_layer)?;
-    let (width, height) = (red.width, red.height);
-    let pixels = (0..width * height)
-        .map(|index| {
-            [red, green, blue].map(|channel| channel.samples.value_by_flat_index(index).to_f32())
-        })
+    let places = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let pixels = places()
+        .map(|(x, y)| [red, green, blue].map(|channel| channel.value(x, y)))
         .collect();
-    let alpha = find(chosen, "A").filter(|alpha| (alpha.width, alpha.height) == (width, height));
-    let alpha = alpha.map(|alpha| {
-        (0..width * height)
-            .map(|index| alpha.samples.value_by_flat_index(index).to_f32())
-            .collect()
-    });
+    let alpha = find(chosen, "A").map(|alpha| places().map(|(x, y)| alpha.value(x, y)).collect());
     Ok((
         Picture {
             width: width as u32,
@@ -345,6 +380,60 @@ mod tests {
         assert_eq!(picture, load(&path, None).unwrap());
         assert_eq!(alpha.unwrap(), [3.0, 7.0, 11.0, 15.0, 19.0, 23.0]);
         assert_eq!(load_with_alpha(&path, Some("Normal")).unwrap().1, None);
+    }
+
+    /// Data windows that lie inside, beyond and across the display window, and one that begins elsewhere than at 0.
+    #[test]
+    fn the_display_window_is_the_picture() {
+        use exr::prelude::*;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        for (display_at, data_at, data_size) in [
+            ((0, 0), (1, 1), (2, 1)),
+            ((0, 0), (-2, -1), (9, 9)),
+            ((10, -5), (9, -4), (3, 2)),
+            ((0, 0), (100, 100), (2, 2)),
+        ] {
+            let value = |x: i32, y: i32| (x * 10 + y) as f32;
+            let channels = SpecificChannels::rgba(|at: Vec2<usize>| {
+                let light = value(data_at.0 + at.x() as i32, data_at.1 + at.y() as i32);
+                (light, light + 0.25, light + 0.5, 0.5_f32)
+            });
+            let size = Vec2(data_size.0, data_size.1);
+            let attributes = LayerAttributes {
+                layer_position: Vec2(data_at.0, data_at.1),
+                ..LayerAttributes::default()
+            };
+            let layer = Layer::new(size, attributes, Encoding::UNCOMPRESSED, channels);
+            let window = IntegerBounds::new(Vec2(display_at.0, display_at.1), Vec2(4, 3));
+            let image = Image::from_layer(layer);
+            Image {
+                attributes: ImageAttributes::new(window),
+                ..image
+            }
+            .write()
+            .to_file(&path)
+            .unwrap();
+
+            let (picture, alpha) = load_with_alpha(&path, None).unwrap();
+            assert_eq!((picture.width, picture.height), (4, 3));
+            let alpha = alpha.unwrap();
+            for row in 0..3 {
+                for column in 0..4 {
+                    let (x, y) = (display_at.0 + column, display_at.1 + row);
+                    let covered = (data_at.0..data_at.0 + data_size.0 as i32).contains(&x)
+                        && (data_at.1..data_at.1 + data_size.1 as i32).contains(&y);
+                    let light = value(x, y);
+                    let expected = if covered {
+                        ([light, light + 0.25, light + 0.5], 0.5)
+                    } else {
+                        ([0.0; 3], 0.0)
+                    };
+                    let index = (row * 4 + column) as usize;
+                    assert_eq!((picture.pixels[index], alpha[index]), expected);
+                }
+            }
+        }
     }
 
     #[test]
