@@ -12,11 +12,14 @@ import unittest
 
 import bpy
 import numpy
+import schema_check
 
 PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(PROJECT, "blender_addon"))
 
 from sundog import export  # noqa: E402
+
+SCHEMA = schema_check.schema()
 
 
 class Engine(bpy.types.RenderEngine):
@@ -188,7 +191,9 @@ class ExportTest(unittest.TestCase):
             cache = os.path.join(self.folder, "cache")
             return export.write_scene(depsgraph, depsgraph.scene, os.path.join(self.folder, "scene"), cache)
 
-        return Exported(in_render(task, layer))
+        found = Exported(in_render(task, layer))
+        self.assertEqual(list(schema_check.errors(found.root, SCHEMA)), [])
+        return found
 
     def link(self, name, data, **settings):
         """A new object of that name in the scene."""

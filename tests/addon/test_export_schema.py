@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The schema of the extensions: it is sound itself, it says no where it should, and it names what the document names."""
+
+import copy
+import os
+import re
+import unittest
+
+import bpy
+import export_kit as kit
+import schema_check
+
+
+class Schema(kit.ExportTest):
+    """Every export of the other tests is checked by the kit; here is what must not pass."""
+
+    def everything(self):
+        """A file with every extension in it."""
+        for kind in ("POINT", "SPOT", "SUN", "AREA"):
+            self.link(kind, bpy.data.lights.new(kind, kind))
+        made = self.link("cube", kit.cube(), visible_camera=False)
+        made.data.materials.append(kit.material("m", Coat_Weight=1.0, Sheen_Weight=1.0, Subsurface_Weight=1.0, Anisotropic=0.5, Thin_Film_Thickness=300))
+        self.camera.data.dof.use_dof = True
+        return self.export().root
+
+    def test_every_extension_is_in_the_file_and_valid(self):
+        root = self.everything()
+        used = {name for name in root["extensionsUsed"] if name.startswith("SUNDOG_")}
+        known = {re.sub("_(punctual|area)$", "", name) for name in schema_check.schema()["$defs"] if name.startswith("SUNDOG_")}
+        self.assertEqual(used, known)
+        self.assertEqual(list(schema_check.errors(root, schema_check.schema())), [])
+
+    def test_mistakes_are_found(self):
+        root = self.everything()
+        rule = schema_check.schema()
+
+        def wrong(change):
+            broken = copy.deepcopy(root)
+            change(broken)
+            return list(schema_check.errors(broken, rule))
+
+        def camera(document):
+            return document["cameras"][0]["extensions"]["SUNDOG_camera"]
+
+        def lamp(document):
+            return document["extensions"]["KHR_lights_punctual"]["lights"][0]["extensions"]["SUNDOG_light"]
+
+        changes = [
+            lambda d: camera(d).update(window=[0, 1, 2]),
+            lambda d: camera(d).update(widnow=[0, 1, 2, 3]),
+            lambda d: camera(d)["aperture"].pop("radius"),
+            lambda d: camera(d)["aperture"].update(ratio=0),
+            lambda d: lamp(d).update(radius=-1),
+            lambda d: lamp(d).update(max_bounces=1.5),
+            lambda d: lamp(d).update(soft_falloff=1),
+            lambda d: d["scenes"][0]["extensions"]["SUNDOG_scene"]["world"].update(color="black"),
+            lambda d: d["materials"][0]["extensions"]["SUNDOG_material"].update(coat=1),
+            lambda d: next(n for n in d["nodes"] if "SUNDOG_light" in n.get("extensions", {}))["extensions"]["SUNDOG_light"].update(type="round"),
+        ]
+        for number, change in enumerate(changes):
+            with self.subTest(number=number):
+                self.assertEqual(len(wrong(change)), 1, wrong(change))
+
+    def test_the_document_names_every_property(self):
+        with open(os.path.join(kit.PROJECT, "docs", "gltf-extensions.md"), encoding="utf-8") as file:
+            text = file.read()
+        ours = text[text.index("## Sundog's extensions") : text.index("## Units of light")]
+
+        def names(rule):
+            for name, inner in rule.get("properties", {}).items():
+                yield name
+                yield from names(inner)
+
+        for title, rule in schema_check.schema()["$defs"].items():
+            for name in names(rule):
+                # The inner values of the inputs that are not rendered yet are Blender's own words.
+                inner = title == "SUNDOG_material" and name not in rule["properties"]
+                self.assertTrue(inner or re.search(rf"[`.\"]{name}[`.\"]", ours), f"{title}: {name} is not in docs/gltf-extensions.md")
+
+
+if __name__ == "__main__":
+    unittest.main()
