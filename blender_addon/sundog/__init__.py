@@ -14,12 +14,15 @@ import importlib
 import sys
 
 # The order of registering.
-_NAMES = ("preferences", "properties", "engine", "scene_check", "ui", "compare")
+_NAMES = ("preferences", "properties", "engine", "scene_check", "ui", "compare", "export.hook")
 _modules = []
 
 # Blender reloads only this file when an add-on was updated: the others shall be read anew as well.
 for _name in [name for name in sys.modules if name.startswith(f"{__name__}.")]:
     del sys.modules[_name]
+
+# Blender's glTF exporter looks for these two here.
+from .export.hook import draw_export, glTF2ExportUserExtension  # noqa: E402, F401
 
 
 def register():

@@ -4,21 +4,12 @@
 Callable from a render thread: calls no operator and changes no data of the user.
 """
 
-import json
 import os
 import time
 
-import bpy
-
-from . import camera as cameras
 from . import scene as scenes
+from .scene import ExportError
 from .verdicts import Verdicts
-
-GENERATOR = "Sundog add-on"
-
-
-class ExportError(Exception):
-    """Why a scene cannot be exported, in one sentence that names the object."""
 
 
 class ExportResult:

@@ -5,7 +5,7 @@ import math
 
 import numpy
 
-from . import nodes, visibility
+from . import expressions, nodes, visibility
 from .expressions import Const
 from .verdicts import APPROXIMATED, LOST
 
@@ -40,8 +40,6 @@ def _node_factor(light, findings):
         if not isinstance(value, Const):
             varying = ", ".join(sorted({leaf.what for leaf in value.leaves() if hasattr(leaf, "what")}))
             findings.append((APPROXIMATED, f"the {what} of its nodes varies ({varying}): the mean is used"))
-    from . import expressions
-
     return expressions.mean(color).value * float(expressions.mean(strength).value)
 
 

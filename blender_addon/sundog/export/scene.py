@@ -8,7 +8,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import geometry, gltf, lights, materials, visibility
+from . import geometry, gltf, images, lights, materials, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, LOST
 
@@ -28,6 +28,10 @@ LEFT_OUT = {
     "GPENCIL": "Grease Pencil",
     "GREASEPENCIL": "Grease Pencil",
 }
+
+
+class ExportError(Exception):
+    """Why a scene cannot be exported, in one sentence that names the object."""
 
 
 def node_matrix(matrix):
@@ -221,8 +225,6 @@ class Exporter:
         """The scene's camera."""
         shown = self.scene.camera.evaluated_get(self.depsgraph)
         if shown.type != "CAMERA":
-            from . import ExportError
-
             raise ExportError(f"the scene's camera \"{shown.name}\" is a {shown.type.lower()}: choose a camera")
         matrix = cameras.without_scale(shown.matrix_world)
         findings = []
@@ -244,7 +246,7 @@ class Exporter:
             world = world.evaluated_get(self.depsgraph)
         try:
             extension["world"] = worlds.describe(world, self.cache, self.document.uri, findings, self.report)
-        except (images_error(), RecursionError) as error:
+        except (images.ImageError, RecursionError) as error:
             findings.append((LOST, f"it is rendered black: {error}"))
             extension["world"] = {"color": [0.0, 0.0, 0.0]}
         if world is not None:
@@ -258,13 +260,6 @@ class Exporter:
     def finish(self):
         """Writes the .gltf."""
         self.document.write(self.path)
-
-
-def images_error():
-    """The exception of unreadable images."""
-    from .images import ImageError
-
-    return ImageError
 
 
 def color_management(scene):
