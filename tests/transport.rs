@@ -6,7 +6,7 @@ use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Sil
 use sundog::sampler::hashed;
 use sundog::scene::{
     AlphaMode, Aperture, Camera, Environment, Image, ImageId, Instance, Light, LightKind, Material,
-    MaterialId, Mesh, MeshId, NormalTexture, Pixels, Projection, Sampler, Scene, Texture,
+    MaterialId, Mesh, MeshId, NormalTexture, Pixels, Projection, RayKind, Sampler, Scene, Texture,
     UvTransform, Visibility,
 };
 
@@ -257,8 +257,13 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 (Vec3::ZERO, warp::sphere(sampler.pair(Dimension::Filter, 0)));
             let mut last = None;
             for bounce in 0..12 {
-                let Some(hit) = world.intersect::<0>(origin, direction, 0.0, f32::INFINITY, 0)
-                else {
+                let Some(hit) = world.intersect::<0>(
+                    origin,
+                    direction,
+                    (0.0, f32::INFINITY),
+                    RayKind::Camera,
+                    0,
+                ) else {
                     escapes += 1;
                     break;
                 };

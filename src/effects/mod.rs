@@ -1,6 +1,6 @@
 //! Which effects a scene and its settings call for, by value.
 
-use crate::scene::{AlphaMode, LightKind, Material, MaterialId, Scene};
+use crate::scene::{AlphaMode, Light, LightKind, Material, MaterialId, RayKind, Scene, Visibility};
 use serde::Serialize;
 
 /// A set of effects as bits, for kernels that are compiled for it.
@@ -22,15 +22,17 @@ pub const MESH_LIGHTS: Mask = 1 << 5;
 pub const SUNS: Mask = 1 << 6;
 /// Light from all around.
 pub const ENVIRONMENT: Mask = 1 << 7;
+/// Objects and lights that some kinds of rays do not see.
+pub const VISIBILITY: Mask = 1 << 8;
 /// Lenses with an opening. It lies in the camera's rays, before the path loop.
 pub const DEPTH_OF_FIELD: Mask = 1 << 16;
 /// Everything that the path loop is compiled for.
-pub const PATHS: Mask = (1 << 8) - 1;
+pub const PATHS: Mask = (1 << 9) - 1;
 /// Everything.
 pub const ALL: Mask = PATHS | DEPTH_OF_FIELD;
 
 /// The one table of effects: bit, name, what it is.
-pub const TABLE: [(Mask, &str, &str); 9] = [
+pub const TABLE: [(Mask, &str, &str); 10] = [
     (TEXTURES, "textures", "image textures and vertex colours"),
     (ALPHA, "alpha", "cut-outs and blends"),
     (NORMAL_MAPS, "normal-maps", "tangent-space normal maps"),
@@ -43,6 +45,11 @@ pub const TABLE: [(Mask, &str, &str); 9] = [
     (MESH_LIGHTS, "mesh-lights", "emissive triangles"),
     (SUNS, "suns", "sun lights"),
     (ENVIRONMENT, "environment", "light from all around"),
+    (
+        VISIBILITY,
+        "ray-visibility",
+        "objects and lights that some rays do not see",
+    ),
     (
         DEPTH_OF_FIELD,
         "depth-of-field",
@@ -106,6 +113,20 @@ pub struct EffectSet {
     pub findings: Vec<Finding>,
 }
 
+/// Whether a visibility is more than the camera's or the shadow rays' affair, which cost nothing.
+fn limits_paths(visibility: Visibility) -> bool {
+    [RayKind::Diffuse, RayKind::Glossy, RayKind::Transmission]
+        .iter()
+        .any(|&kind| !visibility.sees(kind))
+}
+
+/// Whether a light is not there for some paths, or casts no shadow.
+fn is_limited(light: &Light) -> bool {
+    limits_paths(light.visibility)
+        || !light.visibility.sees(RayKind::Shadow)
+        || light.max_bounces < Light::MAX_BOUNCES
+}
+
 /// Whether a material lets light pass beside it.
 pub fn is_translucent(material: &Material, vertex_alpha: bool) -> bool {
     let textured = material.base_color_texture.is_some();
@@ -133,6 +154,11 @@ impl EffectSet {
             }
         }
         let mut used = vec![false; scene.materials.len()];
+        for instance in &scene.instances {
+            if limits_paths(instance.visibility) {
+                reasons.push((VISIBILITY, instance.name.clone()));
+            }
+        }
         for (mesh, _) in scene.meshes.iter().zip(&placed).filter(|(_, p)| **p) {
             if let Some(u) = mesh
                 .material
@@ -187,17 +213,21 @@ impl EffectSet {
             };
             if !black && strength > 0.0 {
                 reasons.push((bit, light.name.clone()));
+                if is_limited(light) {
+                    reasons.push((VISIBILITY, light.name.clone()));
+                }
             }
         }
         for camera in scene.cameras.iter().filter(|c| c.aperture.is_some()) {
             reasons.push((DEPTH_OF_FIELD, camera.name.clone()));
         }
-        if scene
-            .environment
-            .as_ref()
-            .is_some_and(|e| e.radiance.iter().any(|&r| r > 0.0))
+        if let Some(environment) = &scene.environment
+            && environment.radiance.iter().any(|&r| r > 0.0)
         {
             reasons.push((ENVIRONMENT, "the environment".into()));
+            if limits_paths(environment.visibility) {
+                reasons.push((VISIBILITY, "the environment".into()));
+            }
         }
         let findings = TABLE
             .iter()

@@ -179,7 +179,7 @@ impl Device {
             vec![[0, 1, 2]],
         )?;
         let mut scene = Scene::new(self)?;
-        scene.add_triangles(&Arc::new(mesh), false)?;
+        scene.add_triangles(&Arc::new(mesh), false, u32::MAX)?;
         let scene = scene.commit()?;
         #[repr(C)]
         struct Guarded {
@@ -191,6 +191,7 @@ impl Device {
             direction: [0.0, 0.0, 1.0],
             near: 0.0,
             far: f32::INFINITY,
+            mask: u32::MAX,
         };
         let mut guarded = Guarded {
             ray_hit: ray_hit(&ray),
@@ -301,6 +302,8 @@ pub struct Ray {
     pub near: f32,
     /// Hits farther than this are ignored.
     pub far: f32,
+    /// Geometries whose masks have no bit in common with this are not there.
+    pub mask: u32,
 }
 
 /// A hit.
@@ -331,7 +334,7 @@ fn ray(r: &Ray) -> sys::RTCRay {
         dir_z: r.direction[2],
         time: 0.0,
         tfar: r.far,
-        mask: u32::MAX,
+        mask: r.mask,
         id: 0,
         flags: 0,
     }
@@ -470,7 +473,7 @@ impl Scene {
         Ok(id)
     }
 
-    /// Adds a triangle mesh; with `filtered` its hits are put before the filters of queries.
+    /// Adds a triangle mesh; with `filtered` its hits are put before the filters of queries. `mask`: see [`Ray::mask`].
     /// Returns the geometry's number (0, 1, 2, … in the order of the calls).
     ///
     /// # Errors
@@ -479,6 +482,7 @@ impl Scene {
         &mut self,
         mesh: &Arc<TriangleMesh>,
         filtered: bool,
+        mask: u32,
     ) -> Result<u32, EmbreeError> {
         let id = self.attach(sys::RTC_GEOMETRY_TYPE_TRIANGLE, |geometry| {
             // SAFETY: the buffers live in `mesh`, which this scene keeps; they are not changed any
@@ -505,6 +509,7 @@ impl Scene {
                     mesh.triangles.len(),
                 );
                 sys::rtcSetGeometryEnableFilterFunctionFromArguments(geometry, filtered);
+                sys::rtcSetGeometryMask(geometry, mask);
             }
             Ok(())
         })?;
@@ -533,13 +538,14 @@ impl Scene {
                 }
                 std::ptr::copy_nonoverlapping(spheres.as_ptr(), buffer.cast(), spheres.len());
                 sys::rtcSetGeometryEnableFilterFunctionFromArguments(geometry, true);
+                sys::rtcSetGeometryMask(geometry, u32::MAX);
             }
             Ok(())
         })
     }
 
     /// Places a committed scene. The transform is column-major 3×4 (three axes, then the
-    /// translation).
+    /// translation). `mask`: see [`Ray::mask`]; what is in the child must have it too.
     ///
     /// # Errors
     /// If Embree refuses it or memory is short.
@@ -547,6 +553,7 @@ impl Scene {
         &mut self,
         child: &CommittedScene,
         columns: &[[f32; 3]; 4],
+        mask: u32,
     ) -> Result<u32, EmbreeError> {
         let id = self.attach(sys::RTC_GEOMETRY_TYPE_INSTANCE, |geometry| {
             // SAFETY: the child scene is alive and kept by this scene; the transform is copied.
@@ -558,6 +565,7 @@ impl Scene {
                     sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
                     columns.as_ptr().cast(),
                 );
+                sys::rtcSetGeometryMask(geometry, mask);
             }
             Ok(())
         })?;
@@ -656,7 +664,7 @@ impl CommittedScene {
                 dir_z: column(&|r| r.direction[2]),
                 time: [0.0; 8],
                 tfar: column(&|r| r.far),
-                mask: [u32::MAX; 8],
+                mask: std::array::from_fn(|i| rays[i].mask),
                 id: [0; 8],
                 flags: [0; 8],
             },
@@ -720,6 +728,7 @@ mod tests {
             direction: [0.0, 0.0, -1.0],
             near: 0.0,
             far: f32::INFINITY,
+            mask: u32::MAX,
         }
     }
 
@@ -746,8 +755,8 @@ mod tests {
     fn hits_name_geometry_triangle_and_barycentrics() {
         let device = Device::new(Some(1)).unwrap();
         let mut scene = Scene::new(&device).unwrap();
-        assert_eq!(scene.add_triangles(&quad(0.0), false).unwrap(), 0);
-        assert_eq!(scene.add_triangles(&quad(2.0), false).unwrap(), 1);
+        assert_eq!(scene.add_triangles(&quad(0.0), false, u32::MAX).unwrap(), 0);
+        assert_eq!(scene.add_triangles(&quad(2.0), false, u32::MAX).unwrap(), 1);
         let scene = scene.commit().unwrap();
         let hit = scene.intersect(&down(0.5, -0.25)).unwrap();
         assert_eq!((hit.geometry, hit.primitive, hit.instance), (1, 0, None));
@@ -769,9 +778,9 @@ mod tests {
     fn filters_let_rays_through() {
         let device = Device::new(Some(1)).unwrap();
         let mut scene = Scene::new(&device).unwrap();
-        scene.add_triangles(&quad(0.0), false).unwrap();
-        scene.add_triangles(&quad(2.0), true).unwrap();
-        scene.add_triangles(&quad(4.0), true).unwrap();
+        scene.add_triangles(&quad(0.0), false, u32::MAX).unwrap();
+        scene.add_triangles(&quad(2.0), true, u32::MAX).unwrap();
+        scene.add_triangles(&quad(4.0), true, u32::MAX).unwrap();
         let scene = scene.commit().unwrap();
         let hit = scene
             .intersect_filtered(&down(0.5, 0.1), |h| h.geometry == 1)
@@ -805,7 +814,7 @@ mod tests {
     fn instances_are_placed_and_named() {
         let device = Device::new(Some(2)).unwrap();
         let mut child = Scene::new(&device).unwrap();
-        child.add_triangles(&quad(0.0), false).unwrap();
+        child.add_triangles(&quad(0.0), false, u32::MAX).unwrap();
         let child = child.commit().unwrap();
         let mut top = Scene::new(&device).unwrap();
         for x in [0.0, 10.0] {
@@ -817,6 +826,7 @@ mod tests {
                     [0.0, 0.0, 2.0],
                     [x, 0.0, 1.0],
                 ],
+                u32::MAX,
             )
             .unwrap();
         }
@@ -849,7 +859,7 @@ mod tests {
     fn eight_rays_find_what_single_rays_find() {
         let device = Device::new(Some(1)).unwrap();
         let mut scene = Scene::new(&device).unwrap();
-        scene.add_triangles(&quad(0.0), false).unwrap();
+        scene.add_triangles(&quad(0.0), false, u32::MAX).unwrap();
         let scene = scene.commit().unwrap();
         let rays: [Ray; 8] = std::array::from_fn(|i| down(-1.3 + 0.35 * i as f32, 0.2));
         for (ray, found) in rays.iter().zip(scene.intersect8(&rays)) {

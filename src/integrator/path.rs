@@ -3,14 +3,16 @@
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
 use crate::camera::CameraRay;
-use crate::effects::{self, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, SUNS, TRANSMISSION};
+use crate::effects::{
+    self, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, SUNS, TRANSMISSION, VISIBILITY,
+};
 use crate::film::pixel::{FirstHit, NO_DEPTH};
 use crate::light::power_heuristic;
 use crate::math::float::ray_origin;
 use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Scattering};
-use crate::world::{Met, Shaded, Surface, World};
+use crate::world::{Met, RayKind, Shaded, Surface, World};
 use glam::Vec3;
 
 /// What a path takes from the settings.
@@ -56,8 +58,25 @@ struct Previous {
     only_bsdf: bool,
     /// What the surface did; `None` at the camera. With [`Scattering::Transmission`] the ray goes on
     /// beyond the surface; Cycles' ray visibility has the same three kinds.
-    #[allow(dead_code)]
     scattering: Option<Scattering>,
+}
+
+impl Previous {
+    /// The kind of the ray.
+    #[inline]
+    fn kind(&self) -> RayKind {
+        self.scattering.map_or(RayKind::Camera, kind_of)
+    }
+}
+
+/// The kind of the rays that leave from a scattering.
+#[inline]
+fn kind_of(scattering: Scattering) -> RayKind {
+    match scattering {
+        Scattering::Diffuse => RayKind::Diffuse,
+        Scattering::Glossy => RayKind::Glossy,
+        Scattering::Transmission => RayKind::Transmission,
+    }
 }
 
 /// Light that a path has gathered.
@@ -92,7 +111,11 @@ impl PathSettings {
     /// sampling finds with `light_pdf`.
     #[inline]
     fn weight_of_found(&self, previous: &Previous, light_pdf: f32) -> f32 {
-        if previous.only_bsdf || light_pdf <= 0.0 || !self.sample_lights {
+        if previous.only_bsdf || light_pdf <= 0.0 {
+            1.0
+        } else if light_pdf.is_infinite() {
+            0.0 // Lights without shadows: sampled lights reach farther than rays.
+        } else if !self.sample_lights {
             1.0
         } else if self.sample_bsdf {
             power_heuristic(previous.pdf, light_pdf)
@@ -152,10 +175,7 @@ pub fn trace<const E: Mask>(
         ..FirstHit::default()
     };
     let mut previous = Previous {
-        at: Shaded {
-            point: origin,
-            normal: None,
-        },
+        at: Shaded::unlit(origin),
         pdf: 0.0,
         only_bsdf: true,
         scattering: None,
@@ -176,8 +196,8 @@ pub fn trace<const E: Mask>(
             match world.intersect_limited::<E>(
                 origin,
                 direction,
-                near,
-                far,
+                (near, far),
+                previous.kind(),
                 key,
                 // Cycles notices the limit when it has passed a surface: one always is.
                 settings.transparent.max(1) - passed,
@@ -195,17 +215,17 @@ pub fn trace<const E: Mask>(
                 }
             }
         } else {
-            world.intersect::<E>(origin, direction, near, far, key)
+            world.intersect::<E>(origin, direction, (near, far), previous.kind(), key)
         };
         // Light that is found here falls on the surface before.
         let lit = bounce.saturating_sub(1);
-        if effects::has(E, LAMPS) && bounce > 0 {
+        let ray = (previous.kind(), lit);
+        if effects::has(E, LAMPS) && (bounce > 0 || world.lights.camera_sees_lamps()) {
             let end = hit.map_or(far, |h| h.distance);
-            world.lights.lamps_along(
+            world.lights.lamps_along::<E>(
                 &previous.at,
-                origin,
-                direction,
-                end,
+                (origin, direction, end),
+                ray,
                 |emitted, light_pdf| {
                     let weight = settings.weight_of_found(&previous, light_pdf);
                     gathered.add(settings, throughput * emitted * weight, lit);
@@ -217,16 +237,15 @@ pub fn trace<const E: Mask>(
         }
         let Some(hit) = hit else {
             if effects::has(E, ENVIRONMENT | SUNS) {
-                if bounce == 0 {
-                    gathered.add(settings, world.lights.background(direction), lit);
-                } else {
-                    world
-                        .lights
-                        .from_infinity(&previous.at, direction, |emitted, light_pdf| {
-                            let weight = settings.weight_of_found(&previous, light_pdf);
-                            gathered.add(settings, throughput * emitted * weight, lit);
-                        });
-                }
+                world.lights.from_infinity::<E>(
+                    &previous.at,
+                    direction,
+                    ray,
+                    |emitted, light_pdf| {
+                        let weight = settings.weight_of_found(&previous, light_pdf);
+                        gathered.add(settings, throughput * emitted * weight, lit);
+                    },
+                );
             }
             break;
         };
@@ -299,10 +318,9 @@ pub fn trace<const E: Mask>(
         if bounce == 0 {
             first.albedo = bsdf.albedo();
         }
-        let at = Shaded {
-            point: surface.point.point,
-            normal: bsdf.receiving_normal(),
-        };
+        let at = world
+            .lights
+            .shaded(surface.point.point, bsdf.receiving_normal());
 
         // ---- Direct light (next-event estimation) ----
         if bsdf.is_samplable() && !world.lights.is_empty() {
@@ -327,14 +345,20 @@ pub fn trace<const E: Mask>(
         ) else {
             break;
         };
-        throughput *= s.weight;
+        // Where some kinds of rays see less than others, each kind is an estimate of its own.
+        let (weight, pdf) = if effects::has(E, VISIBILITY) && world.by_kind {
+            s.alone
+        } else {
+            (s.weight, s.pdf)
+        };
+        throughput *= weight;
         // NaN goes on, to be counted at the film.
         if throughput.max_element() <= 0.0 {
             break;
         }
         previous = Previous {
             at,
-            pdf: s.pdf,
+            pdf,
             only_bsdf: s.delta,
             scattering: Some(s.scattering),
         };
@@ -378,15 +402,40 @@ fn direct_light<const E: Mask>(
         return 0;
     };
     let value = bsdf.evaluate(light.wi);
-    let contribution = throughput
-        * value.value
-        * light.contribution
-        * settings.weight_of_sampled(light.pdf, light.delta, value.pdf);
+    let by_kind = effects::has(E, VISIBILITY) && world.by_kind;
+    let casts_shadow = !by_kind || light.rules.visibility.sees(RayKind::Shadow);
+    let delta = light.delta || !casts_shadow;
+    let reflected = if by_kind {
+        if bounce > light.rules.max_bounces {
+            return 0;
+        }
+        let other = if light.wi.dot(surface.normals.geometric) < 0.0 {
+            RayKind::Transmission
+        } else {
+            RayKind::Glossy
+        };
+        [
+            (RayKind::Diffuse, value.diffuse, value.diffuse_pdf),
+            (
+                other,
+                value.value - value.diffuse,
+                value.pdf - value.diffuse_pdf,
+            ),
+        ]
+        .into_iter()
+        .filter(|(kind, ..)| light.rules.visibility.sees(*kind))
+        .map(|(_, part, pdf)| part * settings.weight_of_sampled(light.pdf, delta, pdf))
+        .sum()
+    } else {
+        value.value * settings.weight_of_sampled(light.pdf, delta, value.pdf)
+    };
+    let contribution = throughput * reflected * light.contribution;
     if contribution == Vec3::ZERO {
         return 0;
     }
     let start = ray_origin(surface.point, surface.normals.geometric, light.wi);
     let share = match light.target {
+        _ if !casts_shadow => 1.0,
         Some(target) => world.transmittance_to::<E>(start, target, transparent),
         None => world.transmittance::<E>(start, light.wi, f32::INFINITY, transparent),
     };

@@ -1,7 +1,7 @@
-//! Point and spot lights: spheres of uniform radiance, or points.
+//! Point and spot lights: spheres or discs of uniform radiance, or points.
 
-use super::Direction;
-use crate::math::{sqr, warp};
+use super::{Direction, Meeting};
+use crate::math::{Frame, sqr, warp};
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -12,6 +12,8 @@ pub struct Lamp {
     pub center: Vec3,
     /// Radius; 0 is a point.
     pub radius: f32,
+    /// A disc that faces what it shines on instead of a sphere (Blender's "Soft Falloff").
+    pub soft_falloff: bool,
     /// Radiant intensity on the axis (all directions for a point light), W/sr.
     pub intensity: Vec3,
     /// Cone of a spot light.
@@ -75,14 +77,14 @@ impl Lamp {
         self.cone.as_ref().map_or(1.0, |c| c.attenuation(out))
     }
 
-    /// Samples the visible cap uniformly in solid angle. `None` from inside the sphere: there the
-    /// lamp is left to BSDF sampling.
+    /// Samples what is seen of it uniformly in solid angle; a disc uniformly in area. `normal`: of the lit side, where
+    /// only one is.
     #[inline]
-    pub fn sample(&self, from: Vec3, u: Vec2) -> Option<LampSample> {
+    pub fn sample(&self, from: Vec3, normal: Option<Vec3>, u: Vec2) -> Option<LampSample> {
         let to_center = self.center - from;
         let d2 = to_center.length_squared();
         let distance = d2.sqrt();
-        if d2 <= sqr(self.radius) || distance == 0.0 {
+        if distance == 0.0 {
             return None;
         }
         let axis = to_center / distance;
@@ -95,39 +97,92 @@ impl Lamp {
                 delta: true,
             });
         }
-        let sin2_max = sqr(self.radius) / d2;
-        let one_minus_cos = warp::one_minus_cos_from_sin2(sin2_max);
-        let wi = warp::cone_about(axis, u, one_minus_cos);
-        let radiance = self.radiance() * self.toward(-wi);
-        let distance = self.hit(from, wi).unwrap_or(distance);
-        Some(LampSample {
-            direction: Direction {
+        let (wi, pdf, distance) = if self.soft_falloff {
+            let on = warp::disk(u) * self.radius;
+            let t = (d2 + on.length_squared()).sqrt();
+            let wi = Frame::from_normal(axis).to_world(Vec3::new(on.x, on.y, distance)) / t;
+            (wi, self.disc_pdf(t, distance), t)
+        } else if d2 > sqr(self.radius) {
+            let one_minus_cos = warp::one_minus_cos_from_sin2(sqr(self.radius) / d2);
+            let wi = warp::cone_about(axis, u, one_minus_cos);
+            (
                 wi,
-                pdf: warp::cone_pdf(one_minus_cos),
-            },
-            radiance,
+                warp::cone_pdf(one_minus_cos),
+                self.hit(from, wi).unwrap_or(distance),
+            )
+        } else {
+            // Inside it shines from all around.
+            let wi = match normal {
+                Some(n) => Frame::from_normal(n).to_world(warp::cosine_hemisphere(u)),
+                None => warp::sphere(u),
+            };
+            (wi, Self::inner_pdf(normal, wi), self.hit(from, wi)?)
+        };
+        (pdf > 0.0).then(|| LampSample {
+            direction: Direction { wi, pdf },
+            radiance: self.emitted(from, wi),
             distance,
             delta: false,
         })
     }
 
-    /// Radiance towards the viewer along `wi` (from the viewer), given that the ray meets the sphere.
+    /// Radiance at a point along a direction that meets it. From inside a spot is a point light, as in Cycles.
     #[inline]
-    pub fn emitted(&self, wi: Vec3) -> Vec3 {
-        self.radiance() * self.toward(-wi)
+    fn emitted(&self, from: Vec3, wi: Vec3) -> Vec3 {
+        let inside =
+            !self.soft_falloff && (self.center - from).length_squared() <= sqr(self.radius);
+        self.radiance() * if inside { 1.0 } else { self.toward(-wi) }
     }
 
-    /// Density of [`Self::sample`] from a point, for any direction that meets the sphere.
+    /// Density per solid angle of points on a disc: distance to the point, and to the disc.
     #[inline]
-    pub fn pdf(&self, from: Vec3) -> f32 {
+    fn disc_pdf(&self, t: f32, distance: f32) -> f32 {
+        sqr(t) * t / (distance * PI * sqr(self.radius))
+    }
+
+    #[inline]
+    fn inner_pdf(normal: Option<Vec3>, wi: Vec3) -> f32 {
+        normal.map_or(0.25 / PI, |n| warp::cosine_hemisphere_pdf(n.dot(wi)))
+    }
+
+    /// Where a ray from `origin` meets it; `from` and `normal`: the lit point for which light sampling's density is
+    /// asked, as in [`Self::sample`].
+    #[inline]
+    pub fn meet(
+        &self,
+        from: Vec3,
+        normal: Option<Vec3>,
+        origin: Vec3,
+        wi: Vec3,
+    ) -> Option<Meeting> {
         let d2 = (self.center - from).length_squared();
-        if self.radius == 0.0 || d2 <= sqr(self.radius) {
-            return 0.0;
-        }
-        warp::cone_pdf(warp::one_minus_cos_from_sin2(sqr(self.radius) / d2))
+        let (distance, pdf) = if self.soft_falloff {
+            let to_center = self.center - origin;
+            let along = to_center.length();
+            let axis = to_center.try_normalize()?;
+            let cos = axis.dot(wi);
+            // The tangent of the angle from the part of the direction beside the axis, which does not cancel.
+            if cos <= 0.0 || (wi - axis * cos).length() * along > self.radius * cos {
+                return None;
+            }
+            let t = along / cos;
+            (t, self.disc_pdf(t, along))
+        } else {
+            let pdf = if d2 > sqr(self.radius) {
+                warp::cone_pdf(warp::one_minus_cos_from_sin2(sqr(self.radius) / d2))
+            } else {
+                Self::inner_pdf(normal, wi)
+            };
+            (self.hit(origin, wi)?, pdf)
+        };
+        Some(Meeting {
+            distance,
+            radiance: self.emitted(from, wi),
+            pdf,
+        })
     }
 
-    /// Distance to the sphere from outside along a unit direction. The discriminant comes from the
+    /// Distance to the sphere along a unit direction. The discriminant comes from the
     /// foot of the perpendicular, which does not cancel at large distances
     /// (Haines et al., *Precision Improvements for Ray/Sphere Intersection*, Ray Tracing Gems, ch. 7).
     #[inline]
@@ -141,8 +196,10 @@ impl Lamp {
         }
         let c = f.length_squared() - sqr(self.radius);
         let q = b + discriminant.sqrt().copysign(b);
-        let near = if b > 0.0 { c / q } else { q };
-        (near > 0.0).then_some(near)
+        let (near, far) = if b > 0.0 { (c / q, q) } else { (q, c / q) };
+        // From inside the near one is behind.
+        let t = if near > 0.0 { near } else { far };
+        (t > 0.0).then_some(t)
     }
 }
 
@@ -154,6 +211,7 @@ mod tests {
         Lamp {
             center: Vec3::new(0.0, 0.0, 5.0),
             radius,
+            soft_falloff: false,
             intensity: Vec3::splat(10.0),
             cone: None,
         }
@@ -171,7 +229,7 @@ mod tests {
                     ((i % n) as f32 + 0.5) / n as f32,
                     ((i / n) as f32 + 0.5) / n as f32,
                 );
-                let s = lamp.sample(Vec3::ZERO, u).unwrap();
+                let s = lamp.sample(Vec3::ZERO, None, u).unwrap();
                 let weight = if s.delta { 1.0 } else { 1.0 / s.direction.pdf };
                 sum += f64::from(s.radiance.x * s.direction.wi.z * weight);
             }
@@ -179,6 +237,68 @@ mod tests {
             assert!(
                 (irradiance / 0.4 - 1.0).abs() < 1e-3,
                 "{radius}: {irradiance}"
+            );
+        }
+    }
+
+    /// A disc that faces the point: E = L π r²/(r² + d²) (Howell, *Configuration Factors*, B-11), with L = I/πr².
+    #[test]
+    fn the_irradiance_of_a_disc_is_that_of_its_form_factor() {
+        for radius in [1e-3f32, 0.5, 5.0, 50.0] {
+            let lamp = Lamp {
+                soft_falloff: true,
+                ..lamp(radius)
+            };
+            let n = 256;
+            let mut sum = 0f64;
+            for i in 0..n * n {
+                let u = Vec2::new(
+                    ((i % n) as f32 + 0.5) / n as f32,
+                    ((i / n) as f32 + 0.5) / n as f32,
+                );
+                let s = lamp.sample(Vec3::ZERO, Some(Vec3::Z), u).unwrap();
+                let met = lamp
+                    .meet(Vec3::ZERO, Some(Vec3::Z), Vec3::ZERO, s.direction.wi)
+                    .unwrap_or_else(|| panic!("{radius}: {:?}", s.direction));
+                assert!((met.pdf / s.direction.pdf - 1.0).abs() < 1e-4);
+                assert!((met.distance / s.distance - 1.0).abs() < 1e-5);
+                sum += f64::from(s.radiance.x * s.direction.wi.z / s.direction.pdf);
+            }
+            let found = sum / f64::from(n * n);
+            let exact = 10.0 / (f64::from(radius).powi(2) + 25.0);
+            assert!(
+                (found / exact - 1.0).abs() < 1e-3,
+                "{radius}: {found} {exact}"
+            );
+        }
+    }
+
+    /// Inside, light comes from everywhere: irradiance πL.
+    #[test]
+    fn a_sphere_shines_inwards() {
+        let lamp = lamp(8.0);
+        let radiance = 10.0 / (std::f64::consts::PI * 64.0);
+        for normal in [None, Some(Vec3::Z)] {
+            let n = 128;
+            let mut sum = 0f64;
+            for i in 0..n * n {
+                let u = Vec2::new(
+                    ((i % n) as f32 + 0.5) / n as f32,
+                    ((i / n) as f32 + 0.5) / n as f32,
+                );
+                let s = lamp.sample(Vec3::ZERO, normal, u).unwrap();
+                let met = lamp
+                    .meet(Vec3::ZERO, normal, Vec3::ZERO, s.direction.wi)
+                    .unwrap();
+                assert!((met.pdf / s.direction.pdf - 1.0).abs() < 1e-4);
+                let on = s.direction.wi * s.distance - lamp.center;
+                assert!((on.length() / 8.0 - 1.0).abs() < 1e-5);
+                sum += f64::from(s.radiance.x * s.direction.wi.z.max(0.0) / s.direction.pdf);
+            }
+            let found = sum / f64::from(n * n);
+            assert!(
+                (found / (std::f64::consts::PI * radiance) - 1.0).abs() < 5e-3,
+                "{found}"
             );
         }
     }

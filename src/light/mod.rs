@@ -3,8 +3,10 @@
 //! One file a kind. A light's geometry lives here, free of scene and textures; `world::lights`
 //! puts them together.
 
+pub mod area;
 pub mod environment;
 pub mod lamp;
+pub mod rectangle;
 pub mod sun;
 pub mod tree;
 pub mod triangle;
@@ -17,6 +19,17 @@ pub struct Direction {
     /// From the lit point towards the light, unit length.
     pub wi: Vec3,
     /// Density; 0 for a light without extent (`delta`).
+    pub pdf: f32,
+}
+
+/// A light that a ray meets.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// Along the ray.
+    pub distance: f32,
+    /// Radiance towards the ray's origin.
+    pub radiance: Vec3,
+    /// Density with which light sampling finds the direction from the lit point, given the light.
     pub pdf: f32,
 }
 

@@ -49,6 +49,21 @@ impl Visibility {
         Self(self.0 & !kind.bit())
     }
 
+    /// The same with one kind.
+    #[must_use]
+    pub const fn with(self, kind: RayKind) -> Self {
+        Self(self.0 | kind.bit())
+    }
+
+    /// The same, but seen by all rays within paths.
+    #[must_use]
+    pub const fn on_paths(self) -> Self {
+        self.with(RayKind::Diffuse)
+            .with(RayKind::Glossy)
+            .with(RayKind::Transmission)
+            .with(RayKind::Volume)
+    }
+
     /// Whether rays of a kind see it.
     #[inline]
     pub const fn sees(self, kind: RayKind) -> bool {

@@ -205,6 +205,9 @@ pub struct BsdfSample {
     pub delta: bool,
     /// The lobe that was drawn; `Transmission` if `wi` is on the other side of the surface.
     pub scattering: Scattering,
+    /// Weight and density for an estimate of the drawn lobe alone, beside which the other has its own: the lobe's
+    /// part of the BSDF over the density with which the lobe is drawn and gives the direction.
+    pub alone: (Vec3, f32),
 }
 
 /// The value of the BSDF for two directions.
@@ -217,12 +220,15 @@ pub struct BsdfValue {
     pub diffuse: Vec3,
     /// Density with which [`Bsdf::sample`] finds the direction, per solid angle.
     pub pdf: f32,
+    /// The part of `pdf` that is due to the diffuse lobe.
+    pub diffuse_pdf: f32,
 }
 
 const NOTHING: BsdfValue = BsdfValue {
     value: Vec3::ZERO,
     diffuse: Vec3::ZERO,
     pdf: 0.0,
+    diffuse_pdf: 0.0,
 };
 
 /// The normals at a point.
@@ -458,10 +464,12 @@ impl Bsdf {
         if self.normal != self.smooth {
             value *= normal::bump_shadowing(self.smooth, self.normal, wi);
         }
+        let pdf = (1.0 - self.p_facet) * warp::cosine_hemisphere_pdf(cos);
         BsdfValue {
             value,
             diffuse: value,
-            pdf: (1.0 - self.p_facet) * warp::cosine_hemisphere_pdf(cos),
+            pdf,
+            diffuse_pdf: pdf,
         }
     }
 
@@ -520,6 +528,7 @@ impl Bsdf {
             value: f.reflectance * (0.25 * d * self.view.g2_over_cos(wi, self.alpha)),
             diffuse: Vec3::ZERO,
             pdf: Self::p_reflect(f) * d * self.view.reflection_density(self.bound),
+            diffuse_pdf: 0.0,
         }
     }
 
@@ -531,6 +540,7 @@ impl Bsdf {
             value: f.transmittance * (0.25 * d * self.view.g2_over_cos(mirrored, self.alpha)),
             diffuse: Vec3::ZERO,
             pdf: (1.0 - Self::p_reflect(f)) * d * self.view.reflection_density(self.bound),
+            diffuse_pdf: 0.0,
         }
     }
 
@@ -546,6 +556,7 @@ impl Bsdf {
             value: f.transmittance * (common * self.view.g2_over_cos(wi, self.alpha)),
             diffuse: Vec3::ZERO,
             pdf: (1.0 - Self::p_reflect(f)) * common * self.view.g1_over_cos(),
+            diffuse_pdf: 0.0,
         }
     }
 
@@ -565,7 +576,9 @@ impl Bsdf {
             if wi.dot(self.geometric) < 0.0 {
                 return None;
             }
-            return Self::weigh(wi, Scattering::Diffuse, self.evaluate(wi));
+            let v = self.evaluate(wi);
+            let alone = (v.diffuse / v.diffuse_pdf, v.diffuse_pdf);
+            return Self::weigh(wi, Scattering::Diffuse, v, alone);
         }
         let wo = self.view.wo;
         let smooth = self.is_smooth();
@@ -616,6 +629,7 @@ impl Bsdf {
                 pdf: 0.0,
                 delta: true,
                 scattering,
+                alone: (color / p, 0.0),
             });
         }
         if self.is_behind_smooth(world, transmitted) {
@@ -631,14 +645,25 @@ impl Bsdf {
         } else {
             self.evaluate_diffuse(world)
         };
+        let facets_pdf = self.p_facet * facets.pdf;
         v.value += facets.value;
-        v.pdf += self.p_facet * facets.pdf;
-        Self::weigh(world, scattering, v)
+        v.pdf += facets_pdf;
+        Self::weigh(
+            world,
+            scattering,
+            v,
+            (facets.value / facets_pdf, facets_pdf),
+        )
     }
 
     /// The weight of a sampled direction under the whole mixture.
     #[inline]
-    fn weigh(wi: Vec3, scattering: Scattering, v: BsdfValue) -> Option<BsdfSample> {
+    fn weigh(
+        wi: Vec3,
+        scattering: Scattering,
+        v: BsdfValue,
+        alone: (Vec3, f32),
+    ) -> Option<BsdfSample> {
         (v.pdf > 0.0).then(|| BsdfSample {
             wi,
             weight: v.value / v.pdf,
@@ -646,6 +671,7 @@ impl Bsdf {
             pdf: v.pdf,
             delta: false,
             scattering,
+            alone,
         })
     }
 }

@@ -4,7 +4,7 @@ use super::material::{Coordinates, PreparedMaterial};
 use crate::effects::{self, Mask};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{Affine, BoundedPoint, triangle_point};
-use crate::scene::Mesh;
+use crate::scene::{Mesh, Visibility};
 use crate::shading::bsdf::Normals;
 use crate::shading::{Dielectrics, SurfaceParameters};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
@@ -153,6 +153,8 @@ pub struct Entry {
     flipped: bool,
     /// Number of the first triangle's emitter, or [`NONE`].
     pub first_emitter: u32,
+    /// Which rays see it.
+    pub visibility: Visibility,
 }
 
 struct Placement {
@@ -163,17 +165,18 @@ struct Placement {
 
 impl Entry {
     /// A mesh in world space.
-    pub fn flat(mesh: u32, flipped: bool) -> Self {
+    pub fn flat(mesh: u32, flipped: bool, visibility: Visibility) -> Self {
         Self {
             mesh,
             instance: None,
             flipped,
             first_emitter: NONE,
+            visibility,
         }
     }
 
     /// An instance; `transform` is already relative to the origin.
-    pub fn instance(mesh: u32, transform: &DAffine3) -> Self {
+    pub fn instance(mesh: u32, transform: &DAffine3, visibility: Visibility) -> Self {
         let flipped = transform.matrix3.determinant() < 0.0;
         // Scaled to order 1 so that normals of tiny or huge instances stay in range.
         let c = cofactor(&transform.matrix3);
@@ -193,6 +196,7 @@ impl Entry {
             instance: Some(Box::new(placement)),
             flipped,
             first_emitter: NONE,
+            visibility,
         }
     }
 

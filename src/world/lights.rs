@@ -1,18 +1,18 @@
 //! All that shines, and which of it to ask.
 
 use super::geometry::{Entry, MeshData};
+use super::lamps::{self, Lamps, Rules};
 use super::material::PreparedMaterial;
 use crate::effects::{self, Mask};
-use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray};
+use crate::ffi::embree::{Device, EmbreeError};
 use crate::light::environment::Environment;
-use crate::light::lamp::{Cone, Lamp};
 use crate::light::sun::Sun;
 use crate::light::tree::{Bounds, Tree};
 use crate::light::triangle::Triangle;
 use crate::math::float::{self, BoundedPoint};
 use crate::math::luminance;
-use crate::scene::{LightKind, Pixels, Scene};
-use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3};
+use crate::scene::{LightKind, Pixels, RayKind, Scene};
+use glam::{DVec3, Vec2, Vec3};
 
 /// A finite emitter.
 enum Emitter {
@@ -20,21 +20,14 @@ enum Emitter {
     Triangle { entry: u32, triangle: u32 },
 }
 
-/// Lamps up to this number are tried one by one by rays; more go into a hierarchy of their own.
-const LAMPS_IN_A_ROW: usize = 4;
-
 /// All lights of a world.
 pub struct Lights {
     emitters: Vec<Emitter>,
     tree: Tree,
-    lamps: Vec<Lamp>,
-    /// Emitter number of each lamp.
-    lamp_emitters: Vec<u32>,
-    /// Lamps with a radius, for rays that may hit them.
-    sized_lamps: Vec<u32>,
-    lamp_scene: Option<CommittedScene>,
-    suns: Vec<Sun>,
+    lamps: Lamps,
+    suns: Vec<(Sun, Rules)>,
     environment: Option<Environment>,
+    environment_rules: Rules,
     environment_estimate: f32,
     sun_estimates: Vec<f32>,
     triangle_corners: Vec<[Vec3; 3]>,
@@ -47,6 +40,30 @@ pub struct Shaded {
     pub point: Vec3,
     /// Side that receives; `None` where both do.
     pub normal: Option<Vec3>,
+    groups: Groups,
+}
+
+/// Estimated irradiance at a point by the groups of lights.
+#[derive(Clone, Copy, Debug)]
+struct Groups {
+    sum: f32,
+    count: f32,
+    tree: f32,
+}
+
+impl Shaded {
+    /// Where no light is looked for.
+    pub fn unlit(point: Vec3) -> Self {
+        Self {
+            point,
+            normal: None,
+            groups: Groups {
+                sum: 1.0,
+                count: 1.0,
+                tree: 0.0,
+            },
+        }
+    }
 }
 
 /// Light from one place.
@@ -62,6 +79,8 @@ pub struct LightSample {
     pub delta: bool,
     /// Where on the light; `None` at infinity. Already moved off the light's surface.
     pub target: Option<Vec3>,
+    /// Who sees the light.
+    pub rules: Rules,
 }
 
 /// Kinds between which the first choice is made.
@@ -107,80 +126,36 @@ impl Lights {
         let mut lights = Self {
             emitters: Vec::new(),
             tree: Tree::default(),
-            lamps: Vec::new(),
-            lamp_emitters: Vec::new(),
-            sized_lamps: Vec::new(),
-            lamp_scene: None,
+            lamps: Lamps::default(),
             suns: Vec::new(),
             environment: None,
+            environment_rules: Rules::NONE,
             environment_estimate: 0.0,
             sun_estimates: Vec::new(),
             triangle_corners: Vec::new(),
         };
         let mut bounds = Vec::new();
         for light in &scene.lights {
-            let color = Vec3::from(light.color);
-            let axis = direction(&light.world_from_light);
-            match light.kind {
-                LightKind::Sun { irradiance, angle } if keep(effects::SUNS) => {
-                    let e = color * irradiance;
-                    if luminance(e) > 0.0 {
-                        lights.suns.push(Sun::new(-axis, e, angle));
-                        lights.sun_estimates.push(luminance(e));
-                    }
+            let rules = Rules::of(light, effects);
+            if let LightKind::Sun { irradiance, angle } = light.kind {
+                let e = Vec3::from(light.color) * irradiance;
+                if keep(effects::SUNS) && luminance(e) > 0.0 {
+                    let toward = -lamps::direction(&light.world_from_light);
+                    lights.suns.push((Sun::new(toward, e, angle), rules));
+                    lights.sun_estimates.push(luminance(e));
                 }
-                LightKind::Point {
-                    intensity, radius, ..
-                } if keep(effects::LAMPS) => {
-                    let center = (light.world_from_light.translation - origin).as_vec3();
-                    lights.add_lamp(
-                        Lamp {
-                            center,
-                            radius,
-                            intensity: color * intensity,
-                            cone: None,
-                        },
-                        &mut bounds,
-                    );
-                }
-                LightKind::Spot {
-                    intensity,
-                    radius,
-                    half_angle,
-                    blend,
-                    ..
-                } if keep(effects::LAMPS) => {
-                    let center = (light.world_from_light.translation - origin).as_vec3();
-                    let inverse = light.world_from_light.matrix3.inverse();
-                    let cos_half_angle = half_angle.cos();
-                    let width = (1.0 - cos_half_angle) * blend;
-                    let cone = Cone {
-                        light_from_world: if inverse.is_finite() {
-                            inverse.as_mat3()
-                        } else {
-                            Mat3::IDENTITY
-                        },
-                        axis,
-                        cos_half_angle,
-                        steepness: if width > 0.0 {
-                            1.0 / width
-                        } else {
-                            f32::INFINITY
-                        },
-                    };
-                    lights.add_lamp(
-                        Lamp {
-                            center,
-                            radius,
-                            intensity: color * intensity,
-                            cone: Some(cone),
-                        },
-                        &mut bounds,
-                    );
-                }
-                _ => {}
+            } else if keep(effects::LAMPS)
+                && let index = lights.lamps.len() as u32
+                && let emitter = lights.emitters.len() as u32
+                && let Some(b) = lights.lamps.add(light, rules, origin, emitter)
+            {
+                bounds.push(b);
+                lights.emitters.push(Emitter::Lamp(index));
+                // Keeps `triangle_corners` parallel to `emitters`.
+                lights.triangle_corners.push([Vec3::ZERO; 3]);
             }
         }
+        lights.lamps.commit(device)?;
         if keep(effects::MESH_LIGHTS) {
             for (index, entry) in entries.iter_mut().enumerate() {
                 let mesh = &meshes[entry.mesh as usize];
@@ -211,25 +186,6 @@ impl Lights {
             }
         }
         lights.tree = Tree::new(&bounds);
-        if lights.sized_lamps.len() > LAMPS_IN_A_ROW {
-            let spheres: Vec<[f32; 4]> = lights
-                .sized_lamps
-                .iter()
-                .map(|&i| {
-                    let l = &lights.lamps[i as usize];
-                    // A little larger: the exact test follows; 2^-20 covers the roundings of Embree's.
-                    [
-                        l.center.x,
-                        l.center.y,
-                        l.center.z,
-                        l.radius * (1.0 + 16.0 * f32::EPSILON),
-                    ]
-                })
-                .collect();
-            let mut scene = embree::Scene::new(device)?;
-            scene.add_spheres(&spheres)?;
-            lights.lamp_scene = Some(scene.commit()?);
-        }
         if keep(effects::ENVIRONMENT)
             && let Some(environment) = &scene.environment
         {
@@ -250,38 +206,10 @@ impl Lights {
                 };
                 lights.environment_estimate = std::f32::consts::PI * luminance(prepared.mean());
                 lights.environment = Some(prepared);
+                lights.environment_rules = Rules::new(environment.visibility, u32::MAX, effects);
             }
         }
         Ok(lights)
-    }
-
-    fn add_lamp(&mut self, lamp: Lamp, bounds: &mut Vec<Bounds>) {
-        if luminance(lamp.intensity) <= 0.0 {
-            return;
-        }
-        bounds.push(Bounds {
-            min: lamp.center - lamp.radius,
-            max: lamp.center + lamp.radius,
-            intensity: luminance(lamp.intensity),
-            axis: lamp.cone.as_ref().map_or(Vec3::Z, |c| c.axis),
-            // A spot with a scaled transform is an ellipse: only round ones are bounded by their cone.
-            cos_normals: lamp
-                .cone
-                .as_ref()
-                .filter(|c| is_rigid(&c.light_from_world))
-                .map_or(-1.0, |c| c.cos_half_angle),
-            cos_emission: 1.0,
-            two_sided: false,
-        });
-        let index = self.lamps.len() as u32;
-        if lamp.radius > 0.0 {
-            self.sized_lamps.push(index);
-        }
-        self.lamp_emitters.push(self.emitters.len() as u32);
-        self.emitters.push(Emitter::Lamp(index));
-        // Keeps `triangle_corners` parallel to `emitters`.
-        self.triangle_corners.push([Vec3::ZERO; 3]);
-        self.lamps.push(lamp);
     }
 
     /// Whether there are none.
@@ -289,37 +217,46 @@ impl Lights {
         self.tree.is_empty() && self.suns.is_empty() && self.environment.is_none()
     }
 
+    /// A point that is to be lit.
+    #[inline]
+    pub fn shaded(&self, point: Vec3, normal: Option<Vec3>) -> Shaded {
+        let groups = if self.suns.is_empty() && self.environment.is_none() {
+            Groups {
+                sum: 1.0,
+                count: 1.0,
+                tree: 1.0,
+            }
+        } else {
+            let tree = self.tree.importance(point, normal);
+            let mut sum = tree + self.environment_estimate;
+            let mut count = f32::from(tree > 0.0) + f32::from(self.environment_estimate > 0.0);
+            for &s in &self.sun_estimates {
+                sum += s;
+                count += 1.0;
+            }
+            Groups { sum, count, tree }
+        };
+        Shaded {
+            point,
+            normal,
+            groups,
+        }
+    }
+
     /// Probability of a group, by the estimated irradiance, a part of it evenly so that no
     /// estimate can starve a group.
     #[inline]
     fn group_probability(&self, group: Group, at: &Shaded) -> f32 {
-        let (sum, count, tree) = self.group_sum(at);
-        let share = |estimate: f32| {
-            if estimate <= 0.0 {
-                return 0.0;
-            }
-            0.8 * estimate / sum + 0.2 / count
+        let Groups { sum, count, tree } = at.groups;
+        let estimate = match group {
+            Group::Tree => tree,
+            Group::Environment => self.environment_estimate,
+            Group::Sun(i) => self.sun_estimates[i],
         };
-        match group {
-            Group::Tree => share(tree),
-            Group::Environment => share(self.environment_estimate),
-            Group::Sun(i) => share(self.sun_estimates[i]),
+        if estimate <= 0.0 {
+            return 0.0;
         }
-    }
-
-    #[inline]
-    fn group_sum(&self, at: &Shaded) -> (f32, f32, f32) {
-        if self.suns.is_empty() && self.environment.is_none() {
-            return (1.0, 1.0, 1.0);
-        }
-        let tree = self.tree.importance(at.point, at.normal);
-        let mut sum = tree + self.environment_estimate;
-        let mut count = f32::from(tree > 0.0) + f32::from(self.environment_estimate > 0.0);
-        for &s in &self.sun_estimates {
-            sum += s;
-            count += 1.0;
-        }
-        (sum, count, tree)
+        0.8 * estimate / sum + 0.2 / count
     }
 
     #[inline]
@@ -365,10 +302,12 @@ impl Lights {
                     pdf,
                     delta: false,
                     target: None,
+                    rules: self.environment_rules,
                 })
             }
             Group::Sun(i) => {
-                let sun = &self.suns[i];
+                let (sun, rules) = &self.suns[i];
+                let rules = *rules;
                 let d = sun.sample(u);
                 Some(if sun.is_delta() {
                     LightSample {
@@ -377,6 +316,7 @@ impl Lights {
                         pdf: 0.0,
                         delta: true,
                         target: None,
+                        rules,
                     }
                 } else {
                     let pdf = d.pdf * p;
@@ -386,6 +326,7 @@ impl Lights {
                         pdf,
                         delta: false,
                         target: None,
+                        rules,
                     }
                 })
             }
@@ -394,25 +335,15 @@ impl Lights {
                 let p = p * choice.probability;
                 match self.emitters[choice.emitter as usize] {
                     Emitter::Lamp(index) => {
-                        let s = self.lamps[index as usize].sample(at.point, u)?;
-                        let target = at.point + s.direction.wi * s.distance;
-                        Some(if s.delta {
-                            LightSample {
-                                wi: s.direction.wi,
-                                contribution: s.radiance / p,
-                                pdf: 0.0,
-                                delta: true,
-                                target: Some(target),
-                            }
-                        } else {
-                            let pdf = s.direction.pdf * p;
-                            LightSample {
-                                wi: s.direction.wi,
-                                contribution: s.radiance / pdf,
-                                pdf,
-                                delta: false,
-                                target: Some(target),
-                            }
+                        let (s, rules) = self.lamps.sample(index, at, u)?;
+                        let pdf = s.direction.pdf * p;
+                        Some(LightSample {
+                            wi: s.direction.wi,
+                            contribution: s.radiance / if s.delta { p } else { pdf },
+                            pdf,
+                            delta: s.delta,
+                            target: Some(at.point + s.direction.wi * s.distance),
+                            rules,
                         })
                     }
                     Emitter::Triangle { entry, triangle } => {
@@ -444,6 +375,11 @@ impl Lights {
                             pdf,
                             delta: false,
                             target: Some(target),
+                            rules: Rules {
+                                // A surface cannot shine through others.
+                                visibility: entry.visibility.with(RayKind::Shadow),
+                                ..Rules::NONE
+                            },
                         })
                     }
                 }
@@ -468,98 +404,80 @@ impl Lights {
         p * choice * shape.pdf(at.point, on.point)
     }
 
-    /// Visits the lamps that a ray meets before `far`, in their order: radiance, and the density
-    /// with which light sampling from `at` finds the direction.
+    /// Whether the camera sees lamps.
     #[inline]
-    pub fn lamps_along(
+    pub fn camera_sees_lamps(&self) -> bool {
+        self.lamps.seen_by_camera()
+    }
+
+    /// Visits the lamps that a ray meets before `far`, in their order: radiance, and the density
+    /// with which light sampling from `at` finds the direction (infinite where nothing else may find it). The
+    /// ray is of a kind and left after so many bounces.
+    #[inline]
+    pub fn lamps_along<const E: Mask>(
         &self,
         at: &Shaded,
-        origin: Vec3,
-        wi: Vec3,
-        far: f32,
+        (origin, wi, far): (Vec3, Vec3, f32),
+        (kind, bounces): (RayKind, u32),
         mut visit: impl FnMut(Vec3, f32),
     ) {
-        if self.sized_lamps.is_empty() {
+        if !self.lamps.can_be_hit() {
             return;
         }
-        let mut meet = |index: u32| {
-            let lamp = &self.lamps[index as usize];
-            // From inside a lamp neither technique sees it: as with Cycles' spheres, whose far side
-            // does not shine inwards.
-            if lamp.hit(origin, wi).is_some_and(|t| t < far)
-                && (at.point - lamp.center).length() > lamp.radius
-            {
+        self.lamps
+            .along(at, origin, wi, far, |emitter, rules, meeting| {
+                if kind == RayKind::Camera || effects::has(E, effects::VISIBILITY) {
+                    if !rules.allow(kind, bounces) {
+                        return;
+                    }
+                    if kind != RayKind::Camera && !rules.visibility.sees(RayKind::Shadow) {
+                        visit(meeting.radiance, f32::INFINITY);
+                        return;
+                    }
+                }
                 let p = self.group_probability(Group::Tree, at)
-                    * self.tree.probability(
-                        self.lamp_emitters[index as usize],
-                        at.point,
-                        at.normal,
-                    );
-                visit(lamp.emitted(wi), p * lamp.pdf(at.point));
-            }
+                    * self.tree.probability(emitter, at.point, at.normal);
+                visit(meeting.radiance, p * meeting.pdf);
+            });
+    }
+
+    /// Radiance from infinity with the density of light sampling, for each light there; as in
+    /// [`Self::lamps_along`].
+    #[inline]
+    pub fn from_infinity<const E: Mask>(
+        &self,
+        at: &Shaded,
+        wi: Vec3,
+        (kind, bounces): (RayKind, u32),
+        mut visit: impl FnMut(Vec3, f32),
+    ) {
+        let seen = |rules: &Rules| {
+            !(kind == RayKind::Camera || effects::has(E, effects::VISIBILITY))
+                || rules.allow(kind, bounces)
         };
-        match &self.lamp_scene {
-            None => self.sized_lamps.iter().for_each(|&i| meet(i)),
-            Some(scene) => {
-                let ray = Ray {
-                    origin: origin.to_array(),
-                    direction: wi.to_array(),
-                    near: 0.0,
-                    far,
+        if let Some(environment) = &self.environment
+            && seen(&self.environment_rules)
+        {
+            let pdf = if kind == RayKind::Camera {
+                0.0
+            } else {
+                self.group_probability(Group::Environment, at) * environment.pdf(wi)
+            };
+            visit(environment.emitted(wi), pdf);
+        }
+        for (i, (sun, rules)) in self.suns.iter().enumerate() {
+            if sun.contains(wi) && seen(rules) {
+                let pdf = if effects::has(E, effects::VISIBILITY)
+                    && !rules.visibility.sees(RayKind::Shadow)
+                {
+                    f32::INFINITY
+                } else {
+                    self.group_probability(Group::Sun(i), at) * sun.pdf()
                 };
-                let mut met = Vec::new();
-                scene.intersect_filtered(&ray, |hit| {
-                    met.push(self.sized_lamps[hit.primitive as usize]);
-                    false
-                });
-                // Embree asks in any order, perhaps twice (both sides of a sphere).
-                met.sort_unstable();
-                met.dedup();
-                met.into_iter().for_each(meet);
+                visit(sun.radiance(), pdf);
             }
         }
     }
-
-    /// Radiance from infinity with the density of light sampling, for each light there.
-    #[inline]
-    pub fn from_infinity(&self, at: &Shaded, wi: Vec3, mut visit: impl FnMut(Vec3, f32)) {
-        if let Some(environment) = &self.environment {
-            let p = self.group_probability(Group::Environment, at);
-            visit(environment.emitted(wi), p * environment.pdf(wi));
-        }
-        for (i, sun) in self.suns.iter().enumerate() {
-            if sun.contains(wi) {
-                visit(
-                    sun.radiance(),
-                    self.group_probability(Group::Sun(i), at) * sun.pdf(),
-                );
-            }
-        }
-    }
-
-    /// Radiance that a camera ray sees at infinity: suns are not seen, as in Cycles.
-    #[inline]
-    pub fn background(&self, wi: Vec3) -> Vec3 {
-        self.environment
-            .as_ref()
-            .map_or(Vec3::ZERO, |e| e.emitted(wi))
-    }
-}
-
-fn direction(t: &DAffine3) -> Vec3 {
-    (-t.matrix3.z_axis)
-        .try_normalize()
-        .unwrap_or(DVec3::NEG_Y)
-        .as_vec3()
-}
-
-fn is_rigid(m: &Mat3) -> bool {
-    let (x, y, z) = (m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
-    let same = |a: f32, b: f32| (a - b).abs() <= 1e-5 * a.max(b);
-    same(x, y)
-        && same(y, z)
-        && m.x_axis.dot(m.y_axis).abs() <= 1e-5 * x * y
-        && m.y_axis.dot(m.z_axis).abs() <= 1e-5 * y * z
 }
 
 fn texels(image: &crate::scene::Image) -> Vec<Vec3> {

@@ -2,11 +2,14 @@
 
 mod camera;
 mod geometry;
+mod lamps;
 mod lights;
 mod material;
 mod texture;
 
+pub use crate::scene::RayKind;
 pub use geometry::{HitPoint, Surface};
+pub use lamps::Rules;
 pub use lights::{LightSample, Lights, Shaded};
 
 use crate::camera::Camera;
@@ -34,6 +37,8 @@ pub struct World {
     /// Triangles, instances expanded.
     pub triangles: u64,
     cull_backfaces: bool,
+    /// Paths take the kinds of scattering apart, as some kinds of rays see less than others.
+    pub by_kind: bool,
 }
 
 /// What a world is prepared for.
@@ -117,6 +122,11 @@ impl World {
             let filtered = (materials[material as usize].translucent && keep(effects::ALPHA))
                 || (options.cull_backfaces && materials[material as usize].single_sided);
             triangles += source.triangles.len() as u64;
+            let visibility = if keep(effects::VISIBILITY) {
+                instance.visibility
+            } else {
+                instance.visibility.on_paths()
+            };
             let transform = DAffine3 {
                 translation: instance.world_from_object.translation - origin,
                 ..instance.world_from_object
@@ -128,7 +138,7 @@ impl World {
                     None => {
                         let data = MeshData::new(source, material, None)?;
                         let mut child = embree::Scene::new(&device)?;
-                        child.add_triangles(&data.triangles, filtered)?;
+                        child.add_triangles(&data.triangles, filtered, u32::MAX)?;
                         let child = child.commit()?;
                         meshes.push(data);
                         let id = meshes.len() as u32 - 1;
@@ -136,7 +146,7 @@ impl World {
                         (id, child)
                     }
                 };
-                let entry = Entry::instance(mesh, &transform);
+                let entry = Entry::instance(mesh, &transform, visibility);
                 let m = &entry.transform();
                 top.add_instance(
                     &child,
@@ -146,15 +156,17 @@ impl World {
                         m.z.to_array(),
                         m.translation.to_array(),
                     ],
+                    visibility.bits(),
                 )?;
                 entries.push(entry);
             } else {
                 let data = MeshData::new(source, material, Some(&transform))?;
-                top.add_triangles(&data.triangles, filtered)?;
+                top.add_triangles(&data.triangles, filtered, visibility.bits())?;
                 meshes.push(data);
                 entries.push(Entry::flat(
                     meshes.len() as u32 - 1,
                     transform.matrix3.determinant() < 0.0,
+                    visibility,
                 ));
             }
         }
@@ -179,6 +191,7 @@ impl World {
             origin,
             triangles,
             cull_backfaces: options.cull_backfaces,
+            by_kind: keep(effects::VISIBILITY),
         })
     }
 
@@ -224,8 +237,8 @@ impl World {
         &self,
         origin: Vec3,
         direction: Vec3,
-        near: f32,
-        far: f32,
+        (near, far): (f32, f32),
+        kind: RayKind,
         key: u32,
     ) -> Option<Hit> {
         let ray = Ray {
@@ -233,6 +246,7 @@ impl World {
             direction: direction.to_array(),
             near,
             far,
+            mask: kind.bit(),
         };
         if !self.filters::<E>() {
             return self.embree.intersect(&ray);
@@ -248,8 +262,8 @@ impl World {
         &self,
         origin: Vec3,
         direction: Vec3,
-        near: f32,
-        far: f32,
+        (near, far): (f32, f32),
+        kind: RayKind,
         key: u32,
         left: u32,
     ) -> Met {
@@ -258,6 +272,7 @@ impl World {
             direction: direction.to_array(),
             near,
             far,
+            mask: kind.bit(),
         };
         let mut passed = Vec::new();
         let hit = self.embree.intersect_filtered(&ray, |hit| {
@@ -311,6 +326,7 @@ impl World {
             direction: direction.to_array(),
             near: 0.0,
             far,
+            mask: RayKind::Shadow.bit(),
         };
         if !self.filters::<E>() {
             return if self.embree.occluded(&ray) { 0.0 } else { 1.0 };

@@ -1,0 +1,678 @@
+//! Area lights: rectangles and ellipses that shine to one side, with Cycles' spread.
+//!
+//! Rectangles are sampled by solid angle. Ellipses are sampled by area where they are small as seen from the
+//! point, and by the solid angle of the rectangle around them where they are not (points beside the ellipse are
+//! samples without light). Parallelograms, the images of rectangles under sheared transforms, are two triangles that
+//! are drawn alike and sampled by solid angle each.
+
+use super::lamp::LampSample;
+use super::rectangle::SphericalRectangle;
+use super::triangle::Triangle;
+use super::{Direction, Meeting};
+use crate::math::{sqr, warp};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+use std::f32::consts::{FRAC_PI_4, PI};
+
+/// An area light in world space (relative to the scene's origin).
+#[derive(Clone, Copy, Debug)]
+pub struct Area {
+    center: Vec3,
+    /// Unit vectors in its plane.
+    u: Vec3,
+    v: Vec3,
+    /// Unit normal on the side to which it shines.
+    normal: Vec3,
+    /// Half extents along `u` and `v`.
+    half: Vec2,
+    outline: Outline,
+    spread: Spread,
+    /// Radiance along the normal for a full spread.
+    radiance: Vec3,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Outline {
+    Rectangle,
+    Ellipse,
+    /// Half edges by the coordinates along `u` and `v`.
+    Parallelogram(Vec2, Vec2),
+}
+
+/// Cycles' "Spread": a grid of slats before the light lets through what leaves within an angle of its normal,
+/// less and less towards that angle (<https://archive.blender.org/developer/D10594>).
+#[derive(Clone, Copy, Debug)]
+enum Spread {
+    /// As it comes from a diffuse emitter.
+    Full,
+    /// Within a half angle: its tangent, and 1 / (tangent − angle), which keeps the power.
+    Within { tangent: f32, scale: f32 },
+    /// Exactly along the normal.
+    Parallel,
+}
+
+impl Spread {
+    /// By the full angle.
+    fn new(angle: f64) -> Self {
+        let half = 0.5 * angle;
+        // Below a second of arc: as parallel as the sun's own light from one of its spots.
+        if half < 1e-6 {
+            return Self::Parallel;
+        }
+        if half >= f64::from(std::f32::consts::FRAC_PI_2) {
+            return Self::Full;
+        }
+        let tangent = half.tan();
+        // tan x − x = x³/3 + 2x⁵/15 + …: the difference has fewer than seven digits below 1e-3.
+        let less = if half < 1e-3 {
+            half.powi(3) / 3.0 * (1.0 + 0.4 * half * half)
+        } else {
+            tangent - half
+        };
+        Self::Within {
+            tangent: tangent as f32,
+            scale: (1.0 / less) as f32,
+        }
+    }
+}
+
+/// A point as a light sees it.
+#[derive(Clone, Copy)]
+struct Local {
+    /// Foot of its perpendicular, by the light's coordinates.
+    foot: Vec2,
+    /// Height over the light's plane, on the side to which it shines.
+    height: f32,
+}
+
+/// How points on the light are drawn.
+enum Plan {
+    /// Uniformly over the solid angle of a rectangle.
+    Spherical(SphericalRectangle),
+    /// Uniformly over a rectangle: half extents, and the middle.
+    Flat(Vec2, Vec2),
+    /// Uniformly over the ellipse.
+    Ellipse,
+    /// On one of two triangles.
+    Triangles(Vec2, Vec2),
+}
+
+/// Rectangles that are this many times their half diagonals away are sampled by area, which saves the
+/// angles: distances, the third power of which weighs a sample, differ by less than a thirtieth.
+const FAR: f32 = 32.0;
+
+/// Ellipses nearer than this many half diagonals are sampled by the solid angle of their rectangles. A quarter of
+/// these samples (1 − π/4) is lost, a relative variance of 0.27; area sampling has more of it the nearer the
+/// point is: at this distance its weights differ by (4/3)³ : (2/3)³.
+const ELLIPSE_NEAR: f32 = 3.0;
+
+impl Area {
+    /// From the light's own space to the world's (relative to the origin). `size`: full extents along X and Y.
+    /// `power`: color times watts; `None` if it has no area. As in Cycles the area by which the power is
+    /// divided is the product of the lengths of the edges, sheared or not.
+    pub fn new(
+        world_from_light: &DAffine3,
+        size: [f32; 2],
+        ellipse: bool,
+        power: Vec3,
+        normalize: bool,
+        spread: f32,
+    ) -> Option<Self> {
+        let m = world_from_light.matrix3;
+        let x = m.x_axis * f64::from(size[0] * 0.5);
+        let y = m.y_axis * f64::from(size[1] * 0.5);
+        let (a, b) = (x.length(), y.length());
+        let across = x.try_normalize()?.cross(y.try_normalize()?);
+        let plane = across.try_normalize()?;
+        // Where a shear tilts the Z axis against the plane, the side that it is on still decides.
+        let normal = if plane.dot(m.z_axis) > 0.0 {
+            -plane
+        } else {
+            plane
+        };
+        let area = 4.0 * a * b * if ellipse { f64::from(FRAC_PI_4) } else { 1.0 };
+        let divisor = std::f64::consts::PI * if normalize { area } else { 1.0 };
+        let sheared = across.length_squared() < 1.0 - SHEAR;
+        let (u, v, half, outline) = if ellipse {
+            let (u, v) = principal_axes(x, y, plane);
+            (u, v, DVec2::new(u.length(), v.length()), Outline::Ellipse)
+        } else if sheared {
+            let u = x / a;
+            let v = plane.cross(u);
+            let half = |e: DVec3| DVec2::new(e.dot(u), e.dot(v)).as_vec2();
+            (
+                u,
+                v,
+                // Of the box around it.
+                DVec2::new(a + y.dot(u).abs(), y.dot(v).abs()),
+                Outline::Parallelogram(half(x), half(y)),
+            )
+        } else {
+            (x, y, DVec2::new(a, b), Outline::Rectangle)
+        };
+        Some(Self {
+            center: world_from_light.translation.as_vec3(),
+            u: u.normalize().as_vec3(),
+            v: v.normalize().as_vec3(),
+            normal: normal.as_vec3(),
+            half: half.as_vec2(),
+            outline,
+            spread: Spread::new(f64::from(spread)),
+            radiance: (power.as_dvec3() / divisor).as_vec3(),
+        })
+    }
+
+    /// Centre.
+    pub fn center(&self) -> Vec3 {
+        self.center
+    }
+
+    /// The side to which it shines.
+    pub fn normal(&self) -> Vec3 {
+        self.normal
+    }
+
+    /// Lower and upper corner of its bounds.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let (x, y) = (self.u * self.half.x, self.v * self.half.y);
+        let reach = x.abs() + y.abs();
+        (self.center - reach, self.center + reach)
+    }
+
+    /// Corners of a rectangle around it that is larger by a share.
+    pub fn corners(&self, larger: f32) -> [Vec3; 4] {
+        let rounding = self.center.abs().max_element() * 4.0 * f32::EPSILON;
+        let half = self.half * (1.0 + larger) + rounding;
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(s, t)| self.center + self.u * (s * half.x) + self.v * (t * half.y))
+    }
+
+    /// Radiant intensity along the normal.
+    pub fn intensity(&self) -> Vec3 {
+        let peak = match self.spread {
+            Spread::Full => 1.0,
+            Spread::Within { tangent, scale } => tangent * scale,
+            Spread::Parallel => PI,
+        };
+        self.radiance * (peak * self.area())
+    }
+
+    /// Cosine of the half angle of its light.
+    pub fn cos_spread(&self) -> f32 {
+        match self.spread {
+            Spread::Full => 0.0,
+            Spread::Within { tangent, .. } => 1.0 / (1.0 + sqr(tangent)).sqrt(),
+            Spread::Parallel => 1.0,
+        }
+    }
+
+    /// Whether rays can find it.
+    pub fn is_parallel(&self) -> bool {
+        matches!(self.spread, Spread::Parallel)
+    }
+
+    fn area(&self) -> f32 {
+        match self.outline {
+            Outline::Rectangle => 4.0 * self.half.x * self.half.y,
+            Outline::Ellipse => PI * self.half.x * self.half.y,
+            Outline::Parallelogram(x, y) => 4.0 * x.perp_dot(y).abs(),
+        }
+    }
+
+    #[inline]
+    fn local(&self, p: Vec3) -> Option<Local> {
+        let d = p - self.center;
+        let height = d.dot(self.normal);
+        // Also false for what is not a number.
+        (height > 0.0).then(|| Local {
+            foot: Vec2::new(d.dot(self.u), d.dot(self.v)),
+            height,
+        })
+    }
+
+    #[inline]
+    fn contains(&self, p: Vec2) -> bool {
+        match self.outline {
+            Outline::Rectangle => p.abs().cmple(self.half).all(),
+            Outline::Ellipse => (p / self.half).length_squared() <= 1.0,
+            Outline::Parallelogram(x, y) => {
+                let whole = x.perp_dot(y);
+                p.perp_dot(y).abs() <= whole.abs() && x.perp_dot(p).abs() <= whole.abs()
+            }
+        }
+    }
+
+    /// Part of the radiance that leaves in a direction with this tangent of the angle to the normal.
+    #[inline]
+    fn share(&self, tangent: f32) -> f32 {
+        match self.spread {
+            Spread::Full => 1.0,
+            Spread::Within {
+                tangent: end,
+                scale,
+            } => ((end - tangent) * scale).max(0.0),
+            Spread::Parallel => 0.0,
+        }
+    }
+
+    /// How to draw points for a lit point; `None` where nothing arrives.
+    #[inline]
+    fn plan(&self, at: Local) -> Option<Plan> {
+        if let Outline::Parallelogram(x, y) = self.outline {
+            return Some(Plan::Triangles(x, y));
+        }
+        let (mut low, mut high) = (-self.half, self.half);
+        if let Spread::Within { tangent, .. } = self.spread {
+            // Only what is within the spread about the foot of the perpendicular sends light here.
+            let reach = at.height * tangent;
+            low = low.max(at.foot - reach);
+            high = high.min(at.foot + reach);
+            if low.cmpge(high).any() {
+                return None;
+            }
+        }
+        let (half, middle) = ((high - low) * 0.5, (high + low) * 0.5);
+        let distance2 = sqr(at.height) + (middle - at.foot).length_squared();
+        if matches!(self.outline, Outline::Ellipse)
+            && distance2 > sqr(ELLIPSE_NEAR) * self.half.length_squared()
+            && 4.0 * half.x * half.y >= self.area()
+        {
+            return Some(Plan::Ellipse);
+        }
+        if distance2 > sqr(FAR) * half.length_squared() {
+            return Some(Plan::Flat(half, middle));
+        }
+        Some(
+            SphericalRectangle::new(
+                (low - at.foot).as_dvec2(),
+                (high - at.foot).as_dvec2(),
+                f64::from(at.height),
+            )
+            .map_or(Plan::Flat(half, middle), Plan::Spherical),
+        )
+    }
+
+    /// One of the triangles of a parallelogram.
+    fn triangle(&self, x: Vec2, y: Vec2, first: bool) -> Triangle {
+        let corner = |p: Vec2| self.center + self.u * p.x + self.v * p.y;
+        let third = if first { x - y } else { y - x };
+        Triangle {
+            corners: [corner(-x - y), corner(third), corner(x + y)],
+        }
+    }
+
+    /// Draws a point. `None` where it would not shine on `from`.
+    #[inline]
+    pub fn sample(&self, from: Vec3, u: Vec2) -> Option<LampSample> {
+        let at = self.local(from)?;
+        if self.is_parallel() {
+            return self.contains(at.foot).then(|| LampSample {
+                direction: Direction {
+                    wi: -self.normal,
+                    pdf: 0.0,
+                },
+                // π/A · A: the power that passes through a square metre.
+                radiance: self.radiance * PI,
+                distance: at.height,
+                delta: true,
+            });
+        }
+        let plan = self.plan(at)?;
+        let on = match &plan {
+            Plan::Spherical(rectangle) => rectangle.sample(u).as_vec2() + at.foot,
+            Plan::Flat(half, middle) => *middle + *half * (u * 2.0 - 1.0),
+            Plan::Ellipse => warp::disk(u) * self.half,
+            Plan::Triangles(x, y) => {
+                let first = u.x < 0.5;
+                let u = Vec2::new(if first { u.x * 2.0 } else { u.x * 2.0 - 1.0 }, u.y);
+                let s = self.triangle(*x, *y, first).sample(from, u)?;
+                at.foot
+                    + Vec2::new(s.wi.dot(self.u), s.wi.dot(self.v)) * at.height
+                        / -s.wi.dot(self.normal)
+            }
+        };
+        // The parallelogram's points are inside but for rounding.
+        if !matches!(self.outline, Outline::Parallelogram(..)) && !self.contains(on) {
+            return None;
+        }
+        let lateral = on - at.foot;
+        let distance = (lateral.length_squared() + sqr(at.height)).sqrt();
+        let wi = (self.u * lateral.x + self.v * lateral.y - self.normal * at.height) / distance;
+        let share = self.share(lateral.length() / at.height);
+        let pdf = self.density(from, at, &plan, on, distance);
+        (share > 0.0 && pdf > 0.0 && pdf.is_finite()).then(|| LampSample {
+            direction: Direction {
+                wi: wi.normalize(),
+                pdf,
+            },
+            radiance: self.radiance * share,
+            distance,
+            delta: false,
+        })
+    }
+
+    /// Density per solid angle of a point `on` of the light at a distance.
+    #[inline]
+    fn density(&self, from: Vec3, at: Local, plan: &Plan, on: Vec2, distance: f32) -> f32 {
+        let by_area = |area: f32| sqr(distance) * distance / (at.height * area);
+        match plan {
+            Plan::Spherical(rectangle) => (1.0 / rectangle.solid_angle()) as f32,
+            Plan::Flat(half, _) => by_area(4.0 * half.x * half.y),
+            Plan::Ellipse => by_area(self.area()),
+            Plan::Triangles(x, y) => {
+                // The diagonal from −x−y to x+y parts the two.
+                let first = (*x + *y).perp_dot(*x - *y) * (*x + *y).perp_dot(on) >= 0.0;
+                let point = self.center + self.u * on.x + self.v * on.y;
+                0.5 * self.triangle(*x, *y, first).pdf(from, point)
+            }
+        }
+    }
+
+    /// Where a ray from `origin` meets the side that shines. `from`: the lit point for which light sampling's
+    /// density is asked.
+    #[inline]
+    pub fn meet(&self, from: Vec3, origin: Vec3, wi: Vec3) -> Option<Meeting> {
+        let toward = -wi.dot(self.normal);
+        if toward <= 0.0 || self.is_parallel() {
+            return None;
+        }
+        let at = self.local(origin)?;
+        let distance = at.height / toward;
+        let lateral = Vec2::new(wi.dot(self.u), wi.dot(self.v));
+        let on = at.foot + lateral * distance;
+        if !self.contains(on) {
+            return None;
+        }
+        let share = self.share(lateral.length() / toward);
+        if share <= 0.0 {
+            return None;
+        }
+        let pdf = self.local(from).map_or(0.0, |lit| {
+            let lit_distance = ((on - lit.foot).length_squared() + sqr(lit.height)).sqrt();
+            self.plan(lit)
+                .map_or(0.0, |plan| self.density(from, lit, &plan, on, lit_distance))
+        });
+        Some(Meeting {
+            distance,
+            radiance: self.radiance * share,
+            pdf,
+        })
+    }
+}
+
+/// Rectangles whose edges are this far (the squared cosine of their angle) from upright are parallelograms.
+/// f32 transforms leave 1e-14; what is ignored moves a corner by less than 1e-5 of its edge.
+const SHEAR: f64 = 1e-10;
+
+/// Half axes of the ellipse with the conjugate half diameters x and y, in the plane with this unit normal (Rytz).
+fn principal_axes(x: DVec3, y: DVec3, plane: DVec3) -> (DVec3, DVec3) {
+    // The turn by t with x cos t + y sin t as an extremum: tan 2t = 2 x·y / (x² − y²).
+    let t = 0.5 * (2.0 * x.dot(y)).atan2(x.length_squared() - y.length_squared());
+    let (sin, cos) = t.sin_cos();
+    let u = x * cos + y * sin;
+    let v = y * cos - x * sin;
+    // Upright but for rounding.
+    let side = plane.cross(u.normalize());
+    (u, side * v.dot(side).abs().max(f64::MIN_POSITIVE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DQuat;
+
+    fn grid(n: u32) -> impl Iterator<Item = Vec2> {
+        (0..n * n).map(move |i| {
+            Vec2::new(
+                ((i % n) as f32 + 0.5) / n as f32,
+                ((i / n) as f32 + 0.5) / n as f32,
+            )
+        })
+    }
+
+    /// Irradiance at `from` on a surface with a normal, by the light's own sampling.
+    fn irradiance(light: &Area, from: Vec3, normal: Vec3) -> f64 {
+        let n = 384;
+        let mut sum = 0f64;
+        for u in grid(n) {
+            if let Some(s) = light.sample(from, u) {
+                assert!((s.direction.wi.length() - 1.0).abs() < 1e-5);
+                let weight = if s.delta { 1.0 } else { 1.0 / s.direction.pdf };
+                sum += f64::from(s.radiance.x * s.direction.wi.dot(normal).max(0.0) * weight);
+            }
+        }
+        sum / f64::from(n * n)
+    }
+
+    /// Lambert's formula for a polygon: E = L/2 Σ angle · (unit normal of the edge's plane) · n, wholly above the horizon.
+    fn polygon(corners: &[DVec3], from: DVec3, normal: DVec3) -> f64 {
+        let unit: Vec<DVec3> = corners.iter().map(|c| (*c - from).normalize()).collect();
+        let edges = (0..unit.len()).map(|i| {
+            let (p, q) = (unit[i], unit[(i + 1) % unit.len()]);
+            let angle = 2.0 * ((p - q).length() * 0.5).asin();
+            p.cross(q).normalize().dot(normal) * angle
+        });
+        edges.sum::<f64>().abs() * 0.5
+    }
+
+    fn placements() -> Vec<(&'static str, DAffine3)> {
+        let turned = DAffine3::from_rotation_translation(
+            DQuat::from_rotation_x(0.4) * DQuat::from_rotation_z(0.3),
+            DVec3::new(0.3, -0.2, 2.0),
+        );
+        let sheared = DAffine3::from_scale(DVec3::new(1.0, 2.0, 0.7))
+            * DAffine3::from_rotation_z(0.6)
+            * DAffine3::from_scale(DVec3::new(1.5, 1.0, 1.0));
+        vec![
+            ("plain", DAffine3::from_translation(DVec3::Z * 2.0)),
+            ("turned", turned),
+            (
+                "scaled",
+                turned * DAffine3::from_scale(DVec3::new(0.3, 2.0, 5.0)),
+            ),
+            (
+                "mirrored",
+                turned * DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)),
+            ),
+            ("sheared", turned * sheared),
+        ]
+    }
+
+    /// Rectangles, scaled, mirrored and sheared, from near and far, against Lambert's formula.
+    #[test]
+    fn rectangles_have_their_form_factor() {
+        for (name, place) in placements() {
+            let light = Area::new(&place, [1.0, 0.6], false, Vec3::splat(PI), true, PI).unwrap();
+            let corners = [(-0.5, -0.3), (0.5, -0.3), (0.5, 0.3), (-0.5, 0.3)]
+                .map(|(x, y)| place.transform_point3(DVec3::new(x, y, 0.0)));
+            let m = place.matrix3;
+            let radiance = 1.0 / (m.x_axis.length() * m.y_axis.length() * 0.6);
+            for (from, normal) in [
+                (DVec3::ZERO, DVec3::Z),
+                (DVec3::new(1.0, 0.5, 1.2), DVec3::new(-0.5, 0.0, 1.0)),
+                (DVec3::new(0.0, 0.0, -100.0), DVec3::Z),
+                (
+                    place.transform_point3(DVec3::new(0.1, 0.1, -0.01)),
+                    light.normal.as_dvec3() * -1.0,
+                ),
+            ] {
+                let normal = normal.normalize();
+                let exact = radiance * polygon(&corners, from, normal);
+                let found = irradiance(&light, from.as_vec3(), normal.as_vec3());
+                assert!(
+                    (found / exact - 1.0).abs() < 3e-3,
+                    "{name} {from}: {found} {exact}"
+                );
+            }
+            // Nothing behind it.
+            let behind = place.transform_point3(DVec3::new(0.0, 0.0, 0.5)).as_vec3();
+            assert!(light.sample(behind, Vec2::splat(0.4)).is_none(), "{name}");
+        }
+    }
+
+    /// A disc of radius r, parallel to the surface at the height h over its axis: E = πL r²/(r² + h²); ellipses by the
+    /// integral of cos²/d² over a fine grid.
+    #[test]
+    fn discs_and_ellipses_have_their_form_factor() {
+        let disc = |h: f64| {
+            let place = DAffine3::from_translation(DVec3::Z * h);
+            Area::new(&place, [2.0, 2.0], true, Vec3::splat(PI * PI), true, PI).unwrap()
+        };
+        for h in [0.05, 0.7, 2.0, 50.0] {
+            let found = irradiance(&disc(h), Vec3::ZERO, Vec3::Z);
+            let exact = std::f64::consts::PI / (1.0 + h * h);
+            assert!((found / exact - 1.0).abs() < 4e-3, "{h}: {found} {exact}");
+        }
+        for (name, place) in placements() {
+            let light = Area::new(&place, [1.0, 0.6], true, Vec3::splat(PI), true, PI).unwrap();
+            let m = place.matrix3;
+            let radiance =
+                1.0 / (m.x_axis.length() * m.y_axis.length() * 0.6 * std::f64::consts::FRAC_PI_4);
+            for from in [DVec3::ZERO, DVec3::new(0.4, 0.1, 1.3)] {
+                let n = 2000;
+                let element = m.x_axis.cross(m.y_axis) * (0.6 / f64::from(n * n));
+                let mut exact = 0.0;
+                for i in 0..n {
+                    for j in 0..n {
+                        let p = DVec3::new(f64::from(i) + 0.5, f64::from(j) + 0.5, 0.0)
+                            / f64::from(n)
+                            - DVec3::new(0.5, 0.5, 0.0);
+                        if p.length_squared() <= 0.25 {
+                            let d = place.transform_point3(p * DVec3::new(1.0, 0.6, 1.0)) - from;
+                            exact +=
+                                radiance * d.z * d.dot(element).abs() / d.length_squared().powi(2);
+                        }
+                    }
+                }
+                let found = irradiance(&light, from.as_vec3(), Vec3::Z);
+                assert!(
+                    (found / exact - 1.0).abs() < 4e-3,
+                    "{name} {from}: {found} {exact}"
+                );
+            }
+        }
+    }
+
+    /// The spread moves light towards the normal, but keeps the power: ∫ E over a plane below is the
+    /// power, whatever the spread; here over the sphere of directions from the far field.
+    #[test]
+    fn spread_keeps_the_power() {
+        for spread in [0.02f32, 0.5, 1.5, 2.5, 3.1, PI] {
+            let light = Area::new(
+                &DAffine3::IDENTITY,
+                [1.0, 1.0],
+                false,
+                Vec3::splat(20.0),
+                true,
+                spread,
+            )
+            .unwrap();
+            // Intensity I(θ) = L(θ) cosθ A; the power is 2π ∫ I sinθ dθ.
+            let n = 20_000;
+            let end = f64::from(spread) * 0.5;
+            let power: f64 = (0..n)
+                .map(|i| {
+                    let angle = (f64::from(i) + 0.5) / f64::from(n) * end;
+                    let l = f64::from(light.radiance.x * light.share(angle.tan() as f32));
+                    l * angle.cos() * angle.sin()
+                })
+                .sum::<f64>()
+                * std::f64::consts::TAU
+                * end
+                / f64::from(n);
+            assert!((power / 20.0 - 1.0).abs() < 1e-3, "{spread}: {power}");
+        }
+        // Parallel light: 20 W over one square metre.
+        let beam = Area::new(
+            &DAffine3::IDENTITY,
+            [1.0; 2],
+            false,
+            Vec3::splat(20.0),
+            true,
+            0.0,
+        )
+        .unwrap();
+        let s = beam
+            .sample(Vec3::new(0.3, -0.4, -7.0), Vec2::splat(0.5))
+            .unwrap();
+        assert!(s.delta && (s.radiance.x - 20.0).abs() < 1e-4 && s.distance == 7.0);
+        assert!(
+            beam.sample(Vec3::new(0.6, 0.0, -7.0), Vec2::splat(0.5))
+                .is_none()
+        );
+    }
+
+    /// What light sampling finds a ray finds too, with the same radiance, distance and density.
+    #[test]
+    fn rays_meet_what_is_sampled() {
+        for (name, place) in placements() {
+            for (ellipse, spread) in [(false, PI), (true, PI), (false, 1.0), (true, 0.3)] {
+                let light =
+                    Area::new(&place, [1.0, 0.6], ellipse, Vec3::ONE, false, spread).unwrap();
+                for from in [
+                    Vec3::new(0.1, 0.05, 0.0),
+                    Vec3::new(0.3, -0.1, 1.8),
+                    Vec3::new(0.2, 0.3, -60.0),
+                ] {
+                    let (mut met, mut drawn) = (0, 0);
+                    for u in grid(40) {
+                        let Some(s) = light.sample(from, u) else {
+                            continue;
+                        };
+                        drawn += 1;
+                        // Rounding may put a point of the edge outside.
+                        let Some(m) = light.meet(from, from, s.direction.wi) else {
+                            continue;
+                        };
+                        met += 1;
+                        let same = |a: f32, b: f32| (a / b - 1.0).abs() < 2e-3;
+                        assert!(same(m.distance, s.distance), "{name} {m:?} {s:?}");
+                        assert!(
+                            same(m.pdf, s.direction.pdf),
+                            "{name} {ellipse} {spread} {from} {m:?} {s:?}"
+                        );
+                        assert!(
+                            (m.radiance.x - s.radiance.x).abs() < 2e-3 * light.intensity().x,
+                            "{name} {m:?} {s:?}"
+                        );
+                    }
+                    assert!(met * 100 >= drawn * 99, "{name} {met} of {drawn}");
+                }
+            }
+        }
+    }
+
+    /// Densities integrate to the share of the square that gives samples: uniform directions from the point meet
+    /// the light with a mean density of that share.
+    #[test]
+    fn densities_integrate_to_one() {
+        for (name, place) in placements() {
+            for ellipse in [false, true] {
+                let light = Area::new(&place, [1.0, 0.6], ellipse, Vec3::ONE, true, PI).unwrap();
+                for from in [Vec3::new(0.2, 0.0, 1.3), Vec3::new(-1.0, 0.4, 0.0)] {
+                    let n = 1000;
+                    let integral: f64 = grid(n)
+                        .filter_map(|u| light.meet(from, from, warp::sphere(u)))
+                        .map(|m| f64::from(m.pdf) * 4.0 * std::f64::consts::PI)
+                        .sum::<f64>()
+                        / f64::from(n * n);
+                    let drawn = grid(200)
+                        .filter(|&u| light.sample(from, u).is_some())
+                        .count() as f64
+                        / 40_000.0;
+                    assert!(
+                        (integral - drawn).abs() < 0.02,
+                        "{name} {ellipse}: {integral} {drawn}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lights_without_an_area_are_none() {
+        let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
+        for (place, size) in [(flat, [1.0, 1.0]), (DAffine3::IDENTITY, [0.0, 1.0])] {
+            assert!(Area::new(&place, size, false, Vec3::ONE, true, PI).is_none());
+        }
+    }
+}
