@@ -1,13 +1,15 @@
 //! Light transport on scenes built here: answers that are exact, or equalities between renders.
 
+mod visibility;
+
 use glam::{DAffine3, DVec3, Vec3};
 use sundog::effects;
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
 use sundog::scene::{
-    AlphaMode, Aperture, Camera, Environment, Image, ImageId, Instance, Light, LightKind, Material,
-    MaterialId, Mesh, MeshId, NormalTexture, Pixels, Projection, RayKind, Sampler, Scene, Texture,
-    UvTransform, Visibility,
+    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Instance, Light,
+    LightKind, Material, MaterialId, Mesh, MeshId, NormalTexture, Pixels, Projection, RayKind,
+    Sampler, Scene, Texture, UvTransform, Visibility,
 };
 
 fn diffuse(color: [f32; 3]) -> Material {
@@ -403,6 +405,86 @@ fn texture(image: u32) -> Texture {
     }
 }
 
+fn area(shape: AreaShape, size: [f32; 2], spread: f32) -> LightKind {
+    LightKind::Area {
+        shape,
+        size,
+        power: 12.0,
+        normalize: true,
+        spread,
+    }
+}
+
+/// A light that looks down from a place, through a transform of its own.
+fn looking_down(kind: LightKind, at: DVec3, own: DAffine3) -> Light {
+    let down = glam::DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    Light {
+        name: "light".into(),
+        color: [1.0, 0.9, 0.8],
+        kind,
+        world_from_light: DAffine3::from_rotation_translation(down, at) * own,
+        visibility: Visibility::ALL.without(RayKind::Camera),
+        max_bounces: Light::MAX_BOUNCES,
+    }
+}
+
+/// Area lights of every outline under every kind of transform, and soft lamps, over a floor with a ball: more of them
+/// than are tried in a row.
+fn area_lights() -> Vec<Light> {
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let scale = |x: f64, y: f64, z: f64| DAffine3::from_scale(DVec3::new(x, y, z));
+    let sheared = scale(1.0, 2.0, 1.0) * DAffine3::from_rotation_z(0.7) * scale(1.5, 0.6, 1.0);
+    let (rectangle, ellipse) = (AreaShape::Rectangle, AreaShape::Ellipse);
+    let full = std::f32::consts::PI;
+    vec![
+        looking_down(
+            area(rectangle, [1.0, 0.5], full),
+            at(-1.5, 1.0, 0.5),
+            scale(1.0, -2.0, 1.0),
+        ),
+        looking_down(
+            area(rectangle, [0.5, 0.5], 1.2),
+            at(1.0, 1.5, 1.0),
+            DAffine3::IDENTITY,
+        ),
+        looking_down(
+            area(ellipse, [1.0, 2.0], full),
+            at(0.5, 2.0, -1.5),
+            scale(-1.0, 1.0, 3.0),
+        ),
+        looking_down(
+            area(ellipse, [0.4, 0.4], 0.6),
+            at(-0.5, 1.2, 1.5),
+            DAffine3::IDENTITY,
+        ),
+        looking_down(
+            area(rectangle, [0.5, 0.5], full),
+            at(0.0, 2.5, 0.0),
+            sheared,
+        ),
+        looking_down(
+            LightKind::Point {
+                intensity: 2.0,
+                radius: 0.3,
+                soft_falloff: true,
+            },
+            at(1.8, 0.5, 0.8),
+            DAffine3::IDENTITY,
+        ),
+        looking_down(
+            LightKind::Spot {
+                intensity: 4.0,
+                radius: 0.2,
+                soft_falloff: true,
+                half_angle: 0.6,
+                blend: 0.4,
+            },
+            at(-1.8, 1.5, 1.2),
+            scale(1.0, 1.7, 1.0),
+        ),
+    ]
+}
+
 /// Scenes that call for different effects; together for all of them.
 fn gallery() -> Vec<(&'static str, Scene)> {
     let base = || {
@@ -562,6 +644,50 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         focus_distance: 3.0,
     });
     list.push(("a lens", scene));
+    let plastic = Material {
+        metallic: 0.0,
+        roughness: 0.35,
+        base_color: [0.3, 0.6, 0.4],
+        ..Material::default()
+    };
+    let mut scene = base();
+    scene.lights = area_lights();
+    ball(&mut scene, plastic.clone());
+    list.push(("area lights and soft lamps, plastic", scene));
+
+    // Nothing that some rays miss stands between lights and what they light: there shadow rays and others disagree.
+    let mut scene = base();
+    scene.lights = area_lights();
+    let kinds = [
+        RayKind::Diffuse,
+        RayKind::Glossy,
+        RayKind::Transmission,
+        RayKind::Shadow,
+    ];
+    for (i, light) in scene.lights.iter_mut().enumerate() {
+        light.visibility = light.visibility.without(kinds[i % 4]);
+        light.max_bounces = if i == 4 { 1 } else { Light::MAX_BOUNCES };
+    }
+    place(
+        &mut scene,
+        quad([-0.5, 3.0, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        Material {
+            emission: [6.0, 5.0, 4.0],
+            ..diffuse([0.0; 3])
+        },
+        &[DAffine3::IDENTITY],
+    );
+    if let Some(lamp) = scene.instances.last_mut() {
+        lamp.visibility = Visibility::ALL.without(RayKind::Glossy);
+    }
+    ball(
+        &mut scene,
+        Material {
+            transmission: 0.5,
+            ..plastic
+        },
+    );
+    list.push(("lights that some rays do not see", scene));
     list
 }
 

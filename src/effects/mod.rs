@@ -127,6 +127,16 @@ fn is_limited(light: &Light) -> bool {
         || light.max_bounces < Light::MAX_BOUNCES
 }
 
+/// Whether paths have to tell kinds of rays apart in a scene.
+pub fn tells_rays_apart(scene: &Scene) -> bool {
+    scene.instances.iter().any(|i| limits_paths(i.visibility))
+        || scene.lights.iter().any(is_limited)
+        || scene
+            .environment
+            .as_ref()
+            .is_some_and(|e| limits_paths(e.visibility))
+}
+
 /// Whether a material lets light pass beside it.
 pub fn is_translucent(material: &Material, vertex_alpha: bool) -> bool {
     let textured = material.base_color_texture.is_some();

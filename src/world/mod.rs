@@ -191,7 +191,7 @@ impl World {
             origin,
             triangles,
             cull_backfaces: options.cull_backfaces,
-            by_kind: keep(effects::VISIBILITY),
+            by_kind: keep(effects::VISIBILITY) && effects::tells_rays_apart(scene),
         })
     }
 

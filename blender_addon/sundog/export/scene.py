@@ -10,7 +10,7 @@ import numpy
 from . import camera as cameras
 from . import geometry, gltf, images, lights, materials, visibility
 from . import world as worlds
-from .verdicts import APPROXIMATED, LOST
+from .verdicts import LOST
 
 # glTF's axes are Y up: (x, y, z) of Blender is (x, z, -y). A permutation with a sign: exact.
 TO_GLTF = numpy.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
@@ -199,8 +199,6 @@ class Exporter:
             seen["camera"] = False
         if seen:
             described["visibility"] = seen
-        if described.get("soft_falloff") and described.get("radius"):
-            findings.append((APPROXIMATED, "soft falloff is rendered as a true sphere"))
         self.verdicts.extend("light", shown.name, findings)
         node = {"name": shown.name, "matrix": node_matrix(instance.matrix_world)}
         if described.get("type") == "area":
