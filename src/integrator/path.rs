@@ -282,8 +282,9 @@ pub fn trace<const E: Mask>(
         // Only here, when the light that the ray found has been added: the ray is the other half of the
         // estimate of direct light, and roulette before it would make that noisier. With the square root
         // of the throughput: half-way, in variance, between always going on and keeping the throughput
-        // constant.
-        if bounce > 0 {
+        // constant. Never at the first bounce: it carries most of the indirect light, and on the scenes of
+        // the gallery roulette there saves 2 to 12 % of the time for 3 to 25 % more variance.
+        if bounce > 1 {
             let survival = throughput.max_element().sqrt().min(1.0);
             if survival < 1.0 {
                 if sampler.single(Dimension::Roulette, bounce) >= survival {
@@ -339,10 +340,7 @@ pub fn trace<const E: Mask>(
         }
 
         // ---- Onwards ----
-        let Some(s) = bsdf.sample(
-            sampler.pair(Dimension::Lobe, bounce),
-            sampler.pair(Dimension::Direction, bounce),
-        ) else {
+        let Some(s) = bsdf.sample(sampler.triple(Dimension::Bsdf, bounce)) else {
             break;
         };
         // Where some kinds of rays see less than others, each kind is an estimate of its own.
@@ -396,9 +394,8 @@ fn direct_light<const E: Mask>(
     transparent: u32,
     gathered: &mut Gathered,
 ) -> u32 {
-    let u_light = sampler.single(Dimension::Light, bounce);
-    let u = sampler.pair(Dimension::LightPosition, bounce);
-    let Some(light) = world.lights.sample(world, at, u_light, u) else {
+    let u = sampler.triple(Dimension::Light, bounce);
+    let Some(light) = world.lights.sample(world, at, u.z, u.truncate()) else {
         return 0;
     };
     let value = bsdf.evaluate(light.wi);

@@ -7,13 +7,16 @@
 //!
 //! Each named pair of numbers is its own two-dimensional Sobol (0,2)-sequence, made independent
 //! of the others by Owen scrambling and shuffling ("padding": Burley, *Practical Hash-based Owen
-//! Scrambling*, JCGT 9(4), 2020, §5). One sequence serves the whole picture: pixels take blocks
+//! Scrambling*, JCGT 9(4), 2020, §5). A choice with a place behind it (a lobe and a direction, a
+//! light and a point on it) is a triple of one sequence: so the samples that fall to one of the
+//! choices are still spread evenly over its places, which a choice by another sequence would make
+//! a random subset of. One sequence serves the whole picture: pixels take blocks
 //! of it in Morton order, shuffled digit by digit, so that neighbours share a net and their errors
 //! differ: blue noise on the screen (Ahmed and Wonka, *Screen-Space Blue-Noise Diffusion of
 //! Monte Carlo Sampling Error via Hierarchical Ordering of Pixels*, 2020).
 
 use crate::math::float::ONE_MINUS_EPSILON;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 /// The random decisions of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,14 +26,11 @@ pub enum Dimension {
     Filter,
     /// Place on the lens (once a path).
     Lens,
-    /// Which lobe of the BSDF, and the choice between reflection and refraction.
-    Lobe,
-    /// Direction within the lobe.
-    Direction,
-    /// Which light.
+    /// Direction within a lobe of the BSDF (x, y); which lobe, and whether it is reflected or
+    /// refracted (z).
+    Bsdf,
+    /// Where on a light (x, y); which light (z).
     Light,
-    /// Where on the light.
-    LightPosition,
     /// Russian roulette.
     Roulette,
     /// Opacity of surfaces on the way (hashed further by what is hit).
@@ -38,7 +38,7 @@ pub enum Dimension {
 }
 
 /// How many dimensions a bounce has.
-const DIMENSIONS: u32 = 8;
+const DIMENSIONS: u32 = 6;
 
 /// The numbers of one path.
 #[derive(Clone, Copy, Debug)]
@@ -78,15 +78,37 @@ impl Sequence {
 impl Sampler {
     /// Two numbers in [0, 1).
     pub fn pair(&self, dimension: Dimension, bounce: u32) -> Vec2 {
-        let key = mix32(
+        let key = self.sequence_key(dimension, bounce);
+        self.two_of(key, self.shuffled(key))
+    }
+
+    /// Three numbers in [0, 1): those of [`pair`](Self::pair), and a third of the same sequence. The
+    /// three together are a (1,3)-sequence.
+    pub fn triple(&self, dimension: Dimension, bounce: u32) -> Vec3 {
+        let key = self.sequence_key(dimension, bounce);
+        let shuffled = self.shuffled(key);
+        let z = owen_32(third(shuffled), mix32(key ^ 0x3c6e_f372)).reverse_bits();
+        self.two_of(key, shuffled).extend(unit(z))
+    }
+
+    /// What makes a named sequence independent of the others.
+    fn sequence_key(&self, dimension: Dimension, bounce: u32) -> u32 {
+        mix32(
             self.seed
                 .wrapping_add((bounce * DIMENSIONS + dimension as u32).wrapping_mul(0x9e37_79b1)),
-        );
-        let shuffled = owen_64(
+        )
+    }
+
+    /// The index in the order of the sequence of this key.
+    fn shuffled(&self, key: u32) -> u64 {
+        owen_64(
             self.index.reverse_bits(),
             u64::from(mix32(key)) << 32 | u64::from(mix32(!key)),
         )
-        .reverse_bits();
+        .reverse_bits()
+    }
+
+    fn two_of(&self, key: u32, shuffled: u64) -> Vec2 {
         let x = owen_32(shuffled as u32, mix32(key ^ 0x5851_f42d)).reverse_bits();
         let y = owen_32(pascal(shuffled) as u32, mix32(key ^ 0x1405_7b7e)).reverse_bits();
         Vec2::new(unit(x), unit(y))
@@ -151,6 +173,44 @@ fn pascal(mut x: u64) -> u64 {
     x ^ ((x >> 32) & 0x0000_0000_ffff_ffff)
 }
 
+/// What each byte of an index adds to the third coordinate of Sobol's sequence, most significant
+/// digit in the lowest bit: primitive polynomial x² + x + 1 with m₁ = 1, m₂ = 3 (Joe and Kuo,
+/// *Constructing Sobol sequences with better two-dimensional projections*, 2008, eq. 2 and table).
+static THIRD: [[u32; 256]; 8] = {
+    let mut m = [0u64; 64];
+    (m[0], m[1]) = (1, 3);
+    let mut k = 2;
+    while k < 64 {
+        m[k] = (m[k - 1] << 1) ^ (m[k - 2] << 2) ^ m[k - 2];
+        k += 1;
+    }
+    let mut table = [[0; 256]; 8];
+    let mut entry = 0;
+    while entry < 8 * 256 {
+        let (byte, value) = (entry / 256, entry % 256);
+        let mut bit = 0;
+        while bit < 8 {
+            if value >> bit & 1 == 1 {
+                // mₖ has k digits (k counts from 1), the first of them its highest bit.
+                let k = 8 * byte + bit;
+                table[byte][value] ^= (m[k] << (63 - k)).reverse_bits() as u32;
+            }
+            bit += 1;
+        }
+        entry += 1;
+    }
+    table
+};
+
+/// The third generator matrix of Sobol's sequence applied to the digits of an index.
+fn third(index: u64) -> u32 {
+    index
+        .to_le_bytes()
+        .iter()
+        .zip(&THIRD)
+        .fold(0, |sum, (&byte, table)| sum ^ table[byte as usize])
+}
+
 /// Owen scrambling of a number whose digits stand in reverse order (least significant first):
 /// each step changes a bit only by the bits below it (Laine and Karras, *Stratified Sampling for
 /// Stochastic Transparency*, 2011; constants after Vegdahl, *Building a Better LK Hash*, 2021).
@@ -184,11 +244,7 @@ mod tests {
                 let sequence = Sequence::new(1 << k, seed);
                 for (px, py, bounce) in [(0, 0, 0), (17, 5, 1), (1000, 77, 9)] {
                     let points: Vec<Vec2> = (0..1 << k)
-                        .map(|s| {
-                            sequence
-                                .sampler(px, py, s)
-                                .pair(Dimension::Direction, bounce)
-                        })
+                        .map(|s| sequence.sampler(px, py, s).pair(Dimension::Bsdf, bounce))
                         .collect();
                     for a in 0..=k {
                         let (nx, ny) = (1u32 << a, 1u32 << (k - a));
@@ -203,6 +259,57 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// The first two of a triple are the pair, and each block of 2^k samples of a pixel is a
+    /// (1, k, 3)-net: each elementary interval of volume 2^(1 − k) holds two points.
+    #[test]
+    fn triples_are_nets_of_quality_one() {
+        for (seed, k) in [(0, 4u32), (1, 6), (2, 7)] {
+            let sequence = Sequence::new(1 << k, seed);
+            let samplers: Vec<_> = (0..1 << k).map(|s| sequence.sampler(12, 7, s)).collect();
+            let points: Vec<Vec3> = samplers
+                .iter()
+                .map(|s| s.triple(Dimension::Light, 3))
+                .collect();
+            for (s, p) in samplers.iter().zip(&points) {
+                assert_eq!(s.pair(Dimension::Light, 3), p.truncate());
+            }
+            for a in 0..k {
+                for b in 0..k - a {
+                    let n = [1usize << a, 1 << b, 1 << (k - 1 - a - b)];
+                    let mut seen = vec![0; n.iter().product()];
+                    for p in &points {
+                        let cell: [usize; 3] =
+                            std::array::from_fn(|i| (p[i] * n[i] as f32) as usize);
+                        seen[cell[0] + n[0] * (cell[1] + n[1] * cell[2])] += 1;
+                    }
+                    assert!(
+                        seen.iter().all(|&count| count == 2),
+                        "seed {seed} k {k} {n:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// Samples that a choice picks are still evenly spread: with two choices of 7/8 and 1/8, the
+    /// variance of the mean of a step over the larger one's samples is far below that of a random
+    /// subset's, p(1 − p)/n.
+    #[test]
+    fn a_choice_leaves_the_rest_stratified() {
+        let (n, trials) = (256, 64);
+        let mut square = 0.0;
+        for seed in 0..trials {
+            let sequence = Sequence::new(n, seed);
+            let hits = (0..n)
+                .map(|s| sequence.sampler(2, 9, s).triple(Dimension::Bsdf, 0))
+                .filter(|p| p.z < 0.875 && p.x < 0.5 && p.y < 0.25)
+                .count();
+            square += (hits as f64 / f64::from(n) - 0.875 / 8.0).powi(2);
+        }
+        let random = 0.875 / 8.0 * (1.0 - 0.875 / 8.0) / f64::from(n);
+        assert!(square / f64::from(trials) < random / 8.0);
     }
 
     /// The four pixels of an aligned 2×2 block share a net too: that is what makes their errors differ.
@@ -230,7 +337,7 @@ mod tests {
         for seed in 0..n {
             let p = Sequence::new(1, seed)
                 .sampler(3, 5, 0)
-                .pair(Dimension::Lobe, 1);
+                .pair(Dimension::Bsdf, 1);
             cells[(p.x * 8.0) as usize + 8 * (p.y * 8.0) as usize] += 1.0;
         }
         let expected = f64::from(n) / 64.0;
@@ -250,27 +357,20 @@ mod tests {
         let sequence = Sequence::new(n, 11);
         let names = [
             (Filter, 0),
-            (Lobe, 0),
-            (Direction, 0),
+            (Bsdf, 0),
             (Light, 0),
-            (LightPosition, 0),
             (Roulette, 0),
-            (Direction, 1),
+            (Bsdf, 1),
             (Light, 1),
         ];
         let columns: Vec<Vec<f64>> = names
             .iter()
             .flat_map(|&(d, b)| {
-                let pairs: Vec<Vec2> = (0..n)
-                    .map(|s| sequence.sampler(9, 4, s).pair(d, b))
-                    .collect();
-                [
-                    pairs
-                        .iter()
-                        .map(|p| f64::from(p.x) - 0.5)
-                        .collect::<Vec<_>>(),
-                    pairs.iter().map(|p| f64::from(p.y) - 0.5).collect(),
-                ]
+                (0..3).map(move |axis| {
+                    (0..n)
+                        .map(|s| f64::from(sequence.sampler(9, 4, s).triple(d, b)[axis]) - 0.5)
+                        .collect()
+                })
             })
             .collect();
         for i in 0..columns.len() {
@@ -296,7 +396,7 @@ mod tests {
                 let sequence = Sequence::new(n, seed);
                 let mean: f64 = (0..n)
                     .map(|s| {
-                        let p = sequence.sampler(1, 2, s).pair(Dimension::Direction, 0);
+                        let p = sequence.sampler(1, 2, s).pair(Dimension::Bsdf, 0);
                         (f64::from(p.x) * std::f64::consts::PI).sin()
                             * (f64::from(p.y) * std::f64::consts::PI).sin()
                     })

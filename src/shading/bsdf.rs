@@ -11,7 +11,7 @@
 use super::tables::{self, Place, Reflection, refract};
 use super::{fresnel, ggx, normal};
 use crate::math::{Frame, average, mix, sqr, warp};
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// What a material says at one point, textures looked up.
@@ -560,10 +560,11 @@ impl Bsdf {
         }
     }
 
-    /// Draws a direction. `u_lobe` chooses the lobe (x) and between reflection and transmission (y).
+    /// Draws a direction: z chooses the lobe, and between reflection and transmission.
     #[inline]
-    pub fn sample(&self, u_lobe: Vec2, u: Vec2) -> Option<BsdfSample> {
-        if u_lobe.x >= self.p_facet {
+    pub fn sample(&self, u: Vec3) -> Option<BsdfSample> {
+        let (u, choice) = (u.truncate(), u.z);
+        if choice >= self.p_facet {
             if self.diffuse == Vec3::ZERO {
                 return None;
             }
@@ -593,7 +594,7 @@ impl Bsdf {
         }
         let f = self.facet(cos_h);
         let p_reflect = Self::p_reflect(&f);
-        let transmitted = u_lobe.y >= p_reflect;
+        let transmitted = choice >= p_reflect * self.p_facet;
         let scattering = if transmitted {
             Scattering::Transmission
         } else {
@@ -843,9 +844,7 @@ mod tests {
                 let (mut weight, mut came_back) = (0f64, 0f64);
                 for i in 0..n {
                     let s = sequence.sampler(0, 0, i);
-                    if let Some(x) =
-                        bsdf.sample(s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0))
-                    {
+                    if let Some(x) = bsdf.sample(s.triple(Dimension::Bsdf, 0)) {
                         weight += f64::from(average(x.weight)) / f64::from(n);
                         came_back += 1.0 / f64::from(n);
                         // The same direction looked up has the same value and density, but for the
@@ -957,10 +956,7 @@ mod tests {
                             let sequence = Sequence::new(64, 9);
                             for i in 0..64 {
                                 let s = sequence.sampler(0, 0, i);
-                                let Some(x) = bsdf.sample(
-                                    s.pair(Dimension::Lobe, 0),
-                                    s.pair(Dimension::Direction, 0),
-                                ) else {
+                                let Some(x) = bsdf.sample(s.triple(Dimension::Bsdf, 0)) else {
                                     continue;
                                 };
                                 assert!(
@@ -991,7 +987,7 @@ mod tests {
         let sequence = Sequence::new(256, 4);
         for i in 0..256 {
             let s = sequence.sampler(3, 1, i);
-            let (u, v) = (s.pair(Dimension::Lobe, 0), s.pair(Dimension::Direction, 0));
+            let (u, v) = (s.pair(Dimension::Lens, 0), s.triple(Dimension::Bsdf, 0));
             let p = SurfaceParameters {
                 metallic: u.x,
                 roughness: v.y,
@@ -1004,7 +1000,7 @@ mod tests {
             let special = Bsdf::new::<false>(&p, &tables, normals(Vec3::Z), view, false);
             let general = Bsdf::new::<true>(&p, &tables, normals(Vec3::Z), view, false);
             let found = [special, general].map(|b| {
-                let (x, e) = (b.sample(v, u), b.evaluate(direction(v.x)));
+                let (x, e) = (b.sample(v), b.evaluate(direction(v.x)));
                 (x.map(|x| (x.wi, x.weight, x.pdf)), e.value, e.pdf)
             });
             assert_eq!(found[0], found[1]);

@@ -148,7 +148,7 @@ mod tests {
                 // One sample of many far pixels: independent enough for a χ² that only has to be small.
                 let u = sequence
                     .sampler(s % 256, s / 256, 0)
-                    .pair(Dimension::Direction, 0);
+                    .pair(Dimension::Bsdf, 0);
                 let h = sample_visible_normal(wo, alpha, bound, u);
                 let wi = h * (2.0 * wo.dot(h)) - wo;
                 if wi.z <= 0.0 {
