@@ -680,8 +680,8 @@ impl Bsdf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::float::ONE_MINUS_EPSILON;
     use crate::sampler::{Dimension, Sequence};
+    use rayon::prelude::*;
 
     fn plain() -> SurfaceParameters {
         SurfaceParameters {
@@ -708,24 +708,15 @@ mod tests {
         Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
     }
 
-    /// The i-th point of Kronecker's sequence in four dimensions, the powers of the root of
-    /// x⁵ = x + 1 as its steps: even over lobes and directions together, which padded pairs of
-    /// Sobol points are not.
-    fn point(i: u32) -> (Vec2, Vec2) {
-        const ROOT: f64 = 1.167_303_978_261_418_7;
-        let u =
-            |k: i32| ((0.5 + f64::from(i) * ROOT.powi(-k)).fract() as f32).min(ONE_MINUS_EPSILON);
-        (Vec2::new(u(1), u(2)), Vec2::new(u(3), u(4)))
-    }
-
-    /// Mean weight of `n` sampled directions: the albedo. Each `run` has its own points.
+    /// Mean weight of `n` sampled directions: the albedo. Each `run` has its own points, of the kind
+    /// that paths draw.
     fn albedo(bsdf: &Bsdf, n: u32, run: u32) -> f64 {
+        let sequence = Sequence::new(n, run);
         let weight = |i| {
-            let (lobe, direction) = point(i);
-            bsdf.sample(lobe, direction)
+            bsdf.sample(sequence.sampler(0, 0, i).triple(Dimension::Bsdf, 0))
                 .map_or(0.0, |x| f64::from(average(x.weight)))
         };
-        (run * n..(run + 1) * n).map(weight).sum::<f64>() / f64::from(n)
+        (0..n).into_par_iter().map(weight).sum::<f64>() / f64::from(n)
     }
 
     fn white_cases(ior: f32) -> [(&'static str, SurfaceParameters, bool); 7] {
@@ -810,7 +801,7 @@ mod tests {
                             direction(cos),
                             inside,
                         );
-                        let found = albedo(&bsdf, 1 << 14, run);
+                        let found = albedo(&bsdf, 1 << 16, run);
                         assert!(
                             (found - 1.0).abs() < 5e-3,
                             "{name} {ior}, roughness {roughness}, cos {cos}: {found}"
