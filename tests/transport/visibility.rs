@@ -138,7 +138,10 @@ fn the_kinds_of_rays_share_the_light_among_them() {
                 variance += v;
             }
             let z = (sum - all) / variance.sqrt();
-            assert!(z.abs() < 3.5, "{name} {light_sampling:?}: {sum} {all}, z = {z}");
+            assert!(
+                z.abs() < 3.5,
+                "{name} {light_sampling:?}: {sum} {all}, z = {z}"
+            );
             assert!(variance.sqrt() < 0.05 * all, "{name} {light_sampling:?}");
             let none = mean(&run(&lit(without(&KINDS)), &settings));
             assert_eq!(none, 0.0, "{name}");
@@ -201,7 +204,10 @@ fn the_camera_sees_lamps_that_it_may_see_from_the_side_that_shines() {
         (ball(true), 0.0, ball_radiance),
     ] {
         let found = seen(kind, turn, Visibility::ALL);
-        assert!((found - radiance).abs() <= 1e-5 * radiance, "{kind:?} {found}");
+        assert!(
+            (found - radiance).abs() <= 1e-5 * radiance,
+            "{kind:?} {found}"
+        );
         assert_eq!(seen(kind, turn, hidden), 0.0);
     }
     let sun = LightKind::Sun {
@@ -266,16 +272,21 @@ fn shadows_follow_objects_and_lights() {
     };
     let free = picture(None, all, point);
     assert!(free.iter().any(|v| *v > 0.1));
-    assert!(picture(Some(no_camera), all, point)
-        .chunks(4)
-        .all(|p| p[..3] == [0.0; 3]));
+    assert!(
+        picture(Some(no_camera), all, point)
+            .chunks(4)
+            .all(|p| p[..3] == [0.0; 3])
+    );
     assert!(picture(Some(no_shadow), all, point) == free);
     assert!(picture(Some(no_camera), no_shadow, point) == free);
     // The camera sees the blocker, whose upper side is lit.
     assert!(picture(Some(all), all, point) != free);
     // A lamp with a size that shines through everything: as bright as with nothing before it.
     let sized = area(AreaShape::Rectangle, [0.5, 0.5], std::f32::consts::PI);
-    let through = estimate(&shaded_floor(Some(no_camera), no_shadow, sized), &small(16, 0));
+    let through = estimate(
+        &shaded_floor(Some(no_camera), no_shadow, sized),
+        &small(16, 0),
+    );
     let free = estimate(&shaded_floor(None, no_camera, sized), &small(16, 0));
     let z = (through.0 - free.0) / (through.1 + free.1).sqrt();
     assert!(z.abs() < 3.5, "{through:?} {free:?}");
@@ -304,7 +315,10 @@ fn lights_end_after_their_bounces() {
         };
         let (direct, limited, all) = (picture(1024, 0), picture(0, 4), picture(1024, 4));
         // The same random numbers, and the same light.
-        assert!((limited / direct - 1.0).abs() < 1e-5, "{name}: {limited} {direct}");
+        assert!(
+            (limited / direct - 1.0).abs() < 1e-5,
+            "{name}: {limited} {direct}"
+        );
         assert!(all > 1.05 * direct, "{name}: {all} {direct}");
         let one = picture(1, 4);
         assert!(direct < one && one < all, "{name}: {direct} {one} {all}");
