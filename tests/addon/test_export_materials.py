@@ -267,6 +267,32 @@ class Images(MaterialTest):
             sampler = self.found["samplers"][self.found["textures"][info["index"]]["sampler"]]
             self.assertEqual((sampler["wrapS"], sampler["wrapT"], sampler["magFilter"]), (number, number, 9728))
 
+    def test_a_way_of_wrapping_for_each_direction(self):
+        """As Blender's importer of glTF builds it."""
+        node = self.textured(self.principled.inputs["Base Color"], extension="EXTEND")
+        uv, apart, together = (self.node(k) for k in ("ShaderNodeUVMap", "ShaderNodeSeparateXYZ", "ShaderNodeCombineXYZ"))
+        mirror = self.node("ShaderNodeMath", operation="PINGPONG")
+        mirror.inputs[1].default_value = 1
+        repeat = self.node("ShaderNodeMath", operation="WRAP")
+        repeat.inputs[1].default_value, repeat.inputs[2].default_value = 0, 1
+        self.join(uv.outputs[0], apart.inputs[0])
+        self.join(together.outputs[0], node.inputs["Vector"])
+        for first, second, expected in (
+            (mirror, None, (33648, 33071)),
+            (None, repeat, (33071, 10497)),
+            (repeat, mirror, (10497, 33648)),
+        ):
+            for axis, wrap in enumerate((first, second)):
+                if wrap is None:
+                    self.join(apart.outputs[axis], together.inputs[axis])
+                else:
+                    self.join(apart.outputs[axis], wrap.inputs[0])
+                    self.join(wrap.outputs[0], together.inputs[axis])
+            info = self.written()["pbrMetallicRoughness"]["baseColorTexture"]
+            sampler = self.found["samplers"][self.found["textures"][info["index"]]["sampler"]]
+            self.assertEqual((sampler["wrapS"], sampler["wrapT"]), expected)
+            self.assertEqual(self.verdict()["verdict"], "exact")
+
     def place(self, uv, texture):
         """Where the texture is looked up (v upwards), by KHR_texture_transform."""
         transform = texture.get("extensions", {}).get("KHR_texture_transform", {})

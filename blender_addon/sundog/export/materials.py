@@ -21,7 +21,7 @@ ONE, ZERO, WHITE, BLACK = Const(1.0), Const(0.0), Const(numpy.ones(3)), Const(nu
 
 
 class TextureSpec:
-    """An image and how it lies on the surface."""
+    """An image and how it lies on the surface; `wrap` holds glTF's numbers for both directions."""
 
     def __init__(self, image, uv, transform, wrap, nearest):
         self.image, self.uv, self.transform, self.wrap, self.nearest = image, uv, transform, wrap, nearest
@@ -464,11 +464,45 @@ class Reader:
         wrap = {"EXTEND": 33071, "CLIP": 33071, "MIRROR": 33648}.get(node.extension, 10497)
         if node.extension == "CLIP":
             self.note(APPROXIMATED, f"outside of \"{image.name}\" its border is repeated instead of black")
-        uv, transform = self._coordinates(place.input("Vector"))
-        return TextureSpec(image, uv, transform, wrap, node.interpolation == "Closest")
+        uv, transform, own = self._coordinates(place.input("Vector"))
+        # Coordinates that are wrapped before the image sees them; the image's own way is left for the others.
+        wraps = [one or wrap for one in own]
+        return TextureSpec(image, uv, transform, wraps, node.interpolation == "Closest")
 
     def _coordinates(self, place):
-        source = self.walker.source(place)
+        """(UV map, KHR_texture_transform, the ways that each direction is wrapped by nodes) of an image's vector."""
+        source, wraps = self._wraps(self.walker.source(place))
+        uv, transform = self._placed(source)
+        return uv, transform, wraps
+
+    def _wraps(self, source):
+        """Takes coordinates apart that Blender's glTF importer wraps in each direction for itself."""
+        nothing = source, (None, None)
+        if not source.socket.is_output or source.node.type != "COMBXYZ":
+            return nothing
+        wraps, below = [], []
+        for name in ("X", "Y"):
+            part, wrap = self.walker.source(source.input(name)), None
+            if part.socket.is_output and part.node.type == "MATH":
+                values = [self.evaluator.scalar(part.identified(i)) for i in ("Value_001", "Value_002")]
+                settings = [float(v.value) if isinstance(v, Const) else None for v in values]
+                kind = part.node.operation
+                # WRAP has its upper bound and then its lower one; the importer gives them the other way round, which is the same.
+                if kind == "WRAP" and sorted(v or 0.0 for v in settings) == [0.0, 1.0]:
+                    wrap = 10497
+                elif kind == "PINGPONG" and settings[0] == 1:
+                    wrap = 33648
+                else:
+                    return nothing
+                part = self.walker.source(part.identified("Value"))
+            if not (part.socket.is_output and part.node.type == "SEPXYZ" and part.socket.name == name):
+                return nothing
+            wraps.append(wrap)
+            below.append(self.walker.source(part.input("Vector")))
+        same = below[0].socket == below[1].socket and below[0].groups == below[1].groups
+        return (below[0], wraps) if same else nothing
+
+    def _placed(self, source):
         transform = None
         if source.socket.is_output and source.node.type == "MAPPING":
             transform = self._mapping(source)
@@ -899,8 +933,8 @@ class _Slots:
             {
                 "magFilter": 9728 if nearest else 9729,
                 "minFilter": 9728 if nearest else 9987,
-                "wrapS": texture.wrap,
-                "wrapT": texture.wrap,
+                "wrapS": texture.wrap[0],
+                "wrapT": texture.wrap[1],
             },
         )
         info = {"index": document.shared("textures", {"sampler": sampler, "source": image})}

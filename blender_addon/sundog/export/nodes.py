@@ -7,7 +7,7 @@ import math
 import bpy
 import numpy
 
-from . import expressions, images
+from . import blackbody, expressions, images
 from .expressions import (
     SAMPLES,
     Attribute,
@@ -142,6 +142,27 @@ def _smoothstep(low, high, x):
     return t * t * (3 - 2 * t)
 
 
+def _wrap(value, high, low):
+    span = numpy.asarray(high, float) - low
+    return numpy.where(span == 0, low, value - span * numpy.floor(_safe_divide(value - low, span)))
+
+
+def _ping_pong(value, scale):
+    part = _safe_divide(value - scale, 2 * scale)
+    return numpy.where(scale == 0, 0, numpy.abs((part - numpy.floor(part)) * 2 * scale - scale))
+
+
+def _logarithm(value, base):
+    with numpy.errstate(all="ignore"):
+        return numpy.where((value > 0) & (base > 0), _safe_divide(numpy.log(value), numpy.log(base)), 0)
+
+
+def _smooth_minimum(a, b, width):
+    # A parabola of third degree in the place of the corner, where the two are nearer than `width`.
+    near = numpy.maximum(numpy.where(width == 0, 0, width - numpy.abs(a - b)), 0)
+    return numpy.minimum(a, b) - _safe_divide(near**3, width**2) / 6
+
+
 _MATH = {
     "ADD": lambda a, b, c: a + b,
     "SUBTRACT": lambda a, b, c: a - b,
@@ -157,7 +178,7 @@ _MATH = {
     "LESS_THAN": lambda a, b, c: (a < b) * 1.0,
     "GREATER_THAN": lambda a, b, c: (a > b) * 1.0,
     "SIGN": lambda a, b, c: numpy.sign(a),
-    "COMPARE": lambda a, b, c: (numpy.abs(a - b) <= numpy.maximum(c, 1e-5)) * 1.0,
+    "COMPARE": lambda a, b, c: (numpy.abs(a - b) <= numpy.maximum(c, 1.1920929e-7)) * 1.0,
     "ROUND": lambda a, b, c: numpy.floor(a + 0.5),
     "FLOOR": lambda a, b, c: numpy.floor(a),
     "CEIL": lambda a, b, c: numpy.ceil(a),
@@ -166,6 +187,21 @@ _MATH = {
     "SINE": lambda a, b, c: numpy.sin(a),
     "COSINE": lambda a, b, c: numpy.cos(a),
     "TANGENT": lambda a, b, c: numpy.tan(a),
+    "MODULO": lambda a, b, c: numpy.fmod(a, numpy.where(b == 0, 1, b)) * (b != 0),
+    "FLOORED_MODULO": lambda a, b, c: numpy.where(b == 0, 0, numpy.mod(a, numpy.where(b == 0, 1, b))),
+    "WRAP": lambda a, b, c: _wrap(a, b, c),
+    "PINGPONG": lambda a, b, c: _ping_pong(a, b),
+    "SNAP": lambda a, b, c: numpy.floor(_safe_divide(a, b)) * b,
+    "LOGARITHM": lambda a, b, c: _logarithm(a, b),
+    "SMOOTH_MIN": lambda a, b, c: _smooth_minimum(a, b, c),
+    "SMOOTH_MAX": lambda a, b, c: -_smooth_minimum(-a, -b, c),
+    "ARCSINE": lambda a, b, c: numpy.arcsin(numpy.clip(a, -1, 1)),
+    "ARCCOSINE": lambda a, b, c: numpy.arccos(numpy.clip(a, -1, 1)),
+    "ARCTANGENT": lambda a, b, c: numpy.arctan(a),
+    "ARCTAN2": lambda a, b, c: numpy.arctan2(a, b),
+    "SINH": lambda a, b, c: numpy.sinh(numpy.clip(a, -700, 700)),
+    "COSH": lambda a, b, c: numpy.cosh(numpy.clip(a, -700, 700)),
+    "TANH": lambda a, b, c: numpy.tanh(a),
     "RADIANS": lambda a, b, c: numpy.radians(a),
     "DEGREES": lambda a, b, c: numpy.degrees(a),
 }
@@ -198,11 +234,15 @@ _BLEND = {
     "ADD": lambda a, b: a + b,
     "SUBTRACT": lambda a, b: a - b,
     "SCREEN": lambda a, b: 1 - (1 - a) * (1 - b),
-    "DIVIDE": _safe_divide,
+    # Where the divisor is zero the channel stays as it is.
+    "DIVIDE": lambda a, b: numpy.where(b == 0, a, _safe_divide(a, b)),
     "DIFFERENCE": lambda a, b: numpy.abs(a - b),
     "DARKEN": numpy.minimum,
     "LIGHTEN": numpy.maximum,
     "OVERLAY": _overlay,
+    "EXCLUSION": lambda a, b: numpy.maximum(a + b - 2 * a * b, 0),
+    "SOFT_LIGHT": lambda a, b: (1 - a) * b * a + a * (1 - (1 - a) * (1 - b)),
+    "LINEAR_LIGHT": lambda a, b: a + 2 * b - 1,
 }
 
 # Mean values in want of better ones; the samples spread over the range that the texture takes.
@@ -332,7 +372,7 @@ class Evaluator:
 
     def _node_blackbody(self, source, node):
         temperature = self.scalar(source.input("Temperature"))
-        return blackbody(float(temperature.value)) if isinstance(temperature, Const) else None
+        return Const(blackbody.color(float(temperature.value))) if isinstance(temperature, Const) else None
 
     def _node_ambient_occlusion(self, source, node):
         return self.color(source.input("Color")) if source.socket.name == "Color" else None
@@ -528,27 +568,3 @@ class Evaluator:
         def stack(r, g, b):
             return numpy.stack(numpy.broadcast_arrays(r, g, b), axis=-1)
         return operation("combine", stack, parts, True)
-
-
-def blackbody(kelvin):
-    """Linear Rec.709 of a black body with luminance 1, by its spectrum and the CIE 1931 curves.
-
-    Planck's law with the analytic fit of the colour matching functions of Wyman, Sloan and Shirley,
-    "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013,
-    multi-lobe fit of table 1.
-    """
-    wave = numpy.arange(360.0, 831.0, 2.0)
-
-    def lobe(scale, centre, below, above):
-        width = numpy.where(wave < centre, below, above)
-        return scale * numpy.exp(-0.5 * ((wave - centre) * width) ** 2)
-
-    x = lobe(0.362, 442.0, 0.0624, 0.0374) + lobe(1.056, 599.8, 0.0264, 0.0323) + lobe(-0.065, 501.1, 0.0490, 0.0382)
-    y = lobe(0.821, 568.8, 0.0213, 0.0247) + lobe(0.286, 530.9, 0.0613, 0.0322)
-    z = lobe(1.217, 437.0, 0.0845, 0.0278) + lobe(0.681, 459.0, 0.0385, 0.0725)
-    power = 1.0 / (wave**5 * numpy.expm1(1.438777e7 / (wave * max(kelvin, 100.0))))
-    xyz = numpy.array([(power * x).sum(), (power * y).sum(), (power * z).sum()])
-    to_rec709 = numpy.array(
-        [[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560], [0.0556434, -0.2040259, 1.0572252]]
-    )
-    return Const(to_rec709 @ (xyz / xyz[1]))

@@ -51,7 +51,7 @@ class _Environments(nodes.Evaluator):
         if reason:
             self.needs_bake = self.needs_bake or reason
         # The rotation stands in the place of the transform, so that one image turned in two ways is two.
-        return Image(TextureSpec(node.image, None, rotation.reshape(-1).tolist(), 10497, node.interpolation == "Closest"))
+        return Image(TextureSpec(node.image, None, rotation.reshape(-1).tolist(), (10497, 10497), node.interpolation == "Closest"))
 
 
 def _rotation(walker, evaluator, place):
