@@ -10,8 +10,11 @@ bl_info = {
     "description": "A path tracer that stands beside Cycles",
 }
 
+import atexit
 import importlib
 import sys
+
+import bpy
 
 # The order of registering.
 _NAMES = ("preferences", "properties", "engine", "scene_check", "ui", "compare", "export.hook")
@@ -37,6 +40,9 @@ def register():
             unregister()
             raise
         _modules.append(module)
+    if not bpy.app.binary_path:
+        # Blender as a Python module crashes or hangs at its end while a render engine written in Python is registered.
+        atexit.register(unregister)
 
 
 def unregister():

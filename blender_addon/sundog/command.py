@@ -68,23 +68,20 @@ def arguments(scene, abilities, warn):
     result += ["--seed", str(seed(scene))]
     if render.threads_mode == "FIXED":
         result += ["--threads", str(render.threads)]
+    if settings.noise_target > 0:
+        result += _if_known("noise", [f"{settings.noise_target:.6g}"], abilities, warn)
     if render.film_transparent:
-        if abilities.has("transparent"):
-            result.append("--transparent")
-        else:
-            warn(f"sundog {abilities.version} renders no transparent film: the world is seen behind the scene")
+        result += _if_known("transparent", [], abilities, warn)
     return result
 
 
-def pass_arguments(passes, abilities, warn):
+def _if_known(flag, values, abilities, warn):
+    if abilities.has(flag):
+        return [f"--{flag}", *values]
+    warn(f"sundog {abilities.version} does not know --{flag}: it renders without")
+    return []
+
+
+def pass_arguments(passes, abilities):
     """Flags for the passes that the last frame shall have."""
-    names = [p.program for p in passes]
-    if not abilities.has("passes"):
-        return []
-    known = abilities.choices("passes")
-    if known:
-        for name in names:
-            if name not in known:
-                warn(f"sundog {abilities.version} has no pass \"{name}\": it stays empty")
-        names = [name for name in names if name in known]
-    return ["--passes", ",".join(names)] if names else []
+    return ["--passes", ",".join(p.program for p in passes)] if abilities.has("passes") else []

@@ -54,47 +54,55 @@ class SundogRenderEngine(bpy.types.RenderEngine):
         """Called for each view layer of each frame, in a thread of its own if there is a window."""
         if self.is_preview:
             return
+        screen = _Screen(self, depsgraph.scene.render, passes.wanted(depsgraph.view_layer), depsgraph.view_layer.name)
+        try:
+            self._render(depsgraph, screen)
+        finally:
+            screen.close()
+
+    def stopped(self):
+        """Whether the user has pressed Esc."""
+        return self.test_break()
+
+    def _render(self, depsgraph, screen):
         while not _one_at_a_time.acquire(timeout=POLL):
-            if self.test_break():
+            if self.stopped():
                 return
         try:
-            _LayerRender(self, depsgraph).run()
+            _LayerRender(self, depsgraph, screen).run()
         except _Stopped:
             pass
         except (ProgramError, export.ExportError) as error:
-            self._fail(depsgraph, str(error))
+            self._fail(str(error))
         except OSError as error:
-            self._fail(depsgraph, f"{error.filename or 'a file'}: {error.strerror or error}")
+            self._fail(f"{error.filename or 'a file'}: {error.strerror or error}")
         except MemoryError:
-            self._fail(depsgraph, "there is not enough memory to export the scene")
+            self._fail("there is not enough memory to export the scene")
         except Exception as error:  # Whatever it is, Blender shall say so and live on.
             traceback.print_exc()
-            self._fail(depsgraph, f"a mistake in the add-on, please report it: {type(error).__name__}: {error}")
+            self._fail(f"a mistake in the add-on, please report it: {type(error).__name__}: {error}")
         finally:
             _one_at_a_time.release()
 
-    def _fail(self, depsgraph, message):
-        # Blender (4.2 to 5.0) crashes when it writes an EXR file of a render that has no picture, or only a cancelled one.
-        x0, y0, x1, y1 = command.border(depsgraph.scene.render)
-        self.end_result(self.begin_result(0, 0, x1 - x0, y1 - y0, layer=depsgraph.view_layer.name))
+    def _fail(self, message):
         records.fail(message)
-        # Reports the error too.
-        self.error_set(f"Sundog: {message}")
+        # The report ends an animation and keeps the picture from being saved; the other one stands above the picture.
+        self.report({"ERROR"}, f"Sundog: {message}")
+        if not bpy.app.background:
+            self.error_set(f"Sundog: {message}")
 
 
 class _LayerRender:
     """One view layer of one frame."""
 
-    def __init__(self, engine, depsgraph):
-        self.engine, self.depsgraph = engine, depsgraph
+    def __init__(self, engine, depsgraph, screen):
+        self.engine, self.depsgraph, self.screen = engine, depsgraph, screen
         self.scene, self.layer = depsgraph.scene, depsgraph.view_layer
-        self.passes = passes.wanted(self.layer)
         self.record = records.begin(self.scene, self.layer)
-        self.screen = None
         layers = [layer.name for layer in self.scene.view_layers if layer.use]
         self.title = f"{self.layer.name} | " if len(layers) > 1 else ""
+        self.frames = None
         self.part = (layers.index(self.layer.name), len(layers)) if self.layer.name in layers else (0, 1)
-        self.target_reached = False
 
     def run(self):
         """Exports and renders."""
@@ -104,7 +112,7 @@ class _LayerRender:
         arguments = command.arguments(self.scene, abilities, self.warn)
         for name in passes.left_out(self.layer):
             self.warn(f"there is no pass \"{name}\": it is left out")
-        arguments += command.pass_arguments(self.passes, abilities, self.warn)
+        arguments += command.pass_arguments(self.screen.wanted, abilities)
         stereo = self.scene.render.use_multiview
         if stereo:
             self.warn("stereo is off: each view shows what the camera itself sees")
@@ -114,13 +122,7 @@ class _LayerRender:
             os.mkdir(frames)
             line = [path, "render", scene_file, "--json", "--frames", frames, *arguments]
             self.record["command"] = line
-            self.screen = _Screen(self.engine, self.scene.render, self.layer.name, self.passes, frames, self.warn)
-            try:
-                self.watch(line)
-            except BaseException:
-                self.screen.close(failed=True)
-                raise
-            self.screen.close()
+            self.watch(line, frames)
         records.finish(self.record, self.engine.is_animation)
 
     def warn(self, text):
@@ -132,7 +134,7 @@ class _LayerRender:
     def say(self, text):
         """Shown in the picture's header. Stops the export if the user has pressed Esc."""
         self.engine.update_stats("", self.title + text)
-        if self.engine.test_break():
+        if self.engine.stopped():
             raise _Stopped
 
     def export(self, folder):
@@ -156,15 +158,16 @@ class _LayerRender:
         cache.tidy(place, preferences.get().cache_limit * preferences.GIGABYTE, used)
         return done.path
 
-    def watch(self, line):
+    def watch(self, line, frames):
         """Lets the program render, until its end or Esc."""
+        self.frames = frames
         self.say("Loading")
         with Run(line) as run:
             while not run.ended:
                 event = run.next(POLL)
                 if event is not None:
                     self.handle(event, run)
-                if self.engine.test_break():
+                if self.engine.stopped():
                     self.stop(run)
                     return
             run.check()
@@ -184,7 +187,10 @@ class _LayerRender:
         """One event of the program."""
         kind = event["event"]
         if kind == "frame":
-            self.screen.show(event)
+            self.screen.show(event, self.frames)
+            if event["final"]:
+                for name in self.screen.missing(event):
+                    self.warn(f"the program has no pass \"{name}\": it stays empty")
             self.engine.update_memory_stats(memory_used=run.memory[0], memory_peak=run.memory[1])
         elif kind == "progress":
             self.progress(event, run)
@@ -212,46 +218,39 @@ class _LayerRender:
             words.append(f"Noise {noise:.2%}" if noise < 1 else f"Noise {noise:.3g}")
         words.append(f"Memory {run.memory[0]:.0f} MB")
         self.engine.update_stats("", self.title + " | ".join(words))
-        target = self.scene.sundog.noise_target
-        if target > 0 and noise is not None and noise <= target and not run.interrupted:
-            self.record["noise_target_reached"] = noise
-            run.interrupt()
 
 
 class _Screen:
     """The render result of one view layer."""
 
-    def __init__(self, engine, render, layer, wanted, folder, warn):
-        self.engine, self.folder, self.warn = engine, folder, warn
-        self.render, self.layer = render, layer
+    def __init__(self, engine, render, wanted, layer):
+        self.engine, self.render, self.wanted, self.layer = engine, render, wanted, layer
         self.names = {p.program: p.name for p in wanted}
-        self.wanted = wanted
         self.results = []
         self.shown = False
 
-    def _begin(self, width, height):
+    def _begin(self):
         for wanted in self.wanted[1:]:
             self.engine.add_pass(wanted.name, len(wanted.channels), wanted.channels, layer=self.layer)
+        x0, y0, x1, y1 = command.border(self.render)
         # Stereo is off: each view gets the same picture.
         views = [view.name for view in self.render.views if view.use] if self.render.use_multiview else [""]
-        self.results = [self.engine.begin_result(0, 0, width, height, layer=self.layer, view=view) for view in views]
+        self.results = [self.engine.begin_result(0, 0, x1 - x0, y1 - y0, layer=self.layer, view=view) for view in views]
 
-    def show(self, event):
+    def show(self, event, folder):
         """Takes a frame that the program has written, and removes it."""
-        x0, y0, x1, y1 = event["region"]
-        path = os.path.join(self.folder, os.path.basename(event["file"]))
         if not self.results:
-            self._begin(x1 - x0, y1 - y0)
+            self._begin()
+        path = os.path.join(folder, os.path.basename(event["file"]))
+        x0, y0, x1, y1 = event["region"]
         try:
             for entry in event["passes"]:
                 if entry["name"] in self.names:
                     self._copy(path, entry, (x1 - x0) * (y1 - y0))
+            os.remove(path)
         except (ValueError, OSError) as error:
             raise ProgramError(f"the program wrote a broken frame: {error}") from error
-        os.remove(path)
         self.shown = True
-        if event["final"]:
-            self._tell_missing({entry["name"] for entry in event["passes"]})
         for result in self.results:
             self.engine.update_result(result)
 
@@ -260,18 +259,23 @@ class _Screen:
         for result in self.results:
             for layer in result.layers:
                 target = layer.passes.get(self.names[entry["name"]])
-                if target is not None and len(target.rect) == pixels and target.channels == len(entry["channels"]):
-                    target.rect.foreach_set(values)
+                if target is None:
+                    continue
+                if len(target.rect) != pixels or target.channels != len(entry["channels"]):
+                    raise ValueError(f"its pass {entry['name']} has another size than Blender's")
+                target.rect.foreach_set(values)
 
-    def _tell_missing(self, written):
-        for wanted in self.wanted:
-            if wanted.program not in written:
-                self.warn(f"the program has no pass \"{wanted.name}\": it stays empty")
+    def missing(self, event):
+        """Blender's names of the passes that a frame has not."""
+        written = {entry["name"] for entry in event["passes"]}
+        return [p.name for p in self.wanted if p.program not in written]
 
-    def close(self, failed=False):
-        """Hands the picture over."""
+    def close(self):
+        """Hands the picture over. Always one, be it black: Blender crashes when it writes a layered file of none."""
+        if not self.results:
+            self._begin()
         for result in self.results:
-            self.engine.end_result(result, cancel=failed)
+            self.engine.end_result(result)
         self.results = []
 
 

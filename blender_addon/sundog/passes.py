@@ -15,6 +15,7 @@ _PASSES = (
     ("use_pass_z", "Depth", "Depth", "Z", "VALUE"),
     ("use_pass_position", "Position", "Position", "XYZ", "VECTOR"),
     ("use_pass_normal", "Normal", "Normal", "XYZ", "VECTOR"),
+    ("use_pass_uv", "UV", "UV", "UVA", "VECTOR"),
     ("use_pass_diffuse_direct", "DiffDir", "Diffuse Direct", "RGB", "COLOR"),
     ("use_pass_diffuse_indirect", "DiffInd", "Diffuse Indirect", "RGB", "COLOR"),
     ("use_pass_diffuse_color", "DiffCol", "Diffuse Color", "RGB", "COLOR"),
@@ -27,6 +28,7 @@ _PASSES = (
     ("use_pass_emit", "Emit", "Emission", "RGB", "COLOR"),
     ("use_pass_environment", "Env", "Environment", "RGB", "COLOR"),
     ("sundog.use_pass_albedo", "Denoising Albedo", "Denoising Albedo", "RGB", "COLOR"),
+    ("sundog.use_pass_denoising_normal", "Denoising Normal", "Denoising Normal", "XYZ", "VECTOR"),
     ("sundog.use_pass_sample_count", "Debug Sample Count", "Debug Sample Count", "X", "VALUE"),
 )
 
@@ -39,7 +41,6 @@ PASSES = tuple(
 UNKNOWN = {
     "use_pass_mist": "Mist",
     "use_pass_vector": "Vector",
-    "use_pass_uv": "UV",
     "use_pass_object_index": "Object Index",
     "use_pass_material_index": "Material Index",
     "use_pass_shadow": "Shadow",

@@ -76,11 +76,6 @@ class Abilities:
         """Whether a command knows a flag."""
         return flag in self._flags.get(command, {})
 
-    def choices(self, flag, command="render"):
-        """The values that a flag may have, as far as the program tells them."""
-        found = self._flags.get(command, {}).get(flag, {}).get("choices") or ()
-        return [choice["name"] if isinstance(choice, dict) else choice for choice in found]
-
 
 def abilities(path):
     """Abilities of the program; asked anew when the file changes. Raises ProgramError."""

@@ -28,8 +28,8 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
     )
     noise_target: FloatProperty(
         name="Noise Target",
-        description="Stop when the estimated noise (root of the relative mean squared error of the picture) is below this;"
-        " 0 for no target. Not the measure of Cycles' Noise Threshold",
+        description="Stop when the estimated noise (root of the relative mean squared error of the picture) is not above this;"
+        " 0 for no target. Another measure than Cycles' Noise Threshold",
         default=0.0, min=0.0, soft_max=0.5, precision=4, step=0.1,
     )
     max_bounces: _bounces("Total", 12, "Most bounces of a path; 0 is direct light alone")
@@ -60,6 +60,7 @@ class SundogViewLayerSettings(bpy.types.PropertyGroup):
     """Passes that Blender itself has no switch for."""
 
     use_pass_albedo: BoolProperty(name="Denoising Albedo", description="Colour of the first surface, without light")
+    use_pass_denoising_normal: BoolProperty(name="Denoising Normal", description="Normal in the camera's axes")
     use_pass_sample_count: BoolProperty(name="Sample Count", description="Samples of each pixel")
 
 
@@ -78,6 +79,7 @@ def copy_from_cycles(scene):
         setattr(settings, name, getattr(cycles, name))
     for layer in scene.view_layers:
         layer.sundog.use_pass_albedo = layer.cycles.denoising_store_passes
+        layer.sundog.use_pass_denoising_normal = layer.cycles.denoising_store_passes
         layer.sundog.use_pass_sample_count = layer.cycles.pass_debug_sample_count
     notes = []
     if cycles.use_adaptive_sampling:

@@ -129,7 +129,7 @@ class SUNDOG_RENDER_PT_scene_check(bpy.types.Panel):
             layout.label(text="Nothing rendered or checked yet")
             return
         # About seven pixels a letter at a scale of one.
-        width = max(int(context.region.width / (7 * context.preferences.system.ui_scale)) - 8, 20)
+        width = max(int(context.region.width / (7 * (context.preferences.system.ui_scale or 1))) - 8, 20)
         verdicts = records.last_verdicts()
         column = layout.column(align=True)
         for line in textwrap.wrap(records.summary(record), width):

@@ -153,9 +153,10 @@ class SUNDOG_VIEW_LAYER_PT_passes(_Buttons, Panel):
     def show(self, layout, context):
         layer = context.view_layer
         column = layout.column(heading="Data")
-        for name in ("use_pass_z", "use_pass_position", "use_pass_normal"):
+        for name in ("use_pass_z", "use_pass_position", "use_pass_normal", "use_pass_uv"):
             column.prop(layer, name)
         column.prop(layer.sundog, "use_pass_albedo")
+        column.prop(layer.sundog, "use_pass_denoising_normal")
         column.prop(layer.sundog, "use_pass_sample_count")
         for kind in ("diffuse", "glossy", "transmission"):
             column = layout.column(heading=kind.capitalize(), align=True)

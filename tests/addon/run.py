@@ -7,6 +7,7 @@ scripts/test.sh adds up.
 
 import os
 import sys
+import tempfile
 import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -30,7 +31,10 @@ def main(names):
 
 
 if __name__ == "__main__":
-    passed = main(sys.argv[1:])
+    with tempfile.TemporaryDirectory(prefix="sundog-test-cache-") as cache:
+        # The user's own cache of exported scenes stays out of it.
+        os.environ["XDG_CACHE_HOME"] = cache
+        passed = main(sys.argv[1:])
     sys.stdout.flush()
     sys.stderr.flush()
     # Blender's own teardown has nothing to say on the tests.

@@ -3,6 +3,7 @@
 
 import hashlib
 import os
+import time
 
 import bpy
 import numpy
@@ -20,6 +21,9 @@ INSTANCING_FROM = 64
 
 # Relative to the largest entry of a matrix, how far the f32 translation, rotation and scale may be from it.
 INSTANCING_ERROR = 1e-6
+
+# Seconds between two words on how far the export is.
+TELL_EVERY = 0.1
 
 LEFT_OUT = {
     "VOLUME": "volumes",
@@ -60,7 +64,12 @@ class Exporter:
 
     def objects(self):
         """All that the depsgraph would render."""
-        for instance in self.depsgraph.object_instances:
+        told = time.monotonic()
+        for count, instance in enumerate(self.depsgraph.object_instances):
+            # Whoever is told may stop the export by raising.
+            if time.monotonic() - told > TELL_EVERY:
+                self.report(f"{count} objects")
+                told = time.monotonic()
             # `show_self` is off for instancers that are not shown themselves.
             if not instance.show_self:
                 continue

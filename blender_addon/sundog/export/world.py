@@ -5,9 +5,11 @@ import hashlib
 import json
 import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 import bpy
 import numpy
@@ -21,6 +23,8 @@ BAKE_WIDTH = 2048
 BAKE_WIDTH_WITH_SUN = 4096
 BAKE_SAMPLES = 16
 BAKE_SECONDS = 300
+# Seconds between two looks at whether the bake shall go on.
+BAKE_POLL = 0.05
 
 
 class _Environments(nodes.Evaluator):
@@ -225,8 +229,6 @@ def bake(world, tree, cache, report=None):
         note += "; what a Light Path node shows the camera alone is not seen: the light's side is baked"
     if os.path.isfile(path):
         return path, note
-    if report:
-        report("baking the world")
     original = world.original
     with tempfile.TemporaryDirectory(prefix="sundog-world-") as folder:
         blend = os.path.join(folder, "world.blend")
@@ -239,18 +241,41 @@ def bake(world, tree, cache, report=None):
             command += ["--python", script, "--", *arguments]
         else:
             command = [sys.executable, script, "--", *arguments]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=BAKE_SECONDS, check=False)
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise BakeError(str(error)) from error
-        if done.returncode != 0 or not os.path.isfile(picture):
-            said = (done.stderr.strip() or done.stdout.strip()).splitlines()
-            raise BakeError(said[-1] if said else f"Blender ended with {done.returncode}")
+        code, said = _run(command, report)
+        if code != 0 or not os.path.isfile(picture):
+            raise BakeError(said[-1] if said else f"Blender ended with {code}")
         beside = f"{path}.{os.getpid()}.part"
         with open(picture, "rb") as source, open(beside, "wb") as target:
             target.write(source.read())
         os.replace(beside, path)
     return path, note
+
+
+def _run(command, report):
+    """(exit code, lines that were said last) of a child. `report` is told all the while, and may stop it by raising."""
+    deadline = time.monotonic() + BAKE_SECONDS
+    try:
+        child = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace",
+            start_new_session=True,
+        )  # fmt: skip
+    except OSError as error:
+        raise BakeError(str(error)) from error
+    with child:
+        try:
+            while True:
+                if report:
+                    report("baking the world")
+                if time.monotonic() > deadline:
+                    raise BakeError(f"it takes longer than {BAKE_SECONDS} s")
+                try:
+                    output, errors = child.communicate(timeout=BAKE_POLL)
+                    return child.returncode, (errors.strip() or output.strip()).splitlines()
+                except subprocess.TimeoutExpired:
+                    pass
+        except BaseException:
+            os.killpg(child.pid, signal.SIGKILL)
+            raise
 
 
 def _kinds(tree, seen):
