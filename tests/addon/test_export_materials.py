@@ -569,6 +569,16 @@ class Trees(MaterialTest):
         self.near(got["pbrMetallicRoughness"]["baseColorFactor"][3], 0.25)
         self.assertEqual(self.verdict()["verdict"], "exact")
 
+    def test_unlit(self):
+        mix, path, glow = self.node("ShaderNodeMixShader"), self.node("ShaderNodeLightPath"), self.node("ShaderNodeEmission")
+        glow.inputs["Color"].default_value = (0.25, 0.5, 0.75, 1)
+        self.join(path.outputs["Is Camera Ray"], mix.inputs[0])
+        self.join(self.node("ShaderNodeBsdfTransparent").outputs[0], mix.inputs[1])
+        self.join(glow.outputs[0], mix.inputs[2])
+        self.join(mix.outputs[0], self.output.inputs["Surface"])
+        self.near(self.written()["emissiveFactor"], [0.25, 0.5, 0.75])
+        self.assertIn("the camera alone", self.verdict()["detail"])
+
     def test_sum_of_emission_and_diffuse(self):
         add, glow, diffuse = (self.node(k) for k in ("ShaderNodeAddShader", "ShaderNodeEmission", "ShaderNodeBsdfDiffuse"))
         diffuse.inputs["Color"].default_value = (0.25, 0.5, 0.75, 1)

@@ -8,6 +8,7 @@ import unittest
 import bpy
 import export_kit as kit
 import numpy
+from sundog.export import geometry
 
 
 class Kinds(kit.ExportTest):
@@ -150,6 +151,14 @@ class Kinds(kit.ExportTest):
         mesh.from_pydata([(math.cos(a), math.sin(a), 0) for a in angles], [], [tuple(range(count))])
         self.link("disc", mesh)
         self.near(self.area(self.only(self.export())), count / 2 * math.sin(2 * math.pi / count), 1e-5)
+
+    def test_huge_mesh(self):
+        self.link("huge", kit.cube())
+        self.addCleanup(setattr, geometry, "MOST_CORNERS", geometry.MOST_CORNERS)
+        geometry.MOST_CORNERS = 23
+        found = self.export()
+        self.assertEqual(found.names(), [])
+        self.assertIn("24 face corners", found.verdict("object", "huge")["detail"])
 
     def test_vertices_that_are_no_numbers(self):
         mesh = kit.cube()

@@ -71,6 +71,7 @@ class Shown(kit.ExportTest):
         self.camera.name = "eye"
         bpy.data.objects["camera.001"].name = "camera"
         found = self.export()
+        self.assertIn("shadow catcher", found.verdict("object", "catcher")["detail"])
         for name in ("camera", "diffuse", "glossy", "transmission", "volume", "shadow"):
             self.assertEqual(found.node(name)["extensions"]["SUNDOG_object"], {"visibility": {name: False}})
         self.assertEqual(found.node("held")["extensions"]["SUNDOG_object"], {"holdout": True})
@@ -331,6 +332,19 @@ class Left(kit.ExportTest):
         self.scene.camera = self.link("cube", kit.cube())
         with self.assertRaisesRegex(kit.export.ExportError, "\"cube\" is a mesh: choose a camera"):
             self.export()
+
+    def test_light_linking(self):
+        lamp = self.link("lamp", bpy.data.lights.new("lamp", "POINT"))
+        lamp.light_linking.receiver_collection = bpy.data.collections.new("lit")
+        glowing = self.link("glowing", kit.cube())
+        glowing.light_linking.blocker_collection = bpy.data.collections.new("blocking")
+        found = self.export()
+        self.assertIn("light linking is left out", found.verdict("light", "lamp")["detail"])
+        self.assertIn("shadow linking is left out", found.verdict("object", "glowing")["detail"])
+
+    def test_motion_blur(self):
+        self.scene.render.use_motion_blur = True
+        self.assertIn("motion blur", self.export().verdict("camera", "camera")["detail"])
 
     def test_nothing_but_a_camera(self):
         found = self.export()

@@ -358,6 +358,12 @@ class Reader:
         factor = self._scalar(source, source.node.inputs[0].name)
         if isinstance(factor, Const):
             factor = Const(min(max(float(factor.value), 0.0), 1.0))
+        if self._camera_decides(source):
+            rest, seen = (self.surface(s) for s in shaders)
+            if (rest is None or rest.is_transparent()) and seen is not None and self._is_pure_emission(seen):
+                # What glTF calls unlit, as Blender's importer of it builds it.
+                self.note(APPROXIMATED, "an emission that the camera alone sees is seen by all rays")
+                return seen
         if self._is_light_path(source):
             # The first is what camera and light meet where the factor is 0.
             self.note(APPROXIMATED, "a mix by Light Path is rendered with the shader of its value 0 for all rays")
@@ -368,6 +374,10 @@ class Reader:
         first = first or Surface(alpha=ZERO)
         second = second or Surface(alpha=ZERO)
         return self._mixed(first, second, factor)
+
+    def _camera_decides(self, source):
+        found = self.walker.source(nodes.Place(source.node.inputs[0], source.groups))
+        return found.socket.is_output and found.node.type == "LIGHT_PATH" and found.socket.name == "Is Camera Ray"
 
     def _is_light_path(self, source):
         place = nodes.Place(source.node.inputs[0], source.groups)

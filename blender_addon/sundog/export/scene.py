@@ -94,6 +94,9 @@ class Exporter:
             return
         parent = instance.parent if instance.is_instance else None
         extension = visibility.sundog_object([shown, parent], self.view_layer)
+        if extension and "shadow_catcher" in extension:
+            self.verdicts.add("object", shown.name, LOST, "it is rendered as any object, not as a shadow catcher")
+        self.verdicts.extend("object", shown.name, linking(shown), untouched=False)
         key = (mesh, str(extension))
         place = self._placed.setdefault(key, (extension, [], []))
         place[1].append(shown.name)
@@ -208,6 +211,7 @@ class Exporter:
             seen["camera"] = False
         if seen:
             described["visibility"] = seen
+        findings += linking(shown)
         self.verdicts.extend("light", shown.name, findings)
         node = {"name": shown.name, "matrix": node_matrix(instance.matrix_world)}
         if described.get("type") == "area":
@@ -238,6 +242,8 @@ class Exporter:
         extension, plain = cameras.describe(
             shown.data, matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
         )
+        if self.scene.render.use_motion_blur:
+            findings.append((LOST, "motion blur is left out: everything stands still"))
         self.verdicts.extend("camera", shown.name, findings)
         plain["name"] = shown.name
         plain["extensions"] = {self.document.uses("SUNDOG_camera"): extension}
@@ -267,6 +273,13 @@ class Exporter:
     def finish(self):
         """Writes the .gltf."""
         self.document.write(self.path)
+
+
+def linking(shown):
+    """Findings on light and shadow linking of an object."""
+    settings = getattr(shown, "light_linking", None)
+    kinds = {"receiver_collection": "light linking is left out: it lights all", "blocker_collection": "shadow linking is left out: all cast shadows"}
+    return [(LOST, f"its {words}") for name, words in kinds.items() if getattr(settings, name, None) is not None]
 
 
 def color_management(scene):

@@ -19,9 +19,10 @@ class Verdicts:
         if detail and detail not in entry[1]:
             entry[1].append(detail)
 
-    def extend(self, kind, name, findings):
-        """Adds many (verdict, detail) of one thing, and the thing itself where there is none."""
-        self.add(kind, name)
+    def extend(self, kind, name, findings, untouched=True):
+        """Adds many (verdict, detail) of one thing, and the thing itself where there is none (unless told not to)."""
+        if untouched:
+            self.add(kind, name)
         for verdict, detail in findings:
             self.add(kind, name, verdict, detail)
 
