@@ -4,6 +4,7 @@ mod visibility;
 
 use glam::{DAffine3, DVec3, Vec3};
 use sundog::effects;
+use sundog::film::Passes;
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
 use sundog::scene::{
@@ -276,7 +277,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 let surface = world.surface::<0>(&hit, direction);
                 let n = surface.normals.geometric;
                 direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(
-                    sampler.pair(Dimension::Direction, bounce),
+                    sampler.pair(Dimension::Bsdf, bounce),
                 ));
                 origin = ray_origin(surface.point, n, direction);
             }
@@ -854,4 +855,291 @@ fn a_point_light_lights_a_floor_as_the_formula_says() {
     let m = mean(&run(&scene, &small(4, 0)));
     let exact = 0.5 / std::f64::consts::PI * 7.0 / 4.0;
     assert!((m / exact - 1.0).abs() < 1e-5, "{m} {exact}");
+}
+
+// --- Film: passes and alpha ---
+
+fn all_passes(samples: u32) -> RenderSettings {
+    RenderSettings {
+        passes: Passes::ALL,
+        ..small(samples, 6)
+    }
+}
+
+fn layer<'a>(rendering: &'a Rendering, name: &str) -> &'a [f32] {
+    let layers = &rendering.picture.layers;
+    &layers.iter().find(|l| l.name == name).unwrap().data
+}
+
+/// (DiffDir + DiffInd) · DiffCol + … + Emit + Env is Combined. Each of the up to nine terms and eight sums is
+/// rounded to f32 by half of 2⁻²³ at most, at sizes of at most the sum's (no term is negative); the paths' own
+/// sums round as often again.
+#[test]
+fn the_passes_recombine_to_the_picture() {
+    for (name, scene) in gallery() {
+        let rendering = run(&scene, &all_passes(16));
+        let of = |name: &str| layer(&rendering, name);
+        let combined = of("Combined");
+        let mut lit = [0.0f64; 3];
+        for (pixel, whole) in combined.chunks_exact(4).enumerate() {
+            for (channel, &whole) in whole[..3].iter().enumerate() {
+                let at = |name: &str| f64::from(of(name)[3 * pixel + channel]);
+                let mut sum = at("Emit") + at("Env");
+                for (kind, lit) in ["Diff", "Gloss", "Trans"].into_iter().zip(&mut lit) {
+                    let part = |what: &str| at(&format!("{kind}{what}"));
+                    let light = (part("Dir") + part("Ind")) * part("Col");
+                    sum += light;
+                    *lit += light;
+                }
+                let bound = 64.0 * f64::from(f32::EPSILON) * sum + 1e-30;
+                assert!(
+                    (sum - f64::from(whole)).abs() <= bound,
+                    "{name}, pixel {pixel}: {sum} {whole}"
+                );
+            }
+        }
+        // Every scene of the gallery has light in the passes that its name says.
+        assert!(
+            lit[0] > 0.0 || name.contains("metal") || name.contains("lens"),
+            "{name}"
+        );
+        assert!(lit[2] > 0.0 || !name.contains("glass"), "{name}");
+    }
+}
+
+/// Keeping light apart does not change the picture by a bit.
+#[test]
+fn passes_do_not_change_the_picture() {
+    for (name, scene) in gallery() {
+        let plain = RenderSettings {
+            passes: Passes::COMBINED,
+            ..small(8, 6)
+        };
+        let (plain, apart) = (run(&scene, &plain), run(&scene, &all_passes(8)));
+        assert_eq!(plain.picture.layers.len(), 1);
+        assert!(
+            layer(&plain, "Combined") == layer(&apart, "Combined"),
+            "{name}"
+        );
+    }
+}
+
+/// A white plane with a hole and a holdout beside it, before a grey sky: what lies straight behind the camera's
+/// rays is no part of the picture, but lights the plane, whose light is 1/2 of albedo 1/2 under a sky of 1.
+#[test]
+fn a_transparent_film_leaves_out_what_it_should() {
+    let mut scene = Scene {
+        environment: constant_environment(1.0),
+        ..Scene::default()
+    };
+    let part = |x: f32| quad([x, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
+    let grey = diffuse([0.5; 3]);
+    let hole = Material {
+        alpha: 0.0,
+        alpha_mode: AlphaMode::Blend,
+        ..grey.clone()
+    };
+    place(&mut scene, part(-2.0), grey.clone(), &[DAffine3::IDENTITY]);
+    place(&mut scene, part(-1.0), hole, &[DAffine3::IDENTITY]);
+    place(&mut scene, part(0.0), grey, &[DAffine3::IDENTITY]);
+    scene.instances[2].holdout = true;
+    // Columns 0 to 3: the plane, the hole, the holdout, nothing.
+    scene.cameras.push(Camera {
+        projection: Projection::Orthographic {
+            half_width: 2.0,
+            half_height: 0.5,
+        },
+        ..camera(DVec3::Z, 1.0)
+    });
+    let settings = RenderSettings {
+        width: 4,
+        height: 1,
+        filter: sundog::render::Filter {
+            kind: sundog::render::FilterKind::Box,
+            width: 1.0,
+        },
+        passes: Passes::ALL,
+        ..small(64, 2)
+    };
+    let opaque = run(&scene, &settings);
+    let clear = run(
+        &scene,
+        &RenderSettings {
+            transparent_film: true,
+            ..settings
+        },
+    );
+    let alphas = |r: &Rendering| -> Vec<f32> {
+        let pixels = layer(r, "Combined").chunks_exact(4);
+        pixels.map(|p| p[3]).collect()
+    };
+    assert_eq!(alphas(&opaque), [1.0, 1.0, 0.0, 1.0]);
+    assert_eq!(alphas(&clear), [1.0, 0.0, 0.0, 0.0]);
+    let (o, c) = (layer(&opaque, "Combined"), layer(&clear, "Combined"));
+    assert_eq!(o[..4], c[..4], "the sky lights the plane as before");
+    assert!((o[0] - 0.5).abs() < 0.01, "{}", o[0]);
+    assert_eq!((o[4], o[8], o[12]), (1.0, 0.0, 1.0));
+    assert_eq!(c[4..7], [0.0; 3]);
+    assert_eq!(c[8..11], [0.0; 3]);
+    assert_eq!(c[12..15], [0.0; 3]);
+    // As in Cycles, the world stays in its own pass.
+    assert_eq!(layer(&clear, "Env")[9..12], [1.0; 3]);
+}
+
+/// Depth and position are those of the ray through the middle of the pixel, exactly: a plane under 45°.
+#[test]
+fn depth_and_position_are_of_the_middle_of_the_pixel() {
+    let mut scene = Scene {
+        environment: constant_environment(1.0),
+        ..Scene::default()
+    };
+    // z = x − 4.
+    place(
+        &mut scene,
+        quad([-8.0, -8.0, -12.0], [16.0, 0.0, 16.0], [0.0, 16.0, 0.0]),
+        diffuse([0.5; 3]),
+        &[DAffine3::IDENTITY],
+    );
+    scene.cameras.push(camera(DVec3::new(0.0, 0.0, 0.0), 0.5));
+    let settings = RenderSettings {
+        passes: Passes::ALL,
+        ..small(3, 1)
+    };
+    let rendering = run(&scene, &settings);
+    let t = (0.25f64).tan();
+    for (i, &depth) in layer(&rendering, "Depth").iter().enumerate() {
+        let (x, y) = ((i % 32) as f64 + 0.5, (i / 32) as f64 + 0.5);
+        let (tx, ty) = ((x / 16.0 - 1.0) * t * 32.0 / 24.0, (1.0 - y / 12.0) * t);
+        // −d = tx d − 4.
+        let d = 4.0 / (1.0 + tx);
+        assert!((f64::from(depth) - d).abs() < 1e-5, "{i}: {depth} {d}");
+        // Blender's axes: x, depth, height.
+        let p = &layer(&rendering, "Position")[3 * i..3 * i + 3];
+        for (found, expected) in p.iter().zip([tx * d, d, ty * d]) {
+            assert!((f64::from(*found) - expected).abs() < 1e-5, "{i}: {p:?}");
+        }
+    }
+}
+
+/// The camera's film is a circle of confusion: a point of light far behind the focus, seen by a lens, is the
+/// lens' own shape, turned round its centre. A tiny lamp would do; here a small bright square at depth 2f, whose
+/// image on the focal plane at depth f is the lens itself (similar triangles: r (2f − f) / 2f = r/2).
+#[test]
+fn a_point_out_of_focus_is_the_shape_of_the_lens() {
+    let f = 2.0;
+    for (blades, ratio) in [(0, 1.0), (3, 1.0), (6, 1.0), (0, 2.0)] {
+        let mut scene = Scene::default();
+        let e = 0.04f32;
+        let light = Material {
+            emission: [1.0; 3],
+            ..diffuse([0.0; 3])
+        };
+        place(
+            &mut scene,
+            quad(
+                [-e, -e, -2.0 * f as f32],
+                [2.0 * e, 0.0, 0.0],
+                [0.0, 2.0 * e, 0.0],
+            ),
+            light,
+            &[DAffine3::IDENTITY],
+        );
+        let radius = 0.5;
+        // The window spans ±0.5 at the focal plane: ±0.5/f in tangents.
+        scene.cameras.push(Camera {
+            window: Some(sundog::scene::Window {
+                left: -0.5 / f,
+                right: 0.5 / f,
+                bottom: -0.5 / f,
+                top: 0.5 / f,
+            }),
+            aperture: Some(Aperture {
+                radius,
+                blades,
+                rotation: 0.0,
+                ratio,
+                focus_distance: f,
+            }),
+            ..camera(DVec3::ZERO, 1.0)
+        });
+        let n = 64u32;
+        let rendering = run(
+            &scene,
+            &RenderSettings {
+                width: n,
+                height: n,
+                ..small(512, 0)
+            },
+        );
+        let combined = layer(&rendering, "Combined");
+        // Two rays that meet at depth 2f cross the focal plane at half their distance on the lens, on the same
+        // side; the blur by the square's own size and by the pixel filter is 1.5 pixels and e/2 at most.
+        let blur = 0.5 * f64::from(e) + 1.6 / f64::from(n);
+        let inside = |x: f64, y: f64, slack: f64| {
+            let (x, y) = (x * ratio, y);
+            let r = 0.5 * radius;
+            if blades == 0 {
+                return (x * x + y * y).sqrt() < r + slack * ratio;
+            }
+            let k = f64::from(blades);
+            (0..blades).all(|i| {
+                let angle = f64::from(i) * std::f64::consts::TAU / k;
+                x * angle.cos() + y * angle.sin() < r * (std::f64::consts::PI / k).cos() + slack
+            })
+        };
+        let (mut covered, mut dark, mut bright, mut sum, mut squares) = (0, 0, 0, 0.0, 0.0);
+        for (i, pixel) in combined.chunks_exact(4).enumerate() {
+            let x = (f64::from(i as u32 % n) + 0.5) / f64::from(n) - 0.5;
+            let y = 0.5 - (f64::from(i as u32 / n) + 0.5) / f64::from(n);
+            let value = f64::from(pixel[0]);
+            if !inside(x, y, blur) {
+                assert_eq!(value, 0.0, "{blades} {ratio}: light at {x}, {y}");
+                dark += 1;
+            } else if inside(x, y, -blur) {
+                covered += 1;
+                sum += value;
+                squares += value * value;
+            }
+            bright += usize::from(value > 0.0);
+        }
+        assert!(
+            covered > 100 && dark > 100 && bright > covered * 9 / 10,
+            "{blades}: {covered} {dark} {bright}"
+        );
+        // Even inside: the lens is sampled by its area. The share of the lens through which a point sees the
+        // square: (2e)² seen from depth f at 2f, that is (4e)²… over the lens' area.
+        let count = covered as f64;
+        let mean = sum / count;
+        let area = if blades == 0 {
+            std::f64::consts::PI
+        } else {
+            0.5 * f64::from(blades) * (std::f64::consts::TAU / f64::from(blades)).sin()
+        } * radius
+            * radius
+            / ratio;
+        // From a point of the focal plane the square at twice the depth covers (2 · 2e / …)² of the lens: a lens
+        // point q sends its ray through p to 2p − q, which lies in the square for q in a square of the same size.
+        let expected = (2.0 * f64::from(e)).powi(2) / area;
+        let sigma = ((squares / count - mean * mean) / count).sqrt();
+        assert!(
+            (mean - expected).abs() < 5.0 * sigma,
+            "{blades} {ratio}: {mean} {expected} ± {sigma}"
+        );
+    }
+}
+
+/// The noise target ends the render after a whole pass, and the picture is that of so many samples.
+#[test]
+fn a_noise_target_ends_the_render_early() {
+    let (_, scene) = gallery().swap_remove(0);
+    let settings = RenderSettings {
+        noise_target: 0.2,
+        ..small(512, 4)
+    };
+    let rendering = run(&scene, &settings);
+    let statistics = &rendering.statistics;
+    assert_eq!(statistics.stop, sundog::render::Stop::Noise);
+    assert!(statistics.samples < 512 && statistics.noise.unwrap() <= 0.2);
+    let counts = layer(&rendering, "Debug Sample Count");
+    assert!(counts.iter().all(|&c| c == statistics.samples as f32));
 }

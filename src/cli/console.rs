@@ -3,12 +3,14 @@
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
 
-/// Writes to the standard output. A reader that has gone away (`sundog info x | head`) is no error.
-pub fn output(text: &str) {
+/// Writes to the standard output; false if nobody reads it any more. A reader that has gone away
+/// (`sundog info x | head`) is no error.
+pub fn output(text: &str) -> bool {
     let mut stdout = std::io::stdout().lock();
-    let _ = stdout
+    let written = stdout
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush());
+    !written.is_err_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
 }
 
 /// Writes a line to the standard error.
@@ -16,18 +18,23 @@ pub fn message(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
 }
 
-/// Writes one JSON object as one line to the standard output.
-pub fn json_line(value: &impl Serialize) {
+/// Writes one JSON object as one line to the standard output; false if nobody reads it any more.
+pub fn json_line(value: &impl Serialize) -> bool {
     match serde_json::to_string(value) {
         Ok(line) => output(&format!("{line}\n")),
-        Err(error) => message(&format!("sundog: cannot write JSON: {error}")),
+        Err(error) => {
+            message(&format!("sundog: cannot write JSON: {error}"));
+            true
+        }
     }
 }
 
 /// Writes a value as readable JSON to the standard output.
 pub fn json_document(value: &impl Serialize) {
     match serde_json::to_string_pretty(value) {
-        Ok(text) => output(&format!("{text}\n")),
+        Ok(text) => {
+            output(&format!("{text}\n"));
+        }
         Err(error) => message(&format!("sundog: cannot write JSON: {error}")),
     }
 }

@@ -37,6 +37,10 @@ pub enum Kind {
     Filter,
     /// `auto`, `all`, or names of effects with commas between them.
     Effects,
+    /// A share greater than 0, as a number or in percent.
+    Share,
+    /// `all`, or names of passes with commas between them.
+    Passes,
     /// Four whole numbers, `X0,Y0,X1,Y1`: a rectangle of pixels that is not empty.
     Region,
     /// One of a few words.
@@ -203,7 +207,7 @@ pub static EXIT_CODES: &[ExitCode] = &[
     },
     ExitCode {
         code: EXIT_INTERRUPTED,
-        doc: "Ended by Ctrl-C: `sundog render` has written the picture as far as it was; a second Ctrl-C ends at once and writes nothing.",
+        doc: "Ended by Ctrl-C (or SIGTERM): `sundog render` has written the picture as far as it was; a second Ctrl-C ends at once and writes nothing.",
     },
 ];
 
@@ -367,7 +371,7 @@ const EXR: Group = Group {
             "exr-layers",
             Kind::Choice {
                 choices: &[
-                    Choice { name: "all", doc: "depth, normal, albedo, position and sample count as well" },
+                    Choice { name: "all", doc: "those that `--passes` names" },
                     Choice { name: "combined", doc: "the picture alone, which Blender then reads as a plain image" },
                 ],
             },
@@ -456,6 +460,18 @@ static RENDER: Command = Command {
                     "NAME|INDEX",
                     "The camera, by name or by number from 0; the first one if not given.",
                 ),
+                Argument::switch(
+                    "transparent",
+                    "Leave the world out of the picture: where the camera looks straight at it (or through alpha), alpha is 0.",
+                ),
+                Argument::new(
+                    "passes",
+                    Kind::Passes,
+                    "LIST",
+                    "Which passes the last frame and EXR files have, by Blender's names with commas between them; `all` for all.",
+                )
+                .default("Combined,Depth,Normal,Position,Denoising Albedo,Debug Sample Count")
+                .details("Combined is always among them. What each of them holds stands below."),
                 Argument::new("filter", Kind::Filter, "FILTER[:WIDTH]", "Pixel filter and its width in pixels, as Blender counts it.")
                     .default("blackman-harris:1.5")
                     .details("One of blackman-harris, gauss and box; the box is one pixel wide. blackman-harris reaches as far as its width from the middle of the pixel; gauss has a standard deviation of a quarter of its width. If not given: the scene's own width (SUNDOG_scene)."),
@@ -466,7 +482,9 @@ static RENDER: Command = Command {
             arguments: &[
                 Argument::new("samples", Kind::Integer { min: 1, max: MAX_SAMPLES }, "COUNT", "Samples a pixel.")
                     .default("256")
-                    .details("With `--time` and without `--samples`, the time alone decides."),
+                    .details("With `--time` or `--noise` and without `--samples`, these alone decide."),
+                Argument::new("noise", Kind::Share, "TARGET", "Stop when the estimated noise (see below) is not above this: a share such as 0.05, or 5%.")
+                    .details("It is looked at when all pixels have the same number of samples."),
                 Argument::new("time", Kind::Duration, "TIME", "Stop after this long, for example 30s, 2m or 1h.")
                     .details("Loading and preparing the scene is not counted."),
                 Argument::new(

@@ -24,6 +24,8 @@ pub struct Frames {
     folder: PathBuf,
     size: (u32, u32),
     region: Region,
+    /// The process that started this one, which reads.
+    reader: u32,
     state: Mutex<State>,
 }
 
@@ -54,6 +56,7 @@ impl Frames {
             folder: folder.into(),
             size,
             region,
+            reader: std::os::unix::process::parent_id(),
             state: Mutex::new(State {
                 count: 0,
                 due: None,
@@ -95,6 +98,11 @@ impl Frames {
             .unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
+    /// Whether the program that started this one has ended: the system gives its children to another.
+    fn reader_is_gone(&self) -> bool {
+        std::os::unix::process::parent_id() != self.reader
+    }
+
     /// Whether it is time for an intermediate frame and the reader keeps up.
     fn is_due(&self) -> bool {
         let mut state = self.state();
@@ -131,6 +139,9 @@ impl Observer for Watcher<'_> {
     }
 
     fn cancelled(&self) -> bool {
+        if self.frames.is_some_and(Frames::reader_is_gone) {
+            interrupt::nobody_watches();
+        }
         self.reporter.cancelled()
     }
 

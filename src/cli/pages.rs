@@ -4,6 +4,7 @@ use super::flags::{
     Argument, COMMANDS, Command, EXAMPLES, EXIT_CODES, ExitCode, Kind, PROGRAM_DOC,
 };
 use super::values::alternatives;
+use crate::film::passes;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -41,6 +42,11 @@ pub fn markdown() -> String {
     for exit in EXIT_CODES {
         let _ = writeln!(page, "| {} | {} |", exit.code, cell(exit.doc));
     }
+    page.push_str(PASSES);
+    for (_, name, channels, doc) in &passes::TABLE {
+        let _ = writeln!(page, "| `{name}` | {channels} | {doc} |");
+    }
+    page.push_str(AFTER_PASSES);
     page.push_str(EVENTS);
     page.push_str("\n## Examples\n\n");
     for (command, doc) in EXAMPLES {
@@ -48,6 +54,27 @@ pub fn markdown() -> String {
     }
     page
 }
+
+/// What stands before the table of passes …
+const PASSES: &str = r#"
+## Passes
+
+What `--passes` chooses among, in EXR files and in the last frame, by Blender's names and with Cycles' meanings:
+
+| pass | channels | what it holds |
+| --- | --- | --- |
+"#;
+
+/// … and behind it.
+const AFTER_PASSES: &str = r#"
+The parts are the whole, to the accuracy of the floats:
+
+    Combined = (DiffDir + DiffInd) · DiffCol + (GlossDir + GlossInd) · GlossCol + (TransDir + TransInd) · TransCol + Emit + Env
+
+(with `--transparent`, and where holdouts are, without Env). As in Cycles, what the first surface does to a path decides which
+of them its light belongs to; surfaces passed by their opacity don't count. A path whose light is kept apart takes some more
+time: a render without these passes pays nothing for them.
+"#;
 
 /// What programs that run `sundog render --json` read.
 const EVENTS: &str = r#"
@@ -85,8 +112,10 @@ The file holds the region's pixels (x1 − x0 columns, y1 − y0 rows; the origi
 interleaved, rows from bottom to top, associated alpha. Frames before the last one have only `Combined`. The reader removes what
 it has read; while two frames lie unread, no more are written but the last one.
 
-**Ctrl-C** (SIGINT): before `prepared` the process ends at once. Afterwards the render stops, the last frame and the files of
-`--output` are written, and the exit code is 130. A second Ctrl-C ends the process at once.
+**Ctrl-C** (SIGINT), and SIGTERM likewise: before `prepared` the process ends at once. Afterwards the render stops, the last
+frame and the files of `--output` are written, and the exit code is 130. A second one ends the process at once. With `--json` the
+same happens when nobody reads the standard output any more, and with `--frames` when the process that started this one has
+ended.
 
 **Biased settings.** `--clamp-direct`, `--clamp-indirect` and `--filter-glossy` change what the picture converges to; all are off
 unless given. `statistics.clamped` tells the shares of the mean luminance that clamping took away (`direct`, `indirect`). What

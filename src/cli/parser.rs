@@ -2,6 +2,7 @@
 
 use super::flags::{Argument, COMMANDS, Command, EXAMPLES, Kind, PROGRAM_DOC};
 use super::values::{Value, parse};
+use crate::film::Passes;
 use crate::render::{EffectChoice, Filter, Region};
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::ErrorKind;
@@ -255,6 +256,22 @@ impl<'a> Parsed<'a> {
         }
     }
 
+    /// A share.
+    pub fn share(&self, name: &str) -> Option<f64> {
+        match self.value(name)? {
+            Value::Share(share) => Some(*share),
+            _ => None,
+        }
+    }
+
+    /// Passes.
+    pub fn passes(&self, name: &str) -> Option<Passes> {
+        match self.value(name)? {
+            Value::Passes(passes) => Some(*passes),
+            _ => None,
+        }
+    }
+
     /// A rectangle of pixels.
     pub fn region(&self, name: &str) -> Option<Region> {
         match self.value(name)? {
@@ -310,6 +327,8 @@ mod tests {
         assert_eq!(parsed.integer("seed"), Some(settings.seed));
         assert_eq!(parsed.filter("filter"), Some(settings.filter));
         assert_eq!(parsed.effects("effects"), Some(settings.effects));
+        assert_eq!(parsed.passes("passes"), Some(settings.passes));
+        assert_eq!(parsed.share("noise").unwrap_or(0.0), settings.noise_target);
         assert_eq!(parsed.choice("light-sampling"), "mis");
         assert_eq!(settings.light_sampling, LightSampling::Mis);
         assert_eq!(parsed.switch("backface-culling"), settings.cull_backfaces);

@@ -49,15 +49,17 @@ impl Reporter {
     pub fn warn(&self, text: &str) {
         match self {
             Self::People(_) => self.say(&format!("warning: {text}")),
-            Self::Programs => console::json_line(&json!({ "event": "warning", "message": text })),
+            Self::Programs => self.tell(&json!({ "event": "warning", "message": text })),
             Self::Nobody => {}
         }
     }
 
-    /// An object for programs.
+    /// An object for programs. A program that has gone away would not hear of the end: then this is it.
     pub fn tell(&self, event: &impl Serialize) {
-        if let Self::Programs = self {
-            console::json_line(event);
+        if let Self::Programs = self
+            && !console::json_line(event)
+        {
+            interrupt::nobody_watches();
         }
     }
 

@@ -7,7 +7,9 @@ use super::progress::Reporter;
 use super::view::{self, View};
 use super::{Failure, console, interrupt, scene_file};
 use crate::effects::EffectSet;
-use crate::film::Picture;
+use crate::film::apart::PixelApart;
+use crate::film::pixel::Pixel;
+use crate::film::{Passes, Picture};
 use crate::output::{self, Format, Metadata, exr};
 use crate::render::{
     BounceLimits, EffectChoice, Filter, LightSampling, RenderSettings, Rendering, Stop,
@@ -54,7 +56,11 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         scene_file::demand_exact(path, &imported.diagnostics)?;
     }
     let settings = settings(parsed, path, scene)?;
-    check_memory(settings.region().width(), settings.region().height())?;
+    check_memory(
+        settings.region().width(),
+        settings.region().height(),
+        settings.passes,
+    )?;
     let frames = parsed
         .path("frames")
         .map(|folder| Frames::new(folder, (settings.width, settings.height), settings.region()));
@@ -301,8 +307,9 @@ fn settings(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings
         (width, height) => picture_size(aspect, width, height),
     };
     let time_limit = parsed.duration("time");
+    let open_ended = time_limit.is_some() || parsed.given("noise");
     let samples = match parsed.integer("samples") {
-        Some(samples) if parsed.given("samples") || time_limit.is_none() => samples,
+        Some(samples) if parsed.given("samples") || !open_ended => samples,
         _ => MAX_SAMPLES as u32,
     };
     let region = parsed.region("region");
@@ -330,6 +337,9 @@ fn settings(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings
         clamp_direct: number("clamp-direct", defaults.clamp_direct),
         clamp_indirect: number("clamp-indirect", defaults.clamp_indirect),
         filter_glossy: number("filter-glossy", defaults.filter_glossy),
+        transparent_film: parsed.switch("transparent") || scene.render.transparent == Some(true),
+        passes: parsed.passes("passes").unwrap_or(defaults.passes),
+        noise_target: parsed.share("noise").unwrap_or(defaults.noise_target),
         region,
         camera,
         seed: parsed.integer("seed").unwrap_or(defaults.seed),
@@ -435,13 +445,19 @@ fn tell_left_out(scene: &Scene, choice: &EffectChoice, reporter: &Reporter) {
     }
 }
 
-/// Bytes that a pixel takes: its sums, and fifteen floats of layers in the finished picture and, for a moment, in the
-/// writer.
-const BYTES_A_PIXEL: u64 = size_of::<crate::film::pixel::Pixel>() as u64 + 2 * 15 * 4;
+/// Bytes that a pixel takes: its sums, and its floats in the finished picture and, for a moment, in the writer.
+fn bytes_a_pixel(passes: Passes) -> u64 {
+    let apart = if passes.need_light_apart() {
+        size_of::<PixelApart>()
+    } else {
+        0
+    };
+    (size_of::<Pixel>() + apart + 2 * size_of::<f32>() * passes.floats()) as u64
+}
 
 /// Refuses a picture that this machine cannot hold, where the system says how much that is.
-fn check_memory(width: u32, height: u32) -> Result<(), Failure> {
-    let needed = u64::from(width) * u64::from(height) * BYTES_A_PIXEL;
+fn check_memory(width: u32, height: u32, passes: Passes) -> Result<(), Failure> {
+    let needed = u64::from(width) * u64::from(height) * bytes_a_pixel(passes);
     match free_memory() {
         Some(free) if needed > free => Err(Failure::new(format!(
             "a picture of {width} × {height} pixels needs about {}, and {} are free; choose a smaller --width and --height",

@@ -1,6 +1,7 @@
 //! The text of an argument becomes a value, or a clause that says what was expected.
 
 use super::flags::Kind;
+use crate::film::Passes;
 use crate::render::{EffectChoice, Filter, FilterKind, Region};
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -19,6 +20,8 @@ pub enum Value {
     Filter(Filter),
     Effects(EffectChoice),
     Region(Region),
+    Share(f64),
+    Passes(Passes),
     Choice(&'static str),
 }
 
@@ -67,6 +70,10 @@ pub fn parse(kind: &Kind, text: &OsStr) -> Result<Value, String> {
         Kind::Region => region(text).map(Value::Region).ok_or_else(|| {
             "expected four whole numbers X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1".into()
         }),
+        Kind::Share => share(text)
+            .map(Value::Share)
+            .ok_or_else(|| "expected a share above 0 such as 0.05 or 5%".into()),
+        Kind::Passes => passes(text).map(Value::Passes),
         Kind::Choice { choices } => choices
             .iter()
             .find(|choice| choice.name == text)
@@ -145,6 +152,23 @@ fn region(text: &str) -> Option<Region> {
         return None;
     };
     (x0 < x1 && y0 < y1).then_some(Region { x0, y0, x1, y1 })
+}
+
+fn share(text: &str) -> Option<f64> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(percent) => (percent.trim_end(), 0.01),
+        None => (text.trim(), 1.0),
+    };
+    let number: f64 = number.parse().ok()?;
+    let share = number * unit;
+    (share > 0.0 && share.is_finite()).then_some(share)
+}
+
+fn passes(text: &str) -> Result<Passes, String> {
+    if text == "all" {
+        return Ok(Passes::ALL);
+    }
+    Passes::parse(text.split(',').map(str::trim))
 }
 
 fn filter(text: &str) -> Result<Filter, String> {
@@ -244,6 +268,25 @@ mod tests {
             "0,0,99999999999,1",
         ] {
             assert_eq!(region(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn shares() {
+        assert_eq!(share("0.05"), Some(0.05));
+        assert_eq!(share("50 %"), Some(0.5));
+        for wrong in ["", "0", "-1", "nan", "inf", "1e999%", "%", "5%%", "five"] {
+            assert_eq!(share(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn lists_of_passes() {
+        assert_eq!(passes("all"), Ok(Passes::ALL));
+        let some = passes("Depth, Debug Sample Count").unwrap();
+        assert_eq!(some.floats(), 4 + 1 + 1);
+        for wrong in ["", "Depth,", "depth", "Fog"] {
+            assert!(passes(wrong).unwrap_err().contains("there are: Combined"));
         }
     }
 

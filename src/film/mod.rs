@@ -1,7 +1,11 @@
 //! Pixels, the reconstruction filter, layers.
 
+pub mod apart;
 pub mod filter;
+pub mod passes;
 pub mod pixel;
+
+pub use passes::{Pass, Passes};
 
 /// A finished picture: layers of floats, scene-linear.
 #[derive(Clone, Debug, Default)]

@@ -5,14 +5,30 @@ use glam::{DVec3, Vec3};
 /// Features of a path's first hit; zero where nothing was hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FirstHit {
-    /// Distance along the view axis, metres; [`NO_DEPTH`] where nothing was hit.
-    pub depth: f32,
-    /// World position, Sundog's axes.
-    pub position: DVec3,
     /// Shading normal, Sundog's axes.
     pub normal: Vec3,
     /// Albedo of the surface.
     pub albedo: Vec3,
+    /// The camera looked past everything, or at a hole: this sample is no part of the picture.
+    pub transparent: bool,
+}
+
+/// What the ray through the middle of a pixel meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Middle {
+    /// Distance along the view axis, metres; [`NO_DEPTH`] where nothing was met.
+    pub depth: f32,
+    /// World position, Sundog's axes.
+    pub position: Vec3,
+}
+
+impl Default for Middle {
+    fn default() -> Self {
+        Self {
+            depth: NO_DEPTH,
+            position: Vec3::ZERO,
+        }
+    }
 }
 
 /// Depth of nothing: what Blender's depth pass holds there.
@@ -29,10 +45,10 @@ pub struct Pixel {
     pub normal: DVec3,
     /// Sum of albedos.
     pub albedo: DVec3,
-    /// First sample's depth and position: means of them would be of no surface.
-    pub depth: f32,
-    /// See `depth`.
-    pub position: Vec3,
+    /// Of one ray alone: means of depths and positions would be of no surface.
+    pub middle: Middle,
+    /// Samples that are no part of the picture.
+    pub transparent: u32,
     /// Samples that came in.
     pub samples: u32,
 }
@@ -47,10 +63,7 @@ impl Pixel {
         }
         self.normal += first.normal.as_dvec3();
         self.albedo += first.albedo.as_dvec3();
-        if self.samples == 0 {
-            self.depth = first.depth;
-            self.position = first.position.as_vec3();
-        }
+        self.transparent += u32::from(first.transparent);
         self.samples += 1;
     }
 

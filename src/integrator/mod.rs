@@ -2,17 +2,24 @@
 
 mod path;
 
-pub use path::{Path, PathSettings, trace};
+pub use path::{Path, PathSettings, meet, trace, trace_apart};
 
 use crate::camera::CameraRay;
 use crate::effects::{
     ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, NORMAL_MAPS, PATHS, SUNS, TEXTURES, TRANSMISSION,
 };
+use crate::film::apart::PathApart;
 use crate::sampler::Sampler;
 use crate::world::World;
 
 /// A kernel: the path loop for a set of effects.
 pub type Kernel = fn(&World, &PathSettings, &Sampler, &CameraRay) -> Path;
+
+/// A kernel that keeps the light apart for passes.
+pub type ApartKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut PathApart) -> Path;
+
+/// The one for all scenes.
+pub const APART: ApartKernel = trace_apart::<PATHS, PathApart>;
 
 const LIGHTS: Mask = LAMPS | MESH_LIGHTS | SUNS | ENVIRONMENT;
 

@@ -4,15 +4,16 @@
 
 use crate::camera::CameraRay;
 use crate::effects::{
-    self, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, SUNS, TRANSMISSION, VISIBILITY,
+    self, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, PATHS, SUNS, TRANSMISSION, VISIBILITY,
 };
-use crate::film::pixel::{FirstHit, NO_DEPTH};
+use crate::film::apart::{Apart, Together};
+use crate::film::pixel::{FirstHit, Middle};
 use crate::light::power_heuristic;
 use crate::math::float::ray_origin;
 use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Scattering};
-use crate::world::{Met, RayKind, Shaded, Surface, World};
+use crate::world::{Infinity, Met, RayKind, Shaded, Surface, World};
 use glam::Vec3;
 
 /// What a path takes from the settings.
@@ -30,6 +31,8 @@ pub struct PathSettings {
     pub clamp: [f32; 2],
     /// Cycles' "Filter Glossy"; 0 for none.
     pub filter_glossy: f32,
+    /// The world is no part of the picture where the camera looks straight at it.
+    pub transparent_film: bool,
     /// Light is found by sampling lights.
     pub sample_lights: bool,
     /// Light is found by sampling BSDFs.
@@ -80,19 +83,20 @@ fn kind_of(scattering: Scattering) -> RayKind {
 }
 
 /// Light that a path has gathered.
-struct Gathered {
+struct Gathered<'a, A> {
     radiance: Vec3,
     clamped: [f32; 2],
+    apart: &'a mut A,
 }
 
-impl Gathered {
+impl<A: Apart> Gathered<'_, A> {
     /// Adds one contribution. `bounces`: scatterings between the camera and the surface that the light
     /// falls on, so that 0 is direct light; light that the camera sees itself counts as direct.
     ///
     /// As Cycles clamps: each contribution by itself, weights of multiple importance sampling included,
     /// scaled as a whole so that the mean of its channels is at most the limit.
     #[inline]
-    fn add(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) {
+    fn add(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) -> Vec3 {
         let indirect = usize::from(bounces > 0);
         let mean = light.element_sum() * (1.0 / 3.0);
         let limit = settings.clamp[indirect];
@@ -100,9 +104,25 @@ impl Gathered {
             let kept = light * (limit / mean);
             self.clamped[indirect] += luminance(light - kept);
             self.radiance += kept;
+            kept
         } else {
             self.radiance += light;
+            light
         }
+    }
+
+    /// Adds light of something that shines and that the camera sees itself.
+    #[inline]
+    fn add_emission(&mut self, settings: &PathSettings, light: Vec3) {
+        let kept = self.add(settings, light, 0);
+        self.apart.emission(kept);
+    }
+
+    /// Adds light that comes by way of at least one surface.
+    #[inline]
+    fn add_scattered(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) {
+        let kept = self.add(settings, light, bounces);
+        self.apart.scattered(kept, bounces > 0);
     }
 }
 
@@ -162,18 +182,27 @@ pub fn trace<const E: Mask>(
     sampler: &Sampler,
     camera_ray: &CameraRay,
 ) -> Path {
+    trace_apart::<E, Together>(world, settings, sampler, camera_ray, &mut Together)
+}
+
+/// The same, telling `apart` where the light comes from.
+pub fn trace_apart<const E: Mask, A: Apart>(
+    world: &World,
+    settings: &PathSettings,
+    sampler: &Sampler,
+    camera_ray: &CameraRay,
+    apart: &mut A,
+) -> Path {
     let (mut origin, mut direction) = (camera_ray.origin, camera_ray.direction);
     let (mut near, mut far) = (camera_ray.near, camera_ray.far);
     let mut gathered = Gathered {
         radiance: Vec3::ZERO,
         clamped: [0.0; 2],
+        apart,
     };
     let mut throughput = Vec3::ONE;
     let mut rays = 0;
-    let mut first = FirstHit {
-        depth: NO_DEPTH,
-        ..FirstHit::default()
-    };
+    let mut first = FirstHit::default();
     let mut previous = Previous {
         at: Shaded::unlit(origin),
         pdf: 0.0,
@@ -228,7 +257,12 @@ pub fn trace<const E: Mask>(
                 ray,
                 |emitted, light_pdf| {
                     let weight = settings.weight_of_found(&previous, light_pdf);
-                    gathered.add(settings, throughput * emitted * weight, lit);
+                    let light = throughput * emitted * weight;
+                    if bounce == 0 {
+                        gathered.add_emission(settings, light);
+                    } else {
+                        gathered.add_scattered(settings, light, lit);
+                    }
                 },
             );
         }
@@ -236,19 +270,37 @@ pub fn trace<const E: Mask>(
             break;
         }
         let Some(hit) = hit else {
+            if bounce == 0 {
+                first.transparent = settings.transparent_film;
+            }
             if effects::has(E, ENVIRONMENT | SUNS) {
                 world.lights.from_infinity::<E>(
                     &previous.at,
                     direction,
                     ray,
-                    |emitted, light_pdf| {
+                    |emitted, light_pdf, source| {
                         let weight = settings.weight_of_found(&previous, light_pdf);
-                        gathered.add(settings, throughput * emitted * weight, lit);
+                        let light = throughput * emitted * weight;
+                        match source {
+                            _ if bounce > 0 => gathered.add_scattered(settings, light, lit),
+                            Infinity::Sun => gathered.add_emission(settings, light),
+                            Infinity::World if settings.transparent_film => {
+                                gathered.apart.environment(light);
+                            }
+                            Infinity::World => {
+                                let kept = gathered.add(settings, light, lit);
+                                gathered.apart.environment(kept);
+                            }
+                        }
                     },
                 );
             }
             break;
         };
+        if bounce == 0 && world.is_holdout(&hit) {
+            first.transparent = true;
+            break;
+        }
         let surface = world.surface::<E>(&hit, direction);
 
         // ---- Emission ----
@@ -262,11 +314,14 @@ pub fn trace<const E: Mask>(
                     .triangle_pdf(&previous.at, surface.emitter, &surface.point)
             };
             let weight = settings.weight_of_found(&previous, light_pdf);
-            gathered.add(settings, throughput * surface.emission * weight, lit);
+            let emitted = throughput * surface.emission * weight;
+            if bounce == 0 {
+                gathered.add_emission(settings, emitted);
+            } else {
+                gathered.add_scattered(settings, emitted, lit);
+            }
         }
         if bounce == 0 {
-            first.depth = world.camera.depth(surface.point.point);
-            first.position = world.origin + surface.point.point.as_dvec3();
             first.normal = surface.normals.shading;
         }
 
@@ -318,6 +373,9 @@ pub fn trace<const E: Mask>(
         };
         if bounce == 0 {
             first.albedo = bsdf.albedo();
+            gathered
+                .apart
+                .first_surface(|| bsdf.colors(), || world.texture_coordinates(&hit));
         }
         let at = world
             .lights
@@ -325,7 +383,7 @@ pub fn trace<const E: Mask>(
 
         // ---- Direct light (next-event estimation) ----
         if bsdf.is_samplable() && !world.lights.is_empty() {
-            rays += direct_light::<E>(
+            rays += direct_light::<E, A>(
                 world,
                 settings,
                 sampler,
@@ -344,11 +402,17 @@ pub fn trace<const E: Mask>(
             break;
         };
         // Where some kinds of rays see less than others, each kind is an estimate of its own.
-        let (weight, pdf) = if effects::has(E, VISIBILITY) && world.by_kind {
-            s.alone
-        } else {
-            (s.weight, s.pdf)
-        };
+        let alone = effects::has(E, VISIBILITY) && world.by_kind;
+        let (weight, pdf) = if alone { s.alone } else { (s.weight, s.pdf) };
+        if bounce == 0 {
+            let diffuse = match s.scattering {
+                _ if !alone => s.diffuse,
+                Scattering::Diffuse => weight,
+                _ => Vec3::ZERO,
+            };
+            let beyond = s.scattering == Scattering::Transmission;
+            gathered.apart.first_scattering(weight, diffuse, beyond);
+        }
         throughput *= weight;
         // NaN goes on, to be counted at the film.
         if throughput.max_element() <= 0.0 {
@@ -382,7 +446,7 @@ pub fn trace<const E: Mask>(
 /// Adds the light of one light sample; returns the rays it took.
 #[allow(clippy::too_many_arguments)]
 #[inline]
-fn direct_light<const E: Mask>(
+fn direct_light<const E: Mask, A: Apart>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
@@ -392,7 +456,7 @@ fn direct_light<const E: Mask>(
     at: &Shaded,
     throughput: Vec3,
     transparent: u32,
-    gathered: &mut Gathered,
+    gathered: &mut Gathered<A>,
 ) -> u32 {
     let u = sampler.triple(Dimension::Light, bounce);
     let Some(light) = world.lights.sample(world, at, u.z, u.truncate()) else {
@@ -402,29 +466,33 @@ fn direct_light<const E: Mask>(
     let by_kind = effects::has(E, VISIBILITY) && world.by_kind;
     let casts_shadow = !by_kind || light.rules.visibility.sees(RayKind::Shadow);
     let delta = light.delta || !casts_shadow;
-    let reflected = if by_kind {
+    let beyond = light.wi.dot(surface.normals.geometric) < 0.0;
+    let (reflected, diffuse) = if by_kind {
         if bounce > light.rules.max_bounces {
             return 0;
         }
-        let other = if light.wi.dot(surface.normals.geometric) < 0.0 {
+        let other = if beyond {
             RayKind::Transmission
         } else {
             RayKind::Glossy
         };
-        [
-            (RayKind::Diffuse, value.diffuse, value.diffuse_pdf),
-            (
-                other,
-                value.value - value.diffuse,
-                value.pdf - value.diffuse_pdf,
-            ),
-        ]
-        .into_iter()
-        .filter(|(kind, ..)| light.rules.visibility.sees(*kind))
-        .map(|(_, part, pdf)| part * settings.weight_of_sampled(light.pdf, delta, pdf))
-        .sum()
+        let part = |kind, part: Vec3, pdf| {
+            if light.rules.visibility.sees(kind) {
+                part * settings.weight_of_sampled(light.pdf, delta, pdf)
+            } else {
+                Vec3::ZERO
+            }
+        };
+        let diffuse = part(RayKind::Diffuse, value.diffuse, value.diffuse_pdf);
+        let rest = part(
+            other,
+            value.value - value.diffuse,
+            value.pdf - value.diffuse_pdf,
+        );
+        (diffuse + rest, diffuse)
     } else {
-        value.value * settings.weight_of_sampled(light.pdf, delta, value.pdf)
+        let weight = settings.weight_of_sampled(light.pdf, delta, value.pdf);
+        (value.value * weight, value.diffuse * weight)
     };
     let contribution = throughput * reflected * light.contribution;
     if contribution == Vec3::ZERO {
@@ -436,6 +504,28 @@ fn direct_light<const E: Mask>(
         Some(target) => world.transmittance_to::<E>(start, target, transparent),
         None => world.transmittance::<E>(start, light.wi, f32::INFINITY, transparent),
     };
-    gathered.add(settings, contribution * share, bounce);
+    if bounce == 0 {
+        gathered.apart.first_scattering(reflected, diffuse, beyond);
+    }
+    gathered.add_scattered(settings, contribution * share, bounce);
     1
+}
+
+/// What a ray of the camera meets.
+pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> Middle {
+    let key = sampler.key(Dimension::Opacity, 0);
+    let hit = world.intersect::<PATHS>(
+        ray.origin,
+        ray.direction,
+        (ray.near, ray.far),
+        RayKind::Camera,
+        key,
+    );
+    hit.map_or(Middle::default(), |hit| {
+        let point = ray.origin + ray.direction * hit.distance;
+        Middle {
+            depth: world.camera.depth(point),
+            position: (world.origin + point.as_dvec3()).as_vec3(),
+        }
+    })
 }

@@ -1,5 +1,6 @@
 //! The schedule: passes, tiles, threads, when to stop.
 
+mod develop;
 mod schedule;
 mod settings;
 
@@ -90,6 +91,8 @@ pub enum Stop {
     Samples,
     /// The time was up.
     Time,
+    /// The noise estimate is below the target.
+    Noise,
     /// The observer said so.
     Cancelled,
 }

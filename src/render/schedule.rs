@@ -1,19 +1,21 @@
 //! Passes over tiles, by a pool of threads, until something says stop.
 
+use super::develop::develop;
 use super::{
-    Clamped, EffectChoice, Event, FilterKind, LightSampling, Observer, Region, RenderError,
-    RenderSettings, Rendering, Statistics, Stop,
+    Clamped, EffectChoice, Event, FilterKind, LightSampling, Observer, RenderError, RenderSettings,
+    Rendering, Statistics, Stop,
 };
-use crate::camera::RayMaker;
+use crate::camera::{CameraRay, RayMaker};
 use crate::effects::{self, EffectSet};
+use crate::film::Passes;
+use crate::film::apart::{PathApart, PixelApart};
 use crate::film::filter::FilterTable;
-use crate::film::pixel::Pixel;
-use crate::film::{Layer, Picture};
-use crate::integrator::{self, Kernel, Path, PathSettings};
-use crate::sampler::Sequence;
+use crate::film::pixel::{Middle, Pixel};
+use crate::integrator::{self, ApartKernel, Kernel, Path, PathSettings};
+use crate::sampler::{Dimension, Sampler, Sequence};
 use crate::scene::Scene;
 use crate::world::{Options, World};
-use glam::{DVec3, Vec2};
+use glam::{DAffine3, DVec3, Vec2};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -29,18 +31,20 @@ const EXAMPLES: usize = 16;
 const REPORT: Duration = Duration::from_millis(200);
 
 /// A tile of the region; places count from the corner of the full picture.
-struct Tile {
-    x: u32,
-    y: u32,
-    width: u32,
-    height: u32,
-    pixels: Vec<Pixel>,
+pub(super) struct Tile {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+    pub pixels: Vec<Pixel>,
+    /// Beside `pixels`, if a pass asks for it; else empty.
+    pub apart: Vec<PixelApart>,
     /// Luminance that clamping took from direct and indirect light.
     clamped: [f64; 2],
 }
 
 /// A thread that panicked left a tile as good as before: whole samples.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -51,11 +55,20 @@ struct BadSamples {
     examples: Vec<(u32, u32, u32)>,
 }
 
+/// A kernel, with or without light apart.
+#[derive(Clone, Copy)]
+enum AnyKernel {
+    Together(Kernel),
+    Apart(ApartKernel),
+}
+
 /// All that the threads share.
 struct Job<'a> {
     world: &'a World,
-    kernel: Kernel,
+    kernel: AnyKernel,
     camera_ray: RayMaker,
+    /// The ray through the middle of each pixel is asked for.
+    middle: bool,
     path: PathSettings,
     sequence: Sequence,
     filter: FilterTable,
@@ -89,9 +102,14 @@ impl Job<'_> {
             }
             for column in 0..tile.width {
                 let (x, y) = (tile.x + column, tile.y + row);
-                let pixel = &mut tile.pixels[(row * tile.width + column) as usize];
+                let index = (row * tile.width + column) as usize;
+                let pixel = &mut tile.pixels[index];
+                if start == 0 && self.middle {
+                    pixel.middle = self.look(x, y);
+                    rays += 1;
+                }
                 for sample in start..end {
-                    let path = self.sample(x, y, sample, pixel);
+                    let path = self.sample(x, y, sample, pixel, tile.apart.get_mut(index));
                     rays += u64::from(path.rays);
                     for (sum, c) in tile.clamped.iter_mut().zip(path.clamped) {
                         *sum += f64::from(c);
@@ -109,22 +127,46 @@ impl Job<'_> {
         }
     }
 
+    /// The ray of a sample, at an offset from the pixel's centre.
     #[inline]
-    fn sample(&self, x: u32, y: u32, index: u32, pixel: &mut Pixel) -> Path {
-        use crate::sampler::Dimension;
-        let sampler = self.sequence.sampler(x, y, index);
-        let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
+    fn ray(&self, x: u32, y: u32, sampler: &Sampler, offset: Vec2) -> CameraRay {
         // Pixel centres at half integers; film coordinates −1..1, y up.
         let film = Vec2::new(
             (x as f32 + 0.5 + offset.x) / self.width as f32 * 2.0 - 1.0,
             1.0 - (y as f32 + 0.5 + offset.y) / self.height as f32 * 2.0,
         );
-        let ray = (self.camera_ray)(&self.world.camera, film, &sampler);
-        let mut path = (self.kernel)(self.world, &self.path, &sampler, &ray);
+        (self.camera_ray)(&self.world.camera, film, sampler)
+    }
+
+    /// What the ray through the middle of a pixel meets (of a lens: from a random point of it), which is
+    /// where Cycles has its depths and positions from.
+    fn look(&self, x: u32, y: u32) -> Middle {
+        let sampler = self.sequence.sampler(x, y, 0);
+        integrator::meet(self.world, &sampler, &self.ray(x, y, &sampler, Vec2::ZERO))
+    }
+
+    #[inline]
+    fn sample(
+        &self,
+        x: u32,
+        y: u32,
+        index: u32,
+        pixel: &mut Pixel,
+        sums: Option<&mut PixelApart>,
+    ) -> Path {
+        let sampler = self.sequence.sampler(x, y, index);
+        let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
+        let ray = self.ray(x, y, &sampler, offset);
+        let mut apart = PathApart::default();
+        let mut path = match self.kernel {
+            AnyKernel::Together(kernel) => kernel(self.world, &self.path, &sampler, &ray),
+            AnyKernel::Apart(kernel) => kernel(self.world, &self.path, &sampler, &ray, &mut apart),
+        };
         if !path.radiance.is_finite() {
             // Counted with its place, left out, never hidden: see `Statistics::non_finite`.
             path.radiance = glam::Vec3::ZERO;
             path.clamped = [0.0; 2];
+            apart = PathApart::default();
             let mut bad = locked(&self.bad);
             bad.count += 1;
             if bad.examples.len() < EXAMPLES {
@@ -132,6 +174,9 @@ impl Job<'_> {
             }
         }
         pixel.add(path.radiance, &path.first);
+        if let Some(sums) = sums {
+            sums.add(&apart);
+        }
         path
     }
 }
@@ -190,7 +235,13 @@ pub fn render(
         EffectChoice::All => effects::ALL,
         EffectChoice::List(list) => effects::parse(list).map_err(setting)?,
     };
-    let (kernel_effects, kernel) = integrator::kernel_for(wanted);
+    let apart = settings.passes.need_light_apart();
+    let (kernel_effects, kernel) = if apart {
+        (effects::PATHS, AnyKernel::Apart(integrator::APART))
+    } else {
+        let (mask, kernel) = integrator::kernel_for(wanted);
+        (mask, AnyKernel::Together(kernel))
+    };
     let focused = if camera.aperture.is_some() {
         wanted & effects::DEPTH_OF_FIELD
     } else {
@@ -233,6 +284,7 @@ pub fn render(
                 width: w,
                 height: h,
                 pixels: vec![Pixel::default(); (w * h) as usize],
+                apart: vec![PixelApart::default(); if apart { (w * h) as usize } else { 0 }],
                 clamped: [0.0; 2],
             })
         })
@@ -244,12 +296,14 @@ pub fn render(
         world: &world,
         kernel,
         camera_ray: world.camera.ray_maker(),
+        middle: settings.passes.need_middle(),
         path: PathSettings {
             bounces: settings.bounces,
             limits: [limits.diffuse, limits.glossy, limits.transmission].map(most),
             transparent: most(limits.transparent),
             clamp: [limit(settings.clamp_direct), limit(settings.clamp_indirect)],
             filter_glossy: settings.filter_glossy,
+            transparent_film: settings.transparent_film,
             sample_lights: settings.light_sampling != LightSampling::Bsdf,
             sample_bsdf: settings.light_sampling != LightSampling::Nee,
         },
@@ -286,7 +340,8 @@ pub fn render(
         .unwrap_or(0);
     let clamps = settings.clamp_direct > 0.0 || settings.clamp_indirect > 0.0;
     Ok(Rendering {
-        picture: picture(region, &tiles, LAYERS.len()),
+        picture: pool
+            .install(|| develop(&camera.world_from_camera, region, &tiles, settings.passes)),
         statistics: Statistics {
             stop,
             samples,
@@ -373,6 +428,12 @@ fn run(
                         let now = noise(tiles).unwrap_or(f64::NAN);
                         error.store(now.to_bits(), Ordering::Relaxed);
                         passed.store(u64::from(to), Ordering::Relaxed);
+                        // After whole passes alone, so that the clock has no say in the picture.
+                        let enough = settings.noise_target > 0.0 && now <= settings.noise_target;
+                        if enough && to < settings.samples {
+                            *locked(&reason) = Stop::Noise;
+                            break;
+                        }
                     }
                     // Growing passes: a first picture soon, little waiting for the slowest tile later.
                     step = (step * 2).min(64);
@@ -400,7 +461,8 @@ fn run(
             }
             let samples = passed.load(Ordering::Relaxed) as u32;
             if samples > 0 && !job.stop.load(Ordering::Relaxed) && observer.wants_picture() {
-                observer.picture(&picture(region, tiles, 1), samples);
+                let camera = &DAffine3::IDENTITY;
+                observer.picture(&develop(camera, region, tiles, Passes::COMBINED), samples);
             }
             if reported.elapsed() >= REPORT {
                 reported = Instant::now();
@@ -447,65 +509,5 @@ fn progress(
             (a, b) => a.or(b),
         },
         noise,
-    }
-}
-
-/// Blender's axes (Z up) from Sundog's (Y up).
-fn blender_axes(v: DVec3) -> [f32; 3] {
-    [v.x as f32, -v.z as f32, v.y as f32]
-}
-
-/// Names and channels of the layers.
-const LAYERS: [(&str, &str); 6] = [
-    ("Combined", "RGBA"),
-    ("Depth", "Z"),
-    ("Normal", "XYZ"),
-    ("Position", "XYZ"),
-    ("Denoising Albedo", "RGB"),
-    ("Debug Sample Count", "X"),
-];
-
-/// The region's picture with the first `count` layers.
-fn picture(region: Region, tiles: &[Mutex<Tile>], count: usize) -> Picture {
-    let (width, height) = (region.width(), region.height());
-    let mut layers: Vec<Layer> = LAYERS[..count]
-        .iter()
-        .map(|(name, channels)| Layer {
-            name: (*name).into(),
-            channels: channels.chars().map(String::from).collect(),
-            data: vec![0.0; width as usize * height as usize * channels.len()],
-        })
-        .collect();
-    for tile in tiles {
-        let tile = locked(tile);
-        for (i, p) in tile.pixels.iter().enumerate() {
-            let (x, y) = (
-                tile.x - region.x0 + i as u32 % tile.width,
-                tile.y - region.y0 + i as u32 / tile.width,
-            );
-            let at = y as usize * width as usize + x as usize;
-            let scale = if p.samples > 0 {
-                1.0 / f64::from(p.samples)
-            } else {
-                0.0
-            };
-            let color = (p.radiance * scale).as_vec3();
-            let values: [&[f32]; 6] = [
-                &[color.x, color.y, color.z, 1.0],
-                &[p.depth],
-                &blender_axes(p.normal * scale),
-                &blender_axes(p.position.as_dvec3()),
-                &(p.albedo * scale).as_vec3().to_array(),
-                &[p.samples as f32],
-            ];
-            for (layer, v) in layers.iter_mut().zip(values) {
-                layer.data[at * v.len()..][..v.len()].copy_from_slice(v);
-            }
-        }
-    }
-    Picture {
-        width,
-        height,
-        layers,
     }
 }

@@ -1,5 +1,6 @@
 //! What a user can set.
 
+use crate::film::Passes;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -24,6 +25,12 @@ pub struct RenderSettings {
     pub clamp_indirect: f32,
     /// Cycles' "Filter Glossy": makes facets rougher behind blurring bounces; 0 for off.
     pub filter_glossy: f32,
+    /// The world is no part of the picture where the camera looks straight at it (or through alpha).
+    pub transparent_film: bool,
+    /// Which passes are made.
+    pub passes: Passes,
+    /// Stop when the noise estimate is below this; 0 for no such target.
+    pub noise_target: f64,
     /// The part of the picture that is rendered; `None` for all of it.
     pub region: Option<Region>,
     /// Index into `Scene::cameras`; `None` takes the first.
@@ -54,6 +61,9 @@ impl Default for RenderSettings {
             clamp_direct: 0.0,
             clamp_indirect: 0.0,
             filter_glossy: 0.0,
+            transparent_film: false,
+            passes: Passes::default(),
+            noise_target: 0.0,
             region: None,
             camera: None,
             seed: 0,

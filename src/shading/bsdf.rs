@@ -376,6 +376,31 @@ impl Bsdf {
         self.albedo
     }
 
+    /// Shares of light that are scattered diffusely, reflected otherwise, and let through, about: what
+    /// passes divide their light by. None is zero where such light can be.
+    pub fn colors(&self) -> [Vec3; 3] {
+        let cos = self.view.wo.z.max(0.0);
+        let (mut reflected, mut transmitted) = (Vec3::ZERO, Vec3::ZERO);
+        if self.p_facet > 0.0 {
+            let single = if self.is_smooth() {
+                1.0
+            } else {
+                Reflection::get().directional(Place::new(cos, self.alpha.sqrt()))
+            };
+            // The rougher the surface, the more of its facets are seen under other angles than itself.
+            for (cos, share) in [
+                (cos, 1.0 - self.alpha),
+                (0.5, 0.5 * self.alpha),
+                (1.0, 0.5 * self.alpha),
+            ] {
+                let f = self.facet(cos);
+                reflected += f.reflectance * (share * single);
+                transmitted += f.transmittance * (share * single);
+            }
+        }
+        [self.diffuse, reflected, transmitted]
+    }
+
     /// Whether some light could be found by sampling lights (not only by sampling the BSDF).
     #[inline]
     pub fn is_samplable(&self) -> bool {

@@ -99,6 +99,11 @@ impl MeshData {
         }
     }
 
+    /// Whether it has texture coordinates.
+    pub fn has_uvs(&self) -> bool {
+        !self.uvs.is_empty()
+    }
+
     /// Corners of a triangle, in the mesh's space.
     #[inline]
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {

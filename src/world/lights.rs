@@ -112,6 +112,15 @@ fn mean_emission(mesh: &MeshData, material: &PreparedMaterial, triangle: u32) ->
     mean + 0.01 * luminance(material.emission)
 }
 
+/// What shines from infinity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Infinity {
+    /// The environment.
+    World,
+    /// A sun's disc.
+    Sun,
+}
+
 impl Lights {
     pub(super) fn new(
         scene: &Scene,
@@ -449,7 +458,7 @@ impl Lights {
         at: &Shaded,
         wi: Vec3,
         (kind, bounces): (RayKind, u32),
-        mut visit: impl FnMut(Vec3, f32),
+        mut visit: impl FnMut(Vec3, f32, Infinity),
     ) {
         let seen = |rules: &Rules| {
             !(kind == RayKind::Camera || effects::has(E, effects::VISIBILITY))
@@ -463,7 +472,7 @@ impl Lights {
             } else {
                 self.group_probability(Group::Environment, at) * environment.pdf(wi)
             };
-            visit(environment.emitted(wi), pdf);
+            visit(environment.emitted(wi), pdf, Infinity::World);
         }
         for (i, (sun, rules)) in self.suns.iter().enumerate() {
             if sun.contains(wi) && seen(rules) {
@@ -474,7 +483,7 @@ impl Lights {
                 } else {
                     self.group_probability(Group::Sun(i), at) * sun.pdf()
                 };
-                visit(sun.radiance(), pdf);
+                visit(sun.radiance(), pdf, Infinity::Sun);
             }
         }
     }

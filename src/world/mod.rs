@@ -10,7 +10,7 @@ mod texture;
 pub use crate::scene::RayKind;
 pub use geometry::{HitPoint, Surface};
 pub use lamps::Rules;
-pub use lights::{LightSample, Lights, Shaded};
+pub use lights::{Infinity, LightSample, Lights, Shaded};
 
 use crate::camera::Camera;
 use crate::effects::{self, Mask};
@@ -19,8 +19,8 @@ use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
 use geometry::{Entry, MeshData};
-use glam::{DAffine3, DVec3, Vec3};
-use material::{PreparedMaterial, Preparer};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
+use material::{Coordinates, PreparedMaterial, Preparer};
 
 /// A scene ready for rays. Positions are relative to `origin`.
 pub struct World {
@@ -39,6 +39,8 @@ pub struct World {
     cull_backfaces: bool,
     /// Paths take the kinds of scattering apart, as some kinds of rays see less than others.
     pub by_kind: bool,
+    /// By entry; empty where there is none.
+    holdouts: Vec<bool>,
 }
 
 /// What a world is prepared for.
@@ -70,6 +72,18 @@ pub enum Met {
 /// Meshes that are placed once become part of the top scene in world space; others are instanced.
 fn is_shared(placements: u32) -> bool {
     placements > 1
+}
+
+/// Which entries are holdouts, if any: entries are the instances with triangles, in their order.
+fn holdouts(scene: &Scene) -> Vec<bool> {
+    if !scene.instances.iter().any(|instance| instance.holdout) {
+        return Vec::new();
+    }
+    let placed = scene.instances.iter().filter(|instance| {
+        let mesh = &scene.meshes[instance.mesh.0 as usize];
+        !mesh.triangles.is_empty()
+    });
+    placed.map(|instance| instance.holdout).collect()
 }
 
 impl World {
@@ -192,7 +206,25 @@ impl World {
             triangles,
             cull_backfaces: options.cull_backfaces,
             by_kind: keep(effects::VISIBILITY) && effects::tells_rays_apart(scene),
+            holdouts: holdouts(scene),
         })
+    }
+
+    /// Whether a hit is on an object that makes a hole in the picture.
+    #[inline]
+    pub fn is_holdout(&self, hit: &Hit) -> bool {
+        !self.holdouts.is_empty() && self.holdouts[hit.instance.unwrap_or(hit.geometry) as usize]
+    }
+
+    /// First texture coordinates at a hit, v upwards as in Blender; 0 where the mesh has none.
+    pub fn texture_coordinates(&self, hit: &Hit) -> Vec2 {
+        let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
+        let mesh = &self.meshes[entry.mesh as usize];
+        if !mesh.has_uvs() {
+            return Vec2::ZERO;
+        }
+        let uv = mesh.at(hit.primitive, hit.u, hit.v).uv(0);
+        Vec2::new(uv.x, 1.0 - uv.y)
     }
 
     /// Whether a hit is on a back face that is not there.

@@ -1,0 +1,197 @@
+//! Light kept apart by what the surface that the camera sees does to it, as Cycles' passes have it:
+//! the shares of the first scattering decide for all that the path finds later.
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+/// What a path tells of its light besides the sum. The path loop is compiled with one of these: with
+/// [`Together`] nothing of it is left.
+pub trait Apart {
+    /// The surface that the camera sees: shares of light that it scatters diffusely, reflects otherwise,
+    /// and lets through; texture coordinates.
+    fn first_surface(&mut self, colors: impl FnOnce() -> [Vec3; 3], uv: impl FnOnce() -> Vec2);
+    /// How that surface scatters light from a direction: all of it, the diffuse part, and whether the
+    /// direction lies beyond the surface.
+    fn first_scattering(&mut self, whole: Vec3, diffuse: Vec3, beyond: bool);
+    /// Light by way of that surface; `indirect`: by way of others too.
+    fn scattered(&mut self, light: Vec3, indirect: bool);
+    /// Light of a surface that shines, straight to the camera.
+    fn emission(&mut self, light: Vec3);
+    /// Light of the world, straight to the camera.
+    fn environment(&mut self, light: Vec3);
+}
+
+/// All light is one.
+pub struct Together;
+
+impl Apart for Together {
+    #[inline(always)]
+    fn first_surface(&mut self, _: impl FnOnce() -> [Vec3; 3], _: impl FnOnce() -> Vec2) {}
+    #[inline(always)]
+    fn first_scattering(&mut self, _: Vec3, _: Vec3, _: bool) {}
+    #[inline(always)]
+    fn scattered(&mut self, _: Vec3, _: bool) {}
+    #[inline(always)]
+    fn emission(&mut self, _: Vec3) {}
+    #[inline(always)]
+    fn environment(&mut self, _: Vec3) {}
+}
+
+/// Kinds of scattering: diffuse, glossy, transmission.
+const KINDS: usize = 3;
+
+/// The light of one path, apart.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PathApart {
+    /// By kind of scattering; direct and indirect.
+    light: [[Vec3; 2]; KINDS],
+    colors: [Vec3; KINDS],
+    emission: Vec3,
+    environment: Vec3,
+    uv: Vec2,
+    covered: bool,
+    diffuse_share: Vec3,
+    /// Kind of what is not diffuse.
+    other: usize,
+}
+
+impl Apart for PathApart {
+    #[inline]
+    fn first_surface(&mut self, colors: impl FnOnce() -> [Vec3; KINDS], uv: impl FnOnce() -> Vec2) {
+        self.colors = colors();
+        self.uv = uv();
+        self.covered = true;
+    }
+
+    #[inline]
+    fn first_scattering(&mut self, whole: Vec3, diffuse: Vec3, beyond: bool) {
+        // Where nothing is scattered there is nothing to share out.
+        let share = |diffuse: f32, whole: f32| if whole > 0.0 { diffuse / whole } else { 0.0 };
+        self.diffuse_share = Vec3::new(
+            share(diffuse.x, whole.x),
+            share(diffuse.y, whole.y),
+            share(diffuse.z, whole.z),
+        );
+        self.other = if beyond { 2 } else { 1 };
+    }
+
+    #[inline]
+    fn scattered(&mut self, light: Vec3, indirect: bool) {
+        let diffuse = light * self.diffuse_share;
+        self.light[0][usize::from(indirect)] += diffuse;
+        self.light[self.other][usize::from(indirect)] += light - diffuse;
+    }
+
+    #[inline]
+    fn emission(&mut self, light: Vec3) {
+        self.emission += light;
+    }
+
+    #[inline]
+    fn environment(&mut self, light: Vec3) {
+        self.environment += light;
+    }
+}
+
+/// Sums of a pixel's paths. f64, as in [`super::pixel::Pixel`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PixelApart {
+    light: [[DVec3; 2]; KINDS],
+    colors: [DVec3; KINDS],
+    emission: DVec3,
+    environment: DVec3,
+    uv: DVec2,
+    covered: u32,
+}
+
+impl PixelApart {
+    /// Adds a path.
+    pub fn add(&mut self, path: &PathApart) {
+        for kind in 0..KINDS {
+            for way in 0..2 {
+                self.light[kind][way] += path.light[kind][way].as_dvec3();
+            }
+            self.colors[kind] += path.colors[kind].as_dvec3();
+        }
+        self.emission += path.emission.as_dvec3();
+        self.environment += path.environment.as_dvec3();
+        self.uv += path.uv.as_dvec2();
+        self.covered += u32::from(path.covered);
+    }
+
+    /// Light over colour: of diffuse (0), glossy (1) or transmitted light (2), direct or indirect. Both are
+    /// sums over the same samples. Where a colour has a channel without any share there is no such light;
+    /// Cycles puts what the other channels say there, and so it is here.
+    pub fn light(&self, kind: usize, indirect: bool) -> DVec3 {
+        let (light, color) = (self.light[kind][usize::from(indirect)], self.colors[kind]);
+        let mut ratio = DVec3::ZERO;
+        let mut known = (0.0, 0.0);
+        for i in 0..3 {
+            if color[i] != 0.0 {
+                ratio[i] = light[i] / color[i];
+                known = (known.0 + ratio[i], known.1 + 1.0);
+            }
+        }
+        if known.1 > 0.0 {
+            for i in 0..3 {
+                if color[i] == 0.0 {
+                    ratio[i] = known.0 / known.1;
+                }
+            }
+        }
+        ratio
+    }
+
+    /// Mean colour of a kind, given the reciprocal of the number of samples.
+    pub fn color(&self, kind: usize, scale: f64) -> DVec3 {
+        self.colors[kind] * scale
+    }
+
+    /// Mean emission.
+    pub fn emission(&self, scale: f64) -> DVec3 {
+        self.emission * scale
+    }
+
+    /// Mean of the world.
+    pub fn environment(&self, scale: f64) -> DVec3 {
+        self.environment * scale
+    }
+
+    /// Mean texture coordinates, and the share of the samples that met a surface.
+    pub fn uv(&self, scale: f64) -> [f32; 3] {
+        [
+            (self.uv.x * scale) as f32,
+            (self.uv.y * scale) as f32,
+            (f64::from(self.covered) * scale) as f32,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_put_in_comes_out_and_grey_channels_are_filled() {
+        let mut path = PathApart::default();
+        let colors = [Vec3::new(0.5, 0.25, 0.0), Vec3::splat(0.04), Vec3::ZERO];
+        path.first_surface(|| colors, || Vec2::new(0.25, 0.75));
+        path.first_scattering(Vec3::new(0.6, 0.4, 0.1), Vec3::new(0.3, 0.3, 0.0), false);
+        path.scattered(Vec3::new(6.0, 4.0, 1.0), false);
+        path.scattered(Vec3::new(0.6, 0.4, 0.1), true);
+        path.emission(Vec3::X);
+        path.environment(Vec3::Y);
+        let mut pixel = PixelApart::default();
+        pixel.add(&path);
+        pixel.add(&PathApart::default());
+        let near = |a: DVec3, b: [f64; 3]| (a - DVec3::from(b)).length() < 1e-5;
+        // 3/0.5, 3/0.25, and their mean where the colour has no blue.
+        assert!(near(pixel.light(0, false), [6.0, 12.0, 9.0]));
+        assert!(near(pixel.light(0, true), [0.6, 1.2, 0.9]));
+        assert!(near(pixel.light(1, false), [75.0, 25.0, 25.0]));
+        assert!(near(pixel.light(2, false), [0.0; 3]));
+        assert!(near(pixel.color(0, 0.5), [0.25, 0.125, 0.0]));
+        assert!(near(pixel.emission(0.5), [0.5, 0.0, 0.0]));
+        assert!(near(pixel.environment(0.5), [0.0, 0.5, 0.0]));
+        assert_eq!(pixel.uv(0.5), [0.125, 0.375, 0.5]);
+    }
+}

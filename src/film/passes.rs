@@ -1,0 +1,283 @@
+//! Which passes there are, by Blender's names.
+
+use serde::{Serialize, Serializer};
+
+/// A pass of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Pass {
+    /// The picture itself, alpha associated.
+    Combined,
+    /// Distance along the view axis.
+    Depth,
+    /// Shading normal, world space.
+    Normal,
+    /// World space.
+    Position,
+    /// First texture coordinates of the mesh.
+    Uv,
+    /// Light that surfaces scatter diffusely on its way from a light, over `DiffuseColor`.
+    DiffuseDirect,
+    /// The same of light that other surfaces have scattered before.
+    DiffuseIndirect,
+    /// Share of light that surfaces scatter diffusely.
+    DiffuseColor,
+    /// Glossy reflection, as `DiffuseDirect`.
+    GlossyDirect,
+    /// Glossy reflection, as `DiffuseIndirect`.
+    GlossyIndirect,
+    /// Glossy reflection, as `DiffuseColor`.
+    GlossyColor,
+    /// Transmission, as `DiffuseDirect`.
+    TransmissionDirect,
+    /// Transmission, as `DiffuseIndirect`.
+    TransmissionIndirect,
+    /// Transmission, as `DiffuseColor`.
+    TransmissionColor,
+    /// Surfaces that shine, seen by the camera.
+    Emission,
+    /// The world, seen by the camera.
+    Environment,
+    /// Albedo for denoisers.
+    DenoisingAlbedo,
+    /// Shading normal for denoisers, in the camera's axes.
+    DenoisingNormal,
+    /// Samples of each pixel.
+    SampleCount,
+}
+
+/// The one table of passes: Blender's name, channels as Blender has them, what it holds.
+pub const TABLE: [(Pass, &str, &str, &str); 19] = [
+    (Pass::Combined, "Combined", "RGBA", "the picture itself"),
+    (
+        Pass::Depth,
+        "Depth",
+        "Z",
+        "distance along the view axis (panorama: from the camera) of what the ray through the pixel's middle meets; 1e10 where that is nothing",
+    ),
+    (
+        Pass::Normal,
+        "Normal",
+        "XYZ",
+        "shading normal in Blender's world axes, mean over the samples",
+    ),
+    (
+        Pass::Position,
+        "Position",
+        "XYZ",
+        "place in Blender's world axes, of what the ray through the pixel's middle meets",
+    ),
+    (
+        Pass::Uv,
+        "UV",
+        "UVA",
+        "first texture coordinates that the file has of the mesh, and how much of the pixel a surface covers",
+    ),
+    (
+        Pass::DiffuseDirect,
+        "DiffDir",
+        "RGB",
+        "light from lights, scattered diffusely by what the camera sees, over DiffCol",
+    ),
+    (
+        Pass::DiffuseIndirect,
+        "DiffInd",
+        "RGB",
+        "the same of light by way of other surfaces",
+    ),
+    (
+        Pass::DiffuseColor,
+        "DiffCol",
+        "RGB",
+        "share of light that what the camera sees scatters diffusely",
+    ),
+    (
+        Pass::GlossyDirect,
+        "GlossDir",
+        "RGB",
+        "as DiffDir, for glossy reflection",
+    ),
+    (
+        Pass::GlossyIndirect,
+        "GlossInd",
+        "RGB",
+        "as DiffInd, for glossy reflection",
+    ),
+    (
+        Pass::GlossyColor,
+        "GlossCol",
+        "RGB",
+        "as DiffCol, for glossy reflection",
+    ),
+    (
+        Pass::TransmissionDirect,
+        "TransDir",
+        "RGB",
+        "as DiffDir, for transmission",
+    ),
+    (
+        Pass::TransmissionIndirect,
+        "TransInd",
+        "RGB",
+        "as DiffInd, for transmission",
+    ),
+    (
+        Pass::TransmissionColor,
+        "TransCol",
+        "RGB",
+        "as DiffCol, for transmission",
+    ),
+    (
+        Pass::Emission,
+        "Emit",
+        "RGB",
+        "surfaces that shine, as the camera sees them",
+    ),
+    (
+        Pass::Environment,
+        "Env",
+        "RGB",
+        "the world, as the camera sees it; also with --transparent",
+    ),
+    (
+        Pass::DenoisingAlbedo,
+        "Denoising Albedo",
+        "RGB",
+        "albedo of what the camera sees",
+    ),
+    (
+        Pass::DenoisingNormal,
+        "Denoising Normal",
+        "XYZ",
+        "Normal in the camera's axes, with Z forward",
+    ),
+    (
+        Pass::SampleCount,
+        "Debug Sample Count",
+        "X",
+        "samples of the pixel",
+    ),
+];
+
+impl Pass {
+    /// Blender's name.
+    pub fn name(self) -> &'static str {
+        TABLE[self as usize].1
+    }
+
+    /// Blender's names of the channels, a letter each.
+    pub fn channels(self) -> &'static str {
+        TABLE[self as usize].2
+    }
+}
+
+/// A set of passes; `Combined` is always among them. In the order of [`TABLE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Passes(u32);
+
+impl Passes {
+    /// The picture alone.
+    pub const COMBINED: Self = Self(1);
+    /// All that there are.
+    pub const ALL: Self = Self((1 << TABLE.len()) - 1);
+
+    /// With one more.
+    #[must_use]
+    pub const fn with(self, pass: Pass) -> Self {
+        Self(self.0 | 1 << pass as u32)
+    }
+
+    /// Whether it is in the set.
+    pub const fn has(self, pass: Pass) -> bool {
+        self.0 & 1 << pass as u32 != 0
+    }
+
+    /// All that are in the set.
+    pub fn iter(self) -> impl Iterator<Item = Pass> {
+        TABLE.iter().map(|row| row.0).filter(move |&p| self.has(p))
+    }
+
+    /// Whether paths have to keep their light apart (see [`super::apart`]).
+    pub fn need_light_apart(self) -> bool {
+        self.iter().any(|pass| {
+            !matches!(
+                pass,
+                Pass::Combined
+                    | Pass::Depth
+                    | Pass::Normal
+                    | Pass::Position
+                    | Pass::DenoisingAlbedo
+                    | Pass::DenoisingNormal
+                    | Pass::SampleCount
+            )
+        })
+    }
+
+    /// Whether the ray through the middle of each pixel is asked for.
+    pub fn need_middle(self) -> bool {
+        self.has(Pass::Depth) || self.has(Pass::Position)
+    }
+
+    /// Floats of a pixel.
+    pub fn floats(self) -> usize {
+        self.iter().map(|pass| pass.channels().len()).sum()
+    }
+
+    /// The set with these names.
+    ///
+    /// # Errors
+    /// Names the first unknown one and lists those there are.
+    pub fn parse<'a>(mut names: impl Iterator<Item = &'a str>) -> Result<Self, String> {
+        names.try_fold(Self::COMBINED, |set, name| {
+            TABLE
+                .iter()
+                .find(|row| row.1 == name)
+                .map(|row| set.with(row.0))
+                .ok_or_else(|| {
+                    let all: Vec<_> = TABLE.iter().map(|row| row.1).collect();
+                    format!("there is no pass '{name}'; there are: {}", all.join(", "))
+                })
+        })
+    }
+}
+
+impl Default for Passes {
+    /// What costs next to nothing.
+    fn default() -> Self {
+        Self::COMBINED
+            .with(Pass::Depth)
+            .with(Pass::Normal)
+            .with(Pass::Position)
+            .with(Pass::DenoisingAlbedo)
+            .with(Pass::SampleCount)
+    }
+}
+
+impl Serialize for Passes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter().map(Pass::name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_in_order_and_names_are_found() {
+        for (i, row) in TABLE.iter().enumerate() {
+            assert_eq!(row.0 as usize, i, "{}", row.1);
+            assert!(Passes::parse([row.1].into_iter()).unwrap().has(row.0));
+        }
+        let some = Passes::parse(["Env", "Depth"].into_iter()).unwrap();
+        let names: Vec<_> = some.iter().map(Pass::name).collect();
+        assert_eq!(names, ["Combined", "Depth", "Env"]);
+        assert_eq!(some.floats(), 4 + 1 + 3);
+        assert!(some.need_light_apart() && !Passes::default().need_light_apart());
+        let error = Passes::parse(["Fog"].into_iter()).unwrap_err();
+        assert!(
+            error.contains("Fog") && error.contains("TransInd"),
+            "{error}"
+        );
+    }
+}
