@@ -501,7 +501,7 @@ def negative_scale(_folder):
 
 @scene
 def hidden(_folder):
-    """All the ways of being there or not: only three balls of the first row are rendered, and each of the second row."""
+    """All the ways of being there or not: by object, collection and view layer; by kind of ray; lamps that are off or shadowless."""
     stage()
     here = bpy.context.scene
     shape = ball("ball", material("ball", (0.7, 0.3, 0.1), Roughness=0.4))
