@@ -3,13 +3,9 @@
 
 import numpy
 
+from .export.camera import picture_size
+
 _FILTERS = {"BLACKMAN_HARRIS": "blackman-harris", "GAUSSIAN": "gauss", "BOX": "box"}
-
-
-def picture_size(render):
-    """Width and height of the whole picture, as Blender computes them: in integers."""
-    scale = render.resolution_percentage
-    return max(render.resolution_x * scale // 100, 1), max(render.resolution_y * scale // 100, 1)
 
 
 def border(render):
@@ -37,14 +33,14 @@ def seed(scene):
     return (settings.seed + frame * 0x9E3779B1) & 0xFFFFFFFF
 
 
-def arguments(scene, abilities, warn):
+def arguments(scene, layer, abilities, warn):
     """Flags for the picture, the effort and the light transport. `warn(text)` is told what the program cannot do."""
     settings, render = scene.sundog, scene.render
     width, height = picture_size(render)
     pixel_filter = _FILTERS[settings.pixel_filter_type]
     if settings.pixel_filter_type != "BOX":
         pixel_filter += f":{settings.filter_width:.6g}"
-    result = ["--width", str(width), "--height", str(height), "--filter", pixel_filter, "--samples", str(settings.samples)]
+    result = ["--width", str(width), "--height", str(height), "--filter", pixel_filter, "--samples", str(layer.samples or settings.samples)]
     x0, y0, x1, y1 = border(render)
     if (x0, y0, x1, y1) != (0, 0, width, height):
         result += ["--region", f"{x0},{height - y1},{x1},{height - y0}"]

@@ -109,7 +109,7 @@ class _LayerRender:
         path, source = preferences.find_program()
         abilities = program.abilities(path)
         self.record.update(program=path, program_source=source, version=abilities.version)
-        arguments = command.arguments(self.scene, abilities, self.warn)
+        arguments = command.arguments(self.scene, self.layer, abilities, self.warn)
         for name in passes.left_out(self.layer):
             self.warn(f"there is no pass \"{name}\": it is left out")
         arguments += command.pass_arguments(self.screen.wanted, abilities)

@@ -83,12 +83,18 @@ def abilities(path):
         stamp = os.stat(path).st_mtime_ns
     except OSError as error:
         raise ProgramError(f"the program {path} cannot be read: {error.strerror}") from error
-    return _abilities(path, stamp)
+    found = _abilities(path, stamp)
+    if isinstance(found, ProgramError):
+        raise found
+    return found
 
 
 @functools.lru_cache(maxsize=4)
 def _abilities(path, _stamp):
+    # An error is kept too: the preferences ask at each drawing.
     try:
         return Abilities(json.loads(ask(path, "flags", "--json")))
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ProgramError(f"the program {path} does not tell its flags: it is no sundog program, or an old one") from error
+    except ProgramError as error:
+        return error
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return ProgramError(f"the program {path} does not tell its flags: it is no sundog program, or an old one")

@@ -167,6 +167,17 @@ class SUNDOG_VIEW_LAYER_PT_passes(_Buttons, Panel):
         column.prop(layer, "use_pass_environment", text="Environment")
 
 
+class SUNDOG_VIEW_LAYER_PT_override(_Closed, Panel):
+    bl_label = "Override"
+    bl_context = "view_layer"
+
+    def show(self, layout, context):
+        layer = context.view_layer
+        layout.prop(layer, "material_override")
+        prop(layout, layer, "world_override")
+        layout.prop(layer, "samples")
+
+
 # Light
 
 
@@ -395,6 +406,7 @@ _CLASSES = (
     SUNDOG_RENDER_PT_performance,
     SUNDOG_RENDER_PT_scene_check,
     SUNDOG_VIEW_LAYER_PT_passes,
+    SUNDOG_VIEW_LAYER_PT_override,
     SUNDOG_LIGHT_PT_light,
     SUNDOG_LIGHT_PT_beam_shape,
     SUNDOG_LIGHT_PT_settings,

@@ -18,7 +18,7 @@ import export_kit
 from export_kit import quiet
 
 import sundog
-from sundog import engine, export, program
+from sundog import engine, export
 
 WIDTH, HEIGHT, SAMPLES = 48, 32, 4
 
@@ -94,11 +94,6 @@ class EngineTest(unittest.TestCase):
                 command += [name, str(value)]
         subprocess.run([*command, *flags], check=True, capture_output=True)
         return exr.passes(exr.read(picture))
-
-    def needs(self, flag):
-        """Skips the test where the program does not know a flag yet."""
-        if not program.abilities(self.program).has(flag):
-            self.skipTest(f"the program does not know --{flag}")
 
     def fails(self, *words):
         """Rendering fails with a report that has all the words."""

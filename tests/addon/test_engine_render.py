@@ -81,7 +81,6 @@ class Pictures(EngineTest):
         self.assertTrue(same_bits(self.render("cropped")["ViewLayer.Combined"], part))
 
     def test_passes_that_are_switched_on_and_no_others(self):
-        self.needs("passes")
         layer = self.scene.view_layers[0]
         layer.use_pass_z = layer.sundog.use_pass_sample_count = True
         shown = self.render()
@@ -90,7 +89,6 @@ class Pictures(EngineTest):
         self.assertEqual(shown["ViewLayer.Debug Sample Count"].max(), SAMPLES)
 
     def test_every_pass_is_the_command_lines(self):
-        self.needs("passes")
         layer = self.scene.view_layers[0]
         for p in passes.PASSES:
             owner, name = (layer.sundog, p.switch[7:]) if p.switch.startswith("sundog.") else (layer, p.switch)
@@ -125,7 +123,6 @@ class Pictures(EngineTest):
         self.assertIn('"Normal"', " ".join(engine.last_statistics()["warnings"]))
 
     def test_transparent_film(self):
-        self.needs("transparent")
         self.scene.render.film_transparent = True
         self.scene.camera.rotation_euler.x = 1.4
         shown = self.render()["ViewLayer.Combined"]
@@ -183,6 +180,24 @@ class Pictures(EngineTest):
         self.assertFalse(same_bits(shown["ViewLayer.Combined"], shown["Without Cube.Combined"]))
         self.assertEqual([told["layer"] for told in engine.last_statistics()["layers"]], ["ViewLayer", "Without Cube"])
 
+    def test_overrides_of_a_view_layer(self):
+        layer = self.scene.view_layers[0]
+        plain = self.render("plain")["ViewLayer.Combined"]
+        layer.samples = SAMPLES + 1
+        layer.material_override = bpy.data.materials.new("Shining")
+        layer.material_override.use_nodes = True
+        shader = layer.material_override.node_tree.nodes["Principled BSDF"]
+        shader.inputs["Emission Color"].default_value, shader.inputs["Emission Strength"].default_value = (1, 0, 0, 1), 100
+        layer.world_override = bpy.data.worlds.new("Black")
+        layer.world_override.use_nodes = True
+        layer.world_override.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
+        shown = self.render("overridden")["ViewLayer.Combined"]
+        self.assertEqual(engine.last_statistics()["statistics"]["samples"], SAMPLES + 1)
+        self.assertEqual({v["name"] for v in engine.last_verdicts() if v["kind"] == "material"}, {"Shining"})
+        self.assertLess(plain[..., 0].max(), 50)
+        self.assertGreater(shown[..., 0].max(), 50)
+        self.assertEqual({v["name"] for v in engine.last_verdicts() if v["kind"] == "world"}, {"Black"})
+
     def test_stereo_is_off_and_said_so(self):
         self.scene.render.use_multiview = True
         self.render()
@@ -212,7 +227,6 @@ class Pictures(EngineTest):
         self.assertLess(told["samples"], 1 << 20)
 
     def test_noise_target_ends_the_render(self):
-        self.needs("noise")
         self.scene.sundog.samples, self.scene.sundog.noise_target = 1 << 20, 0.25
         self.render()
         told = engine.last_statistics()["statistics"]

@@ -9,9 +9,9 @@ from .verdicts import APPROXIMATED, LOST
 
 
 def picture_size(render):
-    """Width and height of the picture in pixels."""
-    scale = render.resolution_percentage / 100
-    return max(int(render.resolution_x * scale), 1), max(int(render.resolution_y * scale), 1)
+    """Width and height of the picture in pixels: in integers, as Blender computes them."""
+    scale = render.resolution_percentage
+    return max(render.resolution_x * scale // 100, 1), max(render.resolution_y * scale // 100, 1)
 
 
 def window(camera, render):

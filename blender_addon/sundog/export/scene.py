@@ -115,10 +115,18 @@ class Exporter:
         """Index of the glTF mesh of an evaluated object, or None."""
         mesh = shown.data
         slots = [slot.material for slot in shown.material_slots] or list(mesh.materials)
+        override = self._override("material")
+        if override is not None:
+            slots = [override] * max(len(slots), 1)
         key = (mesh.as_pointer(), tuple(m.original.as_pointer() if m is not None else 0 for m in slots))
         if key not in self._meshes:
             self._meshes[key] = self._read_mesh(shown, mesh, slots or [None])
         return self._meshes[key]
+
+    def _override(self, kind):
+        """What the view layer shows instead of every material, or of the world; None if it doesn't."""
+        found = getattr(self.view_layer, f"{kind}_override", None)
+        return None if found is None else found.evaluated_get(self.depsgraph)
 
     def _read_mesh(self, shown, mesh, slots):
         try:
@@ -252,7 +260,7 @@ class Exporter:
 
     def world(self):
         """The world and the colour management, as SUNDOG_scene."""
-        world = self.scene.world
+        world = self._override("world") or self.scene.world
         findings = []
         extension = {}
         if world is not None:
