@@ -3,10 +3,12 @@
 
     PYTHON_WITH_BPY tests/addon/measure_export.py [TRIANGLES] [REPEATS]
 
-Prints the table of docs/benchmarks.md. Cycles' time is what it tells in its log for the synchronisation and the preparation
-of the scene; Sundog's is the export and what the program needs up to its first sample.
+Prints the table of docs/benchmarks.md. Cycles' time is that of its session (synchronisation, preparation, and one sample of
+16 × 16 pixels) without Blender's own work around it; Sundog's is the export, and the program from its start to its first
+sample.
 """
 
+import json
 import os
 import re
 import shutil
@@ -15,7 +17,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import json
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
@@ -102,15 +103,13 @@ def start(make, triangles):
 
 
 def export_seconds(folder):
-    """(seconds of write_scene, of the whole render call, its result)."""
+    """(seconds of write_scene in a render, its result)."""
     def task(depsgraph):
         begun = time.perf_counter()
         result = kit.export.write_scene(depsgraph, depsgraph.scene, os.path.join(folder, "scene"), os.path.join(folder, "cache"))
         return time.perf_counter() - begun, result
 
-    begun = time.perf_counter()
-    seconds, result = kit.in_render(task)
-    return seconds, time.perf_counter() - begun, result
+    return kit.in_render(task)
 
 
 def preparing_seconds(path):
@@ -124,34 +123,43 @@ def preparing_seconds(path):
     return prepared
 
 
+# In a Blender of its own: what Cycles' session takes, call by call.
+CYCLES = """
+import sys, time
+import bpy
+import _cycles
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+scene = bpy.context.scene
+scene.render.engine = "CYCLES"
+scene.cycles.device, scene.cycles.samples = "CPU", 1
+scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
+
+def timed(call):
+    def measured(*arguments):
+        begun = time.perf_counter()
+        result = call(*arguments)
+        print("CYCLES", time.perf_counter() - begun, file=sys.stderr)
+        return result
+    return measured
+
+for name in ("create", "reset", "render"):
+    setattr(_cycles, name, timed(getattr(_cycles, name)))
+bpy.ops.render.render()
+"""
+
+
 def cycles_seconds():
-    """(synchronisation, preparation) by Cycles' own log, in a Blender of its own on a file of the scene."""
+    """Seconds of Cycles' session for the open scene."""
     folder = tempfile.mkdtemp(prefix="sundog-measure-")
     try:
         path = os.path.join(folder, "scene.blend")
         with kit.quiet():
             bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
-        code = (
-            "import bpy, sys, time\n"
-            f"bpy.ops.wm.open_mainfile(filepath={path!r})\n"
-            "s = bpy.context.scene; s.render.engine = 'CYCLES'; s.cycles.device = 'CPU'; s.cycles.samples = 1\n"
-            "s.cycles.use_denoising = s.cycles.use_adaptive_sampling = False\n"
-            "import cycles\n"
-            "for name in ('sync', 'render'):\n"
-            "    pass\n"
-            "import _cycles\n"
-            "real = {n: getattr(_cycles, n) for n in ('create', 'reset', 'render')}\n"
-            "def timed(name):\n"
-            "    def call(*a):\n"
-            "        begun = time.perf_counter(); r = real[name](*a)\n"
-            "        print('CYCLES', name, time.perf_counter() - begun, file=sys.stderr); return r\n"
-            "    return call\n"
-            "for name in real: setattr(_cycles, name, timed(name))\n"
-            "bpy.ops.render.render()\n"
-        )
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-        found = dict(re.findall(r"CYCLES (\w+) ([\d.e+-]+)", done.stderr))
-        return {name: float(value) for name, value in found.items()}
+        done = subprocess.run([sys.executable, "-c", CYCLES, path], capture_output=True, text=True, check=False)
+        calls = [float(value) for value in re.findall(r"CYCLES ([\d.e+-]+)", done.stderr)]
+        if len(calls) != 3:
+            raise SystemExit(done.stderr)
+        return sum(calls)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -168,20 +176,17 @@ def main():
         for _ in range(repeats):
             folder = tempfile.mkdtemp(prefix="sundog-measure-")
             try:
-                first, _, result = export_seconds(folder)
+                first, result = export_seconds(folder)
                 firsts.append(first)
                 prepared.append(preparing_seconds(result.path))
                 bpy.context.scene.camera.location.x += 1
-                second, _, again = export_seconds(folder)
+                second, again = export_seconds(folder)
                 seconds.append(second)
             finally:
                 shutil.rmtree(folder, ignore_errors=True)
         cycles = [cycles_seconds() for _ in range(repeats)]
-        other = statistics.median(sum(c.values()) for c in cycles)
-        row = [other, statistics.median(firsts), statistics.median(prepared), statistics.median(seconds)]
+        row = [statistics.median(cycles), statistics.median(firsts), statistics.median(prepared), statistics.median(seconds)]
         print(f"| {make.__name__.replace('_', ' ')} | " + " | ".join(f"{v:.2f}" for v in row) + f" | {again.changed_geometry} |", flush=True)
-        if "-v" in sys.argv:
-            print(cycles, result.timings, again.timings)
 
 
 if __name__ == "__main__":
