@@ -22,7 +22,7 @@ package=$(find "$project_root/dist" -name 'sundog-*-linux-x64.zip' 2>/dev/null |
 release() {
     local folder
     for folder in tmp/.X11-unix dev proc; do
-        mountpoint -q "$root/$folder" && umount "$root/$folder"
+        mountpoint -q "$root/$folder" && umount -l "$root/$folder"
     done
     return 0
 }

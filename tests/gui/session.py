@@ -41,6 +41,10 @@ def difference(a, b):
 
 
 def key(name):
+    """Presses a key over Blender's window, which must have the focus: no window manager gives it back to it."""
+    found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", "Blender"], capture_output=True, text=True, check=False)
+    for window in found.stdout.split()[:1]:
+        subprocess.run(["xdotool", "windowfocus", window], check=False)
     subprocess.run(["xdotool", "key", name], check=True)
 
 

@@ -78,27 +78,11 @@ def frame():
     return True
 
 
-def emits(material):
-    """Whether a material can shine."""
-    if material is None or not material.use_nodes:
-        return False
-    for node in material.node_tree.nodes:
-        if node.type == "EMISSION":
-            return True
-        if node.type == "BSDF_PRINCIPLED" and node.inputs["Emission Strength"].default_value > 0:
-            color = node.inputs["Emission Color"]
-            if color.is_linked or any(color.default_value[:3]):
-                return True
-    return False
-
-
 def is_lit():
-    """Whether the scene brings light of its own."""
-    scene = bpy.context.scene
-    if any(o.type == "LIGHT" for o in scene.objects) or any(emits(m) for m in bpy.data.materials):
-        return True
-    world = scene.world
-    return world is not None and world.use_nodes and any(n.type == "TEX_ENVIRONMENT" for n in world.node_tree.nodes)
+    """Whether the scene brings light of its own: lamps, or a picture around it. (Surfaces that glow seldom light a scene.)"""
+    world = bpy.context.scene.world
+    around = world is not None and world.use_nodes and any(n.type == "TEX_ENVIRONMENT" for n in world.node_tree.nodes)
+    return around or any(o.type == "LIGHT" for o in bpy.context.scene.objects)
 
 
 def light(picture):
@@ -165,7 +149,9 @@ def main():
         if not (given.own_camera and bpy.context.scene.camera) and not frame():
             told["problem"] = "Blender's import of it has no geometry"
     if told["problem"] is None:
-        if not is_lit():
+        # The rooms and boxes with a camera of their own are lit by their surfaces, or bring a picture.
+        own = given.own_camera and not os.path.exists(os.path.join(os.path.dirname(given.scene), "env.exr"))
+        if given.scene not in traps.SCENES and not own and not is_lit():
             light(given.environment)
         set_up(given)
         seconds = {"CYCLES": [], "SUNDOG": []}
