@@ -84,6 +84,7 @@ class SUNDOG_OT_compare(bpy.types.Operator):
         if event.type == "ESC":
             _State.child.stop()
             self._close(context)
+            shutil.rmtree(self._folder, ignore_errors=True)
             _State.message = "Stopped"
             return {"CANCELLED"}
         if event.type != "TIMER":
@@ -95,11 +96,19 @@ class SUNDOG_OT_compare(bpy.types.Operator):
             return {"RUNNING_MODAL"}
         return self._finish(context)
 
+    def cancel(self, _context):
+        """Blender ends it: another file is opened, or the window is closed."""
+        if _State.child is not None:
+            _State.child.stop()
+            _State.child = None
+        shutil.rmtree(self._folder, ignore_errors=True)
+
     def _start(self, context):
         dirty = [image.name for image in bpy.data.images if image.is_dirty and image.source in {"FILE", "GENERATED"}]
         if dirty:
             self.report({"WARNING"}, f"Painted but not saved, so the comparison shows them as they were: {', '.join(dirty)}")
-        folder = tempfile.mkdtemp(prefix="sundog-compare-")
+        # Blender removes its folder when it ends.
+        folder = tempfile.mkdtemp(prefix="sundog-compare-", dir=bpy.app.tempdir)
         try:
             blend = os.path.join(folder, "scene.blend")
             bpy.ops.wm.save_as_mainfile(filepath=blend, copy=True, compress=False)
@@ -129,7 +138,9 @@ class SUNDOG_OT_compare(bpy.types.Operator):
         forget()
         _State.found, _State.folder = found, self._folder
         load_images(self._folder)
-        show_image(context, "Sundog")
+        if not bpy.app.background:
+            # A new window inside of a running operator confuses Blender: it calls the operator again.
+            bpy.app.timers.register(_show_first, first_interval=0.0)
         self.report({"INFO"}, f"Compared: {', '.join(' '.join(line) for line in table.differences(found)[:2])}")
         return {"FINISHED"}
 
@@ -150,6 +161,10 @@ def forget():
     if _State.folder is not None:
         shutil.rmtree(_State.folder, ignore_errors=True)
     _State.found = _State.folder = None
+
+
+def _show_first():
+    show_image(bpy.context, "Sundog")
 
 
 def load_images(folder):
@@ -174,20 +189,22 @@ def _find(name):
 def show_image(context, name):
     """Shows one of the pictures in an image editor, in a new window if there is none."""
     image = _find(name)
-    if image is None or context.window is None or bpy.app.background:
+    windows = context.window_manager.windows
+    if image is None or not windows or bpy.app.background:
         return
-    spaces = [space for window in context.window_manager.windows for space in _editors(window)]
-    if not spaces:
-        with context.temp_override(window=context.window):
+    editors = [(window, area) for window in windows for area in window.screen.areas if area.ui_type == "IMAGE_EDITOR"]
+    if not editors:
+        with context.temp_override(window=windows[0]):
             bpy.ops.wm.window_new()
-        area = context.window_manager.windows[-1].screen.areas[0]
+        area = windows[-1].screen.areas[0]
         area.ui_type = "IMAGE_EDITOR"
-        spaces = [area.spaces.active]
-    spaces[0].image = image
-
-
-def _editors(window):
-    return [area.spaces.active for area in window.screen.areas if area.ui_type == "IMAGE_EDITOR"]
+        editors = [(windows[-1], area)]
+    window, area = editors[0]
+    area.spaces.active.image = image
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    with context.temp_override(window=window, area=area, region=region):
+        if bpy.ops.image.view_all.poll():
+            bpy.ops.image.view_all(fit_view=True)
 
 
 def _redraw(context):
@@ -216,7 +233,6 @@ class SUNDOG_RENDER_PT_compare(bpy.types.Panel):
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
-    bl_options = {"DEFAULT_CLOSED"}
     COMPAT_ENGINES = {"SUNDOG", "CYCLES"}
 
     @classmethod

@@ -48,7 +48,8 @@ def differences(found):
     ]
     noise = found["engines"]["Sundog"]["noise"]
     if noise is not None:
-        result.insert(2, ("of that Sundog's own noise, estimated", f"{noise * noise:.5g}"))
+        # It takes no account of how the halves of the samples are stratified against each other (docs/cli.md).
+        result.insert(2, ("Sundog's own part of it, at most (estimated)", f"{noise * noise:.5g}"))
     lost = linear["non_finite_a"] + linear["non_finite_b"]
     if lost:
         result.append(("Pixels that are not finite, left out", f"{linear['non_finite_a']} and {linear['non_finite_b']}"))
