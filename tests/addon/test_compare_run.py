@@ -166,7 +166,7 @@ class Compare(unittest.TestCase):
 
     def test_times_and_samples_are_sound(self):
         for side in self.found["engines"].values():
-            self.assertEqual(side["samples"], SAMPLES)
+            self.assertEqual(side["samples"], [SAMPLES])
             self.assertGreater(side["render"], 0)
             # Cycles rounds to a hundredth of a second.
             self.assertLessEqual(side["export"] + (side["prepare"] or 0) + side["render"], side["whole_call"] + 0.02)
@@ -219,8 +219,20 @@ class Ways(unittest.TestCase):
     def test_cycles_as_it_is(self):
         self.scene.cycles.samples, self.scene.cycles.use_adaptive_sampling, self.scene.cycles.use_denoising = 3, False, False
         found = self.run_quietly(None, self.out, samples=2, cycles_defaults=True)
-        self.assertEqual([found["engines"][name]["samples"] for name in ("Sundog", "Cycles")], [2, 3])
+        self.assertEqual([found["engines"][name]["samples"] for name in ("Sundog", "Cycles")], [[2], [3]])
         self.assertFalse(found["matched"])
+
+    def test_view_layers_with_samples_of_their_own(self):
+        self.scene.view_layers[0].samples = 5
+        self.scene.view_layers.new("second")
+        self.scene.cycles.use_layer_samples = "IGNORE"
+        for samples, expected in ((None, [5, 3]), (4, [4, 4])):
+            self.scene.sundog.samples = 3
+            found = self.run_quietly(None, self.out, samples=samples)
+            for side in found["engines"].values():
+                self.assertEqual(side["samples"], expected)
+                self.assertAlmostEqual(side["ns_per_sample"], side["render"] * 1e9 / (16 * 9 * sum(expected)), places=3)
+        self.assertEqual((self.scene.view_layers[0].samples, self.scene.cycles.use_layer_samples), (5, "IGNORE"))
 
     def test_another_frame_and_size(self):
         self.scene.camera.location.x = -100

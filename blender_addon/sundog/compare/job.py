@@ -134,7 +134,7 @@ def _told_by_sundog():
         "export": sum(layer["export"].get("total", 0.0) for layer in layers),
         "prepare": sum(layer["prepared"] or 0.0 for layer in layers),
         "render": sum(_seconds(one["trace"]) for one in told),
-        "samples": told[-1]["samples"],
+        "samples": [one["samples"] for one in told],
         # The estimate belongs to the picture of one layer.
         "noise": noise[0] if len(noise) == 1 else None,
         "version": layers[-1].get("version"),
@@ -163,7 +163,7 @@ def _told_by_cycles(path):
         "export": sum(map(exr_header.seconds, told["synchronization_time"])),
         "prepare": None,
         "render": sum(map(exr_header.seconds, told["render_time"])),
-        "samples": int(told["samples"][-1]),
+        "samples": [int(samples) for samples in told["samples"]],
         "noise": None,
         "version": bpy.app.version_string,
     }
@@ -172,10 +172,9 @@ def _told_by_cycles(path):
 def _found(scene, folder, options, sides):
     linear = _measure(sides, "exr", os.path.join(folder, "difference.png"))
     shown = _measure(sides, "png", os.path.join(folder, "difference-view.png"))
-    layers = sum(layer.use for layer in scene.view_layers)
     x0, y0, x1, y1 = table.rendered_pixels(scene.render)
     for side in sides.values():
-        side["ns_per_sample"] = side["render"] * 1e9 / ((x1 - x0) * (y1 - y0) * side["samples"] * layers)
+        side["ns_per_sample"] = side["render"] * 1e9 / ((x1 - x0) * (y1 - y0) * sum(side["samples"]))
     adaptive = bool(options.cycles_defaults and scene.cycles.use_adaptive_sampling)
     if adaptive:
         # How many samples the pixels got is not told.

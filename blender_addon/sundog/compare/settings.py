@@ -69,6 +69,10 @@ def same_for_both(kept, scene, options):
         kept.set(scene.render, resolution_percentage=options.percentage)
     if options.frame is not None and options.frame != scene.frame_current:
         kept.keep(scene, "frame_current", "frame_subframe")
+    if options.samples and not options.cycles_defaults:
+        for layer in scene.view_layers:
+            # Would win over the scene's.
+            kept.set(layer, samples=0)
     sundog = scene.sundog
     kept.set(sundog, samples=options.samples or sundog.samples, time_limit=0.0, noise_target=0.0, use_animated_seed=False)
 
@@ -81,7 +85,7 @@ def as_sundog(kept, scene):
     kept.set(
         cycles,
         device="CPU", samples=sundog.samples, time_limit=0.0, seed=sundog.seed, use_animated_seed=False,
-        use_adaptive_sampling=False, use_denoising=False, use_sample_subset=False, sample_offset=0,
+        use_adaptive_sampling=False, use_denoising=False, use_sample_subset=False, sample_offset=0, use_layer_samples="USE",
         # Neighbouring pixels share no random numbers.
         auto_scrambling_distance=False, scrambling_distance=1.0,
         max_bounces=sundog.max_bounces, diffuse_bounces=sundog.diffuse_bounces, glossy_bounces=sundog.glossy_bounces,

@@ -21,6 +21,11 @@ def seconds(value):
     return "—" if value is None else f"{value:.2f} s"
 
 
+def _listed(samples):
+    """Those of each view layer, where they differ."""
+    return str(samples[0]) if len(set(samples)) == 1 else " + ".join(map(str, samples))
+
+
 def rows(found):
     """(label, Sundog's, Cycles') for what each engine has."""
     sundog, cycles = found["engines"]["Sundog"], found["engines"]["Cycles"]
@@ -30,7 +35,7 @@ def rows(found):
         ("Scene preparation", seconds(sundog["prepare"]), "in the above" if cycles["prepare"] is None else seconds(cycles["prepare"])),
         ("Rendering", seconds(sundog["render"]), seconds(cycles["render"])),
         ("Whole call", seconds(sundog["whole_call"]), seconds(cycles["whole_call"])),
-        ("Samples a pixel", str(sundog["samples"]), f"{cycles['samples']}{' at most' if found['adaptive'] else ''}"),
+        ("Samples a pixel", _listed(sundog["samples"]), _listed(cycles["samples"]) + (" at most" if found["adaptive"] else "")),
         ("ns per pixel sample", *("—" if side["ns_per_sample"] is None else f"{side['ns_per_sample']:.0f}" for side in (sundog, cycles))),
         ("Mean luminance", f"{linear['mean_luminance_a']:.5f}", f"{linear['mean_luminance_b']:.5f}"),
     ]
