@@ -245,6 +245,21 @@ class Images(MaterialTest):
         self.assertEqual(self.verdict()["verdict"], "approximated")
         self.assertIn("image.png", self.verdict()["detail"])
 
+    def test_broken_files(self):
+        """Cut off in every place: the program reads what is written, whatever Blender makes of the rest."""
+        source = self.image("whole", numpy.random.default_rng(5).integers(0, 255, (64, 64, 3)))
+        with open(bpy.path.abspath(source.filepath), "rb") as file:
+            data = file.read()
+        for number, length in enumerate((0, 4, 20, 60, len(data) // 2, len(data) - 4)):
+            path = os.path.join(self.folder, f"broken {number}.png")
+            with open(path, "wb") as file:
+                file.write(data[:length])
+            with kit.quiet():
+                node = self.textured(self.principled.inputs["Base Color"], bpy.data.images.load(path))
+                self.written()
+            self.found.info()
+            self.tree.nodes.remove(node)
+
     def test_node_without_image(self):
         self.join(self.node("ShaderNodeTexImage").outputs["Color"], self.principled.inputs["Base Color"])
         self.near(self.written()["pbrMetallicRoughness"]["baseColorFactor"], [0, 0, 0, 1])

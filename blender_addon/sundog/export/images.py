@@ -36,6 +36,15 @@ def kind_of(data):
     return None
 
 
+def is_whole(path):
+    """Whether a file is not cut off, as far as its end tells."""
+    with open(path, "rb") as file:
+        extension = kind_of(file.read(16))
+        file.seek(max(file.seek(0, os.SEEK_END) - 4096, 0))
+        end = file.read()
+    return {".png": b"IEND", ".jpg": b"\xff\xd9"}.get(extension, b"") in end
+
+
 def file_of(image):
     """The image's file on disk, or None (packed, generated, or away)."""
     if image.source not in {"FILE", "SEQUENCE", "TILED", "MOVIE"} or not image.filepath_raw:
@@ -47,10 +56,11 @@ def file_of(image):
 
 
 def is_missing(image):
-    """Whether the image's file is away, and nothing of it in memory."""
+    """Whether the image's file is away or cannot be read, and nothing of it is in memory."""
     if image.source not in {"FILE", "SEQUENCE", "TILED", "MOVIE"} or image.packed_file is not None or image.has_data:
         return False
-    return file_of(image) is None and not image.size[0]
+    path = file_of(image)
+    return (path is None or not is_whole(path)) and not image.size[0]
 
 
 def _packed(image):
@@ -127,7 +137,7 @@ def original(image, cache, as_data):
             gltf.write_whole(path, data)
         return path
     path = file_of(image)
-    if path is None:
+    if path is None or not is_whole(path):
         return None
     with open(path, "rb") as file:
         extension = kind_of(file.read(16))

@@ -459,7 +459,7 @@ class Reader:
         """The TextureSpec of an image node; a Const where the image is missing."""
         image = node.image
         if images.is_missing(image):
-            self.note(APPROXIMATED, f"the image \"{image.name}\" is missing ({image.filepath_raw}): pink, as in Cycles")
+            self.note(APPROXIMATED, f"the image \"{image.name}\" is missing or broken ({image.filepath_raw}): pink, as in Cycles")
             return images.MISSING
         if image.source == "TILED":
             self.note(APPROXIMATED, f"of the UDIM image \"{image.name}\" the first tile is used")

@@ -45,7 +45,7 @@ class _Environments(nodes.Evaluator):
         if node.image is None:
             return Const(numpy.zeros(3))
         if images.is_missing(node.image):
-            self.missing = f"the image \"{node.image.name}\" is missing ({node.image.filepath_raw}): pink, as in Cycles"
+            self.missing = f"the image \"{node.image.name}\" is missing or broken ({node.image.filepath_raw}): pink, as in Cycles"
             return Const(images.MISSING)
         rotation, reason = _rotation(self.walker, self, source.input("Vector"))
         if node.projection != "EQUIRECTANGULAR":
