@@ -174,6 +174,15 @@ impl Device {
                 "the loaded library is Embree {version}, but this program was built for {HEADERS} or newer of the same major version"
             )));
         }
+        // SAFETY: as in `version`.
+        if unsafe {
+            sys::rtcGetDeviceProperty(self.0.raw, sys::RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED)
+        } == 0
+        {
+            return Err(EmbreeError(format!(
+                "the loaded Embree {version} was built without ray masks (EMBREE_RAY_MASK), which ray visibility needs"
+            )));
+        }
         let mesh = TriangleMesh::new(
             vec![[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
             vec![[0, 1, 2]],
@@ -835,6 +844,37 @@ mod tests {
         let hit = top.intersect(&down(11.5, 1.5)).unwrap();
         assert_eq!((hit.geometry, hit.instance), (0, Some(1)));
         assert!((hit.distance - 9.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn masks_hide_geometries_and_instances() {
+        let device = Device::new(Some(1)).unwrap();
+        let mut child = Scene::new(&device).unwrap();
+        child.add_triangles(&quad(0.0), false, u32::MAX).unwrap();
+        let child = child.commit().unwrap();
+        let mut top = Scene::new(&device).unwrap();
+        top.add_triangles(&quad(4.0), false, 1).unwrap();
+        let identity = [
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, 0.0],
+        ];
+        top.add_instance(&child, &identity, 2).unwrap();
+        let top = top.commit().unwrap();
+        let nearest = |mask| {
+            let ray = Ray {
+                mask,
+                ..down(0.5, 0.1)
+            };
+            let hit = top.intersect(&ray);
+            assert_eq!(top.occluded(&ray), hit.is_some());
+            hit.map(|h| h.distance.round())
+        };
+        assert_eq!(
+            [nearest(1), nearest(2), nearest(3), nearest(4)],
+            [Some(6.0), Some(10.0), Some(6.0), None]
+        );
     }
 
     #[test]

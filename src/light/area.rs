@@ -11,7 +11,7 @@ use super::triangle::Triangle;
 use super::{Direction, Meeting};
 use crate::math::{sqr, warp};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
-use std::f32::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_4, PI};
 
 /// An area light in world space (relative to the scene's origin).
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +58,7 @@ impl Spread {
         if half < 1e-6 {
             return Self::Parallel;
         }
-        if half >= f64::from(std::f32::consts::FRAC_PI_2) {
+        if half >= 0.5 * f64::from(std::f32::consts::PI) {
             return Self::Full;
         }
         let tangent = half.tan();
@@ -107,8 +107,7 @@ const ELLIPSE_NEAR: f32 = 3.0;
 
 impl Area {
     /// From the light's own space to the world's (relative to the origin). `size`: full extents along X and Y.
-    /// `power`: color times watts; `None` if it has no area. As in Cycles the area by which the power is
-    /// divided is the product of the lengths of the edges, sheared or not.
+    /// `power`: color times watts; `None` if it has no area.
     pub fn new(
         world_from_light: &DAffine3,
         size: [f32; 2],
@@ -121,6 +120,7 @@ impl Area {
         let x = m.x_axis * f64::from(size[0] * 0.5);
         let y = m.y_axis * f64::from(size[1] * 0.5);
         let (a, b) = (x.length(), y.length());
+        // The sine of their angle, along the normal of their plane.
         let across = x.try_normalize()?.cross(y.try_normalize()?);
         let plane = across.try_normalize()?;
         // Where a shear tilts the Z axis against the plane, the side that it is on still decides.
@@ -129,8 +129,9 @@ impl Area {
         } else {
             plane
         };
-        let area = 4.0 * a * b * if ellipse { f64::from(FRAC_PI_4) } else { 1.0 };
-        let divisor = std::f64::consts::PI * if normalize { area } else { 1.0 };
+        let share = if ellipse { FRAC_PI_4 } else { 1.0 };
+        let area = 4.0 * a * b * across.length() * share;
+        let divisor = PI * if normalize { area } else { 1.0 };
         let sheared = across.length_squared() < 1.0 - SHEAR;
         let (u, v, half, outline) = if ellipse {
             let (u, v) = principal_axes(x, y, plane);
@@ -191,7 +192,7 @@ impl Area {
         let peak = match self.spread {
             Spread::Full => 1.0,
             Spread::Within { tangent, scale } => tangent * scale,
-            Spread::Parallel => PI,
+            Spread::Parallel => PI as f32,
         };
         self.radiance * (peak * self.area())
     }
@@ -213,7 +214,7 @@ impl Area {
     fn area(&self) -> f32 {
         match self.outline {
             Outline::Rectangle => 4.0 * self.half.x * self.half.y,
-            Outline::Ellipse => PI * self.half.x * self.half.y,
+            Outline::Ellipse => PI as f32 * self.half.x * self.half.y,
             Outline::Parallelogram(x, y) => 4.0 * x.perp_dot(y).abs(),
         }
     }
@@ -311,7 +312,7 @@ impl Area {
                     pdf: 0.0,
                 },
                 // π/A · A: the power that passes through a square metre.
-                radiance: self.radiance * PI,
+                radiance: self.radiance * PI as f32,
                 distance: at.height,
                 delta: true,
             });
@@ -419,6 +420,7 @@ fn principal_axes(x: DVec3, y: DVec3, plane: DVec3) -> (DVec3, DVec3) {
 mod tests {
     use super::*;
     use glam::DQuat;
+    use std::f32::consts::PI;
 
     fn grid(n: u32) -> impl Iterator<Item = Vec2> {
         (0..n * n).map(move |i| {
@@ -485,7 +487,7 @@ mod tests {
             let corners = [(-0.5, -0.3), (0.5, -0.3), (0.5, 0.3), (-0.5, 0.3)]
                 .map(|(x, y)| place.transform_point3(DVec3::new(x, y, 0.0)));
             let m = place.matrix3;
-            let radiance = 1.0 / (m.x_axis.length() * m.y_axis.length() * 0.6);
+            let radiance = 1.0 / (m.x_axis.cross(m.y_axis).length() * 0.6);
             for (from, normal) in [
                 (DVec3::ZERO, DVec3::Z),
                 (DVec3::new(1.0, 0.5, 1.2), DVec3::new(-0.5, 0.0, 1.0)),
@@ -525,8 +527,8 @@ mod tests {
         for (name, place) in placements() {
             let light = Area::new(&place, [1.0, 0.6], true, Vec3::splat(PI), true, PI).unwrap();
             let m = place.matrix3;
-            let radiance =
-                1.0 / (m.x_axis.length() * m.y_axis.length() * 0.6 * std::f64::consts::FRAC_PI_4);
+            let area = m.x_axis.cross(m.y_axis).length() * 0.6 * std::f64::consts::FRAC_PI_4;
+            let radiance = 1.0 / area;
             for from in [DVec3::ZERO, DVec3::new(0.4, 0.1, 1.3)] {
                 let n = 2000;
                 let element = m.x_axis.cross(m.y_axis) * (0.6 / f64::from(n * n));

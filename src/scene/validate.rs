@@ -100,6 +100,14 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             );
             return false;
         }
+        let extent = match light.kind {
+            LightKind::Point { radius, .. } | LightKind::Spot { radius, .. } => radius,
+            LightKind::Area { size: [x, y], .. } => x.max(y),
+            LightKind::Sun { .. } => 0.0,
+        };
+        if !is_within_reach(extent, &light.world_from_light, &light.name, diagnostics) {
+            return false;
+        }
         if let LightKind::Area { size: [x, y], .. } = light.kind {
             let m = light.world_from_light.matrix3;
             let edges = (m.x_axis * f64::from(x), m.y_axis * f64::from(y));
@@ -322,7 +330,7 @@ fn is_within_reach(
         diagnostics.report(
             "out-of-reach",
             Verdict::Lost,
-            "object farther away or larger than 10¹⁸ m",
+            "object or light farther away or larger than 10¹⁸ m",
             name,
             "left out",
         );

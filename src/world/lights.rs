@@ -215,7 +215,9 @@ impl Lights {
                 };
                 lights.environment_estimate = std::f32::consts::PI * luminance(prepared.mean());
                 lights.environment = Some(prepared);
-                lights.environment_rules = Rules::new(environment.visibility, u32::MAX, effects);
+                // Shadows are no choice of the world's.
+                let seen = environment.visibility.with(RayKind::Shadow);
+                lights.environment_rules = Rules::new(seen, u32::MAX, effects);
             }
         }
         Ok(lights)

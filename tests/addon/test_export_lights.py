@@ -96,6 +96,18 @@ class Numbers(kit.ExportTest):
         found = self.export()
         self.near(found.matrix(found.node("light")), turn @ numpy.array(bpy.data.objects["light"].matrix_world))
 
+    def test_a_sheared_area_light_is_told(self):
+        self.light("AREA")
+        parent = self.link("parent", None, scale=(2, 1, 1))
+        light = bpy.data.objects["light"]
+        light.parent = parent
+        self.assertEqual(self.export().verdict("light", "light")["verdict"], "exact")
+        light.rotation_euler = (0, 0, 0.5)
+        bpy.context.view_layer.update()
+        got = self.export().verdict("light", "light")
+        self.assertEqual(got["verdict"], "approximated")
+        self.assertIn("shear", got["detail"])
+
     def test_portal(self):
         data = self.light("AREA")
         data.cycles.is_portal = True

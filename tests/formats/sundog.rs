@@ -64,13 +64,20 @@ fn area_lights_stand_on_nodes() {
         { "name": "round", "extensions": { "SUNDOG_light": { "type": "area", "shape": "torus" } } },
         { "name": "beam", "extensions": { "SUNDOG_light": { "type": "laser" } } },
         { "name": "negative", "extensions": { "SUNDOG_light": { "type": "area", "size": [-1, 1] } } },
-        { "name": "flat", "scale": [0, 1, 1], "extensions": { "SUNDOG_light": { "type": "area", "power": 1 } } }
+        { "name": "flat", "scale": [0, 1, 1], "extensions": { "SUNDOG_light": { "type": "area", "power": 1 } } },
+        { "name": "huge", "scale": [1e15, 1, 1], "extensions": { "SUNDOG_light": { "type": "area", "size": [1e9, 1] } } }
     ]);
-    file.json["scenes"] = json!([{ "nodes": [0, 1, 2, 3, 4, 5, 6] }]);
+    file.json["scenes"] = json!([{ "nodes": [0, 1, 2, 3, 4, 5, 6, 7] }]);
     let imported = file.load();
     assert_eq!(
         codes(&imported),
-        ["light-shape", "light-kind", "bad-light", "flat-light"]
+        [
+            "light-shape",
+            "light-kind",
+            "bad-light",
+            "flat-light",
+            "out-of-reach"
+        ]
     );
     let [lamp, plain] = &imported.scene.lights[..] else {
         panic!("{:?}", imported.scene.lights)

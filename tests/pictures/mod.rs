@@ -57,3 +57,8 @@ fn the_scenes_look_as_in_cycles() {
         ],
     );
 }
+
+#[test]
+fn every_light_is_as_bright_as_in_cycles() {
+    run("brightness.py", &["--sundog", env!("CARGO_BIN_EXE_sundog")]);
+}

@@ -113,6 +113,17 @@ def _list(values):
     return [float(v) for v in values]
 
 
+# Cosine of the angle of an area light's edges from which on it counts as sheared: what f32 matrices leave is far below.
+SHEAR = 1e-4
+
+
+def is_sheared(matrix):
+    """Whether a world matrix turns the square of an area light into a parallelogram."""
+    x, y = (numpy.array(matrix.col[i][:3], float) for i in (0, 1))
+    lengths = numpy.linalg.norm(x) * numpy.linalg.norm(y)
+    return bool(lengths > 0 and abs(x @ y) > SHEAR * lengths)
+
+
 def ray_visibility(light, instance_objects):
     """The visibility object of a light that these objects place."""
     seen = visibility.of_objects(instance_objects)

@@ -11,7 +11,7 @@ import numpy
 from . import camera as cameras
 from . import geometry, gltf, images, lights, materials, visibility
 from . import world as worlds
-from .verdicts import LOST
+from .verdicts import APPROXIMATED, LOST
 
 # glTF's axes are Y up: (x, y, z) of Blender is (x, z, -y). A permutation with a sign: exact.
 TO_GLTF = numpy.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
@@ -220,6 +220,8 @@ class Exporter:
         if seen:
             described["visibility"] = seen
         findings += linking(shown)
+        if described.get("type") == "area" and lights.is_sheared(instance.matrix_world):
+            findings.append((APPROXIMATED, "its parents shear it: it is rendered so, where Cycles mixes two other outlines"))
         self.verdicts.extend("light", shown.name, findings)
         node = {"name": shown.name, "matrix": node_matrix(instance.matrix_world)}
         if described.get("type") == "area":
