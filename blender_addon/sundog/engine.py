@@ -14,6 +14,8 @@ from .process import PATIENCE, Folder, ProgramError, Run
 
 # Seconds between two looks at Esc.
 POLL = 0.03
+# Bytes of a last frame that are taken after Esc; of a larger one the picture alone, so that it ends in time.
+MOST_AFTER_ESC = 256 << 20
 
 _one_at_a_time = threading.Lock()
 
@@ -113,16 +115,15 @@ class _LayerRender:
         for name in passes.left_out(self.layer):
             self.warn(f"there is no pass \"{name}\": it is left out")
         arguments += command.pass_arguments(self.screen.wanted, abilities)
-        stereo = self.scene.render.use_multiview
-        if stereo:
+        if self.scene.render.use_multiview:
             self.warn("stereo is off: each view shows what the camera itself sees")
         with Folder(bpy.app.tempdir) as folder:
-            scene_file = self.export(folder)
-            frames = os.path.join(folder, "frames")
+            scene_file = self.export(folder.path)
+            frames = os.path.join(folder.path, "frames")
             os.mkdir(frames)
             line = [path, "render", scene_file, "--json", "--frames", frames, *arguments]
             self.record["command"] = line
-            self.watch(line, frames)
+            self.watch(line, folder, frames)
         records.finish(self.record, self.engine.is_animation)
 
     def warn(self, text):
@@ -158,11 +159,11 @@ class _LayerRender:
         cache.tidy(place, preferences.get().cache_limit * preferences.GIGABYTE, used)
         return done.path
 
-    def watch(self, line, frames):
+    def watch(self, line, folder, frames):
         """Lets the program render, until its end or Esc."""
         self.frames = frames
         self.say("Loading")
-        with Run(line) as run:
+        with Run(line, folder) as run:
             while not run.ended:
                 event = run.next(POLL)
                 if event is not None:
@@ -180,14 +181,14 @@ class _LayerRender:
         run.interrupt()
         for event in run.rest(PATIENCE):
             self.handle(event, run)
-        run.close()
+        run.leave()
         self.record["stopped"] = time.perf_counter() - begun
 
     def handle(self, event, run):
         """One event of the program."""
         kind = event["event"]
         if kind == "frame":
-            self.screen.show(event, self.frames)
+            self.screen.show(event, self.frames, run.interrupted)
             if event["final"]:
                 for name in self.screen.missing(event):
                     self.warn(f"the program has no pass \"{name}\": it stays empty")
@@ -227,32 +228,34 @@ class _Screen:
         self.engine, self.render, self.wanted, self.layer = engine, render, wanted, layer
         self.names = {p.program: p.name for p in wanted}
         self.results = []
+        # Whether the results have been handed over as they are.
+        self.handed_over = False
         self.shown = False
 
     def _begin(self):
-        for wanted in self.wanted[1:]:
-            self.engine.add_pass(wanted.name, len(wanted.channels), wanted.channels, layer=self.layer)
+        # Blender makes the passes that `update_render_passes` has registered.
         x0, y0, x1, y1 = command.border(self.render)
         # Stereo is off: each view gets the same picture.
         views = [view.name for view in self.render.views if view.use] if self.render.use_multiview else [""]
         self.results = [self.engine.begin_result(0, 0, x1 - x0, y1 - y0, layer=self.layer, view=view) for view in views]
 
-    def show(self, event, folder):
+    def show(self, event, folder, hurried=False):
         """Takes a frame that the program has written, and removes it."""
-        if not self.results:
-            self._begin()
         path = os.path.join(folder, os.path.basename(event["file"]))
         x0, y0, x1, y1 = event["region"]
         try:
+            if not self.results:
+                self._begin()
+            alone = hurried and os.path.getsize(path) > MOST_AFTER_ESC
             for entry in event["passes"]:
-                if entry["name"] in self.names:
+                if entry["name"] == passes.COMBINED.program or (entry["name"] in self.names and not alone):
                     self._copy(path, entry, (x1 - x0) * (y1 - y0))
             os.remove(path)
         except (ValueError, OSError) as error:
             raise ProgramError(f"the program wrote a broken frame: {error}") from error
-        self.shown = True
         for result in self.results:
             self.engine.update_result(result)
+        self.shown = self.handed_over = True
 
     def _copy(self, path, entry, pixels):
         values = numpy.memmap(path, numpy.float32, "r", entry["offset"], (pixels * len(entry["channels"]),))
@@ -274,9 +277,13 @@ class _Screen:
         """Hands the picture over. Always one, be it black: Blender crashes when it writes a layered file of none."""
         if not self.results:
             self._begin()
+        self._end()
+
+    def _end(self):
         for result in self.results:
-            self.engine.end_result(result)
-        self.results = []
+            # Cancelled, a result is not copied a second time: that takes 0.2 s of a large picture.
+            self.engine.end_result(result, cancel=self.handed_over)
+        self.results, self.handed_over = [], False
 
 
 def clock(seconds):

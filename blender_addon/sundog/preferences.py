@@ -85,7 +85,8 @@ def find_program():
 def test_program(path):
     """Lets the program render a few pixels; returns what it says of itself. Raises ProgramError."""
     version = " / ".join(program.ask(path, "--version").split("\n")).strip(" /")
-    with Folder(bpy.app.tempdir) as folder:
+    with Folder(bpy.app.tempdir) as place:
+        folder = place.path
         scene = os.path.join(folder, "test.gltf")
         with open(scene, "w", encoding="utf-8") as file:
             json.dump(_TEST_SCENE, file)

@@ -18,7 +18,7 @@ import time
 
 # How long the last frame is waited for after an interrupt: with the poll before it and the copying
 # after it, half a second from Esc to the end.
-PATIENCE = 0.35
+PATIENCE = 0.3
 # A process that has closed its standard output has this long to end by itself.
 LAST_BREATH = 2.0
 # Lines of the program's standard error that are kept as its last words.
@@ -32,10 +32,11 @@ class ProgramError(Exception):
 
 
 class Run:
-    """One run of the program, from its start to its end. Use it in a `with` block."""
+    """One run of the program, from its start to its end. Use it in a `with` block; the `folder` goes with it."""
 
-    def __init__(self, command):
-        self.program = command[0]
+    def __init__(self, command, folder=None):
+        self.program, self._folder = command[0], folder
+        self._reaper = None
         self._events = queue.SimpleQueue()
         self._stderr = collections.deque(maxlen=LAST_WORDS)
         self._strange = None
@@ -56,6 +57,8 @@ class Run:
                 f"the program {self.program} cannot be started: {error.strerror or error}; choose another one in the"
                 " preferences of the add-on"
             ) from error
+        if folder is not None:
+            folder.lent = True
         _running.add(self)
         self._threads = [
             threading.Thread(target=self._read_events, name="sundog events", daemon=True),
@@ -174,13 +177,24 @@ class Run:
         return f"; its last words: {' / '.join(words[-3:])}" if words else " without a word"
 
     def close(self):
-        """Ends the program if it still runs, and waits for it, so that no zombie stays. Safe to call twice."""
+        """Ends the program if it still runs, and waits for it, so that neither a zombie nor a file stays. Safe to call twice."""
+        if self._reaper is None:
+            self._reap()
+
+    def leave(self):
+        """As `close`, but waits in a thread: the end of a process with much memory takes its time."""
+        self._reaper = threading.Thread(target=self._reap, name="sundog end")
+        self._reaper.start()
+
+    def _reap(self):
         self._signal(signal.SIGKILL)
         self._child.wait()
         for thread in self._threads:
             thread.join(1.0)
         for pipe in (self._child.stdout, self._child.stderr):
             pipe.close()
+        if self._folder is not None:
+            self._folder.remove()
         _running.discard(self)
 
 
@@ -202,12 +216,19 @@ class Folder:
                 f"no folder can be made in {place} ({error.strerror or error}): choose another one in Blender's"
                 " preferences, File Paths, Temporary Files"
             ) from error
+        # A run has it and removes it after its end.
+        self.lent = False
         _folders.add(self)
 
     def __enter__(self):
-        return self.path
+        return self
 
     def __exit__(self, *_):
+        if not self.lent:
+            self.remove()
+
+    def remove(self):
+        """Takes it away with all that is in it."""
         shutil.rmtree(self.path, ignore_errors=True)
         _folders.discard(self)
 
@@ -217,4 +238,4 @@ def _end_all():
     for run in list(_running):
         run.close()
     for folder in list(_folders):
-        folder.__exit__()
+        folder.remove()

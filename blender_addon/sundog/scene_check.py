@@ -26,7 +26,7 @@ def check(context):
     place = preferences.cache_folder()
     os.makedirs(place, exist_ok=True)
     with Folder(bpy.app.tempdir) as folder:
-        done = export.write_scene(depsgraph, scene, folder, place)
+        done = export.write_scene(depsgraph, scene, folder.path, place)
         cache.mark_used(cache.used_by(done.path), place)
         told = json.loads(program.ask(path, "info", done.path, "--json", seconds=_LOOK))
     record = records.begin_alone(scene, depsgraph.view_layer)

@@ -16,15 +16,9 @@ HIDDEN = {
     "DATA_PT_preview",
     "DATA_PT_spot",
     "NODE_DATA_PT_light",
-    "RENDER_PT_freestyle",
-    "VIEWLAYER_PT_freestyle",
-    "VIEWLAYER_PT_freestyle_edge_detection",
-    "VIEWLAYER_PT_freestyle_style_modules",
-    "MATERIAL_PT_freestyle_line",
     "DATA_PT_camera_stereoscopy",
     "RENDER_PT_stereoscopy",
 }
-HIDDEN_PREFIXES = ("VIEWLAYER_PT_freestyle_",)
 # Of the panels that Blender keeps for its own engines: those whose data Sundog renders.
 SHOWN = {"DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT_context_material"}
 
@@ -37,7 +31,7 @@ def blenders_panels():
     for panel in Panel.__subclasses__():
         engines = getattr(panel, "COMPAT_ENGINES", ())
         offered = "BLENDER_RENDER" in engines and panel.__name__ not in HIDDEN
-        if panel.__name__ in SHOWN or (offered and not panel.__name__.startswith(HIDDEN_PREFIXES)):
+        if panel.__name__ in SHOWN or offered:
             found.append(panel)
     return found
 

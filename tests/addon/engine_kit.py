@@ -8,6 +8,7 @@ import stat
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import bpy
@@ -18,7 +19,7 @@ import export_kit
 from export_kit import quiet
 
 import sundog
-from sundog import engine, export
+from sundog import engine, export, process
 
 WIDTH, HEIGHT, SAMPLES = 48, 32, 4
 
@@ -63,6 +64,10 @@ class EngineTest(unittest.TestCase):
     def check_clean(self):
         """No child, no zombie, no temporary file is left."""
         os.environ["SUNDOG_PROGRAM"] = self.program
+        # After Esc, the end of the program is waited for in a thread.
+        deadline = time.monotonic() + 60
+        while process._running and time.monotonic() < deadline:
+            time.sleep(0.01)
         self.assertEqual(children(), [])
         self.assertEqual([name for name in os.listdir(bpy.app.tempdir) if name.startswith("sundog-")], [])
 

@@ -28,7 +28,14 @@ class Runs(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
-        self.addCleanup(lambda: self.assertEqual(children(), []))
+        self.addCleanup(self.no_children)
+
+    def no_children(self):
+        """Waits for what is waited for in threads."""
+        deadline = time.monotonic() + FOREVER
+        while process._running and time.monotonic() < deadline:
+            time.sleep(0.01)
+        self.assertEqual(children(), [])
 
     def stand_in(self, body):
         """The command line of a Python program."""
@@ -84,7 +91,7 @@ class Runs(unittest.TestCase):
             begun = time.monotonic()
             run.interrupt()
             self.assertEqual(list(run.rest(PATIENCE)), [])
-            run.close()
+            run.leave()
             # The promise is half a second from Esc; what is over is for the poll before it and the copying.
             self.assertLess(time.monotonic() - begun, 0.5)
 
@@ -171,23 +178,40 @@ class Esc(EngineTest):
         patch.start()
         self.addCleanup(patch.stop)
 
-    def test_keeps_what_there_is(self):
-        self.scene.sundog.samples = 1 << 20
-        progress = []
+    def stop_after_a_frame(self):
+        """Presses Esc when the first frame is shown; returns the list of all frames' samples."""
+        shown = []
         before = engine._Screen.show
 
-        def show(screen, event, folder):
-            progress.append(event["samples"])
-            before(screen, event, folder)
+        def show(screen, event, *rest):
+            shown.append(event["samples"])
+            before(screen, event, *rest)
 
-        engine._Screen.show = show
-        self.addCleanup(setattr, engine._Screen, "show", before)
-        self.stop_when(lambda: bool(progress))
+        patch = mock.patch.object(engine._Screen, "show", show)
+        patch.start()
+        self.addCleanup(patch.stop)
+        self.stop_when(lambda: bool(shown))
+        return shown
+
+    def test_keeps_what_there_is(self):
+        self.scene.sundog.samples = 1 << 20
+        shown = self.stop_after_a_frame()
         picture = self.render()["ViewLayer.Combined"]
         self.assertTrue(picture.any())
-        told = engine.last_statistics()
-        self.assertLess(told["stopped"], 0.5)
-        self.assertGreater(progress[-1], 0)
+        self.assertLess(engine.last_statistics()["stopped"], 0.5)
+        self.assertGreater(shown[-1], 0)
+
+    def test_of_a_large_frame_only_the_picture_is_taken(self):
+        self.scene.sundog.samples = 1 << 20
+        self.scene.view_layers[0].use_pass_normal = True
+        frames = self.stop_after_a_frame()
+        for most, has_normals in ((1 << 30, True), (0, False)):
+            frames.clear()
+            # However slow the machine: here the last frame comes.
+            with mock.patch.object(engine, "MOST_AFTER_ESC", most), mock.patch.object(engine, "PATIENCE", FOREVER):
+                shown = self.render()
+            self.assertTrue(shown["ViewLayer.Combined"].any())
+            self.assertEqual(shown["ViewLayer.Normal"].any(), has_normals)
 
     def test_before_anything_is_there(self):
         self.stop_when(lambda: True)

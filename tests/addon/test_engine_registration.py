@@ -12,7 +12,7 @@ import bpy
 
 import export_kit
 from engine_kit import EngineTest, engine, quiet, sundog
-from sundog import properties, scene_check, ui
+from sundog import preferences, properties, scene_check, ui
 
 ADDON = os.path.dirname(sundog.__file__)
 
@@ -77,7 +77,7 @@ class Panels(EngineTest):
             "RENDER_PT_output", "RENDER_PT_color_management", "VIEWLAYER_PT_layer", "RENDER_PT_simplify",
         ):  # fmt: skip
             self.assertIn(name, names)
-        self.assertFalse([name for name in names if "freestyle" in name or name in ui.HIDDEN])
+        self.assertFalse([name for name in names if name in ui.HIDDEN])
 
     def test_every_panel_draws(self):
         """Each one's `draw`, with the data that it is for, on a layout that only looks whether the properties exist."""
@@ -97,6 +97,15 @@ class Panels(EngineTest):
         self._draw_all(world=self.scene.world, material=cube.active_material, object=cube)
         self.render()
         self._draw_all()
+
+    def test_the_preferences_draw(self):
+        cls = preferences.SundogPreferences
+        for chosen in ("", "/nowhere/sundog"):
+            fake = type("Fake", (), {"program": chosen, "bl_rna": type("Rna", (), {"properties": cls.__annotations__})})()
+            fake.layout = _Layout()
+            cls.draw(fake, None)
+            said = " ".join(fake.layout.said)
+            self.assertIn("does not exist" if chosen else "Version", said)
 
     def _draw_all(self, **data):
         context = _Context(self.scene, data)
@@ -121,6 +130,9 @@ class _Panel:
 class _Layout:
     """Takes what is drawn."""
 
+    def __init__(self):
+        self.said = []
+
     def row(self, **_):
         return self
 
@@ -130,8 +142,8 @@ class _Layout:
         if name not in data.bl_rna.properties:
             raise AssertionError(f"{data} has no {name}")
 
-    def label(self, **_):
-        pass
+    def label(self, text="", **_):
+        self.said.append(text)
 
     template_node_view = separator = lambda self, *_: None
 
