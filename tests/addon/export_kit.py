@@ -97,6 +97,17 @@ def info(path):
     return json.loads(done.stdout)
 
 
+def rendered(path, width, height, samples):
+    """The program's picture of a scene, as `cycles_pixels` gives Cycles'."""
+    picture = path + ".exr"
+    command = [program(), "render", path, "-o", picture, "--width", str(width), "--height", str(height), "--quiet"]
+    command += ["--samples", str(samples), "--filter", "box", "--exr-layers", "combined"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise AssertionError(done.stderr)
+    return exr_pixels(picture)
+
+
 class Exported:
     """A written scene, read back."""
 

@@ -178,6 +178,21 @@ class Placed(kit.ExportTest):
         parent.show_instancer_for_render = True
         self.assertEqual(self.export().names(), ["child"] * 4 + ["parent"])
 
+    def test_particles(self):
+        emitter = self.link("emitter", kit.plane(size=10), show_instancer_for_render=False)
+        settings = emitter.modifiers.new("particles", "PARTICLE_SYSTEM").particle_system.settings
+        settings.type, settings.count = "HAIR", 12
+        settings.render_type, settings.instance_object = "OBJECT", self.link("thing", kit.cube(), hide_render=True)
+        found = self.export()
+        self.assertEqual(found.names(), ["thing"] * 12)
+        self.assertEqual(len(found["meshes"]), 1)
+        for node in found.nodes("thing"):
+            # Somewhere on the emitter.
+            place = found.matrix(node)[:3, 3]
+            self.assertLess(numpy.abs(place[[0, 2]]).max(), 5.01)
+        emitter.show_instancer_for_render = True
+        self.assertEqual(self.export().names(), ["emitter"] + ["thing"] * 12)
+
     def scatter(self, count):
         """A geometry-nodes modifier that puts cubes on the points of a line, each turned and scaled."""
         group = bpy.data.node_groups.new("scatter", "GeometryNodeTree")

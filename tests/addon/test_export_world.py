@@ -77,14 +77,15 @@ class World(kit.ExportTest):
         return made
 
     def against_cycles(self, tolerance, expected=None):
-        """The export; its picture is Cycles' in a panorama as large as a baked one."""
-        found = self.export()
+        """The export; what it says, and the program's picture of it, is Cycles' in a panorama as large as a baked one."""
         self.as_panorama()
+        found = self.export()
         seen = kit.cycles_pixels(128, 64, 16)
-        got = radiance(found.scene()["world"], found.path, directions(128, 64))
-        difference = numpy.abs(got - seen).max(axis=-1)
-        self.assertLess(numpy.median(difference), tolerance * seen.max())
-        self.near(got.mean(axis=(0, 1)), seen.mean(axis=(0, 1)), tolerance)
+        read = radiance(found.scene()["world"], found.path, directions(128, 64))
+        for got in (read, kit.rendered(found.path, 128, 64, 16)):
+            difference = numpy.abs(got - seen).max(axis=-1)
+            self.assertLess(numpy.median(difference), tolerance * seen.max())
+            self.near(got.mean(axis=(0, 1)), seen.mean(axis=(0, 1)), tolerance)
         if expected:
             self.assertEqual(found.verdict("world", "world")["verdict"], expected)
         return found
@@ -134,12 +135,11 @@ class World(kit.ExportTest):
         self.join(place.outputs["Generated"], mapping.inputs["Vector"])
         self.join(mapping.outputs["Vector"], picture.inputs["Vector"])
         for kind in ("POINT", "TEXTURE", "VECTOR", "NORMAL"):
-            for angles in ((0, 0, 0.7), (0.4, -0.3, 2)):
-                with self.subTest(kind=kind, angles=angles):
-                    mapping.vector_type = kind
-                    mapping.inputs["Rotation"].default_value = angles
-                    found = self.against_cycles(2e-2, "exact")
-                    self.assertIn("rotation", found.scene()["world"])
+            with self.subTest(kind=kind):
+                mapping.vector_type = kind
+                mapping.inputs["Rotation"].default_value = (0.4, -0.3, 2)
+                found = self.against_cycles(2e-2, "exact")
+                self.assertIn("rotation", found.scene()["world"])
 
     def test_mapping_that_is_no_rotation(self):
         picture = self.environment()
@@ -209,7 +209,6 @@ class World(kit.ExportTest):
         found = self.against_cycles(1e-2, "approximated")
         self.assertIn("baked", found.verdict("world", "world")["detail"])
         # The second time the picture is there.
-        self.camera.data.type = "PERSP"
         self.assertLess(self.export().result.timings["world"], 0.2)
 
     def test_sky(self):
