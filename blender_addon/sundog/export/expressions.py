@@ -44,8 +44,11 @@ class Const(Expression):
         return ["const", self.value.tolist()]
 
 
+ONE, ZERO, WHITE, BLACK = Const(1.0), Const(0.0), Const(numpy.ones(3)), Const(numpy.zeros(3))
+
+
 class Image(Expression):
-    """An image texture's colour or alpha. `texture` is a materials.TextureSpec."""
+    """An image texture's colour or alpha. `texture` is a shaders.TextureSpec."""
 
     def __init__(self, texture, alpha=False):
         self.texture, self.alpha = texture, alpha

@@ -13,9 +13,10 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import lights, materials, nodes, visibility
+from . import images, lights, nodes, shaders, visibility
 from . import scene as scenes
 from . import world as worlds
+from .verdicts import LOST
 
 
 class SundogExportSettings(bpy.types.PropertyGroup):
@@ -115,13 +116,13 @@ class glTF2ExportUserExtension:
         """A material: what the exporter's own extensions do not say."""
         if not self._enabled or blender_material is None:
             return
-        reader = materials.Reader(nodes.Walker())
+        reader = shaders.Reader(nodes.Walker())
         content = {"thin_walled": False}
         try:
             surface = reader.read(self._evaluated(blender_material))
             content.update(surface.others)
-        except (materials.images.ImageError, RecursionError, KeyError, AttributeError, ValueError) as error:
-            self._tell(export_settings, f"material \"{blender_material.name}\"", [(materials.LOST, str(error))])
+        except (images.ImageError, RecursionError, KeyError, AttributeError, ValueError) as error:
+            self._tell(export_settings, f"material \"{blender_material.name}\"", [(LOST, str(error))])
         self._add(gltf_material, "SUNDOG_material", content)
 
     def gather_scene_hook(self, gltf_scene, blender_scene, export_settings):
@@ -145,8 +146,8 @@ class glTF2ExportUserExtension:
         with tempfile.TemporaryDirectory(prefix="sundog-export-") as cache:
             try:
                 described = worlds.describe(world and self._evaluated(world), cache, beside, findings)
-            except (materials.images.ImageError, RecursionError) as error:
-                findings.append((materials.LOST, str(error)))
+            except (images.ImageError, RecursionError) as error:
+                findings.append((LOST, str(error)))
                 described = {"color": [0.0, 0.0, 0.0]}
         if not export_settings["gltf_yup"]:
             _without_turn(described)

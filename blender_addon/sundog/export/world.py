@@ -3,7 +3,6 @@
 
 import hashlib
 import json
-import math
 import os
 import signal
 import subprocess
@@ -16,7 +15,7 @@ import numpy
 
 from . import expressions, images, nodes
 from .expressions import Const, Image, as_color, multiply
-from .materials import TextureSpec
+from .shaders import TextureSpec
 from .verdicts import APPROXIMATED, LOST
 
 BAKE_WIDTH = 2048
@@ -290,8 +289,3 @@ def _kinds(tree, seen):
         if node.type == "GROUP" and node.node_tree is not None:
             kinds |= _kinds(node.node_tree, seen)
     return kinds
-
-
-def horizon_rotation():
-    """The panorama camera's rotation (Euler XYZ) whose picture is an environment image as it stands."""
-    return (math.pi / 2, 0.0, -math.pi / 2)

@@ -1,0 +1,554 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads a material's shader tree as the inputs of one Principled BSDF; what is not exact is told."""
+
+import math
+
+import numpy
+
+from . import expressions, images, nodes
+from .expressions import BLACK, ONE, WHITE, ZERO, Const, Image, Unknown, as_color, as_scalar, mix, multiply
+from .verdicts import APPROXIMATED, LOST
+
+
+class TextureSpec:
+    """An image and how it lies on the surface; `wrap` holds glTF's numbers for both directions."""
+
+    def __init__(self, image, uv, transform, wrap, nearest):
+        self.image, self.uv, self.transform, self.wrap, self.nearest = image, uv, transform, wrap, nearest
+        self._identity = None
+
+    def mapping(self):
+        """Equal for textures whose texels lie on one another (if they are of one size)."""
+        return [self.uv, self.transform, self.wrap, self.nearest]
+
+    def key(self):
+        """See Expression.key."""
+        if self._identity is None:
+            self._identity = images.identity(self.image)
+        return [self._identity, self.mapping()]
+
+
+class Surface:
+    """The inputs of a Principled BSDF, as expressions. What is not set is as if it were not there."""
+
+    COLORS = {"base_color": BLACK, "specular_tint": WHITE, "emission": BLACK}
+    SCALARS = {
+        "metallic": ZERO,
+        "roughness": ONE,
+        "ior": Const(1.0),
+        "specular_level": Const(0.5),
+        "alpha": ONE,
+        "transmission": ZERO,
+    }
+
+    def __init__(self, **inputs):
+        for name, value in {**self.COLORS, **self.SCALARS}.items():
+            setattr(self, name, inputs.pop(name, value))
+        self.normal = inputs.pop("normal", None)
+        # Features without a counterpart in the program, by the names of the contract.
+        self.others = inputs.pop("others", {})
+        assert not inputs, inputs
+
+    def copy(self, **changes):
+        """The same with some inputs replaced."""
+        new = Surface()
+        new.__dict__.update(self.__dict__)
+        new.__dict__.update(changes)
+        return new
+
+    def blend(self, other, factor):
+        """Each input mixed for itself."""
+        new = self.copy()
+        for name in [*self.COLORS, *self.SCALARS]:
+            setattr(new, name, mix(factor, getattr(self, name), getattr(other, name)))
+        new.normal = self.normal or other.normal
+        new.others = {**other.others, **self.others}
+        return new
+
+    def is_transparent(self):
+        """Whether nothing is there but what is behind."""
+        return isinstance(self.alpha, Const) and self.alpha.value == 0 and self.is_dark()
+
+    def is_dark(self):
+        """Whether it emits nothing."""
+        return isinstance(self.emission, Const) and not self.emission.value.any()
+
+
+class Reader:
+    """Reads one material's tree. Findings are (verdict, detail)."""
+
+    def __init__(self, walker):
+        self.walker = walker
+        self.evaluator = nodes.Evaluator(walker, self.texture)
+        self.findings = []
+
+    def note(self, verdict, detail):
+        """Adds a finding once."""
+        if (verdict, detail) not in self.findings:
+            self.findings.append((verdict, detail))
+
+    def read(self, material):
+        """The surface of a material."""
+        tree = nodes.tree_of(material)
+        if tree is None:
+            return Surface(base_color=Const(list(material.diffuse_color)[:3]))
+        output = tree.get_output_node("CYCLES")
+        if output is None:
+            self.note(LOST, "it has no Material Output: black")
+            return Surface()
+        place = nodes.Place(output.inputs["Surface"])
+        surface = self.surface(place)
+        self._volume(nodes.Place(output.inputs["Volume"]), surface)
+        if self._is_linked(nodes.Place(output.inputs["Displacement"])):
+            self.note(LOST, "displacement is left out")
+        if surface is None:
+            # Without a surface shader, rays pass through, be there a volume or not.
+            return Surface(alpha=ZERO)
+        return surface
+
+    def _is_linked(self, place):
+        return self.walker.source(place).socket.is_output
+
+    def _volume(self, place, surface):
+        source = self.walker.source(place)
+        if source.socket.is_output:
+            self.note(LOST, f"the volume ({source.node.bl_label}) is left out")
+
+    # Shaders
+
+    def surface(self, place):
+        """The surface at a shader input; None if nothing is linked."""
+        source = self.walker.source(place)
+        if not source.socket.is_output:
+            return None
+        node = source.node
+        if source.socket.type != "SHADER":
+            # A colour in a shader's place is an emission of that colour.
+            return Surface(emission=self.evaluator.color(place))
+        method = getattr(self, f"_shader_{node.type.lower()}", None)
+        if method is None:
+            self.note(LOST, f"{node.bl_label} is rendered as a grey diffuse surface")
+            return Surface(base_color=Const(numpy.full(3, 0.8)))
+        return method(source)
+
+    def _color(self, source, name, otherwise=WHITE):
+        place = source.input(name)
+        return otherwise if place is None else self.evaluator.color(place)
+
+    def _scalar(self, source, name, otherwise=ZERO):
+        place = source.input(name)
+        return otherwise if place is None else self.evaluator.scalar(place)
+
+    def _number(self, source, name, otherwise=0.0):
+        """A number for what the program does not render: the mean if it varies."""
+        value = self._scalar(source, name, Const(otherwise))
+        return float(value.value) if isinstance(value, Const) else 0.5
+
+    def _normal(self, source, name="Normal"):
+        place = source.input(name)
+        if place is None:
+            return None
+        found = self.walker.source(place)
+        for _ in range(8):
+            if not found.socket.is_output:
+                return None
+            kind = found.node.type
+            if kind == "NORMAL_MAP":
+                return self._normal_map(found)
+            if kind == "BUMP":
+                self.note(LOST, "the bump map is left out")
+                found = self.walker.source(found.input("Normal"))
+                continue
+            if kind == "NEW_GEOMETRY" and found.socket.name == "Normal":
+                return None
+            break
+        self.note(LOST, f"the normals of a {found.node.bl_label} node are left out")
+        return None
+
+    def _normal_map(self, found):
+        node = found.node
+        if node.space != "TANGENT":
+            self.note(LOST, "a normal map in another space than the tangents' is left out")
+            return None
+        color, strength = self._color(found, "Color"), self._scalar(found, "Strength", ONE)
+        if isinstance(strength, Const):
+            strength = float(strength.value)
+        else:
+            self.note(APPROXIMATED, "the normal map's strength varies: 1 is used")
+            strength = 1.0
+        used = [leaf for leaf in color.leaves() if isinstance(leaf, Image)]
+        if not used:
+            return None
+        if node.uv_map and any((leaf.texture.uv or node.uv_map) != node.uv_map for leaf in used):
+            self.note(APPROXIMATED, "the normal map's tangents follow the image's own UV map")
+        return color, strength
+
+    def _shader_bsdf_principled(self, source):
+        others = {}
+        if (value := self._number(source, "Diffuse Roughness")) != 0:
+            others["diffuse_roughness"] = value
+        if (weight := self._number(source, "Subsurface Weight")) != 0:
+            radius = self._color(source, "Subsurface Radius")
+            others["subsurface"] = {
+                "weight": weight,
+                "scale": self._number(source, "Subsurface Scale"),
+                "radius": radius.value.tolist() if isinstance(radius, Const) else [1, 1, 1],
+            }
+        if (weight := self._number(source, "Sheen Weight")) != 0:
+            others["sheen"] = {"weight": weight, "roughness": self._number(source, "Sheen Roughness"), **self._tint(source, "Sheen Tint")}
+        if (weight := self._number(source, "Coat Weight")) != 0:
+            others["coat"] = {
+                "weight": weight,
+                "roughness": self._number(source, "Coat Roughness"),
+                "ior": self._number(source, "Coat IOR", 1.5),
+                **self._tint(source, "Coat Tint"),
+            }
+        if (strength := self._number(source, "Anisotropic")) != 0:
+            others["anisotropy"] = {"strength": strength, "rotation": self._number(source, "Anisotropic Rotation")}
+        if (thickness := self._number(source, "Thin Film Thickness")) != 0:
+            others["thin_film"] = {"thickness": thickness, "ior": self._number(source, "Thin Film IOR", 1.33)}
+        emission = multiply(self._scalar(source, "Emission Strength"), self._color(source, "Emission Color"))
+        return Surface(
+            base_color=self._color(source, "Base Color"),
+            metallic=self._scalar(source, "Metallic"),
+            roughness=self._scalar(source, "Roughness"),
+            ior=self._scalar(source, "IOR", Const(1.5)),
+            specular_level=self._scalar(source, "Specular IOR Level", Const(0.5)),
+            specular_tint=self._color(source, "Specular Tint"),
+            transmission=self._scalar(source, "Transmission Weight"),
+            alpha=self._scalar(source, "Alpha", ONE),
+            emission=emission,
+            normal=self._normal(source),
+            others=others,
+        )
+
+    def _tint(self, source, name):
+        value = self._color(source, name)
+        return {"tint": value.value.tolist()} if isinstance(value, Const) else {}
+
+    def _shader_bsdf_diffuse(self, source):
+        # A Principled BSDF of index 1 has no reflection: the diffuse part alone.
+        roughness = self._number(source, "Roughness")
+        return Surface(
+            base_color=self._color(source, "Color"),
+            normal=self._normal(source),
+            others={"diffuse_roughness": roughness} if roughness else {},
+        )
+
+    def _shader_bsdf_glossy(self, source):
+        color = self._color(source, "Color")
+        if not (isinstance(color, Const) and numpy.allclose(color.value, 1)):
+            self.note(APPROXIMATED, "a Glossy BSDF is rendered as a metal of its colour, whose edges are white")
+        strength = self._number(source, "Anisotropy")
+        return Surface(
+            base_color=color,
+            metallic=ONE,
+            roughness=self._glossy_roughness(source),
+            normal=self._normal(source),
+            others={"anisotropy": {"strength": strength}} if strength else {},
+        )
+
+    def _glossy_roughness(self, source):
+        distribution = getattr(source.node, "distribution", "")
+        if distribution not in {"", "GGX", "MULTI_GGX"}:
+            self.note(APPROXIMATED, f"the distribution {distribution.title()} is rendered as multiple-scattering GGX")
+        elif distribution == "GGX":
+            self.note(APPROXIMATED, "GGX is rendered with multiple scattering")
+        return self._scalar(source, "Roughness")
+
+    _shader_bsdf_anisotropic = _shader_bsdf_glossy
+
+    def _shader_bsdf_metallic(self, source):
+        if source.node.fresnel_type != "F82":
+            self.note(APPROXIMATED, "a metal by its physical conductor values is rendered with its colour of reflection")
+            n, k = self._color(source, "IOR").value, self._color(source, "Extinction").value
+            base = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
+            return Surface(base_color=Const(base), metallic=ONE, roughness=self._glossy_roughness(source), normal=self._normal(source))
+        return Surface(
+            base_color=self._color(source, "Base Color"),
+            specular_tint=self._color(source, "Edge Tint"),
+            metallic=ONE,
+            roughness=self._glossy_roughness(source),
+            normal=self._normal(source),
+        )
+
+    def _shader_bsdf_glass(self, source):
+        color = self._color(source, "Color")
+        if not (isinstance(color, Const) and numpy.allclose(color.value, 1)):
+            # Principled tints each passage by the square root of its colour, and no reflection.
+            self.note(APPROXIMATED, "a Glass BSDF's colour does not tint its reflections")
+            color = multiply(color, color)
+        return Surface(
+            base_color=color,
+            transmission=ONE,
+            ior=self._scalar(source, "IOR", Const(1.5)),
+            roughness=self._glossy_roughness(source),
+            normal=self._normal(source),
+        )
+
+    def _shader_bsdf_refraction(self, source):
+        self.note(APPROXIMATED, "a Refraction BSDF is rendered as glass, with its reflections")
+        color = self._color(source, "Color")
+        return Surface(
+            base_color=multiply(color, color),
+            transmission=ONE,
+            ior=self._scalar(source, "IOR", Const(1.5)),
+            roughness=self._scalar(source, "Roughness"),
+            normal=self._normal(source),
+        )
+
+    def _shader_bsdf_transparent(self, source):
+        color = self._color(source, "Color")
+        if isinstance(color, Const):
+            level = float(color.value @ expressions.LUMINANCE)
+            if numpy.ptp(color.value) > 1e-6:
+                self.note(APPROXIMATED, "a coloured Transparent BSDF lets all colours through alike")
+            return Surface(alpha=Const(1 - min(max(level, 0), 1)))
+        self.note(APPROXIMATED, "a coloured Transparent BSDF lets all colours through alike")
+        return Surface(alpha=expressions.operation("invert", lambda v: 1 - numpy.clip(v, 0, 1), [as_scalar(color)], False))
+
+    def _shader_emission(self, source):
+        return Surface(emission=multiply(self._scalar(source, "Strength"), self._color(source, "Color")))
+
+    def _shader_background(self, source):
+        self.note(APPROXIMATED, "a Background shader on a surface is rendered as an emission")
+        return self._shader_emission(source)
+
+    def _diffuse_instead(self, source, what):
+        self.note(LOST, f"{what} is rendered as a diffuse surface of its colour")
+        return Surface(base_color=self._color(source, "Color"), normal=self._normal(source))
+
+    def _shader_subsurface_scattering(self, source):
+        return self._diffuse_instead(source, "subsurface scattering")
+
+    def _shader_bsdf_translucent(self, source):
+        return self._diffuse_instead(source, "a Translucent BSDF")
+
+    def _shader_bsdf_toon(self, source):
+        return self._diffuse_instead(source, "a Toon BSDF")
+
+    def _shader_bsdf_sheen(self, source):
+        return self._diffuse_instead(source, "a Sheen BSDF")
+
+    def _shader_bsdf_hair(self, source):
+        return self._diffuse_instead(source, "a Hair BSDF")
+
+    def _shader_eevee_specular(self, source):
+        return self._diffuse_instead(source, "a Specular BSDF")
+
+    def _shader_holdout(self, source):
+        self.note(LOST, "a Holdout shader is rendered black")
+        return Surface()
+
+    def _shader_ambient_occlusion(self, source):
+        return self._diffuse_instead(source, "Ambient Occlusion")
+
+    def _shader_mix_shader(self, source):
+        shaders = [nodes.Place(s, source.groups) for s in source.node.inputs if s.type == "SHADER"]
+        factor = self._scalar(source, source.node.inputs[0].name)
+        if isinstance(factor, Const):
+            factor = Const(min(max(float(factor.value), 0.0), 1.0))
+        if self._camera_decides(source):
+            rest, seen = (self.surface(s) for s in shaders)
+            if (rest is None or rest.is_transparent()) and seen is not None and self._is_pure_emission(seen):
+                # What glTF calls unlit, as Blender's importer of it builds it.
+                self.note(APPROXIMATED, "an emission that the camera alone sees is seen by all rays")
+                return seen
+        if self._is_light_path(source):
+            # The first is what camera and light meet where the factor is 0.
+            self.note(APPROXIMATED, "a mix by Light Path is rendered with the shader of its value 0 for all rays")
+            factor = ZERO
+        first, second = (self.surface(s) if not (isinstance(factor, Const) and factor.value == skip) else None for s, skip in zip(shaders, (1.0, 0.0)))
+        if isinstance(factor, Const) and float(factor.value) in {0.0, 1.0}:
+            return first if factor.value == 0 else second
+        first = first or Surface(alpha=ZERO)
+        second = second or Surface(alpha=ZERO)
+        return self._mixed(first, second, factor)
+
+    def _camera_decides(self, source):
+        found = self.walker.source(nodes.Place(source.node.inputs[0], source.groups))
+        return found.socket.is_output and found.node.type == "LIGHT_PATH" and found.socket.name == "Is Camera Ray"
+
+    def _is_light_path(self, source):
+        place = nodes.Place(source.node.inputs[0], source.groups)
+        for _ in range(4):
+            found = self.walker.source(place)
+            if not found.socket.is_output:
+                return False
+            if found.node.type == "LIGHT_PATH":
+                return True
+            linked = [s for s in found.node.inputs if self._is_linked(nodes.Place(s, found.groups))]
+            if found.node.type != "MATH" or not linked:
+                return False
+            place = nodes.Place(linked[0], found.groups)
+        return False
+
+    def _mixed(self, first, second, factor):
+        inverse = expressions.operation("invert", lambda v: 1 - v, [factor], False)
+        if first.is_transparent():
+            return second.copy(alpha=multiply(second.alpha, factor), emission=second.emission)
+        if second.is_transparent():
+            return first.copy(alpha=multiply(first.alpha, inverse))
+        if self._is_pure_emission(first) or self._is_pure_emission(second):
+            emitter, other, share = (first, second, inverse) if self._is_pure_emission(first) else (second, first, factor)
+            rest = factor if emitter is first else inverse
+            emission = expressions.operation(
+                "add", lambda a, b: a + b, [multiply(as_color(share), emitter.emission), multiply(as_color(rest), other.emission)], True
+            )
+            if other.is_dark() and isinstance(factor, Const) and self._is_plain_diffuse(other):
+                return other.copy(base_color=multiply(as_color(rest), other.base_color), emission=emission)
+            if self._is_pure_emission(other):
+                return other.copy(emission=emission)
+            self.note(APPROXIMATED, "a mix with an emission keeps the whole highlight")
+            return other.copy(base_color=multiply(as_color(rest), other.base_color), emission=emission)
+        varying = [n for n in (*Surface.COLORS, *Surface.SCALARS) if getattr(first, n).key() != getattr(second, n).key()]
+        diffuse = self._is_plain_diffuse(first) and self._is_plain_diffuse(second)
+        if varying and not (diffuse and varying == ["base_color"]):
+            gloss = next((s for s in (first, second) if self._is_const(s.metallic, 1)), None)
+            base = first if gloss is second else second
+            if gloss and self._is_plain_diffuse(base) and any(isinstance(l, Unknown) for l in factor.leaves()):
+                # Diffuse under a gloss that grows to the edges: what Principled's specular is.
+                self.note(APPROXIMATED, "a mix of diffuse and gloss by view angle is rendered as one Principled BSDF of index 1.45")
+                return base.copy(ior=Const(1.45), roughness=gloss.roughness, normal=base.normal or gloss.normal)
+            self.note(APPROXIMATED, "a mix of two shaders is rendered as one with their inputs mixed")
+        return first.blend(second, factor)
+
+    @staticmethod
+    def _is_const(value, number):
+        return isinstance(value, Const) and numpy.all(value.value == number)
+
+    def _is_plain_diffuse(self, surface):
+        return (
+            self._is_const(surface.metallic, 0)
+            and self._is_const(surface.transmission, 0)
+            and self._is_const(surface.ior, 1)
+            and self._is_const(surface.alpha, 1)
+        )
+
+    def _is_pure_emission(self, surface):
+        return self._is_plain_diffuse(surface) and self._is_const(surface.base_color, 0) and not surface.is_dark()
+
+    def _shader_add_shader(self, source):
+        first, second = (self.surface(nodes.Place(s, source.groups)) for s in source.node.inputs)
+        if first is None or second is None:
+            return first or second
+        emission = expressions.operation("add", lambda a, b: a + b, [first.emission, second.emission], True)
+        if self._is_pure_emission(first):
+            return second.copy(emission=emission)
+        if self._is_pure_emission(second):
+            return first.copy(emission=emission)
+        if self._is_plain_diffuse(first) and self._is_plain_diffuse(second):
+            base = expressions.operation("add", lambda a, b: a + b, [first.base_color, second.base_color], True)
+            return first.copy(base_color=base, emission=emission)
+        self.note(APPROXIMATED, "a sum of two shaders is rendered as one with their inputs averaged")
+        return first.blend(second, Const(0.5)).copy(emission=emission)
+
+    # Textures
+
+    def texture(self, node, place):
+        """The TextureSpec of an image node; a Const where the image is missing."""
+        image = node.image
+        if images.is_missing(image):
+            self.note(APPROXIMATED, f"the image \"{image.name}\" is missing or broken ({image.filepath_raw}): pink, as in Cycles")
+            return images.MISSING
+        if image.source == "TILED":
+            self.note(APPROXIMATED, f"of the UDIM image \"{image.name}\" the first tile is used")
+        elif image.source in {"SEQUENCE", "MOVIE"}:
+            self.note(APPROXIMATED, f"of the {image.source.lower()} \"{image.name}\" the loaded picture is used")
+        if node.projection != "FLAT":
+            self.note(APPROXIMATED, f"the {node.projection.lower()} projection of \"{image.name}\" is rendered by UV map")
+        if node.interpolation in {"Cubic", "Smart"}:
+            self.note(APPROXIMATED, "cubic interpolation of images is rendered as linear")
+        if not images.is_exactly_known(image):
+            self.note(APPROXIMATED, f"the colour space {image.colorspace_settings.name} of \"{image.name}\" is read as sRGB")
+        wrap = {"EXTEND": 33071, "CLIP": 33071, "MIRROR": 33648}.get(node.extension, 10497)
+        if node.extension == "CLIP":
+            self.note(APPROXIMATED, f"outside of \"{image.name}\" its border is repeated instead of black")
+        uv, transform, own = self._coordinates(place.input("Vector"))
+        # Coordinates that are wrapped before the image sees them; the image's own way is left for the others.
+        wraps = [one or wrap for one in own]
+        return TextureSpec(image, uv, transform, wraps, node.interpolation == "Closest")
+
+    def _coordinates(self, place):
+        """(UV map, KHR_texture_transform, the ways that each direction is wrapped by nodes) of an image's vector."""
+        source, wraps = self._wraps(self.walker.source(place))
+        uv, transform = self._placed(source)
+        return uv, transform, wraps
+
+    def _wraps(self, source):
+        """Takes coordinates apart that Blender's glTF importer wraps in each direction for itself."""
+        nothing = source, (None, None)
+        if not source.socket.is_output or source.node.type != "COMBXYZ":
+            return nothing
+        wraps, below = [], []
+        for name in ("X", "Y"):
+            part, wrap = self.walker.source(source.input(name)), None
+            if part.socket.is_output and part.node.type == "MATH":
+                values = [self.evaluator.scalar(part.identified(i)) for i in ("Value_001", "Value_002")]
+                settings = [float(v.value) if isinstance(v, Const) else None for v in values]
+                kind = part.node.operation
+                # WRAP has its upper bound and then its lower one; the importer gives them the other way round, which is the same.
+                if kind == "WRAP" and sorted(v or 0.0 for v in settings) == [0.0, 1.0]:
+                    wrap = 10497
+                elif kind == "PINGPONG" and settings[0] == 1:
+                    wrap = 33648
+                else:
+                    return nothing
+                part = self.walker.source(part.identified("Value"))
+            if not (part.socket.is_output and part.node.type == "SEPXYZ" and part.socket.name == name):
+                return nothing
+            wraps.append(wrap)
+            below.append(self.walker.source(part.input("Vector")))
+        same = below[0].socket == below[1].socket and below[0].groups == below[1].groups
+        return (below[0], wraps) if same else nothing
+
+    def _placed(self, source):
+        transform = None
+        if source.socket.is_output and source.node.type == "MAPPING":
+            transform = self._mapping(source)
+            source = self.walker.source(source.input("Vector"))
+            if not source.socket.is_output:
+                self.note(APPROXIMATED, "a Mapping node without coordinates is rendered with the UV map")
+        if not source.socket.is_output:
+            return None, transform
+        node, name = source.node, source.socket.name
+        if node.type == "UVMAP" and not getattr(node, "from_instancer", False):
+            return node.uv_map or None, transform
+        if node.type == "TEX_COORD" and name == "UV":
+            return None, transform
+        if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY":
+            return node.attribute_name or None, transform
+        self.note(APPROXIMATED, f"image coordinates by {node.bl_label} ({name}) are replaced by the UV map")
+        return None, transform
+
+    def _mapping(self, source):
+        """KHR_texture_transform of a Mapping node, or None for none."""
+        node = source.node
+        def vector(name):
+            place = source.input(name)
+            return Const(numpy.zeros(3)) if place is None else self.evaluator.color(place)
+        location, rotation, scale = vector("Location"), vector("Rotation"), vector("Scale")
+        if not all(isinstance(v, Const) for v in (location, rotation, scale)):
+            self.note(APPROXIMATED, "a Mapping node with varying inputs is left out")
+            return None
+        (ox, oy), angle, (sx, sy) = location.value[:2], float(rotation.value[2]), scale.value[:2]
+        if rotation.value[0] or rotation.value[1]:
+            self.note(APPROXIMATED, "a Mapping node turned about X or Y is rendered with its Z rotation only")
+        if node.vector_type == "TEXTURE":
+            # p' = S⁻¹ R⁻¹ (p - o); of the form that glTF has only if R and S commute.
+            if angle and abs(sx - sy) > 1e-6:
+                self.note(APPROXIMATED, "a Mapping node of type Texture with rotation and uneven scale")
+            sx, sy = 1 / (sx or 1), 1 / (sy or 1)
+            c, s = math.cos(-angle), math.sin(-angle)
+            ox, oy = -sx * (c * ox - s * oy), -sy * (s * ox + c * oy)
+            angle = -angle
+        elif node.vector_type in {"VECTOR", "NORMAL"}:
+            ox = oy = 0.0
+            if node.vector_type == "NORMAL":
+                self.note(APPROXIMATED, "a Mapping node of type Normal")
+        c, s = math.cos(angle), math.sin(angle)
+        # glTF's v runs the other way: v = 1 - v of Blender.
+        offset = [float(ox - s * sy), float(1 - oy - c * sy)]
+        if abs(offset[0]) < 1e-12 and abs(offset[1]) < 1e-12 and not angle and sx == sy == 1:
+            return None
+        return {"offset": offset, "rotation": angle, "scale": [float(sx), float(sy)]}
