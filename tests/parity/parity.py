@@ -36,7 +36,7 @@ import compare  # noqa: E402
 import reasons  # noqa: E402
 import traps  # noqa: E402
 
-ENVIRONMENT = "hdri-open/kloppenheim_05_1k.hdr"
+ENVIRONMENT = "hdri-open/studio_small_05_1k.hdr"
 LIMIT = 600
 
 
