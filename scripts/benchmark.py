@@ -163,6 +163,15 @@ def page(rows, given, begun):
     return "\n".join(lines)
 
 
+def other_parts(path):
+    """The sections of the page that are not of this script (the time of the export, how to read it)."""
+    if not os.path.exists(path):
+        return ""
+    with open(path) as file:
+        text = file.read()
+    return text[text.index("\n## "):] if "\n## " in text else ""
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", default=SCENES)
@@ -180,7 +189,7 @@ def main():
     for name in given.scenes:
         rows[name] = measure(name, given, given.folder)
         print(name, json.dumps(rows[name]), flush=True)
-    text = page(rows, given, begun)
+    text = page(rows, given, begun) + other_parts(given.out)
     beside = given.out + ".new"
     with open(beside, "w") as file:
         file.write(text)
