@@ -377,6 +377,34 @@ class Images(MaterialTest):
         got = self.written()
         self.assertNotIn("alphaMode", got)
 
+    def test_colours_and_their_alpha_are_cycles(self):
+        """Where no node asks for alpha, Cycles multiplies with it, unless the image's settings say otherwise."""
+        coded = os.path.join(self.folder, "coded.png")
+        images.write_png(coded, numpy.tile(numpy.array([255, 128, 0, 128], numpy.uint8), (4, 4, 1)))
+        linear = os.path.join(self.folder, "linear.exr")
+        images.write_exr(linear, numpy.tile(numpy.array([0.5, 0.25, 0, 0.5]), (4, 4, 1)))
+        self.camera.location.z = 1
+        self.tree.nodes.remove(self.principled)
+        glow = self.node("ShaderNodeEmission")
+        self.join(glow.outputs[0], self.output.inputs["Surface"])
+        cases = [(coded, mode, space) for mode in ("STRAIGHT", "CHANNEL_PACKED", "NONE") for space in ("sRGB", "Non-Color")]
+        cases += [(linear, mode, "Linear Rec.709") for mode in ("PREMUL", "CHANNEL_PACKED", "NONE")]
+        for path, mode, space in cases:
+            for linked in (False, True):
+                with self.subTest(path=os.path.basename(path), mode=mode, space=space, linked=linked):
+                    image = bpy.data.images.load(path)
+                    image.alpha_mode, image.colorspace_settings.name = mode, space
+                    node = self.textured(glow.inputs["Color"], image)
+                    if linked:
+                        self.join(node.outputs["Alpha"], glow.inputs["Strength"])
+                    self.written()
+                    self.assertEqual(self.verdict()["verdict"], "exact")
+                    got = kit.rendered(self.found.path, 2, 2, 1)[0, 0]
+                    # Cycles divides the numbers of 8 bits that it has multiplied before: steps of 1/128 and of twice that.
+                    self.near(got, kit.cycles_pixels(2, 2, 1)[0, 0], 1e-2)
+                    self.tree.nodes.remove(node)
+                    bpy.data.images.remove(image)
+
     def test_cut_out(self):
         pixels = numpy.full((4, 4, 4), 128)
         node = self.textured(self.principled.inputs["Base Color"], self.image(pixels=pixels))

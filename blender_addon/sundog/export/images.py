@@ -100,9 +100,64 @@ def decode_srgb(values):
     return numpy.where(values <= 0.04045, values / 12.92, ((numpy.maximum(values, 0) + 0.055) / 1.055) ** 2.4)
 
 
-def linear_pixels(image):
-    """Height × width × 4 linear floats, the bottom row first, as Cycles sees them; alpha as it is."""
+def _start_of(image):
+    """The first bytes of the image's file, or None."""
+    data = None if image.is_dirty else _packed(image)
+    if data is not None:
+        return data[:4096]
+    path = None if image.is_dirty else file_of(image)
+    if path is None:
+        return None
+    with open(path, "rb") as file:
+        return file.read(4096)
+
+
+def may_have_alpha(image):
+    """Whether some texels may be less than opaque, as far as the file's start tells."""
+    start = _start_of(image)
+    kind = kind_of(start) if start else None
+    if kind == ".png":
+        # Colour types 4 and 6 have alpha, and palettes may by a chunk of their own.
+        return start[25] in {4, 6} or b"tRNS" in start
+    return kind not in {".jpg", ".hdr"}
+
+
+# Whether the images of a session are opaque, by their identity.
+_opaque = {}
+
+
+def multiplies(image):
+    """Whether Cycles shows the colour of this image multiplied with its alpha where no node asks for the alpha."""
+    if image.alpha_mode in {"NONE", "CHANNEL_PACKED"} or image.colorspace_settings.name in DATA_SPACES:
+        return False
+    if not may_have_alpha(image):
+        return False
+    key = str(identity(image))
+    if key not in _opaque:
+        _opaque[key] = bool((_raw_pixels(image)[..., 3] >= 1).all())
+    return not _opaque[key]
+
+
+def is_associated(image):
+    """Whether the file holds colours multiplied with alpha, as OpenEXR does."""
+    start = _start_of(image)
+    floats = kind_of(start) == ".exr" if start else image.is_float
+    return floats and multiplies(image)
+
+
+def linear_pixels(image, multiplied=False):
+    """Height × width × 4 linear floats, the bottom row first, as Cycles sees them; alpha as it is.
+
+    `multiplied`: the colour times alpha. Of images of integers Cycles multiplies the coded numbers, before decoding; those
+    of floats hold it already, and are divided where it is not asked for.
+    """
     values = _raw_pixels(image)
+    alpha = values[..., 3:]
+    if image.is_float:
+        if not multiplied and image.alpha_mode not in {"NONE", "CHANNEL_PACKED"}:
+            numpy.divide(values[..., :3], alpha, out=values[..., :3], where=(alpha > 0) & (alpha < 1))
+    elif multiplied:
+        values[..., :3] = numpy.round(values[..., :3] * alpha * 255) / 255
     if not image.is_float and image.colorspace_settings.name not in LINEAR_SPACES:
         values[..., :3] = decode_srgb(values[..., :3])
     return values
@@ -110,7 +165,8 @@ def linear_pixels(image):
 
 def is_exactly_known(image):
     """Whether the image's colour space is one that is followed exactly."""
-    return image.is_float or image.colorspace_settings.name in LINEAR_SPACES | {"sRGB"}
+    # The colour space first: asking for the kind of numbers loads the image.
+    return image.colorspace_settings.name in LINEAR_SPACES | {"sRGB"} or image.is_float
 
 
 def _read_as_blender_does(image, extension, as_data):

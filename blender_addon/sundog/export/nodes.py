@@ -356,6 +356,8 @@ class Evaluator:
         texture = self._texture_of(node, source)
         if texture is images.MISSING:
             return Const(images.MISSING) if source.socket.name == "Color" else Const(1.0)
+        if source.socket.name == "Alpha" and node.image.alpha_mode == "NONE":
+            return Const(1.0)
         return Image(texture, alpha=source.socket.name == "Alpha") if texture else None
 
     def _node_vertex_color(self, source, node):

@@ -13,8 +13,10 @@ from .verdicts import APPROXIMATED, LOST
 class TextureSpec:
     """An image and how it lies on the surface; `wrap` holds glTF's numbers for both directions."""
 
-    def __init__(self, image, uv, transform, wrap, nearest):
+    def __init__(self, image, uv, transform, wrap, nearest, multiplied=False):
         self.image, self.uv, self.transform, self.wrap, self.nearest = image, uv, transform, wrap, nearest
+        # Whether its colour is that of the file times its alpha.
+        self.multiplied = multiplied
         self._identity = None
 
     def mapping(self):
@@ -25,7 +27,7 @@ class TextureSpec:
         """See Expression.key."""
         if self._identity is None:
             self._identity = images.identity(self.image)
-        return [self._identity, self.mapping()]
+        return [self._identity, self.mapping(), self.multiplied]
 
 
 class Surface:
@@ -467,7 +469,10 @@ class Reader:
         uv, transform, own = self._coordinates(place.input("Vector"))
         # Coordinates that are wrapped before the image sees them; the image's own way is left for the others.
         wraps = [one or wrap for one in own]
-        return TextureSpec(image, uv, transform, wraps, node.interpolation == "Closest")
+        alpha = node.outputs["Alpha"].is_linked
+        if image.alpha_mode == "PREMUL" and not image.is_float and images.may_have_alpha(image):
+            self.note(APPROXIMATED, f"the alpha of \"{image.name}\" is taken as straight instead of premultiplied")
+        return TextureSpec(image, uv, transform, wraps, node.interpolation == "Closest", not alpha and images.multiplies(image))
 
     def _coordinates(self, place):
         """(UV map, KHR_texture_transform, the ways that each direction is wrapped by nodes) of an image's vector."""

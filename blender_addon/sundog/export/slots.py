@@ -41,7 +41,7 @@ class Slots:
             if not used:
                 return factor, None
             if len(used) == 1 and not used[0].alpha:
-                path = images.original(used[0].texture.image, self.writer.cache, False)
+                path = self._original(used[0].texture, False)
                 if path:
                     return factor, self._texture(path, used[0].texture)
         return self._scaled(expression, used_as_data=False)
@@ -75,8 +75,8 @@ class Slots:
                     texture = used[0].texture
                     opaque = not used_a and not (isinstance(alpha, Const) and alpha.value >= 1)
                     path = None
-                    if not (opaque and texture.image.channels == 4 and texture.image.alpha_mode != "NONE"):
-                        path = images.original(texture.image, self.writer.cache, False)
+                    if not (opaque and images.may_have_alpha(texture.image)):
+                        path = self._original(texture, False)
                     if path:
                         return color, factor, self._texture(path, texture), attributes
                 stripped = self._product(used, True)
@@ -144,7 +144,7 @@ class Slots:
         # A constant beside a texture would be multiplied by the texture's channel.
         if not all(textured for _, textured in result):
             return None
-        path = images.original(texture.image, self.writer.cache, True)
+        path = self._original(texture, True)
         return (path, texture, [f for f, _ in result]) if path else None
 
     def single(self, expression, channel, what):
@@ -163,7 +163,7 @@ class Slots:
         """The texture of a normal map, or None."""
         color = self._carried(as_color(color), "the normal map")
         if isinstance(color, Image) and not color.alpha:
-            path = images.original(color.texture.image, self.writer.cache, True)
+            path = self._original(color.texture, True)
             if path:
                 return self._texture(path, color.texture)
         if isinstance(color, Const):
@@ -172,9 +172,17 @@ class Slots:
 
     # Helpers
 
+    def _original(self, texture, as_data):
+        """The image's own file, where the program reads the same from it; see images.original."""
+        image = texture.image
+        # The program takes the colours as they stand in the file.
+        if texture.multiplied != images.is_associated(image):
+            return None
+        return images.original(image, self.writer.cache, as_data)
+
     def _mean(self, expression):
         def texels(leaf):
-            pixels = images.linear_pixels(leaf.texture.image)
+            pixels = images.linear_pixels(leaf.texture.image, leaf.texture.multiplied)
             step = max(1, pixels.shape[0] // 64), max(1, pixels.shape[1] // 64)
             pixels = pixels[:: step[0], :: step[1]]
             value = pixels[..., 3] if leaf.alpha else pixels[..., :3]
@@ -247,15 +255,15 @@ class Slots:
                 return self._texture(path, first)
         pixels = {}
         for leaf in used:
-            key = leaf.texture.image.as_pointer()
+            key = (leaf.texture.image.as_pointer(), leaf.texture.multiplied)
             if key not in pixels:
-                pixels[key] = images.linear_pixels(leaf.texture.image)
+                pixels[key] = images.linear_pixels(leaf.texture.image, leaf.texture.multiplied)
         height = max(p.shape[0] for p in pixels.values())
         width = max(p.shape[1] for p in pixels.values())
         pixels = {k: images.resized(p, height, width) for k, p in pixels.items()}
 
         def texels(leaf):
-            found = pixels[leaf.texture.image.as_pointer()]
+            found = pixels[(leaf.texture.image.as_pointer(), leaf.texture.multiplied)]
             return found[..., 3] if leaf.alpha else found[..., :3]
 
         values = numpy.empty((height, width, 4), numpy.float32)
