@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The render engine: exports what the depsgraph shows, lets the program render it, and shows the picture as it grows."""
 
+import math
 import os
 import threading
 import time
@@ -14,6 +15,8 @@ from .process import PATIENCE, Folder, ProgramError, Run
 
 # Seconds between two looks at Esc.
 POLL = 0.03
+# Seconds between two words on the progress: Blender draws the picture anew for each of them.
+TELL_EVERY = 1.0
 # Bytes of a last frame that are taken after Esc; of a larger one the picture alone, so that it ends in time.
 MOST_AFTER_ESC = 256 << 20
 
@@ -104,6 +107,8 @@ class _LayerRender:
         layers = [layer.name for layer in self.scene.view_layers if layer.use]
         self.title = f"{self.layer.name} | " if len(layers) > 1 else ""
         self.frames = None
+        # When the progress was told last.
+        self.told = -math.inf
         self.part = (layers.index(self.layer.name), len(layers)) if self.layer.name in layers else (0, 1)
 
     def run(self):
@@ -209,6 +214,10 @@ class _LayerRender:
 
     def progress(self, event, run):
         """Samples, time and noise, for the header and the bar."""
+        now = time.monotonic()
+        if now - self.told < TELL_EVERY and event.get("fraction") != 1:
+            return
+        self.told = now
         done, layers = self.part
         self.engine.update_progress((done + min(max(event.get("fraction") or 0.0, 0.0), 1.0)) / layers)
         words = [f"Sample {event.get('samples', 0)}" + (f"/{event['of']}" if event.get("of") else "")]
@@ -217,7 +226,8 @@ class _LayerRender:
         noise = event.get("noise")
         if noise is not None:
             words.append(f"Noise {noise:.2%}" if noise < 1 else f"Noise {noise:.3g}")
-        words.append(f"Memory {run.memory[0]:.0f} MB")
+        if run.memory[0]:
+            words.append(f"Memory {run.memory[0]:.0f} MB")
         self.engine.update_stats("", self.title + " | ".join(words))
 
 
