@@ -491,12 +491,25 @@ def negative_scale(_folder):
     put(box("grandchild", material("grandchild", (0.8, 0.6, 0.1))), "grandchild", (0, 0, 1.4), (30, 0, 0), (0.6, -0.5, 0.4), parent=sheared)
     thrice = put(grid("thrice", 1.2, 8, material("thrice", (0.2, 0.3, 0.8), Roughness=0.3), height=lambda x, y: 0.3 * math.sin(3 * x), smooth=True), "thrice", (1.4, 0.3, 0.9), (50, 0, 20), (-1, -1, -1))
     put(ball("flat", material("flat", (0.7, 0.7, 0.7))), "flat", (0, 0.9, 0.5), size=(0.4, 0.4, -0.15), parent=thrice)
-    # Lamps below mirrored, turned and unevenly scaled parents.
-    rig = put(None, "rig", (0, 0, 0), (0, 0, 15), (-1.2, 0.8, 1))
+    # Lamps below a mirrored and turned parent.
+    rig = put(None, "rig", (0, 0, 0), (0, 0, 15), (-1.2, 1.2, 1.2))
+    rigged_lamps(rig)
+    lamp("AREA", "scaled", (2, 1, 3), energy=60, scale=(2, 0.5, -1), shape="ELLIPSE", size_y=0.6)
+
+
+def rigged_lamps(rig):
+    """An area lamp, a spot and a ball below a parent."""
     lamp("AREA", "area", (1.5, -1.5, 3), energy=80, parent=rig, shape="RECTANGLE", size=1.2, size_y=0.5)
     lamp("SPOT", "spot", (-2, -1.5, 3), energy=200, parent=rig, spot_size=0.8, spot_blend=0.2, shadow_soft_size=0.1, use_soft_falloff=False)
     lamp("POINT", "point", (0, 1.8, 2), energy=60, parent=rig, shadow_soft_size=0.25, use_soft_falloff=False)
-    lamp("AREA", "scaled", (2, 1, 3), energy=60, scale=(2, 0.5, -1), shape="ELLIPSE", size_y=0.6)
+
+
+@scene
+def sheared_lamps(_folder):
+    """Lamps that a parent shears: turned children of an unevenly scaled one."""
+    stage(lamps=False)
+    put(ball("ball", material("ball", (0.6, 0.6, 0.6), Roughness=0.4)), "ball", (0, 0, 0.6), size=(0.6, 0.6, 0.6))
+    rigged_lamps(put(None, "rig", (0, 0, 0), (0, 0, 15), (-1.2, 0.8, 1)))
 
 
 @scene
@@ -538,7 +551,7 @@ def hidden(_folder):
         thing = one("without " + next(iter(switches)), k, row=1)
         for key, value in switches.items():
             setattr(thing, key, value)
-    put(box("mirror", material("mirror", (0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.05)), "mirror", (0, 2, 0.8), (-10, 0, 0), (2.4, 0.05, 0.8))
+    put(box("mirror", material("mirror", (0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.3)), "mirror", (0, 2, 0.8), (-10, 0, 0), (2.4, 0.05, 0.8))
     # A hidden parent hides no child.
     parent = one("hidden parent", 5, row=1)
     parent.hide_render = True
