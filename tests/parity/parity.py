@@ -68,7 +68,7 @@ def measure(name, path, given):
     environment = own if os.path.exists(own) else os.path.join(given.scenes, ENVIRONMENT)
     command = [sys.executable, os.path.join(HERE, "one.py"), path, folder, "--samples", str(given.samples), "--pixels", str(given.pixels),
                "--environment", environment]
-    if name.startswith("lit-"):
+    if name.startswith(("lit-", "trap-")):
         command.append("--own-camera")
     variables = dict(os.environ, SUNDOG_PROGRAM=given.sundog)
     with open(os.path.join(folder, "log.txt"), "w") as log:

@@ -46,7 +46,7 @@ def page(rows, results, given, version):
         "",
         f"- {time.strftime('%Y-%m-%d', time.gmtime())}, Blender {version}, imported by Blender, rendered through the add-on and with Cycles (CPU,"
         f" unbiased settings, the same bounces), {given.pixels} pixels, 2 × {given.samples} samples each.",
-        "- Scenes that bring no light stand in an environment picture (`studio_small_05`, CC0); all but the `lit-` ones are framed alike.",
+        "- Scenes that bring no light stand in an environment picture (`studio_small_05`, CC0); all but the `lit-` and `trap-` ones are framed alike.",
         "- Verdicts: how many materials, lights, worlds and cameras are exact / approximated / lost by the add-on's own words.",
         "- luminance: Sundog's mean over Cycles' ± its standard error. relMSE with the noise of both cancelled (it can be below 0) ± its",
         "  standard error. FLIP (LDR, \"Standard\" view) of the means, noise included.",
