@@ -2,7 +2,7 @@
 
 use super::progress::Reporter;
 use super::{Failure, console, interrupt};
-use crate::film::Picture;
+use crate::film::Bands;
 use crate::output::{self, raw};
 use crate::render::{Event, Observer, Region};
 use serde_json::json;
@@ -39,6 +39,8 @@ struct State {
     lying: Vec<PathBuf>,
     /// An intermediate frame could not be written: no more are tried.
     failed: bool,
+    /// Why the last frame could not be written.
+    lost: Option<Failure>,
 }
 
 impl Frames {
@@ -63,6 +65,7 @@ impl Frames {
                 interval: FIRST,
                 lying: Vec::new(),
                 failed: false,
+                lost: None,
             }),
         }
     }
@@ -71,7 +74,7 @@ impl Frames {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write(&self, picture: &Picture, samples: u32, last: bool) -> Result<(), Failure> {
+    pub fn write(&self, picture: &dyn Bands, samples: u32, last: bool) -> Result<(), Failure> {
         let mut state = self.state();
         let name = name(state.count + 1);
         let path = self.folder.join(&name);
@@ -90,6 +93,14 @@ impl Frames {
             "passes": passes,
         }));
         Ok(())
+    }
+
+    /// Whether the last frame came to be.
+    ///
+    /// # Errors
+    /// It could not be written.
+    pub fn finish(&self) -> Result<(), Failure> {
+        self.state().lost.take().map_or(Ok(()), Err)
     }
 
     fn state(&self) -> std::sync::MutexGuard<'_, State> {
@@ -127,6 +138,8 @@ pub struct Watcher<'a> {
     pub reporter: &'a Reporter,
     /// Where frames go.
     pub frames: Option<&'a Frames>,
+    /// There are files to be written as well.
+    pub keeps_picture: bool,
 }
 
 impl Observer for Watcher<'_> {
@@ -149,16 +162,24 @@ impl Observer for Watcher<'_> {
         self.frames.is_some_and(Frames::is_due)
     }
 
-    fn picture(&self, picture: &Picture, samples: u32) {
+    fn picture(&self, picture: &dyn Bands, samples: u32, last: bool) {
         let Some(frames) = self.frames else { return };
-        let written = frames.write(picture, samples, false);
+        let written = frames.write(picture, samples, last);
         let mut state = frames.state();
-        if let Err(failure) = written {
+        match written {
+            Err(failure) if last => state.lost = Some(failure),
             // The render goes on: the last frame may find room again, or fails with the reason.
-            state.failed = true;
-            self.reporter.warn(&failure.message);
+            Err(failure) => {
+                state.failed = true;
+                self.reporter.warn(&failure.message);
+            }
+            Ok(()) => {}
         }
         state.due = Some(Instant::now() + state.interval);
         state.interval = state.interval.mul_f64(GROWTH).min(LONGEST);
+    }
+
+    fn keeps_picture(&self) -> bool {
+        self.keeps_picture
     }
 }

@@ -72,6 +72,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let watcher = Watcher {
         reporter: &reporter,
         frames: frames.as_ref(),
+        keeps_picture: !outputs.files.is_empty(),
     };
     let rendering = crate::render::render(scene, &settings, &watcher);
     reporter.end();
@@ -90,8 +91,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         });
     }
     if let Some(frames) = &frames {
-        // First of all: whoever has interrupted waits for it.
-        frames.write(&rendering.picture, statistics.samples, true)?;
+        frames.finish()?;
     }
     if statistics.non_finite > 0 {
         let example = statistics.non_finite_examples.first();

@@ -9,7 +9,7 @@ pub use settings::{
     BounceLimits, EffectChoice, Filter, FilterKind, LightSampling, Region, RenderSettings,
 };
 
-use crate::film::Picture;
+use crate::film::{Bands, Picture};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -68,9 +68,13 @@ pub trait Observer: Sync {
     fn wants_picture(&self) -> bool {
         false
     }
-    /// The picture so far: the layer `Combined` alone, the region alone; each pixel has at least
-    /// `samples` samples.
-    fn picture(&self, _picture: &Picture, _samples: u32) {}
+    /// The picture so far, the region alone; each pixel has at least `samples` samples. `last`: with all
+    /// passes, once, at the end whatever ended the render; before that it is the layer `Combined` alone.
+    fn picture(&self, _picture: &dyn Bands, _samples: u32, _last: bool) {}
+    /// Whether [`Rendering::picture`] shall be made (else it is empty).
+    fn keeps_picture(&self) -> bool {
+        true
+    }
 }
 
 /// An observer for those who don't watch.

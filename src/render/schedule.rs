@@ -1,28 +1,28 @@
 //! Passes over tiles, by a pool of threads, until something says stop.
 
-use super::develop::develop;
+use super::develop::Film;
 use super::{
     Clamped, EffectChoice, Event, FilterKind, LightSampling, Observer, RenderError, RenderSettings,
     Rendering, Statistics, Stop,
 };
 use crate::camera::{CameraRay, RayMaker};
 use crate::effects::{self, EffectSet};
-use crate::film::Passes;
 use crate::film::apart::{PathApart, PixelApart};
 use crate::film::filter::FilterTable;
 use crate::film::pixel::{Middle, Pixel};
+use crate::film::{Passes, Picture};
 use crate::integrator::{self, ApartKernel, Kernel, Path, PathSettings};
 use crate::sampler::{Dimension, Sampler, Sequence};
 use crate::scene::Scene;
 use crate::world::{Options, World};
-use glam::{DAffine3, DVec3, Vec2};
+use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Edge of a tile in pixels.
-const TILE: u32 = 32;
+pub(super) const TILE: u32 = 32;
 /// Samples that a tile takes between two looks at the clock, per pixel, at most.
 const CHUNK: u32 = 8;
 /// So many bad samples are kept with their places.
@@ -41,6 +41,8 @@ pub(super) struct Tile {
     pub apart: Vec<PixelApart>,
     /// Luminance that clamping took from direct and indirect light.
     clamped: [f64; 2],
+    /// Samples that all its pixels have.
+    least: u32,
 }
 
 /// A thread that panicked left a tile as good as before: whole samples.
@@ -120,6 +122,7 @@ impl Job<'_> {
         self.rays.fetch_add(rays, Ordering::Relaxed);
         // A tile that was broken off does not count as done.
         if !self.stop.load(Ordering::Relaxed) {
+            tile.least = end;
             self.done.fetch_add(
                 u64::from(tile.width * tile.height) * u64::from(end - start),
                 Ordering::Relaxed,
@@ -286,6 +289,7 @@ pub fn render(
                 pixels: vec![Pixel::default(); (w * h) as usize],
                 apart: vec![PixelApart::default(); if apart { (w * h) as usize } else { 0 }],
                 clamped: [0.0; 2],
+                least: 0,
             })
         })
         .collect();
@@ -323,25 +327,27 @@ pub fn render(
         stop: AtomicBool::new(false),
     };
     let trace_begun = Instant::now();
-    let stop = run(&job, &pool, &tiles, settings, observer, trace_begun);
+    let film = Film::new(&camera.world_from_camera, region, &tiles, settings.passes);
+    let stop = run(&job, &pool, &film, settings, observer, trace_begun);
     let trace = trace_begun.elapsed();
+    let samples = tiles.iter().map(|tile| locked(tile).least).min();
+    let samples = samples.unwrap_or(0);
+    // First of all: whoever has interrupted waits for it.
+    if samples > 0 || job.rays.load(Ordering::Relaxed) > 0 {
+        pool.install(|| observer.picture(&film, samples, true));
+    }
     let (non_finite, non_finite_examples) = {
         let mut bad = locked(&job.bad);
         bad.examples.sort_unstable();
         (bad.count, std::mem::take(&mut bad.examples))
     };
-    let samples = tiles
-        .iter()
-        .map(|tile| {
-            let samples = locked(tile).pixels.iter().map(|p| p.samples).min();
-            samples.unwrap_or(0)
-        })
-        .min()
-        .unwrap_or(0);
     let clamps = settings.clamp_direct > 0.0 || settings.clamp_indirect > 0.0;
     Ok(Rendering {
-        picture: pool
-            .install(|| develop(&camera.world_from_camera, region, &tiles, settings.passes)),
+        picture: if observer.keeps_picture() {
+            pool.install(|| Picture::collect(&film))
+        } else {
+            Picture::default()
+        },
         statistics: Statistics {
             stop,
             samples,
@@ -350,7 +356,7 @@ pub fn render(
             rays: job.rays.load(Ordering::Relaxed),
             non_finite,
             non_finite_examples,
-            noise: pool.install(|| noise(&tiles)),
+            noise: pool.install(|| noise(&tiles, &AtomicBool::new(false))),
             clamped: clamps.then(|| clamped(&tiles)),
             effects: effects::names(compiled),
             threads,
@@ -359,12 +365,16 @@ pub fn render(
 }
 
 /// Estimated root of the picture's relMSE (mean over pixels and channels of the squared error over the
-/// squared value + 0.01); `None` while a pixel has less than two samples. Tiles are summed in their order,
+/// squared value + 0.01); `None` while a pixel has less than two samples, and
+/// when nobody waits for it any more. Tiles are summed in their order,
 /// so that the number does not depend on the threads.
-fn noise(tiles: &[Mutex<Tile>]) -> Option<f64> {
+fn noise(tiles: &[Mutex<Tile>], given_up: &AtomicBool) -> Option<f64> {
     let sums: Option<Vec<(f64, usize)>> = tiles
         .par_iter()
         .map(|tile| {
+            if given_up.load(Ordering::Relaxed) {
+                return None;
+            }
             let tile = locked(tile);
             let sum: Option<f64> = tile.pixels.iter().map(Pixel::relative_square_error).sum();
             sum.map(|sum| (sum, 3 * tile.pixels.len()))
@@ -400,12 +410,12 @@ fn clamped(tiles: &[Mutex<Tile>]) -> Clamped {
 fn run(
     job: &Job,
     pool: &rayon::ThreadPool,
-    tiles: &[Mutex<Tile>],
+    film: &Film,
     settings: &RenderSettings,
     observer: &dyn Observer,
     begun: Instant,
 ) -> Stop {
-    let region = settings.region();
+    let (region, tiles) = (settings.region(), film.tiles());
     let total =
         u64::from(region.width()) * u64::from(region.height()) * u64::from(settings.samples);
     let finished = AtomicBool::new(false);
@@ -425,7 +435,7 @@ fn run(
                         .for_each(|tile| job.run_locked(tile, from, to));
                     from = to;
                     if !job.stop.load(Ordering::Relaxed) {
-                        let now = noise(tiles).unwrap_or(f64::NAN);
+                        let now = noise(tiles, &job.stop).unwrap_or(f64::NAN);
                         error.store(now.to_bits(), Ordering::Relaxed);
                         passed.store(u64::from(to), Ordering::Relaxed);
                         // After whole passes alone, so that the clock has no say in the picture.
@@ -461,8 +471,8 @@ fn run(
             }
             let samples = passed.load(Ordering::Relaxed) as u32;
             if samples > 0 && !job.stop.load(Ordering::Relaxed) && observer.wants_picture() {
-                let camera = &DAffine3::IDENTITY;
-                observer.picture(&develop(camera, region, tiles, Passes::COMBINED), samples);
+                // Not by the pool: its threads are at their tiles.
+                observer.picture(&film.with(Passes::COMBINED), samples, false);
             }
             if reported.elapsed() >= REPORT {
                 reported = Instant::now();
