@@ -300,7 +300,10 @@ fn settings(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings
         Some(wanted) => Some(choose_camera(path, &scene.cameras, wanted)?),
         None => None,
     };
-    let aspect = scene.cameras.get(camera.unwrap_or(0)).and_then(aspect);
+    let aspect = scene
+        .cameras
+        .get(camera.unwrap_or(0))
+        .and_then(|camera| Some(aspect(camera)? / camera.pixel_aspect(&scene.render)));
     let (width, height) = match (parsed.integer("width"), parsed.integer("height")) {
         // What the file wishes is a size as a whole: half of it would be of the wrong aspect.
         (None, None) => picture_size(aspect, scene.render.width, scene.render.height),

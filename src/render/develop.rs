@@ -79,67 +79,84 @@ impl Bands for Film<'_> {
     }
 
     fn fill(&self, band: usize, layers: &mut [&mut [f32]]) {
-        let passes: Vec<Pass> = self.passes.iter().collect();
         let width = self.region.width() as usize;
         for tile in self.tiles.chunks(self.across()).nth(band).unwrap_or(&[]) {
             let tile = locked(tile);
-            for (i, pixel) in tile.pixels.iter().enumerate() {
-                let (column, row) = (i as u32 % tile.width, i as u32 / tile.width);
-                let at = row as usize * width + (tile.x - self.region.x0 + column) as usize;
-                let nothing = PixelApart::default();
-                let apart = tile.apart.get(i).unwrap_or(&nothing);
-                for (&pass, layer) in passes.iter().zip(layers.iter_mut()) {
-                    let n = pass.channels().len();
-                    let place = &mut layer[at * n..][..n];
-                    match value(pixel, apart, pass, &self.axes) {
-                        Value::One(v) => place[0] = v,
-                        Value::Three(v) => place.copy_from_slice(&v),
-                        Value::Four(v) => place.copy_from_slice(&v),
-                    }
-                }
+            let place = Place {
+                tile: &tile,
+                column: (tile.x - self.region.x0) as usize,
+                width,
+            };
+            // Pass by pass: the sums of one tile stay in the processor's cache.
+            for (pass, layer) in self.passes.iter().zip(layers.iter_mut()) {
+                place.develop(pass, &self.axes, layer);
             }
         }
     }
 }
 
-enum Value {
-    One(f32),
-    Three([f32; 3]),
-    Four([f32; 4]),
+/// A tile, and where it lies in its band.
+struct Place<'a> {
+    tile: &'a Tile,
+    column: usize,
+    width: usize,
 }
 
-#[inline]
-fn value(p: &Pixel, apart: &PixelApart, pass: Pass, axes: &DMat3) -> Value {
-    let scale = if p.samples > 0 {
-        1.0 / f64::from(p.samples)
-    } else {
-        0.0
-    };
-    let color = |v: DVec3| Value::Three(v.as_vec3().to_array());
-    match pass {
-        Pass::Combined => {
-            let [r, g, b] = (p.radiance * scale).as_vec3().to_array();
-            // Exactly 1 where every sample is part of the picture.
-            let alpha = 1.0 - f64::from(p.transparent) * scale;
-            Value::Four([r, g, b, alpha as f32])
+impl Place<'_> {
+    /// Writes a value of each pixel: of its sums and the reciprocal of the number of its samples.
+    #[inline]
+    fn put<const N: usize>(
+        &self,
+        layer: &mut [f32],
+        value: impl Fn(&Pixel, &PixelApart, f64) -> [f32; N],
+    ) {
+        let nothing = PixelApart::default();
+        let across = self.tile.width as usize;
+        for (row, pixels) in self.tile.pixels.chunks(across.max(1)).enumerate() {
+            let start = (row * self.width + self.column) * N;
+            let places = layer[start..start + across * N].chunks_exact_mut(N);
+            for (i, (pixel, place)) in pixels.iter().zip(places).enumerate() {
+                let apart = self.tile.apart.get(row * across + i).unwrap_or(&nothing);
+                let scale = if pixel.samples > 0 {
+                    1.0 / f64::from(pixel.samples)
+                } else {
+                    0.0
+                };
+                place.copy_from_slice(&value(pixel, apart, scale));
+            }
         }
-        Pass::Depth => Value::One(p.middle.depth),
-        Pass::Normal => Value::Three(blender_axes(p.normal * scale)),
-        Pass::Position => Value::Three(blender_axes(p.middle.position.as_dvec3())),
-        Pass::Uv => Value::Three(apart.uv(scale)),
-        Pass::DiffuseDirect => color(apart.light(0, false)),
-        Pass::DiffuseIndirect => color(apart.light(0, true)),
-        Pass::DiffuseColor => color(apart.color(0, scale)),
-        Pass::GlossyDirect => color(apart.light(1, false)),
-        Pass::GlossyIndirect => color(apart.light(1, true)),
-        Pass::GlossyColor => color(apart.color(1, scale)),
-        Pass::TransmissionDirect => color(apart.light(2, false)),
-        Pass::TransmissionIndirect => color(apart.light(2, true)),
-        Pass::TransmissionColor => color(apart.color(2, scale)),
-        Pass::Emission => color(apart.emission(scale)),
-        Pass::Environment => color(apart.environment(scale)),
-        Pass::DenoisingAlbedo => color(p.albedo * scale),
-        Pass::DenoisingNormal => color(axes.transpose() * (p.normal * scale)),
-        Pass::SampleCount => Value::One(p.samples as f32),
+    }
+
+    fn develop(&self, pass: Pass, axes: &DMat3, layer: &mut [f32]) {
+        let color = |v: DVec3| v.as_vec3().to_array();
+        match pass {
+            Pass::Combined => self.put(layer, |p, _, scale| {
+                let [r, g, b] = color(p.radiance * scale);
+                // Exactly 1 where every sample is part of the picture.
+                [r, g, b, (1.0 - f64::from(p.transparent) * scale) as f32]
+            }),
+            Pass::Depth => self.put(layer, |p, _, _| [p.middle.depth]),
+            Pass::Normal => self.put(layer, |p, _, scale| blender_axes(p.normal * scale)),
+            Pass::Position => {
+                self.put(layer, |p, _, _| blender_axes(p.middle.position.as_dvec3()));
+            }
+            Pass::Uv => self.put(layer, |_, a, scale| a.uv(scale)),
+            Pass::DiffuseDirect => self.put(layer, |_, a, _| color(a.light(0, false))),
+            Pass::DiffuseIndirect => self.put(layer, |_, a, _| color(a.light(0, true))),
+            Pass::DiffuseColor => self.put(layer, |_, a, scale| color(a.color(0, scale))),
+            Pass::GlossyDirect => self.put(layer, |_, a, _| color(a.light(1, false))),
+            Pass::GlossyIndirect => self.put(layer, |_, a, _| color(a.light(1, true))),
+            Pass::GlossyColor => self.put(layer, |_, a, scale| color(a.color(1, scale))),
+            Pass::TransmissionDirect => self.put(layer, |_, a, _| color(a.light(2, false))),
+            Pass::TransmissionIndirect => self.put(layer, |_, a, _| color(a.light(2, true))),
+            Pass::TransmissionColor => self.put(layer, |_, a, scale| color(a.color(2, scale))),
+            Pass::Emission => self.put(layer, |_, a, scale| color(a.emission(scale))),
+            Pass::Environment => self.put(layer, |_, a, scale| color(a.environment(scale))),
+            Pass::DenoisingAlbedo => self.put(layer, |p, _, scale| color(p.albedo * scale)),
+            Pass::DenoisingNormal => self.put(layer, |p, _, scale| {
+                color(axes.transpose() * (p.normal * scale))
+            }),
+            Pass::SampleCount => self.put(layer, |p, _, _| [p.samples as f32]),
+        }
     }
 }

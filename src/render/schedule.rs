@@ -261,7 +261,8 @@ pub fn render(
         .map_err(|e| setting(format!("{threads} threads could not be started: {e}")))?;
     let options = Options {
         camera,
-        aspect: f64::from(settings.width) / f64::from(settings.height),
+        aspect: f64::from(settings.width) / f64::from(settings.height)
+            * camera.pixel_aspect(&scene.render),
         // What the list leaves out is left out of the world, not only of the kernel.
         effects: wanted,
         threads: Some(threads),

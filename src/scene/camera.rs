@@ -1,5 +1,6 @@
 //! Cameras as files describe them.
 
+use super::RenderDefaults;
 use glam::DAffine3;
 
 /// A camera; it looks down its -Z axis, +Y is up in the picture.
@@ -115,6 +116,19 @@ impl Aperture {
             && positive(self.ratio)
             && positive(self.focus_distance)
             && self.rotation.is_finite()
+    }
+}
+
+impl Camera {
+    /// Width over height of one pixel, where the file says both what the picture's edges are and how many
+    /// pixels lie between them: 1 for nearly all.
+    pub fn pixel_aspect(&self, render: &RenderDefaults) -> f64 {
+        match (&self.window, render.width, render.height) {
+            (Some(window), Some(width), Some(height)) if width > 0 && height > 0 => {
+                window.aspect() * f64::from(height) / f64::from(width)
+            }
+            _ => 1.0,
+        }
     }
 }
 

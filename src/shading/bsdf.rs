@@ -376,26 +376,36 @@ impl Bsdf {
         self.albedo
     }
 
-    /// Shares of light that are scattered diffusely, reflected otherwise, and let through, about: what
-    /// passes divide their light by. None is zero where such light can be.
+    /// Shares of light that are scattered diffusely, reflected otherwise, and let through: what passes divide
+    /// their light by. The facets' albedo is shared out between reflection and transmission by means over
+    /// some of the angles under which facets are seen, the more the rougher the surface: so none is zero
+    /// where such light can be.
     pub fn colors(&self) -> [Vec3; 3] {
-        let cos = self.view.wo.z.max(0.0);
         let (mut reflected, mut transmitted) = (Vec3::ZERO, Vec3::ZERO);
         if self.p_facet > 0.0 {
-            let single = if self.is_smooth() {
-                1.0
-            } else {
-                Reflection::get().directional(Place::new(cos, self.alpha.sqrt()))
-            };
-            // The rougher the surface, the more of its facets are seen under other angles than itself.
             for (cos, share) in [
-                (cos, 1.0 - self.alpha),
+                (self.view.wo.z.max(0.0), 1.0 - self.alpha),
                 (0.5, 0.5 * self.alpha),
                 (1.0, 0.5 * self.alpha),
             ] {
                 let f = self.facet(cos);
-                reflected += f.reflectance * (share * single);
-                transmitted += f.transmittance * (share * single);
+                reflected += f.reflectance * share;
+                transmitted += f.transmittance * share;
+            }
+            let all = self.albedo - self.diffuse;
+            let tint = self.glass.as_ref().map_or(Vec3::ONE, |g| g.tint);
+            for i in 0..3 {
+                // Albedos know of no tint.
+                let untinted = if tint[i] > 0.0 {
+                    transmitted[i] / tint[i]
+                } else {
+                    0.0
+                };
+                let sum = reflected[i] + untinted;
+                if sum > 0.0 {
+                    reflected[i] *= all[i] / sum;
+                    transmitted[i] *= all[i] / sum;
+                }
             }
         }
         [self.diffuse, reflected, transmitted]

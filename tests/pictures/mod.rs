@@ -62,3 +62,8 @@ fn the_scenes_look_as_in_cycles() {
 fn every_light_is_as_bright_as_in_cycles() {
     run("brightness.py", &["--sundog", env!("CARGO_BIN_EXE_sundog")]);
 }
+
+#[test]
+fn cameras_and_passes_are_those_of_cycles() {
+    run("film.py", &["--sundog", env!("CARGO_BIN_EXE_sundog")]);
+}
