@@ -53,7 +53,7 @@ pub const TABLE: [(Pass, &str, &str, &str); 19] = [
         Pass::Depth,
         "Depth",
         "Z",
-        "distance along the view axis (panorama: from the camera) of what the ray through the pixel's middle meets; 1e10 where that is nothing",
+        "distance along the view axis (panorama: from the camera) of what the ray through the pixel's middle meets; 1e10 where that is nothing or a holdout",
     ),
     (
         Pass::Normal,

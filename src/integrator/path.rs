@@ -511,7 +511,7 @@ fn direct_light<const E: Mask, A: Apart>(
     1
 }
 
-/// What a ray of the camera meets.
+/// What a ray of the camera meets; a holdout counts as nothing, as in Cycles.
 pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> Middle {
     let key = sampler.key(Dimension::Opacity, 0);
     let hit = world.intersect::<PATHS>(
@@ -521,6 +521,7 @@ pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> Middle {
         RayKind::Camera,
         key,
     );
+    let hit = hit.filter(|hit| !world.is_holdout(hit));
     hit.map_or(Middle::default(), |hit| {
         let point = ray.origin + ray.direction * hit.distance;
         Middle {
