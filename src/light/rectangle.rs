@@ -14,38 +14,37 @@ pub struct SphericalRectangle {
     low: DVec2,
     high: DVec2,
     height: f64,
-    /// Over the four sides: z-components of the normals of the planes through the point and a side.
-    normals: [f64; 4],
-    /// Their products' arc sines, for neighbouring sides; the sum is the solid angle.
-    angles: [f64; 4],
+    /// Sum of the angles of the last two corners.
+    last_two: f64,
     solid_angle: f64,
 }
 
 /// Least solid angle that keeps five digits of what f64's roundings leave.
 const LEAST: f64 = 1e-10;
 
-/// arcsin(p/√(p²+h²) · q/√(q²+h²)). By the arctangent: near ±1 the arcsine itself loses half of the digits,
-/// while 1 − (product)² follows from the squares without cancellation.
-fn arc_sine_of_product(p: f64, q: f64, height2: f64) -> f64 {
-    let (p2, q2) = (p * p + height2, q * q + height2);
-    let (m, n) = (height2 / p2, height2 / q2);
-    (p * q / (p2 * q2).sqrt()).atan2((m + n - m * n).max(0.0).sqrt())
+/// A corner's part of the solid angle, arcsin(p/√(p²+h²) · q/√(q²+h²)), as the angle of a complex number: the square of the
+/// cosine is h²(p²+q²+h²) over the same denominator. Near ±π/2 the arcsine itself would lose half of the digits.
+fn corner(p: f64, q: f64, height: f64) -> DVec2 {
+    DVec2::new(height * (p * p + q * q + height * height).sqrt(), p * q)
 }
 
 impl SphericalRectangle {
     /// `None` where the solid angle is too small to be told from rounding; `height` is above 0.
     pub fn new(low: DVec2, high: DVec2, height: f64) -> Option<Self> {
-        let height2 = height * height;
-        let sides = [-low.y, high.x, high.y, -low.x];
-        let angles =
-            std::array::from_fn(|i| arc_sine_of_product(sides[i], sides[(i + 1) % 4], height2));
-        let solid_angle: f64 = angles.iter().sum();
+        let [a, b, c, d] = [-low.y, high.x, high.y, -low.x];
+        // Angles add where complex numbers are multiplied: one arctangent instead of four.
+        let first_two = corner(a, b, height).rotate(corner(b, c, height));
+        let last_two = corner(c, d, height).rotate(corner(d, a, height));
+        let mut solid_angle = first_two.rotate(last_two).to_angle();
+        // It is above π only over the rectangle, where all four angles are positive.
+        if solid_angle < 0.0 && [a, b, c, d].iter().all(|side| *side > 0.0) {
+            solid_angle += std::f64::consts::TAU;
+        }
         (solid_angle >= LEAST).then(|| Self {
             low,
             high,
             height,
-            normals: sides.map(|s| s / (s * s + height2).sqrt()),
-            angles,
+            last_two: last_two.to_angle(),
             solid_angle,
         })
     }
@@ -58,16 +57,18 @@ impl SphericalRectangle {
     /// A point of the rectangle, distributed uniformly over its solid angle.
     pub fn sample(&self, u: Vec2) -> DVec2 {
         let u = u.as_dvec2();
-        let [b0, _, b1, _] = self.normals;
+        let height2 = self.height * self.height;
+        // z-components of the normals of the planes through the point and the lower and the upper side.
+        let b0 = -self.low.y / (self.low.y * self.low.y + height2).sqrt();
+        let b1 = self.high.y / (self.high.y * self.high.y + height2).sqrt();
         // The paper's angle φ less π, so that small rectangles have small terms.
-        let (sin, cos) = (u.x * self.solid_angle - self.angles[2] - self.angles[3]).sin_cos();
+        let (sin, cos) = (u.x * self.solid_angle - self.last_two).sin_cos();
         let f = (cos * b0 + b1) / sin;
         // c/√(1 − c²) of the paper's c = ±1/√(f² + b0²), with 1 − b0² from the sides.
-        let lowest =
-            self.height * self.height / (self.low.y * self.low.y + self.height * self.height);
+        let lowest = height2 / (self.low.y * self.low.y + height2);
         let x = (self.height.copysign(f) / (f * f - lowest).max(0.0).sqrt())
             .clamp(self.low.x, self.high.x);
-        let d2 = x * x + self.height * self.height;
+        let d2 = x * x + height2;
         let sine = |y: f64| y / (d2 + y * y).sqrt();
         let (h0, h1) = (sine(self.low.y), sine(self.high.y));
         let h = h0 + u.y * (h1 - h0);

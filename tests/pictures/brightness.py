@@ -3,8 +3,8 @@
 
     python brightness.py --sundog PROGRAM [--only PART] [--samples COUNT] [--json FILE]
 
-Each scene is a floor with two boxes on it, seen from above, with one light: every kind of light, under every kind of transform, and
-worlds. It goes through the add-on's export. The mean luminance of the two pictures must agree within 1 %; the standard error of the
+Each scene is a floor with two boxes on it, seen from above, with one light: every kind of light, under every kind of transform, lights and
+objects that some rays do not see, and worlds. It goes through the add-on's export. The mean luminance of the two pictures must agree within 1 %; the standard error of the
 comparison, from two seeds each, must be below 0.2 %.
 """
 
@@ -124,6 +124,27 @@ def add_light(kind, settings, place):
     bpy.context.view_layer.update()
 
 
+def seen_by_some(name, **attributes):
+    """A rectangle over a floor that shines a little, and what the attributes of an object say of who sees it."""
+    kind, settings = LIGHTS["rectangle"]
+    add_light(kind, settings, TRANSFORMS["plain"])
+    principled = bpy.data.materials["grey"].node_tree.nodes["Principled BSDF"]
+    principled.inputs["Specular IOR Level"].default_value = 1.0
+    principled.inputs["Roughness"].default_value = 0.4
+    for key, value in attributes.items():
+        setattr(bpy.data.objects[name], key, value)
+    bpy.context.view_layer.update()
+
+
+def without_shadows():
+    """A rectangle that casts none."""
+    seen_by_some("light")
+    data = bpy.data.lights["light"]
+    data.use_shadow = False
+    if hasattr(data.cycles, "cast_shadow"):
+        data.cycles.cast_shadow = False
+
+
 def add_world(image, rotation):
     """A world of one colour, or an image that is turned."""
     world = bpy.context.scene.world
@@ -162,6 +183,12 @@ def cases():
             settings = {**settings, "normalize": False, "energy": 8 if kind != "SUN" else 40}
             for transform in ("plain", "non-uniform"):
                 yield f"{light}, not normalised: {transform}", lambda k=kind, s=settings, p=TRANSFORMS[transform]: add_light(k, s, p), True
+    yield "seen by all", lambda: seen_by_some("light"), True
+    for name in ("light", "beam"):
+        for kind in ("camera", "diffuse", "glossy", "shadow"):
+            if (name, kind) not in {("light", "camera"), ("light", "shadow")}:
+                yield f"{name} not seen by {kind} rays", lambda n=name, k=kind: seen_by_some(n, **{f"visible_{k}": False}), True
+    yield "light without shadows", without_shadows, True
     yield "world colour", lambda: add_world(False, (0, 0, 0)), True
     for name, rotation in (("plain", (0, 0, 0)), ("turned about Z", (0, 0, 1.1)), ("turned", (0.7, -0.4, 2.0))):
         yield f"world image: {name}", lambda r=rotation: add_world(True, r), True
