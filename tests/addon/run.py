@@ -6,9 +6,12 @@ scripts/test.sh adds up.
 """
 
 import os
+import shutil
 import sys
 import tempfile
 import unittest
+
+import bpy
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
@@ -37,5 +40,6 @@ if __name__ == "__main__":
         passed = main(sys.argv[1:])
     sys.stdout.flush()
     sys.stderr.flush()
-    # Blender's own teardown has nothing to say on the tests.
+    # Blender's own teardown has nothing to say on the tests, but for its folder.
+    shutil.rmtree(bpy.app.tempdir, ignore_errors=True)
     os._exit(0 if passed else 1)
