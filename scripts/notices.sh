@@ -10,7 +10,8 @@ cat >NOTICES.md.new <<'TEXT'
 
 Sundog itself is under MIT OR Apache-2.0 (`LICENSE-MIT`, `LICENSE-APACHE`), at your choice; `blender_addon/` is under
 GPL-3.0-or-later (`blender_addon/LICENSE`). This repository holds no other project's files. What `make setup` fetches stays
-on your machine; who hands a built Sundog on hands these on too, with their licences.
+on your machine; who hands a built Sundog on hands these on too, with their licences: the package of `make addon` has them all,
+in `licences/`.
 
 ## Libraries that the program loads
 `make setup` puts their licence texts into `.native/licences/`.
