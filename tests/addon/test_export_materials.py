@@ -112,6 +112,11 @@ class Principled(MaterialTest):
         self.set(**{"Specular_Tint": (1, 0.5, 0.25, 1)})
         self.near(self.written()["extensions"]["KHR_materials_specular"]["specularColorFactor"], [1, 0.5, 0.25])
 
+    def test_edge_tint(self):
+        self.set(Metallic=1.0, Specular_Tint=(1, 0.5, 0.25, 1))
+        self.written()
+        self.assertIn("edge tint", self.verdict()["detail"])
+
     def test_glass(self):
         self.set(**{"Transmission_Weight": 1.0, "IOR": 1.6, "Roughness": 0.0})
         got = self.written()["extensions"]
@@ -633,6 +638,31 @@ class Trees(MaterialTest):
         self.near(got["emissiveFactor"], [0.5, 0.5, 0.5])
         self.near(got["pbrMetallicRoughness"]["baseColorFactor"], [0.25, 0.5, 0.75, 1])
         self.assertEqual(got["extensions"]["KHR_materials_ior"]["ior"], 1)
+        self.assertEqual(self.verdict()["verdict"], "exact")
+
+    def test_sum_of_emission_and_transparency(self):
+        add, glow, clear = (self.node(k) for k in ("ShaderNodeAddShader", "ShaderNodeEmission", "ShaderNodeBsdfTransparent"))
+        glow.inputs["Strength"].default_value = 0.5
+        self.join(glow.outputs[0], add.inputs[0])
+        self.join(clear.outputs[0], add.inputs[1])
+        self.join(add.outputs[0], self.output.inputs["Surface"])
+        got = self.written()
+        strength = got["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"]
+        # The light that leaves is alpha times the emission.
+        self.near(numpy.array(got["emissiveFactor"]) * strength * got["pbrMetallicRoughness"]["baseColorFactor"][3], [0.5] * 3)
+        self.assertEqual(self.verdict()["verdict"], "approximated")
+
+    def test_glass_shader(self):
+        glass = self.node("ShaderNodeBsdfGlass", distribution="MULTI_GGX")
+        glass.inputs["Color"].default_value = (0.5, 0.25, 1, 1)
+        self.join(glass.outputs[0], self.output.inputs["Surface"])
+        got = self.written()
+        # Each passage multiplies with the root of the base colour.
+        self.near(got["pbrMetallicRoughness"]["baseColorFactor"][:3], [0.25, 0.0625, 1])
+        self.near(got["extensions"]["KHR_materials_specular"]["specularColorFactor"], [0.5, 0.25, 1])
+        self.assertEqual(self.verdict()["verdict"], "approximated")
+        glass.inputs["Color"].default_value = (1, 1, 1, 1)
+        self.written()
         self.assertEqual(self.verdict()["verdict"], "exact")
 
     def test_displacement_and_volume(self):

@@ -153,6 +153,9 @@ class Writer:
                 specular["specularTexture"] = texture
         tint, texture = slots.color(surface.specular_tint, "specular tint")
         tint = [max(float(v), 0.0) for v in tint]
+        plain = isinstance(surface.metallic, Const) and surface.metallic.value <= 0
+        if not plain and (texture or tint != [1.0, 1.0, 1.0]):
+            reader.note(APPROXIMATED, "a metal's edge tint is left out: its edges are white")
         if texture or tint != [1.0, 1.0, 1.0]:
             specular["specularColorFactor"] = tint
             if texture:

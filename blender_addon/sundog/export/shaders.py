@@ -10,6 +10,11 @@ from .expressions import BLACK, ONE, WHITE, ZERO, Const, Image, Unknown, as_colo
 from .verdicts import APPROXIMATED, LOST
 
 
+# What glows shows only as far as it is opaque: so much at least, and then it glows so many times brighter. Less would hide less
+# of what is behind, and make more noise.
+LEAST_ALPHA = 1 / 16
+
+
 class TextureSpec:
     """An image and how it lies on the surface; `wrap` holds glTF's numbers for both directions."""
 
@@ -277,11 +282,12 @@ class Reader:
     def _shader_bsdf_glass(self, source):
         color = self._color(source, "Color")
         if not (isinstance(color, Const) and numpy.allclose(color.value, 1)):
-            # Principled tints each passage by the square root of its colour, and no reflection.
-            self.note(APPROXIMATED, "a Glass BSDF's colour does not tint its reflections")
-            color = multiply(color, color)
+            # A Principled BSDF tints each passage by the square root of its colour, and reflections by the specular tint; but
+            # those at grazing angles and from inside it leaves white.
+            self.note(APPROXIMATED, "a Glass BSDF's colour does not tint its reflections at grazing angles and from inside")
         return Surface(
-            base_color=color,
+            base_color=multiply(color, color),
+            specular_tint=color,
             transmission=ONE,
             ior=self._scalar(source, "IOR", Const(1.5)),
             roughness=self._glossy_roughness(source),
@@ -434,16 +440,32 @@ class Reader:
         first, second = (self.surface(nodes.Place(s, source.groups)) for s in source.node.inputs)
         if first is None or second is None:
             return first or second
-        emission = expressions.operation("add", lambda a, b: a + b, [first.emission, second.emission], True)
         if self._is_pure_emission(first):
-            return second.copy(emission=emission)
+            return self._glowing(second, first.emission)
         if self._is_pure_emission(second):
-            return first.copy(emission=emission)
+            return self._glowing(first, second.emission)
+        emission = self._sum(first.emission, second.emission)
         if self._is_plain_diffuse(first) and self._is_plain_diffuse(second):
             base = expressions.operation("add", lambda a, b: a + b, [first.base_color, second.base_color], True)
             return first.copy(base_color=base, emission=emission)
         self.note(APPROXIMATED, "a sum of two shaders is rendered as one with their inputs averaged")
         return first.blend(second, Const(0.5)).copy(emission=emission)
+
+    @staticmethod
+    def _sum(first, second):
+        return expressions.operation("add", lambda a, b: a + b, [first, second], True)
+
+    def _glowing(self, surface, emission):
+        """A surface that emits so much more, whatever its opacity (by which glTF's emission is multiplied)."""
+        alpha = surface.alpha
+        if isinstance(alpha, Const) and alpha.value < LEAST_ALPHA:
+            self.note(APPROXIMATED, "an emission added to transparency hides a 16th of what is behind it")
+            alpha = Const(LEAST_ALPHA)
+        if not isinstance(alpha, Const):
+            self.note(APPROXIMATED, "an emission added to a surface of varying opacity is as opaque as that")
+        elif alpha.value < 1:
+            emission = multiply(Const(1 / alpha.value), emission)
+        return surface.copy(alpha=alpha, emission=self._sum(surface.emission, emission))
 
     # Textures
 
