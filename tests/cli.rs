@@ -1299,3 +1299,167 @@ fn a_picture_that_cannot_be_kept_leaves_the_old_one() {
         "{message}"
     );
 }
+
+/// SIGTERM does what Ctrl-C does; a render whose reader has gone stops by itself, long before its time.
+#[cfg(unix)]
+#[test]
+fn a_render_ends_when_it_is_told_to_and_when_nobody_watches() {
+    use std::io::BufRead;
+    for reader_goes in [false, true] {
+        let folder = Folder::with_scene();
+        std::fs::create_dir(folder.path("frames")).unwrap();
+        let mut child = folder
+            .command(&[
+                "render",
+                "scene.gltf",
+                "--frames=frames",
+                "-o",
+                "a.exr",
+                "--width=24",
+                "--time=5m",
+                "--json",
+            ])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut lines = std::io::BufReader::new(child.stdout.take().unwrap()).lines();
+        let progressed = |line: &str| line.contains("\"progress\"");
+        assert!(lines.by_ref().any(|line| progressed(&line.unwrap())));
+        if reader_goes {
+            drop(lines);
+        } else {
+            let sent = Command::new("sh")
+                .args(["-c", &format!("kill -TERM {}", child.id())])
+                .status()
+                .unwrap();
+            assert!(sent.success());
+            assert!(lines.any(|line| line.unwrap().contains("\"final\":true")));
+        }
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{reader_goes}");
+        assert!(folder.path("a.exr").exists(), "what there was is kept");
+    }
+}
+
+/// A camera that sees beyond the square, a film without the world, and passes by name.
+#[test]
+fn passes_and_alpha_are_as_asked() {
+    let folder = Folder::new();
+    let mut scene = scene();
+    scene["cameras"][0]["perspective"]["yfov"] = json!(2.5);
+    folder.write("scene.gltf", scene.to_string());
+    folder.works(&[
+        "render",
+        "scene.gltf",
+        "-o",
+        "a.exr",
+        "-o",
+        "a.png",
+        "--width=25",
+        "--height=25",
+        "--samples=8",
+        "--environment-color=1,1,1",
+        "--transparent",
+        "--passes=Env,Debug Sample Count, DiffCol",
+    ]);
+    let picture = image::open(folder.path("a.png")).unwrap().into_rgba8();
+    assert_eq!(picture.get_pixel(0, 0).0, [0; 4]);
+    assert_eq!(picture.get_pixel(12, 12).0[3], 255);
+    let image = exr::prelude::read_all_flat_layers_from_file(folder.path("a.exr")).unwrap();
+    let mut names: Vec<String> = image.layer_data[0]
+        .channel_data
+        .list
+        .iter()
+        .map(|channel| channel.name.to_string())
+        .collect();
+    names.sort();
+    assert_eq!(
+        names,
+        [
+            "A",
+            "B",
+            "Debug Sample Count.X",
+            "DiffCol.B",
+            "DiffCol.G",
+            "DiffCol.R",
+            "Env.B",
+            "Env.G",
+            "Env.R",
+            "G",
+            "R"
+        ]
+    );
+    folder.fails(
+        &["render", "scene.gltf", "-o", "b.exr", "--passes", "Fog"],
+        2,
+        &["--passes", "no pass 'Fog'", "TransInd"],
+    );
+}
+
+/// What the scene wishes holds where no flag says otherwise; a configuration that is not there is told.
+#[test]
+fn the_scene_says_how_it_wants_to_be_seen() {
+    let folder = Folder::new();
+    let mut scene = scene();
+    scene["scenes"][0]["extensions"] = json!({ "SUNDOG_scene": {
+        "color_management": { "view": "Un-tone-mapped", "config": "missing.ocio", "exposure": 1.0 },
+        "render": { "width": 20, "height": 10, "filter_width": 2.0, "transparent": true }
+    } });
+    folder.write("scene.gltf", scene.to_string());
+    let said = folder.works(&[
+        "render",
+        "scene.gltf",
+        "-o",
+        "a.png",
+        "--samples=1",
+        "--json",
+    ]);
+    let events: Vec<Value> = said
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let event = |kind: &str| events.iter().find(|e| e["event"] == kind).unwrap();
+    let warning = event("warning")["message"].as_str().unwrap();
+    assert!(
+        warning.contains("missing.ocio") && warning.contains("named by the scene"),
+        "{warning}"
+    );
+    let settings = &event("scene")["settings"];
+    assert_eq!(
+        (&settings["width"], &settings["height"]),
+        (&json!(20), &json!(10))
+    );
+    assert_eq!(settings["filter"]["width"], 2.0);
+    assert_eq!(settings["transparent_film"], true);
+    let flags = ["render", "scene.gltf", "-o", "b.png", "--samples=1"];
+    folder.works(&[&flags[..], &["--width=40"]].concat());
+    assert_eq!(image::image_dimensions(folder.path("b.png")).unwrap().0, 40);
+    folder.write(
+        "other.gltf",
+        scene.to_string().replace("Un-tone-mapped", "Nowhere"),
+    );
+    let output = folder.run(&["render", "other.gltf", "-o", "c.png", "--quiet"]);
+    assert_eq!(output.status.code(), Some(1));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        error.contains("no view 'Nowhere'") && error.contains("Un-tone-mapped"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_noise_target_is_a_reason_to_end() {
+    let folder = Folder::with_scene();
+    let said = folder.works(&[
+        "render",
+        "scene.gltf",
+        "-o",
+        "a.exr",
+        "--width=24",
+        "--noise=90%",
+        "--json",
+    ]);
+    let last: Value = serde_json::from_str(said.lines().last().unwrap()).unwrap();
+    assert_eq!(last["statistics"]["stop"], "noise");
+    assert!(last["statistics"]["noise"].as_f64().unwrap() <= 0.9);
+}
