@@ -161,13 +161,15 @@ def describe(world, cache, uri, findings, report=None):
 
 def environment_file(image, cache):
     """The image as a file that the program reads as Cycles does."""
-    path = images.original(image, cache, as_data=False)
+    # No node asks for the alpha (the tree is baked where one does), so that colours are those times alpha.
+    multiplied = images.multiplies(image)
+    path = images.original(image, cache, as_data=False) if multiplied == images.is_associated(image) else None
     if path:
         return path
     name = hashlib.sha1(json.dumps(images.identity(image)).encode()).hexdigest()
     path = os.path.join(cache, f"world-{name}.exr")
     if not os.path.isfile(path):
-        images.write_exr(path, images.linear_pixels(image)[::-1, :, :3])
+        images.write_exr(path, images.linear_pixels(image, multiplied)[::-1, :, :3])
     return path
 
 
