@@ -350,10 +350,8 @@ class Evaluator:
     _node_value = _node_rgb
 
     def _node_tex_image(self, source, node):
-        if node.image is None:
-            # Cycles shows a missing image in pink; an image node without image is black.
-            return Const(numpy.zeros(3)) if source.socket.name == "Color" else Const(0.0)
-        texture = self._texture_of(node, source)
+        # Cycles shows a missing image in pink, and that of a node without one.
+        texture = images.MISSING if node.image is None else self._texture_of(node, source)
         if texture is images.MISSING:
             return Const(images.MISSING) if source.socket.name == "Color" else Const(1.0)
         if source.socket.name == "Alpha" and node.image.alpha_mode == "NONE":

@@ -42,7 +42,8 @@ class _Environments(nodes.Evaluator):
 
     def _node_tex_environment(self, source, node):
         if node.image is None:
-            return Const(numpy.zeros(3))
+            self.missing = "its environment texture has no image: pink, as in Cycles"
+            return Const(images.MISSING)
         if images.is_missing(node.image):
             self.missing = f"the image \"{node.image.name}\" is missing or broken ({node.image.filepath_raw}): pink, as in Cycles"
             return Const(images.MISSING)

@@ -182,7 +182,7 @@ fn cone(
         );
     }
     (
-        sundog.half_angle.map_or(outer, |a| a.min(FRAC_PI_2)),
+        sundog.half_angle.map_or(outer, |a| a.min(PI)),
         sundog.blend.map_or(blend, |b| b.min(1.0)),
     )
 }
