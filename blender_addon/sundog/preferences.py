@@ -135,14 +135,4 @@ class SUNDOG_OT_test_program(bpy.types.Operator):
 
 _CLASSES = (SUNDOG_OT_test_program, SundogPreferences)
 
-
-def register():
-    """Registers the preferences."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    """Takes them away."""
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

@@ -160,14 +160,4 @@ def _lines(layout, text, icon, width):
 
 _CLASSES = (SUNDOG_OT_check_scene, SUNDOG_OT_select_users)
 
-
-def register():
-    """Registers the operators; the panel comes with the others."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    """Takes them away."""
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)
