@@ -267,7 +267,7 @@ class Images(MaterialTest):
 
     def test_node_without_image(self):
         self.join(self.node("ShaderNodeTexImage").outputs["Color"], self.principled.inputs["Base Color"])
-        self.near(self.written()["pbrMetallicRoughness"]["baseColorFactor"], [0, 0, 0, 1])
+        self.near(self.written()["pbrMetallicRoughness"]["baseColorFactor"], [1, 0, 1, 1])
 
     def test_tiled(self):
         for number in (1001, 1002):

@@ -22,6 +22,11 @@ def agrees(told):
             and told["relmse"] <= RELMSE_BOUND + 2 * told["relmse_error"])
 
 
+def is_quiet(told):
+    """Whether the noise is small enough for agreement to mean something."""
+    return told["luminance_error"] <= LUMINANCE_BOUND / 2 and told["relmse_error"] <= RELMSE_BOUND
+
+
 def of(name, told):
     """The reason in one line."""
     if told["black"]:
@@ -33,6 +38,8 @@ def of(name, told):
         if entry["verdict"] != "exact" and entry["kind"] != "program":
             for detail in entry["detail"].split("; "):
                 said[f"{entry['kind']}: {detail}"] += 1
+    if agrees(told) and not is_quiet(told):
+        return "no difference beyond the noise, which is too large to tell more"
     if agrees(told) and not found:
         return "agrees" + (f" ({len(said)} kinds of approximation named)" if said else "")
     if not found and not said:
@@ -43,7 +50,8 @@ def of(name, told):
 def page(rows, results, given, version):
     """docs/cycles-parity.md."""
     rendered = [told for told in results if not told.get("problem")]
-    good = sum(1 for told in rendered if agrees(told))
+    good = sum(1 for told in rendered if agrees(told) and is_quiet(told))
+    noisy = sum(1 for told in rendered if agrees(told) and not is_quiet(told))
     return "\n".join([
         "# Parity with Cycles on scenes of others",
         "",
@@ -55,7 +63,8 @@ def page(rows, results, given, version):
         "- Verdicts: how many materials, lights, worlds and cameras are exact / approximated / lost by the add-on's own words.",
         "- luminance: Sundog's mean over Cycles' ± its standard error. relMSE with the noise of both cancelled (it can be below 0) ± its",
         "  standard error. FLIP (LDR, \"Standard\" view) of the means, noise included.",
-        f"- {good} of {len(rendered)} agree: luminance within 1 % and relMSE below 1e-3, each but for two standard errors.",
+        f"- {good} of {len(rendered)} agree: luminance within 1 % and relMSE below 1e-3, each but for two standard errors. {noisy} more are"
+        " too noisy to tell (a standard error above 0.5 % or 1e-3).",
         "",
         "| scene | verdicts | luminance | relMSE | FLIP | what differs, and why |",
         "| --- | --- | --- | --- | --- | --- |",

@@ -57,6 +57,7 @@ TECHNIQUES = ("nee", "bsdf")
 GALLERY = tuple(SETTINGS)
 PROBE_SAMPLES = (64, 64)
 SETTINGS["probe-normal-map"] = (96, 72, 192, 192)
+SETTINGS["probe-terminator"] = (64, 48, 192, 192)
 
 # Differences that are understood: scene -> (bound on relMSE, bound on |luminance ratio - 1|, why).
 #
