@@ -269,6 +269,15 @@ class Images(MaterialTest):
         self.join(self.node("ShaderNodeTexImage").outputs["Color"], self.principled.inputs["Base Color"])
         self.near(self.written()["pbrMetallicRoughness"]["baseColorFactor"], [1, 0, 1, 1])
 
+    def test_painted_roughness(self):
+        # glTF carries painted colours in the base colour alone: anywhere else they are lost, and that is said.
+        paint = self.node("ShaderNodeVertexColor")
+        paint.layer_name = "paint"
+        self.join(paint.outputs["Color"], self.principled.inputs["Roughness"])
+        self.written()
+        self.assertEqual(self.verdict()["verdict"], "lost")
+        self.assertIn("colour attributes are left out", self.verdict()["detail"])
+
     def test_tiled(self):
         for number in (1001, 1002):
             images.write_png(os.path.join(self.folder, f"tile.{number}.png"), numpy.full((4, 4, 3), 10, numpy.uint8))

@@ -89,7 +89,7 @@ class Arithmetic(kit.ExportTest):
 
             self.case(operation, "ShaderNodeVectorMath", fill)
         found = self.check()
-        self.assertGreaterEqual(self.exact(found), 7)
+        self.assertGreaterEqual(self.exact(found), 12)
 
     def test_blends(self):
         operations = bpy.types.ShaderNodeMix.bl_rna.properties["blend_type"].enum_items.keys()

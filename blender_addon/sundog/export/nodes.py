@@ -461,7 +461,13 @@ class Evaluator:
             "MINIMUM": numpy.minimum,
             "MAXIMUM": numpy.maximum,
         }
+        of_one = {"ABSOLUTE": numpy.abs, "FLOOR": numpy.floor, "CEIL": numpy.ceil, "FRACTION": lambda a: a - numpy.floor(a)}
         a, b = self.color(source.identified("Vector")), self.color(source.identified("Vector_001"))
+        if node.operation in of_one:
+            return operation(f"vector {node.operation}", of_one[node.operation], [a], True)
+        if node.operation == "MULTIPLY_ADD":
+            arguments = [multiply(a, b), self.color(source.identified("Vector_002"))]
+            return operation("vector ADD", simple["ADD"], arguments, True)
         if node.operation == "MULTIPLY":
             return multiply(a, b)
         if node.operation == "SCALE":

@@ -7,7 +7,7 @@ import numpy
 
 from . import expressions, images
 from .expressions import ONE, WHITE, Attribute, Const, Image, Operation, Unknown, as_color, multiply
-from .verdicts import APPROXIMATED
+from .verdicts import APPROXIMATED, LOST
 
 
 class Slots:
@@ -199,7 +199,7 @@ class Slots:
         if unknown:
             self.reader.note(APPROXIMATED, f"{what}: the mean is used of the {', the '.join(unknown)}")
         if painted and not attributes:
-            self.reader.note(APPROXIMATED, f"{what}: colour attributes are left out (taken as white)")
+            self.reader.note(LOST, f"{what}: colour attributes are left out (taken as white)")
         if (unknown or painted) and not any(isinstance(leaf, Image) for leaf in leaves):
             if painted and attributes and not unknown:
                 return expression
@@ -208,7 +208,7 @@ class Slots:
 
     def _without_attributes(self, expression):
         if any(isinstance(leaf, Attribute) for leaf in expression.leaves()):
-            self.reader.note(APPROXIMATED, "colour attributes in a mix are left out (taken as white)")
+            self.reader.note(LOST, "colour attributes in a mix are left out (taken as white)")
         return expression
 
     def _scaled(self, expression, used_as_data):
