@@ -50,7 +50,7 @@ for codec in ("NONE", "RLE", "ZIPS", "ZIP", "PIZ", "PXR24", "B44", "B44A", "DWAA
                 continue  # B44 is for half floats only
             path = os.path.join(folder, f"{codec}-{depth}-{mode}.exr")
             image.save_render(path, scene=scene)
-            read_back(path)[..., :3].astype("<f4").tofile(path[:-4] + ".f32")
+            read_back(path).astype("<f4").tofile(path[:-4] + ".f32")
 
 bpy.ops.wm.read_factory_settings(use_empty=True)
 scene = bpy.context.scene

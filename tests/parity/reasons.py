@@ -11,7 +11,6 @@ RELMSE_BOUND = 1e-3
 COARSE = ("smooth normals on a cube: Cycles starts shadow rays above coarse smooth faces (Shadow Terminator, Geometry Offset 0.1), "
           "Sundog does not yet; with 0 in Cycles the ratio for cube.usda is 0.9994")
 FOUND = {
-    "usd-roughness-usdz": "**open**: parts that a Non-Color image makes transparent are seen; the cause was not found yet",
     "House": "2506 triangles of the house stand twice in the same place; Cycles shows the parked car there darker",
     "usd-instancing-materials/cube": COARSE,
     "usd-instancing-materials/ni_2instances": COARSE,

@@ -17,7 +17,8 @@ use crate::scene::{Image, Pixels};
 /// The channels that make up the picture, by name in the file.
 #[derive(Clone, Debug, PartialEq)]
 enum Picture {
-    Rgb([Text; 3]),
+    /// Red, green, blue, and alpha where there is one.
+    Color(Vec<Text>),
     Grey(Text),
 }
 
@@ -95,7 +96,10 @@ fn choose(headers: &[Header]) -> std::result::Result<(usize, Picture), ImageFail
                 sibling("g", "green"),
                 sibling("b", "blue"),
             ) {
-                (Some(r), Some(g), Some(b)) => Some(Picture::Rgb([r, g, b])),
+                (Some(r), Some(g), Some(b)) => {
+                    let alpha = sibling("a", "alpha");
+                    Some(Picture::Color([r, g, b].into_iter().chain(alpha).collect()))
+                }
                 _ => None,
             };
             let (rank, picture) = match rgb {
@@ -120,8 +124,9 @@ fn choose(headers: &[Header]) -> std::result::Result<(usize, Picture), ImageFail
     }
 }
 
-/// Reads the picture as one or three channels of `f32`, in the display window's frame; what the data
-/// window does not cover is black.
+/// Reads the picture as one, three or four channels of `f32`, in the display window's frame; what the
+/// data window does not cover is black, and transparent where there is alpha. Colours are taken as they
+/// stand: whether they are multiplied with alpha is for who uses them to know.
 pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, ImageFailure> {
     let (width, height) = dimensions(bytes)?;
     if width.saturating_mul(height) > MOST_PIXELS {
@@ -131,7 +136,7 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, Ima
     let (part, picture) = choose(&meta.headers)?;
     let header = &meta.headers[part];
     let wanted: Vec<Text> = match &picture {
-        Picture::Rgb(names) => names.to_vec(),
+        Picture::Color(names) => names.clone(),
         Picture::Grey(name) => vec![name.clone()],
     };
     if header
