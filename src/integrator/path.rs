@@ -111,11 +111,16 @@ impl<A: Apart> Gathered<'_, A> {
         }
     }
 
-    /// Adds light of something that shines and that the camera sees itself.
+    /// Adds light of something that shines and that a ray has found after so many bounces: it falls on the
+    /// surface before, or the camera sees it itself.
     #[inline]
-    fn add_emission(&mut self, settings: &PathSettings, light: Vec3) {
-        let kept = self.add(settings, light, 0);
-        self.apart.emission(kept);
+    fn add_found(&mut self, settings: &PathSettings, light: Vec3, bounce: u32) {
+        if bounce == 0 {
+            let kept = self.add(settings, light, 0);
+            self.apart.emission(kept);
+        } else {
+            self.add_scattered(settings, light, bounce - 1);
+        }
     }
 
     /// Adds light that comes by way of at least one surface.
@@ -246,9 +251,7 @@ pub fn trace_apart<const E: Mask, A: Apart>(
         } else {
             world.intersect::<E>(origin, direction, (near, far), previous.kind(), key)
         };
-        // Light that is found here falls on the surface before.
-        let lit = bounce.saturating_sub(1);
-        let ray = (previous.kind(), lit);
+        let ray = (previous.kind(), bounce.saturating_sub(1));
         if effects::has(E, LAMPS) && (bounce > 0 || world.lights.camera_sees_lamps()) {
             let end = hit.map_or(far, |h| h.distance);
             world.lights.lamps_along::<E>(
@@ -257,12 +260,7 @@ pub fn trace_apart<const E: Mask, A: Apart>(
                 ray,
                 |emitted, light_pdf| {
                     let weight = settings.weight_of_found(&previous, light_pdf);
-                    let light = throughput * emitted * weight;
-                    if bounce == 0 {
-                        gathered.add_emission(settings, light);
-                    } else {
-                        gathered.add_scattered(settings, light, lit);
-                    }
+                    gathered.add_found(settings, throughput * emitted * weight, bounce);
                 },
             );
         }
@@ -281,16 +279,13 @@ pub fn trace_apart<const E: Mask, A: Apart>(
                     |emitted, light_pdf, source| {
                         let weight = settings.weight_of_found(&previous, light_pdf);
                         let light = throughput * emitted * weight;
-                        match source {
-                            _ if bounce > 0 => gathered.add_scattered(settings, light, lit),
-                            Infinity::Sun => gathered.add_emission(settings, light),
-                            Infinity::World if settings.transparent_film => {
-                                gathered.apart.environment(light);
-                            }
-                            Infinity::World => {
-                                let kept = gathered.add(settings, light, lit);
-                                gathered.apart.environment(kept);
-                            }
+                        if bounce > 0 || source == Infinity::Sun {
+                            gathered.add_found(settings, light, bounce);
+                        } else if settings.transparent_film {
+                            gathered.apart.environment(light);
+                        } else {
+                            let kept = gathered.add(settings, light, 0);
+                            gathered.apart.environment(kept);
                         }
                     },
                 );
@@ -315,11 +310,7 @@ pub fn trace_apart<const E: Mask, A: Apart>(
             };
             let weight = settings.weight_of_found(&previous, light_pdf);
             let emitted = throughput * surface.emission * weight;
-            if bounce == 0 {
-                gathered.add_emission(settings, emitted);
-            } else {
-                gathered.add_scattered(settings, emitted, lit);
-            }
+            gathered.add_found(settings, emitted, bounce);
         }
         if bounce == 0 {
             first.normal = surface.normals.shading;

@@ -419,17 +419,9 @@ fn principal_axes(x: DVec3, y: DVec3, plane: DVec3) -> (DVec3, DVec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::warp::grid;
     use glam::DQuat;
     use std::f32::consts::PI;
-
-    fn grid(n: u32) -> impl Iterator<Item = Vec2> {
-        (0..n * n).map(move |i| {
-            Vec2::new(
-                ((i % n) as f32 + 0.5) / n as f32,
-                ((i / n) as f32 + 0.5) / n as f32,
-            )
-        })
-    }
 
     /// Irradiance at `from` on a surface with a normal, by the light's own sampling.
     fn irradiance(light: &Area, from: Vec3, normal: Vec3) -> f64 {

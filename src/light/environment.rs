@@ -289,6 +289,7 @@ impl Distribution {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::warp::grid;
 
     fn gradient(width: usize, height: usize) -> Vec<Vec3> {
         (0..width * height)
@@ -349,11 +350,7 @@ mod tests {
             let mut by_table = 0f64;
             let mut uniform = 0f64;
             let mut agree = 0usize;
-            for i in 0..n * n {
-                let u = Vec2::new(
-                    ((i % n) as f32 + 0.5) / n as f32,
-                    ((i / n) as f32 + 0.5) / n as f32,
-                );
+            for u in grid(n) {
                 let s = env.sample(u);
                 assert!(s.pdf > 0.0);
                 // At cell borders rounding may name the neighbour; elsewhere the densities agree.

@@ -206,6 +206,7 @@ impl Lamp {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::warp::grid;
 
     fn lamp(radius: f32) -> Lamp {
         Lamp {
@@ -224,11 +225,7 @@ mod tests {
             let lamp = lamp(radius);
             let n = 64;
             let mut sum = 0f64;
-            for i in 0..n * n {
-                let u = Vec2::new(
-                    ((i % n) as f32 + 0.5) / n as f32,
-                    ((i / n) as f32 + 0.5) / n as f32,
-                );
+            for u in grid(n) {
                 let s = lamp.sample(Vec3::ZERO, None, u).unwrap();
                 let weight = if s.delta { 1.0 } else { 1.0 / s.direction.pdf };
                 sum += f64::from(s.radiance.x * s.direction.wi.z * weight);
@@ -251,11 +248,7 @@ mod tests {
             };
             let n = 256;
             let mut sum = 0f64;
-            for i in 0..n * n {
-                let u = Vec2::new(
-                    ((i % n) as f32 + 0.5) / n as f32,
-                    ((i / n) as f32 + 0.5) / n as f32,
-                );
+            for u in grid(n) {
                 let s = lamp.sample(Vec3::ZERO, Some(Vec3::Z), u).unwrap();
                 let met = lamp
                     .meet(Vec3::ZERO, Some(Vec3::Z), Vec3::ZERO, s.direction.wi)
@@ -281,11 +274,7 @@ mod tests {
         for normal in [None, Some(Vec3::Z)] {
             let n = 128;
             let mut sum = 0f64;
-            for i in 0..n * n {
-                let u = Vec2::new(
-                    ((i % n) as f32 + 0.5) / n as f32,
-                    ((i / n) as f32 + 0.5) / n as f32,
-                );
+            for u in grid(n) {
                 let s = lamp.sample(Vec3::ZERO, normal, u).unwrap();
                 let met = lamp
                     .meet(Vec3::ZERO, normal, Vec3::ZERO, s.direction.wi)

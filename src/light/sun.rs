@@ -76,6 +76,7 @@ impl Sun {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::warp::grid;
 
     #[test]
     fn irradiance_does_not_depend_on_the_angle() {
@@ -83,11 +84,7 @@ mod tests {
             let sun = Sun::new(Vec3::Y, Vec3::splat(3.0), angle);
             let n = 64;
             let mut sum = 0f64;
-            for i in 0..n * n {
-                let u = Vec2::new(
-                    ((i % n) as f32 + 0.5) / n as f32,
-                    ((i / n) as f32 + 0.5) / n as f32,
-                );
+            for u in grid(n) {
                 let d = sun.sample(u);
                 sum += f64::from(if sun.is_delta() {
                     sun.irradiance.x

@@ -115,6 +115,7 @@ impl Triangle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::warp::grid;
 
     /// ∫ cosθ/π over the triangle's solid angle = its form factor (Lambert's formula), at
     /// distances from touching to far away.
@@ -141,11 +142,7 @@ mod tests {
                     .abs();
             let n = 256;
             let mut sum = 0f64;
-            for i in 0..n * n {
-                let u = Vec2::new(
-                    ((i % n) as f32 + 0.5) / n as f32,
-                    ((i / n) as f32 + 0.5) / n as f32,
-                );
+            for u in grid(n) {
                 let Some(s) = triangle.sample(from, u) else {
                     continue;
                 };

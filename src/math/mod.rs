@@ -8,9 +8,13 @@ pub use frame::Frame;
 
 use glam::Vec3;
 
-/// Rec.709 luminance of a linear colour (ITU-R BT.709-6, item 3.2).
+/// Weights of linear Rec.709 in luminance (ITU-R BT.709-6, item 3.2).
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Rec.709 luminance of a linear colour.
 pub fn luminance(color: Vec3) -> f32 {
-    0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z
+    let [r, g, b] = LUMINANCE.map(|weight| weight as f32);
+    r * color.x + g * color.y + b * color.z
 }
 
 /// Mean of the three channels: the weight used to choose between lobes.

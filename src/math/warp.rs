@@ -152,19 +152,16 @@ pub fn smoothstep(x: f32) -> f32 {
     sqr(x) * (3.0 - 2.0 * x)
 }
 
+/// Points of a regular grid, for the means of smooth functions in tests.
+#[cfg(test)]
+pub(crate) fn grid(n: u32) -> impl Iterator<Item = Vec2> {
+    let middle = move |i: u32| (i as f32 + 0.5) / n as f32;
+    (0..n * n).map(move |i| Vec2::new(middle(i % n), middle(i / n)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Points of a regular grid: enough for the exact means below.
-    fn grid(n: usize) -> impl Iterator<Item = Vec2> {
-        (0..n * n).map(move |i| {
-            Vec2::new(
-                ((i % n) as f32 + 0.5) / n as f32,
-                ((i / n) as f32 + 0.5) / n as f32,
-            )
-        })
-    }
 
     #[test]
     fn cosine_hemisphere_has_the_moments_of_its_density() {

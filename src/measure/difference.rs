@@ -1,14 +1,12 @@
 //! RMSE, relMSE, luminance ratio and FLIP.
 
 use super::{Encoding, MeasureError, Picture};
+use crate::math::LUMINANCE;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, flip};
 use serde::Serialize;
 
 /// Keeps relMSE finite where the reference is black. The project's goals are stated with this offset.
 const REL_MSE_OFFSET: f64 = 0.01;
-
-/// Weights of linear Rec.709 in luminance (ITU-R BT.709, item 3.2).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// How far picture `a` is from the reference `b`.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -12,6 +12,7 @@ use crate::film::filter::FilterTable;
 use crate::film::pixel::{Middle, Pixel};
 use crate::film::{Passes, Picture};
 use crate::integrator::{self, ApartKernel, Kernel, Path, PathSettings};
+use crate::math::LUMINANCE;
 use crate::sampler::{Dimension, Sampler, Sequence};
 use crate::scene::Scene;
 use crate::world::{Options, World};
@@ -160,16 +161,19 @@ impl Job<'_> {
         let sampler = self.sequence.sampler(x, y, index);
         let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
         let ray = self.ray(x, y, &sampler, offset);
-        let mut apart = PathApart::default();
-        let mut path = match self.kernel {
-            AnyKernel::Together(kernel) => kernel(self.world, &self.path, &sampler, &ray),
-            AnyKernel::Apart(kernel) => kernel(self.world, &self.path, &sampler, &ray, &mut apart),
+        let (mut path, mut apart) = match self.kernel {
+            AnyKernel::Together(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
+            AnyKernel::Apart(kernel) => {
+                let mut apart = PathApart::default();
+                let path = kernel(self.world, &self.path, &sampler, &ray, &mut apart);
+                (path, Some(apart))
+            }
         };
         if !path.radiance.is_finite() {
             // Counted with its place, left out, never hidden: see `Statistics::non_finite`.
             path.radiance = glam::Vec3::ZERO;
             path.clamped = [0.0; 2];
-            apart = PathApart::default();
+            apart = apart.map(|_| PathApart::default());
             let mut bad = locked(&self.bad);
             bad.count += 1;
             if bad.examples.len() < EXAMPLES {
@@ -177,8 +181,8 @@ impl Job<'_> {
             }
         }
         pixel.add(path.radiance, &path.first);
-        if let Some(sums) = sums {
-            sums.add(&apart);
+        if let (Some(sums), Some(apart)) = (sums, &apart) {
+            sums.add(apart);
         }
         path
     }
@@ -393,7 +397,7 @@ fn clamped(tiles: &[Mutex<Tile>]) -> Clamped {
     for tile in tiles {
         let tile = locked(tile);
         for pixel in &tile.pixels {
-            kept += pixel.radiance.dot(DVec3::new(0.2126, 0.7152, 0.0722));
+            kept += pixel.radiance.dot(DVec3::from(LUMINANCE));
         }
         for (sum, c) in taken.iter_mut().zip(tile.clamped) {
             *sum += c;
