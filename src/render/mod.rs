@@ -71,6 +71,10 @@ pub trait Observer: Sync {
     /// The picture so far, the region alone; each pixel has at least `samples` samples. `last`: with all
     /// passes, once, at the end whatever ended the render; before that it is the layer `Combined` alone.
     fn picture(&self, _picture: &dyn Bands, _samples: u32, _last: bool) {}
+    /// A pass over the whole picture has ended: each pixel has that many samples, `seconds` were spent on
+    /// tracing alone. Passes end after 1, 2, 4, 8, 16, 32, 64, 128, 192, 256 … samples. The render waits; called by
+    /// a thread of its pool, while [`event`](Self::event) may be called by another.
+    fn whole_pass(&self, _film: &dyn Bands, _samples: u32, _seconds: f64) {}
     /// Whether [`Rendering::picture`] shall be made (else it is empty).
     fn keeps_picture(&self) -> bool {
         true

@@ -26,6 +26,8 @@ use std::time::{Duration, Instant};
 pub(super) const TILE: u32 = 32;
 /// Samples that a tile takes between two looks at the clock, per pixel, at most.
 const CHUNK: u32 = 8;
+/// Samples of the longest pass, per pixel.
+const LONGEST_PASS: u32 = 64;
 /// So many bad samples are kept with their places.
 const EXAMPLES: usize = 16;
 /// At most this long between two reports of progress.
@@ -432,14 +434,18 @@ fn run(
     std::thread::scope(|scope| {
         scope.spawn(|| {
             pool.install(|| {
-                let (mut from, mut step) = (0, 1);
+                let mut from = 0;
+                let mut traced = Duration::ZERO;
                 while from < settings.samples && !job.stop.load(Ordering::Relaxed) {
-                    let to = (from + step).min(settings.samples);
+                    let to = pass_end(from).min(settings.samples);
+                    let pass_begun = Instant::now();
                     tiles
                         .par_iter()
                         .for_each(|tile| job.run_locked(tile, from, to));
+                    traced += pass_begun.elapsed();
                     from = to;
                     if !job.stop.load(Ordering::Relaxed) {
+                        observer.whole_pass(film, to, traced.as_secs_f64());
                         let now = noise(tiles, &job.stop).unwrap_or(f64::NAN);
                         error.store(now.to_bits(), Ordering::Relaxed);
                         passed.store(u64::from(to), Ordering::Relaxed);
@@ -450,8 +456,6 @@ fn run(
                             break;
                         }
                     }
-                    // Growing passes: a first picture soon, little waiting for the slowest tile later.
-                    step = (step * 2).min(64);
                 }
             });
             finished.store(true, Ordering::Release);
@@ -497,6 +501,13 @@ fn run(
         return Stop::Samples;
     }
     reason.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Where the pass ends that begins after so many samples: 1, 2, 4, 8, 16, 32, 64, 128, 192, 256 …
+/// Growing passes: a first picture soon, little waiting for the slowest tile later.
+/// All powers of two are among the ends: there the points of a pixel are most even.
+fn pass_end(from: u32) -> u32 {
+    from.saturating_add(from.clamp(1, LONGEST_PASS))
 }
 
 fn progress(
