@@ -414,6 +414,150 @@ const SCENE_FILE: Argument = Argument::positional(
     "The scene: a .glb or .gltf file, as Blender exports it.",
 );
 
+/// What of the scene is pictured, and how large; shared by all commands that render.
+const PICTURE: Group = Group {
+    heading: "Picture",
+    arguments: &[
+        Argument::new("width", Kind::Integer { min: 1, max: MAX_SIDE }, "PIXELS", "Pixels a row.").details(
+            "If only one of width and height is given, the other follows from the camera's aspect; if none is, the scene's own size holds (SUNDOG_scene), or else the longer side has 1280 pixels.",
+        ),
+        Argument::new("height", Kind::Integer { min: 1, max: MAX_SIDE }, "PIXELS", "Rows."),
+        Argument::new(
+            "region",
+            Kind::Region,
+            "X0,Y0,X1,Y1",
+            "Render only these pixels of the picture: from the column X0 and the row Y0, counted from the top left, up to and without X1 and Y1.",
+        )
+        .details("The files hold these pixels alone. They are the same, bit for bit, as in the full picture."),
+        Argument::new(
+            "camera",
+            Kind::Text,
+            "NAME|INDEX",
+            "The camera, by name or by number from 0; the first one if not given.",
+        ),
+        Argument::switch(
+            "transparent",
+            "Leave the world out of the picture: where the camera looks straight at it (or through alpha), alpha is 0.",
+        ),
+        Argument::new(
+            "passes",
+            Kind::Passes,
+            "LIST",
+            "Which passes the last frame and EXR files have, by Blender's names with commas between them; `all` for all.",
+        )
+        .default("Combined,Depth,Normal,Position,Denoising Albedo,Debug Sample Count")
+        .details("Combined is always among them. What each of them holds stands below."),
+        Argument::new("filter", Kind::Filter, "FILTER[:WIDTH]", "Pixel filter and its width in pixels, as Blender counts it.")
+            .default("blackman-harris:1.5")
+            .details("One of blackman-harris, gauss and box; the box is one pixel wide. blackman-harris reaches as far as its width from the middle of the pixel; gauss has a standard deviation of a quarter of its width. If not given: the scene's own width (SUNDOG_scene)."),
+    ],
+};
+
+/// How long paths may be; shared by all commands that render.
+const BOUNCES: Group = Group {
+    heading: "Bounces",
+    arguments: &[
+        Argument::new(
+            "bounces",
+            Kind::Integer {
+                min: 0,
+                max: MAX_BOUNCES,
+            },
+            "COUNT",
+            "Bounces of a path, as Cycles counts its Max Bounces: 0 is direct light alone.",
+        )
+        .default("12"),
+        limit(
+            "bounces-diffuse",
+            "Diffuse reflections of a path, as Cycles counts its Max Bounces for Diffuse.",
+        ),
+        limit(
+            "bounces-glossy",
+            "The same for glossy reflections, mirrors included.",
+        ),
+        limit(
+            "bounces-transmission",
+            "The same for passages through glass: a solid takes two.",
+        ),
+        limit(
+            "bounces-transparent",
+            "Surfaces that a path may pass by their opacity, and a shadow ray from its end, as Cycles counts them: they are no bounces.",
+        ),
+    ],
+};
+
+/// How light is simulated; shared by all commands that render.
+const TRANSPORT: Group = Group {
+    heading: "Light transport",
+    arguments: &[
+        Argument::new("effects", Kind::Effects, "auto|all|LIST", "Which effects are simulated.")
+            .default("auto")
+            .details(
+                "`auto` takes what the scene calls for, `all` everything there is; a list of names with commas between them takes these and leaves out what the scene calls for beyond them.",
+            ),
+        Argument::new(
+            "light-sampling",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "mis", doc: "both, weighted by multiple importance sampling" },
+                    Choice { name: "nee", doc: "next-event estimation wherever it can find the light" },
+                    Choice { name: "bsdf", doc: "BSDF sampling wherever it can find the light" },
+                ],
+            },
+            "TECHNIQUE",
+            "How paths find light; for tests and studies, mis is the one to use.",
+        )
+        .default("mis"),
+        Argument::new(
+            "clamp-direct",
+            Kind::Number { min: 0.0, max: 1e9 },
+            "VALUE",
+            "Greatest value (mean of the channels) of one contribution of direct light, and of what the camera sees itself; 0 for no limit.",
+        )
+        .default("0")
+        .details("Biased: takes light away, as Cycles' Clamp Direct does. How much is told at the end."),
+        Argument::new(
+            "clamp-indirect",
+            Kind::Number { min: 0.0, max: 1e9 },
+            "VALUE",
+            "The same for indirect light; 0 for no limit.",
+        )
+        .default("0")
+        .details("Biased: takes light away, above all caustics, as Cycles' Clamp Indirect does, which is 10 by default there. How much is told at the end."),
+        Argument::new(
+            "filter-glossy",
+            Kind::Number { min: 0.0, max: 1e6 },
+            "VALUE",
+            "Makes reflection and refraction rougher behind blurring bounces, as Cycles' Filter Glossy; 0 for off.",
+        )
+        .default("0")
+        .details("Biased: caustics get soft. Cycles has 1 by default."),
+        Argument::switch(
+            "backface-culling",
+            "Hide the back faces of single-sided materials, as glTF viewers do and Cycles does not.",
+        ),
+    ],
+};
+
+const THREADS: Argument = Argument::new(
+    "threads",
+    Kind::Integer { min: 1, max: 1024 },
+    "COUNT",
+    "Threads; all the processor has if not given.",
+)
+.details("The picture does not depend on it.");
+
+const SEED: Argument = Argument::new(
+    "seed",
+    Kind::Integer {
+        min: 0,
+        max: u32::MAX as u64,
+    },
+    "NUMBER",
+    "Selects another independent random sequence.",
+)
+.default("0");
+
 static RENDER: Command = Command {
     name: "render",
     doc: "Render a scene.",
@@ -440,43 +584,7 @@ static RENDER: Command = Command {
                 ),
             ],
         },
-        Group {
-            heading: "Picture",
-            arguments: &[
-                Argument::new("width", Kind::Integer { min: 1, max: MAX_SIDE }, "PIXELS", "Pixels a row.").details(
-                    "If only one of width and height is given, the other follows from the camera's aspect; if none is, the scene's own size holds (SUNDOG_scene), or else the longer side has 1280 pixels.",
-                ),
-                Argument::new("height", Kind::Integer { min: 1, max: MAX_SIDE }, "PIXELS", "Rows."),
-                Argument::new(
-                    "region",
-                    Kind::Region,
-                    "X0,Y0,X1,Y1",
-                    "Render only these pixels of the picture: from the column X0 and the row Y0, counted from the top left, up to and without X1 and Y1.",
-                )
-                .details("The files hold these pixels alone. They are the same, bit for bit, as in the full picture."),
-                Argument::new(
-                    "camera",
-                    Kind::Text,
-                    "NAME|INDEX",
-                    "The camera, by name or by number from 0; the first one if not given.",
-                ),
-                Argument::switch(
-                    "transparent",
-                    "Leave the world out of the picture: where the camera looks straight at it (or through alpha), alpha is 0.",
-                ),
-                Argument::new(
-                    "passes",
-                    Kind::Passes,
-                    "LIST",
-                    "Which passes the last frame and EXR files have, by Blender's names with commas between them; `all` for all.",
-                )
-                .default("Combined,Depth,Normal,Position,Denoising Albedo,Debug Sample Count")
-                .details("Combined is always among them. What each of them holds stands below."),
-                Argument::new("filter", Kind::Filter, "FILTER[:WIDTH]", "Pixel filter and its width in pixels, as Blender counts it.")
-                    .default("blackman-harris:1.5")
-                    .details("One of blackman-harris, gauss and box; the box is one pixel wide. blackman-harris reaches as far as its width from the middle of the pixel; gauss has a standard deviation of a quarter of its width. If not given: the scene's own width (SUNDOG_scene)."),
-            ],
-        },
+        PICTURE,
         Group {
             heading: "Effort",
             arguments: &[
@@ -487,87 +595,12 @@ static RENDER: Command = Command {
                     .details("It is looked at when all pixels have the same number of samples."),
                 Argument::new("time", Kind::Duration, "TIME", "Stop after this long, for example 30s, 2m or 1h.")
                     .details("Loading and preparing the scene is not counted."),
-                Argument::new(
-                    "bounces",
-                    Kind::Integer { min: 0, max: MAX_BOUNCES },
-                    "COUNT",
-                    "Bounces of a path, as Cycles counts its Max Bounces: 0 is direct light alone.",
-                )
-                .default("12"),
-                limit("bounces-diffuse", "Diffuse reflections of a path, as Cycles counts its Max Bounces for Diffuse."),
-                limit("bounces-glossy", "The same for glossy reflections, mirrors included."),
-                limit("bounces-transmission", "The same for passages through glass: a solid takes two."),
-                limit(
-                    "bounces-transparent",
-                    "Surfaces that a path may pass by their opacity, and a shadow ray from its end, as Cycles counts them: they are no bounces.",
-                ),
-                Argument::new(
-                    "threads",
-                    Kind::Integer { min: 1, max: 1024 },
-                    "COUNT",
-                    "Threads; all the processor has if not given.",
-                )
-                .details("The picture does not depend on it."),
-                Argument::new(
-                    "seed",
-                    Kind::Integer { min: 0, max: u32::MAX as u64 },
-                    "NUMBER",
-                    "Selects another independent random sequence.",
-                )
-                .default("0"),
+                THREADS,
+                SEED,
             ],
         },
-        Group {
-            heading: "Light transport",
-            arguments: &[
-                Argument::new("effects", Kind::Effects, "auto|all|LIST", "Which effects are simulated.")
-                    .default("auto")
-                    .details(
-                        "`auto` takes what the scene calls for, `all` everything there is; a list of names with commas between them takes these and leaves out what the scene calls for beyond them.",
-                    ),
-                Argument::new(
-                    "light-sampling",
-                    Kind::Choice {
-                        choices: &[
-                            Choice { name: "mis", doc: "both, weighted by multiple importance sampling" },
-                            Choice { name: "nee", doc: "next-event estimation wherever it can find the light" },
-                            Choice { name: "bsdf", doc: "BSDF sampling wherever it can find the light" },
-                        ],
-                    },
-                    "TECHNIQUE",
-                    "How paths find light; for tests and studies, mis is the one to use.",
-                )
-                .default("mis"),
-                Argument::new(
-                    "clamp-direct",
-                    Kind::Number { min: 0.0, max: 1e9 },
-                    "VALUE",
-                    "Greatest value (mean of the channels) of one contribution of direct light, and of what the camera sees itself; 0 for no limit.",
-                )
-                .default("0")
-                .details("Biased: takes light away, as Cycles' Clamp Direct does. How much is told at the end."),
-                Argument::new(
-                    "clamp-indirect",
-                    Kind::Number { min: 0.0, max: 1e9 },
-                    "VALUE",
-                    "The same for indirect light; 0 for no limit.",
-                )
-                .default("0")
-                .details("Biased: takes light away, above all caustics, as Cycles' Clamp Indirect does, which is 10 by default there. How much is told at the end."),
-                Argument::new(
-                    "filter-glossy",
-                    Kind::Number { min: 0.0, max: 1e6 },
-                    "VALUE",
-                    "Makes reflection and refraction rougher behind blurring bounces, as Cycles' Filter Glossy; 0 for off.",
-                )
-                .default("0")
-                .details("Biased: caustics get soft. Cycles has 1 by default."),
-                Argument::switch(
-                    "backface-culling",
-                    "Hide the back faces of single-sided materials, as glTF viewers do and Cycles does not.",
-                ),
-            ],
-        },
+        BOUNCES,
+        TRANSPORT,
         IMPORT,
         ENVIRONMENT,
         VIEW,

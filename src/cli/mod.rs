@@ -12,6 +12,7 @@ pub mod parser;
 mod progress;
 mod render;
 mod scene_file;
+mod settings;
 pub mod values;
 mod view;
 

@@ -1,0 +1,206 @@
+//! The settings of a render from the flags and the scene; shared by all commands that render.
+
+use super::flags::MAX_SAMPLES;
+use super::parser::Parsed;
+use super::{Failure, console};
+use crate::film::Passes;
+use crate::film::apart::PixelApart;
+use crate::film::pixel::Pixel;
+use crate::render::{BounceLimits, Filter, LightSampling, RenderSettings};
+use crate::scene::{Camera, Projection, Scene, Window};
+use std::path::Path;
+
+/// Pixels of the longer side where the user gives no size.
+const LONGER_SIDE: u32 = 1280;
+
+/// The settings of the flags, and of the scene where no flag says otherwise. A flag that the command does not
+/// have counts as not given.
+///
+/// # Errors
+/// A flag does not fit the scene.
+pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, Failure> {
+    let defaults = RenderSettings::default();
+    let camera = match parsed.text("camera") {
+        Some(wanted) => Some(choose_camera(path, &scene.cameras, wanted)?),
+        None => None,
+    };
+    let aspect = scene
+        .cameras
+        .get(camera.unwrap_or(0))
+        .and_then(|camera| Some(aspect(camera)? / camera.pixel_aspect(&scene.render)));
+    let (width, height) = match (parsed.integer("width"), parsed.integer("height")) {
+        // What the file wishes is a size as a whole: half of it would be of the wrong aspect.
+        (None, None) => picture_size(aspect, scene.render.width, scene.render.height),
+        (width, height) => picture_size(aspect, width, height),
+    };
+    let time_limit = parsed.duration("time");
+    let open_ended = time_limit.is_some() || parsed.given("noise");
+    let samples = match parsed.integer("samples") {
+        Some(samples) if parsed.given("samples") || !open_ended => samples,
+        _ => MAX_SAMPLES as u32,
+    };
+    let region = parsed.region("region");
+    if let Some(region) = region
+        && (region.x1 > width || region.y1 > height)
+    {
+        return Err(Failure::usage(format!(
+            "--region ends at {}, {}, outside of the picture of {width} × {height} pixels",
+            region.x1, region.y1
+        )));
+    }
+    let number = |name: &str, default: f32| parsed.number(name).map_or(default, |n| n as f32);
+    Ok(RenderSettings {
+        width,
+        height,
+        samples,
+        time_limit,
+        bounces: parsed.integer("bounces").unwrap_or(defaults.bounces),
+        bounce_limits: BounceLimits {
+            diffuse: parsed.integer("bounces-diffuse"),
+            glossy: parsed.integer("bounces-glossy"),
+            transmission: parsed.integer("bounces-transmission"),
+            transparent: parsed.integer("bounces-transparent"),
+        },
+        clamp_direct: number("clamp-direct", defaults.clamp_direct),
+        clamp_indirect: number("clamp-indirect", defaults.clamp_indirect),
+        filter_glossy: number("filter-glossy", defaults.filter_glossy),
+        transparent_film: parsed.switch("transparent") || scene.render.transparent == Some(true),
+        passes: parsed.passes("passes").unwrap_or(defaults.passes),
+        noise_target: parsed.share("noise").unwrap_or(defaults.noise_target),
+        region,
+        camera,
+        seed: parsed.integer("seed").unwrap_or(defaults.seed),
+        threads: parsed.integer("threads").map(|threads| threads as usize),
+        filter: filter(parsed, scene),
+        effects: parsed.effects("effects").unwrap_or(defaults.effects),
+        light_sampling: match parsed.choice("light-sampling") {
+            "nee" => LightSampling::Nee,
+            "bsdf" => LightSampling::Bsdf,
+            _ => LightSampling::Mis,
+        },
+        cull_backfaces: parsed.switch("backface-culling"),
+    })
+}
+
+/// The flag's filter; else the default's shape with the width that the scene wishes.
+fn filter(parsed: Parsed, scene: &Scene) -> Filter {
+    let default = Filter::default();
+    let by_flag = parsed.filter("filter").unwrap_or(default);
+    match scene.render.filter_width {
+        Some(width) if !parsed.given("filter") => Filter {
+            width: width as f32,
+            ..default
+        },
+        _ => by_flag,
+    }
+}
+
+/// A camera by name, or by number from 0 if none has that name.
+fn choose_camera(path: &Path, cameras: &[Camera], wanted: &str) -> Result<usize, Failure> {
+    let by_name = cameras.iter().position(|camera| camera.name == wanted);
+    let by_number = || wanted.parse().ok().filter(|index| *index < cameras.len());
+    by_name.or_else(by_number).ok_or_else(|| {
+        let file = path.display();
+        if cameras.is_empty() {
+            return Failure::new(format!(
+                "{file} has no cameras; export it with \"Cameras\" ticked"
+            ));
+        }
+        let names: Vec<_> = cameras
+            .iter()
+            .enumerate()
+            .map(|(i, c)| format!("{i} \"{}\"", c.name))
+            .collect();
+        Failure::new(format!(
+            "{file} has no camera \"{wanted}\"; it has {}",
+            names.join(", ")
+        ))
+    })
+}
+
+/// Width over height that a camera is meant for.
+fn aspect(camera: &Camera) -> Option<f64> {
+    let by_projection = match camera.projection {
+        Projection::Perspective { aspect, .. } => aspect,
+        Projection::Orthographic {
+            half_width,
+            half_height,
+        } => Some(half_width / half_height),
+        Projection::Equirectangular {
+            longitude: [left, right],
+            latitude: [bottom, top],
+        } => return Some(((right - left) / (top - bottom)).abs()),
+    };
+    camera
+        .window
+        .as_ref()
+        .map(Window::aspect)
+        .or(by_projection)
+        .filter(|aspect| aspect.is_finite() && *aspect > 0.0)
+}
+
+/// What the user leaves open follows from the aspect (16:9 where the camera has none).
+fn picture_size(aspect: Option<f64>, width: Option<u32>, height: Option<u32>) -> (u32, u32) {
+    let default = RenderSettings::default();
+    let aspect = aspect.unwrap_or(f64::from(default.width) / f64::from(default.height));
+    // `as` saturates, and one pixel is the least.
+    let side = |pixels: f64| (pixels.round() as u32).clamp(1, super::flags::MAX_SIDE as u32);
+    match (width, height) {
+        (Some(width), Some(height)) => (width, height),
+        (Some(width), None) => (width, side(f64::from(width) / aspect)),
+        (None, Some(height)) => (side(f64::from(height) * aspect), height),
+        (None, None) if aspect >= 1.0 => (LONGER_SIDE, side(f64::from(LONGER_SIDE) / aspect)),
+        (None, None) => (side(f64::from(LONGER_SIDE) * aspect), LONGER_SIDE),
+    }
+}
+
+/// Bytes that a pixel takes: its sums, and its floats in the finished picture and, for a moment, in the writer.
+fn bytes_a_pixel(passes: Passes) -> u64 {
+    let apart = if passes.need_light_apart() {
+        size_of::<PixelApart>()
+    } else {
+        0
+    };
+    (size_of::<Pixel>() + apart + 2 * size_of::<f32>() * passes.floats()) as u64
+}
+
+/// Refuses a picture that this machine cannot hold, where the system says how much that is.
+pub fn check_memory(settings: &RenderSettings) -> Result<(), Failure> {
+    let (width, height) = (settings.region().width(), settings.region().height());
+    let needed = u64::from(width) * u64::from(height) * bytes_a_pixel(settings.passes);
+    match free_memory() {
+        Some(free) if needed > free => Err(Failure::new(format!(
+            "a picture of {width} × {height} pixels needs about {}, and {} are free; choose a smaller --width and --height",
+            console::bytes(needed),
+            console::bytes(free)
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Bytes that programs may still take, as Linux tells it; none elsewhere.
+fn free_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_size_follows_the_camera() {
+        assert_eq!(picture_size(Some(2.0), None, None), (1280, 640));
+        assert_eq!(picture_size(Some(0.5), None, None), (640, 1280));
+        assert_eq!(picture_size(None, None, None), (1280, 720));
+        assert_eq!(picture_size(Some(2.0), Some(100), None), (100, 50));
+        assert_eq!(picture_size(Some(2.0), None, Some(100)), (200, 100));
+        assert_eq!(picture_size(Some(2.0), Some(7), Some(9)), (7, 9));
+        assert_eq!(picture_size(Some(1e9), None, None), (1280, 1));
+        assert_eq!(picture_size(Some(1e-9), Some(10), None), (10, 65_536));
+    }
+}
