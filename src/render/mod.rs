@@ -1,9 +1,11 @@
 //! The schedule: passes, tiles, threads, when to stop.
 
 mod develop;
+mod forecast;
 mod schedule;
 mod settings;
 
+pub use forecast::{Expected, Forecast, Passed, Row};
 pub use schedule::render;
 pub use settings::{
     BounceLimits, EffectChoice, Filter, FilterKind, LightSampling, Region, RenderSettings,
