@@ -30,9 +30,9 @@ const ROWS: i32 = 5;
 
 /// What is known after a whole pass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Passed {
-    /// Samples a pixel.
-    pub samples: u32,
+pub struct Known {
+    /// Samples a pixel, the mean over the picture.
+    pub samples: f64,
     /// Seconds of tracing.
     pub seconds: f64,
     /// Rays.
@@ -84,8 +84,8 @@ pub struct Row {
 /// Error and time ahead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forecast {
-    passes: Vec<Passed>,
-    last: Passed,
+    passes: Vec<Known>,
+    last: Known,
     /// ln(error²) at the last pass.
     level: f64,
     /// The exponent above 1 at the last pass.
@@ -105,11 +105,11 @@ pub struct Forecast {
 impl Forecast {
     /// From the passes so far, in their order; `None` before there is an estimate of an
     /// error above 0 and a time.
-    pub fn of(passes: &[Passed]) -> Option<Self> {
-        let known: Vec<Passed> = passes.iter().copied().filter(is_known).collect();
+    pub fn of(passes: &[Known]) -> Option<Self> {
+        let known: Vec<Known> = passes.iter().copied().filter(is_known).collect();
         let last = *known.last()?;
         let octaves = octaves(&known);
-        let fit = Fit::of(&octaves, f64::from(last.samples));
+        let fit = Fit::of(&octaves, last.samples);
         let (rate, rate_spread) = rate(passes)?;
         Some(Self {
             last,
@@ -119,13 +119,13 @@ impl Forecast {
             scatter: fit.scale * octaves.last().map_or(0.0, deviation),
             rate,
             rate_spread,
-            rays: last.rays as f64 / f64::from(last.samples),
+            rays: last.rays as f64 / last.samples,
             passes: known,
         })
     }
 
     /// The last pass that it knows of.
-    pub fn last(&self) -> Passed {
+    pub fn last(&self) -> Known {
         self.last
     }
 
@@ -170,14 +170,14 @@ impl Forecast {
 
     /// The error after so many samples a pixel, not fewer than there are.
     pub fn error_at(&self, samples: f64) -> Expected {
-        self.error_ahead((samples / f64::from(self.last.samples)).ln(), 0.0)
+        self.error_ahead((samples / self.last.samples).ln(), 0.0)
     }
 
     /// The error after so many seconds of tracing, not fewer than were spent.
     pub fn error_after(&self, seconds: f64) -> Expected {
         let more = (seconds - self.last.seconds).max(0.0) / self.rate;
-        let samples = f64::from(self.last.samples) + more;
-        let ahead = (samples / f64::from(self.last.samples)).ln();
+        let samples = self.last.samples + more;
+        let ahead = (samples / self.last.samples).ln();
         // Where all is still to come, the uncertainty of the rate is one of the samples.
         self.error_ahead(ahead, self.rate_spread * more / samples)
     }
@@ -219,7 +219,7 @@ impl Forecast {
     /// Samples and seconds until the error is `goal` (√relMSE, above 0).
     pub fn row(&self, goal: f64) -> Row {
         let log_goal = 2.0 * goal.ln();
-        let now = f64::from(self.last.samples);
+        let now = self.last.samples;
         let ahead = |deviations: f64| now * self.ahead(log_goal, deviations).exp();
         let (expected, low, high) = (ahead(0.0), ahead(-DEVIATIONS), ahead(DEVIATIONS));
         let reached = expected <= now;
@@ -261,15 +261,15 @@ impl Forecast {
     }
 
     /// After how many samples what `of` takes from the passes fell to a goal for good.
-    fn was(&self, goal: f64, of: impl Fn(&Passed) -> f64) -> f64 {
+    fn was(&self, goal: f64, of: impl Fn(&Known) -> f64) -> f64 {
         let Some(above) = self.passes.iter().rposition(|p| of(p) > goal) else {
-            return f64::from(self.passes[0].samples);
+            return self.passes[0].samples;
         };
         let before = &self.passes[above];
         let Some(after) = self.passes.get(above + 1) else {
-            return f64::from(before.samples);
+            return before.samples;
         };
-        let (n, m) = (f64::from(before.samples), f64::from(after.samples));
+        let (n, m) = (before.samples, after.samples);
         let share = (of(before) / goal).ln() / (of(before) / of(after)).ln();
         n * (m / n).powf(share.clamp(0.0, 1.0))
     }
@@ -277,7 +277,7 @@ impl Forecast {
     /// The seconds that samples take.
     fn seconds(&self, samples: Expected) -> Expected {
         let expected = self.seconds_for(samples.expected);
-        let now = f64::from(self.last.samples);
+        let now = self.last.samples;
         let spread = (DEVIATIONS * self.rate_spread).exp();
         let by_rate = (samples.expected - now).max(0.0) * self.rate;
         let below =
@@ -292,29 +292,26 @@ impl Forecast {
     }
 
     fn seconds_for(&self, samples: f64) -> f64 {
-        let now = f64::from(self.last.samples);
+        let now = self.last.samples;
         if samples >= now {
             return self.last.seconds + (samples - now) * self.rate;
         }
-        let after = self
-            .passes
-            .iter()
-            .position(|p| f64::from(p.samples) >= samples);
+        let after = self.passes.iter().position(|p| p.samples >= samples);
         let (before, after) = match after {
             Some(0) | None => ((0.0, 0.0), &self.passes[0]),
             Some(i) => {
                 let before = &self.passes[i - 1];
-                ((f64::from(before.samples), before.seconds), &self.passes[i])
+                ((before.samples, before.seconds), &self.passes[i])
             }
         };
-        let share = (samples - before.0) / (f64::from(after.samples) - before.0);
+        let share = (samples - before.0) / (after.samples - before.0);
         before.1 + share.clamp(0.0, 1.0) * (after.seconds - before.1)
     }
 
     /// The errors that follow each other by halves (…, 8 %, 4 %, 2 %, 1 %, …) from the one that the picture has
     /// or nearly has.
     pub fn table(&self) -> Vec<Row> {
-        let now = self.error_at(f64::from(self.last.samples)).expected;
+        let now = self.error_at(self.last.samples).expected;
         let first = (100.0 * now).log2().ceil() as i32;
         (0..ROWS)
             .map(|row| self.row(0.01 * 2f64.powi(first - row)))
@@ -323,8 +320,8 @@ impl Forecast {
 }
 
 /// Whether a pass has an estimate that can be fitted.
-fn is_known(pass: &Passed) -> bool {
-    pass.samples > 0
+fn is_known(pass: &Known) -> bool {
+    pass.samples > 0.0
         && pass.error > 0.0
         && pass.error.is_finite()
         && pass.high.is_finite()
@@ -333,7 +330,7 @@ fn is_known(pass: &Passed) -> bool {
 }
 
 /// Standard deviation of ln(error²) by the interval of the error.
-fn deviation(pass: &Passed) -> f64 {
+fn deviation(pass: &Known) -> f64 {
     let above = (pass.high / pass.error).ln();
     // An interval that reaches down to nothing says nothing of the lower side.
     let below = if pass.low > 0.0 {
@@ -345,12 +342,12 @@ fn deviation(pass: &Passed) -> f64 {
 }
 
 /// The last pass, the last one with not more than half its samples, and so on within the window.
-fn octaves(passes: &[Passed]) -> Vec<Passed> {
-    let last = passes.last().map_or(0, |pass| pass.samples);
-    let mut taken: Vec<Passed> = Vec::new();
+fn octaves(passes: &[Known]) -> Vec<Known> {
+    let last = passes.last().map_or(0.0, |pass| pass.samples);
+    let mut taken: Vec<Known> = Vec::new();
     for pass in passes.iter().rev() {
-        let halved = taken.last().is_none_or(|t| pass.samples <= t.samples / 2);
-        if halved && f64::from(pass.samples) * WINDOW >= f64::from(last) {
+        let halved = taken.last().is_none_or(|t| 2.0 * pass.samples <= t.samples);
+        if halved && pass.samples * WINDOW >= last {
             taken.push(*pass);
         }
     }
@@ -360,10 +357,10 @@ fn octaves(passes: &[Passed]) -> Vec<Passed> {
 
 /// Seconds a sample of the passes within the window, and the relative standard deviation of a pass's about
 /// it: a machine that others use goes on being used.
-fn rate(passes: &[Passed]) -> Option<(f64, f64)> {
-    let last = passes.last().map_or(1, |pass| pass.samples);
-    let zero = Passed {
-        samples: 0,
+fn rate(passes: &[Known]) -> Option<(f64, f64)> {
+    let last = passes.last().map_or(1.0, |pass| pass.samples);
+    let zero = Known {
+        samples: 0.0,
         seconds: 0.0,
         rays: 0,
         error: f64::NAN,
@@ -375,14 +372,14 @@ fn rate(passes: &[Passed]) -> Option<(f64, f64)> {
     for pass in passes {
         if pass.samples > before.samples {
             steps.push((
-                f64::from(pass.samples - before.samples),
+                pass.samples - before.samples,
                 pass.seconds - before.seconds,
                 pass.samples,
             ));
         }
         before = *pass;
     }
-    steps.retain(|(.., end)| f64::from(*end) * WINDOW >= f64::from(last));
+    steps.retain(|(.., end)| *end * WINDOW >= last);
     let samples: f64 = steps.iter().map(|(n, ..)| n).sum();
     let seconds: f64 = steps.iter().map(|(_, s, _)| s).sum();
     if samples <= 0.0 || seconds <= 0.0 {
@@ -407,12 +404,12 @@ struct Fit {
 
 impl Fit {
     /// From passes in their order; `now` is the last one's number of samples.
-    fn of(passes: &[Passed], now: f64) -> Self {
+    fn of(passes: &[Known], now: f64) -> Self {
         // Rows (1, −u) · (level, excess) = ln(error²) + u, with u = ln(n / now), each whitened.
         let mut rows: Vec<[f64; 3]> = Vec::new();
         let mut before: Option<(f64, [f64; 3])> = None;
         for pass in passes {
-            let n = f64::from(pass.samples);
+            let n = pass.samples;
             let u = (n / now).ln();
             // Estimates that claim to be exact are as good as the numbers they are made of.
             let deviation = deviation(pass).max(f64::from(f32::EPSILON));
@@ -472,9 +469,9 @@ mod tests {
     use crate::sampler::hashed;
 
     /// 0.1 s a sample, 10 rays a sample.
-    fn passed(samples: u32, error: f64, spread: f64) -> Passed {
-        Passed {
-            samples,
+    fn passed(samples: u32, error: f64, spread: f64) -> Known {
+        Known {
+            samples: f64::from(samples),
             seconds: 0.1 * f64::from(samples),
             rays: 10 * u64::from(samples),
             error,
@@ -551,7 +548,7 @@ mod tests {
         let mut jumped = calm.clone();
         // A firefly comes in with the last pass: three times the error.
         jumped[6] = passed(64, 0.3, 1.05);
-        let width = |passes: &[Passed]| {
+        let width = |passes: &[Known]| {
             let ahead = Forecast::of(passes).unwrap().error_at(1024.0);
             (ahead.high / ahead.low).ln()
         };
@@ -561,7 +558,7 @@ mod tests {
     #[test]
     fn little_is_known_after_one_pass_and_nothing_before() {
         assert_eq!(Forecast::of(&[]), None);
-        let nothing = Passed {
+        let nothing = Known {
             error: f64::NAN,
             ..passed(1, 1.0, 1.0)
         };

@@ -5,7 +5,7 @@ mod forecast;
 mod schedule;
 mod settings;
 
-pub use forecast::{Expected, Forecast, Passed, Row};
+pub use forecast::{Expected, Forecast, Known, Row};
 pub use schedule::render;
 pub use settings::{
     BounceLimits, EffectChoice, Filter, FilterKind, LightSampling, Region, RenderSettings,
