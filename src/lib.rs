@@ -27,6 +27,7 @@ pub mod measure;
 pub mod medium;
 pub mod output;
 pub mod render;
+pub mod report;
 pub mod sampler;
 pub mod scene;
 pub mod shading;

@@ -44,6 +44,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("output", &["film", "color"]),
     ("measure", &["output", "math"]),
+    ("report", &[]),
 ];
 
 /// Rooms that may import all others.

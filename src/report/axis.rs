@@ -1,0 +1,297 @@
+//! Where an axis begins and ends, and where its ticks are.
+
+use super::Axis;
+use super::number::rounded;
+
+/// The part of an axis that a plot shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Range {
+    log: bool,
+    /// Ends of the axis; their logarithms to base 10 if it is logarithmic.
+    low: f64,
+    high: f64,
+}
+
+/// A line across the plot.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Tick {
+    /// From 0, where the axis begins, to 1, where it ends.
+    pub at: f64,
+    /// What stands there; ticks without a label are drawn lightly.
+    pub label: Option<String>,
+}
+
+/// So much of the axis stays free at both ends.
+const MARGIN: f64 = 0.03;
+
+impl Range {
+    /// The range of all values that the axis can show, with a margin.
+    pub fn of(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for value in values.filter(|value| axis.shows(*value)) {
+            let value = if axis.log { value.log10() } else { value };
+            (low, high) = (low.min(value), high.max(value));
+        }
+        if low > high {
+            (low, high) = (0.0, 1.0);
+        } else if axis.log {
+            // At least from half to double, so that noise in an almost constant curve does not fill the plot.
+            let least = std::f64::consts::LOG10_2;
+            let missing = (2.0 * least - (high - low)).max(0.0) / 2.0;
+            (low, high) = (low - missing, high + missing);
+        } else if low == high {
+            let half = if low == 0.0 { 1.0 } else { 0.5 * low.abs() };
+            (low, high) = (low - half, high + half);
+        }
+        let margin = MARGIN * (high - low);
+        // A linear axis of nothing but positive values that are not far from 0 begins there.
+        if !axis.log && low >= 0.0 && low < 0.5 * high {
+            (low, high) = (0.0, high + margin);
+        } else {
+            (low, high) = (low - margin, high + margin);
+        }
+        Self {
+            log: axis.log,
+            low,
+            high,
+        }
+    }
+
+    /// The range of all values that the axis can show and no more.
+    pub fn exactly(axis: &Axis, values: impl Iterator<Item = f64> + Clone) -> Self {
+        let with_margin = Self::of(axis, values.clone());
+        let scaled = values
+            .filter(|value| axis.shows(*value))
+            .map(|value| if axis.log { value.log10() } else { value });
+        let low = scaled.clone().fold(f64::INFINITY, f64::min);
+        let high = scaled.fold(f64::NEG_INFINITY, f64::max);
+        if low < high {
+            Self {
+                low,
+                high,
+                ..with_margin
+            }
+        } else {
+            with_margin
+        }
+    }
+
+    /// Where a value is: 0 at the beginning of the axis, 1 at its end.
+    pub fn position(&self, value: f64) -> f64 {
+        let value = if self.log { value.log10() } else { value };
+        (value - self.low) / (self.high - self.low)
+    }
+
+    /// Lines across the plot, of which at most `most` have labels.
+    pub fn ticks(&self, most: usize) -> Vec<Tick> {
+        let most = most.max(2);
+        if self.log {
+            self.log_ticks(most)
+        } else {
+            self.linear_ticks(self.low, self.high, most)
+        }
+    }
+
+    /// Steps of 1, 2 or 5 times a power of ten.
+    fn linear_ticks(&self, low: f64, high: f64, most: usize) -> Vec<Tick> {
+        let least_step = (high - low) / most as f64;
+        let power = 10f64.powi(least_step.log10().floor() as i32);
+        let step = [1.0, 2.0, 5.0, 10.0]
+            .map(|factor| factor * power)
+            .into_iter()
+            .find(|step| *step >= least_step)
+            .unwrap_or(10.0 * power);
+        let (first, last) = ((low / step).ceil(), (high / step).floor());
+        if !(first <= last && last - first <= 2.0 * most as f64) {
+            return Vec::new();
+        }
+        (0..=(last - first) as usize)
+            .map(|index| {
+                let value = (first + index as f64) * step;
+                Tick {
+                    at: self.position(value),
+                    label: Some(tick_label(value)),
+                }
+            })
+            .collect()
+    }
+
+    /// Powers of ten, with 2 and 5 between them if there is room, and light lines for what is left.
+    fn log_ticks(&self, most: usize) -> Vec<Tick> {
+        let (first, last) = (self.low.floor() as i32, self.high.ceil() as i32);
+        let within = |value: f64| (0.0..=1.0).contains(&self.position(value));
+        let all = |steps: &[i32], stride: i32| -> Vec<f64> {
+            (first..=last)
+                .filter(|power| power.rem_euclid(stride) == 0)
+                .flat_map(|power| steps.iter().map(move |step| power_of_ten(*step, power)))
+                .filter(|value| within(*value))
+                .collect()
+        };
+        let mut labelled = Vec::new();
+        for steps in [&[1, 2, 3, 4, 5, 6, 7, 8, 9][..], &[1, 2, 5], &[1, 3], &[1]] {
+            labelled = all(steps, 1);
+            if labelled.len() <= most {
+                break;
+            }
+        }
+        let mut stride = 1;
+        while labelled.len() > most {
+            stride += 1;
+            labelled = all(&[1], stride);
+        }
+        if labelled.len() < 2 {
+            let (low, high) = (10f64.powf(self.low), 10f64.powf(self.high));
+            return self.linear_ticks(low, high, most);
+        }
+        let light = if stride == 1 {
+            all(&[1, 2, 3, 4, 5, 6, 7, 8, 9], 1)
+        } else {
+            all(&[1], 1)
+        };
+        let light = light.into_iter().filter(|value| !labelled.contains(value));
+        let tick = |value: f64, label| Tick {
+            at: self.position(value),
+            label,
+        };
+        let mut ticks: Vec<_> = light.map(|value| tick(value, None)).collect();
+        ticks.extend(
+            labelled
+                .iter()
+                .map(|value| tick(*value, Some(tick_label(*value)))),
+        );
+        ticks
+    }
+}
+
+impl Axis {
+    /// Whether a value has a place on the axis.
+    pub(super) fn shows(&self, value: f64) -> bool {
+        value.is_finite() && (!self.log || value > 0.0)
+    }
+
+    /// `time (s)`.
+    pub(super) fn title(&self) -> String {
+        if self.unit.is_empty() {
+            self.label.clone()
+        } else {
+            format!("{} ({})", self.label, self.unit)
+        }
+    }
+}
+
+/// `step · 10^power`, rounded once, as a literal would be.
+fn power_of_ten(step: i32, power: i32) -> f64 {
+    format!("{step}e{power}").parse().unwrap_or(f64::NAN)
+}
+
+/// `0.05`, `20 000`, `3·10⁻⁷`.
+fn tick_label(value: f64) -> String {
+    // Twelve digits hide the rounding of multiples of a step.
+    let text = rounded(value, 12);
+    let Some((mantissa, exponent)) = text.split_once('e') else {
+        return text;
+    };
+    let exponent: String = exponent
+        .chars()
+        .map(|digit| match digit {
+            '−' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            digit => digit
+                .to_digit(10)
+                .and_then(|number| char::from_u32(0x2070 + number))
+                .unwrap_or(digit),
+        })
+        .collect();
+    if mantissa == "1" {
+        format!("10{exponent}")
+    } else {
+        format!("{mantissa}·10{exponent}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis, values: &[f64], most: usize) -> Vec<String> {
+        let range = Range::of(axis, values.iter().copied());
+        let ticks = range.ticks(most);
+        for tick in &ticks {
+            assert!(
+                (-1e-9..=1.0 + 1e-9).contains(&tick.at),
+                "{tick:?} is outside of {range:?}"
+            );
+        }
+        let labels: Vec<_> = ticks.into_iter().filter_map(|tick| tick.label).collect();
+        assert!(labels.len() <= most + 1, "{labels:?}");
+        labels
+    }
+
+    #[test]
+    fn log_axes_have_round_numbers() {
+        let log = Axis::log("time", "s");
+        assert_eq!(labels(&log, &[0.1, 100.0], 6), ["0.1", "1", "10", "100"]);
+        assert_eq!(labels(&log, &[1.0, 40.0], 8), ["1", "2", "5", "10", "20"]);
+        assert_eq!(labels(&log, &[3.0, 4.0], 8), ["2", "3", "4", "5", "6", "7"]);
+        assert_eq!(
+            labels(&log, &[1e-12, 1.0], 5),
+            ["10⁻¹²", "10⁻⁹", "10⁻⁶", "0.001", "1"]
+        );
+        assert_eq!(labels(&log, &[1e-8, 1e300], 4).len(), 4);
+    }
+
+    #[test]
+    fn log_positions_are_even_by_decade() {
+        let range = Range::of(&Axis::log("", ""), [1.0, 10.0, 100.0].into_iter());
+        let [a, b, c] = [1.0, 10.0, 100.0].map(|value| range.position(value));
+        assert!((b - 0.5).abs() < 1e-12 && (b - a - (c - b)).abs() < 1e-12);
+        assert!((a - MARGIN / (1.0 + 2.0 * MARGIN)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn light_ticks_stand_between_decades() {
+        let range = Range::of(&Axis::log("", ""), [1.0, 1e4].into_iter());
+        let ticks = range.ticks(5);
+        let light = ticks.iter().filter(|tick| tick.label.is_none()).count();
+        // 2 to 9 in four decades; the margin of 0.12 decades below 1 has 0.8 and 0.9, that above 1e4 none.
+        assert_eq!(light, 4 * 8 + 2);
+        assert_eq!(ticks.len() - light, 5);
+    }
+
+    #[test]
+    fn linear_axes() {
+        let linear = Axis::linear("bounces", "");
+        assert_eq!(
+            labels(&linear, &[0.0, 5.0], 6),
+            ["0", "1", "2", "3", "4", "5"]
+        );
+        assert_eq!(labels(&linear, &[0.3, 0.1], 3), ["0", "0.2"]);
+        assert_eq!(
+            labels(&linear, &[-1.0, 1.0], 5),
+            ["−1", "−0.5", "0", "0.5", "1"]
+        );
+    }
+
+    #[test]
+    fn one_value_and_none_and_what_is_not_finite() {
+        for axis in [Axis::linear("", ""), Axis::log("", "")] {
+            for values in [
+                &[][..],
+                &[7.0],
+                &[f64::NAN, f64::INFINITY],
+                &[f64::NAN, 3.0],
+                &[1e-300],
+                &[1e300],
+                &[0.0],
+                &[-1.0, -2.0],
+            ] {
+                let range = Range::of(&axis, values.iter().copied());
+                assert!(range.low < range.high, "{values:?}");
+                assert!(range.low.is_finite() && range.high.is_finite());
+                assert!(!range.ticks(6).is_empty(), "{axis:?} {values:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,293 @@
+//! A number for each pixel, in colours with a scale.
+
+use super::axis::{Range, Tick};
+use super::picture::indexed_png;
+use super::{Axis, ReportError};
+use flate2::{Compression, write::ZlibEncoder};
+use std::io::Write;
+
+/// One number for each pixel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HeatMap {
+    /// What the numbers are.
+    pub name: String,
+    /// In what; empty for mere numbers.
+    pub unit: String,
+    /// What there is to know about them; may be empty.
+    pub note: String,
+    /// Pixels per row.
+    pub width: u32,
+    /// Number of rows.
+    pub height: u32,
+    /// Rows from top to bottom.
+    pub values: Vec<f32>,
+    /// Whether the colours follow the logarithm.
+    pub log: bool,
+}
+
+/// So many pixels may lie beyond each end of the scale: one bright one must not make all others black.
+const BEYOND: f64 = 0.001;
+
+/// The colour of what is not finite; the palette has no such colour.
+const NOT_FINITE: [u8; 3] = [0, 160, 255];
+
+/// Steps of the palette; the code after the last is the colour of what is not finite.
+const COLORS: usize = 256;
+
+/// What a page shows of a heat map.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Shown {
+    /// The coloured picture.
+    pub png: Vec<u8>,
+    /// The scale's ticks.
+    pub ticks: Vec<Tick>,
+    /// The scale's colours from left to right, as `#rrggbb`.
+    pub colors: Vec<String>,
+    /// The numbers, for the value under the pointer.
+    pub codes: Codes,
+    /// Pixels whose number is not finite.
+    pub not_finite: usize,
+}
+
+/// The numbers in 16 bits, compressed: 65535 is not finite, 0 is zero or less on a logarithmic scale, the codes 1 to
+/// 65534 go evenly from `low` to `high` (which are logarithms to base 10 on a logarithmic scale). Each code is stored
+/// as its difference from the one on its left, all high bytes before all low ones (both compress better so), by zlib.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Codes {
+    pub low: f64,
+    pub high: f64,
+    pub log: bool,
+    pub bytes: Vec<u8>,
+}
+
+impl HeatMap {
+    /// Colours, scale and codes.
+    pub(super) fn shown(&self) -> Result<Shown, ReportError> {
+        if self.values.is_empty() || self.values.len() != self.width as usize * self.height as usize
+        {
+            return Err(ReportError::NotShown {
+                picture: self.name.clone(),
+                reason: format!(
+                    "{} numbers do not make {} × {} pixels",
+                    self.values.len(),
+                    self.width,
+                    self.height
+                ),
+            });
+        }
+        let axis = Axis {
+            label: self.name.clone(),
+            unit: self.unit.clone(),
+            log: self.log,
+        };
+        let range = self.scale(&axis);
+        let indices: Vec<u16> = self
+            .values
+            .iter()
+            .map(|value| match f64::from(*value) {
+                value if !value.is_finite() => COLORS as u16,
+                value if self.log && value <= 0.0 => 0,
+                value => {
+                    (range.position(value).clamp(0.0, 1.0) * (COLORS - 1) as f64).round() as u16
+                }
+            })
+            .collect();
+        let palette = palette();
+        Ok(Shown {
+            png: self.colored(&indices, &palette)?,
+            ticks: range.ticks(6),
+            colors: (0..=16)
+                .map(|step| {
+                    let [r, g, b] = palette[step * (COLORS - 1) / 16];
+                    format!("#{r:02x}{g:02x}{b:02x}")
+                })
+                .collect(),
+            codes: self.codes(&axis)?,
+            not_finite: self.values.iter().filter(|v| !v.is_finite()).count(),
+        })
+    }
+
+    /// What the colours range over: from 0 (or, on a logarithmic scale, the least) to the largest, without the most
+    /// extreme pixels.
+    fn scale(&self, axis: &Axis) -> Range {
+        let mut sorted: Vec<f64> = self.values.iter().map(|value| f64::from(*value)).collect();
+        sorted.retain(|value| axis.shows(*value));
+        sorted.sort_unstable_by(f64::total_cmp);
+        let beyond = (sorted.len() as f64 * BEYOND) as usize;
+        let kept = sorted
+            .get(beyond..sorted.len() - beyond)
+            .unwrap_or_default();
+        let ends = kept.first().into_iter().chain(kept.last()).copied();
+        if self.log {
+            Range::exactly(axis, ends)
+        } else {
+            Range::exactly(axis, ends.chain([0.0]))
+        }
+    }
+
+    fn colored(&self, indices: &[u16], palette: &[[u8; 3]]) -> Result<Vec<u8>, ReportError> {
+        // A palette of a PNG has 256 colours at most; the last but one of magma is not told from the last.
+        let mut colors: Vec<[u8; 3]> = palette.to_vec();
+        colors[COLORS - 1] = NOT_FINITE;
+        let bytes: Vec<u8> = indices
+            .iter()
+            .map(|index| match usize::from(*index) {
+                COLORS => (COLORS - 1) as u8,
+                index => index.min(COLORS - 2) as u8,
+            })
+            .collect();
+        indexed_png(&self.name, (self.width, self.height), &bytes, &colors)
+    }
+
+    fn codes(&self, axis: &Axis) -> Result<Codes, ReportError> {
+        let value_of = |value: f32| {
+            let value = f64::from(value);
+            if self.log { value.log10() } else { value }
+        };
+        let shown = || {
+            self.values
+                .iter()
+                .filter(|value| axis.shows(f64::from(**value)))
+                .map(|value| value_of(*value))
+        };
+        let low = shown().fold(f64::INFINITY, f64::min);
+        let high = shown().fold(f64::NEG_INFINITY, f64::max);
+        let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
+        // Whole numbers (sample counts) stay exact: a code is then a whole step.
+        let whole = !self.log && shown().all(|value| value.fract() == 0.0);
+        let high = if whole && high - low < 65533.0 {
+            low + 65533.0
+        } else if high > low {
+            high
+        } else {
+            low + 1.0
+        };
+        let codes = self.values.iter().map(|value| {
+            if !value.is_finite() {
+                u16::MAX
+            } else if !axis.shows(f64::from(*value)) {
+                0
+            } else {
+                let share = (value_of(*value) - low) / (high - low);
+                1 + (share * 65533.0).round() as u16
+            }
+        });
+        let mut before = 0u16;
+        let differences: Vec<[u8; 2]> = codes
+            .map(|code| {
+                let difference = code.wrapping_sub(before);
+                before = code;
+                difference.to_be_bytes()
+            })
+            .collect();
+        let bytes: Vec<u8> = (0..2)
+            .flat_map(|byte| differences.iter().map(move |pair| pair[byte]))
+            .collect();
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+        let bytes = encoder
+            .write_all(&bytes)
+            .and_then(|()| encoder.finish())
+            .map_err(|error| ReportError::NotShown {
+                picture: self.name.clone(),
+                reason: error.to_string(),
+            })?;
+        Ok(Codes {
+            low,
+            high,
+            log: self.log,
+            bytes,
+        })
+    }
+}
+
+/// "Magma" (van der Walt and Smith 2015): even steps of lightness, also for the colour-blind.
+fn palette() -> Vec<[u8; 3]> {
+    nv_flip::magma_lut()
+        .to_vec()
+        .chunks_exact(3)
+        .map(|color| [color[0], color[1], color[2]])
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read;
+
+    fn map(width: u32, values: &[f32], log: bool) -> HeatMap {
+        HeatMap {
+            name: "error".into(),
+            width,
+            height: values.len() as u32 / width,
+            values: values.to_vec(),
+            log,
+            ..HeatMap::default()
+        }
+    }
+
+    /// What the page's script does.
+    fn decoded(codes: &Codes, count: usize) -> Vec<f64> {
+        let mut bytes = Vec::new();
+        flate2::read::ZlibDecoder::new(&codes.bytes[..])
+            .read_to_end(&mut bytes)
+            .unwrap();
+        let mut code = 0u16;
+        (0..count)
+            .map(|index| {
+                code = code.wrapping_add(u16::from_be_bytes([bytes[index], bytes[count + index]]));
+                let share = f64::from(code.wrapping_sub(1)) / 65533.0;
+                let value = codes.low + share * (codes.high - codes.low);
+                match code {
+                    u16::MAX => f64::NAN,
+                    0 => 0.0,
+                    _ if codes.log => 10f64.powf(value),
+                    _ => value,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn numbers_come_back() {
+        let counts: Vec<f32> = (0..4096).map(|i| ((i * 37) % 1000) as f32).collect();
+        let shown = map(64, &counts, false).shown().unwrap();
+        for (value, decoded) in counts.iter().zip(decoded(&shown.codes, counts.len())) {
+            assert!((f64::from(*value) - decoded).abs() < 1e-9);
+        }
+        // On a logarithmic scale a step of the codes over ten decades is 10/65533 decades, half of it 1.8e-4.
+        let errors: Vec<f32> = (0..=1000)
+            .map(|i| 10f32.powf(i as f32 / 100.0 - 7.0))
+            .collect();
+        let shown = map(1001, &errors, true).shown().unwrap();
+        for (value, decoded) in errors.iter().zip(decoded(&shown.codes, errors.len())) {
+            assert!((decoded / f64::from(*value) - 1.0).abs() < 2e-4);
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_counted_and_zero_stays_zero() {
+        let shown = map(2, &[f32::NAN, 0.0, f32::INFINITY, 2.0], true)
+            .shown()
+            .unwrap();
+        assert_eq!(shown.not_finite, 2);
+        let values = decoded(&shown.codes, 4);
+        assert!(values[0].is_nan() && values[2].is_nan());
+        assert_eq!(values[1], 0.0);
+        assert!((values[3] - 2.0).abs() < 1e-3);
+        for nothing in [[f32::NAN; 4], [0.0; 4]] {
+            assert!(map(2, &nothing, true).shown().is_ok());
+            assert!(map(2, &nothing, false).shown().is_ok());
+        }
+    }
+
+    #[test]
+    fn sizes_must_fit() {
+        let mut wrong = map(2, &[1.0; 4], false);
+        wrong.height = 3;
+        let message = wrong.shown().unwrap_err().to_string();
+        assert!(
+            message.contains("4 numbers do not make 2 × 3 pixels"),
+            "{message}"
+        );
+    }
+}
