@@ -577,6 +577,17 @@ impl<B: DrawingBackend> Pen<B> {
         if text.is_empty() {
             return;
         }
+        // XML has no place for control characters.
+        let text: String = text
+            .chars()
+            .map(|symbol| {
+                if symbol.is_control() {
+                    '\u{fffd}'
+                } else {
+                    symbol
+                }
+            })
+            .collect();
         let style = self
             .font(size)
             .color(&color)
