@@ -202,10 +202,8 @@ impl HeatMap {
 
 /// "Magma" (van der Walt and Smith 2015): even steps of lightness, also for the colour-blind.
 fn palette() -> Vec<[u8; 3]> {
-    nv_flip::magma_lut()
-        .to_vec()
-        .chunks_exact(3)
-        .map(|color| [color[0], color[1], color[2]])
+    (0..COLORS)
+        .map(|step| colorous::MAGMA.eval_rational(step, COLORS).as_array())
         .collect()
 }
 
