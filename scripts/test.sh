@@ -12,6 +12,7 @@ bpy_versions=(4.5.15 5.0.1 4.2.23)
 for version in "${bpy_versions[@]}"; do
     "$scripts/setup-bpy.sh" "$version"
 done
+"$scripts/setup-tevclient.sh"
 # One Blender that is named stands for all.
 [ -z "${SUNDOG_BPY_PYTHON:-}" ] || bpy_versions=(named)
 export SUNDOG_BPY_PYTHON="${SUNDOG_BPY_PYTHON:-$cache/bpy-4.5.15/bin/python}"

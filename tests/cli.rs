@@ -1,5 +1,7 @@
 //! The program as people and scripts call it.
 
+mod tev;
+
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

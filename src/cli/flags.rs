@@ -41,6 +41,11 @@ pub enum Kind {
     Share,
     /// `all`, or names of passes with commas between them.
     Passes,
+    /// Where a program listens, `HOST:PORT` or `HOST` alone.
+    Address {
+        /// The port if none is given.
+        port: u16,
+    },
     /// Four whole numbers, `X0,Y0,X1,Y1`: a rectangle of pixels that is not empty.
     Region,
     /// One of a few words.
@@ -582,6 +587,13 @@ static RENDER: Command = Command {
                     "FOLDER",
                     "Write the picture as raw floats while it grows, for programs: see below; needs `--json`.",
                 ),
+                Argument::new(
+                    "tev",
+                    Kind::Address { port: crate::output::tev::PORT },
+                    "HOST[:PORT]",
+                    "Show the picture while it grows in the image viewer tev that listens there.",
+                )
+                .details("Under the name of the first file, a few times a second; all passes at the end. If nobody listens, or no longer, a warning says so and the render goes on."),
             ],
         },
         PICTURE,

@@ -1,6 +1,7 @@
 //! `--frames FOLDER`: the picture as files of raw floats while it grows, for a program that shows it.
 
 use super::progress::Reporter;
+use super::tev::Viewer;
 use super::{Failure, console, interrupt};
 use crate::film::Bands;
 use crate::output::{self, raw};
@@ -132,12 +133,14 @@ fn name(number: u32) -> String {
     format!("frame-{number:06}.raw")
 }
 
-/// Tells what happens, and writes frames if there is a folder for them.
+/// Tells what happens, writes frames if there is a folder for them, and tells a viewer if there is one.
 pub struct Watcher<'a> {
     /// Who tells.
     pub reporter: &'a Reporter,
     /// Where frames go.
     pub frames: Option<&'a Frames>,
+    /// Who shows the picture.
+    pub viewer: Option<&'a Viewer>,
     /// There are files to be written as well.
     pub keeps_picture: bool,
 }
@@ -160,10 +163,23 @@ impl Observer for Watcher<'_> {
 
     fn wants_picture(&self) -> bool {
         self.frames.is_some_and(Frames::is_due)
+            || self
+                .viewer
+                .is_some_and(|viewer| viewer.is_due(self.reporter))
     }
 
     fn picture(&self, picture: &dyn Bands, samples: u32, last: bool) {
+        // The last picture is the viewer's once the files are written.
+        if let Some(viewer) = self.viewer
+            && !last
+            && viewer.is_due(self.reporter)
+        {
+            viewer.show(picture);
+        }
         let Some(frames) = self.frames else { return };
+        if !last && !frames.is_due() {
+            return;
+        }
         let written = frames.write(picture, samples, last);
         let mut state = frames.state();
         match written {

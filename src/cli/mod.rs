@@ -13,6 +13,7 @@ mod progress;
 mod render;
 mod scene_file;
 mod settings;
+mod tev;
 pub mod values;
 mod view;
 

@@ -4,6 +4,7 @@ use super::flags::{EXIT_INTERRUPTED, EXIT_OK};
 use super::frames::{Frames, Watcher};
 use super::parser::Parsed;
 use super::progress::Reporter;
+use super::tev::Viewer;
 use super::view::{self, View};
 use super::{Failure, console, interrupt, scene_file, settings};
 use crate::effects::EffectSet;
@@ -58,10 +59,16 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         &json!({ "event": "scene", "file": path.display().to_string(), "settings": settings }),
     );
 
+    let viewer = parsed.text("tev").map(|address| {
+        let region = settings.region();
+        let size = (region.width(), region.height());
+        Viewer::open(address, &outputs.title(path), size, settings.passes)
+    });
     let watcher = Watcher {
         reporter: &reporter,
         frames: frames.as_ref(),
-        keeps_picture: !outputs.files.is_empty(),
+        viewer: viewer.as_ref(),
+        keeps_picture: !outputs.files.is_empty() || viewer.is_some(),
     };
     let rendering = crate::render::render(scene, &settings, &watcher);
     reporter.end();
@@ -94,6 +101,9 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     }
     let metadata = metadata(path, scene, &settings, &rendering);
     outputs.write(&rendering, &metadata, &reporter)?;
+    if let Some(viewer) = &viewer {
+        viewer.finish(&rendering.picture, &reporter);
+    }
     reporter.say(&end_line(&rendering));
     reporter.tell(
         &json!({ "event": "finished", "statistics": statistics, "written": outputs.names() }),
@@ -254,6 +264,13 @@ impl Outputs {
             reporter.tell(&json!({ "event": "written", "file": path.display().to_string() }));
         }
         Ok(())
+    }
+
+    /// What a viewer calls the picture: the first file's name, or else the scene's.
+    fn title(&self, scene: &Path) -> String {
+        let path = self.files.first().map_or(scene, |(path, _)| path);
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        name.to_string_lossy().into_owned()
     }
 
     fn names(&self) -> Vec<String> {

@@ -70,6 +70,9 @@ pub fn parse(kind: &Kind, text: &OsStr) -> Result<Value, String> {
         Kind::Region => region(text).map(Value::Region).ok_or_else(|| {
             "expected four whole numbers X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1".into()
         }),
+        Kind::Address { port } => address(text, port).map(Value::Text).ok_or_else(|| {
+            format!("expected HOST:PORT such as localhost:{port}, with a port from 1 to 65535")
+        }),
         Kind::Share => share(text)
             .map(Value::Share)
             .ok_or_else(|| "expected a share above 0 such as 0.05 or 5%".into()),
@@ -95,6 +98,17 @@ pub fn alternatives<'a>(names: impl Iterator<Item = &'a str>) -> String {
         Some((last, [])) => (*last).into(),
         Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
     }
+}
+
+/// `HOST:PORT`; addresses of IPv6 stand in brackets.
+fn address(text: &str, default: u16) -> Option<String> {
+    let (host, port) = match text.rsplit_once(':') {
+        Some((host, port)) if !text.ends_with(']') => (host, port.parse().ok()?),
+        _ => (text, default),
+    };
+    let bracketed = host.starts_with('[') && host.ends_with(']');
+    let plain = !host.is_empty() && !host.contains([':', ' ', '[', ']']);
+    (port > 0 && (bracketed || plain)).then(|| format!("{host}:{port}"))
 }
 
 fn duration(text: &str) -> Option<Duration> {
@@ -243,6 +257,29 @@ mod tests {
             "", "1", "1,2", "1,2,3,4", "1,2,-3", "nan,1,1", "1,inf,1", "a,b,c",
         ] {
             assert_eq!(color(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn addresses() {
+        let kind = Kind::Address { port: 14158 };
+        let read = |text: &str| match parse(&kind, text.as_ref()) {
+            Ok(Value::Text(text)) => Some(text),
+            _ => None,
+        };
+        for (text, address) in [
+            ("localhost", "localhost:14158"),
+            ("viewer.example:80", "viewer.example:80"),
+            ("127.0.0.1:65535", "127.0.0.1:65535"),
+            ("[::1]", "[::1]:14158"),
+            ("[::1]:7", "[::1]:7"),
+        ] {
+            assert_eq!(read(text).as_deref(), Some(address), "{text}");
+        }
+        for wrong in [
+            "", ":", ":80", "a:", "a:0", "a:65536", "a:b", "::1", "a b", "[::1", "a:80:80",
+        ] {
+            assert_eq!(read(wrong), None, "{wrong}");
         }
     }
 

@@ -80,12 +80,13 @@ pub fn write(
             )));
         }
         for index in 0..layer.channels.len() {
-            let name = Text::new_or_none(channel_name(layer, index)).ok_or_else(|| {
-                failed(format!(
-                    "the name of its layer {} is not plain text",
-                    layer.name
-                ))
-            })?;
+            let name = Text::new_or_none(channel_name(&layer.name, &layer.channels[index]))
+                .ok_or_else(|| {
+                    failed(format!(
+                        "the name of its layer {} is not plain text",
+                        layer.name
+                    ))
+                })?;
             let values = layer
                 .data
                 .iter()
@@ -145,12 +146,11 @@ const REC709: Chromaticities = Chromaticities {
 /// `Combined` and all other passes under their names. With a layer's name in front (`ViewLayer.Depth.Z`,
 /// as Blender writes it) it reads the same, but other viewers find no picture; with both, it finds
 /// nothing at all.
-fn channel_name(layer: &Layer, index: usize) -> String {
-    let channel = &layer.channels[index];
-    if layer.name == COMBINED {
-        channel.clone()
+pub(super) fn channel_name(layer: &str, channel: &str) -> String {
+    if layer == COMBINED {
+        channel.into()
     } else {
-        format!("{}.{channel}", layer.name)
+        format!("{layer}.{channel}")
     }
 }
 

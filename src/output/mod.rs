@@ -1,10 +1,11 @@
-//! Pictures become files: EXR with layers, PNG, JPEG. Written beside, then renamed.
+//! Pictures become files: EXR with layers, PNG, JPEG, written beside, then renamed; and packets for a viewer.
 
 mod beside;
 pub mod display;
 pub mod exr;
 pub mod png;
 pub mod raw;
+pub mod tev;
 
 pub use beside::{check_writable, remove_unfinished, write_beside};
 

@@ -9,11 +9,16 @@ pub fn python() -> PathBuf {
     if let Some(python) = std::env::var_os("SUNDOG_BPY_PYTHON") {
         return python.into();
     }
-    let cache = std::env::var_os("XDG_CACHE_HOME").map_or_else(
+    cache().join("bpy-4.5.15/bin/python")
+}
+
+/// The folder of what the set-up fetches.
+pub fn cache() -> PathBuf {
+    let folder = std::env::var_os("XDG_CACHE_HOME").map_or_else(
         || PathBuf::from(std::env::var_os("HOME").unwrap_or_default()).join(".cache"),
         PathBuf::from,
     );
-    cache.join("sundog/bpy-4.5.15/bin/python")
+    folder.join("sundog")
 }
 
 /// Runs one of the Python programs and fails with all that it said if it does.

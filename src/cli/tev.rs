@@ -1,0 +1,308 @@
+//! `--tev HOST:PORT`: the picture in the image viewer tev while it grows.
+//!
+//! A thread of its own connects and sends. The render only ever leaves a picture for it, and only when it
+//! has nothing left to send: a viewer that is slow sees fewer pictures, one that is not there costs a warning.
+
+use super::progress::Reporter;
+use crate::film::{Bands, Passes};
+use crate::output::tev;
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// At least this long between two pictures.
+const SHORTEST: Duration = Duration::from_millis(250);
+/// And so long for each of its pixels. (Making one takes 30 instructions and sending it a copy of 16 bytes by
+/// the system, about 15 ns: 3 % of one thread at most.)
+const REST: Duration = Duration::from_nanos(500);
+/// So long may a viewer take to accept a connection, and to take more bytes.
+const PATIENCE: Duration = Duration::from_millis(if cfg!(test) { 300 } else { 5000 });
+/// Bytes sent at a time.
+const PIECE: usize = 1 << 16;
+/// So many packets of the last picture may wait: not a second copy of all of it.
+const AHEAD: usize = 4;
+
+/// What the render and the sending thread share.
+#[derive(Default)]
+struct Post {
+    /// To be sent, in this order; the first one stays here until it is.
+    packets: VecDeque<Arc<Vec<u8>>>,
+    /// Grows with every step forward.
+    steps: u64,
+    /// No more will come.
+    over: bool,
+    /// Why nothing is sent any more.
+    failure: Option<String>,
+}
+
+#[derive(Default)]
+struct Shared {
+    post: Mutex<Post>,
+    changed: Condvar,
+}
+
+impl Shared {
+    fn post(&self) -> MutexGuard<'_, Post> {
+        self.post.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn wait<'a>(&self, post: MutexGuard<'a, Post>) -> MutexGuard<'a, Post> {
+        self.changed
+            .wait(post)
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Leaves a packet; false if nobody sends it.
+    fn leave(&self, packet: Vec<u8>) -> bool {
+        let mut post = self.post();
+        post.packets.push_back(Arc::new(packet));
+        self.changed.notify_all();
+        post.failure.is_none()
+    }
+
+    /// Waits until at most so many packets are left, as long as there are steps forward.
+    fn settle(&self, most: usize) {
+        let mut post = self.post();
+        while post.packets.len() > most && post.failure.is_none() {
+            let before = post.steps;
+            // The sending thread gives up after its own patience, except where the system does not even
+            // find the address.
+            let (next, waited) = self
+                .changed
+                .wait_timeout(post, 2 * PATIENCE)
+                .unwrap_or_else(PoisonError::into_inner);
+            post = next;
+            if waited.timed_out() && post.steps == before && post.failure.is_none() {
+                post.failure = Some("it does not answer".into());
+            }
+        }
+    }
+
+    fn step(&self) {
+        self.post().steps += 1;
+        self.changed.notify_all();
+    }
+
+    /// The sending thread.
+    fn send_all(&self, address: &str) -> io::Result<()> {
+        let mut stream = connect(address)?;
+        self.step();
+        loop {
+            let packet = {
+                let mut post = self.post();
+                loop {
+                    match post.packets.front() {
+                        Some(packet) => break packet.clone(),
+                        None if post.over => return Ok(()),
+                        None => post = self.wait(post),
+                    }
+                }
+            };
+            for piece in packet.chunks(PIECE) {
+                stream.write_all(piece)?;
+                self.step();
+            }
+            self.post().packets.pop_front();
+            self.changed.notify_all();
+        }
+    }
+}
+
+fn connect(address: &str) -> io::Result<TcpStream> {
+    let mut refused = io::Error::new(ErrorKind::NotFound, "there is no such address");
+    for place in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&place, PATIENCE) {
+            Ok(stream) => {
+                stream.set_write_timeout(Some(PATIENCE))?;
+                return Ok(stream);
+            }
+            Err(error) => refused = error,
+        }
+    }
+    Err(refused)
+}
+
+/// What keeps a viewer from being told, in words that do not depend on the system.
+fn reason(error: &io::Error) -> String {
+    match error.kind() {
+        ErrorKind::ConnectionRefused => "nobody listens there".into(),
+        ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
+            "it has gone away".into()
+        }
+        ErrorKind::WouldBlock | ErrorKind::TimedOut => "it does not answer".into(),
+        _ => {
+            let text = error.to_string();
+            text.split(" (os error").next().unwrap_or_default().into()
+        }
+    }
+}
+
+/// When the next picture is due.
+struct Timing {
+    due: Instant,
+    /// A failure has been told.
+    told: bool,
+}
+
+/// A viewer that shows a picture.
+pub struct Viewer {
+    address: String,
+    image: String,
+    shared: Arc<Shared>,
+    timing: Mutex<Timing>,
+}
+
+impl Viewer {
+    /// Begins to connect, and makes an image of this name and size with room for all these passes. Waits for
+    /// nothing.
+    pub fn open(address: &str, image: &str, size: (u32, u32), passes: Passes) -> Self {
+        let layers = passes.iter().map(|pass| (pass.name(), pass.channels()));
+        let shared = Arc::new(Shared::default());
+        shared.leave(tev::create(image, size, layers));
+        let viewer = Self {
+            address: address.into(),
+            image: image.into(),
+            shared: shared.clone(),
+            timing: Mutex::new(Timing {
+                due: Instant::now(),
+                told: false,
+            }),
+        };
+        let address = address.to_owned();
+        let sender = shared.clone();
+        let spawned = std::thread::Builder::new()
+            .name("tev".into())
+            .spawn(move || {
+                let failed = sender.send_all(&address).err();
+                let mut post = sender.post();
+                post.failure = post.failure.take().or(failed.as_ref().map(reason));
+                post.packets.clear();
+                sender.changed.notify_all();
+            });
+        if let Err(error) = spawned {
+            shared.post().failure = Some(reason(&error));
+        }
+        viewer
+    }
+
+    fn timing(&self) -> MutexGuard<'_, Timing> {
+        self.timing.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether it is time for a picture and all there was is sent. Tells, once, if the viewer is lost.
+    pub fn is_due(&self, reporter: &Reporter) -> bool {
+        let post = self.shared.post();
+        if let Some(failure) = &post.failure {
+            let told = std::mem::replace(&mut self.timing().told, true);
+            if !told {
+                reporter.warn(&format!(
+                    "--tev: {} does not show the picture: {failure}; the render does without it",
+                    self.address
+                ));
+            }
+            return false;
+        }
+        post.packets.is_empty() && Instant::now() >= self.timing().due
+    }
+
+    /// Leaves the picture so far for the viewer.
+    pub fn show(&self, picture: &dyn Bands) {
+        tev::update(&self.image, picture, &mut |packet| {
+            self.shared.leave(packet)
+        });
+        let (width, height) = picture.size();
+        let rest = REST.mul_f64(f64::from(width) * f64::from(height));
+        self.timing().due = Instant::now() + rest.max(SHORTEST);
+    }
+
+    /// Sends the finished picture and waits until the viewer has it, as long as it takes any of it.
+    pub fn finish(&self, picture: &dyn Bands, reporter: &Reporter) {
+        tev::update(&self.image, picture, &mut |packet| {
+            self.shared.settle(AHEAD);
+            self.shared.leave(packet)
+        });
+        self.shared.settle(0);
+        self.is_due(reporter);
+        self.shared.post().over = true;
+        self.shared.changed.notify_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Layer, Picture};
+
+    #[test]
+    fn reasons_are_words() {
+        let system = io::Error::from_raw_os_error(111);
+        assert_eq!(reason(&system), "nobody listens there");
+        let other = io::Error::from_raw_os_error(101);
+        assert!(!reason(&other).contains("os error"), "{}", reason(&other));
+        assert_eq!(
+            reason(&connect("").unwrap_err()),
+            connect("").unwrap_err().to_string()
+        );
+    }
+
+    /// More than the system keeps for a connection: the viewer has to read to get it all.
+    fn large() -> Picture {
+        let (width, height) = (2048, 2048);
+        Picture {
+            width,
+            height,
+            layers: vec![Layer {
+                name: "Combined".into(),
+                channels: ["R", "G", "B", "A"].map(String::from).to_vec(),
+                data: vec![0.5; (4 * width * height) as usize],
+            }],
+        }
+    }
+
+    #[test]
+    fn a_viewer_that_does_not_read_is_left_alone() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let picture = large();
+        let size = (picture.width, picture.height);
+        let viewer = Viewer::open(&address, "a", size, Passes::COMBINED);
+        let reporter = Reporter::Nobody;
+        viewer.show(&picture);
+        // It has not got that one: no other is made for it.
+        assert!(!viewer.is_due(&reporter) && !viewer.timing().told);
+        viewer.finish(&picture, &reporter);
+        let failure = viewer.shared.post().failure.clone();
+        assert_eq!(failure.as_deref(), Some("it does not answer"));
+        assert!(viewer.timing().told);
+    }
+
+    #[test]
+    fn a_slow_viewer_gets_all_of_the_last_picture() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let reading = std::thread::spawn(move || {
+            let mut stream = listener.accept().unwrap().0;
+            let (mut bytes, mut buffer) = (0, vec![0; 1 << 22]);
+            loop {
+                match std::io::Read::read(&mut stream, &mut buffer).unwrap() {
+                    0 => return bytes,
+                    n => bytes += n,
+                }
+                std::thread::sleep(Duration::from_millis(2));
+            }
+        });
+        let picture = large();
+        let size = (picture.width, picture.height);
+        let viewer = Viewer::open(&address, "a", size, Passes::COMBINED);
+        viewer.finish(&picture, &Reporter::Nobody);
+        assert_eq!(viewer.shared.post().failure, None);
+        let mut sent = tev::create("a", size, [("Combined", "RGBA")].into_iter()).len();
+        tev::update("a", &picture, &mut |packet| {
+            sent += packet.len();
+            true
+        });
+        assert_eq!(reading.join().unwrap(), sent);
+    }
+}

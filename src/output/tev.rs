@@ -1,0 +1,195 @@
+//! What the image viewer tev is told over the network: packets of its protocol as its README and its
+//! `Ipc.cpp` describe them (<https://github.com/Tom94/tev>, version 2.14), little-endian throughout:
+//!
+//! ```text
+//! u32 bytes of the packet, these four included; u8 operation; what belongs to the operation
+//! ```
+//!
+//! Texts end with a zero byte. Operations: create an image (4), update a part of it (6, the third version:
+//! channels with offsets and strides of their own).
+
+use super::exr::channel_name;
+use crate::film::Bands;
+
+/// The port on which tev listens if it is not told otherwise.
+pub const PORT: u16 = 14158;
+
+const CREATE_IMAGE: u8 = 4;
+const UPDATE_IMAGE_V3: u8 = 6;
+
+/// A packet in the making.
+struct Packet(Vec<u8>);
+
+impl Packet {
+    fn new(operation: u8, grab_focus: bool, image: &str) -> Self {
+        // The length comes at the end.
+        Self(vec![0, 0, 0, 0, operation, u8::from(grab_focus)]).text(image)
+    }
+
+    /// A zero byte would end the text before its end: it is left out.
+    fn text(mut self, text: &str) -> Self {
+        self.0.extend(text.bytes().filter(|byte| *byte != 0));
+        self.0.push(0);
+        self
+    }
+
+    fn texts(self, texts: &[String]) -> Self {
+        texts.iter().fold(self, |packet, text| packet.text(text))
+    }
+
+    /// As tev's `int32_t`: a picture's sides and numbers of channels are far from its end.
+    fn number(mut self, number: usize) -> Self {
+        self.0.extend((number as u32).to_le_bytes());
+        self
+    }
+
+    fn long(mut self, number: usize) -> Self {
+        self.0.extend((number as u64).to_le_bytes());
+        self
+    }
+
+    fn finish(mut self) -> Vec<u8> {
+        let length = (self.0.len() as u32).to_le_bytes();
+        self.0[..4].copy_from_slice(&length);
+        self.0
+    }
+}
+
+/// Makes an image of zeros; one of the same name is replaced. tev shows it at once.
+pub fn create_image(image: &str, (width, height): (u32, u32), channels: &[String]) -> Vec<u8> {
+    Packet::new(CREATE_IMAGE, true, image)
+        .number(width as usize)
+        .number(height as usize)
+        .number(channels.len())
+        .texts(channels)
+        .finish()
+}
+
+/// Sets whole rows of some channels of an image from `y` on: `values` are interleaved, rows from top to bottom.
+pub fn update_rows(
+    image: &str,
+    channels: &[String],
+    y: u32,
+    width: u32,
+    values: &[f32],
+) -> Vec<u8> {
+    let n = channels.len();
+    let height = values.len() / (n * width as usize).max(1);
+    let mut packet = Packet::new(UPDATE_IMAGE_V3, false, image)
+        .number(n)
+        .texts(channels)
+        .number(0)
+        .number(y as usize)
+        .number(width as usize)
+        .number(height);
+    for offset in 0..n {
+        packet = packet.long(offset);
+    }
+    for _ in 0..n {
+        packet = packet.long(n);
+    }
+    packet
+        .0
+        .extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    packet.finish()
+}
+
+/// Names of a layer's channels as tev groups them: those of the picture itself stand alone, others behind
+/// the name of their layer, as in EXR files.
+fn channel_names(layer: &str, channels: &str) -> Vec<String> {
+    channels
+        .chars()
+        .map(|channel| channel_name(layer, &channel.to_string()))
+        .collect()
+}
+
+/// Makes an image that has room for these layers (names, and channels a letter each).
+pub fn create<'a>(
+    image: &str,
+    size: (u32, u32),
+    layers: impl Iterator<Item = (&'a str, &'a str)>,
+) -> Vec<u8> {
+    let channels: Vec<_> = layers
+        .flat_map(|(layer, channels)| channel_names(layer, channels))
+        .collect();
+    create_image(image, size, &channels)
+}
+
+/// Gives `send` the packets that set the layers of a picture, band by band, until it returns false.
+pub fn update(image: &str, picture: &dyn Bands, send: &mut dyn FnMut(Vec<u8>) -> bool) {
+    let (width, _) = picture.size();
+    let layers = picture.layers();
+    let names: Vec<_> = layers
+        .iter()
+        .map(|(layer, channels)| channel_names(layer, channels))
+        .collect();
+    let mut buffers = vec![Vec::new(); names.len()];
+    for (band, rows) in picture.bands().into_iter().enumerate() {
+        for (buffer, names) in buffers.iter_mut().zip(&names) {
+            buffer.resize(width as usize * rows.len() * names.len(), 0.0);
+        }
+        let mut parts: Vec<&mut [f32]> = buffers.iter_mut().map(Vec::as_mut_slice).collect();
+        picture.fill(band, &mut parts);
+        for (part, names) in parts.iter().zip(&names) {
+            if !send(update_rows(image, names, rows.start, width, part)) {
+                return;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Layer, Picture};
+
+    #[test]
+    fn packets_are_as_the_protocol_says() {
+        let names = ["R".to_owned(), "Z".to_owned()];
+        assert_eq!(
+            create_image("a\0b", (3, 258), &names),
+            b"\x19\0\0\0\x04\x01ab\0\x03\0\0\0\x02\x01\0\0\x02\0\0\0R\0Z\0"[..],
+        );
+        let packet = update_rows("a", &names[..1], 5, 1, &[1.0, -2.0]);
+        let mut expected = b"\0\0\0\0\x06\0a\0\x01\0\0\0R\0".to_vec();
+        for number in [0u32, 5, 1, 2] {
+            expected.extend(number.to_le_bytes());
+        }
+        expected.extend(0u64.to_le_bytes());
+        expected.extend(1u64.to_le_bytes());
+        expected.extend([0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0]);
+        expected[0] = expected.len() as u8;
+        assert_eq!(packet, expected);
+    }
+
+    #[test]
+    fn a_picture_goes_band_by_band_until_nobody_wants_it() {
+        let layer = |name: &str, channels: &[&str]| Layer {
+            name: name.into(),
+            channels: channels.iter().map(|c| (*c).into()).collect(),
+            data: (0..40 * 2 * channels.len()).map(|i| i as f32).collect(),
+        };
+        let picture = Picture {
+            width: 2,
+            height: 40,
+            layers: vec![
+                layer("Combined", &["R", "G", "B", "A"]),
+                layer("Depth", &["Z"]),
+            ],
+        };
+        let mut packets = Vec::new();
+        update("a", &picture, &mut |packet| {
+            packets.push(packet);
+            packets.len() < 3
+        });
+        assert_eq!(packets.len(), 3);
+        let z = ["Depth.Z".to_owned()];
+        assert_eq!(
+            packets[1],
+            update_rows("a", &z, 0, 2, &picture.layers[1].data[..64])
+        );
+        let rgba = ["R", "G", "B", "A"].map(String::from);
+        let rest = &picture.layers[0].data[256..];
+        assert_eq!(packets[2], update_rows("a", &rgba, 32, 2, rest));
+    }
+}
