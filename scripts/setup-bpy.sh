@@ -21,7 +21,6 @@ if [ -n "${SUNDOG_BPY_PYTHON:-}" ]; then
 fi
 
 venv="$cache/bpy-$version"
-portable="$cache/python-3.11"
 
 # Shared libraries that bpy loads, each with the package it comes in on Debian and Ubuntu.
 install_runtime_libraries() {
@@ -45,57 +44,6 @@ LIBRARIES
     [ "${#missing[@]}" -eq 0 ] || install_packages "to run Blender as a Python module" "${missing[@]}"
 }
 
-works_as_python() {
-    "$1" -c 'import sys, ctypes, json, venv, zlib; sys.exit(sys.version_info[:2] != (3, 11))' >/dev/null 2>&1
-}
-
-# Prints a Python 3.11, or nothing.
-find_python() {
-    local candidate
-    for candidate in /usr/bin/python3.11 python3.11 python3 "$portable/usr/bin/python3.11"; do
-        if works_as_python "$candidate"; then
-            command -v "$candidate"
-            return 0
-        fi
-    done
-    return 1
-}
-
-# Unpacks Debian 12's Python 3.11 into the cache folder. apt fetches it with a source list, state and cache of its own, so
-# that the system's stay as they are, and checks it against Debian's signing keys.
-unpack_python() {
-    local mirror keyring=/usr/share/keyrings/debian-archive-keyring.gpg new="$portable.new" package
-    have apt-get ||
-        fail "bpy needs Python 3.11, and $(distribution) has neither that nor apt to fetch it with: install Python 3.11 (python3.11 on PATH), then run this again."
-    [ -s "$keyring" ] || install_packages "to check Debian's Python 3.11" debian-archive-keyring
-    mirror=$(debian_mirror)
-    if [ -z "$mirror" ]; then
-        install_packages "to find a Debian mirror" python-apt-common
-        mirror=$(debian_mirror)
-    fi
-    [ -n "$mirror" ] ||
-        fail "bpy needs Python 3.11, which $(distribution) has not, and apt's sources name no Debian mirror to fetch it from: set SUNDOG_DEBIAN_MIRROR to a mirror's address, or install Python 3.11."
-    say "fetching Python 3.11 from Debian 12 (for bpy; nothing is installed)"
-    rm -rf "$new"
-    mkdir -p "$new/apt/lists/partial" "$new/apt/cache/archives/partial" "$new/apt/packages"
-    printf 'deb [signed-by=%s] %s bookworm main\n' "$keyring" "$mirror" >"$new/apt/sources.list"
-    local options=(-qq -o "Dir::Etc::SourceList=$new/apt/sources.list" -o Dir::Etc::SourceParts=/dev/null
-        -o "Dir::State::Lists=$new/apt/lists" -o "Dir::Cache=$new/apt/cache" -o APT::Sandbox::User=root
-        -o Acquire::Languages=none -o APT::Architecture=amd64 -o APT::Architectures::=amd64)
-    quietly apt-get "${options[@]}" update ||
-        fail "Debian 12's package list could not be fetched from $mirror (Python 3.11 for bpy comes from there): check the network, or install Python 3.11."
-    (cd "$new/apt/packages" && quietly apt-get "${options[@]}" download \
-        python3.11-minimal libpython3.11-minimal libpython3.11-stdlib) ||
-        fail "Debian 12's Python 3.11 could not be fetched from $mirror: check the network, or install Python 3.11."
-    for package in "$new"/apt/packages/*.deb; do
-        dpkg-deb -x "$package" "$new"
-    done
-    rm -rf "$new/apt" "$portable"
-    mv "$new" "$portable"
-    works_as_python "$portable/usr/bin/python3.11" ||
-        fail "Debian 12's Python 3.11 does not run on $(distribution): install Python 3.11 (python3.11 on PATH), then run this again."
-}
-
 stamp() { sha256sum "$pins" | cut -d ' ' -f 1; }
 
 is_complete() {
@@ -107,7 +55,7 @@ is_complete && exit 0
 lock_cache
 is_complete && exit 0
 install_runtime_libraries
-python=$(find_python) || { unpack_python && python=$(find_python); }
+python=$(python_3_11)
 
 say "fetching Blender $version as a Python module (bpy, 400 MB) into $venv"
 new="$venv.new"

@@ -13,6 +13,8 @@ for version in "${bpy_versions[@]}"; do
     "$scripts/setup-bpy.sh" "$version"
 done
 "$scripts/setup-tevclient.sh"
+# What the measures are compared with.
+"$scripts/setup-measures.sh"
 # One Blender that is named stands for all.
 [ -z "${SUNDOG_BPY_PYTHON:-}" ] || bpy_versions=(named)
 export SUNDOG_BPY_PYTHON="${SUNDOG_BPY_PYTHON:-$cache/bpy-4.5.15/bin/python}"

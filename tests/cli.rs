@@ -455,11 +455,70 @@ fn compare_says_what_the_library_measures() {
     assert!((number("rel_mse") - 0.0625 / 0.0725 / 3.0).abs() < 1e-12);
     let luminance = |r: f64| 0.2126 * r + 0.7152 * 0.25 + 0.0722 * 0.125;
     assert!((number("luminance_ratio") - luminance(0.5) / luminance(0.25)).abs() < 1e-12);
-    assert!(number("flip") > 0.01);
+    assert!((number("mape") - 0.25 / 0.26 / 3.0).abs() < 1e-12);
+    assert!((number("smape") - 0.5 / 0.77 / 3.0).abs() < 1e-12);
+    assert!(number("flip") > 0.01 && number("hdr_flip") > 0.01);
+    assert_eq!(answer["ssim"], Value::Null);
     let map = image::open(folder.path("map.png")).unwrap();
     assert!(map.width() >= 20 && map.height() > 10);
     let page = folder.works(&["compare", "a.exr", "a.exr"]);
     assert!(page.contains("RMSE             0.000000e0"), "{page}");
+}
+
+#[test]
+fn compare_measures_what_a_view_shows() {
+    let folder = Folder::new();
+    folder.write_exr("a.exr", 24, 16, [0.5, 0.25, 4.0]);
+    folder.write_exr("b.exr", 24, 16, [0.4, 0.3, 2.0]);
+    let compare = |arguments: &[&str]| -> Value {
+        let text = folder.works(&[&["compare", "--json"], arguments].concat());
+        serde_json::from_str(&text).unwrap()
+    };
+    let plain = compare(&["a.exr", "b.exr"]);
+    let view: [&str; 4] = [
+        "--view",
+        "ACES 2.0 - SDR 100 nits (Rec.709)",
+        "--exposure",
+        "0.5",
+    ];
+    let viewed = compare(&[&["a.exr", "b.exr"], &view[..]].concat());
+    for name in [
+        "rmse",
+        "rel_mse",
+        "mape",
+        "smape",
+        "hdr_flip",
+        "mean_luminance_a",
+    ] {
+        assert_eq!(plain[name], viewed[name], "{name}");
+    }
+    // The same as of the files that the view makes, which are rounded to 16 bits.
+    for name in ["a", "b"] {
+        let (from, to) = (format!("{name}.exr"), format!("{name}.png"));
+        folder.works(&[&["color", "apply", &from, &to, "--depth", "16"], &view[..]].concat());
+    }
+    let shown = compare(&["a.png", "b.png"]);
+    for name in ["flip", "ssim"] {
+        let number = |answer: &Value| answer[name].as_f64().unwrap();
+        assert!((number(&viewed) - number(&shown)).abs() < 1e-4, "{name}");
+        assert!((number(&viewed) - number(&plain)).abs() > 1e-3, "{name}");
+    }
+    assert!(
+        viewed["seen"]
+            .as_str()
+            .unwrap()
+            .contains("ACES 2.0 - SDR 100 nits (Rec.709)")
+    );
+    folder.fails(
+        &["compare", "a.png", "b.png", "--view", "Raw"],
+        2,
+        &["--view", "linear light"],
+    );
+    folder.fails(
+        &["compare", "a.exr", "b.exr", "--view", "Nothing"],
+        1,
+        &["Nothing", "ACES 2.0 - SDR 100 nits (Rec.709)"],
+    );
 }
 
 #[test]

@@ -2,9 +2,11 @@
 
 use super::flags::EXIT_OK;
 use super::parser::Parsed;
+use super::view::{self, View};
 use super::{Failure, console};
-use crate::measure::{self, Difference, MeasureError};
+use crate::measure::{self, Difference, Encoding, MeasureError, Picture};
 use crate::output::{self, Format, png};
+use crate::scene::ColorManagement;
 use serde::Serialize;
 
 impl From<MeasureError> for Failure {
@@ -41,7 +43,8 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
             path_b.display()
         ))
     };
-    let difference = measure::difference(&a, &b).map_err(name_both)?;
+    let (shown_a, shown_b, seen) = seen(parsed, [&a, &b])?;
+    let difference = measure::difference_as_shown(&a, &b, &shown_a, &shown_b).map_err(name_both)?;
     let mut scale = None;
     if let Some(path) = map_path {
         let map = measure::heat_map(&a, &b).map_err(name_both)?;
@@ -67,10 +70,11 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
             a: path_a.display().to_string(),
             b: path_b.display().to_string(),
             difference,
+            seen,
             difference_map_scale: scale,
         });
     } else {
-        console::output(&table(&difference));
+        console::output(&table(&difference, &seen));
         if let (Some(path), Some(scale)) = (map_path, scale) {
             console::output(&format!(
                 "difference map   {} (brightest: {scale})\n",
@@ -81,16 +85,40 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     Ok(EXIT_OK)
 }
 
+/// What one sees of both pictures, and in words how: by the flags, else by the sRGB curve.
+fn seen(parsed: Parsed, pictures: [&Picture; 2]) -> Result<(Picture, Picture, String), Failure> {
+    let [a, b] = pictures;
+    let flag = view::first_seen(parsed);
+    if let Some(flag) = flag
+        && a.encoding == Encoding::Display
+    {
+        return Err(Failure::usage(format!(
+            "--{flag} is for linear light, and these pictures hold display values already; leave it out, or compare the EXR files"
+        )));
+    }
+    Ok(match (flag, a.encoding) {
+        (Some(_), _) => {
+            let view = View::new(parsed, &ColorManagement::default(), &|warning| {
+                console::message(&format!("sundog: warning: {warning}"))
+            })?;
+            (view.seen(a)?, view.seen(b)?, view.summary())
+        }
+        (None, Encoding::Linear) => (a.shown(), b.shown(), "sRGB curve, clipped".to_owned()),
+        (None, Encoding::Display) => (a.shown(), b.shown(), "as in the files".to_owned()),
+    })
+}
+
 #[derive(Serialize)]
 struct Answer {
     a: String,
     b: String,
     #[serde(flatten)]
     difference: Difference,
+    seen: String,
     difference_map_scale: Option<f64>,
 }
 
-fn table(d: &Difference) -> String {
+fn table(d: &Difference, seen: &str) -> String {
     let ratio = match d.luminance_ratio {
         Some(ratio) => format!(
             "{ratio:.6} ({:.6} / {:.6})",
@@ -98,9 +126,32 @@ fn table(d: &Difference) -> String {
         ),
         None => format!("none, the reference is black ({:.6})", d.mean_luminance_a),
     };
+    let given = |value: Option<f64>, none: &str| {
+        value.map_or_else(|| none.to_owned(), |value| format!("{value:.6}"))
+    };
+    let hdr = match (d.encoding, d.hdr_flip_exposures) {
+        (Encoding::Display, _) => "none, display values have no exposures".to_owned(),
+        (_, None) => "none, the reference is black".to_owned(),
+        (_, Some(exposures)) => format!(
+            "{} ({} exposures from {:+.2} to {:+.2} stops)",
+            given(d.hdr_flip, ""),
+            exposures.count,
+            exposures.start,
+            exposures.stop
+        ),
+    };
     let mut text = format!(
-        "RMSE             {:.6e}\nrelMSE           {:.6e}\nmean luminance   {ratio}\nFLIP             {:.6}\nlargest          {:.6e} at {}, {}\n",
-        d.rmse, d.rel_mse, d.flip, d.largest, d.largest_at.0, d.largest_at.1
+        "RMSE             {:.6e}\nrelMSE           {:.6e} (error {:.3} %)\nMAPE             {:.6e}\nSMAPE            {:.6e}\nmean luminance   {ratio}\nlargest          {:.6e} at {}, {}\nSSIM             {}\nFLIP             {:.6}\nHDR-FLIP         {hdr}\nseen             {seen}\n",
+        d.rmse,
+        d.rel_mse,
+        100.0 * d.rel_mse.sqrt(),
+        d.mape,
+        d.smape,
+        d.largest,
+        d.largest_at.0,
+        d.largest_at.1,
+        given(d.ssim, "none, a side has less than 11 pixels"),
+        d.flip,
     );
     if d.non_finite_a + d.non_finite_b > 0 {
         text.push_str(&format!(

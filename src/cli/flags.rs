@@ -650,10 +650,23 @@ const IMPORT_INFO: Group = Group {
     ],
 };
 
+/// What is seen of linear light when pictures are measured; as `VIEW`, without what only files have.
+const SEEN: Group = Group {
+    heading: "Display (SSIM and FLIP)",
+    arguments: &[
+        VIEW.arguments[0],
+        VIEW.arguments[1],
+        VIEW.arguments[2],
+        VIEW.arguments[3],
+        VIEW.arguments[4],
+        VIEW.arguments[5],
+    ],
+};
+
 static COMPARE: Command = Command {
     name: "compare",
     doc: "Measure how far a picture is from a reference.",
-    details: "RMSE, relMSE (the mean over pixels and channels of (a - b)² / (b² + 0.01), with b the reference), the ratio of mean luminances (Rec.709 weights), and FLIP (the mean of NVIDIA's LDR-FLIP at 67 pixels a degree). The numbers of EXR files are compared as they are: linear light. Those of PNG files are display values 0..1 for RMSE and relMSE. FLIP compares what one would see: PNG files as they are, EXR files with the sRGB curve after clipping to 0..1 (which is Blender's \"Standard\" view on an sRGB display). Pixels in which a number is not finite are counted and left out.",
+    details: "With x the picture and r the reference, means over pixels and channels: RMSE, the root of the mean of (x - r)²; relMSE, (x - r)² / (r² + 0.01), and its root in percent; MAPE, |x - r| / (|r| + 0.01), and SMAPE, 2 |x - r| / (|x| + |r| + 0.02), as the viewers tev and JERI have them; the ratio of mean luminances (Rec.709 weights). The numbers of EXR files are compared as they are: linear light. Those of PNG files are display values 0..1. Then how different they look: SSIM (Wang et al. 2004, as scikit-image computes it with Gaussian weights) and FLIP (the mean of LDR-FLIP, Andersson et al. 2020, at 67 pixels a degree) of what one sees: PNG files as they are, EXR files with the sRGB curve after clipping to 0..1 (which is Blender's \"Standard\" view on an sRGB display), or by the display and view that the flags below choose; HDR-FLIP (Andersson et al. 2021, tone mapped by ACES, exposures by the reference) of linear light. Nothing is rounded to 8 bits. Pixels in which a number is not finite are counted and left out.",
     groups: &[
         Group {
             heading: "Files",
@@ -674,6 +687,7 @@ static COMPARE: Command = Command {
                 ),
             ],
         },
+        SEEN,
         Group {
             heading: "Messages",
             arguments: &[Argument::switch("json", "Tell it as one JSON object.")],

@@ -5,6 +5,7 @@ use super::parser::Parsed;
 use crate::color::{
     ColorConfig, ColorError, Depth, DisplayProcessor, DisplayTransform, SceneColors,
 };
+use crate::measure::{self, Encoding};
 use crate::output::display::{self, DisplayPicture};
 use crate::output::{Format, Metadata};
 use crate::scene::ColorManagement;
@@ -20,6 +21,14 @@ impl From<ColorError> for Failure {
 const NAMES: [&str; 8] = [
     "ocio", "display", "view", "look", "exposure", "gamma", "depth", "quality",
 ];
+
+/// Those of them that say what is seen.
+const SEEN: [&str; 6] = ["ocio", "display", "view", "look", "exposure", "gamma"];
+
+/// The first flag given that says what is seen.
+pub fn first_seen(parsed: Parsed) -> Option<&'static str> {
+    SEEN.into_iter().find(|name| parsed.given(name))
+}
 
 /// The first flag given that only PNG and JPEG files heed.
 pub fn first_given(parsed: Parsed) -> Option<&'static str> {
@@ -123,6 +132,26 @@ impl View {
             "display {}, view {}{look}; configuration {}",
             shown.display, shown.view, self.config
         )
+    }
+
+    /// What is seen of linear light, as floats, clipped to what a display shows. What is not finite stays so.
+    ///
+    /// # Errors
+    /// OpenColorIO fails.
+    pub fn seen(&self, picture: &measure::Picture) -> Result<measure::Picture, Failure> {
+        let mut pixels = picture.pixels.clone();
+        self.processor.show_in_place(&mut pixels)?;
+        for (shown, light) in pixels.iter_mut().zip(&picture.pixels) {
+            if !light.iter().all(|value| value.is_finite()) {
+                *shown = [f32::NAN; 3];
+            }
+            *shown = shown.map(|value| value.clamp(0.0, 1.0));
+        }
+        Ok(measure::Picture {
+            pixels,
+            encoding: Encoding::Display,
+            ..*picture
+        })
     }
 
     /// Shows linear Rec.709 pixels with associated alpha and writes them as PNG or JPEG. Alpha is kept

@@ -1,12 +1,17 @@
-//! RMSE, relMSE, luminance ratio and FLIP.
+//! RMSE, relMSE, MAPE, SMAPE, luminance ratio; SSIM and FLIP of what one sees.
 
-use super::{Encoding, MeasureError, Picture};
+use super::flip::{self, Exposures};
+use super::{Encoding, MeasureError, Picture, ssim};
 use crate::math::LUMINANCE;
-use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, flip};
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// Keeps relMSE finite where the reference is black. The project's goals are stated with this offset.
 const REL_MSE_OFFSET: f64 = 0.01;
+
+/// Keeps MAPE and SMAPE finite, as the image viewers tev (its "Relative Absolute Error") and JERI of Disney Research
+/// ("MAPE", "SMAPE") have it.
+const PERCENTAGE_OFFSET: f64 = 0.01;
 
 /// How far picture `a` is from the reference `b`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -19,8 +24,14 @@ pub struct Difference {
     pub encoding: Encoding,
     /// Root of the mean over pixels and channels of (a - b)².
     pub rmse: f64,
-    /// Mean over pixels and channels of (a - b)² / (b² + 0.01).
+    /// Mean over pixels and channels of (a - b)² / (b² + 0.01): the relative MSE that Rousselle et al. 2011 ("Adaptive
+    /// Sampling and Reconstruction using Greedy Error Minimization") introduced.
     pub rel_mse: f64,
+    /// Mean over pixels and channels of |a - b| / (|b| + 0.01): MAPE as tev and JERI have it. A share: 0.02 is 2 %.
+    pub mape: f64,
+    /// Mean over pixels and channels of 2 |a - b| / (|a| + |b| + 0.02): SMAPE as JERI has it, 0..=2. (Vogels et al. 2018,
+    /// "Denoising with Kernel Prediction and Asymmetric Loss Functions", train with half of it and the offset 0.01.)
+    pub smape: f64,
     /// Largest |a - b|.
     pub largest: f64,
     /// Where it is: column and row.
@@ -31,8 +42,14 @@ pub struct Difference {
     pub mean_luminance_b: f64,
     /// Mean luminance of `a` over that of `b`; none if the reference is black.
     pub luminance_ratio: Option<f64>,
-    /// Mean of LDR-FLIP (Andersson et al. 2020) at 67 pixels a degree.
+    /// Mean structural similarity of display values (see [`super::ssim`]); none if a side has less than 11 pixels.
+    pub ssim: Option<f64>,
+    /// Mean of LDR-FLIP at 67 pixels a degree, of display values taken as sRGB (see [`super::flip`]).
     pub flip: f64,
+    /// Mean of HDR-FLIP at 67 pixels a degree, tone mapped by ACES; none of display values and of a black reference.
+    pub hdr_flip: Option<f64>,
+    /// Its exposures, by the reference.
+    pub hdr_flip_exposures: Option<Exposures>,
     /// Pixels of `a` in which a number is not finite.
     pub non_finite_a: u64,
     /// Pixels of `b` in which a number is not finite.
@@ -41,15 +58,67 @@ pub struct Difference {
     pub compared: u64,
 }
 
-/// Measures how far `a` is from the reference `b`. Pixels that are not finite in both are left out
-/// (for FLIP they are black in both).
+/// Measures how far `a` is from the reference `b`, with linear light shown by the sRGB curve. Pixels that are not finite in
+/// both are left out (for SSIM and FLIP they are black in both).
 ///
 /// # Errors
 /// The pictures differ in size or in what their numbers mean, or no pixel is finite in both.
 pub fn difference(a: &Picture, b: &Picture) -> Result<Difference, MeasureError> {
+    difference_as_shown(a, b, &a.shown(), &b.shown())
+}
+
+/// As [`difference`], with the display values that one sees of each.
+///
+/// # Errors
+/// As [`difference`]; `shown_a` and `shown_b` must have the size of the pictures.
+pub fn difference_as_shown(
+    a: &Picture,
+    b: &Picture,
+    shown_a: &Picture,
+    shown_b: &Picture,
+) -> Result<Difference, MeasureError> {
+    let mut difference = by_numbers(a, b)?;
+    super::check_sizes(a, shown_a)?;
+    super::check_sizes(b, shown_b)?;
+    let (width, height) = (a.width as usize, a.height as usize);
+    let shown = |at: usize| {
+        if both_finite(a, b, at) && both_finite(shown_a, shown_b, at) {
+            [shown_a.pixels[at], shown_b.pixels[at]]
+                .map(|pixel| pixel.map(|value| value.clamp(0.0, 1.0)))
+        } else {
+            [[0.0; 3]; 2]
+        }
+    };
+    difference.ssim = ssim::ssim(width, height, &shown);
+    // FLIP asks for each pixel more than once.
+    let [test, reference] = [0, 1].map(|which| -> Vec<[f32; 3]> {
+        (0..width * height)
+            .into_par_iter()
+            .map(|at| shown(at)[which].map(srgb_to_linear))
+            .collect()
+    });
+    difference.flip = mean(&flip::ldr(width, height, &|at| [reference[at], test[at]]));
+    if a.encoding == Encoding::Linear {
+        let light = |at: usize| {
+            if both_finite(a, b, at) {
+                [b.pixels[at], a.pixels[at]]
+            } else {
+                [[0.0; 3]; 2]
+            }
+        };
+        let exposures = Exposures::of((0..width * height).map(|at| light(at)[0]));
+        difference.hdr_flip =
+            exposures.map(|exposures| mean(&flip::hdr(width, height, exposures, &light)));
+        difference.hdr_flip_exposures = exposures;
+    }
+    Ok(difference)
+}
+
+/// The difference without what one sees, which is still to be filled in.
+fn by_numbers(a: &Picture, b: &Picture) -> Result<Difference, MeasureError> {
     super::check_alike(a, b)?;
-    let finite = |pixel: &[f32; 3]| pixel.iter().all(|value| value.is_finite());
     let (mut squares, mut relative_squares) = (0.0, 0.0);
+    let (mut shares, mut symmetric_shares) = (0.0, 0.0);
     let (mut luminance_a, mut luminance_b) = (0.0, 0.0);
     let (mut largest, mut largest_index) = (0.0, 0);
     let (mut non_finite_a, mut non_finite_b, mut compared) = (0, 0, 0u64);
@@ -66,6 +135,9 @@ pub fn difference(a: &Picture, b: &Picture) -> Result<Difference, MeasureError> 
             let error = value_a - value_b;
             squares += error * error;
             relative_squares += error * error / (value_b * value_b + REL_MSE_OFFSET);
+            shares += error.abs() / (value_b.abs() + PERCENTAGE_OFFSET);
+            symmetric_shares +=
+                2.0 * error.abs() / (value_a.abs() + value_b.abs() + 2.0 * PERCENTAGE_OFFSET);
             luminance_a += LUMINANCE[channel] * value_a;
             luminance_b += LUMINANCE[channel] * value_b;
             if error.abs() > largest {
@@ -85,6 +157,8 @@ pub fn difference(a: &Picture, b: &Picture) -> Result<Difference, MeasureError> 
         encoding: a.encoding,
         rmse: (squares / (3.0 * pixels)).sqrt(),
         rel_mse: relative_squares / (3.0 * pixels),
+        mape: shares / (3.0 * pixels),
+        smape: symmetric_shares / (3.0 * pixels),
         largest,
         largest_at: (
             (largest_index % width) as u32,
@@ -93,49 +167,63 @@ pub fn difference(a: &Picture, b: &Picture) -> Result<Difference, MeasureError> 
         mean_luminance_a,
         mean_luminance_b,
         luminance_ratio: (mean_luminance_b != 0.0).then(|| mean_luminance_a / mean_luminance_b),
-        flip: mean_flip(a, b),
+        ssim: None,
+        flip: 0.0,
+        hdr_flip: None,
+        hdr_flip_exposures: None,
         non_finite_a,
         non_finite_b,
         compared,
     })
 }
 
-/// Mean FLIP of what one would see.
-fn mean_flip(a: &Picture, b: &Picture) -> f64 {
-    let (mut bytes_a, mut bytes_b) = (Vec::new(), Vec::new());
-    for (pixel_a, pixel_b) in a.pixels.iter().zip(&b.pixels) {
-        let finite = pixel_a.iter().chain(pixel_b).all(|value| value.is_finite());
-        for channel in 0..3 {
-            bytes_a.push(if finite {
-                display_byte(pixel_a[channel], a.encoding)
-            } else {
-                0
-            });
-            bytes_b.push(if finite {
-                display_byte(pixel_b[channel], b.encoding)
-            } else {
-                0
-            });
-        }
-    }
-    let test = FlipImageRgb8::with_data(a.width, a.height, &bytes_a);
-    let reference = FlipImageRgb8::with_data(b.width, b.height, &bytes_b);
-    let map = flip(reference, test, DEFAULT_PIXELS_PER_DEGREE).to_vec();
+fn finite(pixel: &[f32; 3]) -> bool {
+    pixel.iter().all(|value| value.is_finite())
+}
+
+fn both_finite(a: &Picture, b: &Picture, at: usize) -> bool {
+    finite(&a.pixels[at]) && finite(&b.pixels[at])
+}
+
+fn mean(map: &[f32]) -> f64 {
     map.iter().map(|value| f64::from(*value)).sum::<f64>() / map.len() as f64
 }
 
-/// The code value of 8 bits with which a number is shown: linear light is clipped to 0..1 and gets
-/// the sRGB curve (IEC 61966-2-1), display values are what they are.
-fn display_byte(value: f32, encoding: Encoding) -> u8 {
-    let value = value.clamp(0.0, 1.0);
-    let display = match encoding {
-        Encoding::Display => value,
-        Encoding::Linear if value <= 0.003_130_8 => value * 12.92,
-        Encoding::Linear => 1.055 * value.powf(1.0 / 2.4) - 0.055,
-    };
-    (display * 255.0).round() as u8
+impl Picture {
+    /// What one sees without a view: linear light is clipped to 0..=1 and gets the sRGB curve (IEC 61966-2-1), which is
+    /// Blender's view "Standard" on an sRGB display; display values are what they are.
+    pub fn shown(&self) -> Self {
+        match self.encoding {
+            Encoding::Display => self.clone(),
+            Encoding::Linear => Self {
+                encoding: Encoding::Display,
+                pixels: self
+                    .pixels
+                    .iter()
+                    .map(|pixel| pixel.map(linear_to_srgb))
+                    .collect(),
+                ..*self
+            },
+        }
+    }
 }
 
+fn linear_to_srgb(value: f32) -> f32 {
+    let value = value.clamp(0.0, 1.0);
+    if value <= 0.003_130_8 {
+        value * 12.92
+    } else {
+        1.055 * value.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+fn srgb_to_linear(value: f32) -> f32 {
+    if value <= 0.040_45 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
+    }
+}
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -158,6 +246,10 @@ mod tests {
         assert!((d.rmse - (5.25f64 / 6.0).sqrt()).abs() < 1e-12);
         // (1 + 4) / 1.01 + 0.25 / 0.01 = 4.9504950… + 25, over 6
         assert!((d.rel_mse - (5.0 / 1.01 + 25.0) / 6.0).abs() < 1e-12);
+        // |1| / 1.01 + |2| / 1.01 + 0.5 / 0.01, and 2 · 1 / 3.02 + 2 · 2 / 4.02 + 2 · 0.5 / 0.52.
+        assert!((d.mape - (3.0 / 1.01 + 50.0) / 6.0).abs() < 1e-12);
+        assert!((d.smape - (2.0 / 3.02 + 4.0 / 4.02 + 1.0 / 0.52) / 6.0).abs() < 1e-12);
+        assert_eq!(d.ssim, None);
         // (0.2126 + 2 · 0.7152 + 3 · 0.0722 + 0.5 · 0.2126) / 2
         assert!((d.mean_luminance_a - (1.8596 + 0.1063) / 2.0).abs() < 1e-12);
         assert!((d.mean_luminance_b - 0.5).abs() < 1e-12);
@@ -171,6 +263,7 @@ mod tests {
         let a = picture(3, 2, &[[0.2, 0.4, 0.8]; 6]);
         let d = difference(&a, &a).unwrap();
         assert_eq!((d.rmse, d.rel_mse, d.largest, d.flip), (0.0, 0.0, 0.0, 0.0));
+        assert_eq!((d.mape, d.smape, d.hdr_flip), (0.0, 0.0, Some(0.0)));
         assert_eq!(d.luminance_ratio, Some(1.0));
     }
 
@@ -231,11 +324,38 @@ mod tests {
     }
 
     #[test]
-    fn code_values() {
-        assert_eq!(display_byte(0.5, Encoding::Display), 128);
-        // sRGB of linear 0.18 is 0.46136, times 255: 117.65.
-        assert_eq!(display_byte(0.18, Encoding::Linear), 118);
-        assert_eq!(display_byte(-1.0, Encoding::Linear), 0);
-        assert_eq!(display_byte(7.0, Encoding::Linear), 255);
+    fn display_values() {
+        // sRGB of linear 0.18 is 0.46136.
+        let shown = picture(1, 1, &[[0.18, -1.0, 7.0]]).shown();
+        assert_eq!(shown.encoding, Encoding::Display);
+        assert!((shown.pixels[0][0] - 0.461_36).abs() < 1e-5);
+        assert_eq!(shown.pixels[0][1], 0.0);
+        assert!((shown.pixels[0][2] - 1.0).abs() < 1e-6);
+        assert_eq!(shown.shown(), shown);
+        for value in [0.0, 0.001, 0.003, 0.2, 0.9, 1.0] {
+            assert!((srgb_to_linear(linear_to_srgb(value)) - value).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn what_one_sees_is_of_the_pictures_shown() {
+        // Half and full light, which a view may show alike.
+        let a = picture(20, 20, &[[0.5; 3]; 400]);
+        let b = picture(20, 20, &[[1.0; 3]; 400]);
+        let seen = difference(&a, &b).unwrap();
+        let alike = difference_as_shown(&a, &b, &b.shown(), &b.shown()).unwrap();
+        assert!(seen.flip > 0.1 && seen.ssim.unwrap() < 1.0);
+        assert!(alike.flip == 0.0 && (alike.ssim.unwrap() - 1.0).abs() < 1e-12);
+        assert_eq!(seen.hdr_flip, alike.hdr_flip);
+        assert_eq!(seen.rmse, alike.rmse);
+        // Display values have no exposures.
+        let d = difference(&a.shown(), &b.shown()).unwrap();
+        assert_eq!((d.hdr_flip, d.hdr_flip_exposures), (None, None));
+        assert!((d.flip - seen.flip).abs() < 1e-6);
+        let small = picture(1, 1, &[[0.0; 3]]);
+        assert!(matches!(
+            difference_as_shown(&a, &b, &small, &small),
+            Err(MeasureError::DifferentSizes { .. })
+        ));
     }
 }

@@ -1,10 +1,12 @@
 //! How far a picture is from another one. All sums are made in f64.
 
 mod difference;
+pub mod flip;
 mod heat_map;
 mod load;
+mod ssim;
 
-pub use difference::{Difference, difference};
+pub use difference::{Difference, difference, difference_as_shown};
 pub use heat_map::{HeatMap, heat_map};
 pub use load::{load, load_with_alpha};
 
@@ -59,7 +61,7 @@ pub enum MeasureError {
 pub enum Encoding {
     /// Linear light (EXR, HDR).
     Linear,
-    /// Display values, 0..=1 (PNG, JPEG); for FLIP taken as sRGB.
+    /// Display values, 0..=1 (PNG, JPEG; linear light after a view); for FLIP taken as sRGB.
     Display,
 }
 
@@ -78,6 +80,14 @@ pub struct Picture {
 
 /// Two pictures can be compared if they have the same size and their numbers mean the same.
 fn check_alike(a: &Picture, b: &Picture) -> Result<(), MeasureError> {
+    check_sizes(a, b)?;
+    if a.encoding != b.encoding {
+        return Err(MeasureError::DifferentEncodings);
+    }
+    Ok(())
+}
+
+fn check_sizes(a: &Picture, b: &Picture) -> Result<(), MeasureError> {
     if (a.width, a.height) != (b.width, b.height) {
         return Err(MeasureError::DifferentSizes {
             a_width: a.width,
@@ -85,9 +95,6 @@ fn check_alike(a: &Picture, b: &Picture) -> Result<(), MeasureError> {
             b_width: b.width,
             b_height: b.height,
         });
-    }
-    if a.encoding != b.encoding {
-        return Err(MeasureError::DifferentEncodings);
     }
     Ok(())
 }

@@ -133,7 +133,7 @@ class Package(unittest.TestCase):
         self.assertTrue(any("OpenColorIO" in name for name in native), native)
         self.assertTrue(any("embree" in name for name in native), native)
         crates = self.files["licences/crates.txt"][0].decode()
-        for crate in ("rayon", "exr", "nv-flip-sys"):
+        for crate in ("rayon", "exr", "colorous"):
             self.assertRegex(crates, rf"(?m)^{crate} \d\S* \(.*\): ")
 
     def test_has_the_version_of_the_program(self):
