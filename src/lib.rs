@@ -16,6 +16,7 @@
 pub mod camera;
 pub mod cli;
 pub mod color;
+pub mod cost;
 pub mod effects;
 pub mod ffi;
 pub mod film;

@@ -42,6 +42,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "math",
         ],
     ),
+    ("cost", &["render", "effects", "film", "scene"]),
     ("output", &["film", "color"]),
     ("measure", &["output", "math"]),
     ("report", &[]),

@@ -663,6 +663,92 @@ const SEEN: Group = Group {
     ],
 };
 
+/// As `TRANSPORT`, without the choice of effects: what is measured are those that the scene calls for.
+const TRANSPORT_COST: Group = Group {
+    heading: "Light transport",
+    arguments: TRANSPORT.arguments.split_at(1).1,
+};
+
+static COST: Command = Command {
+    name: "cost",
+    doc: "Tell what a picture costs: error and time ahead, or what each effect takes and gives.",
+    details: "With `--effects`: the full picture and pictures that leave one thing out each, in turns, at a reduced size; what an effect costs in milliseconds, scaled to the full picture, how far the picture without it is from the full one (√relMSE, with the noise of both taken out by independent seeds), and the most error removed for a second first. What it all means: docs/cost.md.",
+    groups: &[
+        Group {
+            heading: "Files",
+            arguments: &[
+                SCENE_FILE,
+                Argument::new(
+                    "output",
+                    Kind::Path,
+                    "FILE",
+                    "Where the numbers go: .json or .csv; may be given more than once.",
+                )
+                .short('o')
+                .repeats(),
+                Argument::new(
+                    "report",
+                    Kind::Path,
+                    "FILE",
+                    "Write a page with curves and tables: .html.",
+                ),
+            ],
+        },
+        Group {
+            heading: "Question",
+            arguments: &[
+                Argument::switch(
+                    "effects",
+                    "Measure what each effect of the scene costs, and the error that it removes.",
+                ),
+                Argument::new(
+                    "samples",
+                    Kind::Integer {
+                        min: 1,
+                        max: MAX_SAMPLES,
+                    },
+                    "COUNT",
+                    "Samples a pixel of the picture that is asked about.",
+                )
+                .default("256"),
+                Argument::new(
+                    "probe",
+                    Kind::Duration,
+                    "TIME",
+                    "How long is rendered to find out.",
+                )
+                .details("With `--effects`, about so long for each picture; 1s if not given."),
+                Argument::new(
+                    "rounds",
+                    Kind::Integer { min: 3, max: 1000 },
+                    "COUNT",
+                    "With `--effects`: how often each picture is rendered, with a seed each.",
+                )
+                .default("3"),
+                Argument::new(
+                    "side",
+                    Kind::Integer {
+                        min: 16,
+                        max: MAX_SIDE,
+                    },
+                    "PIXELS",
+                    "With `--effects`: longer side of the pictures that are measured, at most.",
+                )
+                .default("256"),
+                THREADS,
+                SEED,
+            ],
+        },
+        PICTURE,
+        BOUNCES,
+        TRANSPORT_COST,
+        IMPORT,
+        ENVIRONMENT,
+        REPORTING,
+    ],
+    commands: &[],
+};
+
 static COMPARE: Command = Command {
     name: "compare",
     doc: "Measure how far a picture is from a reference.",
@@ -808,7 +894,15 @@ static COLOR: Command = Command {
 };
 
 /// All commands.
-pub static COMMANDS: &[&Command] = &[&RENDER, &INFO, &COMPARE, &COLOR, &FLAGS, &COMPLETIONS];
+pub static COMMANDS: &[&Command] = &[
+    &RENDER,
+    &INFO,
+    &COST,
+    &COMPARE,
+    &COLOR,
+    &FLAGS,
+    &COMPLETIONS,
+];
 
 /// Examples that stand at the end of the help.
 pub static EXAMPLES: &[(&str, &str)] = &[

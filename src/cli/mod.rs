@@ -3,6 +3,7 @@
 mod color;
 mod compare;
 mod console;
+mod cost;
 pub mod flags;
 mod frames;
 mod info;
@@ -72,6 +73,7 @@ pub fn main() -> ExitCode {
     let result = match matches.subcommand() {
         Some(("render", matches)) => render::run(Parsed(matches)),
         Some(("info", matches)) => info::run(Parsed(matches)),
+        Some(("cost", matches)) => cost::run(Parsed(matches)),
         Some(("compare", matches)) => compare::run(Parsed(matches)),
         Some(("color", matches)) => color::run(Parsed(matches)),
         Some(("flags", matches)) => list_flags(Parsed(matches)),

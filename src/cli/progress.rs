@@ -83,6 +83,16 @@ impl Reporter {
         }
     }
 
+    /// A piece of work of several is about to begin.
+    pub fn step(&self, done: usize, of: usize, what: &str) {
+        let Self::People(bar) = self else { return };
+        if console::watched() {
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        bar.set_position(STEPS * done as u64 / of.max(1) as u64);
+        bar.set_message(what.to_owned());
+    }
+
     /// Takes the bar away.
     pub fn end(&self) {
         if let Self::People(bar) = self {

@@ -1,0 +1,96 @@
+//! Tables on the terminal, and numbers as people say them.
+
+use crate::cli::console;
+use crate::report::Table;
+
+/// Columns below their names, the first one to the left, numbers to the right.
+pub fn table(table: &Table) -> String {
+    let heads = table.columns.iter().map(|column| column.name.clone());
+    let mut lines: Vec<Vec<String>> = vec![heads.collect()];
+    for row in &table.rows {
+        lines.push(row.iter().map(|cell| cell.text.clone()).collect());
+    }
+    let width = |column: usize| {
+        let cells = lines.iter().filter_map(|line| line.get(column));
+        cells.map(|text| text.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..table.columns.len()).map(width).collect();
+    let mut result = String::new();
+    for line in &lines {
+        let mut text = String::new();
+        for (column, (cell, width)) in line.iter().zip(&widths).enumerate() {
+            if column == 0 {
+                text.push_str(&format!("{cell:<width$}"));
+            } else {
+                text.push_str(&format!("  {cell:>width$}"));
+            }
+        }
+        result.push_str(text.trim_end());
+        result.push('\n');
+    }
+    result
+}
+
+/// `2.4 %`: two digits, more where there are more before the point.
+pub fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent == 0.0 {
+        return "0 %".into();
+    }
+    let decimals = (1.0 - percent.abs().log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{percent:.decimals$} %")
+}
+
+/// `40 ms`, `4.2 s`, `1:15`: a length of time, of two digits where it is short.
+pub fn time(seconds: f64) -> String {
+    if !seconds.is_finite() {
+        return "for ever".into();
+    }
+    if seconds.abs() < 0.0995 {
+        return format!("{:.0} ms", 1000.0 * seconds);
+    }
+    if seconds < 0.0 {
+        return format!("-{}", time(-seconds));
+    }
+    match seconds {
+        s if s < 0.995 => format!("{s:.2} s"),
+        s if s < 9.95 => format!("{s:.1} s"),
+        s if s < 59.5 => format!("{s:.0} s"),
+        s => console::clock(s),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{Cell, Column};
+
+    #[test]
+    fn numbers_as_people_say_them() {
+        assert_eq!(percent(0.0237), "2.4 %");
+        assert_eq!(percent(0.237), "24 %");
+        assert_eq!(percent(0.000_237), "0.024 %");
+        assert_eq!(percent(2.0), "200 %");
+        assert_eq!(percent(0.0), "0 %");
+        assert_eq!(time(0.012), "12 ms");
+        assert_eq!(time(-0.5), "-0.50 s");
+        assert_eq!(time(4.23), "4.2 s");
+        assert_eq!(time(42.3), "42 s");
+        assert_eq!(time(75.3), "1:15");
+        assert_eq!(time(f64::INFINITY), "for ever");
+    }
+
+    #[test]
+    fn columns_stand_below_their_names() {
+        let cells = |a: &str, b: &str| vec![Cell::text(a), Cell::text(b)];
+        let shown = table(&Table {
+            columns: vec![Column::new("effect"), Column::new("costs")],
+            rows: vec![cells("lamps", "1 s"), cells("a long name", "-20 ms")],
+            ..Table::default()
+        });
+        assert_eq!(
+            shown,
+            "effect        costs\nlamps           1 s\na long name  -20 ms\n"
+        );
+    }
+}

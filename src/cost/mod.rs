@@ -1,0 +1,82 @@
+//! What a picture costs: probes that tell time and error ahead, and what each effect takes and gives.
+
+mod clock;
+mod effects;
+mod variants;
+
+pub use clock::{Clock, processor_seconds};
+pub use effects::{EffectCost, Share, Study, StudyEnd, study};
+pub use variants::{Variant, Worth, variants};
+
+use crate::render::{Region, RenderSettings};
+
+/// The settings of a picture of which the longer side has not more than so many pixels.
+pub fn reduced(settings: &RenderSettings, longer_side: u32) -> RenderSettings {
+    let longest = settings.width.max(settings.height);
+    if longest <= longer_side {
+        return settings.clone();
+    }
+    let factor = f64::from(longer_side) / f64::from(longest);
+    let side = |pixels: u32| ((f64::from(pixels) * factor).round() as u32).max(1);
+    let (width, height) = (side(settings.width), side(settings.height));
+    let part = |from: u32, to: u32, most: u32| {
+        let start = ((f64::from(from) * factor) as u32).min(most - 1);
+        (start, side(to).clamp(start + 1, most))
+    };
+    let region = settings.region.map(|region| {
+        let (x0, x1) = part(region.x0, region.x1, width);
+        let (y0, y1) = part(region.y0, region.y1, height);
+        Region { x0, y0, x1, y1 }
+    });
+    RenderSettings {
+        width,
+        height,
+        region,
+        ..settings.clone()
+    }
+}
+
+/// Pixels that are rendered.
+pub fn pixels(settings: &RenderSettings) -> f64 {
+    let region = settings.region();
+    f64::from(region.width()) * f64::from(region.height())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reduced_picture_keeps_its_shape_and_its_region() {
+        let settings = RenderSettings {
+            width: 1280,
+            height: 720,
+            region: Some(Region {
+                x0: 640,
+                y0: 0,
+                x1: 1280,
+                y1: 1,
+            }),
+            ..RenderSettings::default()
+        };
+        let small = reduced(&settings, 256);
+        assert_eq!((small.width, small.height), (256, 144));
+        let region = Region {
+            x0: 128,
+            y0: 0,
+            x1: 256,
+            y1: 1,
+        };
+        assert_eq!(small.region, Some(region));
+        assert_eq!(reduced(&settings, 1280).width, 1280);
+        let thin = RenderSettings {
+            width: 60_000,
+            height: 1,
+            ..RenderSettings::default()
+        };
+        assert_eq!(
+            (reduced(&thin, 256).width, reduced(&thin, 256).height),
+            (256, 1)
+        );
+    }
+}

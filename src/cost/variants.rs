@@ -1,0 +1,266 @@
+//! The pictures that are rendered beside the full one: each leaves one thing out.
+
+use crate::effects::{self, DEPTH_OF_FIELD, EffectSet, MESH_LIGHTS, Mask, TRANSMISSION};
+use crate::render::{BounceLimits, EffectChoice, LightSampling, RenderSettings};
+use crate::scene::Scene;
+use serde::Serialize;
+
+/// What an effect is for, and so what its absence does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Worth {
+    /// Without it the picture is another one.
+    Picture,
+    /// Without it the picture is the same, with more or less noise.
+    Noise,
+}
+
+/// A picture without something.
+#[derive(Clone, Debug)]
+pub struct Variant {
+    /// What it is without: a name of [`effects::TABLE`], or of a setting.
+    pub name: String,
+    /// What that is.
+    pub about: String,
+    /// What it is for.
+    pub worth: Worth,
+    /// How the picture without it is rendered.
+    pub settings: RenderSettings,
+}
+
+/// One for each effect that the scene and the settings call for.
+pub fn variants(scene: &Scene, settings: &RenderSettings) -> Vec<Variant> {
+    let called_for = called_for(scene, settings);
+    let mut list = without_effects(settings, called_for);
+    list.extend(fewer_bounces(settings, called_for));
+    list.extend(other_light_sampling(settings));
+    list.extend(without_bias(settings));
+    list
+}
+
+/// Effects of the scene as this camera sees it.
+fn called_for(scene: &Scene, settings: &RenderSettings) -> Mask {
+    let camera = scene.cameras.get(settings.camera.unwrap_or(0));
+    let focused = camera.is_some_and(|camera| camera.aperture.is_some());
+    let found = EffectSet::detect(scene).mask;
+    if focused {
+        found
+    } else {
+        found & !DEPTH_OF_FIELD
+    }
+}
+
+fn without_effects(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> {
+    effects::TABLE
+        .iter()
+        .filter(|(effect, ..)| effects::has(called_for, *effect))
+        .map(|&(effect, name, about)| Variant {
+            name: name.into(),
+            // Triangles shine where paths meet them without it too.
+            about: if effect == MESH_LIGHTS {
+                "emissive triangles looked for, not only met".into()
+            } else {
+                about.into()
+            },
+            worth: if effect == MESH_LIGHTS {
+                Worth::Noise
+            } else {
+                Worth::Picture
+            },
+            settings: RenderSettings {
+                effects: EffectChoice::List(effects::names(called_for & !effect)),
+                ..settings.clone()
+            },
+        })
+        .collect()
+}
+
+fn fewer_bounces(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> {
+    let depths = std::iter::once(0)
+        .chain((0..u32::BITS).map(|k| 1 << k))
+        .take_while(|depth| *depth < settings.bounces);
+    let mut list: Vec<Variant> = depths
+        .map(|bounces| Variant {
+            name: format!("bounces beyond {bounces}"),
+            about: format!("bounces {} to {} of a path", bounces + 1, settings.bounces),
+            worth: Worth::Picture,
+            settings: RenderSettings {
+                bounces,
+                ..settings.clone()
+            },
+        })
+        .collect();
+    if settings.bounces == 0 {
+        return list;
+    }
+    let limits = settings.bounce_limits;
+    let none = Some(0);
+    let glass = effects::has(called_for, TRANSMISSION);
+    for (name, about, there, without) in [
+        (
+            "diffuse bounces",
+            "light by way of matt surfaces",
+            true,
+            BounceLimits {
+                diffuse: none,
+                ..limits
+            },
+        ),
+        (
+            "glossy bounces",
+            "what mirrors and sheen show, and the light that they throw",
+            true,
+            BounceLimits {
+                glossy: none,
+                ..limits
+            },
+        ),
+        (
+            "transmission bounces",
+            "what is seen through glass, and the light that passes it",
+            glass,
+            BounceLimits {
+                transmission: none,
+                ..limits
+            },
+        ),
+    ] {
+        if there && without != limits {
+            list.push(Variant {
+                name: name.into(),
+                about: about.into(),
+                worth: Worth::Picture,
+                settings: RenderSettings {
+                    bounce_limits: without,
+                    ..settings.clone()
+                },
+            });
+        }
+    }
+    list
+}
+
+fn other_light_sampling(settings: &RenderSettings) -> Vec<Variant> {
+    if settings.light_sampling != LightSampling::Mis {
+        return Vec::new();
+    }
+    [
+        (
+            "sampling BSDFs for light",
+            "multiple importance sampling instead of next-event estimation alone",
+            LightSampling::Nee,
+        ),
+        (
+            "sampling lights",
+            "multiple importance sampling instead of BSDF sampling alone",
+            LightSampling::Bsdf,
+        ),
+    ]
+    .map(|(name, about, light_sampling)| Variant {
+        name: name.into(),
+        about: about.into(),
+        worth: Worth::Noise,
+        settings: RenderSettings {
+            light_sampling,
+            ..settings.clone()
+        },
+    })
+    .into()
+}
+
+/// What the settings take away, given back.
+fn without_bias(settings: &RenderSettings) -> Vec<Variant> {
+    let mut list = Vec::new();
+    let mut add = |name: &str, about: &str, without: RenderSettings| {
+        list.push(Variant {
+            name: name.into(),
+            about: about.into(),
+            worth: Worth::Noise,
+            settings: without,
+        });
+    };
+    if settings.clamp_direct > 0.0 {
+        let clamp_direct = 0.0;
+        add(
+            "clamp-direct",
+            "bright samples of direct light made darker",
+            RenderSettings {
+                clamp_direct,
+                ..settings.clone()
+            },
+        );
+    }
+    if settings.clamp_indirect > 0.0 {
+        let clamp_indirect = 0.0;
+        add(
+            "clamp-indirect",
+            "bright samples of indirect light made darker",
+            RenderSettings {
+                clamp_indirect,
+                ..settings.clone()
+            },
+        );
+    }
+    if settings.filter_glossy > 0.0 {
+        let filter_glossy = 0.0;
+        add(
+            "filter-glossy",
+            "sharp reflections behind blurring bounces made rougher",
+            RenderSettings {
+                filter_glossy,
+                ..settings.clone()
+            },
+        );
+    }
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Environment;
+
+    fn names(scene: &Scene, settings: &RenderSettings) -> Vec<String> {
+        let list = variants(scene, settings);
+        list.into_iter().map(|variant| variant.name).collect()
+    }
+
+    #[test]
+    fn only_what_is_called_for_is_left_out() {
+        let mut scene = Scene::default();
+        let settings = RenderSettings {
+            bounces: 3,
+            ..RenderSettings::default()
+        };
+        scene.environment = Some(Environment {
+            image: None,
+            radiance: [1.0; 3],
+            rotation: glam::DMat3::IDENTITY,
+            visibility: crate::scene::Visibility::ALL,
+        });
+        assert_eq!(
+            names(&scene, &settings),
+            [
+                "environment",
+                "bounces beyond 0",
+                "bounces beyond 1",
+                "bounces beyond 2",
+                "diffuse bounces",
+                "glossy bounces",
+                "sampling BSDFs for light",
+                "sampling lights",
+            ]
+        );
+        let settings = RenderSettings {
+            bounces: 0,
+            clamp_indirect: 10.0,
+            filter_glossy: 1.0,
+            light_sampling: LightSampling::Nee,
+            ..settings
+        };
+        assert_eq!(
+            names(&scene, &settings),
+            ["environment", "clamp-indirect", "filter-glossy"]
+        );
+    }
+}
