@@ -56,7 +56,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         files,
     };
     if !parsed.switch("effects") {
-        return Err(Failure::usage("give --effects"));
+        return Err(Failure::usage("nothing is asked; give --effects"));
     }
     effects::run(&question)?;
     Ok(EXIT_OK)
