@@ -466,6 +466,32 @@ fn compare_says_what_the_library_measures() {
 }
 
 #[test]
+fn compare_writes_a_page_and_a_table() {
+    let folder = Folder::new();
+    folder.write_exr("a<b>.exr", 20, 10, [0.5, 0.25, 0.125]);
+    folder.write_exr("b.exr", 20, 10, [0.25, 0.25, 0.125]);
+    let arguments = ["compare", "a<b>.exr", "b.exr", "--report", "page.html"];
+    folder.works(&[&arguments[..], &["--csv", "numbers.csv"]].concat());
+    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    assert!(page.contains("<h1>a&lt;b&gt;.exr against b.exr</h1>"));
+    assert!(
+        page.contains("default-src 'none'") && !page.contains("http:") && !page.contains("https:")
+    );
+    for part in ["slider", "map", "plot", "sortable", "settings"] {
+        assert!(page.contains(&format!("class=\"{part}\"")), "{part}");
+    }
+    let table = std::fs::read_to_string(folder.path("numbers.csv")).unwrap();
+    let rmse = table.lines().find_map(|line| line.strip_prefix("RMSE,"));
+    let rmse: f64 = rmse.unwrap().split(',').next().unwrap().parse().unwrap();
+    assert!((rmse - (0.0625f64 / 3.0).sqrt()).abs() < 1e-12);
+    folder.fails(
+        &["compare", "b.exr", "b.exr", "--report", "page.htm"],
+        2,
+        &["page.htm", ".html"],
+    );
+}
+
+#[test]
 fn compare_measures_what_a_view_shows() {
     let folder = Folder::new();
     folder.write_exr("a.exr", 24, 16, [0.5, 0.25, 4.0]);

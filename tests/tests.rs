@@ -14,4 +14,5 @@ mod formats;
 mod measures;
 mod package;
 mod pictures;
+mod report;
 mod transport;

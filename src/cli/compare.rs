@@ -1,7 +1,9 @@
 //! `sundog compare`: how far a picture is from a reference.
 
+use super::compare_report::{self, Compared};
 use super::flags::EXIT_OK;
 use super::parser::Parsed;
+use super::report_file::{page_path, write_text};
 use super::view::{self, View};
 use super::{Failure, console};
 use crate::measure::{self, Difference, Encoding, MeasureError, Picture};
@@ -33,6 +35,8 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         }
         output::check_writable(path)?;
     }
+    let report_path = page_path(parsed, "report", "html")?;
+    let csv_path = page_path(parsed, "csv", "csv")?;
     let layer = parsed.text("layer");
     let a = measure::load(path_a, layer)?;
     let b = measure::load(path_b, layer)?;
@@ -64,6 +68,20 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
             &text,
         )?;
         scale = Some(map.scale);
+    }
+    if let Some(path) = report_path {
+        let page = Compared {
+            paths: [path_a, path_b],
+            pictures: [&a, &b],
+            shown: [&shown_a, &shown_b],
+            seen: &seen,
+            difference: &difference,
+        }
+        .page()?;
+        write_text(path, &page.html()?)?;
+    }
+    if let Some(path) = csv_path {
+        write_text(path, &compare_report::numbers(&difference).csv())?;
     }
     if parsed.switch("json") {
         console::json_document(&Answer {

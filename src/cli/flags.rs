@@ -766,6 +766,18 @@ static COMPARE: Command = Command {
                     "Write the difference of each pixel as a heat map with a scale: .png.",
                 ),
                 Argument::new(
+                    "report",
+                    Kind::Path,
+                    "FILE",
+                    "Write all of it as one page that needs no network: both pictures under a slider, heat maps, a histogram, the settings that the files tell: .html.",
+                ),
+                Argument::new(
+                    "csv",
+                    Kind::Path,
+                    "FILE",
+                    "Write the numbers as a table: .csv.",
+                ),
+                Argument::new(
                     "layer",
                     Kind::Text,
                     "NAME",

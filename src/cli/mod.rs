@@ -2,6 +2,7 @@
 
 mod color;
 mod compare;
+mod compare_report;
 mod console;
 mod cost;
 pub mod flags;
@@ -12,6 +13,7 @@ pub mod pages;
 pub mod parser;
 mod progress;
 mod render;
+mod report_file;
 mod scene_file;
 mod settings;
 mod tev;

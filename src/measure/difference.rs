@@ -81,23 +81,9 @@ pub fn difference_as_shown(
     super::check_sizes(a, shown_a)?;
     super::check_sizes(b, shown_b)?;
     let (width, height) = (a.width as usize, a.height as usize);
-    let shown = |at: usize| {
-        if both_finite(a, b, at) && both_finite(shown_a, shown_b, at) {
-            [shown_a.pixels[at], shown_b.pixels[at]]
-                .map(|pixel| pixel.map(|value| value.clamp(0.0, 1.0)))
-        } else {
-            [[0.0; 3]; 2]
-        }
-    };
-    difference.ssim = ssim::ssim(width, height, &shown);
-    // FLIP asks for each pixel more than once.
-    let [test, reference] = [0, 1].map(|which| -> Vec<[f32; 3]> {
-        (0..width * height)
-            .into_par_iter()
-            .map(|at| shown(at)[which].map(srgb_to_linear))
-            .collect()
-    });
-    difference.flip = mean(&flip::ldr(width, height, &|at| [reference[at], test[at]]));
+    let pictures = [a, b, shown_a, shown_b];
+    difference.ssim = ssim::ssim(width, height, &|at| display_values(pictures, at));
+    difference.flip = mean(&flip_map(pictures));
     if a.encoding == Encoding::Linear {
         let light = |at: usize| {
             if both_finite(a, b, at) {
@@ -112,6 +98,49 @@ pub fn difference_as_shown(
         difference.hdr_flip_exposures = exposures;
     }
     Ok(difference)
+}
+
+/// LDR-FLIP of each pixel, for the pictures and the display values that one sees of them, all of one size.
+pub fn flip_map(pictures: [&Picture; 4]) -> Vec<f32> {
+    let (width, height) = (pictures[0].width as usize, pictures[0].height as usize);
+    // FLIP asks for each pixel more than once.
+    let [test, reference] = [0, 1].map(|which| -> Vec<[f32; 3]> {
+        (0..width * height)
+            .into_par_iter()
+            .map(|at| display_values(pictures, at)[which].map(srgb_to_linear))
+            .collect()
+    });
+    flip::ldr(width, height, &|at| [reference[at], test[at]])
+}
+
+/// What one sees of a pixel of both pictures; black if it is not finite in one of them.
+fn display_values([a, b, shown_a, shown_b]: [&Picture; 4], at: usize) -> [[f32; 3]; 2] {
+    if both_finite(a, b, at) && both_finite(shown_a, shown_b, at) {
+        [shown_a.pixels[at], shown_b.pixels[at]]
+            .map(|pixel| pixel.map(|value| value.clamp(0.0, 1.0)))
+    } else {
+        [[0.0; 3]; 2]
+    }
+}
+
+/// The error of each pixel: the root of the mean over the channels of (a - b)² / (b² + 0.01). Not a number where one of the
+/// pictures is not finite.
+///
+/// # Errors
+/// The pictures differ in size or in what their numbers mean.
+pub fn error_map(a: &Picture, b: &Picture) -> Result<Vec<f32>, MeasureError> {
+    super::check_alike(a, b)?;
+    let error = |(pixel_a, pixel_b): (&[f32; 3], &[f32; 3])| {
+        if !finite(pixel_a) || !finite(pixel_b) {
+            return f32::NAN;
+        }
+        let squares = pixel_a.iter().zip(pixel_b).map(|(a, b)| {
+            let (a, b) = (f64::from(*a), f64::from(*b));
+            (a - b) * (a - b) / (b * b + REL_MSE_OFFSET)
+        });
+        (squares.sum::<f64>() / 3.0).sqrt() as f32
+    };
+    Ok(a.pixels.iter().zip(&b.pixels).map(error).collect())
 }
 
 /// The difference without what one sees, which is still to be filled in.
@@ -256,6 +285,21 @@ mod tests {
         assert!((d.luminance_ratio.unwrap() - 1.9659).abs() < 1e-12);
         assert_eq!((d.largest, d.largest_at), (2.0, (0, 0)));
         assert_eq!((d.compared, d.non_finite_a, d.non_finite_b), (2, 0, 0));
+    }
+
+    #[test]
+    fn errors_of_pixels_make_the_error_of_the_picture() {
+        let a = picture(3, 1, &[[1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [f32::NAN; 3]]);
+        let b = picture(3, 1, &[[1.0, 1.0, 1.0], [0.0; 3], [0.0; 3]]);
+        let map = error_map(&a, &b).unwrap();
+        assert!((f64::from(map[0]) - (5.0 / 1.01 / 3.0f64).sqrt()).abs() < 1e-6);
+        assert!(map[2].is_nan());
+        let mean = map[..2]
+            .iter()
+            .map(|error| f64::from(error * error))
+            .sum::<f64>()
+            / 2.0;
+        assert!((mean / difference(&a, &b).unwrap().rel_mse - 1.0).abs() < 1e-6);
     }
 
     #[test]

@@ -3,12 +3,16 @@
 mod difference;
 pub mod flip;
 mod heat_map;
+mod list;
 mod load;
+mod metadata;
 mod ssim;
 
-pub use difference::{Difference, difference, difference_as_shown};
+pub use difference::{Difference, difference, difference_as_shown, error_map, flip_map};
 pub use heat_map::{HeatMap, heat_map};
+pub use list::Measure;
 pub use load::{load, load_with_alpha};
+pub use metadata::metadata;
 
 /// Why two pictures could not be compared. Each message is one sentence.
 #[derive(Debug, thiserror::Error)]

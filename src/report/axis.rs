@@ -76,6 +76,11 @@ impl Range {
         }
     }
 
+    /// The first and the last value; their logarithms to base 10 if the axis is logarithmic.
+    pub fn ends(&self) -> (f64, f64) {
+        (self.low, self.high)
+    }
+
     /// Where a value is: 0 at the beginning of the axis, 1 at its end.
     pub fn position(&self, value: f64) -> f64 {
         let value = if self.log { value.log10() } else { value };
@@ -187,14 +192,16 @@ fn power_of_ten(step: i32, power: i32) -> f64 {
 /// `0.05`, `20 000`, `3·10⁻⁷`.
 fn tick_label(value: f64) -> String {
     // Twelve digits hide the rounding of multiples of a step.
-    let text = rounded(value, 12);
-    let Some((mantissa, exponent)) = text.split_once('e') else {
-        return text;
-    };
+    let size = value.abs();
+    if value == 0.0 || (1e-3..1e6).contains(&size) {
+        return rounded(value, 12);
+    }
+    let text = format!("{value:.11e}");
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: String = exponent
         .chars()
         .map(|digit| match digit {
-            '−' => '⁻',
+            '-' => '⁻',
             '1' => '¹',
             '2' => '²',
             '3' => '³',
@@ -204,10 +211,9 @@ fn tick_label(value: f64) -> String {
                 .unwrap_or(digit),
         })
         .collect();
-    if mantissa == "1" {
-        format!("10{exponent}")
-    } else {
-        format!("{mantissa}·10{exponent}")
+    match rounded(mantissa.parse().unwrap_or(f64::NAN), 12).as_str() {
+        "1" => format!("10{exponent}"),
+        mantissa => format!("{mantissa}·10{exponent}"),
     }
 }
 
@@ -240,6 +246,9 @@ mod tests {
             ["10⁻¹²", "10⁻⁹", "10⁻⁶", "0.001", "1"]
         );
         assert_eq!(labels(&log, &[1e-8, 1e300], 4).len(), 4);
+        assert_eq!(tick_label(5e-4), "5·10⁻⁴");
+        assert_eq!(tick_label(-2.5e6), "−2.5·10⁶");
+        assert_eq!(tick_label(0.1 + 0.2), "0.3");
     }
 
     #[test]

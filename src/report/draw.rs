@@ -45,7 +45,7 @@ const FONT: f64 = 13.0;
 const SVG_FONT: f64 = 1.24;
 
 /// Letters of the reader's own font may be wider than those that are measured here.
-const WIDER: f64 = 1.12;
+const WIDER: f64 = 1.22;
 
 /// Colours on white: Okabe and Ito's (2008), told apart by the colour-blind; yellow and light blue, too pale for lines,
 /// are left out, orange is darker.
@@ -60,8 +60,8 @@ pub(super) const COLORS: [RGBColor; 7] = [
 ];
 const TEXT: RGBColor = RGBColor(34, 34, 34);
 const MUTED: RGBColor = RGBColor(85, 85, 85);
-const GRID: RGBColor = RGBColor(204, 204, 204);
-const LIGHT_GRID: RGBColor = RGBColor(236, 236, 236);
+const GRID: RGBColor = RGBColor(214, 216, 220);
+const LIGHT_GRID: RGBColor = RGBColor(240, 241, 243);
 const WHITE: RGBColor = RGBColor(255, 255, 255);
 
 /// The size and the wealth of a plot.
@@ -71,7 +71,7 @@ pub(super) struct Layout {
     pub height: f64,
     /// The most labels along x and y.
     pub ticks: (usize, usize),
-    /// Whether the title stands above.
+    /// Whether it stands alone: with the title above and what is left out below.
     pub title: bool,
 }
 
@@ -183,7 +183,8 @@ impl Plot {
                 .map(|label| pen.width_of(label))
                 .fold(0.0, f64::max)
         };
-        let left_out = self.left_out_sentence();
+        // (A page says it below the plot.)
+        let left_out = self.left_out_sentence().filter(|_| layout.title);
         let below = 44.0 + if left_out.is_some() { 18.0 } else { 0.0 };
         let frame = Frame {
             left: 14.0 + widest(&ticks_y).max(14.0),
@@ -431,7 +432,7 @@ impl Frame {
         }
     }
 
-    /// Bars that touch each other; a point is the middle of its bar.
+    /// Bars a pixel apart; a point is the middle of its bar.
     fn bars<B: DrawingBackend>(&self, pen: &mut Pen<B>, color: RGBColor, path: &[(f64, f64)]) {
         for (index, &(x, y)) in path.iter().enumerate() {
             let half_way =
@@ -440,9 +441,9 @@ impl Frame {
             let after = half_way(path.get(index + 1));
             let left = before.or(after).unwrap_or(8.0);
             let right = after.or(before).unwrap_or(8.0);
-            let left = (x - left).max(self.left);
-            let right = (x + right).min(self.right);
-            pen.fill(left, y, right, self.bottom, color, 0.75);
+            let left = (x - left).max(self.left) + 0.5;
+            let right = (x + right).min(self.right) - 0.5;
+            pen.fill(left, y, right, self.bottom, color, 1.0);
         }
     }
 }

@@ -246,6 +246,7 @@ fn curves(plot: &Plot, index: usize) -> Result<String, ReportError> {
     text += &json_element(&points(plot));
     text += "<div class=\"spoken\" role=\"status\"></div>\n<figcaption>\n";
     text += &paragraph(&plot.note);
+    text += &paragraph(&plot.left_out_sentence().unwrap_or_default());
     text += &format!(
         "<p class=\"save\">Save {}, {}, {}</p>\n</figcaption>\n</figure>\n",
         save(name, "image/svg+xml", "svg", plot.svg()?.as_bytes()),
@@ -274,10 +275,17 @@ fn points(plot: &Plot) -> serde_json::Value {
                     json!({ "at": at, "x": x, "y": y, "spread": spread, "label": point.label })
                 })
                 .collect();
-            json!({ "name": series.name, "color": index % COLORS.len(), "points": points })
+            // Whether there is something between two points.
+            let line = matches!(series.line, Line::Solid | Line::Dashed);
+            json!({ "name": series.name, "color": index % COLORS.len(), "line": line, "points": points })
         })
         .collect();
-    json!({ "x": plot.x.label, "y": plot.y.label, "series": series })
+    let (low, high) = range_y.ends();
+    json!({
+        "x": { "label": plot.x.label },
+        "y": { "label": plot.y.label, "unit": plot.y.unit, "log": plot.y.log, "low": low, "high": high },
+        "series": series,
+    })
 }
 
 /// The numbers of a plot as a table that opens on demand.

@@ -13,6 +13,15 @@ function element(name, className = "", text = "") {
   return made;
 }
 
+/** Four digits, as the rest of the page has them. */
+function words(value, unit) {
+  if (Number.isNaN(value)) return "not finite";
+  const size = Math.abs(value);
+  const plain = size === 0 || (size >= 1e-4 && size < 1e7);
+  const text = plain ? String(Number(value.toPrecision(4))) : value.toExponential(3).replace("e+", "e");
+  return unit ? `${text} ${unit}` : text;
+}
+
 // --- light and dark -------------------------------------------------------------------------------------------------
 
 /** Keeps the choice where the browser allows it (for local files some do not). */
@@ -103,26 +112,41 @@ function setUpPlot(figure) {
   const nearestInX = (series, x) =>
     series.points.reduce((best, point) => Math.abs(point.at[0] - x) < Math.abs(best.at[0] - x) ? point : best);
 
-  /** A row of the tip for each curve: its point that is nearest along x, or the chosen one. */
+  /** What a curve has at x: a point that is there, else the line between its neighbours, else nothing. */
+  function at(series, x) {
+    const near = nearestInX(series, x);
+    if (Math.abs(near.at[0] - x) < 0.004) return { x: near.x, y: near.spread ? `${near.y} (${near.spread})` : near.y };
+    for (let index = 1; series.line && index < series.points.length; index++) {
+      const [a, b] = [series.points[index - 1].at, series.points[index].at];
+      if (Math.min(a[0], b[0]) <= x && x <= Math.max(a[0], b[0])) {
+        const share = a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]);
+        const value = data.y.low + share * (data.y.high - data.y.low);
+        return { x: "", y: `≈ ${words(data.y.log ? 10 ** value : value, data.y.unit)}` };
+      }
+    }
+    return { x: "", y: "–" };
+  }
+
+  /** A row of the tip for each curve: the chosen point, and what the others have at the same x. */
   function fill(curve, point) {
     tip.replaceChildren();
     const table = element("table");
     const head = table.createTHead().insertRow();
-    ["", data.x, data.y].forEach((text) => head.append(element("th", "", text)));
+    ["", data.x.label, data.y.label].forEach((text) => head.append(element("th", "", text)));
     const body = table.createTBody();
     for (const series of curves) {
       const own = series === curve;
-      const at = own ? point : nearestInX(series, point.at[0]);
+      const shown = own ? { x: point.x, y: point.spread ? `${point.y} (${point.spread})` : point.y } : at(series, point.at[0]);
       const row = body.insertRow();
       if (own) row.className = "chosen";
       const name = element("th", `dot curve-${series.color}`);
       name.append(element("span", "", series.name));
-      row.append(name, element("td", "", at.x), element("td", "", at.spread ? `${at.y} (${at.spread})` : at.y));
+      row.append(name, element("td", "", shown.x), element("td", "", shown.y));
     }
     if (point.label) tip.append(element("div", "label", point.label));
     tip.append(table);
     const spread = point.spread ? `, ${point.spread}` : "";
-    spoken.textContent = `${curve.name}${point.label ? `, ${point.label}` : ""}: ${data.x} ${point.x}, ${data.y} ${point.y}${spread}`;
+    spoken.textContent = `${curve.name}${point.label ? `, ${point.label}` : ""}: ${data.x.label} ${point.x}, ${data.y.label} ${point.y}${spread}`;
   }
 
   function choose(curve, point) {
@@ -195,6 +219,7 @@ function setUpPlot(figure) {
 // --- before and after -----------------------------------------------------------------------------------------------
 
 function setUpSlider(slider) {
+  const stage = slider.querySelector(".stage");
   const holder = slider.querySelector(".pictures");
   const pictures = [...holder.querySelectorAll("figure")];
   const bar = slider.querySelector(".bar");
@@ -215,12 +240,14 @@ function setUpSlider(slider) {
     place.setAttribute("aria-valuetext", `${Math.round(at)} % ${names[0]}, ${Math.round(100 - at)} % ${names[1]}`);
   }
 
-  function enlarge() {
+  /** The picture's size: all of it in sight and never enlarged, or whole pixels of the screen for each of its own. */
+  function resize() {
     const factor = Number(zoom.value);
+    const [width, height] = ["width", "height"].map((name) => Number(pictures[0].firstElementChild.getAttribute(name)));
+    const fitting = Math.min(width, slider.clientWidth, 0.85 * innerHeight * width / height);
     holder.classList.toggle("zoomed", factor > 0);
-    const width = pictures[0].firstElementChild.getAttribute("width");
-    // In pixels of the screen, so that 100 % is a pixel for a pixel.
-    holder.style.width = factor > 0 ? `${width * factor / devicePixelRatio}px` : "";
+    holder.style.width = `${factor > 0 ? width * factor / devicePixelRatio : fitting}px`;
+    place.style.width = `${stage.clientWidth}px`;
   }
 
   function drag(event) {
@@ -240,7 +267,9 @@ function setUpSlider(slider) {
   place.addEventListener("input", show);
   left.addEventListener("change", show);
   right.addEventListener("change", show);
-  zoom.addEventListener("change", enlarge);
+  zoom.addEventListener("change", resize);
+  addEventListener("resize", resize);
+  resize();
   show();
 }
 
@@ -265,15 +294,6 @@ function valueOf(code, data) {
   if (code === 0) return 0;
   const value = data.low + (code - 1) / 65533 * (data.high - data.low);
   return data.log ? 10 ** value : value;
-}
-
-/** Four digits, as the rest of the page has them. */
-function words(value, unit) {
-  if (Number.isNaN(value)) return "not finite";
-  const size = Math.abs(value);
-  const plain = size === 0 || (size >= 1e-4 && size < 1e7);
-  const text = plain ? String(Number(value.toPrecision(4))) : value.toExponential(3).replace("e+", "e");
-  return unit ? `${text} ${unit}` : text;
 }
 
 function setUpHeatMap(figure) {
