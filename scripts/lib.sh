@@ -189,3 +189,28 @@ python_3_11() {
     unpack_python >&2
     find_python
 }
+
+# pinned_venv VENV PINS IMPORTS WHAT ROOM: makes a virtual environment of Python 3.11 with the packages that the file PINS
+# names, unless it is there already; IMPORTS is a line of Python that must work in it.
+pinned_venv() {
+    local venv=$1 pins=$2 imports=$3 what=$4 room=$5 new="$1.new" stamp python
+    stamp=$(sha256sum "$pins" | cut -d ' ' -f 1)
+    venv_is_complete() { [ "$(cat "$venv/stamp" 2>/dev/null)" = "$stamp" ] && works_as_python "$venv/bin/python"; }
+    venv_is_complete && return 0
+    lock_cache
+    venv_is_complete && return 0
+    host_python >/dev/null || install_packages "to fetch packages from PyPI" python3 python3-pip ca-certificates
+    python=$(python_3_11)
+    say "fetching $what into $venv"
+    rm -rf "$new"
+    "$python" -m venv --without-pip "$new" ||
+        fail "$python cannot make a virtual environment in $new: see the message above."
+    quietly "$(host_python)" -m pip --disable-pip-version-check --retries 2 --python "$new/bin/python" install --quiet --no-deps \
+        --no-compile --no-cache-dir --require-hashes --only-binary=:all: -r "$pins" ||
+        fail "$what could not be fetched from PyPI with the pinned hashes: check the network and the room in $cache ($room), then run this again."
+    quietly "$new/bin/python" -c "$imports" ||
+        fail "$what is there but cannot be imported on $(distribution): see the message above."
+    echo "$stamp" >"$new/stamp"
+    rm -rf "$venv"
+    mv "$new" "$venv"
+}

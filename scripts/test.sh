@@ -15,6 +15,8 @@ done
 "$scripts/setup-tevclient.sh"
 # What the measures are compared with.
 "$scripts/setup-measures.sh"
+# What opens reports.
+"$scripts/setup-browser.sh"
 # One Blender that is named stands for all.
 [ -z "${SUNDOG_BPY_PYTHON:-}" ] || bpy_versions=(named)
 export SUNDOG_BPY_PYTHON="${SUNDOG_BPY_PYTHON:-$cache/bpy-4.5.15/bin/python}"
@@ -46,6 +48,8 @@ all_tests() {
         say "the add-on in $("$python" -c 'import bpy; print("Blender", bpy.app.version_string)')"
         SUNDOG_PROGRAM="$project_root/target/debug/sundog" "$python" tests/addon/run.py || result=$?
     done
+    say "reports in Chromium"
+    "$cache/browser/bin/python" tests/report/run.py || result=$?
     return "$result"
 }
 all_tests 2>&1 | tee "$log" || status=$?

@@ -201,3 +201,56 @@ fn pages_for_the_browser_can_be_made() {
         std::fs::write(folder.join(format!("{name}.png")), plot.png(1200).unwrap()).unwrap();
     }
 }
+
+/// A picture of 100 × 100 pixels with the layers that a render may have. Its upper half is `factor` times as bright as
+/// the lower one.
+fn write_exr(path: &Path, factor: f32) {
+    use sundog::film;
+    let layer = |name: &str, channels: &[&str], value: &dyn Fn(usize) -> f32| film::Layer {
+        name: name.into(),
+        channels: channels.iter().map(|channel| (*channel).into()).collect(),
+        data: (0..100 * 100)
+            .flat_map(|pixel| std::iter::repeat_n(value(pixel), channels.len()))
+            .collect(),
+    };
+    let picture = film::Picture {
+        width: 100,
+        height: 100,
+        layers: vec![
+            layer("Combined", &["R", "G", "B"], &|pixel| {
+                if pixel < 5000 { 0.5 * factor } else { 0.5 }
+            }),
+            layer("Error", &["X"], &|pixel| 0.01 + pixel as f32 * 1e-6),
+            layer("Debug Sample Count", &["X"], &|pixel| {
+                (16 << (pixel % 3)) as f32
+            }),
+            layer("Cost", &["X"], &|pixel| 1e4 + pixel as f32),
+        ],
+    };
+    let metadata = vec![
+        ("sundog/samples".to_owned(), "64".to_owned()),
+        (
+            "sundog/settings".to_owned(),
+            format!(r#"{{"seed":1,"factor":{factor}}}"#),
+        ),
+    ];
+    sundog::output::exr::write(path, &picture, &Default::default(), &metadata).unwrap();
+}
+
+#[test]
+fn a_comparison_for_the_browser_can_be_made() {
+    let folder = folder();
+    write_exr(&folder.join("shot.exr"), 1.1);
+    write_exr(&folder.join("reference.exr"), 1.0);
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_sundog"))
+        .args(["compare", "shot.exr", "reference.exr", "--report"])
+        .arg("compare.html")
+        .current_dir(&folder)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let page = std::fs::read_to_string(folder.join("compare.html")).unwrap();
+    for text in ["settings.factor", "1.1", "5000 pixels (50 %) are equal"] {
+        assert!(page.contains(text), "{text}");
+    }
+}

@@ -351,9 +351,9 @@ fn pictures(slider: &Slider) -> Result<String, ReportError> {
     let right = 1.min(slider.pictures.len().saturating_sub(1));
     let mut text = paragraph(&slider.note);
     text += &format!(
-        "<figure class=\"slider\">\n<div class=\"choices\">\n<label>Left <select class=\"left-choice\">{}</select></label>\n\
-         <label>Right <select class=\"right-choice\">{}</select></label>\n\
-         <label>Zoom <select class=\"zoom\"><option value=\"0\" selected>fit</option><option value=\"1\">100 %</option>\
+        "<figure class=\"slider\">\n<div class=\"choices\">\n<label>Left <select class=\"left-choice\" aria-label=\"Picture on the left\">{}</select></label>\n\
+         <label>Right <select class=\"right-choice\" aria-label=\"Picture on the right\">{}</select></label>\n\
+         <label>Zoom <select class=\"zoom\" aria-label=\"Zoom\"><option value=\"0\" selected>fit</option><option value=\"1\">100 %</option>\
          <option value=\"2\">200 %</option><option value=\"4\">400 %</option><option value=\"8\">800 %</option></select></label>\n</div>\n\
          <div class=\"stage\" tabindex=\"-1\"><div class=\"pictures\">\n",
         options(0),
