@@ -595,6 +595,160 @@ fn compare_refuses_what_cannot_be_compared() {
 }
 
 #[test]
+fn converge_measures_itself_and_what_lies_in_a_folder() {
+    let folder = Folder::with_scene();
+    let base = [
+        "converge",
+        "scene.gltf",
+        "--width=24",
+        "--samples=6",
+        "--seeds=2",
+        "--json",
+        "--environment-color=0.2,0.3,0.4",
+    ];
+    let run = |more: &[&str]| -> Vec<Value> {
+        let text = folder.works(&[&base[..], more].concat());
+        text.lines()
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect()
+    };
+    let events = run(&[
+        "-o",
+        "out",
+        "-o",
+        "plot.svg",
+        "--pictures",
+        "kept",
+        "--name",
+        "First",
+    ]);
+    let points = |events: &[Value], name: &str| -> Vec<(u64, u64)> {
+        let of = |event: &&Value| event["event"] == "measured" && event["renderer"] == name;
+        let number = |event: &Value, key: &str| event["point"][key].as_u64().unwrap();
+        events
+            .iter()
+            .filter(of)
+            .map(|e| (number(e, "seed"), number(e, "samples")))
+            .collect()
+    };
+    // Powers of two, and the end.
+    let expected = [
+        (0, 1),
+        (0, 2),
+        (0, 4),
+        (0, 6),
+        (1, 1),
+        (1, 2),
+        (1, 4),
+        (1, 6),
+    ];
+    assert_eq!(points(&events, "First"), expected);
+    let answer = &events.last().unwrap()["answer"];
+    let rows = answer["renderers"][0]["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    assert_eq!(rows[3]["seeds"], 2);
+    assert!(
+        answer["renderers"][0]["slopes"]["smape"]["slope"]
+            .as_f64()
+            .is_some()
+    );
+    for name in [
+        "converge.html",
+        "converge.json",
+        "converge.csv",
+        "smape-against-time.png",
+    ] {
+        assert!(folder.path("out").join(name).is_file(), "{name}");
+    }
+    let csv = std::fs::read_to_string(folder.path("out/converge.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 8);
+    assert!(
+        std::fs::read_to_string(folder.path("plot.svg"))
+            .unwrap()
+            .contains("<svg")
+    );
+    let page = std::fs::read_to_string(folder.path("out/converge.html")).unwrap();
+    assert!(page.contains("First, 6 samples") && page.contains("reference"));
+
+    // The kept pictures are the same renderer: equal errors, and equal pictures whatever the time. Against the same reference:
+    // the seeds of both are the same.
+    let events = run(&["--against", "kept"]);
+    assert_eq!(points(&events, "First"), expected);
+    let answer = &events.last().unwrap()["answer"];
+    let errors = |renderer: usize| -> Vec<f64> {
+        let rows = answer["renderers"][renderer]["rows"].as_array().unwrap();
+        rows.iter()
+            .map(|row| row["flip"]["mean"].as_f64().unwrap())
+            .collect()
+    };
+    assert_eq!(errors(0), errors(1));
+    assert!(errors(0)[0] > errors(0)[3]);
+    assert_eq!(answer["against"][0]["renderer"], "First");
+    // A reference that is the picture itself leaves no error.
+    let events = run(&["--reference=kept/first-1-6.exr"]);
+    let points = events.last().unwrap()["answer"]["renderers"][0]["points"].clone();
+    let last = points.as_array().unwrap().last().unwrap();
+    assert_eq!(
+        (&last["rel_mse"], &last["flip"]),
+        (&json!(0.0), &json!(0.0))
+    );
+    assert_eq!(
+        last["ssim"].as_f64().map(|ssim| (ssim - 1.0).abs() < 1e-12),
+        Some(true)
+    );
+}
+
+#[test]
+fn converge_refuses_before_it_renders() {
+    let folder = Folder::with_scene();
+    folder.write_exr("small.exr", 3, 2, [0.5; 3]);
+    std::fs::create_dir(folder.path("empty")).unwrap();
+    std::fs::create_dir(folder.path("broken")).unwrap();
+    folder.write("broken/times.json", "{");
+    std::fs::create_dir(folder.path("sizes")).unwrap();
+    folder.write_exr("sizes/a.exr", 3, 2, [0.5; 3]);
+    let times =
+        json!({ "renderer": "A", "pictures": [{ "file": "a.exr", "samples": 1, "seconds": 1 }] });
+    folder.write("sizes/times.json", times.to_string());
+    for (arguments, code, words) in [
+        (&["--against", "no"][..], 1, &["no: ", "no such folder"][..]),
+        (
+            &["--against", "empty"],
+            1,
+            &["times.json", "docs/converge.md"],
+        ),
+        (
+            &["--against", "broken"],
+            1,
+            &["broken/times.json", "docs/converge.md"],
+        ),
+        (&["--against", "sizes"], 1, &["a.exr", "3 × 2", "24 × 12"]),
+        (&["--reference", "no.exr"], 1, &["no.exr", "no such file"]),
+        (
+            &["--reference", "small.exr"],
+            1,
+            &["small.exr", "3 × 2", "--width"],
+        ),
+        (&["-o", "a.tif"], 2, &["a.tif", ".html"]),
+        (&["-o", "scene.gltf/out"], 1, &["scene.gltf/out", "file"]),
+        (&["--seed", "2147483648"], 2, &["--seed", "reference"]),
+    ] {
+        let all = [
+            &[
+                "converge",
+                "scene.gltf",
+                "--quiet",
+                "--width=24",
+                "--samples=1",
+            ],
+            arguments,
+        ]
+        .concat();
+        folder.fails(&all, code, words);
+    }
+}
+
+#[test]
 fn the_program_describes_itself() {
     let folder = Folder::new();
     let flags: Value = serde_json::from_str(&folder.works(&["flags", "--json"])).unwrap();

@@ -97,6 +97,17 @@ class SundogRenderEngine(bpy.types.RenderEngine):
             self.error_set(f"Sundog: {message}")
 
 
+class _Kept:
+    """A folder that keeps the scenes that are exported."""
+
+    folder = None
+
+
+def keep_scenes_in(folder):
+    """From now on each render also exports its scene to this folder, with all that belongs to it; None for not."""
+    _Kept.folder = folder
+
+
 class _LayerRender:
     """One view layer of one frame."""
 
@@ -159,6 +170,8 @@ class _LayerRender:
             self.depsgraph, self.scene, folder, place, report=lambda text: self.say(f"Exporting: {text}")
         )  # fmt: skip
         self.record.update(verdicts=done.verdicts, export=done.timings, changed_geometry=done.changed_geometry)
+        if _Kept.folder is not None:
+            self.record["kept"] = export.write_scene(self.depsgraph, self.scene, _Kept.folder, _Kept.folder).path
         used = cache.used_by(done.path)
         cache.mark_used(used, place)
         cache.tidy(place, preferences.get().cache_limit * preferences.GIGABYTE, used)

@@ -794,6 +794,101 @@ static COMPARE: Command = Command {
     commands: &[],
 };
 
+static CONVERGE: Command = Command {
+    name: "converge",
+    doc: "Measure error against time, of this renderer and of others.",
+    details: "Renders the scene with several seeds, measures each picture after 1, 2, 4, 8 … samples against a reference, and tells means and spreads, the fitted slope of log error against log time with its standard error, time × MSE, and how much longer other renderers take to the same error. The measures are those of `sundog compare`; SSIM and FLIP are of what one sees through the display and view. Without `--reference` the reference is rendered too: two halves with seeds of their own, whose noise is taken out of RMSE and relMSE. What it all means, and the folder of pictures that `--against` reads: docs/converge.md.",
+    groups: &[
+        Group {
+            heading: "Files",
+            arguments: &[
+                SCENE_FILE,
+                Argument::new(
+                    "output",
+                    Kind::Path,
+                    "PATH",
+                    "Where the answer goes: a folder for everything, or a file that ends in .html, .json, .csv, .svg or .png; may be given more than once.",
+                )
+                .short('o')
+                .repeats()
+                .details("The table is shown on the terminal anyway."),
+                Argument::new(
+                    "reference",
+                    Kind::Path,
+                    "FILE",
+                    "The truth: an EXR file; given twice, two whose noise is independent, so that it can be taken out.",
+                )
+                .repeats()
+                .details("All renderers are measured against it then, also those whose folder has a reference of its own."),
+                Argument::new(
+                    "against",
+                    Kind::Path,
+                    "FOLDER",
+                    "Pictures of other renderers with their times; may be given more than once.",
+                )
+                .repeats(),
+                Argument::new(
+                    "pictures",
+                    Kind::Path,
+                    "FOLDER",
+                    "Keep each picture and its time there, as `--against` reads them.",
+                ),
+            ],
+        },
+        Group {
+            heading: "Effort",
+            arguments: &[
+                Argument::new(
+                    "samples",
+                    Kind::Integer {
+                        min: 1,
+                        max: MAX_SAMPLES,
+                    },
+                    "COUNT",
+                    "Samples a pixel at the end of each run.",
+                )
+                .default("256"),
+                Argument::new("seeds", Kind::Integer { min: 1, max: 1000 }, "COUNT", "Runs, with a seed each.")
+                    .default("3"),
+                SEED,
+                Argument::new(
+                    "reference-samples",
+                    Kind::Integer {
+                        min: 1,
+                        max: MAX_SAMPLES,
+                    },
+                    "COUNT",
+                    "Samples a pixel of each half of the reference; four times those of a run if not given.",
+                ),
+                THREADS,
+                Argument::new("name", Kind::Text, "NAME", "What this renderer is called in tables and plots.")
+                    .default("Sundog"),
+            ],
+        },
+        SIZE,
+        BOUNCES,
+        TRANSPORT,
+        IMPORT,
+        ENVIRONMENT,
+        SEEN,
+        REPORTING,
+    ],
+    commands: &[],
+};
+
+/// The picture of a command that measures it; as `PICTURE`, without what only files have.
+const SIZE: Group = Group {
+    heading: "Picture",
+    arguments: &[
+        PICTURE.arguments[0],
+        PICTURE.arguments[1],
+        PICTURE.arguments[2],
+        PICTURE.arguments[3],
+        PICTURE.arguments[4],
+        PICTURE.arguments[6],
+    ],
+};
+
 static FLAGS: Command = Command {
     name: "flags",
     doc: "List all commands and flags, for programs and for the documentation.",
@@ -911,6 +1006,7 @@ pub static COMMANDS: &[&Command] = &[
     &INFO,
     &COST,
     &COMPARE,
+    &CONVERGE,
     &COLOR,
     &FLAGS,
     &COMPLETIONS,

@@ -4,6 +4,7 @@ mod color;
 mod compare;
 mod compare_report;
 mod console;
+mod converge;
 mod cost;
 pub mod flags;
 mod frames;
@@ -77,6 +78,7 @@ pub fn main() -> ExitCode {
         Some(("info", matches)) => info::run(Parsed(matches)),
         Some(("cost", matches)) => cost::run(Parsed(matches)),
         Some(("compare", matches)) => compare::run(Parsed(matches)),
+        Some(("converge", matches)) => converge::run(Parsed(matches)),
         Some(("color", matches)) => color::run(Parsed(matches)),
         Some(("flags", matches)) => list_flags(Parsed(matches)),
         Some(("completions", matches)) => complete(Parsed(matches)),

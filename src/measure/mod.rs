@@ -1,5 +1,6 @@
 //! How far a picture is from another one. All sums are made in f64.
 
+pub mod convergence;
 mod difference;
 pub mod flip;
 mod heat_map;

@@ -284,6 +284,51 @@ class Ways(unittest.TestCase):
             self.assertEqual(command.execute(["compare", blend, "-o", self.out, "--samples", "0"]), 2)
         self.assertIn("there is no file", said.getvalue())
 
+    def test_error_against_time(self):
+        from sundog.compare import convergence
+
+        self.assertEqual([convergence.doubling(most) for most in (1, 2, 3, 8)], [[1], [1, 2], [1, 2, 3], [1, 2, 4, 8]])
+        self.scene.sundog.max_bounces = 2
+        before = everything(self.scene)
+        with quiet():
+            found = sundog.compare.converge(None, self.out, samples=4, seeds=2)
+        self.assertEqual(everything(self.scene), before)
+        self.assertEqual([(one["seed"], one["samples"]) for one in found["pictures"]], [(s, n) for s in (0, 1) for n in (1, 2, 4)])
+        self.assertEqual(sorted(os.listdir(self.out)), sorted(
+            [one["file"] for one in found["pictures"]] + found["reference"] + ["cycles.times.json", "scene"]))
+        for one in found["pictures"]:
+            self.assertGreater(one["seconds"], 0)
+            self.assertEqual(pixels(os.path.join(self.out, one["file"])).shape[:2], (9, 16))
+        first, second = (pixels(os.path.join(self.out, f"cycles-{seed}-4.exr")) for seed in (0, 1))
+        self.assertGreater(numpy.abs(first - second).max(), 0)
+        # What it says measures it: the scene is the same, so that the references lie apart by less than a few percent.
+        path, _ = preferences.find_program()
+        command = found["command"].split()
+        self.assertEqual(command[0], "sundog")
+        self.assertIn("--bounces", command)
+        done = subprocess.run([path, *command[1:], "--json"], check=False, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        answer = json.loads(done.stdout.splitlines()[-1])["answer"]
+        self.assertEqual([(curve["name"][:6], [row["samples"] for row in curve["rows"]]) for curve in answer["renderers"]],
+                         [("Sundog", [1, 2, 4]), ("Cycles", [1, 2, 4])])
+        apart = answer["renderers"][1]["reference_apart"]
+        self.assertTrue(apart["without_noise"])
+        self.assertLess(apart["rel_mse"], 0.05**2 + SIGMAS * apart["standard_error"])
+
+    def test_the_command_for_error_against_time(self):
+        blend = os.path.join(self.folder, "file.blend")
+        with quiet():
+            bpy.ops.wm.save_as_mainfile(filepath=blend)
+        from sundog.compare import command
+
+        said = io.StringIO()
+        with quiet(), contextlib.redirect_stdout(said):
+            code = command.execute(["compare", blend, "-o", self.out, "--samples", "1", "--converge", "--seeds", "1", "--cycles-defaults"])
+        self.assertEqual(code, 0, said.getvalue())
+        self.assertIn("sundog converge", said.getvalue())
+        with open(os.path.join(self.out, "cycles.times.json"), encoding="utf-8") as file:
+            self.assertEqual(len(json.load(file)["pictures"]), 1)
+
     def test_the_operator_loads_the_pictures(self):
         self.scene.sundog_compare.percentage = 100
         self.scene.sundog_compare.own_samples, self.scene.sundog_compare.samples = True, 2

@@ -5,7 +5,7 @@ import argparse
 
 import bpy
 
-from . import job, settings, table
+from . import convergence, job, settings, table
 
 _handles = []
 
@@ -20,6 +20,11 @@ def _parser():
     compare.add_argument("--frame", type=int, help="the frame; the file's current one if not given")
     compare.add_argument("--percentage", type=_count, help="of the resolution; the file's if not given")
     compare.add_argument("--cycles-defaults", action="store_true", help="leave Cycles as the file has it")
+    compare.add_argument(
+        "--converge", action="store_true",
+        help="instead: render with Cycles at 1, 2, 4 ... samples, for `sundog converge --against FOLDER`",
+    )  # fmt: skip
+    compare.add_argument("--seeds", type=_count, default=3, help="with --converge: how often, with a seed each")
     return parser
 
 
@@ -38,8 +43,13 @@ def execute(arguments):
         # argparse has said why.
         return error.code or 0
     options = settings.Options(given.samples, given.cycles_defaults, given.percentage, given.frame)
+    tell = lambda _fraction, text: print(f"Sundog: {text}", flush=True)  # noqa: E731
     try:
-        found = job.run(given.file, given.output, options, report=lambda _fraction, text: print(f"Sundog: {text}", flush=True))
+        if given.converge:
+            found = convergence.run(given.file, given.output, options, given.seeds, tell)
+            print(f"Sundog: measure it with\n{found['command']}", flush=True)
+            return 0
+        found = job.run(given.file, given.output, options, report=tell)
     except job.CompareError as error:
         print(f"Sundog: {error}", flush=True)
         return 1

@@ -31,14 +31,10 @@ def run(filepath, folder, options=None, report=None, **named):
     options = options or settings.Options(**named)
     report = report or (lambda fraction, text: None)
     if filepath is not None:
-        _open(filepath)
+        open_file(filepath)
     scene = bpy.context.scene
-    _check(scene)
-    folder = os.path.abspath(bpy.path.abspath(folder))
-    try:
-        os.makedirs(folder, exist_ok=True)
-    except OSError as error:
-        raise CompareError(f"the folder {folder} cannot be made: {error.strerror}") from error
+    check(scene)
+    folder = make_folder(folder)
     try:
         found = _compare(scene, folder, options, report)
         _write(folder, found)
@@ -50,7 +46,18 @@ def run(filepath, folder, options=None, report=None, **named):
     return found
 
 
-def _open(filepath):
+def make_folder(folder):
+    """The folder, absolute; made if it is not there."""
+    folder = os.path.abspath(bpy.path.abspath(folder))
+    try:
+        os.makedirs(folder, exist_ok=True)
+    except OSError as error:
+        raise CompareError(f"the folder {folder} cannot be made: {error.strerror}") from error
+    return folder
+
+
+def open_file(filepath):
+    """Opens a .blend file."""
     if not os.path.isfile(filepath):
         raise CompareError(f"there is no file {filepath}")
     try:
@@ -59,7 +66,8 @@ def _open(filepath):
         raise CompareError(f"{filepath} cannot be opened: {str(error).strip()}") from error
 
 
-def _check(scene):
+def check(scene):
+    """Whether there is something to render with."""
     if scene.camera is None:
         raise CompareError(f"the scene \"{scene.name}\" has no camera: add one, or make one active with Ctrl+Numpad 0")
     if not hasattr(scene, "cycles"):
@@ -88,11 +96,19 @@ def _compare(scene, folder, options, report):
 
 def _render(scene, identifier, stem):
     """Renders to stem.exr and stem.png; returns the times."""
-    for path in (stem + ".exr", stem + ".png"):
-        if os.path.exists(path):
-            os.remove(path)
+    if os.path.exists(stem + ".png"):
+        os.remove(stem + ".png")
+    told = render_linear(scene, identifier, stem + ".exr")
+    _show(scene, stem)
+    return {"exr": stem + ".exr", "png": stem + ".png", **told}
+
+
+def render_linear(scene, identifier, path):
+    """Renders linear light to an EXR file; returns the times."""
+    if os.path.exists(path):
+        os.remove(path)
     scene.render.engine = identifier
-    scene.render.filepath = stem + ".exr"
+    scene.render.filepath = path
     settings.linear_exr(scene.render.image_settings)
     begun = time.perf_counter()
     try:
@@ -102,11 +118,9 @@ def _render(scene, identifier, stem):
     whole = time.perf_counter() - begun
     sundog = identifier == "SUNDOG"
     told = _told_by_sundog() if sundog else {}
-    if not os.path.isfile(stem + ".exr"):
-        raise CompareError(f"{'Sundog' if sundog else 'Cycles'} has rendered nothing to {stem}.exr")
-    _show(scene, stem)
-    told = told or _told_by_cycles(stem + ".exr")
-    return {"exr": stem + ".exr", "png": stem + ".png", "whole_call": whole, **told}
+    if not os.path.isfile(path):
+        raise CompareError(f"{'Sundog' if sundog else 'Cycles'} has rendered nothing to {path}")
+    return {"whole_call": whole, **(told or _told_by_cycles(path))}
 
 
 def _show(scene, stem):

@@ -1,0 +1,596 @@
+//! Numbers of all seeds together: means and spreads, slopes, times to equal error; and the table for people.
+
+use crate::measure::convergence::{Between, Errors, PowerLaw, TimeRatio, time_ratio, time_to};
+use crate::render::RenderSettings;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// One picture's errors.
+#[derive(Clone, Debug, Serialize)]
+pub struct Measured {
+    /// Which run it belongs to.
+    pub seed: u64,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Seconds of path tracing.
+    pub seconds: f64,
+    /// How far it is off.
+    #[serde(flatten)]
+    pub errors: Errors,
+}
+
+/// A measure, and how it is shown.
+pub struct Measure {
+    /// In JSON and CSV.
+    pub key: &'static str,
+    /// In tables and plots.
+    pub name: &'static str,
+    /// `%` or nothing.
+    pub unit: &'static str,
+    /// What it is.
+    pub doc: &'static str,
+    /// The number that is averaged over seeds.
+    value: fn(&Errors) -> Option<f64>,
+    /// From that mean to the measure.
+    shown: fn(f64) -> f64,
+    /// What goes to 0 as the picture converges.
+    pub error: fn(f64) -> f64,
+}
+
+fn same(value: f64) -> f64 {
+    value
+}
+
+/// All measures, in the order in which they are told.
+pub const MEASURES: [Measure; 8] = [
+    Measure {
+        key: "rmse",
+        name: "RMSE",
+        unit: "",
+        doc: "root of the mean of (x - r)²; of several seeds the root of the mean square",
+        value: |errors| Some(errors.mse),
+        shown: f64::sqrt,
+        error: same,
+    },
+    Measure {
+        key: "rel_mse",
+        name: "relMSE",
+        unit: "",
+        doc: "mean of (x - r)² / (r² + 0.01)",
+        value: |errors| Some(errors.rel_mse),
+        shown: same,
+        error: same,
+    },
+    Measure {
+        key: "error_percent",
+        name: "error",
+        unit: "%",
+        doc: "√relMSE in percent",
+        value: |errors| Some(errors.rel_mse),
+        shown: |mean| 100.0 * mean.sqrt(),
+        error: same,
+    },
+    Measure {
+        key: "mape",
+        name: "MAPE",
+        unit: "",
+        doc: "mean of |x - r| / (|r| + 0.01)",
+        value: |errors| Some(errors.mape),
+        shown: same,
+        error: same,
+    },
+    Measure {
+        key: "smape",
+        name: "SMAPE",
+        unit: "",
+        doc: "mean of 2 |x - r| / (|x| + |r| + 0.02)",
+        value: |errors| Some(errors.smape),
+        shown: same,
+        error: same,
+    },
+    Measure {
+        key: "ssim",
+        name: "SSIM",
+        unit: "",
+        doc: "structural similarity of what one sees after the view",
+        value: |errors| errors.ssim,
+        shown: same,
+        error: |value| 1.0 - value,
+    },
+    Measure {
+        key: "flip",
+        name: "FLIP",
+        unit: "",
+        doc: "mean of LDR-FLIP of what one sees after the view",
+        value: |errors| Some(errors.flip),
+        shown: same,
+        error: same,
+    },
+    Measure {
+        key: "hdr_flip",
+        name: "HDR-FLIP",
+        unit: "",
+        doc: "mean of HDR-FLIP of linear light",
+        value: |errors| errors.hdr_flip,
+        shown: same,
+        error: same,
+    },
+];
+
+/// The measure whose equal values are compared.
+pub const MAIN: &str = "error_percent";
+
+/// A measure over the seeds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Spread {
+    /// Its mean (of mean squares where it is a root of one).
+    pub mean: f64,
+    /// Standard deviation over the seeds; none of a single one.
+    pub deviation: Option<f64>,
+}
+
+/// All seeds with one number of samples.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Samples a pixel.
+    pub samples: u32,
+    /// How many seeds.
+    pub seeds: usize,
+    /// Mean seconds.
+    pub seconds: f64,
+    /// Each measure by its key; none where it cannot be told (noise below the reference's, black references, tiny pictures).
+    #[serde(flatten)]
+    pub measures: BTreeMap<&'static str, Option<Spread>>,
+    /// Seconds × MSE: does not depend on the time for independent samples.
+    pub seconds_times_mse: f64,
+    /// Seconds × relMSE.
+    pub seconds_times_rel_mse: f64,
+}
+
+/// A renderer's pictures.
+#[derive(Clone, Debug, Serialize)]
+pub struct Curve {
+    /// The renderer.
+    pub name: String,
+    /// What its pictures are measured against.
+    pub reference: String,
+    /// How far that reference lies from the common one, where it is another one.
+    pub reference_apart: Option<Between>,
+    /// Every picture.
+    pub points: Vec<Measured>,
+    /// By samples.
+    pub rows: Vec<Row>,
+    /// Fitted error against time, by the key of the measure.
+    pub slopes: BTreeMap<&'static str, PowerLaw>,
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len() as f64;
+    values.sum::<f64>() / count
+}
+
+/// Standard deviation by n - 1; none of a single value.
+fn deviation(values: &[f64]) -> Option<f64> {
+    let middle = mean(values.iter().copied());
+    let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
+    (values.len() > 1).then(|| (squares / (values.len() - 1) as f64).sqrt())
+}
+
+impl Measure {
+    fn spread(&self, points: &[&Measured]) -> Option<Spread> {
+        let values: Vec<f64> = points
+            .iter()
+            .map(|point| (self.value)(&point.errors))
+            .collect::<Option<_>>()?;
+        let middle = (self.shown)(mean(values.iter().copied()));
+        let shown: Vec<f64> = values.into_iter().map(self.shown).collect();
+        middle.is_finite().then(|| Spread {
+            mean: middle,
+            deviation: deviation(&shown).filter(|deviation| deviation.is_finite()),
+        })
+    }
+
+    /// The law of the mean error over the seeds, with the slope's standard error from the seeds' own slopes where there are
+    /// two or more (the pictures of one run share samples, so that their residuals are not independent).
+    fn law(&self, points: &[Measured], rows: &[Row]) -> Option<PowerLaw> {
+        let together = PowerLaw::fit(rows.iter().filter_map(|row| {
+            let spread = (*row.measures.get(self.key)?)?;
+            Some((row.seconds, (self.error)(spread.mean)))
+        }))?;
+        let mut seeds: Vec<u64> = points.iter().map(|point| point.seed).collect();
+        seeds.sort_unstable();
+        seeds.dedup();
+        let slopes: Vec<f64> = seeds
+            .iter()
+            .filter_map(|seed| {
+                PowerLaw::fit(
+                    points
+                        .iter()
+                        .filter(|p| p.seed == *seed)
+                        .filter_map(|point| {
+                            let value = (self.value)(&point.errors)?;
+                            Some((point.seconds, (self.error)((self.shown)(value))))
+                        }),
+                )
+            })
+            .map(|law| law.slope)
+            .collect();
+        let by_seeds = deviation(&slopes).map(|deviation| deviation / (slopes.len() as f64).sqrt());
+        Some(PowerLaw {
+            slope_error: by_seeds.or(together.slope_error),
+            ..together
+        })
+    }
+}
+
+impl Curve {
+    pub fn new(name: String, reference: String, points: Vec<Measured>) -> Self {
+        let mut by_samples: BTreeMap<u32, Vec<&Measured>> = BTreeMap::new();
+        for point in &points {
+            by_samples.entry(point.samples).or_default().push(point);
+        }
+        let rows: Vec<Row> = by_samples
+            .into_iter()
+            .map(|(samples, points)| {
+                let of =
+                    |value: fn(&Measured) -> f64| mean(points.iter().map(|point| value(point)));
+                let seconds = of(|point| point.seconds);
+                Row {
+                    samples,
+                    seeds: points.len(),
+                    seconds,
+                    measures: MEASURES
+                        .iter()
+                        .map(|measure| (measure.key, measure.spread(&points)))
+                        .collect(),
+                    seconds_times_mse: seconds * of(|point| point.errors.mse),
+                    seconds_times_rel_mse: seconds * of(|point| point.errors.rel_mse),
+                }
+            })
+            .collect();
+        let slopes = MEASURES
+            .iter()
+            .filter_map(|measure| Some((measure.key, measure.law(&points, &rows)?)))
+            .collect();
+        Self {
+            name,
+            reference,
+            reference_apart: None,
+            points,
+            rows,
+            slopes,
+        }
+    }
+
+    /// Mean seconds and mean of a measure.
+    pub fn against_time(&self, measure: &Measure) -> Vec<(f64, f64)> {
+        self.rows
+            .iter()
+            .filter_map(|row| {
+                let spread = (*row.measures.get(measure.key)?)?;
+                let error = (measure.error)(spread.mean);
+                (error > 0.0).then_some((row.seconds, error))
+            })
+            .collect()
+    }
+}
+
+/// Time to equal error of another renderer.
+#[derive(Clone, Debug, Serialize)]
+pub struct Against {
+    /// The other one.
+    pub renderer: String,
+    /// Over all errors that both reach.
+    pub overall: Option<TimeRatio>,
+    /// At some errors.
+    pub at: Vec<EqualError>,
+}
+
+/// When both renderers reach an error.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct EqualError {
+    /// In percent.
+    pub error_percent: f64,
+    /// Seconds of this renderer.
+    pub seconds: f64,
+    /// Of the other one.
+    pub their_seconds: f64,
+    /// Theirs over this one's.
+    pub ratio: f64,
+}
+
+/// All that was found.
+#[derive(Debug, Serialize)]
+pub struct Answer {
+    pub scene: String,
+    pub width: u32,
+    pub height: u32,
+    /// What is seen for SSIM and FLIP.
+    pub view: String,
+    pub settings: serde_json::Value,
+    pub threads: usize,
+    pub version: String,
+    pub reference: String,
+    pub renderers: Vec<Curve>,
+    pub against: Vec<Against>,
+}
+
+fn main_measure() -> &'static Measure {
+    MEASURES
+        .iter()
+        .find(|measure| measure.key == MAIN)
+        .unwrap_or(&MEASURES[0])
+}
+
+impl Answer {
+    pub fn new(
+        scene: &Path,
+        (width, height): (u32, u32),
+        view: String,
+        settings: &RenderSettings,
+        reference: &str,
+        renderers: Vec<Curve>,
+    ) -> Self {
+        let measure = main_measure();
+        let against = match renderers.split_first() {
+            Some((ours, others)) => others
+                .iter()
+                .map(|theirs| {
+                    compared(
+                        &theirs.name,
+                        &ours.against_time(measure),
+                        &theirs.against_time(measure),
+                    )
+                })
+                .collect(),
+            None => Vec::new(),
+        };
+        Self {
+            scene: scene.display().to_string(),
+            width,
+            height,
+            view,
+            settings: serde_json::to_value(settings).unwrap_or_default(),
+            threads: settings
+                .threads
+                .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into)),
+            version: env!("CARGO_PKG_VERSION").into(),
+            reference: reference.into(),
+            renderers,
+            against,
+        }
+    }
+
+    /// For the terminal.
+    pub fn table(&self) -> String {
+        let mut text = format!(
+            "reference   {}\nseen        {}\n",
+            self.reference, self.view
+        );
+        for curve in &self.renderers {
+            text.push_str(&format!("\n{}\n", curve.name));
+            if self.renderers.len() > 1 && curve.reference != self.reference {
+                text.push_str(&format!("against {}\n", curve.reference));
+            }
+            if let Some(between) = &curve.reference_apart {
+                text.push_str(&format!("{}\n", apart(between)));
+            }
+            text.push_str(&format!("{:>8} {:>10}", "samples", "seconds"));
+            for measure in &MEASURES {
+                let unit = if measure.unit.is_empty() { "" } else { " %" };
+                text.push_str(&format!(" {:>17}", format!("{}{unit}", measure.name)));
+            }
+            text.push_str(&format!(" {:>12}\n", "s × relMSE"));
+            for row in &curve.rows {
+                text.push_str(&format!("{:>8} {:>10.3}", row.samples, row.seconds));
+                for measure in &MEASURES {
+                    let cell = row.measures.get(measure.key).copied().flatten();
+                    text.push_str(&format!(" {:>17}", cell.map_or_else(|| "—".into(), words)));
+                }
+                text.push_str(&format!(" {:>12.4e}\n", row.seconds_times_rel_mse));
+            }
+            text.push_str(&format!("{:>19}", "slope"));
+            for measure in &MEASURES {
+                let law = curve.slopes.get(measure.key);
+                text.push_str(&format!(" {:>17}", law.map_or_else(|| "—".into(), slope)));
+            }
+            text.push('\n');
+        }
+        for against in &self.against {
+            text.push('\n');
+            text.push_str(&against.sentence());
+            text.push('\n');
+            for at in &against.at {
+                text.push_str(&format!(
+                    "  {:>6} %  {:>10.3} s  {:>10.3} s  × {:.3}\n",
+                    at.error_percent, at.seconds, at.their_seconds, at.ratio
+                ));
+            }
+        }
+        text
+    }
+}
+
+/// What the distance of two references says.
+pub fn apart(between: &Between) -> String {
+    let noise = if between.without_noise {
+        "their noise taken out"
+    } else {
+        "their noise included"
+    };
+    format!(
+        "its reference is {:.3} % off from the common one ({noise}: relMSE {:.2e} ± {:.1e})",
+        100.0 * between.rel_mse.max(0.0).sqrt(),
+        between.rel_mse,
+        between.standard_error
+    )
+}
+
+/// A slope with its standard error.
+pub fn slope(law: &PowerLaw) -> String {
+    match law.slope_error {
+        Some(error) => format!("{:+.3} ± {error:.3}", law.slope),
+        None => format!("{:+.3}", law.slope),
+    }
+}
+
+/// A number with its spread, of which two digits say enough.
+pub fn words(spread: Spread) -> String {
+    let number = crate::report::number(spread.mean);
+    match spread.deviation {
+        Some(deviation) => format!("{number} ± {}", two_digits(deviation)),
+        None => number,
+    }
+}
+
+fn two_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let power = value.abs().log10().floor() as i32;
+    match power {
+        -4..=0 => format!("{value:.*}", (1 - power) as usize),
+        1..=3 => format!("{value:.0}"),
+        _ => format!("{value:.1e}"),
+    }
+}
+
+impl Against {
+    /// What the ratio says.
+    pub fn sentence(&self) -> String {
+        match self.overall {
+            Some(ratio) => format!(
+                "{} takes {:.3} times as long to the same error ({:.3} to {:.3} times, between {:.3} % and {:.3} %)",
+                self.renderer,
+                ratio.ratio,
+                ratio.least,
+                ratio.greatest,
+                ratio.highest_error,
+                ratio.lowest_error
+            ),
+            None => format!("{} and this renderer reach no common error", self.renderer),
+        }
+    }
+}
+
+/// Times at 64, 32, 16, 8 … percent and at the ends of what both reach.
+fn compared(name: &str, ours: &[(f64, f64)], theirs: &[(f64, f64)]) -> Against {
+    let overall = time_ratio(ours, theirs);
+    let mut errors = Vec::new();
+    if let Some(range) = overall {
+        let inside = |error: &f64| (range.lowest_error..=range.highest_error).contains(error);
+        errors.extend(
+            (-10..=10)
+                .rev()
+                .map(|power| 2f64.powi(power))
+                .filter(inside),
+        );
+    }
+    let at = errors
+        .into_iter()
+        .filter_map(|error_percent| {
+            let seconds = time_to(ours, error_percent)?;
+            let their_seconds = time_to(theirs, error_percent)?;
+            Some(EqualError {
+                error_percent,
+                seconds,
+                their_seconds,
+                ratio: their_seconds / seconds,
+            })
+        })
+        .collect();
+    Against {
+        renderer: name.into(),
+        overall,
+        at,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(seed: u64, samples: u32, rel_mse: f64) -> Measured {
+        Measured {
+            seed,
+            samples,
+            seconds: 0.5 * f64::from(samples),
+            errors: Errors {
+                mse: 4.0 * rel_mse,
+                rel_mse,
+                mape: rel_mse.abs().sqrt(),
+                smape: rel_mse.abs().sqrt(),
+                ssim: None,
+                flip: 0.1,
+                hdr_flip: Some(0.2),
+                non_finite: 0,
+            },
+        }
+    }
+
+    #[test]
+    fn seeds_are_averaged_and_slopes_fitted() {
+        let points = [1, 2, 4, 8]
+            .into_iter()
+            .flat_map(|n| [0.9, 1.1].map(|noise| (n, noise)))
+            .enumerate()
+            .map(|(i, (n, noise))| point(i as u64 % 2, n, 0.04 * noise / f64::from(n)))
+            .collect();
+        let curve = Curve::new("A".into(), "r".into(), points);
+        assert_eq!(curve.rows.len(), 4);
+        let row = &curve.rows[2];
+        assert_eq!((row.samples, row.seeds, row.seconds), (4, 2, 2.0));
+        let get = |key: &str| row.measures[key].unwrap();
+        assert!((get("rel_mse").mean - 0.01).abs() < 1e-12);
+        assert!((get("error_percent").mean - 10.0).abs() < 1e-9);
+        assert!((get("rmse").mean - 0.2).abs() < 1e-9);
+        // Half the difference of 0.009 and 0.011, times √2.
+        assert!((get("rel_mse").deviation.unwrap() - 0.001 * 2f64.sqrt()).abs() < 1e-12);
+        assert!(row.measures["ssim"].is_none());
+        assert!((row.seconds_times_rel_mse - 0.02).abs() < 1e-12);
+        let law = curve.slopes["error_percent"];
+        assert!((law.slope + 0.5).abs() < 1e-9 && law.slope_error.unwrap() < 1e-9);
+        assert!(!curve.slopes.contains_key("ssim"));
+    }
+
+    #[test]
+    fn noise_below_the_references_is_no_number() {
+        let points = vec![point(0, 1, 0.04), point(0, 2, -0.001)];
+        let curve = Curve::new("A".into(), "r".into(), points);
+        assert!(curve.rows[1].measures["error_percent"].is_none());
+        assert_eq!(curve.against_time(main_measure()).len(), 1);
+        assert!(!curve.slopes.contains_key("error_percent"));
+    }
+
+    #[test]
+    fn spreads_have_two_digits() {
+        for (value, expected) in [
+            (0.0, "0"),
+            (0.001_234, "0.0012"),
+            (0.5, "0.50"),
+            (2.64, "2.6"),
+            (56.4, "56"),
+            (1234.0, "1234"),
+            (1.26e-7, "1.3e-7"),
+            (1.26e7, "1.3e7"),
+        ] {
+            assert_eq!(two_digits(value), expected);
+        }
+    }
+
+    #[test]
+    fn equal_errors_are_powers_of_two() {
+        let ours = [(1.0, 40.0), (16.0, 10.0)];
+        let theirs = [(2.0, 40.0), (32.0, 10.0)];
+        let against = compared("B", &ours, &theirs);
+        assert_eq!(against.at.len(), 2);
+        assert!(against.at.iter().all(|at| (at.ratio - 2.0).abs() < 1e-9));
+        assert!(against.sentence().contains("B takes 2.000 times"));
+        assert!(
+            compared("C", &ours, &[(1.0, 1.0)])
+                .sentence()
+                .contains("no common error")
+        );
+    }
+}

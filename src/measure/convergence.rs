@@ -1,0 +1,384 @@
+//! Error against time: measures against a reference whose own noise is taken out, fits and times to equal error.
+
+use super::{Difference, MeasureError, Picture, difference_as_shown};
+use serde::Serialize;
+
+/// Keeps relMSE finite, as everywhere.
+const REL_MSE_OFFSET: f64 = 0.01;
+
+/// What pictures are measured against.
+pub struct Reference {
+    /// What is taken for the truth.
+    pub picture: Picture,
+    /// What one sees of it.
+    pub shown: Picture,
+    /// The independent halves whose mean it is; none if there is a single picture.
+    halves: Option<[Picture; 2]>,
+}
+
+/// How far a picture is from a reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Errors {
+    /// Mean of (x - r)², the reference's noise taken out if it has halves: it may then come out below 0, by noise.
+    pub mse: f64,
+    /// The same of (x - r)² / (r² + 0.01).
+    pub rel_mse: f64,
+    /// As in [`Difference`]; the reference's noise is in these.
+    pub mape: f64,
+    /// As in [`Difference`].
+    pub smape: f64,
+    /// As in [`Difference`].
+    pub ssim: Option<f64>,
+    /// As in [`Difference`].
+    pub flip: f64,
+    /// As in [`Difference`].
+    pub hdr_flip: Option<f64>,
+    /// Pixels that are not finite in the picture or in the reference, left out.
+    pub non_finite: u64,
+}
+
+impl Reference {
+    /// A single picture.
+    pub fn single(picture: Picture, shown: Picture) -> Self {
+        Self {
+            picture,
+            shown,
+            halves: None,
+        }
+    }
+
+    /// Two pictures with independent noise; `show` says what one sees of their mean.
+    ///
+    /// # Errors
+    /// They differ in size or in what their numbers mean, or `show` fails.
+    pub fn halves<E: From<MeasureError>>(
+        halves: [Picture; 2],
+        show: impl FnOnce(&Picture) -> Result<Picture, E>,
+    ) -> Result<Self, E> {
+        super::check_alike(&halves[0], &halves[1])?;
+        let pixels = halves[0]
+            .pixels
+            .iter()
+            .zip(&halves[1].pixels)
+            .map(|(a, b)| {
+                std::array::from_fn(|c| (0.5 * (f64::from(a[c]) + f64::from(b[c]))) as f32)
+            })
+            .collect();
+        let picture = Picture {
+            pixels,
+            ..halves[0]
+        };
+        Ok(Self {
+            shown: show(&picture)?,
+            picture,
+            halves: Some(halves),
+        })
+    }
+
+    /// The relMSE that the reference has itself, by the difference of its halves: E[(a - b)² / 4] is the variance of their
+    /// mean. None of a single picture.
+    pub fn own_rel_mse(&self) -> Option<f64> {
+        let [a, b] = self.halves.as_ref()?;
+        let (sum, count) = self.sum(|index, c, r| {
+            let half = 0.5 * (f64::from(a.pixels[index][c]) - f64::from(b.pixels[index][c]));
+            half * half / (r * r + REL_MSE_OFFSET)
+        });
+        (count > 0.0).then(|| sum / count)
+    }
+
+    /// How far another reference lies from this one.
+    ///
+    /// # Errors
+    /// The references differ in size or nothing is finite.
+    pub fn between(&self, other: &Self) -> Result<Between, MeasureError> {
+        super::check_alike(&self.picture, &other.picture)?;
+        let at = |picture: &Picture, i: usize, c: usize| f64::from(picture.pixels[i][c]);
+        let term = |i: usize, c: usize, r: f64| {
+            let product = match (&self.halves, &other.halves) {
+                (Some([a, b]), Some([x, y])) => {
+                    (at(x, i, c) - at(a, i, c)) * (at(y, i, c) - at(b, i, c))
+                }
+                _ => (at(&other.picture, i, c) - r).powi(2),
+            };
+            product / (r * r + REL_MSE_OFFSET)
+        };
+        let (sum, count) = self.sum(term);
+        let (squares, _) = self.sum(|i, c, r| term(i, c, r).powi(2));
+        if count == 0.0 {
+            return Err(MeasureError::NothingFinite);
+        }
+        let mean = sum / count;
+        // The channels of a pixel share their paths: at worst there are as many independent terms as pixels.
+        let variance = (squares / count - mean * mean).max(0.0);
+        Ok(Between {
+            rel_mse: mean,
+            standard_error: (variance / (count / 3.0)).sqrt(),
+            without_noise: self.halves.is_some() && other.halves.is_some(),
+        })
+    }
+
+    /// The sum over the values that are finite, and their number.
+    fn sum(&self, term: impl Fn(usize, usize, f64) -> f64) -> (f64, f64) {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (index, pixel) in self.picture.pixels.iter().enumerate() {
+            let terms: [f64; 3] = std::array::from_fn(|c| term(index, c, f64::from(pixel[c])));
+            if terms.iter().all(|term| term.is_finite()) {
+                sum += terms.iter().sum::<f64>();
+                count += 3.0;
+            }
+        }
+        (sum, count)
+    }
+
+    /// Measures a picture. With halves a and b, (x - a)(x - b) takes the place of (x - r)²: its expectation is the square of
+    /// what x is off the truth, because the noise of a and of b is independent of each other's and of x's.
+    ///
+    /// # Errors
+    /// As [`super::difference`].
+    pub fn errors(&self, picture: &Picture, shown: &Picture) -> Result<Errors, MeasureError> {
+        let d: Difference = difference_as_shown(picture, &self.picture, shown, &self.shown)?;
+        let (mut mse, mut rel_mse) = (d.rmse * d.rmse, d.rel_mse);
+        if let Some([a, b]) = &self.halves {
+            let product = |index: usize, c: usize| {
+                let x = f64::from(picture.pixels[index][c]);
+                (x - f64::from(a.pixels[index][c])) * (x - f64::from(b.pixels[index][c]))
+            };
+            let (sum, count) = self.sum(|index, c, _| product(index, c));
+            mse = sum / count;
+            let (sum, count) = self.sum(|index, c, r| product(index, c) / (r * r + REL_MSE_OFFSET));
+            rel_mse = sum / count;
+        }
+        Ok(Errors {
+            mse,
+            rel_mse,
+            mape: d.mape,
+            smape: d.smape,
+            ssim: d.ssim,
+            flip: d.flip,
+            hdr_flip: d.hdr_flip,
+            non_finite: u64::from(d.width) * u64::from(d.height) - d.compared,
+        })
+    }
+}
+
+/// How far two renderers' references lie apart: their bias against each other, if their noise is taken out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Between {
+    /// relMSE of the one against the other; by noise it may be below 0.
+    pub rel_mse: f64,
+    /// What noise may add to it or take away: one standard error, if pixels are independent.
+    pub standard_error: f64,
+    /// Whether both references have halves, so that their noise is not in it.
+    pub without_noise: bool,
+}
+
+/// A power law: error = factor × time^slope.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PowerLaw {
+    /// Error at a time of 1.
+    pub factor: f64,
+    /// -0.5 for independent samples.
+    pub slope: f64,
+    /// Standard error of the slope; none of two points.
+    pub slope_error: Option<f64>,
+}
+
+impl PowerLaw {
+    /// Least squares of log error against log time; points that are not positive are left out. None of less than two times.
+    pub fn fit(points: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
+        let logs: Vec<(f64, f64)> = points
+            .into_iter()
+            .filter(|(x, y)| *x > 0.0 && *y > 0.0 && x.is_finite() && y.is_finite())
+            .map(|(x, y)| (x.ln(), y.ln()))
+            .collect();
+        let count = logs.len() as f64;
+        let mean_x = logs.iter().map(|(x, _)| x).sum::<f64>() / count;
+        let mean_y = logs.iter().map(|(_, y)| y).sum::<f64>() / count;
+        let square: f64 = logs.iter().map(|(x, _)| (x - mean_x).powi(2)).sum();
+        // Times that differ in their last bits alone say nothing about a slope.
+        if logs.len() < 2 || square <= count * (1e-12 * (1.0 + mean_x.abs())).powi(2) {
+            return None;
+        }
+        let slope = logs
+            .iter()
+            .map(|(x, y)| (x - mean_x) * (y - mean_y))
+            .sum::<f64>()
+            / square;
+        let rest: f64 = logs
+            .iter()
+            .map(|(x, y)| (y - mean_y - slope * (x - mean_x)).powi(2))
+            .sum();
+        Some(Self {
+            factor: (mean_y - slope * mean_x).exp(),
+            slope,
+            slope_error: (logs.len() > 2).then(|| (rest / (count - 2.0) / square).sqrt()),
+        })
+    }
+
+    /// The error at a time.
+    pub fn at(&self, time: f64) -> f64 {
+        self.factor * time.powf(self.slope)
+    }
+}
+
+/// When a curve of (time, error) first comes down to an error, by log-log interpolation; none if it begins below or never
+/// gets there: nothing is extrapolated.
+pub fn time_to(curve: &[(f64, f64)], error: f64) -> Option<f64> {
+    let (first, _) = (curve.first()?, curve.last()?);
+    if first.1 < error {
+        return None;
+    }
+    if first.1 == error {
+        return Some(first.0);
+    }
+    curve.windows(2).find_map(|pair| {
+        let [(t0, e0), (t1, e1)] = [pair[0], pair[1]];
+        (e1 <= error && e0 > error).then(|| {
+            let share = (e0.ln() - error.ln()) / (e0.ln() - e1.ln());
+            (t0.ln() + share * (t1.ln() - t0.ln())).exp()
+        })
+    })
+}
+
+/// How much longer one curve takes than another one to equal error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TimeRatio {
+    /// The errors that both curves reach, from here …
+    pub highest_error: f64,
+    /// … to here.
+    pub lowest_error: f64,
+    /// Time of the second curve over that of the first one: geometric mean over the errors between, evenly in the logarithm.
+    pub ratio: f64,
+    /// The least of the ratios between.
+    pub least: f64,
+    /// The greatest.
+    pub greatest: f64,
+}
+
+/// Compares times to equal error; none if no error is reached by both.
+pub fn time_ratio(ours: &[(f64, f64)], theirs: &[(f64, f64)]) -> Option<TimeRatio> {
+    const STEPS: u32 = 64;
+    let lowest = |curve: &[(f64, f64)]| curve.iter().map(|p| p.1).reduce(f64::min);
+    let highest_error = ours.first()?.1.min(theirs.first()?.1);
+    let lowest_error = lowest(ours)?.max(lowest(theirs)?);
+    if lowest_error >= highest_error || lowest_error <= 0.0 {
+        return None;
+    }
+    let ratios: Vec<f64> = (0..=STEPS)
+        .filter_map(|step| {
+            let share = f64::from(step) / f64::from(STEPS);
+            // The ends exactly, where rounding would fall beside a curve.
+            let error = match step {
+                0 => highest_error,
+                STEPS => lowest_error,
+                _ => highest_error.powf(1.0 - share) * lowest_error.powf(share),
+            };
+            Some(time_to(theirs, error)? / time_to(ours, error)?)
+        })
+        .collect();
+    let mean = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64;
+    Some(TimeRatio {
+        highest_error,
+        lowest_error,
+        ratio: mean.exp(),
+        least: ratios.iter().copied().reduce(f64::min)?,
+        greatest: ratios.iter().copied().reduce(f64::max)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::Encoding;
+
+    fn picture(pixels: Vec<[f32; 3]>) -> Picture {
+        Picture {
+            width: pixels.len() as u32,
+            height: 1,
+            pixels,
+            encoding: Encoding::Linear,
+        }
+    }
+
+    #[test]
+    fn a_power_law_is_found_again() {
+        let times = [0.5, 1.0, 2.0, 4.0, 8.0];
+        let law = PowerLaw::fit(times.map(|t| (t, 3.0 * f64::powf(t, -0.5)))).unwrap();
+        assert!((law.slope + 0.5).abs() < 1e-12 && (law.factor - 3.0).abs() < 1e-12);
+        assert!(law.slope_error.unwrap() < 1e-12);
+        assert!((law.at(4.0) - 1.5).abs() < 1e-12);
+        // ln y = 0, 1, 0 at ln x = 0, 1, 2: slope 0, residuals -1/3, 2/3, -1/3, so s² = 6/9 and the error is √(s²/2).
+        let bent = PowerLaw::fit(
+            [0.0f64, 1.0, 2.0].map(|x| (x.exp(), if x == 1.0 { 1.0f64.exp() } else { 1.0 })),
+        )
+        .unwrap();
+        assert!(bent.slope.abs() < 1e-12);
+        assert!((bent.slope_error.unwrap() - (6.0f64 / 9.0 / 2.0).sqrt()).abs() < 1e-12);
+        assert_eq!(PowerLaw::fit([(1.0, 2.0)]), None);
+        assert_eq!(PowerLaw::fit([(1.0, 2.0), (1.0, 3.0)]), None);
+        assert_eq!(PowerLaw::fit([(1.0, 2.0), (2.0, -1.0), (0.0, 1.0)]), None);
+        let two = PowerLaw::fit([(1.0, 2.0), (4.0, 1.0)]).unwrap();
+        assert!((two.slope + 0.5).abs() < 1e-12 && two.slope_error.is_none());
+    }
+
+    #[test]
+    fn times_to_equal_error() {
+        let curve: Vec<_> = [1.0, 2.0, 4.0, 8.0].map(|t: f64| (t, t.powf(-0.5))).into();
+        assert!((time_to(&curve, 0.6).unwrap() - 1.0 / 0.36).abs() < 1e-12);
+        assert_eq!(time_to(&curve, 1.0), Some(1.0));
+        assert_eq!(time_to(&curve, 1.1), None);
+        assert_eq!(time_to(&curve, 0.1), None);
+        assert_eq!(time_to(&[], 0.1), None);
+        // Three times the time at each number of samples, and twice the noise: 3 · 2² times the time to equal error.
+        let slow: Vec<_> = [1.0, 4.0, 16.0, 64.0]
+            .map(|t: f64| (3.0 * t, 2.0 * t.powf(-0.5)))
+            .into();
+        let ratio = time_ratio(&curve, &slow).unwrap();
+        for value in [ratio.ratio, ratio.least, ratio.greatest] {
+            assert!((value - 12.0).abs() < 1e-9, "{ratio:?}");
+        }
+        assert_eq!(ratio.highest_error, 1.0);
+        assert_eq!(time_ratio(&curve, &[(1.0, 100.0), (2.0, 50.0)]), None);
+    }
+
+    #[test]
+    fn the_noise_of_the_reference_is_taken_out() {
+        // Truth 1; halves off by ±0.5 in all four combinations with a picture that is off by ±0.25: the noise of all three is
+        // uncorrelated, so that exactly 0.25² is left.
+        let signs = |bit: usize| (0..8).map(move |i| if i >> bit & 1 == 1 { 1.0 } else { -1.0 });
+        let off =
+            |bit: usize, by: f32| picture(signs(bit).map(|s: f32| [1.0 + by * s; 3]).collect());
+        let (x, a, b) = (off(0, 0.25), off(1, 0.5), off(2, 0.5));
+        let shown = |p: &Picture| Ok::<_, MeasureError>(p.shown());
+        let reference = Reference::halves([a.clone(), b], shown).unwrap();
+        let errors = reference.errors(&x, &x.shown()).unwrap();
+        assert!((errors.mse - 0.0625).abs() < 1e-7, "{errors:?}");
+        // The mean of the halves has the variance 0.5² / 2; relative to 1, 1.5² and 0.5² with the offset.
+        let own: f64 = [(0.25, 1.0f64), (0.0, 1.5), (0.0, 0.5), (0.25, 1.0)]
+            .iter()
+            .map(|(square, r)| square / (r * r + 0.01))
+            .sum::<f64>()
+            / 4.0;
+        assert!((reference.own_rel_mse().unwrap() - own).abs() < 1e-9);
+        let single = Reference::single(a.clone(), a.shown());
+        assert_eq!(single.own_rel_mse(), None);
+        let errors = single.errors(&x, &x.shown()).unwrap();
+        assert!((errors.mse - (0.0625 + 0.25)).abs() < 1e-7);
+        // Against itself, with the halves in the other order, the noise is there in full: E[(b - a)(a - b)] = -2 · 0.5².
+        let (c, d) = (off(1, 0.5), off(2, 0.5));
+        let turned = Reference::halves([d, c], shown).unwrap();
+        let between = reference.between(&turned).unwrap();
+        assert!(
+            between.without_noise && between.rel_mse < 0.0,
+            "{between:?}"
+        );
+        // Equal references lie nowhere apart, for certain.
+        let none = single.between(&single).unwrap();
+        assert_eq!(
+            (none.rel_mse, none.standard_error, none.without_noise),
+            (0.0, 0.0, false)
+        );
+        let wide = picture(vec![[1.0; 3]; 3]);
+        assert!(Reference::halves([a, wide], shown).is_err());
+    }
+}
