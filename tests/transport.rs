@@ -1,5 +1,6 @@
 //! Light transport on scenes built here: answers that are exact, or equalities between renders.
 
+mod studies;
 mod visibility;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -167,6 +168,20 @@ fn colors(r: &Rendering) -> Vec<[f64; 3]> {
 fn mean(r: &Rendering) -> f64 {
     let c = colors(r);
     c.iter().flatten().sum::<f64>() / (3 * c.len()) as f64
+}
+
+/// Mean of the picture over seeds, and its variance.
+fn estimate(scene: &Scene, settings: &RenderSettings, seeds: std::ops::Range<u32>) -> (f64, f64) {
+    let n = seeds.len() as f64;
+    let means: Vec<f64> = seeds
+        .map(|seed| {
+            let settings = settings.clone();
+            mean(&run(scene, &RenderSettings { seed, ..settings }))
+        })
+        .collect();
+    let m = means.iter().sum::<f64>() / n;
+    let variance = means.iter().map(|x| (x - m).powi(2)).sum::<f64>() / (n * (n - 1.0));
+    (m, variance)
 }
 
 /// The closed, displaced room of NUMERICS.md 2.2 with spheres in it (some instanced), all of them
@@ -758,23 +773,11 @@ fn one_two_and_seven_threads_give_the_same_bits() {
 fn all_ways_to_find_light_agree_within_three_sigma() {
     for (name, scene) in gallery() {
         let estimate = |light_sampling| {
-            let n = 16;
-            let means: Vec<f64> = (0..n)
-                .map(|seed| {
-                    mean(&run(
-                        &scene,
-                        &RenderSettings {
-                            light_sampling,
-                            seed,
-                            ..small(48, 4)
-                        },
-                    ))
-                })
-                .collect();
-            let m = means.iter().sum::<f64>() / f64::from(n);
-            let variance =
-                means.iter().map(|x| (x - m).powi(2)).sum::<f64>() / f64::from(n * (n - 1));
-            (m, variance)
+            let settings = RenderSettings {
+                light_sampling,
+                ..small(48, 4)
+            };
+            estimate(&scene, &settings, 0..16)
         };
         let (mis, nee, bsdf) = (
             estimate(LightSampling::Mis),

@@ -41,6 +41,8 @@ pub enum Kind {
     Share,
     /// `all`, or names of passes with commas between them.
     Passes,
+    /// `on`, `off`, or a bounce from 1.
+    Roulette,
     /// Where a program listens, `HOST:PORT` or `HOST` alone.
     Address {
         /// The port if none is given.
@@ -501,19 +503,6 @@ const TRANSPORT: Group = Group {
                 "`auto` takes what the scene calls for, `all` everything there is; a list of names with commas between them takes these and leaves out what the scene calls for beyond them.",
             ),
         Argument::new(
-            "light-sampling",
-            Kind::Choice {
-                choices: &[
-                    Choice { name: "mis", doc: "both, weighted by multiple importance sampling" },
-                    Choice { name: "nee", doc: "next-event estimation wherever it can find the light" },
-                    Choice { name: "bsdf", doc: "BSDF sampling wherever it can find the light" },
-                ],
-            },
-            "TECHNIQUE",
-            "How paths find light; for tests and studies, mis is the one to use.",
-        )
-        .default("mis"),
-        Argument::new(
             "clamp-direct",
             Kind::Number { min: 0.0, max: 1e9 },
             "VALUE",
@@ -541,6 +530,44 @@ const TRANSPORT: Group = Group {
             "backface-culling",
             "Hide the back faces of single-sided materials, as glTF viewers do and Cycles does not.",
         ),
+    ],
+};
+
+/// How light is looked for; shared by all commands that render.
+const STUDIES: Group = Group {
+    heading: "Studies",
+    arguments: &[
+        Argument::new(
+            "light-sampling",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "mis", doc: "light sampling and BSDF sampling, weighted by multiple importance sampling" },
+                    Choice { name: "nee", doc: "light sampling (next-event estimation) wherever it can find the light" },
+                    Choice { name: "bsdf", doc: "BSDF sampling wherever it can find the light" },
+                    Choice { name: "hemisphere", doc: "directions drawn uniformly, whatever the surface, wherever these can find the light" },
+                ],
+            },
+            "TECHNIQUE",
+            "How paths find light; mis is the one to use, the others show why.",
+        )
+        .default("mis")
+        .details("All have the same picture in the mean."),
+        Argument::new(
+            "light-samples",
+            Kind::Integer { min: 1, max: crate::render::MAX_LIGHT_SAMPLES as u64 },
+            "COUNT",
+            "Light samples at the surface that the camera sees, of which the mean counts; at all others it is one.",
+        )
+        .default("1")
+        .details("The same picture in the mean."),
+        Argument::new(
+            "roulette",
+            Kind::Roulette,
+            "on|off|BOUNCE",
+            "From which bounce on paths that carry little light may end by chance; `on` is 2, `off` follows each to its last bounce.",
+        )
+        .default("on")
+        .details("The same picture in the mean."),
     ],
 };
 
@@ -613,6 +640,7 @@ static RENDER: Command = Command {
         },
         BOUNCES,
         TRANSPORT,
+        STUDIES,
         IMPORT,
         ENVIRONMENT,
         VIEW,
@@ -742,6 +770,7 @@ static COST: Command = Command {
         PICTURE,
         BOUNCES,
         TRANSPORT_COST,
+        STUDIES,
         IMPORT,
         ENVIRONMENT,
         REPORTING,
@@ -868,6 +897,7 @@ static CONVERGE: Command = Command {
         SIZE,
         BOUNCES,
         TRANSPORT,
+        STUDIES,
         IMPORT,
         ENVIRONMENT,
         SEEN,

@@ -272,6 +272,14 @@ impl<'a> Parsed<'a> {
         }
     }
 
+    /// When Russian roulette begins; `None` for never.
+    pub fn roulette(&self, name: &str) -> Option<Option<u32>> {
+        match self.value(name)? {
+            Value::Roulette(bounce) => Some(*bounce),
+            _ => None,
+        }
+    }
+
     /// A rectangle of pixels.
     pub fn region(&self, name: &str) -> Option<Region> {
         match self.value(name)? {
@@ -331,6 +339,11 @@ mod tests {
         assert_eq!(parsed.share("noise").unwrap_or(0.0), settings.noise_target);
         assert_eq!(parsed.choice("light-sampling"), "mis");
         assert_eq!(settings.light_sampling, LightSampling::Mis);
+        assert_eq!(
+            parsed.integer("light-samples"),
+            Some(settings.light_samples)
+        );
+        assert_eq!(parsed.roulette("roulette"), Some(settings.roulette));
         assert_eq!(parsed.switch("backface-culling"), settings.cull_backfaces);
         assert!(!parsed.given("samples"));
     }

@@ -76,8 +76,13 @@ pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, 
         light_sampling: match parsed.choice("light-sampling") {
             "nee" => LightSampling::Nee,
             "bsdf" => LightSampling::Bsdf,
+            "hemisphere" => LightSampling::Hemisphere,
             _ => LightSampling::Mis,
         },
+        light_samples: parsed
+            .integer("light-samples")
+            .unwrap_or(defaults.light_samples),
+        roulette: parsed.roulette("roulette").unwrap_or(defaults.roulette),
         cull_backfaces: parsed.switch("backface-culling"),
     })
 }

@@ -1,8 +1,8 @@
 //! The text of an argument becomes a value, or a clause that says what was expected.
 
-use super::flags::Kind;
+use super::flags::{Kind, MAX_BOUNCES};
 use crate::film::Passes;
-use crate::render::{EffectChoice, Filter, FilterKind, Region};
+use crate::render::{EffectChoice, Filter, FilterKind, Region, RenderSettings};
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -22,6 +22,8 @@ pub enum Value {
     Region(Region),
     Share(f64),
     Passes(Passes),
+    /// The first bounce; `None` for off.
+    Roulette(Option<u32>),
     Choice(&'static str),
 }
 
@@ -76,6 +78,9 @@ pub fn parse(kind: &Kind, text: &OsStr) -> Result<Value, String> {
         Kind::Share => share(text)
             .map(Value::Share)
             .ok_or_else(|| "expected a share above 0 such as 0.05 or 5%".into()),
+        Kind::Roulette => roulette(text)
+            .map(Value::Roulette)
+            .ok_or_else(|| format!("expected on, off or a bounce from 1 to {MAX_BOUNCES}")),
         Kind::Passes => passes(text).map(Value::Passes),
         Kind::Choice { choices } => choices
             .iter()
@@ -97,6 +102,19 @@ pub fn alternatives<'a>(names: impl Iterator<Item = &'a str>) -> String {
         None => String::new(),
         Some((last, [])) => (*last).into(),
         Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+    }
+}
+
+fn roulette(text: &str) -> Option<Option<u32>> {
+    match text {
+        "on" => Some(RenderSettings::default().roulette),
+        "off" => Some(None),
+        _ => {
+            let bounce = text.parse().ok()?;
+            (1..=MAX_BOUNCES as u32)
+                .contains(&bounce)
+                .then_some(Some(bounce))
+        }
     }
 }
 
@@ -280,6 +298,21 @@ mod tests {
             "", ":", ":80", "a:", "a:0", "a:65536", "a:b", "::1", "a b", "[::1", "a:80:80",
         ] {
             assert_eq!(read(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn roulettes() {
+        for (text, bounce) in [
+            ("on", Some(2)),
+            ("off", None),
+            ("1", Some(1)),
+            ("1024", Some(1024)),
+        ] {
+            assert_eq!(roulette(text), Some(bounce), "{text}");
+        }
+        for wrong in ["", "0", "1025", "-1", "2.5", "On"] {
+            assert_eq!(roulette(wrong), None, "{wrong}");
         }
     }
 

@@ -21,6 +21,9 @@ pub type ApartKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut Path
 /// The one for all scenes.
 pub const APART: ApartKernel = trace_apart::<PATHS, PathApart>;
 
+/// The one that has everything.
+pub const GENERAL: (Mask, Kernel) = (PATHS, trace::<PATHS>);
+
 const LIGHTS: Mask = LAMPS | MESH_LIGHTS | SUNS | ENVIRONMENT;
 
 /// The kernels there are, smallest first. State and code of the effects that a kernel lacks are
@@ -37,7 +40,7 @@ pub const KERNELS: [(Mask, Kernel); 6] = [
         LIGHTS | TEXTURES | ALPHA,
         trace::<{ LIGHTS | TEXTURES | ALPHA }>,
     ),
-    (PATHS, trace::<PATHS>),
+    GENERAL,
 ];
 
 /// The smallest kernel that has all the effects of a set, as far as they are the path loop's.
@@ -46,7 +49,7 @@ pub fn kernel_for(effects: Mask) -> (Mask, Kernel) {
     KERNELS
         .into_iter()
         .find(|(mask, _)| mask & effects == effects)
-        .unwrap_or((PATHS, trace::<PATHS>))
+        .unwrap_or(GENERAL)
 }
 
 #[cfg(test)]

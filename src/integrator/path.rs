@@ -37,6 +37,13 @@ pub struct PathSettings {
     pub sample_lights: bool,
     /// Light is found by sampling BSDFs.
     pub sample_bsdf: bool,
+    /// Directions are drawn without a look at the BSDF, wherever that can work. For studies; the general
+    /// kernel alone can do it.
+    pub uniform: bool,
+    /// Light samples at the surface that the camera sees; their mean counts. At all others it is one.
+    pub light_samples: u32,
+    /// The first bounce that Russian roulette may be played at; `u32::MAX` for none.
+    pub roulette: u32,
 }
 
 /// What a path brings back.
@@ -55,7 +62,7 @@ pub struct Path {
 /// The vertex from which a ray was sent, as the weights of what it finds need it.
 struct Previous {
     at: Shaded,
-    /// Density of the BSDF sample.
+    /// Density of the BSDF sample, for each light sample that was taken beside it.
     pdf: f32,
     /// Light sampling could not have found what the ray finds.
     only_bsdf: bool,
@@ -165,6 +172,12 @@ impl PathSettings {
     #[inline]
     fn least_alpha(&self, min_pdf: f32) -> f32 {
         0.5 * (1.0 - min_pdf / self.filter_glossy).max(0.0).sqrt()
+    }
+
+    /// Whether a surface takes one light sample.
+    #[inline]
+    fn takes_one(&self, bounce: u32) -> bool {
+        bounce > 0 || self.light_samples == 1
     }
 
     /// Weight of light that light sampling found.
@@ -328,9 +341,9 @@ pub fn trace_apart<const E: Mask, A: Apart>(
         // Only here, when the light that the ray found has been added: the ray is the other half of the
         // estimate of direct light, and roulette before it would make that noisier. With the square root
         // of the throughput: half-way, in variance, between always going on and keeping the throughput
-        // constant. Never at the first bounce: it carries most of the indirect light, and on the scenes of
-        // the gallery roulette there saves 2 to 12 % of the time for 3 to 25 % more variance.
-        if bounce > 1 {
+        // constant. Not at the first bounce if one is not asked to: it carries most of the indirect light, and
+        // on the scenes of the gallery roulette there saves 2 to 12 % of the time for 3 to 25 % more variance.
+        if bounce >= settings.roulette {
             let survival = throughput.max_element().sqrt().min(1.0);
             if survival < 1.0 {
                 if sampler.single(Dimension::Roulette, bounce) >= survival {
@@ -374,22 +387,30 @@ pub fn trace_apart<const E: Mask, A: Apart>(
 
         // ---- Direct light (next-event estimation) ----
         if bsdf.is_samplable() && !world.lights.is_empty() {
-            rays += direct_light::<E, A>(
-                world,
-                settings,
-                sampler,
+            let vertex = || Vertex {
                 bounce,
-                &surface,
-                &bsdf,
-                &at,
+                surface: &surface,
+                bsdf: &bsdf,
+                at: &at,
                 throughput,
-                settings.transparent_left(passed),
-                &mut gathered,
-            );
+                transparent: settings.transparent_left(passed),
+            };
+            rays += if settings.takes_one(bounce) {
+                direct_light::<E, A>(world, settings, sampler, &vertex(), 1.0, &mut gathered)
+            } else {
+                direct_lights::<E, A>(world, settings, sampler, &vertex(), &mut gathered)
+            };
         }
 
         // ---- Onwards ----
-        let Some(s) = bsdf.sample(sampler.triple(Dimension::Bsdf, bounce)) else {
+        let u = sampler.triple(Dimension::Bsdf, bounce);
+        // In the general kernel alone: the choice costs half a percent of the instructions.
+        let drawn = if E == PATHS && settings.uniform {
+            bsdf.sample_uniform(u)
+        } else {
+            bsdf.sample(u)
+        };
+        let Some(s) = drawn else {
             break;
         };
         // Where some kinds of rays see less than others, each kind is an estimate of its own.
@@ -411,7 +432,11 @@ pub fn trace_apart<const E: Mask, A: Apart>(
         }
         previous = Previous {
             at,
-            pdf,
+            pdf: if settings.takes_one(bounce) {
+                pdf
+            } else {
+                pdf / settings.light_samples as f32
+            },
             only_bsdf: s.delta,
             scattering: Some(s.scattering),
         };
@@ -434,21 +459,55 @@ pub fn trace_apart<const E: Mask, A: Apart>(
     }
 }
 
-/// Adds the light of one light sample; returns the rays it took.
-#[allow(clippy::too_many_arguments)]
-#[inline]
+/// A surface that light falls on, and the path to it.
+struct Vertex<'a> {
+    bounce: u32,
+    surface: &'a Surface<'a>,
+    bsdf: &'a Bsdf,
+    at: &'a Shaded,
+    throughput: Vec3,
+    /// Surfaces that a shadow ray may pass.
+    transparent: u32,
+}
+
+/// Adds the mean light of some light samples; returns the rays it took. Out of the way of the path that takes
+/// one.
+#[cold]
+#[inline(never)]
+fn direct_lights<const E: Mask, A: Apart>(
+    world: &World,
+    settings: &PathSettings,
+    sampler: &Sampler,
+    vertex: &Vertex,
+    gathered: &mut Gathered<A>,
+) -> u32 {
+    let samples = settings.light_samples;
+    (0..samples)
+        .map(|part| {
+            let sampler = sampler.part(part, samples);
+            direct_light::<E, A>(world, settings, &sampler, vertex, samples as f32, gathered)
+        })
+        .sum()
+}
+
+/// Adds the light of one of some light samples; returns the rays it took.
+#[inline(always)]
 fn direct_light<const E: Mask, A: Apart>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
-    bounce: u32,
-    surface: &Surface,
-    bsdf: &Bsdf,
-    at: &Shaded,
-    throughput: Vec3,
-    transparent: u32,
+    vertex: &Vertex,
+    samples: f32,
     gathered: &mut Gathered<A>,
 ) -> u32 {
+    let &Vertex {
+        bounce,
+        surface,
+        bsdf,
+        at,
+        throughput,
+        transparent,
+    } = vertex;
     let u = sampler.triple(Dimension::Light, bounce);
     let Some(light) = world.lights.sample(world, at, u.z, u.truncate()) else {
         return 0;
@@ -469,7 +528,7 @@ fn direct_light<const E: Mask, A: Apart>(
         };
         let part = |kind, part: Vec3, pdf| {
             if light.rules.visibility.sees(kind) {
-                part * settings.weight_of_sampled(light.pdf, delta, pdf)
+                part * settings.weight_of_sampled(samples * light.pdf, delta, pdf)
             } else {
                 Vec3::ZERO
             }
@@ -482,10 +541,10 @@ fn direct_light<const E: Mask, A: Apart>(
         );
         (diffuse + rest, diffuse)
     } else {
-        let weight = settings.weight_of_sampled(light.pdf, delta, value.pdf);
+        let weight = settings.weight_of_sampled(samples * light.pdf, delta, value.pdf);
         (value.value * weight, value.diffuse * weight)
     };
-    let contribution = throughput * reflected * light.contribution;
+    let contribution = throughput * reflected * light.contribution / samples;
     if contribution == Vec3::ZERO {
         return 0;
     }

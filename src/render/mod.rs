@@ -8,7 +8,8 @@ mod settings;
 pub use forecast::{Expected, Forecast, Known, Row};
 pub use schedule::render;
 pub use settings::{
-    BounceLimits, EffectChoice, Filter, FilterKind, LightSampling, Region, RenderSettings,
+    BounceLimits, EffectChoice, Filter, FilterKind, LightSampling, MAX_LIGHT_SAMPLES, Region,
+    RenderSettings,
 };
 
 use crate::film::{Bands, Picture};

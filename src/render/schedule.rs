@@ -2,8 +2,8 @@
 
 use super::develop::Film;
 use super::{
-    Clamped, EffectChoice, Event, FilterKind, LightSampling, Observer, RenderError, RenderSettings,
-    Rendering, Statistics, Stop,
+    Clamped, EffectChoice, Event, FilterKind, LightSampling, MAX_LIGHT_SAMPLES, Observer,
+    RenderError, RenderSettings, Rendering, Statistics, Stop,
 };
 use crate::camera::{CameraRay, RayMaker};
 use crate::effects::{self, EffectSet};
@@ -217,6 +217,12 @@ pub fn render(
             "0 samples make no picture; ask for at least 1".into(),
         ));
     }
+    if !(1..=MAX_LIGHT_SAMPLES).contains(&settings.light_samples) {
+        return Err(setting(format!(
+            "{} light samples at a surface can't be taken; their number goes from 1 to {MAX_LIGHT_SAMPLES}",
+            settings.light_samples
+        )));
+    }
     let region = settings.region();
     if region.x0 >= region.x1
         || region.y0 >= region.y1
@@ -248,7 +254,10 @@ pub fn render(
     let (kernel_effects, kernel) = if apart {
         (effects::PATHS, AnyKernel::Apart(integrator::APART))
     } else {
-        let (mask, kernel) = integrator::kernel_for(wanted);
+        let (mask, kernel) = match settings.light_sampling {
+            LightSampling::Hemisphere => integrator::GENERAL,
+            _ => integrator::kernel_for(wanted),
+        };
         (mask, AnyKernel::Together(kernel))
     };
     let focused = if camera.aperture.is_some() {
@@ -315,8 +324,14 @@ pub fn render(
             clamp: [limit(settings.clamp_direct), limit(settings.clamp_indirect)],
             filter_glossy: settings.filter_glossy,
             transparent_film: settings.transparent_film,
-            sample_lights: settings.light_sampling != LightSampling::Bsdf,
+            sample_lights: matches!(
+                settings.light_sampling,
+                LightSampling::Mis | LightSampling::Nee
+            ),
             sample_bsdf: settings.light_sampling != LightSampling::Nee,
+            uniform: settings.light_sampling == LightSampling::Hemisphere,
+            light_samples: settings.light_samples,
+            roulette: settings.roulette.unwrap_or(u32::MAX),
         },
         sequence: Sequence::new(settings.samples, settings.seed),
         filter: match settings.filter.kind {

@@ -4,6 +4,9 @@ use crate::film::Passes;
 use serde::Serialize;
 use std::time::Duration;
 
+/// Most light samples at a surface: the samples of a picture times these have numbers of 64 bits.
+pub const MAX_LIGHT_SAMPLES: u32 = 64;
+
 /// Settings of a render.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderSettings {
@@ -45,6 +48,10 @@ pub struct RenderSettings {
     pub effects: EffectChoice,
     /// Which sampling techniques find lights (for tests and studies; `Mis` is the one to use).
     pub light_sampling: LightSampling,
+    /// Light samples at the surface that the camera sees; one at all others. For studies.
+    pub light_samples: u32,
+    /// From which bounce on paths may end by Russian roulette; `None` for none. For studies.
+    pub roulette: Option<u32>,
     /// Hide the back faces of single-sided materials, as glTF's rasterisers do (Cycles shows them).
     pub cull_backfaces: bool,
 }
@@ -71,6 +78,8 @@ impl Default for RenderSettings {
             filter: Filter::default(),
             effects: EffectChoice::Auto,
             light_sampling: LightSampling::Mis,
+            light_samples: 1,
+            roulette: Some(2),
             cull_backfaces: false,
         }
     }
@@ -187,4 +196,7 @@ pub enum LightSampling {
     Nee,
     /// BSDF sampling alone wherever it can find the light.
     Bsdf,
+    /// Light is met by chance alone wherever it can be: directions are drawn uniformly from the hemisphere
+    /// (where light passes through, the sphere), whatever the BSDF.
+    Hemisphere,
 }

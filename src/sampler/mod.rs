@@ -91,6 +91,15 @@ impl Sampler {
         self.two_of(key, shuffled).extend(unit(z))
     }
 
+    /// The numbers of one of `parts` samples that take the place of this one: together the parts of all
+    /// samples are the first `parts` times as many points of the same sequences.
+    pub fn part(&self, part: u32, parts: u32) -> Self {
+        Self {
+            index: self.index * u64::from(parts) + u64::from(part),
+            ..*self
+        }
+    }
+
     /// What makes a named sequence independent of the others.
     fn sequence_key(&self, dimension: Dimension, bounce: u32) -> u32 {
         mix32(

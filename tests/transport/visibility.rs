@@ -10,23 +10,9 @@ fn without(kinds: &[RayKind]) -> Visibility {
         .fold(Visibility::ALL, |seen, kind| seen.without(*kind))
 }
 
-/// Mean of the picture over seeds, and its variance.
+/// As [`super::estimate`], with eight seeds.
 fn estimate(scene: &Scene, settings: &RenderSettings) -> (f64, f64) {
-    let n = 8;
-    let means: Vec<f64> = (0..n)
-        .map(|seed| {
-            mean(&run(
-                scene,
-                &RenderSettings {
-                    seed,
-                    ..settings.clone()
-                },
-            ))
-        })
-        .collect();
-    let m = means.iter().sum::<f64>() / f64::from(n);
-    let variance = means.iter().map(|x| (x - m).powi(2)).sum::<f64>() / f64::from(n * (n - 1));
-    (m, variance)
+    super::estimate(scene, settings, 0..8)
 }
 
 /// A wall that fills the camera's view, slanted so that light from the sides is lit and reflected.
@@ -159,7 +145,13 @@ fn all_ways_to_find_light_agree_for_each_kind_of_ray() {
                 )
             };
             let mis = by(LightSampling::Mis);
-            for other in [by(LightSampling::Nee), by(LightSampling::Bsdf)] {
+            for other in [
+                LightSampling::Nee,
+                LightSampling::Bsdf,
+                LightSampling::Hemisphere,
+            ]
+            .map(by)
+            {
                 let z = (mis.0 - other.0) / (mis.1 + other.1).sqrt();
                 assert!(z.abs() < 3.5, "{name} {kind:?}: {mis:?} {other:?} z = {z}");
             }
