@@ -3,7 +3,7 @@
 
 use super::axis::{Range, Tick};
 use super::number::number;
-use super::{Line, Plot, Point, ReportError};
+use super::{Line, Plot, Point, ReportError, Series};
 use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
@@ -207,7 +207,7 @@ impl Plot {
             let base = frame.bottom + 50.0;
             pen.text(8.0, base, &sentence, 0.92, MUTED, HPos::Left);
         }
-        for (index, series) in self.series.iter().enumerate() {
+        for (index, series) in self.colored() {
             let points: Vec<_> = series
                 .points
                 .iter()
@@ -244,7 +244,7 @@ impl Plot {
             return top;
         }
         let (mut x, mut y) = (8.0, top);
-        for (index, series) in self.series.iter().enumerate() {
+        for (index, series) in self.colored() {
             let width = 34.0 + pen.width_of(&series.name) + 18.0;
             if x > 8.0 && x + width > layout.width {
                 (x, y) = (8.0, y + 20.0);
@@ -262,6 +262,18 @@ impl Plot {
             x += width;
         }
         y + 24.0
+    }
+
+    /// The series, each with the number of its colour and marker: a fitted one has that of what it is fitted to, which
+    /// stands before it.
+    pub(super) fn colored(&self) -> impl Iterator<Item = (usize, &Series)> {
+        let mut next = 0;
+        self.series.iter().map(move |series| {
+            if series.line != Line::Dashed {
+                next += 1;
+            }
+            (usize::saturating_sub(next, 1), series)
+        })
     }
 
     /// What the axes range over: all points and their spreads.
@@ -624,7 +636,7 @@ pub(super) fn words(plot: &Plot, point: &Point) -> [String; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{Axis, Series};
+    use crate::report::Axis;
 
     fn plot(series: Vec<Series>) -> Plot {
         Plot {
@@ -726,6 +738,14 @@ mod tests {
         let svg = plot.svg().unwrap();
         assert!(svg.contains(sentence));
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+
+    #[test]
+    fn a_fit_has_the_colour_of_its_curve() {
+        let fit = || Series::fitted("fit", vec![]);
+        let plot = plot(vec![halving(), fit(), halving(), fit(), fit()]);
+        let colors: Vec<_> = plot.colored().map(|(color, _)| color).collect();
+        assert_eq!(colors, [0, 0, 1, 1, 1]);
     }
 
     #[test]

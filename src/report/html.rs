@@ -260,9 +260,7 @@ fn curves(plot: &Plot, index: usize) -> Result<String, ReportError> {
 fn points(plot: &Plot) -> serde_json::Value {
     let (range_x, range_y) = plot.ranges();
     let series: Vec<_> = plot
-        .series
-        .iter()
-        .enumerate()
+        .colored()
         .map(|(index, series)| {
             let points: Vec<_> = series
                 .points

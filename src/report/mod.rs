@@ -207,7 +207,7 @@ impl Series {
         }
     }
 
-    /// A fitted or predicted curve: dashed, without markers.
+    /// A fitted or predicted curve: dashed, without markers, in the colour of the series before it.
     pub fn fitted(name: impl Into<String>, points: Vec<Point>) -> Self {
         Self {
             line: Line::Dashed,
