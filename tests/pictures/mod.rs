@@ -21,17 +21,22 @@ pub fn cache() -> PathBuf {
     folder.join("sundog")
 }
 
-/// Runs one of the Python programs and fails with all that it said if it does.
+/// Runs one of the Python programs of this folder.
 fn run(program: &str, arguments: &[&str]) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pictures");
+    run_python(&folder.join(program), arguments);
+}
+
+/// Runs a Python program and fails with all that it said if it does.
+fn run_python(program: &Path, arguments: &[&str]) {
     let python = python();
     assert!(
         python.exists(),
         "{} is not there: run scripts/setup-bpy.sh 4.5.15, or name a Python that has bpy in SUNDOG_BPY_PYTHON",
         python.display()
     );
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pictures");
     let done = Command::new(python)
-        .arg(folder.join(program))
+        .arg(program)
         .args(arguments)
         .output()
         .unwrap();
@@ -39,7 +44,8 @@ fn run(program: &str, arguments: &[&str]) {
     println!("{said}");
     assert!(
         done.status.success(),
-        "{program} failed:\n{said}{}",
+        "{} failed:\n{said}{}",
+        program.display(),
         String::from_utf8_lossy(&done.stderr)
     );
 }
@@ -71,4 +77,41 @@ fn every_light_is_as_bright_as_in_cycles() {
 #[test]
 fn cameras_and_passes_are_those_of_cycles() {
     run("film.py", &["--sundog", env!("CARGO_BIN_EXE_sundog")]);
+}
+
+/// The script that writes docs/cost-of-accuracy.md works, and finds in tiny pictures what it finds in large ones.
+#[test]
+fn the_experiments_can_be_made() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("experiments");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/experiments.py");
+    let program = ["--quick", "--sundog", env!("CARGO_BIN_EXE_sundog")];
+    let arguments = [&program[..], &["--out", folder.to_str().unwrap()]].concat();
+    run_python(&script, &arguments);
+    let errors = |experiment: &str, table: &str| -> Vec<f64> {
+        let path = folder.join(format!("{experiment}.results.json"));
+        let results: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+        let rows = results["rows"][table].as_array().unwrap();
+        rows.iter()
+            .map(|row| row["error"].as_f64().unwrap())
+            .collect()
+    };
+    // Pictures are the same bits everywhere, so these are either always true or never; true by a wide margin.
+    let [uniform, _, lights, both] = errors("directions", "cornell 0")[..] else {
+        panic!("four ways")
+    };
+    assert!(uniform > 2.0 * lights && uniform > 2.0 * both);
+    let [one, four] = errors("light-samples", "cornell 0")[..] else {
+        panic!("two numbers")
+    };
+    assert!(one > 1.3 * four, "{one} {four}");
+    let samples = errors("samples", "cornell 0");
+    assert!(samples[0] > 3.0 * samples[4], "{samples:?}");
+    let sky = errors("objects", "three-objects 0");
+    assert!(sky[0] > 1.2 * sky[1], "{sky:?}");
+    // The page has a table for each experiment, and the one of the objects needs nothing from elsewhere.
+    let page = std::fs::read_to_string(folder.join("cost-of-accuracy.md")).unwrap();
+    assert_eq!(page.matches("quick. The run took").count(), 7);
+    let alone = std::fs::read_to_string(folder.join("objects.html")).unwrap();
+    assert!(alone.contains("data:image/jpeg") && !alone.contains("src=\"http"));
 }
