@@ -1064,6 +1064,10 @@ pub static EXAMPLES: &[(&str, &str)] = &[
         "sundog compare shot.exr reference.exr",
         "How far the picture is from another one.",
     ),
+    (
+        "sundog converge scene.glb -o report",
+        "Error against time, as a page with curves.",
+    ),
 ];
 
 #[cfg(test)]

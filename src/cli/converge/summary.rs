@@ -3,7 +3,7 @@
 use crate::measure::convergence::{Between, Errors, PowerLaw, TimeRatio, time_ratio, time_to};
 use crate::render::RenderSettings;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// One picture's errors.
@@ -283,6 +283,9 @@ pub struct Against {
     pub renderer: String,
     /// Over all errors that both reach.
     pub overall: Option<TimeRatio>,
+    /// Standard error of the logarithm of that ratio: by leaving out each seed once (jackknife). None where a renderer has a
+    /// single seed.
+    pub ratio_error: Option<f64>,
     /// At some errors.
     pub at: Vec<EqualError>,
 }
@@ -336,8 +339,9 @@ impl Answer {
         let against = match renderers.split_first() {
             Some((ours, others)) => others
                 .iter()
-                .map(|theirs| {
-                    compared(
+                .map(|theirs| Against {
+                    ratio_error: ratio_error(ours, theirs),
+                    ..compared(
                         &theirs.name,
                         &ours.against_time(measure),
                         &theirs.against_time(measure),
@@ -461,9 +465,12 @@ impl Against {
     pub fn sentence(&self) -> String {
         match self.overall {
             Some(ratio) => format!(
-                "{} takes {:.3} times as long to the same error ({:.3} to {:.3} times, between {:.3} % and {:.3} %)",
+                "{} takes {:.3} times as long to the same error{} ({:.3} to {:.3} times, between {:.3} % and {:.3} %)",
                 self.renderer,
                 ratio.ratio,
+                self.ratio_error
+                    .map(|error| format!(", give or take a factor of {:.2}", error.exp()))
+                    .unwrap_or_default(),
                 ratio.least,
                 ratio.greatest,
                 ratio.highest_error,
@@ -503,8 +510,43 @@ fn compared(name: &str, ours: &[(f64, f64)], theirs: &[(f64, f64)]) -> Against {
     Against {
         renderer: name.into(),
         overall,
+        ratio_error: None,
         at,
     }
+}
+
+/// The jackknife's standard error of the log ratio of times: the two renderers' seeds are independent, so that their
+/// variances add up.
+fn ratio_error(ours: &Curve, theirs: &Curve) -> Option<f64> {
+    let measure = main_measure();
+    let log_ratio = |ours: &Curve, theirs: &Curve| -> Option<f64> {
+        let ratio = time_ratio(&ours.against_time(measure), &theirs.against_time(measure))?;
+        Some(ratio.ratio.ln())
+    };
+    let of_ours = jackknife(ours, |without| log_ratio(without, theirs))?;
+    let of_theirs = jackknife(theirs, |without| log_ratio(ours, without))?;
+    Some((of_ours + of_theirs).sqrt())
+}
+
+/// The variance of a statistic of a curve's seeds: (n - 1) / n times the sum of squares about the mean of what it is without
+/// each of them (Efron and Stein 1981).
+fn jackknife(curve: &Curve, statistic: impl Fn(&Curve) -> Option<f64>) -> Option<f64> {
+    let seeds: BTreeSet<u64> = curve.points.iter().map(|point| point.seed).collect();
+    if seeds.len() < 2 {
+        return None;
+    }
+    let values: Vec<f64> = seeds
+        .iter()
+        .map(|seed| {
+            let others = curve.points.iter().filter(|point| point.seed != *seed);
+            let without = Curve::new(String::new(), String::new(), others.cloned().collect());
+            statistic(&without)
+        })
+        .collect::<Option<_>>()?;
+    let count = values.len() as f64;
+    let middle = mean(values.iter().copied());
+    let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
+    Some((count - 1.0) / count * squares)
 }
 
 #[cfg(test)]
@@ -577,6 +619,28 @@ mod tests {
         ] {
             assert_eq!(two_digits(value), expected);
         }
+    }
+
+    #[test]
+    fn ratios_have_the_error_of_their_seeds() {
+        let curve = |name: &str, factors: &[f64]| {
+            let points = factors
+                .iter()
+                .enumerate()
+                .flat_map(|(seed, factor)| {
+                    [1, 4, 16].map(|n| point(seed as u64, n, 0.04 * factor / f64::from(n)))
+                })
+                .collect();
+            Curve::new(name.into(), "r".into(), points)
+        };
+        // Without a seed the curve is that of the other one, and the time to equal error goes with the square of the error, here
+        // with relMSE itself: ln 1.2 apart, of which the jackknife takes half: (1/2) · 2 · (ln 1.2 / 2)².
+        let error = ratio_error(&curve("A", &[1.0, 1.0]), &curve("B", &[1.0, 1.2])).unwrap();
+        assert!((error - 1.2f64.ln() / 2.0).abs() < 1e-9, "{error}");
+        assert_eq!(
+            ratio_error(&curve("A", &[1.0]), &curve("B", &[1.0, 1.2])),
+            None
+        );
     }
 
     #[test]
