@@ -133,7 +133,7 @@ def roulette(study):
 
 
 def samples(study):
-    size = study.few((240, 240), (40, 40))
+    size = study.few((120, 120), (40, 40))
     references = study.bench.references("cornell", size, study.few(512, 64), ENOUGH_BOUNCES)
     ways = [(str(1 << k), 1 << k, (ENOUGH_BOUNCES,)) for k in range(study.few(11, 5))]
     study.seeds = range(1, 2)
@@ -142,9 +142,7 @@ def samples(study):
     slope = np.polyfit(np.log([row.samples for row in rows]), np.log([max(row.error, 1e-9) for row in rows]), 1)[0]
     study.say(f"Slope of the error over the samples, both as logarithms: {slope:.2f} (independent samples: -0.50).")
     study.draw("Cornell box, 1 to 1024 samples a pixel", "processor seconds", "error in percent", [("error", [(r.seconds, r.error, r.label) for r in rows])])
-    middle = slice(size[1] // 2, size[1] // 2 + size[1] // 3), slice(size[0] // 2, size[0] // 2 + size[0] // 3)
-    study.show("", f"A part of the Cornell box with {labels(rows)} samples a pixel", kit.sheet([row.picture[middle] for row in rows], 6),
-               **view_of(study.bench, "cornell"))
+    study.show("", f"The Cornell box with {labels(rows)} samples a pixel", kit.sheet([row.picture for row in rows], 6), **view_of(study.bench, "cornell"))
 
 
 def adaptive(study):
