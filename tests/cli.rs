@@ -944,6 +944,7 @@ fn settings_of_files_are_heeded() {
         ("Denoising Albedo.G", F16),
         ("Denoising Albedo.R", F16),
         ("Depth.Z", F32),
+        ("Error.X", F32),
         ("G", F16),
         ("Normal.X", F16),
         ("Normal.Y", F16),
@@ -1357,7 +1358,8 @@ fn the_last_frame_is_the_picture() {
             "Normal",
             "Position",
             "Denoising Albedo",
-            "Debug Sample Count"
+            "Debug Sample Count",
+            "Error"
         ]
     );
     let picture = folder.floats("a.exr");
@@ -1370,7 +1372,10 @@ fn the_last_frame_is_the_picture() {
         }
     }
     let progress = events.iter().rfind(|e| e["event"] == "progress").unwrap();
-    assert!(progress["noise"].as_f64().unwrap() > 0.0, "{progress}");
+    assert!(
+        progress["error"]["error"].as_f64().unwrap() > 0.0,
+        "{progress}"
+    );
     let output = folder.run(&["render", "scene.gltf", "--frames=missing", "--json"]);
     assert_eq!(output.status.code(), Some(1));
     let line: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -1438,7 +1443,7 @@ fn frames_come_while_the_picture_grows() {
     let rest: Vec<Value> = events.collect();
     let last = rest.iter().find(|e| e["event"] == "frame").unwrap();
     assert_eq!(last["final"], true);
-    assert_eq!(frame_passes(&folder, last).len(), 6);
+    assert_eq!(frame_passes(&folder, last).len(), 7);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
     assert_eq!(rest.last().unwrap()["event"], "error");
@@ -1689,7 +1694,7 @@ fn the_scene_says_how_it_wants_to_be_seen() {
 }
 
 #[test]
-fn a_noise_target_is_a_reason_to_end() {
+fn an_error_target_is_a_reason_to_end() {
     let folder = Folder::with_scene();
     let said = folder.works(&[
         "render",
@@ -1697,10 +1702,10 @@ fn a_noise_target_is_a_reason_to_end() {
         "-o",
         "a.exr",
         "--width=24",
-        "--noise=90%",
+        "--error=90%",
         "--json",
     ]);
     let last: Value = serde_json::from_str(said.lines().last().unwrap()).unwrap();
-    assert_eq!(last["statistics"]["stop"], "noise");
-    assert!(last["statistics"]["noise"].as_f64().unwrap() <= 0.9);
+    assert_eq!(last["statistics"]["stop"], "error");
+    assert!(last["statistics"]["error"]["error"].as_f64().unwrap() <= 0.9);
 }

@@ -64,8 +64,9 @@ def arguments(scene, layer, abilities, warn):
     result += ["--seed", str(seed(scene))]
     if render.threads_mode == "FIXED":
         result += ["--threads", str(render.threads)]
-    if settings.noise_target > 0:
-        result += _if_known("noise", [f"{settings.noise_target:.6g}"], abilities, warn)
+    for flag, target in (("error", settings.error_target), ("pixel-error", settings.pixel_error_target)):
+        if target > 0:
+            result += _if_known(flag, [f"{target:.6g}"], abilities, warn)
     if render.film_transparent:
         result += _if_known("transparent", [], abilities, warn)
     return result

@@ -226,7 +226,7 @@ class _LayerRender:
             self.record["diagnostics"].append({key: value for key, value in event.items() if key != "event"})
 
     def progress(self, event, run):
-        """Samples, time and noise, for the header and the bar."""
+        """Samples, time and error, for the header and the bar."""
         now = time.monotonic()
         if now - self.told < TELL_EVERY and event.get("fraction") != 1:
             return
@@ -236,9 +236,9 @@ class _LayerRender:
         words = [f"Sample {event.get('samples', 0)}" + (f"/{event['of']}" if event.get("of") else "")]
         if event.get("remaining") is not None:
             words.append(f"Remaining {clock(event['remaining'])}")
-        noise = event.get("noise")
-        if noise is not None:
-            words.append(f"Noise {noise:.2%}" if noise < 1 else f"Noise {noise:.3g}")
+        error = event.get("error")
+        if error is not None:
+            words.append(f"Error {error['error']:.2%}")
         if run.memory[0]:
             words.append(f"Memory {run.memory[0]:.0f} MB")
         self.engine.update_stats("", self.title + " | ".join(words))

@@ -23,13 +23,19 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
     samples: IntProperty(name="Samples", description="Samples of each pixel", default=256, min=1, max=1 << 20)
     time_limit: FloatProperty(
         name="Time Limit",
-        description="Stop after this time, loading and preparing not counted; 0 for no limit",
+        description="Be ready after this time, loading, preparing and writing included; 0 for no limit",
         default=0.0, min=0.0, subtype="TIME_ABSOLUTE", unit="TIME_ABSOLUTE", step=100,
     )
-    noise_target: FloatProperty(
-        name="Noise Target",
-        description="Stop when the estimated noise (root of the relative mean squared error of the picture) is not above this;"
+    error_target: FloatProperty(
+        name="Error",
+        description="Stop when the estimated error (root of the relative mean squared error of the picture) is not above this;"
         " 0 for no target. Another measure than Cycles' Noise Threshold",
+        default=0.0, min=0.0, soft_max=0.5, precision=4, step=0.1,
+    )
+    pixel_error_target: FloatProperty(
+        name="Pixel Error",
+        description="Adaptive sampling: take samples where the estimated error of the pixel is above this, and stop when it is"
+        " nowhere; 0 for the same samples everywhere. Samples is then the most that a pixel gets",
         default=0.0, min=0.0, soft_max=0.5, precision=4, step=0.1,
     )
     max_bounces: _bounces("Total", 12, "Most bounces of a path; 0 is direct light alone")
@@ -83,7 +89,7 @@ def copy_from_cycles(scene):
         layer.sundog.use_pass_sample_count = layer.cycles.pass_debug_sample_count
     notes = []
     if cycles.use_adaptive_sampling:
-        notes.append("the noise threshold is another measure than the noise target, which stays as it is")
+        notes.append("the noise threshold is another measure than the error targets, which stay as they are")
     if cycles.use_denoising:
         notes.append("there is no denoising")
     if cycles.volume_bounces:

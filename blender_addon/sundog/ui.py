@@ -79,7 +79,8 @@ class SUNDOG_RENDER_PT_sampling(_Buttons, Panel):
         settings = context.scene.sundog
         layout.prop(settings, "samples")
         layout.prop(settings, "time_limit")
-        layout.prop(settings, "noise_target")
+        layout.prop(settings, "error_target")
+        layout.prop(settings, "pixel_error_target")
         layout.operator(SUNDOG_OT_copy_settings_from_cycles.bl_idname, icon="PASTEDOWN")
 
 

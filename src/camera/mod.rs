@@ -285,7 +285,7 @@ mod tests {
             let sharp = middle.origin
                 + middle.direction * (3.0 / camera.depth(middle.origin + middle.direction));
             for i in 0..64 {
-                let sampler = Sequence::new(64, 1).sampler(3, 4, i);
+                let sampler = Sequence::new(1).sampler(3, 4, i);
                 let ray = (camera.ray_maker())(&camera, film, &sampler);
                 let to = sharp - ray.origin;
                 assert!((to.normalize() - ray.direction).length() < 1e-6, "{lens:?}");

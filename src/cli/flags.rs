@@ -50,6 +50,8 @@ pub enum Kind {
     },
     /// Four whole numbers, `X0,Y0,X1,Y1`: a rectangle of pixels that is not empty.
     Region,
+    /// Two whole numbers, `A..B`: from A to before B.
+    Range,
     /// One of a few words.
     Choice {
         /// The words.
@@ -452,7 +454,7 @@ const PICTURE: Group = Group {
             "LIST",
             "Which passes the last frame and EXR files have, by Blender's names with commas between them; `all` for all.",
         )
-        .default("Combined,Depth,Normal,Position,Denoising Albedo,Debug Sample Count")
+        .default("Combined,Depth,Normal,Position,Denoising Albedo,Debug Sample Count,Error")
         .details("Combined is always among them. What each of them holds stands below."),
         Argument::new("filter", Kind::Filter, "FILTER[:WIDTH]", "Pixel filter and its width in pixels, as Blender counts it.")
             .default("blackman-harris:1.5")
@@ -607,7 +609,7 @@ static RENDER: Command = Command {
                 )
                 .short('o')
                 .repeats()
-                .details("At least one, or `--frames`."),
+                .details("At least one, or `--frames` or `--checkpoint`."),
                 Argument::new(
                     "frames",
                     Kind::Path,
@@ -629,11 +631,19 @@ static RENDER: Command = Command {
             arguments: &[
                 Argument::new("samples", Kind::Integer { min: 1, max: MAX_SAMPLES }, "COUNT", "Samples a pixel.")
                     .default("256")
-                    .details("With `--time` or `--noise` and without `--samples`, these alone decide."),
-                Argument::new("noise", Kind::Share, "TARGET", "Stop when the estimated noise (see below) is not above this: a share such as 0.05, or 5%.")
-                    .details("It is looked at when all pixels have the same number of samples."),
-                Argument::new("time", Kind::Duration, "TIME", "Stop after this long, for example 30s, 2m or 1h.")
-                    .details("Loading and preparing the scene is not counted."),
+                    .details("With `--time`, `--error` or `--pixel-error` and without `--samples`, these alone decide; of several, what is reached first."),
+                Argument::new("time", Kind::Duration, "TIME", "Be ready after this long, for example 30s, 2m or 1h.")
+                    .details("From the start of the program to the last file: loading, preparing and writing are counted."),
+                Argument::new("error", Kind::Share, "TARGET", "Stop when the estimated error of the picture (see below) is not above this, for example 2%.")
+                    .details("It is looked at after 1, 2, 4, 8, 16, 32, 64, 128, 192, 256 … samples a pixel."),
+                Argument::new("pixel-error", Kind::Share, "TARGET", "Take samples where the estimated error of the pixel is above this, for example 5%, and stop when it is nowhere.")
+                    .details("Adaptive sampling: after 32 samples everywhere, where the error is largest first, so that it is even whenever the render ends. `--samples` is the most that a pixel gets. The errors of the 31 × 31 pixels around a pixel, without its own, decide how many it gets: a pixel that stopped when its own samples happen to agree would be too dark on average."),
+                Argument::new("sample-range", Kind::Range, "A..B", "Take only the samples with the numbers from A to before B, for `sundog merge`.")
+                    .details("Several machines can share a picture: each renders a range of its own and keeps it with `--checkpoint`."),
+                Argument::new("checkpoint", Kind::Path, "FILE", "Keep the state of the render here, and go on from it if it is there already.")
+                    .details("Written now and then and at the end, whatever ends the render. Going on gives the bits of a render that was never broken off, also with more `--samples` or another goal."),
+                Argument::new("checkpoint-interval", Kind::Duration, "TIME", "Time between two writings of the checkpoint, at least.")
+                    .default("1m"),
                 THREADS,
                 SEED,
             ],
@@ -643,6 +653,35 @@ static RENDER: Command = Command {
         STUDIES,
         IMPORT,
         ENVIRONMENT,
+        VIEW,
+        EXR,
+        REPORTING,
+    ],
+    commands: &[],
+};
+
+static MERGE: Command = Command {
+    name: "merge",
+    doc: "Join parts of a render into one picture.",
+    details: "Each part is what `--checkpoint` of `sundog render` has written, of the same scene and settings, with a `--sample-range` of its own. The picture has the bits of one that was rendered at once (passes of light apart: but for the last bit of a sum in 64 bits), and its error is estimated from all samples.",
+    groups: &[
+        Group {
+            heading: "Files",
+            arguments: &[
+                Argument::positional("PART", Kind::Path, "PART", "States of renders.").repeats(),
+                Argument::new(
+                    "output",
+                    Kind::Path,
+                    "FILE",
+                    "Where the picture goes: .exr, .png or .jpg; may be given more than once.",
+                )
+                .short('o')
+                .repeats()
+                .details("At least one, or `--checkpoint`."),
+                Argument::new("checkpoint", Kind::Path, "FILE", "Keep the joined state here.")
+                    .details("It can be joined with more, or, if its samples are without gaps, be gone on with."),
+            ],
+        },
         VIEW,
         EXR,
         REPORTING,
@@ -1033,6 +1072,7 @@ static COLOR: Command = Command {
 /// All commands.
 pub static COMMANDS: &[&Command] = &[
     &RENDER,
+    &MERGE,
     &INFO,
     &COST,
     &COMPARE,
@@ -1051,6 +1091,10 @@ pub static EXAMPLES: &[(&str, &str)] = &[
     (
         "sundog render scene.glb -o shot.exr --time 2m",
         "As many samples as two minutes allow.",
+    ),
+    (
+        "sundog render scene.glb -o shot.exr --pixel-error 5%",
+        "As many samples as it takes until no part of the picture is more than 5 % wrong.",
     ),
     (
         "sundog render scene.glb -o shot.png --environment sky.hdr --view AgX",

@@ -1,11 +1,13 @@
 //! `--frames FOLDER`: the picture as files of raw floats while it grows, for a program that shows it.
 
+use super::checkpoint::Checkpoint;
+use super::outputs::Outputs;
 use super::progress::Reporter;
 use super::tev::Viewer;
 use super::{Failure, console, interrupt};
 use crate::film::Bands;
 use crate::output::{self, raw};
-use crate::render::{Event, Observer, Region};
+use crate::render::{self, Event, Observer, Region};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -141,8 +143,10 @@ pub struct Watcher<'a> {
     pub frames: Option<&'a Frames>,
     /// Who shows the picture.
     pub viewer: Option<&'a Viewer>,
-    /// There are files to be written as well.
-    pub keeps_picture: bool,
+    /// Where the state goes.
+    pub checkpoint: Option<&'a Checkpoint>,
+    /// Files to be written at the end.
+    pub outputs: &'a Outputs,
 }
 
 impl Observer for Watcher<'_> {
@@ -196,6 +200,20 @@ impl Observer for Watcher<'_> {
     }
 
     fn keeps_picture(&self) -> bool {
-        self.keeps_picture
+        !self.outputs.files.is_empty() || self.viewer.is_some()
+    }
+
+    fn time_for_output(&self, film: &dyn Bands) -> Duration {
+        self.outputs.rehearse(film)
+    }
+
+    fn wants_state(&self, last: bool) -> bool {
+        self.checkpoint.is_some_and(|file| last || file.is_due())
+    }
+
+    fn state(&self, state: &render::State, _last: bool) {
+        if let Some(checkpoint) = self.checkpoint {
+            checkpoint.write(state);
+        }
     }
 }

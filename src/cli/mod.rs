@@ -1,5 +1,6 @@
 //! The command line: the only room that prints.
 
+mod checkpoint;
 mod color;
 mod compare;
 mod compare_report;
@@ -10,6 +11,8 @@ pub mod flags;
 mod frames;
 mod info;
 mod interrupt;
+mod merge;
+mod outputs;
 pub mod pages;
 pub mod parser;
 mod progress;
@@ -17,6 +20,7 @@ mod render;
 mod report_file;
 mod scene_file;
 mod settings;
+mod summary;
 mod tev;
 pub mod values;
 mod view;
@@ -25,6 +29,8 @@ use clap::error::ErrorKind;
 use flags::{EXIT_ERROR, EXIT_OK, EXIT_USAGE};
 use parser::Parsed;
 use std::process::ExitCode;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 /// Why a command did not do what was asked: one sentence and the exit code.
 #[derive(Debug)]
@@ -66,8 +72,16 @@ impl From<crate::output::OutputError> for Failure {
     }
 }
 
+static STARTED: OnceLock<Instant> = OnceLock::new();
+
+/// Time since the program was started.
+pub fn since_start() -> Duration {
+    STARTED.get_or_init(Instant::now).elapsed()
+}
+
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
+    since_start();
     let program = parser::program(env!("CARGO_PKG_VERSION"));
     let matches = match program.try_get_matches() {
         Ok(matches) => matches,
@@ -75,6 +89,7 @@ pub fn main() -> ExitCode {
     };
     let result = match matches.subcommand() {
         Some(("render", matches)) => render::run(Parsed(matches)),
+        Some(("merge", matches)) => merge::run(Parsed(matches)),
         Some(("info", matches)) => info::run(Parsed(matches)),
         Some(("cost", matches)) => cost::run(Parsed(matches)),
         Some(("compare", matches)) => compare::run(Parsed(matches)),

@@ -88,17 +88,17 @@ are to be passed over.
 | `diagnostic` | after loading, for each thing that is not as in the file | `verdict`, what, where, what is done instead |
 | `scene` | the scene is loaded | `file`, `settings` |
 | `prepared` | the first samples begin | `seconds`, `triangles`, `effects` |
-| `progress` | five times a second, and at the end | `samples`, `of`, `fraction`, `seconds`, `rays`, `remaining` (seconds, or null), `noise` (see below, or null) |
+| `progress` | five times a second, and at the end | `samples`, `of`, `fraction`, `seconds`, `rays`, `remaining` (seconds, or null), `error` (see below, or null) |
 | `frame` | with `--frames`: a file lies in the folder | see below |
 | `written` | a file of `--output` is there | `file` |
 | `warning` | something should be known | `message` |
 | `finished` | all is written | `statistics`, `written` |
 | `error` | the command failed (or was interrupted); also a sentence on the standard error | `message` |
 
-**Noise** is an estimate of √relMSE of the picture so far (relMSE as in `sundog compare`, against the picture that the same
-settings would converge to): every other sample makes one picture, the rest another, and the difference of the two tells how
-far their mean is off. The two halves are stratified against each other, which the estimate knows nothing of: it errs on the
-large side, except where light is so rare that no sample has found it yet.
+**Error** is an estimate of √relMSE of the picture so far (relMSE as in `sundog compare`, against the picture that the same
+settings would converge to), as `error`, with `low` and `high` between which it lies in 95 of 100 renders. Even and odd samples
+belong to two sequences that are randomised independently, and the difference of their two pictures tells how far their mean is
+off: docs/accuracy.md. It knows nothing of light so rare that no sample has found it yet, nor of bias (clamping, filter glossy).
 
 **Frames.** `--frames FOLDER` writes the picture so far into a folder that exists already: 0.1 s after every pixel has its first
 sample, then at intervals that grow by half each time up to 5 s, and once more at the end, whatever ended the render. Each frame

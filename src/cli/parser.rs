@@ -256,6 +256,14 @@ impl<'a> Parsed<'a> {
         }
     }
 
+    /// From, and the one after the last.
+    pub fn range(&self, name: &str) -> Option<(u32, u32)> {
+        match self.value(name)? {
+            Value::Range(from, to) => Some((*from, *to)),
+            _ => None,
+        }
+    }
+
     /// A share.
     pub fn share(&self, name: &str) -> Option<f64> {
         match self.value(name)? {
@@ -336,7 +344,9 @@ mod tests {
         assert_eq!(parsed.filter("filter"), Some(settings.filter));
         assert_eq!(parsed.effects("effects"), Some(settings.effects));
         assert_eq!(parsed.passes("passes"), Some(settings.passes));
-        assert_eq!(parsed.share("noise").unwrap_or(0.0), settings.noise_target);
+        let target = |name| parsed.share(name).unwrap_or(0.0);
+        assert_eq!(target("error"), settings.error_target);
+        assert_eq!(target("pixel-error"), settings.pixel_error_target);
         assert_eq!(parsed.choice("light-sampling"), "mis");
         assert_eq!(settings.light_sampling, LightSampling::Mis);
         assert_eq!(

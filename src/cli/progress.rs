@@ -1,7 +1,7 @@
 //! What a render tells, as a bar for people or as lines of JSON for programs.
 
 use super::console;
-use super::interrupt;
+use super::{interrupt, summary};
 use crate::render::{Event, Observer};
 use crate::scene::{Diagnostics, Verdict};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -127,15 +127,15 @@ impl Observer for Reporter {
                 seconds,
                 rays,
                 remaining,
-                noise,
+                error,
             } => {
                 bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
                 let mut text = format!("{samples}/{of} samples");
                 if *seconds > 0.0 {
                     text.push_str(&format!(" · {:.2} Mray/s", *rays as f64 / seconds / 1e6));
                 }
-                if let Some(noise) = noise {
-                    text.push_str(&format!(" · noise {noise:.3}"));
+                if let Some(error) = error {
+                    text.push_str(&format!(" · error {}", summary::percent(error)));
                 }
                 if let Some(remaining) = remaining {
                     text.push_str(&format!(" · {} left", console::clock(*remaining)));

@@ -34,10 +34,23 @@ pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, 
         (width, height) => picture_size(aspect, width, height),
     };
     let time_limit = parsed.duration("time");
-    let open_ended = time_limit.is_some() || parsed.given("noise");
-    let samples = match parsed.integer("samples") {
-        Some(samples) if parsed.given("samples") || !open_ended => samples,
-        _ => MAX_SAMPLES as u32,
+    let open_ended = ["time", "error", "pixel-error"]
+        .iter()
+        .any(|name| parsed.given(name));
+    let (first_sample, samples) = match (parsed.range("sample-range"), parsed.integer("samples")) {
+        (Some(_), _) if parsed.given("samples") => {
+            return Err(Failure::usage(
+                "--sample-range says itself how many samples there are; leave --samples out",
+            ));
+        }
+        (Some(_), _) if parsed.given("pixel-error") => {
+            return Err(Failure::usage(
+                "--pixel-error decides sample by sample how far to go, which parts of a render can't; leave it or --sample-range out",
+            ));
+        }
+        (Some((from, to)), _) => (from, to - from),
+        (None, Some(samples)) if parsed.given("samples") || !open_ended => (0, samples),
+        (None, _) => (0, MAX_SAMPLES as u32),
     };
     let region = parsed.region("region");
     if let Some(region) = region
@@ -53,7 +66,9 @@ pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, 
         width,
         height,
         samples,
+        first_sample,
         time_limit,
+        time_spent: super::since_start(),
         bounces: parsed.integer("bounces").unwrap_or(defaults.bounces),
         bounce_limits: BounceLimits {
             diffuse: parsed.integer("bounces-diffuse"),
@@ -66,7 +81,10 @@ pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, 
         filter_glossy: number("filter-glossy", defaults.filter_glossy),
         transparent_film: parsed.switch("transparent") || scene.render.transparent == Some(true),
         passes: parsed.passes("passes").unwrap_or(defaults.passes),
-        noise_target: parsed.share("noise").unwrap_or(defaults.noise_target),
+        error_target: parsed.share("error").unwrap_or(defaults.error_target),
+        pixel_error_target: parsed
+            .share("pixel-error")
+            .unwrap_or(defaults.pixel_error_target),
         region,
         camera,
         seed: parsed.integer("seed").unwrap_or(defaults.seed),
@@ -166,7 +184,8 @@ fn bytes_a_pixel(passes: Passes) -> u64 {
     } else {
         0
     };
-    (size_of::<Pixel>() + apart + 2 * size_of::<f32>() * passes.floats()) as u64
+    let estimate = 6 * size_of::<f32>();
+    (size_of::<Pixel>() + apart + estimate + 2 * size_of::<f32>() * passes.floats()) as u64
 }
 
 /// Refuses a picture that this machine cannot hold, where the system says how much that is.

@@ -20,6 +20,7 @@ pub enum Value {
     Filter(Filter),
     Effects(EffectChoice),
     Region(Region),
+    Range(u32, u32),
     Share(f64),
     Passes(Passes),
     /// The first bounce; `None` for off.
@@ -75,6 +76,8 @@ pub fn parse(kind: &Kind, text: &OsStr) -> Result<Value, String> {
         Kind::Address { port } => address(text, port).map(Value::Text).ok_or_else(|| {
             format!("expected HOST:PORT such as localhost:{port}, with a port from 1 to 65535")
         }),
+        Kind::Range => range(text)
+            .ok_or_else(|| "expected two whole numbers A..B with A < B, such as 0..64".into()),
         Kind::Share => share(text)
             .map(Value::Share)
             .ok_or_else(|| "expected a share above 0 such as 0.05 or 5%".into()),
@@ -127,6 +130,12 @@ fn address(text: &str, default: u16) -> Option<String> {
     let bracketed = host.starts_with('[') && host.ends_with(']');
     let plain = !host.is_empty() && !host.contains([':', ' ', '[', ']']);
     (port > 0 && (bracketed || plain)).then(|| format!("{host}:{port}"))
+}
+
+fn range(text: &str) -> Option<Value> {
+    let (from, to) = text.split_once("..")?;
+    let (from, to) = (from.trim().parse().ok()?, to.trim().parse().ok()?);
+    (from < to).then_some(Value::Range(from, to))
 }
 
 fn duration(text: &str) -> Option<Duration> {

@@ -1,7 +1,7 @@
 //! Time that does not depend on what else the machine does.
 
 use crate::film::Bands;
-use crate::render::{Event, Observer};
+use crate::render::{Event, Observer, Passed};
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -65,9 +65,9 @@ impl Observer for Clock<'_> {
         self.inner.cancelled()
     }
 
-    fn whole_pass(&self, film: &dyn Bands, samples: u32, seconds: f64) {
+    fn whole_pass(&self, film: &dyn Bands, passed: &Passed) {
         self.readings()[1] = processor_seconds();
-        self.inner.whole_pass(film, samples, seconds);
+        self.inner.whole_pass(film, passed);
     }
 }
 

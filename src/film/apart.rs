@@ -1,6 +1,7 @@
 //! Light kept apart by what the surface that the camera sees does to it, as Cycles' passes have it:
 //! the shares of the first scattering decide for all that the path finds later.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// What a path tells of its light besides the sum. The path loop is compiled with one of these: with
@@ -92,15 +93,16 @@ impl Apart for PathApart {
     }
 }
 
-/// Sums of a pixel's paths. f64, as in [`super::pixel::Pixel`].
-#[derive(Clone, Copy, Debug, Default)]
+/// Sums of a pixel's paths.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct PixelApart {
     light: [[DVec3; 2]; KINDS],
     colors: [DVec3; KINDS],
     emission: DVec3,
     environment: DVec3,
     uv: DVec2,
-    covered: u32,
+    covered: u64,
 }
 
 impl PixelApart {
@@ -115,7 +117,21 @@ impl PixelApart {
         self.emission += path.emission.as_dvec3();
         self.environment += path.environment.as_dvec3();
         self.uv += path.uv.as_dvec2();
-        self.covered += u32::from(path.covered);
+        self.covered += u64::from(path.covered);
+    }
+
+    /// Adds the paths of another sum.
+    pub fn join(&mut self, other: &Self) {
+        for kind in 0..KINDS {
+            for way in 0..2 {
+                self.light[kind][way] += other.light[kind][way];
+            }
+            self.colors[kind] += other.colors[kind];
+        }
+        self.emission += other.emission;
+        self.environment += other.environment;
+        self.uv += other.uv;
+        self.covered += other.covered;
     }
 
     /// Light over colour: of diffuse (0), glossy (1) or transmitted light (2), direct or indirect. Both are
@@ -161,7 +177,7 @@ impl PixelApart {
         [
             (self.uv.x * scale) as f32,
             (self.uv.y * scale) as f32,
-            (f64::from(self.covered) * scale) as f32,
+            (self.covered as f64 * scale) as f32,
         ]
     }
 }

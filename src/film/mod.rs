@@ -1,9 +1,11 @@
 //! Pixels, the reconstruction filter, layers.
 
 pub mod apart;
+pub mod error;
 pub mod filter;
 pub mod passes;
 pub mod pixel;
+pub mod sum;
 
 pub use passes::{Pass, Passes};
 

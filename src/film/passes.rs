@@ -44,10 +44,14 @@ pub enum Pass {
     DenoisingNormal,
     /// Samples of each pixel.
     SampleCount,
+    /// Estimated error of each pixel.
+    Error,
+    /// Time spent on each pixel.
+    Cost,
 }
 
 /// The one table of passes: Blender's name, channels as Blender has them, what it holds.
-pub const TABLE: [(Pass, &str, &str, &str); 19] = [
+pub const TABLE: [(Pass, &str, &str, &str); 21] = [
     (Pass::Combined, "Combined", "RGBA", "the picture itself"),
     (
         Pass::Depth,
@@ -157,6 +161,18 @@ pub const TABLE: [(Pass, &str, &str, &str); 19] = [
         "X",
         "samples of the pixel",
     ),
+    (
+        Pass::Error,
+        "Error",
+        "X",
+        "estimated error of the pixel, as the 48 pixels around it let expect: the root of the mean over the channels of (x - r)^2 / (r^2 + 0.01); infinite where it is not known",
+    ),
+    (
+        Pass::Cost,
+        "Cost",
+        "X",
+        "nanoseconds that a thread has spent on the pixel",
+    ),
 ];
 
 impl Pass {
@@ -209,6 +225,8 @@ impl Passes {
                     | Pass::DenoisingAlbedo
                     | Pass::DenoisingNormal
                     | Pass::SampleCount
+                    | Pass::Error
+                    | Pass::Cost
             )
         })
     }
@@ -250,6 +268,7 @@ impl Default for Passes {
             .with(Pass::Position)
             .with(Pass::DenoisingAlbedo)
             .with(Pass::SampleCount)
+            .with(Pass::Error)
     }
 }
 

@@ -1,5 +1,8 @@
 //! What is kept of each pixel while samples come in.
 
+use super::sum::{ColorSum, FixedSum};
+use crate::sampler::REPLICATES;
+use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
 /// Features of a path's first hit; zero where nothing was hit.
@@ -14,7 +17,8 @@ pub struct FirstHit {
 }
 
 /// What the ray through the middle of a pixel meets.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Middle {
     /// Distance along the view axis, metres; [`NO_DEPTH`] where nothing was met.
     pub depth: f32,
@@ -34,57 +38,89 @@ impl Default for Middle {
 /// Depth of nothing: what Blender's depth pass holds there.
 pub const NO_DEPTH: f32 = 1e10;
 
-/// Sums of a pixel. f64: 2^24 samples lose no digit of an f32.
-#[derive(Clone, Copy, Debug, Default)]
+/// Sums of a pixel. What is in it does not depend on the order in which samples came in, but for the last
+/// bits of `second`, which only the error estimate sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Pixel {
-    /// Sum of radiance.
-    pub radiance: DVec3,
-    /// The same over every other sample.
-    pub half: DVec3,
-    /// Sum of normals.
-    pub normal: DVec3,
-    /// Sum of albedos.
-    pub albedo: DVec3,
+    /// Radiance.
+    pub radiance: ColorSum,
+    /// Radiance of the samples of the second replicate (see [`crate::sampler`]).
+    second: DVec3,
+    /// Normals.
+    pub normal: FixedSum,
+    /// Albedos.
+    pub albedo: FixedSum,
     /// Of one ray alone: means of depths and positions would be of no surface.
     pub middle: Middle,
     /// Samples that are no part of the picture.
     pub transparent: u32,
     /// Samples that came in.
     pub samples: u32,
+    /// Those of them that belong to the second replicate.
+    seconds: u32,
+    /// Samples that it is to have at the end of the pass that is under way.
+    pub until: u32,
 }
 
 impl Pixel {
-    /// Adds a sample.
+    /// Adds the sample with this number.
     #[inline]
-    pub fn add(&mut self, radiance: Vec3, first: &FirstHit) {
-        self.radiance += radiance.as_dvec3();
-        if self.samples % 2 == 1 {
-            self.half += radiance.as_dvec3();
+    pub fn add(&mut self, number: u32, radiance: Vec3, first: &FirstHit) {
+        self.radiance.add(radiance);
+        if number % REPLICATES == 1 {
+            self.second += radiance.as_dvec3();
+            self.seconds += 1;
         }
-        self.normal += first.normal.as_dvec3();
-        self.albedo += first.albedo.as_dvec3();
+        self.normal.add(first.normal);
+        self.albedo.add(first.albedo);
         self.transparent += u32::from(first.transparent);
         self.samples += 1;
     }
 
-    /// Estimate of the squared error of the mean radiance over (mean² + 0.01), summed over the channels;
-    /// `None` below two samples.
-    ///
-    /// The samples with even and with odd numbers are two estimates a and b of one value; were they
-    /// independent, ((a − b)/2)² would have the expectation of the variance of their mean (a + b)/2.
-    /// They are halves of one set of stratified points, whose errors partly cancel: the estimate is too
-    /// large rather than too small, except where light is found so rarely that no sample has met it yet.
-    pub fn relative_square_error(&self) -> Option<f64> {
-        let (b, n) = (self.samples / 2, self.samples);
-        if b == 0 {
-            return None;
+    /// Adds other samples of the same pixel.
+    pub fn join(&mut self, other: &Self) {
+        self.radiance.join(&other.radiance);
+        self.second += other.second;
+        self.normal.join(&other.normal);
+        self.albedo.join(&other.albedo);
+        if self.samples == 0 {
+            self.middle = other.middle;
         }
-        let a = f64::from(n - b);
-        let difference = (self.radiance - self.half) / a - self.half / f64::from(b);
-        let mean = self.radiance / f64::from(n);
-        // Of halves of unequal size the mean is not in the middle: var(mean) = var(a − b) · a b / n².
-        let variance = difference * difference * (a * f64::from(b) / f64::from(n).powi(2));
-        Some((variance / (mean * mean + 0.01)).element_sum())
+        self.transparent += other.transparent;
+        self.samples += other.samples;
+        self.seconds += other.seconds;
+        self.until = self.samples;
+    }
+
+    /// Mean radiance; black without samples.
+    pub fn mean(&self) -> DVec3 {
+        self.radiance.total() / f64::from(self.samples.max(1))
+    }
+
+    /// Mean radiance of the samples of one replicate, an independent picture with about half the samples;
+    /// `None` if there are none.
+    pub fn replicate(&self, second: bool) -> Option<DVec3> {
+        let (sum, samples) = if second {
+            (self.second, self.seconds)
+        } else {
+            (
+                self.radiance.total() - self.second,
+                self.samples - self.seconds,
+            )
+        };
+        (samples > 0).then(|| sum / f64::from(samples))
+    }
+
+    /// Estimate of the variance of the mean radiance; `None` as long as a replicate has no sample.
+    ///
+    /// The means a and b of the replicates are independent and unbiased, so (a − b)² has the expectation
+    /// var(a) + var(b). For variances in inverse proportion to the numbers n and m of samples, the mean of all
+    /// has var(a − b) · n m / (n + m)²: for equal halves the known ((a − b) / 2)².
+    pub fn variance(&self) -> Option<DVec3> {
+        let difference = self.replicate(false)? - self.replicate(true)?;
+        let share = f64::from(self.seconds) / f64::from(self.samples);
+        Some(difference * difference * (share * (1.0 - share)))
     }
 }
 
@@ -92,26 +128,50 @@ impl Pixel {
 mod tests {
     use super::*;
 
-    /// Of independent samples the estimate has the expectation of the true squared error: variance of a
-    /// uniform number 1/12, over n, three channels. 20 000 pixels; its standard deviation is √2 of itself
-    /// each, so 5 σ are 5 % of it (the mean² in the denominator is nearly constant for n = 64 and 65).
+    /// Of independent samples the estimate has the expectation of the true variance: 1/12 of a uniform number,
+    /// over n. 20 000 pixels of three channels; its standard deviation is √2 of itself each, so 5 σ of the mean
+    /// are 3 % of it.
     #[test]
-    fn the_error_estimate_has_the_right_expectation() {
+    fn the_variance_has_the_right_expectation() {
         use crate::sampler::hashed;
         for n in [64u32, 65] {
             let mut sum = 0.0;
             let pixels = 20_000;
             for p in 0..pixels {
                 let mut pixel = Pixel::default();
-                assert_eq!(pixel.relative_square_error(), None);
                 for s in 0..n {
                     let v = Vec3::new(hashed(1, p, s), hashed(2, p, s), hashed(3, p, s));
-                    pixel.add(v, &FirstHit::default());
+                    assert_eq!(pixel.variance().is_some(), s > 1);
+                    pixel.add(s, v, &FirstHit::default());
                 }
-                sum += pixel.relative_square_error().unwrap() / f64::from(pixels);
+                sum += pixel.variance().unwrap().element_sum() / f64::from(3 * pixels);
             }
-            let expected = 3.0 / 12.0 / f64::from(n) / (0.25 + 0.01);
-            assert!((sum / expected - 1.0).abs() < 0.05, "{n}: {sum} {expected}");
+            let expected = 1.0 / 12.0 / f64::from(n);
+            assert!((sum / expected - 1.0).abs() < 0.03, "{n}: {sum} {expected}");
         }
+    }
+
+    #[test]
+    fn parts_join_to_the_whole() {
+        let sample = |n: u32| Vec3::new(0.1, 1e-3, 7.0) * (n * n) as f32;
+        let of = |range: std::ops::Range<u32>| {
+            let mut pixel = Pixel::default();
+            for n in range {
+                let first = FirstHit {
+                    albedo: Vec3::splat(0.3),
+                    transparent: n % 3 == 0,
+                    ..FirstHit::default()
+                };
+                pixel.add(n, sample(n), &first);
+            }
+            pixel
+        };
+        let (whole, mut joined) = (of(0..23), of(11..23));
+        joined.join(&of(0..11));
+        assert_eq!(joined.mean(), whole.mean());
+        assert_eq!(joined.albedo, whole.albedo);
+        assert_eq!((joined.transparent, joined.samples), (8, 23));
+        let (a, b) = (joined.variance().unwrap(), whole.variance().unwrap());
+        assert!((a - b).length() <= 1e-12 * b.length());
     }
 }

@@ -6,6 +6,7 @@
 //! agree with to 1e-4. Nothing is quantised: the pictures are floats from beginning to end.
 
 use crate::math::LUMINANCE;
+use glam::Vec2;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -380,11 +381,11 @@ impl Columns {
 
     /// Y goes from 0 to 116, and features are of light from 0 to 1.
     fn edge(&self, x: usize) -> f32 {
-        self.0[4][x].hypot(self.0[5][x]) / 116.0
+        Vec2::new(self.0[4][x], self.0[5][x]).length() / 116.0
     }
 
     fn point(&self, x: usize) -> f32 {
-        self.0[6][x].hypot(self.0[7][x]) / 116.0
+        Vec2::new(self.0[6][x], self.0[7][x]).length() / 116.0
     }
 }
 
@@ -416,7 +417,7 @@ fn lab(to_white: &[[f32; 3]; 3], color: [f32; 3]) -> [f32; 3] {
 
 /// HyAB of Abasi et al. 2020: lightness by its difference, colour by its distance.
 fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+    (a[0] - b[0]).abs() + Vec2::new(a[1] - b[1], a[2] - b[2]).length()
 }
 
 /// The filters of colour, each of sum 1; Cz's is a sum of two Gaussians, each the product of its directions.

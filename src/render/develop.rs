@@ -1,7 +1,7 @@
 //! From the sums of the pixels to the passes of a picture.
 
 use super::Region;
-use super::schedule::{TILE, Tile, locked};
+use super::tile::{TILE, Tile, across, locked};
 use crate::film::apart::PixelApart;
 use crate::film::pixel::Pixel;
 use crate::film::{Bands, Pass, Passes};
@@ -21,6 +21,8 @@ pub struct Film<'a> {
     passes: Passes,
     /// The camera's axes as Cycles has them: it looks along +Z.
     axes: DMat3,
+    /// `Combined` is the picture of the first replicate alone.
+    replicate: bool,
 }
 
 impl<'a> Film<'a> {
@@ -41,7 +43,29 @@ impl<'a> Film<'a> {
                 m.y_axis.normalize_or_zero(),
                 -m.z_axis.normalize_or_zero(),
             ),
+            replicate: false,
         }
+    }
+
+    /// With axes that [`axes`](Self::axes) has given.
+    pub fn with_axes(
+        axes: DMat3,
+        region: Region,
+        tiles: &'a [Mutex<Tile>],
+        passes: Passes,
+    ) -> Self {
+        Self {
+            tiles,
+            region,
+            passes,
+            axes,
+            replicate: false,
+        }
+    }
+
+    /// The camera's axes.
+    pub fn axes(&self) -> DMat3 {
+        self.axes
     }
 
     /// What it is made of.
@@ -54,9 +78,12 @@ impl<'a> Film<'a> {
         Self { passes, ..*self }
     }
 
-    /// Tiles side by side.
-    fn across(&self) -> usize {
-        self.region.width().div_ceil(TILE) as usize
+    /// The picture of the first replicate alone.
+    pub fn replicate(&self) -> Self {
+        Self {
+            replicate: true,
+            ..self.with(Passes::COMBINED)
+        }
     }
 }
 
@@ -80,7 +107,12 @@ impl Bands for Film<'_> {
 
     fn fill(&self, band: usize, layers: &mut [&mut [f32]]) {
         let width = self.region.width() as usize;
-        for tile in self.tiles.chunks(self.across()).nth(band).unwrap_or(&[]) {
+        for tile in self
+            .tiles
+            .chunks(across(self.region))
+            .nth(band)
+            .unwrap_or(&[])
+        {
             let tile = locked(tile);
             let place = Place {
                 tile: &tile,
@@ -89,7 +121,7 @@ impl Bands for Film<'_> {
             };
             // Pass by pass: the sums of one tile stay in the processor's cache.
             for (pass, layer) in self.passes.iter().zip(layers.iter_mut()) {
-                place.develop(pass, &self.axes, layer);
+                place.develop(pass, &self.axes, self.replicate, layer);
             }
         }
     }
@@ -127,16 +159,29 @@ impl Place<'_> {
         }
     }
 
-    fn develop(&self, pass: Pass, axes: &DMat3, layer: &mut [f32]) {
+    /// Writes values that stand beside the pixels; where there are none, another.
+    fn put_beside(&self, layer: &mut [f32], values: impl Iterator<Item = f32>, otherwise: f32) {
+        let across = self.tile.width as usize;
+        let mut values = values.chain(std::iter::repeat(otherwise));
+        for row in 0..self.tile.height as usize {
+            let start = row * self.width + self.column;
+            for (place, value) in layer[start..start + across].iter_mut().zip(&mut values) {
+                *place = value;
+            }
+        }
+    }
+
+    fn develop(&self, pass: Pass, axes: &DMat3, replicate: bool, layer: &mut [f32]) {
         let color = |v: DVec3| v.as_vec3().to_array();
         match pass {
             Pass::Combined => self.put(layer, |p, _, scale| {
-                let [r, g, b] = color(p.radiance * scale);
+                let alone = replicate.then(|| p.replicate(false)).flatten();
+                let [r, g, b] = color(alone.unwrap_or_else(|| p.radiance.total() * scale));
                 // Exactly 1 where every sample is part of the picture.
                 [r, g, b, (1.0 - f64::from(p.transparent) * scale) as f32]
             }),
             Pass::Depth => self.put(layer, |p, _, _| [p.middle.depth]),
-            Pass::Normal => self.put(layer, |p, _, scale| blender_axes(p.normal * scale)),
+            Pass::Normal => self.put(layer, |p, _, scale| blender_axes(p.normal.total() * scale)),
             Pass::Position => {
                 self.put(layer, |p, _, _| blender_axes(p.middle.position.as_dvec3()));
             }
@@ -152,11 +197,18 @@ impl Place<'_> {
             Pass::TransmissionColor => self.put(layer, |_, a, scale| color(a.color(2, scale))),
             Pass::Emission => self.put(layer, |_, a, scale| color(a.emission(scale))),
             Pass::Environment => self.put(layer, |_, a, scale| color(a.environment(scale))),
-            Pass::DenoisingAlbedo => self.put(layer, |p, _, scale| color(p.albedo * scale)),
+            Pass::DenoisingAlbedo => self.put(layer, |p, _, scale| color(p.albedo.total() * scale)),
             Pass::DenoisingNormal => self.put(layer, |p, _, scale| {
-                color(axes.transpose() * (p.normal * scale))
+                color(axes.transpose() * (p.normal.total() * scale))
             }),
             Pass::SampleCount => self.put(layer, |p, _, _| [p.samples as f32]),
+            Pass::Error => {
+                let errors = self.tile.errors.iter();
+                self.put_beside(layer, errors.map(|error| error.sqrt()), f32::INFINITY);
+            }
+            Pass::Cost => {
+                self.put_beside(layer, self.tile.costs.iter().map(|&ns| ns as f32), 0.0);
+            }
         }
     }
 }

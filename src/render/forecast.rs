@@ -15,6 +15,7 @@
 //! Where the estimates jump by more than their own intervals allow (a firefly has come in), all
 //! intervals are widened until they do (Birge, *The Calculation of Errors by the Method of Least Squares*, 1932).
 
+use glam::DVec2;
 use serde::Serialize;
 
 /// Two standard deviations of the exponent reach from independent samples (1) to a net's best case (3/2).
@@ -184,7 +185,7 @@ impl Forecast {
 
     fn error_ahead(&self, ahead: f64, spread_of_samples: f64) -> Expected {
         let (log_square, deviation) = self.log_square(ahead);
-        let deviation = deviation.hypot(spread_of_samples);
+        let deviation = DVec2::new(deviation, spread_of_samples).length();
         let at = |deviations: f64| (0.5 * (log_square + deviations * deviation)).exp();
         Expected {
             expected: at(0.0),
@@ -280,9 +281,16 @@ impl Forecast {
         let now = self.last.samples;
         let spread = (DEVIATIONS * self.rate_spread).exp();
         let by_rate = (samples.expected - now).max(0.0) * self.rate;
-        let below =
-            (expected - self.seconds_for(samples.low)).hypot(by_rate * (1.0 - 1.0 / spread));
-        let above = (self.seconds_for(samples.high) - expected).hypot(by_rate * (spread - 1.0));
+        let below = DVec2::new(
+            expected - self.seconds_for(samples.low),
+            by_rate * (1.0 - 1.0 / spread),
+        )
+        .length();
+        let above = DVec2::new(
+            self.seconds_for(samples.high) - expected,
+            by_rate * (spread - 1.0),
+        )
+        .length();
         Expected {
             expected,
             // What was spent is certain.

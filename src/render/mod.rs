@@ -1,17 +1,26 @@
 //! The schedule: passes, tiles, threads, when to stop.
 
+mod adaptive;
 mod develop;
+mod estimate;
 mod forecast;
+mod merge;
+mod saved;
 mod schedule;
 mod settings;
+mod tile;
+mod trace;
 
 pub use forecast::{Expected, Forecast, Known, Row};
-pub use schedule::render;
+pub use merge::merge;
+pub use saved::{Saved, State, StateError};
+pub use schedule::{go_on, render};
 pub use settings::{
     BounceLimits, EffectChoice, Filter, FilterKind, LightSampling, MAX_LIGHT_SAMPLES, Region,
     RenderSettings,
 };
 
+use crate::film::error::ErrorEstimate;
 use crate::film::{Bands, Picture};
 use serde::Serialize;
 use std::time::Duration;
@@ -42,7 +51,7 @@ pub enum Event {
     },
     /// Samples were added.
     Progress {
-        /// Samples a pixel so far (all pixels have at least this many).
+        /// Samples a pixel so far, the mean over the picture.
         samples: u32,
         /// Samples a pixel wanted.
         of: u32,
@@ -54,9 +63,9 @@ pub enum Event {
         rays: u64,
         /// Expected seconds until the end.
         remaining: Option<f64>,
-        /// Estimated error of the picture so far, the root of its relMSE, from the samples
-        /// (see [`crate::film::pixel::Pixel::relative_square_error`]); not known before two samples a pixel.
-        noise: Option<f64>,
+        /// Estimated error of the picture after the last whole pass (see [`crate::film::error`]); not known
+        /// before two samples a pixel.
+        error: Option<ErrorEstimate>,
     },
 }
 
@@ -74,14 +83,40 @@ pub trait Observer: Sync {
     /// The picture so far, the region alone; each pixel has at least `samples` samples. `last`: with all
     /// passes, once, at the end whatever ended the render; before that it is the layer `Combined` alone.
     fn picture(&self, _picture: &dyn Bands, _samples: u32, _last: bool) {}
-    /// A pass over the whole picture has ended: each pixel has that many samples, `seconds` were spent on
-    /// tracing alone. Passes end after 1, 2, 4, 8, 16, 32, 64, 128, 192, 256 … samples. The render waits; called by
-    /// a thread of its pool, while [`event`](Self::event) may be called by another.
-    fn whole_pass(&self, _film: &dyn Bands, _samples: u32, _seconds: f64) {}
+    /// A pass over the whole picture has ended. `film` has all passes. The render waits; called by a thread of
+    /// its pool, while [`event`](Self::event) may be called by another.
+    fn whole_pass(&self, _film: &dyn Bands, _passed: &Passed) {}
+    /// With a time limit, once and early: how long it will take to write what is wanted of the picture.
+    fn time_for_output(&self, _film: &dyn Bands) -> Duration {
+        Duration::ZERO
+    }
+    /// Whether the state would be welcome from which the render can go on; asked after each whole pass, and at
+    /// the `last`.
+    fn wants_state(&self, _last: bool) -> bool {
+        false
+    }
+    /// The state.
+    fn state(&self, _state: &State, _last: bool) {}
     /// Whether [`Rendering::picture`] shall be made (else it is empty).
     fn keeps_picture(&self) -> bool {
         true
     }
+}
+
+/// What a render has come to after a whole pass. Passes end after 1, 2, 4, 8, 16, 32, 64, 128, 192, 256 …
+/// samples (with a target for each pixel, only as far as 32).
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Passed {
+    /// Samples a pixel, the mean over the picture.
+    pub samples: f64,
+    /// Samples that each pixel has at least.
+    pub least: u32,
+    /// Rays traced.
+    pub rays: u64,
+    /// Seconds of tracing alone: what comes between the passes is not counted.
+    pub seconds: f64,
+    /// Estimated error of the picture; not known before two samples a pixel.
+    pub error: Option<ErrorEstimate>,
 }
 
 /// An observer for those who don't watch.
@@ -96,14 +131,16 @@ impl Observer for Silent {
 
 /// Why a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Stop {
     /// All samples are there.
     Samples,
     /// The time was up.
     Time,
-    /// The noise estimate is below the target.
-    Noise,
+    /// The estimated error of the picture is below the target.
+    Error,
+    /// The estimated error of every pixel is below the target.
+    PixelError,
     /// The observer said so.
     Cancelled,
 }
@@ -115,6 +152,8 @@ pub struct Statistics {
     pub stop: Stop,
     /// Samples a pixel (the smallest over the picture).
     pub samples: u32,
+    /// The same, mean over the picture.
+    pub mean_samples: f64,
     /// Time to prepare the scene.
     pub prepare: Duration,
     /// Time to trace.
@@ -125,8 +164,8 @@ pub struct Statistics {
     pub non_finite: u64,
     /// The first of them, as pixel x, pixel y, sample index.
     pub non_finite_examples: Vec<(u32, u32, u32)>,
-    /// Estimated error of the picture, the root of its relMSE; not known of a single sample a pixel.
-    pub noise: Option<f64>,
+    /// Estimated error of the picture; not known of a single sample a pixel.
+    pub error: Option<ErrorEstimate>,
     /// What clamping took away; `None` if nothing was clamped by the settings.
     pub clamped: Option<Clamped>,
     /// Names of the effects compiled into the kernel that ran.
@@ -149,6 +188,9 @@ pub struct Clamped {
 pub struct Rendering {
     /// Layers of floats, scene-linear; the region alone.
     pub picture: Picture,
+    /// The picture of one of the replicates alone: it differs from `picture` as much as `picture` differs from the
+    /// truth. `None` where the error is not known.
+    pub replicate: Option<Picture>,
     /// Counts and times.
     pub statistics: Statistics,
 }

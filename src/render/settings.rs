@@ -1,7 +1,7 @@
 //! What a user can set.
 
 use crate::film::Passes;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Most light samples at a surface: the samples of a picture times these have numbers of 64 bits.
@@ -14,10 +14,15 @@ pub struct RenderSettings {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Samples a pixel.
+    /// Samples a pixel; with a target for each pixel, at most.
     pub samples: u32,
-    /// Stop after this long, load and set-up of the scene not counted.
+    /// Number of the first of them: what others have taken before, or take elsewhere.
+    pub first_sample: u32,
+    /// End after this long, output included …
     pub time_limit: Option<Duration>,
+    /// … of which so much was over when the render was called.
+    #[serde(skip)]
+    pub time_spent: Duration,
     /// Indirect bounces (0: direct light only), as Cycles counts "Max Bounces".
     pub bounces: u32,
     /// Limits for bounces of one kind, within `bounces`.
@@ -32,8 +37,10 @@ pub struct RenderSettings {
     pub transparent_film: bool,
     /// Which passes are made.
     pub passes: Passes,
-    /// Stop when the noise estimate is below this; 0 for no such target.
-    pub noise_target: f64,
+    /// Stop when the estimated error of the picture is below this (0.02 is 2 %); 0 for no such target.
+    pub error_target: f64,
+    /// Take samples where the error is larger than this, and stop when it is nowhere; 0 for no such target.
+    pub pixel_error_target: f64,
     /// The part of the picture that is rendered; `None` for all of it.
     pub region: Option<Region>,
     /// Index into `Scene::cameras`; `None` takes the first.
@@ -62,7 +69,9 @@ impl Default for RenderSettings {
             width: 1280,
             height: 720,
             samples: 256,
+            first_sample: 0,
             time_limit: None,
+            time_spent: Duration::ZERO,
             bounces: 12,
             bounce_limits: BounceLimits::default(),
             clamp_direct: 0.0,
@@ -70,7 +79,8 @@ impl Default for RenderSettings {
             filter_glossy: 0.0,
             transparent_film: false,
             passes: Passes::default(),
-            noise_target: 0.0,
+            error_target: 0.0,
+            pixel_error_target: 0.0,
             region: None,
             camera: None,
             seed: 0,
@@ -100,7 +110,7 @@ pub struct BounceLimits {
 }
 
 /// A rectangle of pixels of the full picture, origin at the top left; the ends are not included.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Region {
     /// First column.
     pub x0: u32,

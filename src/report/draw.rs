@@ -529,7 +529,7 @@ impl<B: DrawingBackend> Pen<B> {
         let mut dash: Vec<(f64, f64)> = Vec::new();
         for pair in path.windows(2) {
             let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
-            let length = (x1 - x0).hypot(y1 - y0);
+            let length = ((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)).sqrt();
             let mut at = 0.0;
             while at < length {
                 let phase = (walked + at) % PERIOD;

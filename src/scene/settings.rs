@@ -1,9 +1,10 @@
 //! What a file wishes of the render and of the display, where the user says nothing.
 
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// How the scene is to be shown.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ColorManagement {
     /// OpenColorIO configuration.
     pub config: Option<PathBuf>,

@@ -799,7 +799,7 @@ mod tests {
     /// Mean weight of `n` sampled directions: the albedo. Each `run` has its own points, of the kind
     /// that paths draw.
     fn albedo(bsdf: &Bsdf, n: u32, run: u32) -> f64 {
-        let sequence = Sequence::new(n, run);
+        let sequence = Sequence::new(run);
         let weight = |i| {
             bsdf.sample(sequence.sampler(0, 0, i).triple(Dimension::Bsdf, 0))
                 .map_or(0.0, |x| f64::from(average(x.weight)))
@@ -882,7 +882,7 @@ mod tests {
             let means: Vec<[f64; 6]> = (first..first + runs)
                 .into_par_iter()
                 .map(|run| {
-                    let sequence = Sequence::new(n, run);
+                    let sequence = Sequence::new(run);
                     let mut sum = [0.0; 6];
                     for i in 0..n {
                         let u = sequence.sampler(0, 0, i).triple(Dimension::Bsdf, 0);
@@ -991,7 +991,7 @@ mod tests {
                 };
                 let bsdf = Bsdf::new::<true>(&p, &tables, normals(Vec3::Z), direction(cos), inside);
                 let n = 1 << 14;
-                let sequence = Sequence::new(n, 2);
+                let sequence = Sequence::new(2);
                 let (mut weight, mut came_back) = (0f64, 0f64);
                 for i in 0..n {
                     let s = sequence.sampler(0, 0, i);
@@ -1104,7 +1104,7 @@ mod tests {
                                     "{what}, light {z}: {v:?}"
                                 );
                             }
-                            let sequence = Sequence::new(64, 9);
+                            let sequence = Sequence::new(9);
                             for i in 0..64 {
                                 let s = sequence.sampler(0, 0, i);
                                 let Some(x) = bsdf.sample(s.triple(Dimension::Bsdf, 0)) else {
@@ -1135,7 +1135,7 @@ mod tests {
     #[test]
     fn kernels_with_and_without_transmission_agree() {
         let tables = Dielectrics::new(1.45, 0.7, false, false);
-        let sequence = Sequence::new(256, 4);
+        let sequence = Sequence::new(4);
         for i in 0..256 {
             let s = sequence.sampler(3, 1, i);
             let (u, v) = (s.pair(Dimension::Lens, 0), s.triple(Dimension::Bsdf, 0));

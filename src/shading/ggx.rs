@@ -143,7 +143,7 @@ mod tests {
             let n = 1 << 16;
             let mut counts = vec![0f64; nz * np];
             let mut below = 0f64;
-            let sequence = Sequence::new(1, 1);
+            let sequence = Sequence::new(1);
             for s in 0..n {
                 // One sample of many far pixels: independent enough for a χ² that only has to be small.
                 let u = sequence

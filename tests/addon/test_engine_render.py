@@ -226,12 +226,12 @@ class Pictures(EngineTest):
         self.assertEqual(told["stop"], "time")
         self.assertLess(told["samples"], 1 << 20)
 
-    def test_noise_target_ends_the_render(self):
-        self.scene.sundog.samples, self.scene.sundog.noise_target = 1 << 20, 0.25
+    def test_error_target_ends_the_render(self):
+        self.scene.sundog.samples, self.scene.sundog.error_target = 1 << 20, 0.25
         self.render()
         told = engine.last_statistics()["statistics"]
-        self.assertEqual(told["stop"], "noise")
-        self.assertLessEqual(told["noise"], 0.25)
+        self.assertEqual(told["stop"], "error")
+        self.assertLessEqual(told["error"]["error"], 0.25)
 
 
 if __name__ == "__main__":

@@ -10,9 +10,13 @@ fn without(kinds: &[RayKind]) -> Visibility {
         .fold(Visibility::ALL, |seen, kind| seen.without(*kind))
 }
 
-/// As [`super::estimate`], with eight seeds.
+/// Of Student's t with 23 degrees of freedom (24 seeds; fewer where one variance is most of the sum), so much is exceeded
+/// with a probability of 1e-4: 100 comparisons fail by chance in one of 100 cases, and seeds are fixed.
+const LARGEST_T: f64 = 4.7;
+
+/// As [`super::estimate`], with 24 seeds.
 fn estimate(scene: &Scene, settings: &RenderSettings) -> (f64, f64) {
-    super::estimate(scene, settings, 0..8)
+    super::estimate(scene, settings, 0..24)
 }
 
 /// A wall that fills the camera's view, slanted so that light from the sides is lit and reflected.
@@ -109,7 +113,7 @@ fn the_kinds_of_rays_share_the_light_among_them() {
             source(&mut scene, seen.without(RayKind::Camera));
             scene
         };
-        let settings = small(24, 0);
+        let settings = small(16, 0);
         let (all, all_variance) = estimate(&lit(Visibility::ALL), &settings);
         let (mut sum, mut variance) = (0.0, all_variance);
         for kind in KINDS {
@@ -120,7 +124,7 @@ fn the_kinds_of_rays_share_the_light_among_them() {
             variance += v;
         }
         let z = (sum - all) / variance.sqrt();
-        assert!(z.abs() < 3.5, "{name}: {sum} {all}, z = {z}");
+        assert!(z.abs() < LARGEST_T, "{name}: {sum} {all}, z = {z}");
         assert!(variance.sqrt() < 0.05 * all, "{name}");
         let none = mean(&run(&lit(without(&KINDS)), &settings));
         assert_eq!(none, 0.0, "{name}");
@@ -140,7 +144,7 @@ fn all_ways_to_find_light_agree_for_each_kind_of_ray() {
                     &scene,
                     &RenderSettings {
                         light_sampling,
-                        ..small(16, 0)
+                        ..small(8, 0)
                     },
                 )
             };
@@ -153,7 +157,10 @@ fn all_ways_to_find_light_agree_for_each_kind_of_ray() {
             .map(by)
             {
                 let z = (mis.0 - other.0) / (mis.1 + other.1).sqrt();
-                assert!(z.abs() < 3.5, "{name} {kind:?}: {mis:?} {other:?} z = {z}");
+                assert!(
+                    z.abs() < LARGEST_T,
+                    "{name} {kind:?}: {mis:?} {other:?} z = {z}"
+                );
             }
         }
     }

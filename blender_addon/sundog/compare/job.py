@@ -143,14 +143,14 @@ def _told_by_sundog():
     told = [layer["statistics"] for layer in layers if layer["statistics"]]
     if not told:
         raise CompareError("Sundog has told nothing of its render")
-    noise = [one["noise"] for one in told]
+    errors = [one["error"] for one in told]
     return {
         "export": sum(layer["export"].get("total", 0.0) for layer in layers),
         "prepare": sum(layer["prepared"] or 0.0 for layer in layers),
         "render": sum(_seconds(one["trace"]) for one in told),
         "samples": [one["samples"] for one in told],
         # The estimate belongs to the picture of one layer.
-        "noise": noise[0] if len(noise) == 1 else None,
+        "error": errors[0] if len(errors) == 1 else None,
         "version": layers[-1].get("version"),
         "not_exact": sum(verdict["verdict"] != "exact" for verdict in engine.last_verdicts()),
     }
@@ -178,7 +178,7 @@ def _told_by_cycles(path):
         "prepare": None,
         "render": sum(map(exr_header.seconds, told["render_time"])),
         "samples": [int(samples) for samples in told["samples"]],
-        "noise": None,
+        "error": None,
         "version": bpy.app.version_string,
     }
 

@@ -51,10 +51,10 @@ def differences(found):
         ("FLIP, Standard view", f"{linear['flip']:.4f}"),
         (f"FLIP, this scene's view ({found['view'][1]})", f"{shown['flip']:.4f}"),
     ]
-    noise = found["engines"]["Sundog"]["noise"]
-    if noise is not None:
-        # It takes no account of how the halves of the samples are stratified against each other (docs/cli.md).
-        result.insert(2, ("Sundog's own part of it, at most (estimated)", f"{noise * noise:.5g}"))
+    error = found["engines"]["Sundog"]["error"]
+    if error is not None:
+        low, middle, high = (f"{error[key] ** 2:.5g}" for key in ("low", "error", "high"))
+        result.insert(2, ("Sundog's own part of it (estimated)", f"{middle} ({low} to {high})"))
     lost = linear["non_finite_a"] + linear["non_finite_b"]
     if lost:
         result.append(("Pixels that are not finite, left out", f"{linear['non_finite_a']} and {linear['non_finite_b']}"))

@@ -4,7 +4,7 @@ use super::super::Failure;
 use super::super::progress::Reporter;
 use crate::film::{self, Bands};
 use crate::measure::{Encoding, Picture};
-use crate::render::{self, Event, Observer, RenderSettings};
+use crate::render::{self, Event, Observer, Passed, RenderSettings};
 use crate::scene::Scene;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -41,11 +41,11 @@ impl Observer for Watcher<'_> {
         self.reporter.cancelled()
     }
 
-    fn whole_pass(&self, film: &dyn Bands, samples: u32, seconds: f64) {
-        if (self.wanted)(samples) {
+    fn whole_pass(&self, film: &dyn Bands, passed: &Passed) {
+        if (self.wanted)(passed.least) {
             let shot = Shot {
-                samples,
-                seconds,
+                samples: passed.least,
+                seconds: passed.seconds,
                 picture: light(&film::Picture::collect(film)),
             };
             self.shots

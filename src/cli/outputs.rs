@@ -1,0 +1,264 @@
+//! The files of a picture, as flags and scene want them.
+
+use super::parser::Parsed;
+use super::progress::Reporter;
+use super::view::{self, View};
+use super::{Failure, console};
+use crate::film::{Bands, Picture};
+use crate::output::{self, Format, Metadata, exr};
+use crate::scene::ColorManagement;
+use ::exr::compression::Compression;
+use serde_json::json;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Bands of a picture that are tried out.
+const TRIED: usize = 4;
+
+/// Where the picture goes.
+pub struct Outputs {
+    pub files: Vec<(PathBuf, Format)>,
+    exr: exr::ExrOptions,
+    /// There if PNG or JPEG files are wanted.
+    view: Option<View>,
+}
+
+impl Outputs {
+    /// Makes sure that the files of the flags could be written.
+    ///
+    /// # Errors
+    /// A name does not say the format, is given twice, or can't be written.
+    pub fn files(parsed: Parsed) -> Result<Vec<(PathBuf, Format)>, Failure> {
+        let mut files: Vec<(PathBuf, Format)> = Vec::new();
+        for path in parsed.paths("output") {
+            let format = Format::of(&path)?;
+            if files.iter().any(|(other, _)| *other == path) {
+                return Err(Failure::usage(format!(
+                    "--output {} is given twice",
+                    path.display()
+                )));
+            }
+            output::check_writable(&path)?;
+            files.push((path, format));
+        }
+        Ok(files)
+    }
+
+    /// How the files are to be written, by the flags and by what the scene wishes.
+    ///
+    /// # Errors
+    /// There is no such view.
+    pub fn new(
+        files: Vec<(PathBuf, Format)>,
+        parsed: Parsed,
+        wishes: &ColorManagement,
+        reporter: &Reporter,
+    ) -> Result<Self, Failure> {
+        let sample_type = match parsed.choice("exr-type") {
+            "half" => exr::SampleType::Half,
+            _ => exr::SampleType::Float,
+        };
+        let compression = match parsed.choice("exr-compression") {
+            "zips" => Compression::ZIP1,
+            "piz" => Compression::PIZ,
+            "rle" => Compression::RLE,
+            "none" => Compression::Uncompressed,
+            _ => Compression::ZIP16,
+        };
+        let all_layers = parsed.choice("exr-layers") != "combined";
+        let shown = files.iter().any(|(_, format)| *format != Format::Exr);
+        let view = match view::first_given(parsed) {
+            _ if shown => Some(View::new(parsed, wishes, &|warning| {
+                reporter.warn(warning)
+            })?),
+            Some(flag) => {
+                reporter.warn(&format!(
+                    "--{flag} does nothing to .exr files, which hold linear light"
+                ));
+                None
+            }
+            None => None,
+        };
+        if let Some(view) = &view {
+            reporter.say(&view.summary());
+        }
+        Ok(Self {
+            files,
+            exr: exr::ExrOptions {
+                sample_type,
+                compression,
+                all_layers,
+            },
+            view,
+        })
+    }
+
+    /// Writes all files.
+    ///
+    /// # Errors
+    /// A file can't be written.
+    pub fn write(
+        &self,
+        picture: &Picture,
+        metadata: &Metadata,
+        reporter: &Reporter,
+    ) -> Result<(), Failure> {
+        for (path, format) in &self.files {
+            self.write_one(path, *format, picture, metadata, reporter)?;
+            reporter.say(&format!("{} written", path.display()));
+            reporter.tell(&json!({ "event": "written", "file": path.display().to_string() }));
+        }
+        Ok(())
+    }
+
+    fn write_one(
+        &self,
+        path: &Path,
+        format: Format,
+        picture: &Picture,
+        metadata: &Metadata,
+        reporter: &Reporter,
+    ) -> Result<(), Failure> {
+        match format {
+            Format::Exr => {
+                let written = exr::write(path, picture, &self.exr, metadata)?;
+                if written.clamped > 0 {
+                    reporter.warn(&format!(
+                            "{}: {} values above 65504 became 65504, the largest number of 16 bits; --exr-type float keeps them",
+                            path.display(),
+                            console::grouped(written.clamped as u64)
+                        ));
+                }
+            }
+            Format::Png | Format::Jpeg => {
+                if let Some(view) = &self.view {
+                    view.write(
+                        path,
+                        format,
+                        picture.width,
+                        picture.height,
+                        &colors(picture)?,
+                        metadata,
+                    )?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// How long it will take to make the files of a picture like this one: some bands of it are written to a folder
+    /// beside the first file, which is then removed.
+    pub fn rehearse(&self, film: &dyn Bands) -> Duration {
+        let some = Extract::of(film);
+        let begun = Instant::now();
+        let picture = Picture::collect(&some);
+        for (path, format) in &self.files {
+            let folder = path
+                .parent()
+                .filter(|folder| !folder.as_os_str().is_empty());
+            let Ok(folder) = tempfile::tempdir_in(folder.unwrap_or(Path::new("."))) else {
+                continue;
+            };
+            let Some(name) = path.file_name() else {
+                continue;
+            };
+            // What fails here will fail again, and be told then.
+            let _ = self.write_one(
+                &folder.path().join(name),
+                *format,
+                &picture,
+                &Metadata::new(),
+                &Reporter::Nobody,
+            );
+        }
+        begun.elapsed().mul_f64(some.stands_for())
+    }
+
+    /// What a viewer calls the picture: the first file's name, or else the scene's.
+    pub fn title(&self, scene: &Path) -> String {
+        let path = self.files.first().map_or(scene, |(path, _)| path);
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        name.to_string_lossy().into_owned()
+    }
+
+    /// Names of the files.
+    pub fn names(&self) -> Vec<String> {
+        self.files
+            .iter()
+            .map(|(path, _)| path.display().to_string())
+            .collect()
+    }
+}
+
+/// The pixels of the picture itself, with associated alpha (1 where the picture has none).
+fn colors(picture: &Picture) -> Result<Vec<[f32; 4]>, Failure> {
+    let missing = || Failure::new("the render has no layer with colours");
+    let layer = picture.layers.first().ok_or_else(missing)?;
+    match layer.channels.len() {
+        3 => Ok(layer
+            .data
+            .chunks_exact(3)
+            .map(|p| [p[0], p[1], p[2], 1.0])
+            .collect()),
+        4 => Ok(layer
+            .data
+            .chunks_exact(4)
+            .map(|p| [p[0], p[1], p[2], p[3]])
+            .collect()),
+        _ => Err(missing()),
+    }
+}
+
+/// Some bands of a picture, from its top to its bottom.
+struct Extract<'a> {
+    all: &'a dyn Bands,
+    chosen: Vec<(usize, Range<u32>)>,
+}
+
+impl<'a> Extract<'a> {
+    fn of(all: &'a dyn Bands) -> Self {
+        let bands = all.bands();
+        let step = bands.len().div_ceil(TRIED).max(1);
+        let chosen = bands.into_iter().enumerate().step_by(step);
+        Self {
+            all,
+            chosen: chosen.collect(),
+        }
+    }
+
+    fn rows(&self) -> u32 {
+        self.chosen
+            .iter()
+            .map(|(_, rows)| rows.end - rows.start)
+            .sum()
+    }
+
+    /// How many times as many rows the whole picture has.
+    fn stands_for(&self) -> f64 {
+        f64::from(self.all.size().1) / f64::from(self.rows().max(1))
+    }
+}
+
+impl Bands for Extract<'_> {
+    fn size(&self) -> (u32, u32) {
+        (self.all.size().0, self.rows())
+    }
+
+    fn layers(&self) -> Vec<(String, String)> {
+        self.all.layers()
+    }
+
+    fn bands(&self) -> Vec<Range<u32>> {
+        let mut from = 0;
+        let mut next = |rows: &Range<u32>| {
+            let to = from + rows.end - rows.start;
+            std::mem::replace(&mut from, to)..to
+        };
+        self.chosen.iter().map(|(_, rows)| next(rows)).collect()
+    }
+
+    fn fill(&self, band: usize, layers: &mut [&mut [f32]]) {
+        self.all.fill(self.chosen[band].0, layers);
+    }
+}

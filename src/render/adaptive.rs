@@ -1,0 +1,195 @@
+//! Samples where the error is: adaptive sampling.
+//!
+//! After some samples everywhere, each round spends half of what has been spent so far, where it lowers the largest
+//! errors most: as water fills a valley, a level is found such that bringing every pixel above it down to it costs
+//! just that. So the error is even whenever the render is stopped, be it before the target is reached.
+//!
+//! A pixel that stops when its own samples happen to agree would be too dark on average where light comes in rare
+//! bright samples, as it stops before it has met one. So a pixel's own samples have no say in how many it gets: the
+//! errors of the 31 × 31 pixels around it without its own decide ([`crate::film::error::pooled`]), whose samples are
+//! independent of its own, and the mean of its samples stays unbiased but for a feedback: its error sends samples to
+//! its neighbours, and what these find sends samples back. The wider the neighbourhood, the less. And no decision is
+//! for ever: when a neighbour meets something, a pixel goes on.
+
+use super::Stop;
+use super::tile::{Tile, locked};
+use crate::film::pixel::Pixel;
+use rayon::prelude::*;
+use std::sync::Mutex;
+
+/// Every pixel takes so many samples before any is preferred.
+pub const FIRST_SAMPLES: u32 = 32;
+/// Halvings of the interval in which the level is searched: to a thousandth of a factor of 2^10.
+const STEPS: u32 = 14;
+
+/// A pixel that could take more samples.
+#[derive(Clone, Copy)]
+struct Candidate {
+    /// Squared relative error.
+    error: f32,
+    samples: u32,
+}
+
+impl Candidate {
+    /// Samples that it lacks to come down to a level: the squared error falls with their number. Never more than it
+    /// has already, for the estimate is uncertain, and an even number, for two replicates.
+    fn lacks(self, level: f64, most: u32) -> u32 {
+        let excess = f64::from(self.error) / (level * level) - 1.0;
+        if excess <= 0.0 {
+            return 0;
+        }
+        let wanted = f64::from(self.samples) * excess.clamp(0.25, 1.0);
+        let even = (wanted / 2.0).ceil().max(1.0) as u32 * 2;
+        even.min(most - self.samples)
+    }
+}
+
+fn candidate(pixel: &Pixel, error: f32, target: f64, most: u32) -> Option<Candidate> {
+    let above = f64::from(error) > target * target || !error.is_finite();
+    (above && pixel.samples < most).then_some(Candidate {
+        error: error.min(f32::MAX),
+        samples: pixel.samples,
+    })
+}
+
+/// Says how many samples each pixel is to have after the next round; or why none needs more.
+pub fn plan(tiles: &[Mutex<Tile>], target: f64, most: u32) -> Result<(), Stop> {
+    let candidates: Vec<Candidate> = tiles
+        .par_iter()
+        .flat_map_iter(|tile| {
+            let tile = locked(tile);
+            let each = tile.pixels.iter().zip(&tile.deciding);
+            each.filter_map(|(pixel, &error)| candidate(pixel, error, target, most))
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    let spent: u64 = tiles
+        .par_iter()
+        .map(|tile| {
+            let samples = |p: &Pixel| u64::from(p.samples);
+            locked(tile).pixels.iter().map(samples).sum::<u64>()
+        })
+        .sum();
+    if candidates.is_empty() {
+        let left = tiles.iter().any(|tile| {
+            let errors = |&e: &f32| f64::from(e) > target * target;
+            locked(tile).deciding.iter().any(errors)
+        });
+        return Err(if left {
+            Stop::Samples
+        } else {
+            Stop::PixelError
+        });
+    }
+    let level = level(&candidates, target, most, spent / 2);
+    for tile in tiles {
+        let mut tile = locked(tile);
+        let Tile {
+            pixels, deciding, ..
+        } = &mut *tile;
+        for (pixel, &error) in pixels.iter_mut().zip(deciding.iter()) {
+            let more = candidate(pixel, error, target, most).map_or(0, |c| c.lacks(level, most));
+            pixel.until = pixel.samples + more;
+        }
+    }
+    Ok(())
+}
+
+/// The lowest level, not below the target, to which all can be brought by so many samples.
+fn level(candidates: &[Candidate], target: f64, most: u32, budget: u64) -> f64 {
+    let cost = |level: f64| -> u64 {
+        candidates
+            .par_iter()
+            .map(|c| u64::from(c.lacks(level, most)))
+            .sum()
+    };
+    if cost(target) <= budget {
+        return target;
+    }
+    let largest = candidates.iter().fold(0f32, |a, c| a.max(c.error));
+    // A little below the largest error something is always lacking.
+    let (mut low, mut high) = (target.ln(), 0.5 * f64::from(largest).ln());
+    for _ in 0..STEPS {
+        let middle = 0.5 * (low + high);
+        if cost(middle.exp()) > budget {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    // What costs a little too much rather than nothing at all.
+    low.exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::pixel::FirstHit;
+    use crate::render::Region;
+    use crate::render::tile::{Kept, tiles};
+
+    /// Pixels with 32 samples and squared errors by their number.
+    fn scene(error: impl Fn(usize) -> f32) -> Vec<Mutex<Tile>> {
+        let tiles = tiles(Region::full(64, 40), Kept::default());
+        for tile in &tiles {
+            let mut tile = locked(tile);
+            let pixels = tile.pixels.len();
+            for pixel in &mut tile.pixels {
+                for number in 0..32 {
+                    pixel.add(number, glam::Vec3::ONE, &FirstHit::default());
+                }
+                pixel.until = 32;
+            }
+            tile.deciding = (0..pixels).map(&error).collect();
+        }
+        tiles
+    }
+
+    fn more(tiles: &[Mutex<Tile>]) -> Vec<u32> {
+        let of = |tile: &Mutex<Tile>| -> Vec<u32> {
+            let tile = locked(tile);
+            tile.pixels.iter().map(|p| p.until - p.samples).collect()
+        };
+        tiles.iter().flat_map(of).collect()
+    }
+
+    #[test]
+    fn all_below_the_target_is_the_end() {
+        let tiles = scene(|_| 0.0099);
+        assert_eq!(plan(&tiles, 0.1, 1000), Err(Stop::PixelError));
+        let tiles = scene(|i| if i == 7 { 0.0101 } else { 0.0099 });
+        assert_eq!(plan(&tiles, 0.1, 32), Err(Stop::Samples));
+        assert_eq!(plan(&tiles, 0.1, 1000), Ok(()));
+        let more = more(&tiles);
+        // A quarter of what they have, at least; one pixel in each of four tiles.
+        assert_eq!(more.iter().filter(|&&m| m == 8).count(), 4);
+        assert_eq!(more.iter().sum::<u32>(), 32);
+    }
+
+    #[test]
+    fn a_round_spends_half_where_the_error_is_largest() {
+        // Errors over three decades: the budget brings the largest down and leaves the rest.
+        let tiles = scene(|i| 10f32.powf(-3.0 * (i % 101) as f32 / 100.0));
+        assert_eq!(plan(&tiles, 0.001, 100_000), Ok(()));
+        let more = more(&tiles);
+        let (pixels, spent) = (more.len() as u32, more.iter().sum::<u32>());
+        let budget = 16 * pixels;
+        assert!(
+            spent >= budget && spent < budget * 104 / 100,
+            "{spent} {budget}"
+        );
+        let of = |i: usize| more[i];
+        assert!(
+            of(0) == 32 && of(50) <= of(40) && of(100) == 0,
+            "{:?}",
+            &more[..101]
+        );
+    }
+
+    #[test]
+    fn what_is_not_finite_goes_on() {
+        let tiles = scene(|i| if i == 0 { f32::INFINITY } else { 0.0 });
+        assert_eq!(plan(&tiles, 0.1, 1000), Ok(()));
+        assert_eq!(more(&tiles)[0], 32);
+    }
+}

@@ -1,0 +1,147 @@
+//! Parts of a render, made by several machines, become the picture of one.
+
+use super::develop::Film;
+use super::estimate::estimate;
+use super::saved::{Header, Saved, State, StateError, difference};
+use super::schedule::{clamped, mean_samples};
+use super::tile::{Kept, Tile, locked, tiles};
+use super::{Rendering, Statistics, Stop};
+use crate::film::{Passes, Picture};
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+/// Pixels that are joined from parts.
+pub struct Merged {
+    header: Header,
+    tiles: Vec<Mutex<Tile>>,
+}
+
+/// Joins states of one render; each comes with a name for messages.
+///
+/// # Errors
+/// They are of different scenes or settings, or the same sample is in two of them.
+pub fn merge(
+    parts: impl IntoIterator<Item = Result<(String, Saved), StateError>>,
+) -> Result<Merged, StateError> {
+    let mut whole: Option<(String, Saved)> = None;
+    for part in parts {
+        let (name, part) = part?;
+        match &mut whole {
+            None => whole = Some((name, part)),
+            Some((first, whole)) => {
+                let different = |what: String| {
+                    StateError::Different(format!(
+                        "{first} and {name} do not belong together: {what}"
+                    ))
+                };
+                join(whole, &part).map_err(different)?;
+            }
+        }
+    }
+    let (_, saved) =
+        whole.ok_or_else(|| StateError::Different("there is nothing to be joined".into()))?;
+    let kept = Kept {
+        apart: saved.header.apart,
+        costs: saved.header.costs,
+    };
+    let tiles = tiles(saved.header.region, kept);
+    saved.restore(&tiles);
+    // A part that was broken off goes on with its own samples, not with those of the whole.
+    Ok(Merged {
+        header: saved.header,
+        tiles,
+    })
+}
+
+fn join(whole: &mut Saved, part: &Saved) -> Result<(), String> {
+    let (a, b) = (&whole.header, &part.header);
+    if a.scene != b.scene {
+        return Err("they are of different scenes".into());
+    }
+    if let Some(difference) = difference(&b.settings, &a.settings) {
+        return Err(format!("the second one has {difference}"));
+    }
+    for &(from, to) in &b.ranges {
+        if let Some((other_from, other_to)) = a.ranges.iter().find(|r| from < r.1 && r.0 < to) {
+            return Err(format!(
+                "both have samples of {}..{}; give each machine a --sample-range of its own, or a --seed",
+                from.max(*other_from),
+                to.min(*other_to)
+            ));
+        }
+    }
+    let length = |h: &Header| h.ranges.iter().map(|r| r.1 - r.0).sum::<u32>();
+    let full = |saved: &Saved| {
+        let length = length(&saved.header);
+        saved.pixels.iter().all(|p| p.samples == length)
+    };
+    let complete = full(whole) && full(part);
+    for (to, from) in whole.pixels.iter_mut().zip(&part.pixels) {
+        to.join(from);
+    }
+    for (to, from) in whole.apart.iter_mut().zip(&part.apart) {
+        to.join(from);
+    }
+    for (to, from) in whole.costs.iter_mut().zip(&part.costs) {
+        *to += from;
+    }
+    let header = &mut whole.header;
+    header.whole = complete;
+    header.ranges.extend_from_slice(&part.header.ranges);
+    header.ranges.sort_unstable();
+    header.ranges = header.ranges.iter().fold(Vec::new(), |mut all, &range| {
+        match all.last_mut() {
+            Some((_, end)) if *end == range.0 => *end = range.1,
+            _ => all.push(range),
+        }
+        all
+    });
+    for (to, from) in header.clamped.iter_mut().zip(part.header.clamped) {
+        *to += from;
+    }
+    header.traced.join(&part.header.traced);
+    Ok(())
+}
+
+impl Merged {
+    /// What the parts say about themselves, joined.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// The state, to be written.
+    pub fn state(&self) -> State<'_> {
+        State::of(self.header.clone(), &self.tiles)
+    }
+
+    /// The picture of all samples together, and its error.
+    pub fn rendering(&self) -> Rendering {
+        let (header, tiles) = (&self.header, &self.tiles[..]);
+        let names = header.passes.iter().map(String::as_str);
+        // A pass that this version does not know can't be in a state that it could read.
+        let passes = Passes::parse(names).unwrap_or(Passes::COMBINED);
+        let error = estimate(tiles, header.region, &AtomicBool::new(false));
+        let film = Film::with_axes(header.axes(), header.region, tiles, passes);
+        let samples = |tile: &Mutex<Tile>| locked(tile).pixels.iter().map(|p| p.samples).min();
+        let clamps = header.clamped != [0.0; 2];
+        Rendering {
+            picture: Picture::collect(&film),
+            replicate: error.map(|_| Picture::collect(&film.replicate())),
+            statistics: Statistics {
+                stop: Stop::Samples,
+                samples: tiles.iter().filter_map(samples).min().unwrap_or(0),
+                mean_samples: mean_samples(tiles),
+                prepare: Duration::ZERO,
+                trace: Duration::try_from_secs_f64(header.traced.seconds).unwrap_or_default(),
+                rays: header.traced.rays,
+                non_finite: header.traced.non_finite,
+                non_finite_examples: header.traced.non_finite_examples.clone(),
+                error,
+                clamped: clamps.then(|| clamped(tiles)),
+                effects: Vec::new(),
+                threads: 0,
+            },
+        }
+    }
+}

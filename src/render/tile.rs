@@ -1,0 +1,83 @@
+//! Tiles: what one thread works on at a time.
+
+use super::Region;
+use crate::film::apart::PixelApart;
+use crate::film::pixel::Pixel;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Edge of a tile in pixels.
+pub const TILE: u32 = 32;
+
+/// A tile of the region; places count from the corner of the full picture.
+pub struct Tile {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Row by row.
+    pub pixels: Vec<Pixel>,
+    /// Beside `pixels`, if a pass asks for it; else empty.
+    pub apart: Vec<PixelApart>,
+    /// Nanoseconds spent on each pixel, if a pass asks for it; else empty.
+    pub costs: Vec<u64>,
+    /// Squared relative error of each pixel, as it was estimated last; empty before.
+    pub errors: Vec<f32>,
+    /// The same over a wider neighbourhood, by which adaptive sampling decides.
+    pub deciding: Vec<f32>,
+    /// Luminance that clamping took from direct and indirect light.
+    pub clamped: [f64; 2],
+}
+
+/// What is kept of each pixel besides its sums.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kept {
+    /// Light apart.
+    pub apart: bool,
+    /// Time spent.
+    pub costs: bool,
+}
+
+/// Tiles of a region, row by row.
+pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
+    let corners = (0..region.height().div_ceil(TILE))
+        .flat_map(|ty| (0..region.width().div_ceil(TILE)).map(move |tx| (tx * TILE, ty * TILE)));
+    corners
+        .map(|(x, y)| {
+            let (width, height) = (TILE.min(region.width() - x), TILE.min(region.height() - y));
+            let pixels = (width * height) as usize;
+            Mutex::new(Tile {
+                x: region.x0 + x,
+                y: region.y0 + y,
+                width,
+                height,
+                pixels: vec![Pixel::default(); pixels],
+                apart: vec![PixelApart::default(); if kept.apart { pixels } else { 0 }],
+                costs: vec![0; if kept.costs { pixels } else { 0 }],
+                errors: Vec::new(),
+                deciding: Vec::new(),
+                clamped: [0.0; 2],
+            })
+        })
+        .collect()
+}
+
+/// A thread that panicked left a tile as good as before: whole samples.
+pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Tiles side by side.
+pub fn across(region: Region) -> usize {
+    region.width().div_ceil(TILE) as usize
+}
+
+/// A pixel's place among the tiles of its region: the tile's and its own within.
+pub fn place(region: Region, column: u32, row: u32) -> (usize, usize) {
+    let tile = (row / TILE) as usize * across(region) + (column / TILE) as usize;
+    let width = TILE.min(region.width() - column / TILE * TILE);
+    (tile, ((row % TILE) * width + column % TILE) as usize)
+}

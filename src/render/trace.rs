@@ -1,0 +1,165 @@
+//! Samples of tiles: what each thread does.
+
+use super::tile::{Tile, locked};
+use crate::camera::{CameraRay, RayMaker};
+use crate::film::apart::{PathApart, PixelApart};
+use crate::film::filter::FilterTable;
+use crate::film::pixel::{Middle, Pixel};
+use crate::integrator::{self, ApartKernel, Kernel, Path, PathSettings};
+use crate::sampler::{Dimension, Sampler, Sequence};
+use crate::world::World;
+use glam::Vec2;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
+
+/// Samples that a pixel takes at a time, at most.
+const CHUNK: u32 = 8;
+/// So many bad samples are kept with their places.
+const EXAMPLES: usize = 16;
+
+/// Samples that were not finite: how many, and the first places (x, y, sample).
+#[derive(Clone, Default)]
+pub struct BadSamples {
+    pub count: u64,
+    pub examples: Vec<(u32, u32, u32)>,
+}
+
+/// A kernel, with or without light apart.
+#[derive(Clone, Copy)]
+pub enum AnyKernel {
+    Together(Kernel),
+    Apart(ApartKernel),
+}
+
+/// All that the threads share.
+pub struct Job<'a> {
+    pub world: &'a World,
+    pub kernel: AnyKernel,
+    pub camera_ray: RayMaker,
+    /// The ray through the middle of each pixel is asked for.
+    pub middle: bool,
+    /// The time that each pixel takes is asked for.
+    pub costs: bool,
+    /// Number of the first sample of each pixel.
+    pub first_sample: u32,
+    pub path: PathSettings,
+    pub sequence: Sequence,
+    pub filter: FilterTable,
+    pub width: u32,
+    pub height: u32,
+    pub rays: AtomicU64,
+    /// Pixel samples done.
+    pub done: AtomicU64,
+    pub bad: Mutex<BadSamples>,
+    pub stop: AtomicBool,
+}
+
+impl Job<'_> {
+    /// Brings each pixel of a tile to the samples that it is to have, giving the tile free after each chunk for
+    /// whoever wants to look.
+    pub fn run_locked(&self, tile: &Mutex<Tile>) {
+        let mut more = true;
+        while more && !self.stop.load(Ordering::Relaxed) {
+            more = self.run(&mut locked(tile));
+        }
+    }
+
+    /// Takes some of the samples that pixels of a tile lack; says whether there were any.
+    fn run(&self, tile: &mut Tile) -> bool {
+        let (mut rays, mut done) = (0u64, 0u64);
+        let mut clock = self.costs.then(Instant::now);
+        for row in 0..tile.height {
+            // A tile may take long: whoever wants to stop does not wait for its end.
+            if self.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            for column in 0..tile.width {
+                let (x, y) = (tile.x + column, tile.y + row);
+                let index = (row * tile.width + column) as usize;
+                let pixel = &mut tile.pixels[index];
+                let wanted = pixel.until.saturating_sub(pixel.samples).min(CHUNK);
+                if wanted == 0 {
+                    continue;
+                }
+                if pixel.samples == 0 && self.middle {
+                    pixel.middle = self.look(x, y);
+                    rays += 1;
+                }
+                for _ in 0..wanted {
+                    let number = self.first_sample + pixel.samples;
+                    let path = self.sample(x, y, number, pixel, tile.apart.get_mut(index));
+                    rays += u64::from(path.rays);
+                    for (sum, c) in tile.clamped.iter_mut().zip(path.clamped) {
+                        *sum += f64::from(c);
+                    }
+                }
+                done += u64::from(wanted);
+                if let (Some(clock), Some(cost)) = (&mut clock, tile.costs.get_mut(index)) {
+                    let now = Instant::now();
+                    *cost += (now - *clock).as_nanos() as u64;
+                    *clock = now;
+                }
+            }
+        }
+        self.rays.fetch_add(rays, Ordering::Relaxed);
+        self.done.fetch_add(done, Ordering::Relaxed);
+        done > 0
+    }
+
+    /// The ray of a sample, at an offset from the pixel's centre.
+    #[inline]
+    fn ray(&self, x: u32, y: u32, sampler: &Sampler, offset: Vec2) -> CameraRay {
+        // Pixel centres at half integers; film coordinates −1..1, y up.
+        let film = Vec2::new(
+            (x as f32 + 0.5 + offset.x) / self.width as f32 * 2.0 - 1.0,
+            1.0 - (y as f32 + 0.5 + offset.y) / self.height as f32 * 2.0,
+        );
+        (self.camera_ray)(&self.world.camera, film, sampler)
+    }
+
+    /// What the ray through the middle of a pixel meets (of a lens: from a random point of it), which is
+    /// where Cycles has its depths and positions from.
+    fn look(&self, x: u32, y: u32) -> Middle {
+        let sampler = self.sequence.sampler(x, y, 0);
+        integrator::meet(self.world, &sampler, &self.ray(x, y, &sampler, Vec2::ZERO))
+    }
+
+    #[inline]
+    fn sample(
+        &self,
+        x: u32,
+        y: u32,
+        index: u32,
+        pixel: &mut Pixel,
+        sums: Option<&mut PixelApart>,
+    ) -> Path {
+        let sampler = self.sequence.sampler(x, y, index);
+        let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
+        let ray = self.ray(x, y, &sampler, offset);
+        let (mut path, mut apart) = match self.kernel {
+            AnyKernel::Together(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
+            AnyKernel::Apart(kernel) => {
+                let mut apart = PathApart::default();
+                let path = kernel(self.world, &self.path, &sampler, &ray, &mut apart);
+                (path, Some(apart))
+            }
+        };
+        if !path.radiance.is_finite() {
+            // Counted with its place, left out, never hidden: see `Statistics::non_finite`.
+            path.radiance = glam::Vec3::ZERO;
+            path.clamped = [0.0; 2];
+            apart = apart.map(|_| PathApart::default());
+            let mut bad = locked(&self.bad);
+            bad.count += 1;
+            if bad.examples.len() < EXAMPLES {
+                bad.examples.push((x, y, index));
+            }
+        }
+        pixel.add(index, path.radiance, &path.first);
+        if let (Some(sums), Some(apart)) = (sums, &apart) {
+            sums.add(apart);
+        }
+        path
+    }
+}

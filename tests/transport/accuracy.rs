@@ -1,0 +1,469 @@
+//! The error that a render says it has, against the error that it has; stopping, going on, joining.
+
+use super::*;
+use std::io::Write;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+use sundog::film::Bands;
+use sundog::film::Picture;
+use sundog::render::{Observer, Passed, Saved, State, Stop, go_on, merge};
+
+/// A small lamp between a mirror, a glass ball and walls: light that only chance finds, in rare bright samples.
+fn fireflies() -> Scene {
+    let mut scene = Scene::default();
+    let walls = diffuse([0.7, 0.65, 0.6]);
+    place(
+        &mut scene,
+        quad([-3.0, -1.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]),
+        walls.clone(),
+        &[DAffine3::IDENTITY],
+    );
+    place(
+        &mut scene,
+        quad([-3.0, -1.0, -2.0], [6.0, 0.0, 0.0], [0.0, 4.0, 0.0]),
+        walls,
+        &[DAffine3::IDENTITY],
+    );
+    let mirror = Material {
+        base_color: [0.95; 3],
+        metallic: 1.0,
+        roughness: 0.05,
+        ..Material::default()
+    };
+    let tilted = DAffine3::from_rotation_translation(
+        glam::DQuat::from_rotation_z(0.5),
+        DVec3::new(-1.6, 0.0, -0.5),
+    );
+    place(
+        &mut scene,
+        quad([-0.7, -0.9, 0.7], [1.4, 0.0, 0.0], [0.0, 0.0, -1.4]),
+        mirror,
+        &[tilted],
+    );
+    let glass = Material {
+        transmission: 1.0,
+        roughness: 0.0,
+        ..Material::default()
+    };
+    let ball = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(0.6),
+        glam::DQuat::IDENTITY,
+        DVec3::new(0.9, -0.3, 0.0),
+    );
+    place(&mut scene, sphere(24, 0.0, true), glass, &[ball]);
+    place(
+        &mut scene,
+        quad([-0.1, 2.0, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2]),
+        Material {
+            emission: [150.0, 120.0, 90.0],
+            ..diffuse([0.0; 3])
+        },
+        &[DAffine3::IDENTITY],
+    );
+    scene.cameras.push(camera(DVec3::new(0.0, 0.2, 4.0), 0.8));
+    scene
+}
+
+fn of_size(width: u32, height: u32, samples: u32, seed: u32) -> RenderSettings {
+    RenderSettings {
+        width,
+        height,
+        seed,
+        ..small(samples, 5)
+    }
+}
+
+fn tiny(samples: u32, seed: u32) -> RenderSettings {
+    of_size(24, 16, samples, seed)
+}
+
+/// Some ways to find light, and one that leaves much to chance.
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let mut scenes = gallery();
+    scenes.truncate(3);
+    scenes.push(("fireflies", fireflies()));
+    scenes
+}
+
+fn medium(samples: u32, seed: u32) -> RenderSettings {
+    of_size(48, 32, samples, seed)
+}
+
+/// Keeps the pictures after some numbers of samples, and what was said of their errors.
+struct Snapshots<'a> {
+    at: &'a [u32],
+    kept: Mutex<Vec<(Vec<[f64; 3]>, Passed)>>,
+}
+
+impl Observer for Snapshots<'_> {
+    fn event(&self, _: &sundog::render::Event) {}
+    fn cancelled(&self) -> bool {
+        false
+    }
+    fn whole_pass(&self, film: &dyn Bands, passed: &Passed) {
+        if self.at.contains(&passed.least) {
+            let data = &Picture::collect(film).layers[0].data;
+            let colors = data.chunks(4).map(|c| [c[0], c[1], c[2]].map(f64::from));
+            self.kept.lock().unwrap().push((colors.collect(), *passed));
+        }
+    }
+}
+
+fn snapshots(scene: &Scene, at: &[u32], seed: u32) -> Vec<(Vec<[f64; 3]>, Passed)> {
+    let watcher = Snapshots {
+        at,
+        kept: Mutex::default(),
+    };
+    render(scene, &medium(*at.last().unwrap(), seed), &watcher).unwrap();
+    watcher.kept.into_inner().unwrap()
+}
+
+/// relMSE against the mean of two independent references, without their noise: (x − a)(x − b) has the expectation
+/// of (x − r)².
+fn rel_mse(x: &[[f64; 3]], a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let mut sum = 0.0;
+    for ((x, a), b) in x.iter().zip(a).zip(b) {
+        for c in 0..3 {
+            let r = 0.5 * (a[c] + b[c]);
+            sum += (x[c] - a[c]) * (x[c] - b[c]) / (r * r + 0.01);
+        }
+    }
+    sum / (3 * x.len()) as f64
+}
+
+/// The estimated error is within 15 % of the true one from 16 to 4096 samples, in the median over the seeds, and
+/// within 30 % where the true one is above 60 %: there hardly a pixel has a value to relate errors to. The interval of
+/// 95 % contains the true error of 90 to 99 % of the pictures. (The median, for where a single firefly is most of a
+/// picture's error, the square of it is as uncertain as what lies beneath that one pixel.)
+#[test]
+fn the_estimated_error_is_the_true_error() {
+    let at = [16, 64, 256, 1024, 4096];
+    let smooth = ["mesh light, metal", "sky and sun, plastic"];
+    let (mut pictures, mut covered, mut failed) = (0, 0, false);
+    for (name, scene) in &scenes() {
+        let reference = |seed| colors(&run(scene, &medium(4096, seed)));
+        let (a, b) = (reference(1001), reference(1002));
+        let mut ratios: [Vec<f64>; 5] = Default::default();
+        let mut truths = [0.0; 5];
+        for seed in 0..24 {
+            // As many as take about the same time. Of the last two, which leave more to chance, the references would
+            // be as noisy as pictures of 4096 samples.
+            let long = match seed {
+                0..3 if smooth.contains(name) => 5,
+                0..5 => 4,
+                5..12 => 3,
+                _ => 2,
+            };
+            for (i, (picture, passed)) in snapshots(scene, &at[..long], seed).iter().enumerate() {
+                let truth = rel_mse(picture, &a, &b).max(0.0).sqrt();
+                let estimate = passed.error.unwrap();
+                ratios[i].push(estimate.error / truth);
+                truths[i] += truth;
+                pictures += 1;
+                covered += u32::from((estimate.low..=estimate.high).contains(&truth));
+            }
+        }
+        for ((samples, ratios), truth) in at.iter().zip(&mut ratios).zip(truths) {
+            if ratios.is_empty() {
+                continue;
+            }
+            ratios.sort_by(f64::total_cmp);
+            let median = ratios[ratios.len() / 2];
+            let truth = truth / ratios.len() as f64;
+            println!("{name}, {samples} samples, error {truth:.3}: estimate / truth {median:.3}");
+            let allowed = if truth > 0.6 { 0.30 } else { 0.15 };
+            failed |= (median - 1.0).abs() > allowed;
+        }
+    }
+    let share = f64::from(covered) / f64::from(pictures);
+    println!("{covered} of {pictures} intervals contain the truth");
+    assert!(!failed, "see above");
+    assert!((0.90..=0.99).contains(&share), "{share}");
+}
+
+/// Means over blocks of 16 × 16 pixels of some renders, and their variances.
+fn blocks(
+    scene: &Scene,
+    settings: &RenderSettings,
+    seeds: std::ops::Range<u32>,
+) -> Vec<(f64, f64)> {
+    let n = f64::from(seeds.end - seeds.start);
+    let mut sums = [(0.0, 0.0); 6];
+    for seed in seeds {
+        let settings = RenderSettings {
+            seed,
+            ..settings.clone()
+        };
+        let mut blocks = [0.0; 6];
+        for (i, c) in colors(&run(scene, &settings)).iter().enumerate() {
+            blocks[i % 48 / 16 + 3 * (i / 48 / 16)] += (c[0] + c[1] + c[2]) / 768.0;
+        }
+        for (sum, block) in sums.iter_mut().zip(blocks) {
+            sum.0 += block / n;
+            sum.1 += block * block / n;
+        }
+    }
+    sums.iter()
+        .map(|s| (s.0, (s.1 - s.0 * s.0) / (n - 1.0)))
+        .collect()
+}
+
+/// Adaptive sampling has the means of uniform sampling: z-test in each of 24 blocks, at 4 σ (the probability that one
+/// of them is beyond by chance is 0.0015). A sampler that stops where its own samples agree fails it with fireflies.
+#[test]
+fn adaptive_sampling_has_the_means_of_uniform_sampling() {
+    let mut failed = false;
+    for (name, scene) in &scenes() {
+        let adaptive = RenderSettings {
+            pixel_error_target: 0.08,
+            ..medium(1024, 0)
+        };
+        let a = blocks(scene, &adaptive, 0..32);
+        let b = blocks(scene, &medium(192, 0), 1000..1032);
+        for (i, (a, b)) in a.iter().zip(&b).enumerate() {
+            let sigma = (a.1 + b.1).sqrt();
+            let z = (a.0 - b.0) / sigma;
+            println!(
+                "{name}, block {i}: {:.5} {:.5} z {z:.2}, σ {:.2} %",
+                a.0,
+                b.0,
+                100.0 * sigma / b.0
+            );
+            // The test has teeth.
+            failed |= z.abs() >= 4.0 || sigma / b.0 >= 0.03;
+        }
+    }
+    assert!(!failed, "see above");
+}
+
+/// No pixel is above the target at the end, and where little is to be done, little was done.
+#[test]
+fn adaptive_sampling_ends_when_every_pixel_is_good_enough() {
+    let (_, scene) = gallery().swap_remove(0);
+    let settings = RenderSettings {
+        pixel_error_target: 0.1,
+        ..of_size(64, 48, 1 << 14, 0)
+    };
+    let rendering = run(&scene, &settings);
+    assert_eq!(rendering.statistics.stop, Stop::PixelError);
+    let (errors, counts) = (
+        layer(&rendering, "Error"),
+        layer(&rendering, "Debug Sample Count"),
+    );
+    // What is shown is of a smaller neighbourhood than what decides.
+    let largest = errors.iter().fold(0f32, |a, &b| a.max(b));
+    assert!(largest <= 0.25, "{largest}");
+    let most = counts.iter().fold(0f32, |a, &b| a.max(b));
+    let least = counts.iter().fold(most, |a, &b| a.min(b));
+    assert!(least >= 32.0 && most > 1.2 * least, "{least} {most}");
+    let mean = counts.iter().map(|&c| f64::from(c)).sum::<f64>() / counts.len() as f64;
+    assert!((rendering.statistics.mean_samples - mean).abs() < 1e-9);
+}
+
+/// Each goal ends the render after a whole pass, and the picture is that of so many samples.
+#[test]
+fn an_error_target_ends_the_render_early() {
+    let (_, scene) = gallery().swap_remove(0);
+    let settings = RenderSettings {
+        error_target: 0.2,
+        ..small(512, 4)
+    };
+    let rendering = run(&scene, &settings);
+    let statistics = &rendering.statistics;
+    assert_eq!(statistics.stop, Stop::Error);
+    assert!(statistics.samples < 512 && statistics.error.unwrap().error <= 0.2);
+    let counts = layer(&rendering, "Debug Sample Count");
+    assert!(counts.iter().all(|&c| c == statistics.samples as f32));
+    let alone = run(&scene, &small(statistics.samples, 4));
+    assert_eq!(colors(&alone), colors(&rendering));
+}
+
+/// Breaks a render off when it has been asked so many times whether it shall, that is every 5 ms and so in the middle
+/// of a pass; keeps its state.
+struct BreakOff {
+    after: u32,
+    asked: AtomicU32,
+    state: Mutex<Vec<u8>>,
+}
+
+impl BreakOff {
+    fn after(after: u32) -> Self {
+        Self {
+            after,
+            asked: AtomicU32::new(0),
+            state: Mutex::default(),
+        }
+    }
+}
+
+impl Observer for BreakOff {
+    fn event(&self, _: &sundog::render::Event) {}
+    fn cancelled(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed) >= self.after
+    }
+    fn wants_state(&self, last: bool) -> bool {
+        last
+    }
+    fn state(&self, state: &State, _: bool) {
+        state.write(&mut *self.state.lock().unwrap()).unwrap();
+    }
+}
+
+fn state_of(scene: &Scene, settings: &RenderSettings, after: u32) -> (Saved, Stop) {
+    let observer = BreakOff::after(after);
+    let rendering = render(scene, settings, &observer).unwrap();
+    let mut file = tempfile::NamedTempFile::new().unwrap();
+    file.write_all(&observer.state.into_inner().unwrap())
+        .unwrap();
+    file.flush().unwrap();
+    (Saved::read(file.path()).unwrap(), rendering.statistics.stop)
+}
+
+fn same_bits(a: &Rendering, b: &Rendering) {
+    for (x, y) in a.picture.layers.iter().zip(&b.picture.layers) {
+        assert_eq!(x.name, y.name);
+        if x.name != "Cost" {
+            let bits = |layer: &sundog::film::Layer| -> Vec<u32> {
+                layer.data.iter().map(|v| v.to_bits()).collect()
+            };
+            assert!(bits(x) == bits(y), "{}", x.name);
+        }
+    }
+    let error = |r: &Rendering| r.statistics.error.unwrap().error;
+    assert!((error(a) / error(b) - 1.0).abs() < 1e-12);
+}
+
+/// A render that was broken off in the middle of a pass goes on to the bits of one that was not, uniformly and
+/// adaptively, with light apart, and also to more samples than it was first asked for.
+#[test]
+fn a_render_goes_on_where_it_was_broken_off() {
+    for (_, scene) in gallery().into_iter().take(2) {
+        for target in [0.0, 0.01] {
+            let of = |samples| RenderSettings {
+                pixel_error_target: target,
+                passes: Passes::ALL,
+                ..small(samples, 4)
+            };
+            let whole = run(&scene, &of(1500));
+            for after in [2, 12] {
+                let (saved, stop) = state_of(&scene, &of(1400), after);
+                assert_eq!(stop, Stop::Cancelled);
+                assert!(saved.samples() < 1400);
+                let settings = RenderSettings {
+                    threads: Some(1),
+                    ..of(1500)
+                };
+                let resumed = go_on(&scene, &settings, Some(&saved), &Silent).unwrap();
+                same_bits(&resumed, &whole);
+                assert_eq!(resumed.statistics.rays, whole.statistics.rays);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_render_does_not_go_on_with_another() {
+    let scenes = gallery();
+    let (saved, _) = state_of(&scenes[0].1, &small(4, 4), u32::MAX);
+    let refused = |scene: &Scene, settings: &RenderSettings, words: &str| {
+        let error = go_on(scene, settings, Some(&saved), &Silent)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    refused(&scenes[1].1, &small(8, 4), "another scene");
+    refused(&scenes[0].1, &small(8, 3), "bounces 4 instead of 3");
+    let later = RenderSettings {
+        first_sample: 4,
+        ..small(8, 4)
+    };
+    refused(&scenes[0].1, &later, "begins with sample 0, not 4");
+}
+
+/// Parts of a render join, in any order, to the bits of one, and its error with them.
+#[test]
+fn parts_join_to_the_picture_of_one() {
+    for (_, scene) in gallery().into_iter().take(3) {
+        let of = |first_sample, samples| RenderSettings {
+            first_sample,
+            ..small(samples, 4)
+        };
+        let whole = run(&scene, &of(0, 100));
+        let parts = [(64, 36), (0, 17), (17, 47)];
+        let states = parts.map(|(first, samples)| {
+            let (saved, stop) = state_of(&scene, &of(first, samples), u32::MAX);
+            assert_eq!(stop, Stop::Samples);
+            saved
+        });
+        let named = |(i, s): (usize, &Saved)| Ok((format!("part {i}"), s.clone()));
+        let joined = merge(states.iter().enumerate().map(named)).unwrap();
+        assert_eq!(joined.header().ranges, [(0, 100)]);
+        let rendering = joined.rendering();
+        same_bits(&rendering, &whole);
+        assert_eq!(rendering.statistics.samples, 100);
+        // Each part has looked through the middle of each pixel once.
+        assert_eq!(
+            rendering.statistics.rays,
+            whole.statistics.rays + 2 * 32 * 24
+        );
+        let twice = [&states[0], &states[0]].into_iter().enumerate().map(named);
+        let Err(error) = merge(twice) else { panic!() };
+        assert!(
+            error.to_string().contains("both have samples of 64..100"),
+            "{error}"
+        );
+    }
+}
+
+/// A damaged file is refused wherever it is damaged.
+#[test]
+fn damaged_states_are_refused() {
+    let (_, scene) = gallery().swap_remove(0);
+    let observer = BreakOff::after(u32::MAX);
+    render(&scene, &tiny(2, 0), &observer).unwrap();
+    let good = observer.state.into_inner().unwrap();
+    let read = |bytes: &[u8]| {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(bytes).unwrap();
+        file.flush().unwrap();
+        Saved::read(file.path())
+            .map(|_| ())
+            .map_err(|e| e.to_string())
+    };
+    read(&good).unwrap();
+    for place in [0, 10, 16, 30, 200, good.len() / 2, good.len() - 1] {
+        let mut bad = good.clone();
+        bad[place] ^= 0x15;
+        assert!(read(&bad).is_err(), "{place}");
+    }
+    for length in [0, 5, 20, good.len() / 2, good.len() - 1] {
+        assert!(read(&good[..length]).is_err(), "{length}");
+    }
+    let longer = [&good[..], &[0]].concat();
+    assert!(read(&longer).unwrap_err().contains("length"));
+}
+
+/// What is told of the output's time is left for it, before the limit.
+#[test]
+fn time_is_left_for_the_output() {
+    struct Slow;
+    impl Observer for Slow {
+        fn event(&self, _: &sundog::render::Event) {}
+        fn cancelled(&self) -> bool {
+            false
+        }
+        fn time_for_output(&self, _: &dyn Bands) -> Duration {
+            Duration::from_secs(3600)
+        }
+    }
+    let (_, scene) = gallery().swap_remove(0);
+    let settings = RenderSettings {
+        time_limit: Some(Duration::from_secs(3601)),
+        time_spent: Duration::from_secs(1),
+        ..small(1 << 20, 4)
+    };
+    let rendering = render(&scene, &settings, &Slow).unwrap();
+    assert_eq!(rendering.statistics.stop, Stop::Time);
+    assert_eq!(rendering.statistics.samples, 1);
+}
