@@ -1,5 +1,6 @@
 //! The program as people and scripts call it.
 
+mod cost;
 mod tev;
 
 use serde_json::{Value, json};

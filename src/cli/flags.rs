@@ -736,10 +736,16 @@ const TRANSPORT_COST: Group = Group {
     arguments: TRANSPORT.arguments.split_at(1).1,
 };
 
+/// How a report shows pictures; as `VIEW`, without what only files have.
+const SHOWN: Group = Group {
+    heading: "Display (report)",
+    arguments: SEEN.arguments,
+};
+
 static COST: Command = Command {
     name: "cost",
     doc: "Tell what a picture costs: error and time ahead, or what each effect takes and gives.",
-    details: "With `--effects`: the full picture and pictures that leave one thing out each, in turns, at a reduced size; what an effect costs in milliseconds, scaled to the full picture, how far the picture without it is from the full one (√relMSE, with the noise of both taken out by independent seeds), and the most error removed for a second first. What it all means: docs/cost.md.",
+    details: "A short probe renders the picture and forecasts which error (√relMSE) it has after which time, with 95 % intervals, and answers `--error`, `--time` and `--samples`. If the probe comes to fewer than 16 samples at the full size, it goes on at a reduced one. With `--effects`: the full picture and pictures that leave one thing out each, in turns, at a reduced size; what an effect costs in milliseconds, scaled to the full picture, how far the picture without it is from the full one (√relMSE, with the noise of both taken out by independent seeds), and the most error removed for a second first. What it all means: docs/cost.md.",
     groups: &[
         Group {
             heading: "Files",
@@ -778,13 +784,16 @@ static COST: Command = Command {
                     "Samples a pixel of the picture that is asked about.",
                 )
                 .default("256"),
+                Argument::new("error", Kind::Share, "GOAL", "How long does it take until the error is this, for example 2%?"),
+                Argument::new("time", Kind::Duration, "TIME", "Which error will there be after so long, for example 30s?")
+                    .details("Of tracing alone: loading, preparing and writing come on top."),
                 Argument::new(
                     "probe",
                     Kind::Duration,
                     "TIME",
                     "How long is rendered to find out.",
                 )
-                .details("With `--effects`, about so long for each picture; 1s if not given."),
+                .details("4s if not given; with `--effects` about so long for each picture, 1s if not given."),
                 Argument::new(
                     "rounds",
                     Kind::Integer { min: 3, max: 1000 },
@@ -812,6 +821,7 @@ static COST: Command = Command {
         STUDIES,
         IMPORT,
         ENVIRONMENT,
+        SHOWN,
         REPORTING,
     ],
     commands: &[],

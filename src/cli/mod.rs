@@ -22,6 +22,7 @@ mod scene_file;
 mod settings;
 mod summary;
 mod tev;
+mod text;
 pub mod values;
 mod view;
 

@@ -1,8 +1,7 @@
 //! What a render tells, as a bar for people or as lines of JSON for programs.
 
-use super::console;
-use super::{interrupt, summary};
-use crate::render::{Event, Observer};
+use super::{console, interrupt, summary, text};
+use crate::render::{Event, Observer, Row};
 use crate::scene::{Diagnostics, Verdict};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -110,6 +109,19 @@ pub fn verdict_word(verdict: Verdict) -> &'static str {
     }
 }
 
+/// `error 8.0 % in 3.0 s (2.7 s to 3.4 s), 4.0 % in …`: what is ahead.
+fn foretold(table: &[Row]) -> String {
+    let rows: Vec<String> = table
+        .iter()
+        .filter(|row| !row.reached)
+        .map(|row| {
+            let error = text::percent(row.error);
+            format!("{error} in {}", text::interval(row.seconds, text::time))
+        })
+        .collect();
+    format!("forecast: error {}", rows.join(", "))
+}
+
 impl Observer for Reporter {
     fn event(&self, event: &Event) {
         self.tell(event);
@@ -128,20 +140,24 @@ impl Observer for Reporter {
                 rays,
                 remaining,
                 error,
+                to_goal,
             } => {
                 bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
-                let mut text = format!("{samples}/{of} samples");
+                let mut line = format!("{samples}/{of} samples");
                 if *seconds > 0.0 {
-                    text.push_str(&format!(" · {:.2} Mray/s", *rays as f64 / seconds / 1e6));
+                    line.push_str(&format!(" · {:.2} Mray/s", *rays as f64 / seconds / 1e6));
                 }
                 if let Some(error) = error {
-                    text.push_str(&format!(" · error {}", summary::percent(error)));
+                    line.push_str(&format!(" · error {}", summary::percent(error)));
                 }
-                if let Some(remaining) = remaining {
-                    text.push_str(&format!(" · {} left", console::clock(*remaining)));
+                if let Some(left) = to_goal {
+                    line.push_str(&format!(" · goal in {}", text::interval(*left, text::time)));
+                } else if let Some(remaining) = remaining {
+                    line.push_str(&format!(" · {} left", console::clock(*remaining)));
                 }
-                bar.set_message(text);
+                bar.set_message(line);
             }
+            Event::Forecast { table, .. } => self.say(&foretold(table)),
         }
     }
 

@@ -6,11 +6,12 @@
 //! products DᵢDⱼ, i ≠ j, have the expectation of the squared difference of what the pictures converge to: the
 //! change without the noise of either. Negative sums are possible and mean that nothing was found.
 
+use super::CostError;
 use super::clock::Clock;
 use super::pixels;
 use super::variants::{Variant, Worth};
 use crate::film::Picture;
-use crate::render::{Observer, RenderError, RenderSettings, Rendering, Stop, render};
+use crate::render::{Observer, RenderSettings, Rendering, Stop, render};
 use crate::scene::Scene;
 use serde::Serialize;
 
@@ -79,7 +80,7 @@ pub struct EffectCost {
     pub time_ratios: [f64; 2],
     /// How far the picture without it is from the full one, √relMSE, noise taken out.
     pub change: Share,
-    /// Noise of the picture with all samples without it.
+    /// Noise of the picture with all samples without it, as the render estimates it: against itself.
     pub noise_without: f64,
     /// Time to the noise of the full picture without it, over the time with it.
     pub time_to_equal_noise: Option<f64>,
@@ -100,6 +101,9 @@ pub struct Study {
     pub measured_samples: u32,
     /// Their size.
     pub measured_size: [u32; 2],
+    /// Size of the region of them that was rendered.
+    #[serde(skip)]
+    pub measured_region: [u32; 2],
     /// Rounds of them.
     pub rounds: u32,
     /// Work of the full picture.
@@ -108,17 +112,9 @@ pub struct Study {
     pub noise: f64,
     /// Most error removed for a second first.
     pub effects: Vec<EffectCost>,
-}
-
-/// Why a study gave nothing.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyEnd {
-    /// A picture could not be rendered.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// The observer said stop.
-    #[error("interrupted")]
-    Cancelled,
+    /// RGB of the full picture, and of those without something, in the order of `effects`; means over the rounds.
+    #[serde(skip)]
+    pub pictures: Vec<Vec<f32>>,
 }
 
 /// One kind of picture over the rounds.
@@ -126,6 +122,8 @@ pub enum StudyEnd {
 struct Rounds {
     seconds: Vec<f64>,
     rays: Vec<f64>,
+    /// Squares of the errors that the renders say they have.
+    squares: Vec<f64>,
     pictures: Vec<Vec<f32>>,
 }
 
@@ -133,7 +131,22 @@ impl Rounds {
     fn add(&mut self, rendering: &Rendering, seconds: f64) {
         self.seconds.push(seconds);
         self.rays.push(rendering.statistics.rays as f64);
+        let error = rendering.statistics.error.map_or(f64::NAN, |e| e.error);
+        self.squares.push(error * error);
         self.pictures.push(colors(&rendering.picture));
+    }
+
+    /// relMSE of one of them by chance.
+    fn noise_square(&self) -> f64 {
+        self.squares.iter().sum::<f64>() / self.squares.len() as f64
+    }
+
+    /// All of them together.
+    fn mean(&self) -> Vec<f32> {
+        let values = self.pictures.first().map_or(0, Vec::len);
+        let sum = |i: usize| self.pictures.iter().map(|p| f64::from(p[i])).sum::<f64>();
+        let count = self.pictures.len() as f64;
+        (0..values).map(|i| (sum(i) / count) as f32).collect()
     }
 
     /// For a picture of `scale` times the pixel samples.
@@ -188,7 +201,7 @@ pub fn study(
     rounds: u32,
     observer: &dyn Observer,
     step: &dyn Fn(usize, usize, &str),
-) -> Result<Study, StudyEnd> {
+) -> Result<Study, CostError> {
     let all = rounds as usize * (variants.len() + 1);
     let mut done = 0;
     let mut with = Rounds::default();
@@ -204,7 +217,7 @@ pub fn study(
             let rendering = render(scene, &settings, &clock)?;
             let statistics = &rendering.statistics;
             if statistics.stop == Stop::Cancelled || observer.cancelled() {
-                return Err(StudyEnd::Cancelled);
+                return Err(CostError::Cancelled);
             }
             let seconds = clock.seconds(statistics.trace, statistics.threads);
             into.add(&rendering, seconds);
@@ -221,36 +234,40 @@ pub fn study(
     let weights = weights(&with.pictures);
     let more_samples = f64::from(measured.samples) / f64::from(full.samples);
     // Independent samples: noise goes with 1/√n.
-    let noise = |rounds: &Rounds| (noise_square(&rounds.pictures, &weights) * more_samples).sqrt();
+    let noise = |rounds: &Rounds| (rounds.noise_square() * more_samples).sqrt();
     let (work, full_noise) = (with.work(scale), noise(&with));
-    let mut effects: Vec<EffectCost> = variants
+    let mut effects: Vec<(EffectCost, Vec<f32>)> = variants
         .iter()
         .zip(&without)
         .map(|(variant, rounds)| {
             let (square, deviation) = change_square(&with.pictures, &rounds.pictures, &weights);
-            compared(
+            let cost = compared(
                 variant,
                 (&with, rounds),
                 scale,
                 Share::of_square(square, deviation),
                 (full_noise, noise(rounds)),
-            )
+            );
+            (cost, rounds.mean())
         })
         .collect();
-    effects.sort_by(|a, b| {
-        rank(b)
-            .partial_cmp(&rank(a))
-            .unwrap_or(std::cmp::Ordering::Equal)
+    effects.sort_by(|(a, _), (b, _)| {
+        let order = rank(b).partial_cmp(&rank(a));
+        order.unwrap_or(std::cmp::Ordering::Equal)
     });
+    let (effects, less): (Vec<_>, Vec<_>) = effects.into_iter().unzip();
+    let pictures = std::iter::once(with.mean()).chain(less).collect();
     Ok(Study {
         samples: full.samples,
         size: [full.width, full.height],
         measured_samples: measured.samples,
         measured_size: [measured.width, measured.height],
+        measured_region: [measured.region().width(), measured.region().height()],
         rounds,
         full: work,
         noise: full_noise,
         effects,
+        pictures,
     })
 }
 
@@ -318,24 +335,6 @@ fn weights(pictures: &[Vec<f32>]) -> Vec<f64> {
             1.0 / (mean * mean + OFFSET)
         })
         .collect()
-}
-
-/// relMSE of one round's picture by chance: the unbiased variance over the rounds.
-fn noise_square(pictures: &[Vec<f32>], weights: &[f64]) -> f64 {
-    let n = pictures.len() as f64;
-    let sum: f64 = weights
-        .iter()
-        .enumerate()
-        .map(|(i, weight)| {
-            let mean = pictures.iter().map(|p| f64::from(p[i])).sum::<f64>() / n;
-            let squares: f64 = pictures
-                .iter()
-                .map(|p| (f64::from(p[i]) - mean).powi(2))
-                .sum();
-            weight * squares / (n - 1.0)
-        })
-        .sum();
-    sum / weights.len() as f64
 }
 
 /// relMSE of what one picture converges to against the other, and the standard deviation of the estimate.
@@ -412,17 +411,8 @@ mod tests {
         }
     }
 
-    /// Noise of uniform numbers: 1/12, to 4 deviations of its estimate from 12 000 values in three rounds
-    /// (each with a relative variance of about 1).
     #[test]
-    fn noise_is_the_variance_over_the_rounds() {
-        let pictures = pictures(1.0, 7);
-        let flat = vec![1.0; pictures[0].len()];
-        let noise = noise_square(&pictures, &flat);
-        assert!(
-            (12.0 * noise - 1.0).abs() < 4.0 / 12_000f64.sqrt(),
-            "{noise}"
-        );
+    fn weights_are_those_of_rel_mse() {
         let weights = weights(&[vec![2.0; 3], vec![4.0; 3]]);
         assert!((weights[0] - 1.0 / 9.01).abs() < 1e-12);
     }

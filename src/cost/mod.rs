@@ -2,13 +2,26 @@
 
 mod clock;
 mod effects;
+mod probe;
 mod variants;
 
 pub use clock::{Clock, processor_seconds};
-pub use effects::{EffectCost, Share, Study, StudyEnd, study};
+pub use effects::{EffectCost, Share, Study, study};
+pub use probe::{Probe, probe};
 pub use variants::{Variant, Worth, variants};
 
-use crate::render::{Region, RenderSettings};
+use crate::render::{Region, RenderError, RenderSettings};
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum CostError {
+    /// A picture could not be rendered.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The observer said stop.
+    #[error("interrupted")]
+    Cancelled,
+}
 
 /// The settings of a picture of which the longer side has not more than so many pixels.
 pub fn reduced(settings: &RenderSettings, longer_side: u32) -> RenderSettings {

@@ -34,6 +34,7 @@ pub fn variants(scene: &Scene, settings: &RenderSettings) -> Vec<Variant> {
     let mut list = without_effects(settings, called_for);
     list.extend(fewer_bounces(settings, called_for));
     list.extend(other_light_sampling(settings));
+    list.extend(without_roulette(settings));
     list.extend(without_bias(settings));
     list
 }
@@ -168,6 +169,20 @@ fn other_light_sampling(settings: &RenderSettings) -> Vec<Variant> {
     .into()
 }
 
+/// Paths that go on to their last bounce.
+fn without_roulette(settings: &RenderSettings) -> Option<Variant> {
+    let from = settings.roulette?;
+    (from < settings.bounces).then(|| Variant {
+        name: "roulette".into(),
+        about: "paths that carry little ended by chance".into(),
+        worth: Worth::Noise,
+        settings: RenderSettings {
+            roulette: None,
+            ..settings.clone()
+        },
+    })
+}
+
 /// What the settings take away, given back.
 fn without_bias(settings: &RenderSettings) -> Vec<Variant> {
     let mut list = Vec::new();
@@ -249,6 +264,7 @@ mod tests {
                 "glossy bounces",
                 "sampling BSDFs for light",
                 "sampling lights",
+                "roulette",
             ]
         );
         let settings = RenderSettings {

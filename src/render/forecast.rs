@@ -9,11 +9,13 @@
 //! That is the prior: p = 1 with a standard deviation of [`PRIOR_SPREAD`], so that the net's best case is two of
 //! them away; and beyond the last pass, p − 1 fades as above.
 //!
-//! The fit is weighted least squares of ln(error²) over the passes of the last [`WINDOW`]: estimates after n and
-//! after m > n samples share samples; of a mean over the first n and of one over the first m, the correlation
-//! is √(n/m), which makes the errors of the estimates a chain (AR(1) in ln n) that is whitened link by link.
-//! Where the estimates jump by more than their own intervals allow (a firefly has come in), all
-//! intervals are widened until they do (Birge, *The Calculation of Errors by the Method of Least Squares*, 1932).
+//! The fit is least squares of ln(error²) over the passes of the last [`WINDOW`]: estimates after n and after
+//! m > n samples share samples; of a mean over the first n and of one over the first m, the correlation
+//! is √(n/m), which makes the errors of the estimates a chain (AR(1) in ln n) that is whitened link by link. None
+//! counts as more certain than a later one: what has not met the brightest paths knows too little to say how little.
+//! Those whose interval lies below that of a later one have not met what that one has, and have no say. Where
+//! estimates scatter more than their intervals allow all the same, all intervals are widened until
+//! they do (Birge, *The Calculation of Errors by the Method of Least Squares*, 1932).
 
 use glam::DVec2;
 use serde::Serialize;
@@ -22,6 +24,8 @@ use serde::Serialize;
 const PRIOR_SPREAD: f64 = 0.25;
 /// Passes with less than the last one's samples over this have no say: the exponent of long ago is another one.
 const WINDOW: f64 = 16.0;
+/// Before this, an estimate has a sample or less from each replicate.
+const LEAST_SAMPLES: f64 = 4.0;
 /// 95 % of a normal distribution lie within so many standard deviations.
 const DEVIATIONS: f64 = 1.959_963_985;
 /// Forecasts end at so many times the samples there are (2^60 is beyond any render).
@@ -46,6 +50,23 @@ pub struct Known {
     pub high: f64,
 }
 
+impl From<&super::Passed> for Known {
+    fn from(passed: &super::Passed) -> Self {
+        let [error, low, high] = match passed.error {
+            Some(e) => [e.error, e.low, e.high],
+            None => [f64::NAN; 3],
+        };
+        Self {
+            samples: passed.samples,
+            seconds: passed.seconds,
+            rays: passed.rays,
+            error,
+            low,
+            high,
+        }
+    }
+}
+
 /// A number that is not certain: what is expected, and a 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Expected {
@@ -58,7 +79,7 @@ pub struct Expected {
 }
 
 impl Expected {
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+    pub(super) fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self {
             expected: f(self.expected),
             low: f(self.low),
@@ -117,7 +138,7 @@ impl Forecast {
             level: fit.level,
             excess: fit.excess,
             covariance: fit.covariance,
-            scatter: fit.scale * octaves.last().map_or(0.0, deviation),
+            scatter: fit.scatter,
             rate,
             rate_spread,
             rays: last.rays as f64 / last.samples,
@@ -275,6 +296,15 @@ impl Forecast {
         n * (m / n).powf(share.clamp(0.0, 1.0))
     }
 
+    /// The seconds of tracing that so many samples a pixel take.
+    pub fn seconds_at(&self, samples: f64) -> Expected {
+        self.seconds(Expected {
+            expected: samples,
+            low: samples,
+            high: samples,
+        })
+    }
+
     /// The seconds that samples take.
     fn seconds(&self, samples: Expected) -> Expected {
         let expected = self.seconds_for(samples.expected);
@@ -349,13 +379,19 @@ fn deviation(pass: &Known) -> f64 {
     (above + below) / DEVIATIONS
 }
 
-/// The last pass, the last one with not more than half its samples, and so on within the window.
+/// The last pass, the last one with not more than half its samples, and so on within the window; not beyond one whose
+/// interval lies below one taken so far.
 fn octaves(passes: &[Known]) -> Vec<Known> {
     let last = passes.last().map_or(0.0, |pass| pass.samples);
     let mut taken: Vec<Known> = Vec::new();
     for pass in passes.iter().rev() {
-        let halved = taken.last().is_none_or(|t| 2.0 * pass.samples <= t.samples);
-        if halved && pass.samples * WINDOW >= last {
+        let too_few = !taken.is_empty() && pass.samples < LEAST_SAMPLES;
+        let surpassed = taken.iter().any(|later| pass.high < later.low);
+        if pass.samples * WINDOW < last || too_few || surpassed {
+            break;
+        }
+        let halved = |later: &Known| 2.0 * pass.samples <= later.samples;
+        if taken.last().is_none_or(halved) {
             taken.push(*pass);
         }
     }
@@ -406,33 +442,38 @@ struct Fit {
     level: f64,
     excess: f64,
     covariance: [[f64; 2]; 2],
-    /// What the deviations had to be multiplied by.
-    scale: f64,
+    /// Standard deviation of an estimate of ln(error²).
+    scatter: f64,
 }
 
 impl Fit {
     /// From passes in their order; `now` is the last one's number of samples.
     fn of(passes: &[Known], now: f64) -> Self {
+        // Estimates that claim to be exact are as good as the numbers they are made of.
+        let least = f64::from(f32::EPSILON);
+        let mut deviations: Vec<f64> = passes.iter().rev().map(deviation).collect();
+        for i in 0..deviations.len() {
+            deviations[i] = deviations[i].max(if i > 0 { deviations[i - 1] } else { least });
+        }
+        deviations.reverse();
         // Rows (1, −u) · (level, excess) = ln(error²) + u, with u = ln(n / now), each whitened.
         let mut rows: Vec<[f64; 3]> = Vec::new();
         let mut before: Option<(f64, [f64; 3])> = None;
-        for pass in passes {
-            let n = pass.samples;
-            let u = (n / now).ln();
-            // Estimates that claim to be exact are as good as the numbers they are made of.
-            let deviation = deviation(pass).max(f64::from(f32::EPSILON));
+        for (pass, deviation) in passes.iter().zip(&deviations) {
+            let u = (pass.samples / now).ln();
             let row = [1.0, -u, 2.0 * pass.error.ln() + u].map(|x| x / deviation);
             rows.push(match before {
                 None => row,
                 Some((m, previous)) => {
-                    let correlation = (m / n).sqrt();
+                    let correlation = (m / pass.samples).sqrt();
                     let rest = (1.0 - correlation * correlation).sqrt();
                     std::array::from_fn(|i| (row[i] - correlation * previous[i]) / rest)
                 }
             });
-            before = Some((n, row));
+            before = Some((pass.samples, row));
         }
-        let first = Self::solve(&rows, 1.0);
+        let last = deviations.last().copied().unwrap_or(least);
+        let first = Self::solve(&rows, 1.0, last);
         let chi_square: f64 = rows
             .iter()
             .map(|r| (r[2] - r[0] * first.level - r[1] * first.excess).powi(2))
@@ -441,13 +482,13 @@ impl Fit {
         // As many rows (the prior is one more) as there are degrees of freedom above the two unknowns.
         let freedom = rows.len() as f64 + 1.0 - 2.0;
         if freedom > 0.0 && chi_square > freedom {
-            return Self::solve(&rows, (chi_square / freedom).sqrt());
+            return Self::solve(&rows, (chi_square / freedom).sqrt(), last);
         }
         first
     }
 
-    /// Least squares where all deviations are multiplied by `scale`.
-    fn solve(rows: &[[f64; 3]], scale: f64) -> Self {
+    /// Least squares where all deviations are multiplied by `scale`; `last` is the last pass's.
+    fn solve(rows: &[[f64; 3]], scale: f64, last: f64) -> Self {
         let weight = 1.0 / (scale * scale);
         let (mut aa, mut ab, mut bb) = (0.0, 0.0, 1.0 / (PRIOR_SPREAD * PRIOR_SPREAD));
         let (mut ay, mut by) = (0.0, 0.0);
@@ -466,7 +507,7 @@ impl Fit {
                 [bb / determinant, -ab / determinant],
                 [-ab / determinant, aa / determinant],
             ],
-            scale,
+            scatter: scale * last,
         }
     }
 }
@@ -549,18 +590,40 @@ mod tests {
     }
 
     #[test]
-    fn an_estimate_that_jumps_widens_the_intervals() {
+    fn what_came_before_a_firefly_has_no_say() {
         let calm: Vec<_> = doubling(64)
             .map(|n| passed(n, 0.8 / f64::from(n).sqrt(), 1.05))
             .collect();
         let mut jumped = calm.clone();
         // A firefly comes in with the last pass: three times the error.
-        jumped[6] = passed(64, 0.3, 1.05);
-        let width = |passes: &[Known]| {
-            let ahead = Forecast::of(passes).unwrap().error_at(1024.0);
+        jumped[6] = passed(64, 0.3, 1.5);
+        let [calm, jumped] = [calm, jumped].map(|passes| {
+            let forecast = Forecast::of(&passes).unwrap();
+            forecast.error_at(1024.0)
+        });
+        near(jumped.expected, 0.075, 1e-9);
+        let width = |ahead: Expected| (ahead.high / ahead.low).ln();
+        assert!(width(jumped) > 2.0 * width(calm));
+    }
+
+    #[test]
+    fn estimates_that_scatter_widen_the_intervals() {
+        // Up and down, more than intervals of 2 % allow.
+        let width = |wobble: f64| {
+            let passes: Vec<_> = doubling(64)
+                .map(|n| {
+                    let factor = if n.ilog2() % 2 == 0 {
+                        wobble
+                    } else {
+                        1.0 / wobble
+                    };
+                    passed(n, factor / f64::from(n).sqrt(), 1.02)
+                })
+                .collect();
+            let ahead = Forecast::of(&passes).unwrap().error_at(64.0);
             (ahead.high / ahead.low).ln()
         };
-        assert!(width(&jumped) > 4.0 * width(&calm));
+        assert!(width(1.15) > 5.0 * width(1.0));
     }
 
     #[test]

@@ -66,6 +66,15 @@ pub enum Event {
         /// Estimated error of the picture after the last whole pass (see [`crate::film::error`]); not known
         /// before two samples a pixel.
         error: Option<ErrorEstimate>,
+        /// Expected seconds until the error is the one that is wanted, if one is; with a 95 % interval.
+        to_goal: Option<Expected>,
+    },
+    /// Once, after the first seconds: which error the picture will have after which time.
+    Forecast {
+        /// Samples a pixel when it was made.
+        samples: f64,
+        /// Errors that follow each other by halves.
+        table: Vec<Row>,
     },
 }
 

@@ -7,8 +7,8 @@ use super::saved::{Saved, State, Traced};
 use super::tile::{Kept, Tile, locked, tiles};
 use super::trace::{AnyKernel, BadSamples, Job};
 use super::{
-    Clamped, EffectChoice, Event, FilterKind, LightSampling, MAX_LIGHT_SAMPLES, Observer, Passed,
-    RenderError, RenderSettings, Rendering, Statistics, Stop,
+    Clamped, EffectChoice, Event, Expected, FilterKind, Forecast, Known, LightSampling,
+    MAX_LIGHT_SAMPLES, Observer, Passed, RenderError, RenderSettings, Rendering, Statistics, Stop,
 };
 use crate::effects::{self, EffectSet};
 use crate::film::error::ErrorEstimate;
@@ -27,6 +27,10 @@ use std::time::{Duration, Instant};
 
 /// Samples of the longest pass, per pixel.
 const LONGEST_PASS: u32 = 64;
+/// The forecast is told after so long …
+const FIRST_FORECAST: Duration = Duration::from_secs(2);
+/// … and so many samples a pixel, at least.
+const FORECAST_SAMPLES: f64 = 8.0;
 /// At most this long between two reports of progress.
 const REPORT: Duration = Duration::from_millis(200);
 
@@ -182,6 +186,8 @@ pub fn go_on(
         trace_begun: Instant::now(),
         traced: Mutex::new(Duration::ZERO),
         error: Mutex::new(None),
+        known: Mutex::default(),
+        forecast: Mutex::default(),
         passes: AtomicU64::new(0),
         reserve: Mutex::new(Duration::ZERO),
     };
@@ -312,6 +318,10 @@ struct Run<'a> {
     traced: Mutex<Duration>,
     /// The estimate after the last whole pass.
     error: Mutex<Option<ErrorEstimate>>,
+    /// What is known of the passes that have ended …
+    known: Mutex<Vec<Known>>,
+    /// … and what follows.
+    forecast: Mutex<Option<Forecast>>,
     /// Passes that have ended.
     passes: AtomicU64,
     /// Time that has to be left for the output.
@@ -332,6 +342,7 @@ impl Run<'_> {
                 finished.store(true, Ordering::Release);
             });
             let mut reported = self.trace_begun;
+            let mut foretold = false;
             while !finished.load(Ordering::Acquire) {
                 std::thread::sleep(Duration::from_millis(5));
                 if let Some(why) = self.told_to_stop()
@@ -349,6 +360,10 @@ impl Run<'_> {
                 if reported.elapsed() >= REPORT {
                     reported = Instant::now();
                     self.observer.event(&self.progress());
+                    if !foretold && let Some(forecast) = self.first_forecast() {
+                        foretold = true;
+                        self.observer.event(&forecast);
+                    }
                 }
             }
         });
@@ -414,7 +429,12 @@ impl Run<'_> {
             return;
         }
         *locked(&self.error) = error;
-        self.observer.whole_pass(self.film, &self.passed());
+        let passed = self.passed();
+        let mut known = locked(&self.known);
+        known.push(Known::from(&passed));
+        *locked(&self.forecast) = Forecast::of(&known);
+        drop(known);
+        self.observer.whole_pass(self.film, &passed);
     }
 
     /// Says how many samples each pixel is to have at the end of the next pass; or why there is none.
@@ -486,6 +506,29 @@ impl Run<'_> {
         }
     }
 
+    /// The table of the forecast, when it is time for it.
+    fn first_forecast(&self) -> Option<Event> {
+        if self.trace_begun.elapsed() < FIRST_FORECAST {
+            return None;
+        }
+        let forecast = locked(&self.forecast);
+        let forecast = forecast.as_ref()?;
+        let samples = forecast.last().samples;
+        (samples >= FORECAST_SAMPLES).then(|| Event::Forecast {
+            samples,
+            table: forecast.table(),
+        })
+    }
+
+    /// Seconds from now until the error is the one that is wanted.
+    fn to_goal(&self, seconds: f64) -> Option<Expected> {
+        let target = self.settings.error_target;
+        let forecast = locked(&self.forecast);
+        let forecast = forecast.as_ref().filter(|_| target > 0.0)?;
+        let now = self.before.seconds + seconds;
+        Some(forecast.seconds_to(target).map(|at| (at - now).max(0.0)))
+    }
+
     fn progress(&self) -> Event {
         let settings = self.settings;
         let seconds = self.trace_begun.elapsed().as_secs_f64();
@@ -499,9 +542,9 @@ impl Run<'_> {
             let left = left.as_secs_f64();
             seconds / (seconds + left).max(f64::MIN_POSITIVE)
         });
-        // The square of the error falls about as samples come in.
-        let by_error = error.map_or(0.0, |e| {
-            (settings.error_target / e.error.max(f64::MIN_POSITIVE)).powi(2)
+        let to_goal = self.to_goal(seconds);
+        let by_error = to_goal.map_or(0.0, |left| {
+            seconds / (seconds + left.expected).max(f64::MIN_POSITIVE)
         });
         let fraction = by_samples.max(by_time).max(by_error).min(1.0);
         let new = (done - self.before.samples) as f64 / pixels;
@@ -518,6 +561,7 @@ impl Run<'_> {
             rays: self.job.rays.load(Ordering::Relaxed),
             remaining: (share > 0.0).then(|| seconds / share - seconds),
             error,
+            to_goal,
         }
     }
 }

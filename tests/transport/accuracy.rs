@@ -10,7 +10,7 @@ use sundog::film::Picture;
 use sundog::render::{Observer, Passed, Saved, State, Stop, go_on, merge};
 
 /// A small lamp between a mirror, a glass ball and walls: light that only chance finds, in rare bright samples.
-fn fireflies() -> Scene {
+pub fn fireflies() -> Scene {
     let mut scene = Scene::default();
     let walls = diffuse([0.7, 0.65, 0.6]);
     place(

@@ -1,11 +1,15 @@
 //! `sundog cost SCENE --effects`: what each effect costs and gives.
 
-use super::text::{self, percent, time};
 use super::{Question, Unseen};
+use crate::cli::text::{self, percent, time};
+use crate::cli::view::View;
 use crate::cli::{Failure, console};
-use crate::cost::{self, Clock, EffectCost, Study, StudyEnd, Worth};
+use crate::cost::{self, Clock, CostError, EffectCost, Study, Worth};
+use crate::measure::{self, Encoding};
 use crate::render::{RenderSettings, render};
-use crate::report::{Axis, Cell, Column, Line, Page, Plot, Point, Section, Series, Table};
+use crate::report::{
+    Axis, Cell, Column, Line, Page, Picture, Plot, Point, Section, Series, Slider, Table,
+};
 use serde::Serialize;
 use serde_json::json;
 use std::time::Duration;
@@ -48,10 +52,7 @@ pub fn run(question: &Question) -> Result<(), Failure> {
                 .tell(&json!({ "event": "measuring", "done": done, "of": of, "without": name }));
         },
     )
-    .map_err(|end| match end {
-        StudyEnd::Cancelled => question.interrupted(),
-        StudyEnd::Render(error) => question.failure(&error),
-    })?;
+    .map_err(|error| question.failure(error))?;
     question.reporter.end();
     let answer = Answer {
         event: "effects",
@@ -85,10 +86,10 @@ fn measured_settings(question: &Question) -> Result<RenderSettings, Failure> {
         ..small.clone()
     };
     let clock = Clock::new(&Unseen);
-    let pilot =
-        render(&question.file.scene, &pilot, &clock).map_err(|error| question.failure(&error))?;
+    let pilot = render(&question.file.scene, &pilot, &clock)
+        .map_err(|error| question.failure(error.into()))?;
     if crate::cli::interrupt::interrupted() {
-        return Err(question.interrupted());
+        return Err(question.failure(CostError::Cancelled));
     }
     let statistics = &pilot.statistics;
     let seconds = clock.seconds(statistics.trace, statistics.threads);
@@ -209,7 +210,7 @@ fn table(study: &Study) -> Table {
     }
 }
 
-fn page(question: &Question, study: &Study, table: &Table) -> Page {
+fn page(question: &Question, study: &Study, table: &Table) -> Result<Page, Failure> {
     let name = question.file.path.file_name().unwrap_or_default();
     let points = study
         .effects
@@ -233,13 +234,52 @@ fn page(question: &Question, study: &Study, table: &Table) -> Page {
             points,
         }],
     };
-    Page {
+    let mut sections = vec![Section::Table(table.clone()), Section::Curves(plot)];
+    if let Some(view) = &question.view {
+        sections.push(slider(view, study)?);
+    }
+    sections.push(Section::Settings(super::files::settings(question)));
+    Ok(Page {
         title: format!("What the effects of {} cost", name.to_string_lossy()),
         subtitle: headline(study).replace('\n', " "),
-        sections: vec![
-            Section::Table(table.clone()),
-            Section::Curves(plot),
-            Section::Settings(super::files::settings(question)),
-        ],
-    }
+        sections,
+    })
+}
+
+/// The full picture and those without something, as a display shows them.
+fn slider(view: &View, study: &Study) -> Result<Section, Failure> {
+    let names = std::iter::once("the full picture".to_owned()).chain(
+        study
+            .effects
+            .iter()
+            .map(|effect| format!("without {}", effect.effect)),
+    );
+    let [width, height] = study.measured_region;
+    let pictures: Result<Vec<Picture>, Failure> = names
+        .zip(&study.pictures)
+        .map(|(name, values)| {
+            let light = measure::Picture {
+                width,
+                height,
+                pixels: values.as_chunks().0.to_vec(),
+                encoding: Encoding::Linear,
+            };
+            let shown = view.seen(&light)?;
+            let code = |value: &f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
+            Ok(Picture {
+                name,
+                width,
+                height,
+                rgb: shown.pixels.iter().flatten().map(code).collect(),
+            })
+        })
+        .collect();
+    Ok(Section::Slider(Slider {
+        title: "With and without".into(),
+        note: format!(
+            "Means over the rounds, at the size that was measured. Shown by: {}.",
+            view.summary()
+        ),
+        pictures: pictures?,
+    }))
 }

@@ -2,6 +2,7 @@
 
 use crate::cli::Failure;
 use crate::cli::parser::Parsed;
+use crate::cli::report_file::{page_path, write_text};
 use crate::output;
 use crate::report::{Page, Settings, Table};
 use serde::Serialize;
@@ -42,17 +43,13 @@ impl Files {
             output::check_writable(&path)?;
             numbers.push((path, form));
         }
-        let page = parsed.path("report").map(Path::to_path_buf);
-        if let Some(path) = &page {
-            if !ends_in(path, "html") {
-                return Err(Failure::usage(format!(
-                    "--report {} must end in .html",
-                    path.display()
-                )));
-            }
-            output::check_writable(path)?;
-        }
+        let page = page_path(parsed, "report", "html")?.map(Path::to_path_buf);
         Ok(Self { numbers, page })
+    }
+
+    /// Whether a page is wanted.
+    pub fn page(&self) -> bool {
+        self.page.is_some()
     }
 
     /// Writes them; `page` is asked for if there is a file for it. Gives their names.
@@ -60,7 +57,7 @@ impl Files {
         &self,
         answer: &impl Serialize,
         table: &Table,
-        page: impl FnOnce() -> Page,
+        page: impl FnOnce() -> Result<Page, Failure>,
     ) -> Result<Vec<String>, Failure> {
         let mut names = Vec::new();
         for (path, form) in &self.numbers {
@@ -73,7 +70,7 @@ impl Files {
             write(path, &text, &mut names)?;
         }
         if let Some(path) = &self.page {
-            let html = page().html().map_err(|error| {
+            let html = page()?.html().map_err(|error| {
                 Failure::new(format!("cannot write {}: {error}", path.display()))
             })?;
             write(path, &html, &mut names)?;
@@ -83,9 +80,7 @@ impl Files {
 }
 
 fn write(path: &Path, text: &str, names: &mut Vec<String>) -> Result<(), Failure> {
-    output::write_beside(path, |mut file| {
-        std::io::Write::write_all(&mut file, text.as_bytes())
-    })?;
+    write_text(path, text)?;
     names.push(path.display().to_string());
     Ok(())
 }

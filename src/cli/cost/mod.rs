@@ -2,13 +2,15 @@
 
 mod effects;
 mod files;
-mod text;
+mod forecast;
 
 use super::flags::{EXIT_INTERRUPTED, EXIT_OK};
 use super::parser::Parsed;
 use super::progress::Reporter;
 use super::scene_file::{self, SceneFile};
+use super::view::View;
 use super::{Failure, interrupt, settings};
+use crate::cost::CostError;
 use crate::render::{Event, Observer, RenderSettings};
 use std::time::Duration;
 
@@ -20,6 +22,8 @@ struct Question<'a> {
     settings: RenderSettings,
     reporter: Reporter,
     files: files::Files,
+    /// How a page shows pictures; there if one with pictures is wanted.
+    view: Option<View>,
 }
 
 /// Runs the command.
@@ -48,34 +52,37 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         ..wanted
     };
     settings::check_memory(&settings)?;
+    let shows = files.page() && parsed.switch("effects");
+    let wishes = &file.scene.color_management;
+    let view = shows.then(|| View::new(parsed, wishes, &|warning| reporter.warn(warning)));
     let question = Question {
+        view: view.transpose()?,
         parsed,
         file,
         settings,
         reporter,
         files,
     };
-    if !parsed.switch("effects") {
-        return Err(Failure::usage("nothing is asked; give --effects"));
+    if parsed.switch("effects") {
+        effects::run(&question)?;
+    } else {
+        forecast::run(&question)?;
     }
-    effects::run(&question)?;
     Ok(EXIT_OK)
 }
 
 impl Question<'_> {
-    fn failure(&self, error: &dyn std::fmt::Display) -> Failure {
+    fn failure(&self, error: CostError) -> Failure {
         self.reporter.end();
-        Failure::new(format!("{}: {error}", self.file.path.display()))
-    }
-
-    fn interrupted(&self) -> Failure {
-        self.reporter.end();
-        Failure {
-            code: EXIT_INTERRUPTED,
-            message: format!(
-                "{}: interrupted before there was an answer; nothing was written",
-                self.file.path.display()
-            ),
+        let path = self.file.path.display();
+        match error {
+            CostError::Render(error) => Failure::new(format!("{path}: {error}")),
+            CostError::Cancelled => Failure {
+                code: EXIT_INTERRUPTED,
+                message: format!(
+                    "{path}: interrupted before there was an answer; nothing was written"
+                ),
+            },
         }
     }
 

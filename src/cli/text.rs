@@ -1,6 +1,7 @@
 //! Tables on the terminal, and numbers as people say them.
 
 use crate::cli::console;
+use crate::render::Expected;
 use crate::report::Table;
 
 /// Columns below their names, the first one to the left, numbers to the right.
@@ -39,6 +40,12 @@ pub fn percent(share: f64) -> String {
     }
     let decimals = (1.0 - percent.abs().log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{percent:.decimals$} %")
+}
+
+/// `45 s (38 s to 53 s)`.
+pub fn interval(value: Expected, show: impl Fn(f64) -> String) -> String {
+    let [expected, low, high] = [value.expected, value.low, value.high].map(show);
+    format!("{expected} ({low} to {high})")
 }
 
 /// `40 ms`, `4.2 s`, `1:15`: a length of time, of two digits where it is short.
