@@ -784,8 +784,8 @@ static COST: Command = Command {
                     "Samples a pixel of the picture that is asked about.",
                 )
                 .default("256"),
-                Argument::new("error", Kind::Share, "GOAL", "How long does it take until the error is this, for example 2%?"),
-                Argument::new("time", Kind::Duration, "TIME", "Which error will there be after so long, for example 30s?")
+                Argument::new("error", Kind::Share, "GOAL", "Tell how long it takes until the error is this, for example 2%."),
+                Argument::new("time", Kind::Duration, "TIME", "Tell which error there will be after so long, for example 30s.")
                     .details("Of tracing alone: loading, preparing and writing come on top."),
                 Argument::new(
                     "probe",

@@ -69,9 +69,10 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     );
     outputs.write(&rendering.picture, &metadata, &reporter)?;
     let size = (header.region.width(), header.region.height());
-    reporter.say(&summary::end_line(size, statistics));
+    let seen_error = outputs.seen_error(&rendering)?;
+    reporter.say(&summary::end_line(size, statistics, seen_error));
     reporter.tell(
-        &json!({ "event": "finished", "statistics": statistics, "written": outputs.names() }),
+        &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "written": outputs.names() }),
     );
     Ok(EXIT_OK)
 }

@@ -5,7 +5,9 @@ use super::progress::Reporter;
 use super::view::{self, View};
 use super::{Failure, console};
 use crate::film::{Bands, Picture};
+use crate::measure;
 use crate::output::{self, Format, Metadata, exr};
+use crate::render::Rendering;
 use crate::scene::ColorManagement;
 use ::exr::compression::Compression;
 use serde_json::json;
@@ -172,7 +174,23 @@ impl Outputs {
                 &Reporter::Nobody,
             );
         }
+        if let Some(view) = &self.view {
+            let _ = flip(view, &picture, &picture);
+        }
         begun.elapsed().mul_f64(some.stands_for())
+    }
+
+    /// How different what one sees looks from what one would see without error: the mean LDR-FLIP between the picture and
+    /// that of one of its replicates, which differs from it as it differs from the truth. `None` if nothing is shown or
+    /// the error is not known.
+    ///
+    /// # Errors
+    /// The view fails.
+    pub fn seen_error(&self, rendering: &Rendering) -> Result<Option<f64>, Failure> {
+        let (Some(view), Some(replicate)) = (&self.view, &rendering.replicate) else {
+            return Ok(None);
+        };
+        flip(view, replicate, &rendering.picture).map(Some)
     }
 
     /// What a viewer calls the picture: the first file's name, or else the scene's.
@@ -189,6 +207,31 @@ impl Outputs {
             .map(|(path, _)| path.display().to_string())
             .collect()
     }
+}
+
+/// The colours of the first layer, which is the picture itself.
+pub fn light(picture: &Picture) -> measure::Picture {
+    let pixels = picture.layers.first().map_or_else(Vec::new, |layer| {
+        layer
+            .data
+            .chunks_exact(layer.channels.len().max(1))
+            .map(|pixel| std::array::from_fn(|c| pixel.get(c).copied().unwrap_or(0.0)))
+            .collect()
+    });
+    measure::Picture {
+        width: picture.width,
+        height: picture.height,
+        pixels,
+        encoding: measure::Encoding::Linear,
+    }
+}
+
+/// Mean LDR-FLIP between two pictures as they are shown.
+fn flip(view: &View, test: &Picture, reference: &Picture) -> Result<f64, Failure> {
+    let [test, reference] = [test, reference].map(light);
+    let (shown_test, shown) = (view.seen(&test)?, view.seen(&reference)?);
+    let map = measure::flip_map([&test, &reference, &shown_test, &shown]);
+    Ok(map.iter().map(|&v| f64::from(v)).sum::<f64>() / map.len().max(1) as f64)
 }
 
 /// The pixels of the picture itself, with associated alpha (1 where the picture has none).

@@ -92,13 +92,13 @@ are to be passed over.
 | `frame` | with `--frames`: a file lies in the folder | see below |
 | `written` | a file of `--output` is there | `file` |
 | `warning` | something should be known | `message` |
-| `finished` | all is written | `statistics`, `written` |
+| `finished` | all is written | `statistics`, `written`, `seen_error` (FLIP of what one sees, estimated; null without .png or .jpg) |
 | `error` | the command failed (or was interrupted); also a sentence on the standard error | `message` |
 
 **Error** is an estimate of √relMSE of the picture so far (relMSE as in `sundog compare`, against the picture that the same
 settings would converge to), as `error`, with `low` and `high` between which it lies in 95 of 100 renders. Even and odd samples
 belong to two sequences that are randomised independently, and the difference of their two pictures tells how far their mean is
-off: docs/accuracy.md. It knows nothing of light so rare that no sample has found it yet, nor of bias (clamping, filter glossy).
+off: [accuracy.md](accuracy.md). It knows nothing of light so rare that no sample has found it yet, nor of bias (clamping, filter glossy).
 
 **Frames.** `--frames FOLDER` writes the picture so far into a folder that exists already: 0.1 s after every pixel has its first
 sample, then at intervals that grow by half each time up to 5 s, and once more at the end, whatever ended the render. Each frame

@@ -118,12 +118,14 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     if let Some(viewer) = &viewer {
         viewer.finish(&rendering.picture, &reporter);
     }
+    let seen_error = outputs.seen_error(&rendering)?;
     reporter.say(&summary::end_line(
         (settings.region().width(), settings.region().height()),
         statistics,
+        seen_error,
     ));
     reporter.tell(
-        &json!({ "event": "finished", "statistics": statistics, "written": outputs.names() }),
+        &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "written": outputs.names() }),
     );
     if cancelled {
         return Err(Failure {

@@ -5,7 +5,11 @@ use crate::film::error::ErrorEstimate;
 use crate::render::Statistics;
 
 /// What a render was, in one line.
-pub fn end_line((width, height): (u32, u32), statistics: &Statistics) -> String {
+pub fn end_line(
+    (width, height): (u32, u32),
+    statistics: &Statistics,
+    seen_error: Option<f64>,
+) -> String {
     let seconds = statistics.trace.as_secs_f64();
     let mut line = format!(
         "{width} × {height} pixels, {} samples a pixel, {} to prepare, {} to trace, {:.2} Mray/s",
@@ -20,6 +24,9 @@ pub fn end_line((width, height): (u32, u32), statistics: &Statistics) -> String 
     );
     if let Some(error) = &statistics.error {
         line.push_str(&format!(", error {}", percent(error)));
+    }
+    if let Some(flip) = seen_error {
+        line.push_str(&format!(", as shown FLIP {flip:.4}"));
     }
     if let Some(clamped) = statistics.clamped {
         line.push_str(&format!(

@@ -132,10 +132,10 @@ fn rel_mse(x: &[[f64; 3]], a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     sum / (3 * x.len()) as f64
 }
 
-/// The estimated error is within 15 % of the true one from 16 to 4096 samples, in the median over the seeds, and
-/// within 30 % where the true one is above 60 %: there hardly a pixel has a value to relate errors to. The interval of
-/// 95 % contains the true error of 90 to 99 % of the pictures. (The median, for where a single firefly is most of a
-/// picture's error, the square of it is as uncertain as what lies beneath that one pixel.)
+/// The estimated error is within 15 % of the true one from 16 to 4096 samples, in the median over the seeds; up to 64
+/// samples of the fireflies, where that of single pictures is spread by 40 %, within 30 %. The interval of 95 % contains the
+/// true error of 90 to 99 % of the pictures. (The median, for where a single firefly is most of a picture's error, the
+/// square of it is as uncertain as what lies beneath that one pixel.)
 #[test]
 fn the_estimated_error_is_the_true_error() {
     let at = [16, 64, 256, 1024, 4096];
@@ -172,7 +172,8 @@ fn the_estimated_error_is_the_true_error() {
             let median = ratios[ratios.len() / 2];
             let truth = truth / ratios.len() as f64;
             println!("{name}, {samples} samples, error {truth:.3}: estimate / truth {median:.3}");
-            let allowed = if truth > 0.6 { 0.30 } else { 0.15 };
+            let firefly = *name == "fireflies" && *samples <= 64;
+            let allowed = if firefly { 0.30 } else { 0.15 };
             failed |= (median - 1.0).abs() > allowed;
         }
     }
@@ -231,7 +232,7 @@ fn adaptive_sampling_has_the_means_of_uniform_sampling() {
                 100.0 * sigma / b.0
             );
             // The test has teeth.
-            failed |= z.abs() >= 4.0 || sigma / b.0 >= 0.03;
+            failed |= z.abs() >= 4.0 || sigma >= 0.03 * b.0 + 1e-5;
         }
     }
     assert!(!failed, "see above");
@@ -242,7 +243,7 @@ fn adaptive_sampling_has_the_means_of_uniform_sampling() {
 fn adaptive_sampling_ends_when_every_pixel_is_good_enough() {
     let (_, scene) = gallery().swap_remove(0);
     let settings = RenderSettings {
-        pixel_error_target: 0.1,
+        pixel_error_target: 0.02,
         ..of_size(64, 48, 1 << 14, 0)
     };
     let rendering = run(&scene, &settings);
@@ -253,7 +254,7 @@ fn adaptive_sampling_ends_when_every_pixel_is_good_enough() {
     );
     // What is shown is of a smaller neighbourhood than what decides.
     let largest = errors.iter().fold(0f32, |a, &b| a.max(b));
-    assert!(largest <= 0.25, "{largest}");
+    assert!(largest <= 0.05, "{largest}");
     let most = counts.iter().fold(0f32, |a, &b| a.max(b));
     let least = counts.iter().fold(most, |a, &b| a.min(b));
     assert!(least >= 32.0 && most > 1.2 * least, "{least} {most}");

@@ -1,9 +1,10 @@
 //! Renders whose picture is kept after 1, 2, 4, 8 … samples.
 
 use super::super::Failure;
+use super::super::outputs::light;
 use super::super::progress::Reporter;
 use crate::film::{self, Bands};
-use crate::measure::{Encoding, Picture};
+use crate::measure::Picture;
 use crate::render::{self, Event, Observer, Passed, RenderSettings};
 use crate::scene::Scene;
 use std::path::Path;
@@ -57,23 +58,6 @@ impl Observer for Watcher<'_> {
 
     fn keeps_picture(&self) -> bool {
         false
-    }
-}
-
-/// The colours of the first layer, which is the picture itself.
-fn light(picture: &film::Picture) -> Picture {
-    let pixels = picture.layers.first().map_or_else(Vec::new, |layer| {
-        layer
-            .data
-            .chunks_exact(layer.channels.len().max(1))
-            .map(|pixel| std::array::from_fn(|c| pixel.get(c).copied().unwrap_or(0.0)))
-            .collect()
-    });
-    Picture {
-        width: picture.width,
-        height: picture.height,
-        pixels,
-        encoding: Encoding::Linear,
     }
 }
 
