@@ -46,7 +46,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # all the standard error of relMSE grows with the root of the number of pixels, so the pictures are tiny.)
 SETTINGS = {
     "cornell": (64, 64, 160, 160),
-    "three-objects": (64, 36, 768, 768),
+    "three-objects": (64, 36, 768, 2048),
     "window-room": (72, 48, 256, 256),
     "many-lights": (48, 27, 512, 512),
     "glass": (80, 45, 256, 256),
