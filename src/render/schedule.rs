@@ -173,6 +173,7 @@ pub fn go_on(
             examples: before.non_finite_examples.clone(),
         }),
         stop: AtomicBool::new(false),
+        pause: AtomicBool::new(false),
     };
     let film = Film::new(&camera.world_from_camera, region, &tiles, settings.passes);
     let run = Run {
@@ -350,6 +351,12 @@ impl Run<'_> {
                 {
                     *locked(&reason) = why;
                 }
+                // A first pass that takes long: what there is of it has to do.
+                if self.time_is_short() && locked(&self.reserve).is_zero() {
+                    self.job.pause.store(true, Ordering::Relaxed);
+                    self.leave_time(false);
+                    self.job.pause.store(false, Ordering::Relaxed);
+                }
                 let some = self.passes.load(Ordering::Relaxed) > 0;
                 if some && !self.stopped() && self.observer.wants_picture() {
                     // Not by the pool: its threads are at their tiles.
@@ -414,7 +421,7 @@ impl Run<'_> {
             self.passes.fetch_add(1, Ordering::Relaxed);
             self.judge();
             self.save(false);
-            self.leave_time();
+            self.leave_time(self.least() == 2);
             // The watch looks every few milliseconds; what is known here need not wait for it.
             if self.time_left() == Some(Duration::ZERO) {
                 return Some(Stop::Time);
@@ -464,9 +471,18 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Asks once how long the output will take, when there is something to try it with.
-    fn leave_time(&self) {
-        if self.settings.time_limit.is_some() && locked(&self.reserve).is_zero() {
+    /// Whether a quarter of the time is over.
+    fn time_is_short(&self) -> bool {
+        let spent = self.settings.time_spent + self.begun.elapsed();
+        let limit = self.settings.time_limit;
+        limit.is_some_and(|limit| spent > limit / 4)
+    }
+
+    /// Asks how long the output will take, when there is something to try it with; `again`: also if that is known,
+    /// for as soon as the error can be estimated the end takes longer.
+    fn leave_time(&self, again: bool) {
+        let known = !locked(&self.reserve).is_zero();
+        if self.settings.time_limit.is_some() && (again || !known) {
             let begun = Instant::now();
             estimate(self.film.tiles(), self.settings.region(), &self.job.stop);
             *locked(&self.reserve) = begun.elapsed() + self.observer.time_for_output(self.film);

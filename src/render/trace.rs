@@ -11,7 +11,7 @@ use crate::world::World;
 use glam::Vec2;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Samples that a pixel takes at a time, at most.
 const CHUNK: u32 = 8;
@@ -53,6 +53,8 @@ pub struct Job<'a> {
     pub done: AtomicU64,
     pub bad: Mutex<BadSamples>,
     pub stop: AtomicBool,
+    /// Threads wait before their next tile.
+    pub pause: AtomicBool,
 }
 
 impl Job<'_> {
@@ -61,6 +63,11 @@ impl Job<'_> {
     pub fn run_locked(&self, tile: &Mutex<Tile>) {
         let mut more = true;
         while more && !self.stop.load(Ordering::Relaxed) {
+            // Not while a tile is held: whoever asks for the pause wants to look.
+            if self.pause.load(Ordering::Relaxed) {
+                std::thread::sleep(Duration::from_millis(1));
+                continue;
+            }
             more = self.run(&mut locked(tile));
         }
     }
