@@ -6,9 +6,7 @@ use super::outputs::Outputs;
 use super::parser::Parsed;
 use super::progress::Reporter;
 use super::{Failure, summary};
-use crate::output::Metadata;
 use crate::render::{self, Saved};
-use serde_json::json;
 
 /// Runs the command.
 ///
@@ -48,31 +46,15 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     }
     let rendering = merged.rendering();
     let statistics = &rendering.statistics;
-    let mut metadata: Metadata = super::versions()
-        .into_iter()
-        .map(|(name, version)| (format!("sundog/version/{}", name.to_lowercase()), version))
-        .collect();
-    let mut add = |name: &str, value: String| metadata.push((format!("sundog/{name}"), value));
-    add("scene-hash", header.scene.clone());
-    add("samples", statistics.samples.to_string());
-    add(
-        "sample-ranges",
-        serde_json::to_string(&header.ranges).unwrap_or_default(),
-    );
-    add(
-        "settings",
-        serde_json::to_string(&header.settings).unwrap_or_default(),
-    );
-    add(
-        "statistics",
-        serde_json::to_string(statistics).unwrap_or_default(),
-    );
+    let metadata = summary::metadata([
+        ("scene-hash", header.scene.clone()),
+        ("samples", statistics.samples.to_string()),
+        ("sample-ranges", summary::as_json(&header.ranges)),
+        ("settings", summary::as_json(&header.settings)),
+        ("statistics", summary::as_json(statistics)),
+    ]);
     outputs.write(&rendering.picture, &metadata, &reporter)?;
     let size = (header.region.width(), header.region.height());
-    let seen_error = outputs.seen_error(&rendering)?;
-    reporter.say(&summary::end_line(size, statistics, seen_error));
-    reporter.tell(
-        &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "written": outputs.names() }),
-    );
+    summary::tell_end(size, &rendering, &outputs, &reporter)?;
     Ok(EXIT_OK)
 }

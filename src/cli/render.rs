@@ -14,6 +14,7 @@ use crate::render::{EffectChoice, RenderSettings, Statistics, Stop};
 use crate::scene::Scene;
 use serde_json::json;
 use std::path::Path;
+use std::time::Duration;
 
 /// Runs the command.
 ///
@@ -44,15 +45,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let imported = scene_file::load(parsed)?;
     let (path, scene) = (&imported.path, &imported.scene);
     let outputs = Outputs::new(files, parsed, &scene.color_management, &reporter)?;
-    reporter.say(&format!(
-        "{}: {}",
-        path.display(),
-        scene_file::summary(scene)
-    ));
-    reporter.diagnostics(&imported.diagnostics);
-    if parsed.switch("strict") {
-        scene_file::demand_exact(path, &imported.diagnostics)?;
-    }
+    scene_file::introduce(parsed, &imported, &reporter)?;
     let settings = settings::of(parsed, path, scene)?;
     settings::check_memory(&settings)?;
     let frames = parsed
@@ -118,15 +111,9 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     if let Some(viewer) = &viewer {
         viewer.finish(&rendering.picture, &reporter);
     }
-    let seen_error = outputs.seen_error(&rendering)?;
-    reporter.say(&summary::end_line(
-        (settings.region().width(), settings.region().height()),
-        statistics,
-        seen_error,
-    ));
-    reporter.tell(
-        &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "written": outputs.names() }),
-    );
+    let region = settings.region();
+    let size = (region.width(), region.height());
+    summary::tell_end(size, &rendering, &outputs, &reporter)?;
     if cancelled {
         return Err(Failure {
             code: EXIT_INTERRUPTED,
@@ -169,38 +156,18 @@ fn metadata(
     settings: &RenderSettings,
     statistics: &Statistics,
 ) -> Metadata {
-    let mut metadata: Metadata = super::versions()
-        .into_iter()
-        .map(|(name, version)| (format!("sundog/version/{}", name.to_lowercase()), version))
-        .collect();
-    let mut add = |name: &str, value: String| metadata.push((format!("sundog/{name}"), value));
-    add(
-        "scene",
-        path.file_name()
-            .map(|name| name.to_string_lossy().into_owned())
-            .unwrap_or_default(),
-    );
-    add("scene-hash", crate::scene::fingerprint(scene));
-    add(
-        "date",
-        humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
-    );
-    add("samples", statistics.samples.to_string());
-    add(
-        "seconds/prepare",
-        format!("{:.3}", statistics.prepare.as_secs_f64()),
-    );
-    add(
-        "seconds/trace",
-        format!("{:.3}", statistics.trace.as_secs_f64()),
-    );
-    add(
-        "settings",
-        serde_json::to_string(settings).unwrap_or_default(),
-    );
-    add(
-        "statistics",
-        serde_json::to_string(statistics).unwrap_or_default(),
-    );
-    metadata
+    let name = path.file_name();
+    let name = name.map(|name| name.to_string_lossy().into_owned());
+    let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
+    let seconds = |time: Duration| format!("{:.3}", time.as_secs_f64());
+    summary::metadata([
+        ("scene", name.unwrap_or_default()),
+        ("scene-hash", crate::scene::fingerprint(scene)),
+        ("date", date.to_string()),
+        ("samples", statistics.samples.to_string()),
+        ("seconds/prepare", seconds(statistics.prepare)),
+        ("seconds/trace", seconds(statistics.trace)),
+        ("settings", summary::as_json(settings)),
+        ("statistics", summary::as_json(statistics)),
+    ])
 }

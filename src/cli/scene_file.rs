@@ -1,6 +1,7 @@
-//! Loading a scene as the flags say; shared by `render` and `info`.
+//! Loading a scene as the flags say; shared by all commands that read one.
 
 use super::parser::Parsed;
+use super::progress::Reporter;
 use super::{Failure, console};
 use crate::import::{self, ImportOptions, LightUnits, Transmission};
 use crate::scene::{Diagnostics, Environment, Scene, Verdict, Visibility};
@@ -113,8 +114,25 @@ impl<'a> EnvironmentFlags<'a> {
     }
 }
 
+/// Tells what is in a scene and what is not as in its file.
+///
+/// # Errors
+/// With `--strict`: anything did not come through exactly.
+pub fn introduce(parsed: Parsed, file: &SceneFile, reporter: &Reporter) -> Result<(), Failure> {
+    reporter.say(&format!(
+        "{}: {}",
+        file.path.display(),
+        summary(&file.scene)
+    ));
+    reporter.diagnostics(&file.diagnostics);
+    if parsed.switch("strict") {
+        demand_exact(&file.path, &file.diagnostics)?;
+    }
+    Ok(())
+}
+
 /// For `--strict`: fails if anything did not come through exactly.
-pub fn demand_exact(path: &Path, diagnostics: &Diagnostics) -> Result<(), Failure> {
+fn demand_exact(path: &Path, diagnostics: &Diagnostics) -> Result<(), Failure> {
     let inexact: Vec<_> = diagnostics
         .iter()
         .filter(|d| d.verdict != Verdict::Exact)

@@ -1,11 +1,16 @@
 //! What a render was, in words.
 
-use super::console;
+use super::outputs::Outputs;
+use super::progress::Reporter;
+use super::{Failure, console};
 use crate::film::error::ErrorEstimate;
-use crate::render::Statistics;
+use crate::output::Metadata;
+use crate::render::{Rendering, Statistics};
+use serde::Serialize;
+use serde_json::json;
 
 /// What a render was, in one line.
-pub fn end_line(
+fn end_line(
     (width, height): (u32, u32),
     statistics: &Statistics,
     seen_error: Option<f64>,
@@ -37,6 +42,41 @@ pub fn end_line(
         ));
     }
     line
+}
+
+/// Tells that all is written, and what it was.
+pub fn tell_end(
+    size: (u32, u32),
+    rendering: &Rendering,
+    outputs: &Outputs,
+    reporter: &Reporter,
+) -> Result<(), Failure> {
+    let statistics = &rendering.statistics;
+    let seen_error = outputs.seen_error(rendering)?;
+    reporter.say(&end_line(size, statistics, seen_error));
+    reporter.tell(
+        &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "written": outputs.names() }),
+    );
+    Ok(())
+}
+
+/// What each picture says about how it was made: the versions, and what is added.
+pub fn metadata<const N: usize>(entries: [(&str, String); N]) -> Metadata {
+    let versions = super::versions().into_iter();
+    let versions =
+        versions.map(|(name, version)| (format!("version/{}", name.to_lowercase()), version));
+    let entries = entries
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value));
+    versions
+        .chain(entries)
+        .map(|(name, value)| (format!("sundog/{name}"), value))
+        .collect()
+}
+
+/// A value as JSON.
+pub fn as_json(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default()
 }
 
 /// Samples a pixel: the mean, and the smallest number where they differ.

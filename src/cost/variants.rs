@@ -194,38 +194,33 @@ fn without_bias(settings: &RenderSettings) -> Vec<Variant> {
             settings: without,
         });
     };
-    if settings.clamp_direct > 0.0 {
-        let clamp_direct = 0.0;
-        add(
+    type Off = fn(&mut RenderSettings);
+    let biased: [(&str, &str, f32, Off); 3] = [
+        (
             "clamp-direct",
             "bright samples of direct light made darker",
-            RenderSettings {
-                clamp_direct,
-                ..settings.clone()
-            },
-        );
-    }
-    if settings.clamp_indirect > 0.0 {
-        let clamp_indirect = 0.0;
-        add(
+            settings.clamp_direct,
+            |without| without.clamp_direct = 0.0,
+        ),
+        (
             "clamp-indirect",
             "bright samples of indirect light made darker",
-            RenderSettings {
-                clamp_indirect,
-                ..settings.clone()
-            },
-        );
-    }
-    if settings.filter_glossy > 0.0 {
-        let filter_glossy = 0.0;
-        add(
+            settings.clamp_indirect,
+            |without| without.clamp_indirect = 0.0,
+        ),
+        (
             "filter-glossy",
             "sharp reflections behind blurring bounces made rougher",
-            RenderSettings {
-                filter_glossy,
-                ..settings.clone()
-            },
-        );
+            settings.filter_glossy,
+            |without| without.filter_glossy = 0.0,
+        ),
+    ];
+    for (name, about, value, off) in biased {
+        if value > 0.0 {
+            let mut without = settings.clone();
+            off(&mut without);
+            add(name, about, without);
+        }
     }
     list
 }

@@ -128,12 +128,9 @@ pub fn ldr(
     height: usize,
     pixels: &(impl Fn(usize) -> [[f32; 3]; 2] + Sync),
 ) -> Vec<f32> {
-    let eye = Eye::new(PIXELS_PER_DEGREE);
-    let mut map = vec![0.0; width * height];
-    map.par_chunks_mut(width * BAND)
-        .enumerate()
-        .for_each(|(index, out)| eye.band(width, height, index * BAND, pixels, out));
-    map
+    by_bands(width, height, |eye, first_row, out| {
+        eye.band(width, height, first_row, pixels, out);
+    })
 }
 
 /// HDR-FLIP of each pixel: the largest LDR-FLIP over the exposures, tone mapped by ACES. `pixels` gives reference and test,
@@ -144,22 +141,31 @@ pub fn hdr(
     exposures: Exposures,
     pixels: &(impl Fn(usize) -> [[f32; 3]; 2] + Sync),
 ) -> Vec<f32> {
+    by_bands(width, height, |eye, first_row, out| {
+        let mut exposed = vec![0.0; out.len()];
+        for factor in exposures.factors() {
+            let shown = |at: usize| {
+                pixels(at).map(|pixel| pixel.map(|value| aces(f64::from(value) * factor)))
+            };
+            eye.band(width, height, first_row, &shown, &mut exposed);
+            for (out, error) in out.iter_mut().zip(&exposed) {
+                *out = f32::max(*out, *error);
+            }
+        }
+    })
+}
+
+/// A map whose bands are filled by the threads of the current pool; each is given its first row.
+fn by_bands(
+    width: usize,
+    height: usize,
+    fill: impl Fn(&Eye, usize, &mut [f32]) + Sync,
+) -> Vec<f32> {
     let eye = Eye::new(PIXELS_PER_DEGREE);
     let mut map = vec![0.0; width * height];
     map.par_chunks_mut(width * BAND)
         .enumerate()
-        .for_each(|(index, out)| {
-            let mut exposed = vec![0.0; out.len()];
-            for factor in exposures.factors() {
-                let shown = |at: usize| {
-                    pixels(at).map(|pixel| pixel.map(|value| aces(f64::from(value) * factor)))
-                };
-                eye.band(width, height, index * BAND, &shown, &mut exposed);
-                for (out, error) in out.iter_mut().zip(&exposed) {
-                    *out = f32::max(*out, *error);
-                }
-            }
-        });
+        .for_each(|(index, out)| fill(&eye, index * BAND, out));
     map
 }
 

@@ -12,7 +12,7 @@
 //! for ever: when a neighbour meets something, a pixel goes on.
 
 use super::Stop;
-use super::tile::{Tile, locked};
+use super::tile::{Samples, Tile, locked};
 use crate::film::pixel::Pixel;
 use rayon::prelude::*;
 use std::sync::Mutex;
@@ -63,13 +63,6 @@ pub fn plan(tiles: &[Mutex<Tile>], target: f64, most: u32) -> Result<(), Stop> {
                 .collect::<Vec<_>>()
         })
         .collect();
-    let spent: u64 = tiles
-        .par_iter()
-        .map(|tile| {
-            let samples = |p: &Pixel| u64::from(p.samples);
-            locked(tile).pixels.iter().map(samples).sum::<u64>()
-        })
-        .sum();
     if candidates.is_empty() {
         let left = tiles.iter().any(|tile| {
             let errors = |&e: &f32| f64::from(e) > target * target;
@@ -81,7 +74,7 @@ pub fn plan(tiles: &[Mutex<Tile>], target: f64, most: u32) -> Result<(), Stop> {
             Stop::PixelError
         });
     }
-    let level = level(&candidates, target, most, spent / 2);
+    let level = level(&candidates, target, most, Samples::of(tiles).all / 2);
     for tile in tiles {
         let mut tile = locked(tile);
         let Tile {

@@ -34,17 +34,12 @@ impl<'a> Film<'a> {
         passes: Passes,
     ) -> Self {
         let m = &world_from_camera.matrix3;
-        Self {
-            tiles,
-            region,
-            passes,
-            axes: DMat3::from_cols(
-                m.x_axis.normalize_or_zero(),
-                m.y_axis.normalize_or_zero(),
-                -m.z_axis.normalize_or_zero(),
-            ),
-            replicate: false,
-        }
+        let axes = DMat3::from_cols(
+            m.x_axis.normalize_or_zero(),
+            m.y_axis.normalize_or_zero(),
+            -m.z_axis.normalize_or_zero(),
+        );
+        Self::with_axes(axes, region, tiles, passes)
     }
 
     /// With axes that [`axes`](Self::axes) has given.

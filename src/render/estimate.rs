@@ -11,11 +11,13 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Estimates the error of each pixel, which the tiles then have, and of the picture. `None`, and nothing is
-/// changed, while a pixel has less than a sample of each replicate, and when nobody waits any more.
+/// changed, while a pixel has less than a sample of each replicate, and when nobody waits any more. `adaptive`: the
+/// tiles get what adaptive sampling decides by, too.
 /// Bands are summed in their order, so that the numbers do not depend on the threads.
 pub fn estimate(
     tiles: &[Mutex<Tile>],
     region: Region,
+    adaptive: bool,
     given_up: &AtomicBool,
 ) -> Option<ErrorEstimate> {
     let width = region.width() as usize;
@@ -40,7 +42,7 @@ pub fn estimate(
         errors.extend(band);
         sums.join(&of_band);
     }
-    hand_out(tiles, region, errors);
+    hand_out(tiles, region, errors, adaptive);
     sums.estimate()
 }
 
@@ -67,7 +69,7 @@ fn gather(tiles: &[Mutex<Tile>], region: Region, rows: std::ops::Range<u32>) -> 
 
 /// Gives each pixel the error that its neighbours let expect: what they say of one sample is pooled, for they may
 /// have more samples or less.
-fn hand_out(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>) {
+fn hand_out(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>, adaptive: bool) {
     let width = region.width() as usize;
     for tile in tiles {
         let tile = locked(tile);
@@ -80,7 +82,7 @@ fn hand_out(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>) {
         }
     }
     let shown = pooled(&errors, width, SHOWN);
-    let deciding = pooled(&errors, width, DECIDING);
+    let deciding = adaptive.then(|| pooled(&errors, width, DECIDING));
     for tile in tiles {
         let mut tile = locked(tile);
         let column = (tile.x - region.x0) as usize;
@@ -95,6 +97,8 @@ fn hand_out(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>) {
             .collect()
         };
         tile.errors = of(&shown, &tile.pixels);
-        tile.deciding = of(&deciding, &tile.pixels);
+        if let Some(deciding) = &deciding {
+            tile.deciding = of(deciding, &tile.pixels);
+        }
     }
 }

@@ -3,8 +3,8 @@
 use super::develop::Film;
 use super::estimate::estimate;
 use super::saved::{Header, Saved, State, StateError, difference};
-use super::schedule::{clamped, mean_samples};
-use super::tile::{Kept, Tile, locked, tiles};
+use super::schedule::clamped;
+use super::tile::{Kept, Samples, Tile, tiles};
 use super::{Rendering, Statistics, Stop};
 use crate::film::{Passes, Picture};
 use std::sync::Mutex;
@@ -121,17 +121,17 @@ impl Merged {
         let names = header.passes.iter().map(String::as_str);
         // A pass that this version does not know can't be in a state that it could read.
         let passes = Passes::parse(names).unwrap_or(Passes::COMBINED);
-        let error = estimate(tiles, header.region, &AtomicBool::new(false));
+        let error = estimate(tiles, header.region, false, &AtomicBool::new(false));
         let film = Film::with_axes(header.axes(), header.region, tiles, passes);
-        let samples = |tile: &Mutex<Tile>| locked(tile).pixels.iter().map(|p| p.samples).min();
+        let samples = Samples::of(tiles);
         let clamps = header.clamped != [0.0; 2];
         Rendering {
             picture: Picture::collect(&film),
             replicate: error.map(|_| Picture::collect(&film.replicate())),
             statistics: Statistics {
                 stop: Stop::Samples,
-                samples: tiles.iter().filter_map(samples).min().unwrap_or(0),
-                mean_samples: mean_samples(tiles),
+                samples: samples.least,
+                mean_samples: samples.mean,
                 prepare: Duration::ZERO,
                 trace: Duration::try_from_secs_f64(header.traced.seconds).unwrap_or_default(),
                 rays: header.traced.rays,

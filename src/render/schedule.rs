@@ -4,7 +4,7 @@ use super::adaptive;
 use super::develop::Film;
 use super::estimate::estimate;
 use super::saved::{Saved, State, Traced};
-use super::tile::{Kept, Tile, locked, tiles};
+use super::tile::{Kept, Samples, Tile, locked, tiles};
 use super::trace::{AnyKernel, BadSamples, Job};
 use super::{
     Clamped, EffectChoice, Event, Expected, FilterKind, Forecast, Known, LightSampling,
@@ -190,16 +190,22 @@ pub fn go_on(
         known: Mutex::default(),
         forecast: Mutex::default(),
         passes: AtomicU64::new(0),
+        estimating: Mutex::new(Duration::ZERO),
         reserve: Mutex::new(Duration::ZERO),
     };
     let stop = run.all(&pool);
     let trace = run.trace_begun.elapsed();
-    let samples = run.least();
-    let error = pool.install(|| estimate(&tiles, region, &AtomicBool::new(false)));
+    let samples = Samples::of(&tiles);
+    let error = if run.stopped() {
+        // In the middle of a pass, perhaps.
+        pool.install(|| estimate(&tiles, region, false, &AtomicBool::new(false)))
+    } else {
+        *locked(&run.error)
+    };
     // First of all: whoever has interrupted waits for it.
     if job.rays.load(Ordering::Relaxed) > 0 {
         pool.install(|| {
-            observer.picture(&film, samples, true);
+            observer.picture(&film, samples.least, true);
             run.save(true);
         });
     }
@@ -216,8 +222,8 @@ pub fn go_on(
         replicate: (keeps && error.is_some()).then(|| of(&film.replicate())),
         statistics: Statistics {
             stop,
-            samples,
-            mean_samples: mean_samples(&tiles),
+            samples: samples.least,
+            mean_samples: samples.mean,
             prepare,
             trace: trace + Duration::from_secs_f64(before.seconds),
             rays: job.rays.load(Ordering::Relaxed),
@@ -268,21 +274,6 @@ fn check(settings: &RenderSettings) -> Result<(), String> {
     Ok(())
 }
 
-/// Samples a pixel, the mean over the picture.
-pub(super) fn mean_samples(tiles: &[Mutex<Tile>]) -> f64 {
-    let (mut samples, mut pixels) = (0u64, 0u64);
-    for tile in tiles {
-        let tile = locked(tile);
-        samples += tile
-            .pixels
-            .iter()
-            .map(|p| u64::from(p.samples))
-            .sum::<u64>();
-        pixels += tile.pixels.len() as u64;
-    }
-    samples as f64 / pixels.max(1) as f64
-}
-
 /// What clamping took away, as shares of what there would be.
 pub(super) fn clamped(tiles: &[Mutex<Tile>]) -> Clamped {
     let (mut kept, mut taken) = (0.0, [0.0; 2]);
@@ -325,7 +316,9 @@ struct Run<'a> {
     forecast: Mutex<Option<Forecast>>,
     /// Passes that have ended.
     passes: AtomicU64,
-    /// Time that has to be left for the output.
+    /// Time that the last estimate took.
+    estimating: Mutex<Duration>,
+    /// Time that has to be left for the output; zero while it is not known.
     reserve: Mutex<Duration>,
 }
 
@@ -360,7 +353,7 @@ impl Run<'_> {
                 let some = self.passes.load(Ordering::Relaxed) > 0;
                 if some && !self.stopped() && self.observer.wants_picture() {
                     // Not by the pool: its threads are at their tiles.
-                    let samples = self.least();
+                    let samples = self.samples().least;
                     self.observer
                         .picture(&self.film.with(Passes::COMBINED), samples, false);
                 }
@@ -421,7 +414,7 @@ impl Run<'_> {
             self.passes.fetch_add(1, Ordering::Relaxed);
             self.judge();
             self.save(false);
-            self.leave_time(self.least() == 2);
+            self.leave_time(self.samples().least == 2);
             // The watch looks every few milliseconds; what is known here need not wait for it.
             if self.time_left() == Some(Duration::ZERO) {
                 return Some(Stop::Time);
@@ -431,10 +424,14 @@ impl Run<'_> {
 
     /// Looks at the picture after a whole pass, so that the clock has no say in it.
     fn judge(&self) {
-        let error = estimate(self.film.tiles(), self.settings.region(), &self.job.stop);
+        let begun = Instant::now();
+        let adaptive = self.settings.pixel_error_target > 0.0;
+        let (tiles, region) = (self.film.tiles(), self.settings.region());
+        let error = estimate(tiles, region, adaptive, &self.job.stop);
         if self.stopped() {
             return;
         }
+        *locked(&self.estimating) = begun.elapsed();
         *locked(&self.error) = error;
         let passed = self.passed();
         let mut known = locked(&self.known);
@@ -454,7 +451,7 @@ impl Run<'_> {
         {
             return Err(Stop::Error);
         }
-        let least = self.least();
+        let least = self.samples().least;
         if settings.pixel_error_target > 0.0 && least >= adaptive::FIRST_SAMPLES && error.is_some()
         {
             return adaptive::plan(tiles, settings.pixel_error_target, settings.samples);
@@ -483,9 +480,10 @@ impl Run<'_> {
     fn leave_time(&self, again: bool) {
         let known = !locked(&self.reserve).is_zero();
         if self.settings.time_limit.is_some() && (again || !known) {
-            let begun = Instant::now();
-            estimate(self.film.tiles(), self.settings.region(), &self.job.stop);
-            *locked(&self.reserve) = begun.elapsed() + self.observer.time_for_output(self.film);
+            let output = self.observer.time_for_output(self.film);
+            // Never nothing, which would mean that it is not known.
+            let output = output.max(Duration::from_nanos(1));
+            *locked(&self.reserve) = output + *locked(&self.estimating);
         }
     }
 
@@ -505,17 +503,15 @@ impl Run<'_> {
         }
     }
 
-    /// Samples that each pixel has at least.
-    fn least(&self) -> u32 {
-        let of = |tile: &Mutex<Tile>| locked(tile).pixels.iter().map(|p| p.samples).min();
-        self.film.tiles().iter().filter_map(of).min().unwrap_or(0)
+    fn samples(&self) -> Samples {
+        Samples::of(self.film.tiles())
     }
 
     fn passed(&self) -> Passed {
-        let tiles = self.film.tiles();
+        let samples = self.samples();
         Passed {
-            samples: mean_samples(tiles),
-            least: self.least(),
+            samples: samples.mean,
+            least: samples.least,
             rays: self.job.rays.load(Ordering::Relaxed),
             seconds: self.before.seconds + locked(&self.traced).as_secs_f64(),
             error: *locked(&self.error),

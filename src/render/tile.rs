@@ -81,3 +81,33 @@ pub fn place(region: Region, column: u32, row: u32) -> (usize, usize) {
     let width = TILE.min(region.width() - column / TILE * TILE);
     (tile, ((row % TILE) * width + column % TILE) as usize)
 }
+
+/// How many samples pixels have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Samples {
+    /// Each of them, at least.
+    pub least: u32,
+    /// All together.
+    pub all: u64,
+    /// A pixel, the mean over the picture.
+    pub mean: f64,
+}
+
+impl Samples {
+    /// Of all pixels.
+    pub fn of(tiles: &[Mutex<Tile>]) -> Self {
+        let (mut least, mut all, mut pixels) = (None, 0u64, 0u64);
+        for tile in tiles {
+            for pixel in &locked(tile).pixels {
+                least = Some(pixel.samples.min(least.unwrap_or(u32::MAX)));
+                all += u64::from(pixel.samples);
+                pixels += 1;
+            }
+        }
+        Self {
+            least: least.unwrap_or(0),
+            all,
+            mean: all as f64 / pixels.max(1) as f64,
+        }
+    }
+}

@@ -155,24 +155,21 @@ fn the_viewer_has_all_that_the_file_has() {
     assert_eq!(shown.channels.len(), 16, "all passes");
 }
 
+/// A render that does not end by itself, for a viewer.
+#[cfg(unix)]
+fn endless(folder: &Folder, address: &str) -> Command {
+    let mut command = folder.command(&["render", "scene.gltf", "-o", "a.exr", "--width=24"]);
+    command.args(["--time=10m", "--tev", address]);
+    command.stderr(Stdio::null());
+    command
+}
+
 #[cfg(unix)]
 #[test]
 fn the_viewer_sees_the_picture_grow() {
     let folder = Folder::with_scene();
     let (address, told, listening) = viewer(3);
-    let mut child = folder
-        .command(&[
-            "render",
-            "scene.gltf",
-            "-o",
-            "a.exr",
-            "--width=24",
-            "--time=10m",
-        ])
-        .args(["--tev", &address])
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut child = endless(&folder, &address).spawn().unwrap();
     told.recv().unwrap();
     interrupt(&child);
     assert_eq!(child.wait().unwrap().code(), Some(130));
@@ -221,19 +218,9 @@ fn a_viewer_that_goes_away_is_told_once() {
     let folder = Folder::with_scene();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
-    let mut child = folder
-        .command(&[
-            "render",
-            "scene.gltf",
-            "-o",
-            "a.exr",
-            "--width=24",
-            "--time=10m",
-            "--json",
-        ])
-        .args(["--tev", &address])
+    let mut child = endless(&folder, &address)
+        .arg("--json")
         .stdout(Stdio::piped())
-        .stderr(Stdio::null())
         .spawn()
         .unwrap();
     let mut stream = listener.accept().unwrap().0;

@@ -79,15 +79,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let view = View::new(parsed, &scene.color_management, &|warning| {
         reporter.warn(warning)
     })?;
-    reporter.say(&format!(
-        "{}: {}",
-        path.display(),
-        scene_file::summary(scene)
-    ));
-    reporter.diagnostics(&imported.diagnostics);
-    if parsed.switch("strict") {
-        scene_file::demand_exact(path, &imported.diagnostics)?;
-    }
+    scene_file::introduce(parsed, &imported, &reporter)?;
     let mut settings = settings::of(parsed, path, scene)?;
     settings.passes = Passes::COMBINED;
     settings::check_memory(&settings)?;

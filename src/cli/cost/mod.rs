@@ -35,15 +35,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
     let files = files::Files::new(parsed)?;
     let file = scene_file::load(parsed)?;
-    reporter.say(&format!(
-        "{}: {}",
-        file.path.display(),
-        scene_file::summary(&file.scene)
-    ));
-    reporter.diagnostics(&file.diagnostics);
-    if parsed.switch("strict") {
-        scene_file::demand_exact(&file.path, &file.diagnostics)?;
-    }
+    scene_file::introduce(parsed, &file, &reporter)?;
     let wanted = settings::of(parsed, &file.path, &file.scene)?;
     let settings = RenderSettings {
         samples: parsed.integer("samples").unwrap_or(wanted.samples),
