@@ -20,6 +20,7 @@ pub mod cost;
 pub mod effects;
 pub mod ffi;
 pub mod film;
+pub mod hard;
 pub mod import;
 pub mod integrator;
 pub mod light;

@@ -8,135 +8,14 @@ mod visibility;
 use glam::{DAffine3, DVec3, Vec3};
 use sundog::effects;
 use sundog::film::Passes;
+use sundog::hard::kit::{camera, constant_environment, diffuse, place, quad, sphere};
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
 use sundog::scene::{
-    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Instance, Light,
-    LightKind, Material, MaterialId, Mesh, MeshId, NormalTexture, Pixels, Projection, RayKind,
-    Sampler, Scene, Texture, UvTransform, Visibility,
+    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind,
+    Material, NormalTexture, Pixels, Projection, RayKind, Sampler, Scene, Texture, UvTransform,
+    Visibility,
 };
-
-fn diffuse(color: [f32; 3]) -> Material {
-    Material {
-        base_color: color,
-        metallic: 0.0,
-        specular: 0.0,
-        ..Material::default()
-    }
-}
-
-/// A closed sphere of `rings` × 2·`rings` quads, moved in or out by `bumps` of the radius; the
-/// vertices of a seam and of a pole are the same bits.
-fn sphere(rings: u32, bumps: f32, smooth: bool) -> Mesh {
-    let columns = 2 * rings;
-    let mut mesh = Mesh {
-        name: "sphere".into(),
-        ..Mesh::default()
-    };
-    let mut normals = Vec::new();
-    let mut uvs = Vec::new();
-    for r in 0..=rings {
-        for c in 0..=columns {
-            let (theta, phi) = (
-                std::f64::consts::PI * f64::from(r) / f64::from(rings),
-                std::f64::consts::TAU * f64::from(c % columns) / f64::from(columns),
-            );
-            let n = DVec3::new(
-                theta.sin() * phi.cos(),
-                theta.cos(),
-                theta.sin() * phi.sin(),
-            );
-            let n = if r == 0 {
-                DVec3::Y
-            } else if r == rings {
-                DVec3::NEG_Y
-            } else {
-                n
-            };
-            // Waves about as long as a radian: bumps, but no spikes.
-            let waves = (4.0 * n.x + 1.0).sin() + (5.0 * n.y).cos() + (3.0 * n.z + 2.0).sin();
-            let radius = 1.0 + f64::from(bumps) * waves / 6.0;
-            mesh.positions.push((n * radius).as_vec3().to_array());
-            normals.push(n.as_vec3().to_array());
-            uvs.push([
-                4.0 * c as f32 / columns as f32,
-                2.0 * r as f32 / rings as f32,
-            ]);
-        }
-    }
-    let at = |r: u32, c: u32| r * (columns + 1) + c;
-    for r in 0..rings {
-        for c in 0..columns {
-            // Counter-clockwise from outside.
-            if r > 0 {
-                mesh.triangles.push([at(r, c), at(r, c + 1), at(r + 1, c)]);
-            }
-            if r + 1 < rings {
-                mesh.triangles
-                    .push([at(r, c + 1), at(r + 1, c + 1), at(r + 1, c)]);
-            }
-        }
-    }
-    if smooth {
-        mesh.normals = Some(normals);
-    }
-    mesh.uvs = vec![uvs];
-    mesh
-}
-
-fn quad(a: [f32; 3], u: [f32; 3], v: [f32; 3]) -> Mesh {
-    let (p, u, v) = (Vec3::from(a), Vec3::from(u), Vec3::from(v));
-    Mesh {
-        name: "quad".into(),
-        positions: [p, p + u, p + u + v, p + v].map(|x| x.to_array()).to_vec(),
-        uvs: vec![vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..Mesh::default()
-    }
-}
-
-fn camera(position: DVec3, fov: f64) -> Camera {
-    Camera {
-        name: "camera".into(),
-        world_from_camera: DAffine3::from_translation(position),
-        projection: Projection::Perspective {
-            vertical_fov: fov,
-            aspect: None,
-        },
-        window: None,
-        clip_near: 0.0,
-        clip_far: f64::INFINITY,
-        aperture: None,
-    }
-}
-
-fn place(scene: &mut Scene, mesh: Mesh, material: Material, transforms: &[DAffine3]) {
-    let material_id = MaterialId(scene.materials.len() as u32);
-    scene.materials.push(material);
-    let id = MeshId(scene.meshes.len() as u32);
-    scene.meshes.push(Mesh {
-        material: Some(material_id),
-        ..mesh
-    });
-    for (i, t) in transforms.iter().enumerate() {
-        scene.instances.push(Instance {
-            name: format!("{} {i}", id.0),
-            mesh: id,
-            world_from_object: *t,
-            visibility: Visibility::ALL,
-            holdout: false,
-        });
-    }
-}
-
-fn constant_environment(radiance: f32) -> Option<Environment> {
-    Some(Environment {
-        image: None,
-        radiance: [radiance; 3],
-        rotation: glam::DMat3::IDENTITY,
-        visibility: Visibility::ALL,
-    })
-}
 
 fn small(samples: u32, bounces: u32) -> RenderSettings {
     RenderSettings {

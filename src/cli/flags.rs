@@ -968,6 +968,43 @@ const SIZE: Group = Group {
     ],
 };
 
+static SELFTEST: Command = Command {
+    name: "selftest",
+    doc: "Try the hard cases of numerics on this machine, and show what came of each.",
+    details: "Each case has an answer that is known. The exit code is 1 if one is not met. What the cases are about, and where their bounds come from, is told in docs/hard-cases.md.",
+    groups: &[Group {
+        heading: "Cases",
+        arguments: &[
+            Argument::new("case", Kind::Text, "NAME", "This case alone.").repeats(),
+            Argument::new(
+                "effort",
+                Kind::Choice {
+                    choices: &[
+                        Choice {
+                            name: "quick",
+                            doc: "a second or less for each case",
+                        },
+                        Choice {
+                            name: "thorough",
+                            doc: "some seconds: what the project's own tests do",
+                        },
+                        Choice {
+                            name: "long",
+                            doc: "minutes",
+                        },
+                    ],
+                },
+                "EFFORT",
+                "How much work they may take.",
+            )
+            .default("quick"),
+            Argument::switch("list", "List the cases and run none."),
+            Argument::switch("json", "Tell it as one JSON object."),
+        ],
+    }],
+    commands: &[],
+};
+
 static FLAGS: Command = Command {
     name: "flags",
     doc: "List all commands and flags, for programs and for the documentation.",
@@ -1088,6 +1125,7 @@ pub static COMMANDS: &[&Command] = &[
     &COMPARE,
     &CONVERGE,
     &COLOR,
+    &SELFTEST,
     &FLAGS,
     &COMPLETIONS,
 ];

@@ -19,6 +19,7 @@ mod progress;
 mod render;
 mod report_file;
 mod scene_file;
+mod selftest;
 mod settings;
 mod summary;
 mod tev;
@@ -96,6 +97,7 @@ pub fn main() -> ExitCode {
         Some(("compare", matches)) => compare::run(Parsed(matches)),
         Some(("converge", matches)) => converge::run(Parsed(matches)),
         Some(("color", matches)) => color::run(Parsed(matches)),
+        Some(("selftest", matches)) => selftest::run(Parsed(matches)),
         Some(("flags", matches)) => list_flags(Parsed(matches)),
         Some(("completions", matches)) => complete(Parsed(matches)),
         _ => Err(Failure::usage(

@@ -191,21 +191,28 @@ impl<'a> Parsed<'a> {
         }
     }
 
+    /// All values of an argument that repeats.
+    fn all(&self, name: &str) -> impl Iterator<Item = &'a Value> {
+        let values = self.0.try_get_many::<Value>(name).ok().flatten();
+        values.into_iter().flatten()
+    }
+
     /// All files of an argument that repeats.
     pub fn paths(&self, name: &str) -> Vec<PathBuf> {
-        let values = self
-            .0
-            .try_get_many::<Value>(name)
-            .ok()
-            .flatten()
-            .into_iter()
-            .flatten();
-        values
-            .filter_map(|value| match value {
-                Value::Path(path) => Some(path.clone()),
-                _ => None,
-            })
-            .collect()
+        let path = |value: &Value| match value {
+            Value::Path(path) => Some(path.clone()),
+            _ => None,
+        };
+        self.all(name).filter_map(path).collect()
+    }
+
+    /// All texts of an argument that repeats.
+    pub fn texts(&self, name: &str) -> Vec<&'a str> {
+        let text = |value: &'a Value| match value {
+            Value::Text(text) => Some(text.as_str()),
+            _ => None,
+        };
+        self.all(name).filter_map(text).collect()
     }
 
     /// A whole number that fits `u32` (as the table's ranges do).

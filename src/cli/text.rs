@@ -2,9 +2,9 @@
 
 use crate::cli::console;
 use crate::render::Expected;
-use crate::report::Table;
+use crate::report::{Cell, Table};
 
-/// Columns below their names, the first one to the left, numbers to the right.
+/// Columns below their names, words to the left, numbers to the right.
 pub fn table(table: &Table) -> String {
     let heads = table.columns.iter().map(|column| column.name.clone());
     let mut lines: Vec<Vec<String>> = vec![heads.collect()];
@@ -16,14 +16,19 @@ pub fn table(table: &Table) -> String {
         cells.map(|text| text.chars().count()).max().unwrap_or(0)
     };
     let widths: Vec<usize> = (0..table.columns.len()).map(width).collect();
+    let is_number =
+        |row: &Vec<Cell>, column: usize| row.get(column).is_some_and(|c| c.value.is_some());
+    let numbers = |column: usize| table.rows.iter().any(|row| is_number(row, column));
+    let numbers: Vec<bool> = (0..widths.len()).map(numbers).collect();
     let mut result = String::new();
     for line in &lines {
         let mut text = String::new();
         for (column, (cell, width)) in line.iter().zip(&widths).enumerate() {
-            if column == 0 {
-                text.push_str(&format!("{cell:<width$}"));
+            let gap = if column == 0 { "" } else { "  " };
+            if numbers[column] {
+                text.push_str(&format!("{gap}{cell:>width$}"));
             } else {
-                text.push_str(&format!("  {cell:>width$}"));
+                text.push_str(&format!("{gap}{cell:<width$}"));
             }
         }
         result.push_str(text.trim_end());
@@ -70,7 +75,7 @@ pub fn time(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{Cell, Column};
+    use crate::report::Column;
 
     #[test]
     fn numbers_as_people_say_them() {
@@ -89,7 +94,7 @@ mod tests {
 
     #[test]
     fn columns_stand_below_their_names() {
-        let cells = |a: &str, b: &str| vec![Cell::text(a), Cell::text(b)];
+        let cells = |a: &str, b: &str| vec![Cell::text(a), Cell::shown(1.0, b)];
         let shown = table(&Table {
             columns: vec![Column::new("effect"), Column::new("costs")],
             rows: vec![cells("lamps", "1 s"), cells("a long name", "-20 ms")],
