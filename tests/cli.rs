@@ -1120,6 +1120,69 @@ fn each_event_is_a_line_of_json() {
     assert_eq!(finished["written"], json!(["a.exr", "a.png"]));
 }
 
+/// What is lost is told with its cause and how to see it; and seeing it tells the same.
+#[test]
+fn samples_that_are_not_finite_are_told_and_can_be_replayed() {
+    let folder = Folder::with_scene();
+    let flags = [
+        "render",
+        "scene.gltf",
+        "--width",
+        "16",
+        "--samples",
+        "2",
+        "--seed",
+        "3",
+        "--environment-color",
+        "3e38,3e38,3e38",
+        "--json",
+    ];
+    let parse = |text: String| -> Vec<Value> {
+        let lines = text.lines();
+        lines
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect()
+    };
+    let events = parse(folder.works(&[&flags[..], &["-o", "a.exr"]].concat()));
+    let statistics = &events.last().unwrap()["statistics"];
+    let count = statistics["non_finite"].as_u64().unwrap();
+    let causes = statistics["non_finite_causes"].as_object().unwrap();
+    let sum: u64 = causes.values().map(|count| count.as_u64().unwrap()).sum();
+    assert!(count > 0 && sum == count, "{statistics}");
+    let place = &statistics["non_finite_examples"][0];
+    let place = format!("{},{},{}", place[0], place[1], place[2]);
+    let warning = events.iter().find(|e| e["event"] == "warning").unwrap();
+    let message = warning["message"].as_str().unwrap();
+    assert!(message.contains(&format!("--replay {place}")), "{message}");
+    assert!(message.contains("the environment"), "{message}");
+
+    let events = parse(folder.works(&[&flags[..], &["--replay", &place]].concat()));
+    let replay = &events.last().unwrap()["replay"];
+    assert!(
+        causes.contains_key(replay["cause"].as_str().unwrap()),
+        "{replay}"
+    );
+    assert_eq!(replay["steps"][0]["step"], "ray");
+    assert_eq!(replay["same_bits"], true);
+    let text = folder.works(&["render", "scene.gltf", "--width", "16", "--replay", "8,4,0"]);
+    for word in ["pixel 8, 4, sample 0", "ray ", "end ", "radiance "] {
+        assert!(text.contains(word), "no {word:?} in: {text}");
+    }
+    folder.fails(
+        &[
+            "render",
+            "scene.gltf",
+            "--width",
+            "16",
+            "--replay",
+            "16,0,0",
+            "-q",
+        ],
+        1,
+        &["scene.gltf", "16, 0", "outside"],
+    );
+}
+
 #[test]
 fn people_read_the_standard_error() {
     let folder = Folder::with_scene();

@@ -31,6 +31,7 @@ macro_rules! groups {
 
 groups! {
     sampling_and_sums: "sampling and sums",
+    nan_and_infinity: "NaN and infinity",
 }
 
 /// Each case has its place in the documentation.

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod forecast;
+mod replay;
 mod studies;
 mod visibility;
 

@@ -50,6 +50,8 @@ pub enum Kind {
     },
     /// Four whole numbers, `X0,Y0,X1,Y1`: a rectangle of pixels that is not empty.
     Region,
+    /// Three whole numbers, `X,Y,SAMPLE`: a sample of a pixel.
+    Sample,
     /// Two whole numbers, `A..B`: from A to before B.
     Range,
     /// One of a few words.
@@ -623,6 +625,13 @@ static RENDER: Command = Command {
                     "Show the picture while it grows in the image viewer tev that listens there.",
                 )
                 .details("Under the name of the first file, a few times a second; all passes at the end. If nobody listens, or no longer, a warning says so and the render goes on."),
+                Argument::new(
+                    "replay",
+                    Kind::Sample,
+                    "X,Y,SAMPLE",
+                    "Instead of a picture: print the path of one of its samples, vertex by vertex, with all densities and weights.",
+                )
+                .details("Column and row from the top left, both from 0, and the number of the sample, as a render names those that were not finite. All other flags have to be those of the render. With `--json` as one object."),
             ],
         },
         PICTURE,

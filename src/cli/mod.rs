@@ -17,6 +17,7 @@ pub mod pages;
 pub mod parser;
 mod progress;
 mod render;
+mod replay;
 mod report_file;
 mod scene_file;
 mod selftest;

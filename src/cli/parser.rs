@@ -263,6 +263,14 @@ impl<'a> Parsed<'a> {
         }
     }
 
+    /// A sample of a pixel: column, row, number.
+    pub fn sample(&self, name: &str) -> Option<(u32, u32, u32)> {
+        match self.value(name)? {
+            Value::Sample(x, y, sample) => Some((*x, *y, *sample)),
+            _ => None,
+        }
+    }
+
     /// From, and the one after the last.
     pub fn range(&self, name: &str) -> Option<(u32, u32)> {
         match self.value(name)? {

@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::parser::Parsed;
 use super::progress::Reporter;
 use super::tev::Viewer;
-use super::{Failure, console, interrupt, scene_file, settings, summary};
+use super::{Failure, console, interrupt, replay, scene_file, settings, summary};
 use crate::effects::EffectSet;
 use crate::output::Metadata;
 use crate::render::{EffectChoice, RenderSettings, Statistics, Stop};
@@ -22,6 +22,9 @@ use std::time::Duration;
 /// One sentence: what could not be done, and the way out.
 pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     interrupt::listen().map_err(Failure::new)?;
+    if let Some(place) = parsed.sample("replay") {
+        return replay::run(parsed, place);
+    }
     let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
     if !["output", "frames", "checkpoint"]
         .iter()
@@ -94,14 +97,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         frames.finish()?;
     }
     if statistics.non_finite > 0 {
-        let example = statistics.non_finite_examples.first();
-        reporter.warn(&format!(
-            "{} samples were not finite and were left out{}; please report it with the scene",
-            console::grouped(statistics.non_finite),
-            example
-                .map(|(x, y, sample)| format!(", the first at pixel {x}, {y}, sample {sample}"))
-                .unwrap_or_default(),
-        ));
+        reporter.warn(&summary::non_finite(statistics));
     }
     if let Some(checkpoint) = &checkpoint {
         checkpoint.finish()?;
@@ -167,6 +163,7 @@ fn metadata(
         ("samples", statistics.samples.to_string()),
         ("seconds/prepare", seconds(statistics.prepare)),
         ("seconds/trace", seconds(statistics.trace)),
+        ("non-finite", statistics.non_finite.to_string()),
         ("settings", summary::as_json(settings)),
         ("statistics", summary::as_json(statistics)),
     ])

@@ -9,6 +9,9 @@ use crate::render::{Rendering, Statistics};
 use serde::Serialize;
 use serde_json::json;
 
+/// So many causes of samples that are not finite are told to people; programs hear all.
+const CAUSES: usize = 4;
+
 /// What a render was, in one line.
 fn end_line(
     (width, height): (u32, u32),
@@ -41,6 +44,12 @@ fn end_line(
             100.0 * clamped.indirect
         ));
     }
+    if statistics.non_finite > 0 {
+        line.push_str(&format!(
+            "; {} samples were not finite",
+            console::grouped(statistics.non_finite)
+        ));
+    }
     line
 }
 
@@ -58,6 +67,32 @@ pub fn tell_end(
         &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "written": outputs.names() }),
     );
     Ok(())
+}
+
+/// What a render says that has left samples out: how many, why, and how to see it.
+pub fn non_finite(statistics: &Statistics) -> String {
+    let mut causes: Vec<_> = statistics.non_finite_causes.iter().collect();
+    causes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    let told = causes.iter().take(CAUSES).map(|(cause, count)| {
+        let count = console::grouped(**count);
+        format!("{cause}: {count}")
+    });
+    let mut told: Vec<_> = told.collect();
+    if causes.len() > CAUSES {
+        told.push(format!("{} causes more", causes.len() - CAUSES));
+    }
+    let example = statistics.non_finite_examples.first();
+    let example = example.map(|(x, y, sample)| {
+        format!(
+            "; --replay {x},{y},{sample} with the same flags shows the path of one; please report it with the scene"
+        )
+    });
+    format!(
+        "{} samples were not finite and count as black ({}){}",
+        console::grouped(statistics.non_finite),
+        told.join(", "),
+        example.unwrap_or_default()
+    )
 }
 
 /// What each picture says about how it was made: the versions, and what is added.

@@ -20,6 +20,8 @@ pub enum Value {
     Filter(Filter),
     Effects(EffectChoice),
     Region(Region),
+    /// Of a pixel: column, row, number.
+    Sample(u32, u32, u32),
     Range(u32, u32),
     Share(f64),
     Passes(Passes),
@@ -76,6 +78,8 @@ pub fn parse(kind: &Kind, text: &OsStr) -> Result<Value, String> {
         Kind::Address { port } => address(text, port).map(Value::Text).ok_or_else(|| {
             format!("expected HOST:PORT such as localhost:{port}, with a port from 1 to 65535")
         }),
+        Kind::Sample => sample(text)
+            .ok_or_else(|| "expected three whole numbers X,Y,SAMPLE, such as 12,30,5".into()),
         Kind::Range => range(text)
             .ok_or_else(|| "expected two whole numbers A..B with A < B, such as 0..64".into()),
         Kind::Share => share(text)
@@ -130,6 +134,14 @@ fn address(text: &str, default: u16) -> Option<String> {
     let bracketed = host.starts_with('[') && host.ends_with(']');
     let plain = !host.is_empty() && !host.contains([':', ' ', '[', ']']);
     (port > 0 && (bracketed || plain)).then(|| format!("{host}:{port}"))
+}
+
+fn sample(text: &str) -> Option<Value> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers?.as_slice() {
+        &[x, y, sample] => Some(Value::Sample(x, y, sample)),
+        _ => None,
+    }
 }
 
 fn range(text: &str) -> Option<Value> {
@@ -347,6 +359,15 @@ mod tests {
             "0,0,99999999999,1",
         ] {
             assert_eq!(region(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn samples() {
+        let of = |text| parse(&Kind::Sample, OsStr::new(text));
+        assert_eq!(of("3, 4,4294967295"), Ok(Value::Sample(3, 4, u32::MAX)));
+        for bad in ["", "1,2", "1,2,3,4", "-1,2,3", "1,2,4294967296"] {
+            assert!(of(bad).unwrap_err().contains("X,Y,SAMPLE"), "{bad}");
         }
     }
 

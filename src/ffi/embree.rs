@@ -332,6 +332,14 @@ pub struct Hit {
     pub instance: Option<u32>,
 }
 
+impl Hit {
+    /// Number of the object: of the geometry in the top scene.
+    #[inline]
+    pub fn object(&self) -> u32 {
+        self.instance.unwrap_or(self.geometry)
+    }
+}
+
 fn ray(r: &Ray) -> sys::RTCRay {
     sys::RTCRay {
         org_x: r.origin[0],

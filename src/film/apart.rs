@@ -55,6 +55,15 @@ pub struct PathApart {
     other: usize,
 }
 
+impl PathApart {
+    /// Whether all of it is.
+    pub fn is_finite(&self) -> bool {
+        let light = self.light.iter().flatten().chain(&self.colors);
+        let alone = [self.emission, self.environment];
+        light.chain(&alone).all(|v| v.is_finite()) && self.uv.is_finite()
+    }
+}
+
 impl Apart for PathApart {
     #[inline]
     fn first_surface(&mut self, colors: impl FnOnce() -> [Vec3; KINDS], uv: impl FnOnce() -> Vec2) {

@@ -151,6 +151,10 @@ impl ErrorSums {
     }
 }
 
+/// Greater errors of a pixel are told as this one (10^15 of its radiance), so that products with numbers of samples
+/// and sums of them stay finite in f32: a single sample of 1e38 beside black has 1e78.
+const MOST: f64 = 1e30;
+
 /// Relative squared errors of some rows of a picture: `rows` are these with [`REACH`] more above and below as far
 /// as there are any, `width` pixels each; `skip` of them stand before the first one wanted. Gives an error for
 /// each pixel of `count` rows, and their sums.
@@ -183,7 +187,7 @@ pub fn relative_errors(
             sums.errors += e;
             sums.squares += e * e;
             sums.plain += error(pixel.mean).min(e);
-            errors.push(e as f32);
+            errors.push(e.min(MOST) as f32);
         }
     }
     (errors, sums)

@@ -16,6 +16,14 @@ pub struct FirstHit {
     pub transparent: bool,
 }
 
+impl FirstHit {
+    /// Whether all of it is.
+    #[inline]
+    pub fn is_finite(&self) -> bool {
+        self.normal.is_finite() && self.albedo.is_finite()
+    }
+}
+
 /// What the ray through the middle of a pixel meets.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]

@@ -5,6 +5,7 @@
 //! A case belongs to a group, which is a file; it renders or calls what it is about and tells its findings.
 
 pub mod kit;
+mod not_finite;
 mod sums;
 
 use crate::render::RenderError;
@@ -52,10 +53,16 @@ pub struct Group {
 }
 
 /// All cases.
-pub static GROUPS: &[Group] = &[Group {
-    name: "sampling and sums",
-    cases: sums::CASES,
-}];
+pub static GROUPS: &[Group] = &[
+    Group {
+        name: "sampling and sums",
+        cases: sums::CASES,
+    },
+    Group {
+        name: "NaN and infinity",
+        cases: not_finite::CASES,
+    },
+];
 
 /// A number that a case has found, beside what it should be.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,8 +1,10 @@
 //! The path loop, generic over the effects compiled into it.
 
 mod path;
+mod record;
 
 pub use path::{Path, PathSettings, meet, trace, trace_apart};
+pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step, first_fault};
 
 use crate::camera::CameraRay;
 use crate::effects::{
@@ -20,6 +22,12 @@ pub type ApartKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut Path
 
 /// The one for all scenes.
 pub const APART: ApartKernel = trace_apart::<PATHS, PathApart>;
+
+/// A kernel that tells each step.
+pub type RecordingKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut Recorder) -> Path;
+
+/// The one for all scenes: its radiance has the bits of every other kernel that has what a scene calls for.
+pub const RECORDING: RecordingKernel = trace_apart::<PATHS, Recorder>;
 
 /// The one that has everything.
 pub const GENERAL: (Mask, Kernel) = (PATHS, trace::<PATHS>);

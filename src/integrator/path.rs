@@ -2,6 +2,7 @@
 //! sampling the BSDF, the two weighted by multiple importance sampling
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
+use super::record::{End, Lit, Record, Scattered, Step};
 use crate::camera::CameraRay;
 use crate::effects::{
     self, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, PATHS, SUNS, TRANSMISSION, VISIBILITY,
@@ -13,8 +14,8 @@ use crate::math::float::ray_origin;
 use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Scattering};
-use crate::world::{Infinity, Met, RayKind, Shaded, Surface, World};
-use glam::Vec3;
+use crate::world::{Met, RayKind, Shaded, Source, Surface, World};
+use glam::{Vec2, Vec3};
 
 /// What a path takes from the settings.
 #[derive(Clone, Copy, Debug)]
@@ -96,7 +97,7 @@ struct Gathered<'a, A> {
     apart: &'a mut A,
 }
 
-impl<A: Apart> Gathered<'_, A> {
+impl<A: Apart + Record> Gathered<'_, A> {
     /// Adds one contribution. `bounces`: scatterings between the camera and the surface that the light
     /// falls on, so that 0 is direct light; light that the camera sees itself counts as direct.
     ///
@@ -107,15 +108,16 @@ impl<A: Apart> Gathered<'_, A> {
         let indirect = usize::from(bounces > 0);
         let mean = light.element_sum() * (1.0 / 3.0);
         let limit = settings.clamp[indirect];
-        if mean > limit {
+        let kept = if mean > limit {
             let kept = light * (limit / mean);
             self.clamped[indirect] += luminance(light - kept);
-            self.radiance += kept;
             kept
         } else {
-            self.radiance += light;
             light
-        }
+        };
+        self.radiance += kept;
+        self.apart.step(|| Step::Added { light, kept });
+        kept
     }
 
     /// Adds light of something that shines and that a ray has found after so many bounces: it falls on the
@@ -204,7 +206,7 @@ pub fn trace<const E: Mask>(
 }
 
 /// The same, telling `apart` where the light comes from.
-pub fn trace_apart<const E: Mask, A: Apart>(
+pub fn trace_apart<const E: Mask, A: Apart + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
@@ -237,6 +239,14 @@ pub fn trace_apart<const E: Mask, A: Apart>(
     loop {
         // ---- The next surface, and the lamps on the way to it ----
         rays += 1;
+        gathered.apart.step(|| Step::Ray {
+            bounce,
+            kind: previous.kind(),
+            origin,
+            direction,
+            span: (near, far),
+            throughput,
+        });
         let key = sampler.key(Dimension::Opacity, bounce);
         let mut ended = false;
         let hit = if effects::has(E, ALPHA) && settings.transparent != u32::MAX {
@@ -271,13 +281,21 @@ pub fn trace_apart<const E: Mask, A: Apart>(
                 &previous.at,
                 (origin, direction, end),
                 ray,
-                |emitted, light_pdf| {
+                |emitted, light_pdf, source| {
                     let weight = settings.weight_of_found(&previous, light_pdf);
+                    gathered.apart.step(|| Step::Found {
+                        source,
+                        radiance: emitted,
+                        bsdf_pdf: previous.pdf,
+                        light_pdf,
+                        weight,
+                    });
                     gathered.add_found(settings, throughput * emitted * weight, bounce);
                 },
             );
         }
         if ended {
+            gathered.apart.step(|| Step::End(End::Transparent));
             break;
         }
         let Some(hit) = hit else {
@@ -292,7 +310,14 @@ pub fn trace_apart<const E: Mask, A: Apart>(
                     |emitted, light_pdf, source| {
                         let weight = settings.weight_of_found(&previous, light_pdf);
                         let light = throughput * emitted * weight;
-                        if bounce > 0 || source == Infinity::Sun {
+                        gathered.apart.step(|| Step::Found {
+                            source,
+                            radiance: emitted,
+                            bsdf_pdf: previous.pdf,
+                            light_pdf,
+                            weight,
+                        });
+                        if bounce > 0 || source != Source::Environment {
                             gathered.add_found(settings, light, bounce);
                         } else if settings.transparent_film {
                             gathered.apart.environment(light);
@@ -303,13 +328,24 @@ pub fn trace_apart<const E: Mask, A: Apart>(
                     },
                 );
             }
+            gathered.apart.step(|| Step::End(End::Nothing));
             break;
         };
         if bounce == 0 && world.is_holdout(&hit) {
             first.transparent = true;
+            gathered.apart.step(|| Step::End(End::Holdout));
             break;
         }
         let surface = world.surface::<E>(&hit, direction);
+        gathered.apart.step(|| Step::Surface {
+            object: hit.object(),
+            triangle: hit.primitive,
+            weights: Vec2::new(hit.u, hit.v),
+            distance: hit.distance,
+            point: surface.point,
+            normals: surface.normals,
+            inside: surface.inside,
+        });
 
         // ---- Emission ----
         if effects::has(E, MESH_LIGHTS) && surface.emission != Vec3::ZERO {
@@ -322,6 +358,13 @@ pub fn trace_apart<const E: Mask, A: Apart>(
                     .triangle_pdf(&previous.at, surface.emitter, &surface.point)
             };
             let weight = settings.weight_of_found(&previous, light_pdf);
+            gathered.apart.step(|| Step::Found {
+                source: Source::Surface(hit.object()),
+                radiance: surface.emission,
+                bsdf_pdf: previous.pdf,
+                light_pdf,
+                weight,
+            });
             let emitted = throughput * surface.emission * weight;
             gathered.add_found(settings, emitted, bounce);
         }
@@ -331,9 +374,11 @@ pub fn trace_apart<const E: Mask, A: Apart>(
 
         // ---- The BSDF ----
         let Some(parameters) = &surface.parameters else {
+            gathered.apart.step(|| Step::End(End::Unlit));
             break;
         };
         if last {
+            gathered.apart.step(|| Step::End(End::Bounces));
             break;
         }
 
@@ -346,7 +391,10 @@ pub fn trace_apart<const E: Mask, A: Apart>(
         if bounce >= settings.roulette {
             let survival = throughput.max_element().sqrt().min(1.0);
             if survival < 1.0 {
-                if sampler.single(Dimension::Roulette, bounce) >= survival {
+                let drawn = sampler.single(Dimension::Roulette, bounce);
+                gathered.apart.step(|| Step::Roulette { survival, drawn });
+                if drawn >= survival {
+                    gathered.apart.step(|| Step::End(End::Roulette));
                     break;
                 }
                 throughput /= survival;
@@ -411,11 +459,26 @@ pub fn trace_apart<const E: Mask, A: Apart>(
             bsdf.sample(u)
         };
         let Some(s) = drawn else {
+            gathered.apart.step(|| Step::Scattered {
+                sample: None,
+                numbers: u,
+            });
+            gathered.apart.step(|| Step::End(End::Absorbed));
             break;
         };
         // Where some kinds of rays see less than others, each kind is an estimate of its own.
         let alone = effects::has(E, VISIBILITY) && world.by_kind;
         let (weight, pdf) = if alone { s.alone } else { (s.weight, s.pdf) };
+        gathered.apart.step(|| Step::Scattered {
+            sample: Some(Scattered {
+                scattering: s.scattering,
+                direction: s.wi,
+                weight,
+                pdf,
+                delta: s.delta,
+            }),
+            numbers: u,
+        });
         if bounce == 0 {
             let diffuse = match s.scattering {
                 _ if !alone => s.diffuse,
@@ -428,6 +491,7 @@ pub fn trace_apart<const E: Mask, A: Apart>(
         throughput *= weight;
         // NaN goes on, to be counted at the film.
         if throughput.max_element() <= 0.0 {
+            gathered.apart.step(|| Step::End(End::Black));
             break;
         }
         previous = Previous {
@@ -474,7 +538,7 @@ struct Vertex<'a> {
 /// one.
 #[cold]
 #[inline(never)]
-fn direct_lights<const E: Mask, A: Apart>(
+fn direct_lights<const E: Mask, A: Apart + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
@@ -492,7 +556,7 @@ fn direct_lights<const E: Mask, A: Apart>(
 
 /// Adds the light of one of some light samples; returns the rays it took.
 #[inline(always)]
-fn direct_light<const E: Mask, A: Apart>(
+fn direct_light<const E: Mask, A: Apart + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
@@ -510,6 +574,10 @@ fn direct_light<const E: Mask, A: Apart>(
     } = vertex;
     let u = sampler.triple(Dimension::Light, bounce);
     let Some(light) = world.lights.sample(world, at, u.z, u.truncate()) else {
+        gathered.apart.step(|| Step::Light {
+            light: None,
+            numbers: u,
+        });
         return 0;
     };
     let value = bsdf.evaluate(light.wi);
@@ -545,7 +613,21 @@ fn direct_light<const E: Mask, A: Apart>(
         (value.value * weight, value.diffuse * weight)
     };
     let contribution = throughput * reflected * light.contribution / samples;
+    let drawn = |share| Step::Light {
+        light: Some(Lit {
+            source: world.lights.drawn(at, u.z),
+            direction: light.wi,
+            pdf: light.pdf,
+            contribution: light.contribution,
+            bsdf: value.value,
+            bsdf_pdf: value.pdf,
+            weighted: reflected,
+            share,
+        }),
+        numbers: u,
+    };
     if contribution == Vec3::ZERO {
+        gathered.apart.step(|| drawn(None));
         return 0;
     }
     let start = ray_origin(surface.point, surface.normals.geometric, light.wi);
@@ -554,6 +636,7 @@ fn direct_light<const E: Mask, A: Apart>(
         Some(target) => world.transmittance_to::<E>(start, target, transparent),
         None => world.transmittance::<E>(start, light.wi, f32::INFINITY, transparent),
     };
+    gathered.apart.step(|| drawn(Some(share)));
     if bounce == 0 {
         gathered.apart.first_scattering(reflected, diffuse, beyond);
     }

@@ -137,6 +137,7 @@ impl Merged {
                 rays: header.traced.rays,
                 non_finite: header.traced.non_finite,
                 non_finite_examples: header.traced.non_finite_examples.clone(),
+                non_finite_causes: header.traced.non_finite_causes.clone(),
                 error,
                 clamped: clamps.then(|| clamped(tiles)),
                 effects: Vec::new(),

@@ -5,6 +5,9 @@ mod develop;
 mod estimate;
 mod forecast;
 mod merge;
+mod names;
+mod prepare;
+mod replay;
 mod saved;
 mod schedule;
 mod settings;
@@ -13,6 +16,7 @@ mod trace;
 
 pub use forecast::{Expected, Forecast, Known, Row};
 pub use merge::merge;
+pub use replay::{Detail, Replay, Told, replay};
 pub use saved::{Saved, State, StateError};
 pub use schedule::{go_on, render};
 pub use settings::{
@@ -23,6 +27,7 @@ pub use settings::{
 use crate::film::error::ErrorEstimate;
 use crate::film::{Bands, Picture};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// Why a render could not be made.
@@ -173,6 +178,8 @@ pub struct Statistics {
     pub non_finite: u64,
     /// The first of them, as pixel x, pixel y, sample index.
     pub non_finite_examples: Vec<(u32, u32, u32)>,
+    /// How many there are by what was not finite first.
+    pub non_finite_causes: BTreeMap<String, u64>,
     /// Estimated error of the picture; not known of a single sample a pixel.
     pub error: Option<ErrorEstimate>,
     /// What clamping took away; `None` if nothing was clamped by the settings.

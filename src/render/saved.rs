@@ -15,6 +15,7 @@ use crate::scene::{ColorManagement, Scene, fingerprint};
 use glam::DMat3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::path::Path;
 use std::sync::Mutex;
@@ -70,6 +71,9 @@ pub struct Traced {
     pub non_finite: u64,
     /// … and where the first of them were.
     pub non_finite_examples: Vec<(u32, u32, u32)>,
+    /// … and why, as far as it was told then.
+    #[serde(default)]
+    pub non_finite_causes: BTreeMap<String, u64>,
 }
 
 impl Traced {
@@ -81,6 +85,9 @@ impl Traced {
         self.non_finite += other.non_finite;
         self.non_finite_examples
             .extend_from_slice(&other.non_finite_examples);
+        for (cause, count) in &other.non_finite_causes {
+            *self.non_finite_causes.entry(cause.clone()).or_default() += count;
+        }
     }
 }
 

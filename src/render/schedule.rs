@@ -3,22 +3,19 @@
 use super::adaptive;
 use super::develop::Film;
 use super::estimate::estimate;
+use super::prepare::Prepared;
 use super::saved::{Saved, State, Traced};
 use super::tile::{Kept, Samples, Tile, locked, tiles};
-use super::trace::{AnyKernel, BadSamples, Job};
+use super::trace::Job;
 use super::{
-    Clamped, EffectChoice, Event, Expected, FilterKind, Forecast, Known, LightSampling,
-    MAX_LIGHT_SAMPLES, Observer, Passed, RenderError, RenderSettings, Rendering, Statistics, Stop,
+    Clamped, Event, Expected, Forecast, Known, Observer, Passed, RenderError, RenderSettings,
+    Rendering, Statistics, Stop,
 };
-use crate::effects::{self, EffectSet};
+use crate::effects;
 use crate::film::error::ErrorEstimate;
-use crate::film::filter::FilterTable;
 use crate::film::{Pass, Passes, Picture};
-use crate::integrator::{self, PathSettings};
 use crate::math::LUMINANCE;
-use crate::sampler::Sequence;
 use crate::scene::Scene;
-use crate::world::{Options, World};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -61,121 +58,31 @@ pub fn go_on(
     let begun = Instant::now();
     let setting = |text: String| RenderError::Setting(text);
     let region = settings.region();
-    check(settings).map_err(setting)?;
     if let Some(saved) = saved {
         saved.check(scene, settings).map_err(setting)?;
     }
-    let camera = scene
-        .cameras
-        .get(settings.camera.unwrap_or(0))
-        .ok_or_else(|| {
-            setting(format!(
-                "camera {} is not in the scene, which has {}",
-                settings.camera.unwrap_or(0),
-                scene.cameras.len()
-            ))
-        })?;
-    let found = EffectSet::detect(scene);
-    let wanted = match &settings.effects {
-        EffectChoice::Auto => found.mask,
-        EffectChoice::All => effects::ALL,
-        EffectChoice::List(list) => effects::parse(list).map_err(setting)?,
-    };
-    let apart = settings.passes.need_light_apart();
-    let (kernel_effects, kernel) = if apart {
-        (effects::PATHS, AnyKernel::Apart(integrator::APART))
-    } else {
-        let (mask, kernel) = match settings.light_sampling {
-            LightSampling::Hemisphere => integrator::GENERAL,
-            _ => integrator::kernel_for(wanted),
-        };
-        (mask, AnyKernel::Together(kernel))
-    };
-    let focused = if camera.aperture.is_some() {
-        wanted & effects::DEPTH_OF_FIELD
-    } else {
-        0
-    };
-    let compiled = kernel_effects | focused;
-    let threads = settings
-        .threads
-        .filter(|&n| n > 0)
-        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| setting(format!("{threads} threads could not be started: {e}")))?;
-    let options = Options {
-        camera,
-        aspect: f64::from(settings.width) / f64::from(settings.height)
-            * camera.pixel_aspect(&scene.render),
-        // What the list leaves out is left out of the world, not only of the kernel.
-        effects: wanted,
-        threads: Some(threads),
-        cull_backfaces: settings.cull_backfaces,
-    };
-    let world = pool
-        .install(|| World::new(scene, &options))
-        .map_err(|e| RenderError::Embree(e.0))?;
+    let prepared = Prepared::new(scene, settings)?;
+    let (pool, threads) = (&prepared.pool, prepared.threads);
     let prepare = begun.elapsed();
     observer.event(&Event::Prepared {
         seconds: prepare.as_secs_f64(),
-        triangles: world.triangles,
-        effects: effects::names(compiled),
+        triangles: prepared.world.triangles,
+        effects: effects::names(prepared.compiled),
     });
 
     let kept = Kept {
-        apart,
+        apart: settings.passes.need_light_apart(),
         costs: settings.passes.has(Pass::Cost),
     };
     let tiles = tiles(region, kept);
     let before = saved.map_or_else(Traced::default, |saved| saved.restore(&tiles));
-    let limit = |clamp: f32| if clamp > 0.0 { clamp } else { f32::INFINITY };
-    let most = |limit: Option<u32>| limit.unwrap_or(u32::MAX);
-    let limits = settings.bounce_limits;
-    let job = Job {
-        world: &world,
-        kernel,
-        camera_ray: world.camera.ray_maker(),
-        middle: settings.passes.need_middle(),
-        costs: kept.costs,
-        first_sample: settings.first_sample,
-        path: PathSettings {
-            bounces: settings.bounces,
-            limits: [limits.diffuse, limits.glossy, limits.transmission].map(most),
-            transparent: most(limits.transparent),
-            clamp: [limit(settings.clamp_direct), limit(settings.clamp_indirect)],
-            filter_glossy: settings.filter_glossy,
-            transparent_film: settings.transparent_film,
-            sample_lights: matches!(
-                settings.light_sampling,
-                LightSampling::Mis | LightSampling::Nee
-            ),
-            sample_bsdf: settings.light_sampling != LightSampling::Nee,
-            uniform: settings.light_sampling == LightSampling::Hemisphere,
-            light_samples: settings.light_samples,
-            roulette: settings.roulette.unwrap_or(u32::MAX),
-        },
-        sequence: Sequence::new(settings.seed),
-        filter: match settings.filter.kind {
-            FilterKind::Box => FilterTable::box_filter(),
-            FilterKind::Gauss => FilterTable::gauss(f64::from(settings.filter.width)),
-            FilterKind::BlackmanHarris => {
-                FilterTable::blackman_harris(f64::from(settings.filter.width))
-            }
-        },
-        width: settings.width,
-        height: settings.height,
-        rays: AtomicU64::new(before.rays),
-        done: AtomicU64::new(before.samples),
-        bad: Mutex::new(BadSamples {
-            count: before.non_finite,
-            examples: before.non_finite_examples.clone(),
-        }),
-        stop: AtomicBool::new(false),
-        pause: AtomicBool::new(false),
-    };
-    let film = Film::new(&camera.world_from_camera, region, &tiles, settings.passes);
+    let job = prepared.job(scene, settings, &before);
+    let film = Film::new(
+        &prepared.camera.world_from_camera,
+        region,
+        &tiles,
+        settings.passes,
+    );
     let run = Run {
         scene,
         job: &job,
@@ -193,7 +100,7 @@ pub fn go_on(
         estimating: Mutex::new(Duration::ZERO),
         reserve: Mutex::new(Duration::ZERO),
     };
-    let stop = run.all(&pool);
+    let stop = run.all(pool);
     let trace = run.trace_begun.elapsed();
     let samples = Samples::of(&tiles);
     let error = if run.stopped() {
@@ -209,11 +116,8 @@ pub fn go_on(
             run.save(true);
         });
     }
-    let (non_finite, non_finite_examples) = {
-        let mut bad = locked(&job.bad);
-        bad.examples.sort_unstable();
-        (bad.count, std::mem::take(&mut bad.examples))
-    };
+    let mut bad = std::mem::take(&mut *locked(&job.bad));
+    bad.examples.sort_unstable();
     let clamps = settings.clamp_direct > 0.0 || settings.clamp_indirect > 0.0;
     let keeps = observer.keeps_picture();
     let of = |film: &Film| pool.install(|| Picture::collect(film));
@@ -227,51 +131,15 @@ pub fn go_on(
             prepare,
             trace: trace + Duration::from_secs_f64(before.seconds),
             rays: job.rays.load(Ordering::Relaxed),
-            non_finite,
-            non_finite_examples,
+            non_finite: bad.count,
+            non_finite_examples: bad.examples,
+            non_finite_causes: bad.causes,
             error,
             clamped: clamps.then(|| clamped(&tiles)),
-            effects: effects::names(compiled),
+            effects: effects::names(prepared.compiled),
             threads,
         },
     })
-}
-
-/// Says what no picture can be made with.
-fn check(settings: &RenderSettings) -> Result<(), String> {
-    let (width, height) = (settings.width, settings.height);
-    if width == 0 || height == 0 || width > 65_536 || height > 65_536 {
-        return Err(format!(
-            "a picture of {width} x {height} pixels can't be made; width and height go from 1 to 65536"
-        ));
-    }
-    if settings.samples == 0 {
-        return Err("0 samples make no picture; ask for at least 1".into());
-    }
-    if settings
-        .first_sample
-        .checked_add(settings.samples)
-        .is_none()
-    {
-        return Err(format!(
-            "samples from {} on are {} too many; there are 4294967295",
-            settings.first_sample, settings.samples
-        ));
-    }
-    if !(1..=MAX_LIGHT_SAMPLES).contains(&settings.light_samples) {
-        return Err(format!(
-            "{} light samples at a surface can't be taken; their number goes from 1 to {MAX_LIGHT_SAMPLES}",
-            settings.light_samples
-        ));
-    }
-    let region = settings.region();
-    if region.x0 >= region.x1 || region.y0 >= region.y1 || region.x1 > width || region.y1 > height {
-        return Err(format!(
-            "the region from {}, {} to {}, {} is no part of a picture of {width} x {height} pixels",
-            region.x0, region.y0, region.x1, region.y1
-        ));
-    }
-    Ok(())
 }
 
 /// What clamping took away, as shares of what there would be.
@@ -497,6 +365,7 @@ impl Run<'_> {
                 seconds: self.before.seconds + self.trace_begun.elapsed().as_secs_f64(),
                 non_finite: bad.count,
                 non_finite_examples: bad.examples,
+                non_finite_causes: bad.causes,
             };
             let state = State::new(self.scene, self.settings, self.film, traced);
             self.observer.state(&state, last);

@@ -4,25 +4,39 @@ use super::tile::{Tile, locked};
 use crate::camera::{CameraRay, RayMaker};
 use crate::film::apart::{PathApart, PixelApart};
 use crate::film::filter::FilterTable;
-use crate::film::pixel::{Middle, Pixel};
-use crate::integrator::{self, ApartKernel, Kernel, Path, PathSettings};
+use crate::film::pixel::{FirstHit, Middle, Pixel};
+use crate::integrator::{self, ApartKernel, Kernel, Path, PathSettings, Recorder, Step};
 use crate::sampler::{Dimension, Sampler, Sequence};
+use crate::scene::Scene;
 use crate::world::World;
-use glam::Vec2;
-use std::sync::Mutex;
+use glam::{Vec2, Vec3};
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Samples that a pixel takes at a time, at most.
 const CHUNK: u32 = 8;
 /// So many bad samples are kept with their places.
 const EXAMPLES: usize = 16;
+/// So many causes are told apart.
+const CAUSES: usize = 64;
 
 /// Samples that were not finite: how many, and the first places (x, y, sample).
 #[derive(Clone, Default)]
 pub struct BadSamples {
     pub count: u64,
     pub examples: Vec<(u32, u32, u32)>,
+    /// By what was not finite first.
+    pub causes: BTreeMap<String, u64>,
+}
+
+/// A sample taken once more, step by step.
+pub struct Recorded {
+    /// From the pixel's centre, in pixels.
+    pub offset: Vec2,
+    pub path: Path,
+    pub steps: Vec<Step>,
 }
 
 /// A kernel, with or without light apart.
@@ -34,6 +48,7 @@ pub enum AnyKernel {
 
 /// All that the threads share.
 pub struct Job<'a> {
+    pub scene: &'a Scene,
     pub world: &'a World,
     pub kernel: AnyKernel,
     pub camera_ray: RayMaker,
@@ -52,6 +67,8 @@ pub struct Job<'a> {
     /// Pixel samples done.
     pub done: AtomicU64,
     pub bad: Mutex<BadSamples>,
+    /// The instances with triangles: what the world counts as objects. Made when somebody asks.
+    pub objects: OnceLock<Vec<u32>>,
     pub stop: AtomicBool,
     /// Threads wait before their next tile.
     pub pause: AtomicBool,
@@ -141,32 +158,73 @@ impl Job<'_> {
         pixel: &mut Pixel,
         sums: Option<&mut PixelApart>,
     ) -> Path {
-        let sampler = self.sequence.sampler(x, y, index);
-        let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
-        let ray = self.ray(x, y, &sampler, offset);
-        let (mut path, mut apart) = match self.kernel {
-            AnyKernel::Together(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
-            AnyKernel::Apart(kernel) => {
-                let mut apart = PathApart::default();
-                let path = kernel(self.world, &self.path, &sampler, &ray, &mut apart);
-                (path, Some(apart))
-            }
-        };
-        if !path.radiance.is_finite() {
-            // Counted with its place, left out, never hidden: see `Statistics::non_finite`.
-            path.radiance = glam::Vec3::ZERO;
+        let (mut path, mut apart) = self.path(x, y, index);
+        let apart_finite = apart.as_ref().is_none_or(PathApart::is_finite);
+        if !(path.radiance.is_finite() && path.first.is_finite() && apart_finite) {
+            // Counted with its place and cause, black in the picture, never hidden: see `Statistics::non_finite`.
+            self.bad(x, y, index);
+            path.radiance = Vec3::ZERO;
             path.clamped = [0.0; 2];
+            path.first = FirstHit::default();
             apart = apart.map(|_| PathApart::default());
-            let mut bad = locked(&self.bad);
-            bad.count += 1;
-            if bad.examples.len() < EXAMPLES {
-                bad.examples.push((x, y, index));
-            }
         }
         pixel.add(index, path.radiance, &path.first);
         if let (Some(sums), Some(apart)) = (sums, &apart) {
             sums.add(apart);
         }
         path
+    }
+
+    /// A path by the kernel of the picture.
+    #[inline]
+    fn path(&self, x: u32, y: u32, index: u32) -> (Path, Option<PathApart>) {
+        let sampler = self.sequence.sampler(x, y, index);
+        let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
+        let ray = self.ray(x, y, &sampler, offset);
+        match self.kernel {
+            AnyKernel::Together(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
+            AnyKernel::Apart(kernel) => {
+                let mut apart = PathApart::default();
+                let path = kernel(self.world, &self.path, &sampler, &ray, &mut apart);
+                (path, Some(apart))
+            }
+        }
+    }
+
+    /// The radiance of a sample by the kernel of the picture.
+    pub fn radiance(&self, x: u32, y: u32, index: u32) -> Vec3 {
+        self.path(x, y, index).0.radiance
+    }
+
+    /// Takes a sample once more, telling each step.
+    pub fn record(&self, x: u32, y: u32, index: u32) -> Recorded {
+        let sampler = self.sequence.sampler(x, y, index);
+        let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
+        let ray = self.ray(x, y, &sampler, offset);
+        let mut recorder = Recorder::default();
+        let path = integrator::RECORDING(self.world, &self.path, &sampler, &ray, &mut recorder);
+        Recorded {
+            offset,
+            path,
+            steps: recorder.0,
+        }
+    }
+
+    /// Counts a sample that is not finite.
+    #[cold]
+    #[inline(never)]
+    fn bad(&self, x: u32, y: u32, index: u32) {
+        let cause = self.cause(&self.record(x, y, index));
+        let mut bad = locked(&self.bad);
+        bad.count += 1;
+        if bad.examples.len() < EXAMPLES {
+            bad.examples.push((x, y, index));
+        }
+        let cause = if bad.causes.len() < CAUSES || bad.causes.contains_key(&cause) {
+            cause
+        } else {
+            "other causes".into()
+        };
+        *bad.causes.entry(cause).or_default() += 1;
     }
 }

@@ -125,6 +125,10 @@ struct Placed {
     emitter: u32,
 }
 
+/// Smaller lamps, in metres, are points: the square of a smaller angle leaves f32's normal range (1e-24 m² over the
+/// square of 1e7 m is its end), and with it the density.
+const POINT: f32 = 1e-12;
+
 /// Lamps up to this number are tried one by one by rays; more go into a hierarchy of their own.
 const IN_A_ROW: usize = 4;
 
@@ -302,7 +306,7 @@ fn form(light: &Light, origin: DVec3) -> Option<Form> {
     let ball = |intensity: f32, radius, soft_falloff, cone| {
         Some(Form::Ball(Lamp {
             center: place.translation.as_vec3(),
-            radius,
+            radius: if radius < POINT { 0.0 } else { radius },
             soft_falloff,
             intensity: color * intensity,
             cone,

@@ -26,6 +26,8 @@ pub struct Lights {
     tree: Tree,
     lamps: Lamps,
     suns: Vec<(Sun, Rules)>,
+    /// Numbers of lamps and suns among the scene's lights.
+    in_scene: (Vec<u32>, Vec<u32>),
     environment: Option<Environment>,
     environment_rules: Rules,
     environment_estimate: f32,
@@ -112,13 +114,17 @@ fn mean_emission(mesh: &MeshData, material: &PreparedMaterial, triangle: u32) ->
     mean + 0.01 * luminance(material.emission)
 }
 
-/// What shines from infinity.
+/// Something that shines, for those who look at a single path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Infinity {
+pub enum Source {
+    /// The surface of an object, by its number among those with triangles.
+    Surface(u32),
+    /// A lamp, by its number among all emitters.
+    Lamp(u32),
+    /// A sun's disc, by its number among the suns.
+    Sun(u32),
     /// The environment.
-    World,
-    /// A sun's disc.
-    Sun,
+    Environment,
 }
 
 impl Lights {
@@ -137,6 +143,7 @@ impl Lights {
             tree: Tree::default(),
             lamps: Lamps::default(),
             suns: Vec::new(),
+            in_scene: (Vec::new(), Vec::new()),
             environment: None,
             environment_rules: Rules::NONE,
             environment_estimate: 0.0,
@@ -144,7 +151,7 @@ impl Lights {
             triangle_corners: Vec::new(),
         };
         let mut bounds = Vec::new();
-        for light in &scene.lights {
+        for (number, light) in scene.lights.iter().enumerate() {
             let rules = Rules::of(light, effects);
             if let LightKind::Sun { irradiance, angle } = light.kind {
                 let e = Vec3::from(light.color) * irradiance;
@@ -152,6 +159,7 @@ impl Lights {
                     let toward = -lamps::direction(&light.world_from_light);
                     lights.suns.push((Sun::new(toward, e, angle), rules));
                     lights.sun_estimates.push(luminance(e));
+                    lights.in_scene.1.push(number as u32);
                 }
             } else if keep(effects::LAMPS)
                 && let index = lights.lamps.len() as u32
@@ -160,6 +168,7 @@ impl Lights {
             {
                 bounds.push(b);
                 lights.emitters.push(Emitter::Lamp(index));
+                lights.in_scene.0.push(number as u32);
                 // Keeps `triangle_corners` parallel to `emitters`.
                 lights.triangle_corners.push([Vec3::ZERO; 3]);
             }
@@ -398,6 +407,35 @@ impl Lights {
         }
     }
 
+    /// What [`Self::sample`] draws with a number.
+    #[cold]
+    pub fn drawn(&self, at: &Shaded, u_light: f32) -> Option<Source> {
+        let (group, _, u_light) = self.choose_group(at, u_light)?;
+        Some(match group {
+            Group::Environment => Source::Environment,
+            Group::Sun(i) => Source::Sun(i as u32),
+            Group::Tree => {
+                let emitter = self.tree.sample(at.point, at.normal, u_light)?.emitter;
+                match self.emitters[emitter as usize] {
+                    Emitter::Lamp(_) => Source::Lamp(emitter),
+                    Emitter::Triangle { entry, .. } => Source::Surface(entry),
+                }
+            }
+        })
+    }
+
+    /// Number of a lamp or sun among the scene's lights; `None` for what is none.
+    pub fn number_in_scene(&self, source: Source) -> Option<u32> {
+        match source {
+            Source::Lamp(emitter) => match self.emitters.get(emitter as usize)? {
+                Emitter::Lamp(index) => self.in_scene.0.get(*index as usize).copied(),
+                Emitter::Triangle { .. } => None,
+            },
+            Source::Sun(index) => self.in_scene.1.get(index as usize).copied(),
+            Source::Surface(_) | Source::Environment => None,
+        }
+    }
+
     /// Density with which [`Self::sample`] finds a point of an emissive triangle.
     #[inline]
     pub fn triangle_pdf(&self, at: &Shaded, emitter: u32, on: &BoundedPoint) -> f32 {
@@ -430,7 +468,7 @@ impl Lights {
         at: &Shaded,
         (origin, wi, far): (Vec3, Vec3, f32),
         (kind, bounces): (RayKind, u32),
-        mut visit: impl FnMut(Vec3, f32),
+        mut visit: impl FnMut(Vec3, f32, Source),
     ) {
         if !self.lamps.can_be_hit() {
             return;
@@ -442,13 +480,13 @@ impl Lights {
                         return;
                     }
                     if kind != RayKind::Camera && !rules.visibility.sees(RayKind::Shadow) {
-                        visit(meeting.radiance, f32::INFINITY);
+                        visit(meeting.radiance, f32::INFINITY, Source::Lamp(emitter));
                         return;
                     }
                 }
                 let p = self.group_probability(Group::Tree, at)
                     * self.tree.probability(emitter, at.point, at.normal);
-                visit(meeting.radiance, p * meeting.pdf);
+                visit(meeting.radiance, p * meeting.pdf, Source::Lamp(emitter));
             });
     }
 
@@ -460,7 +498,7 @@ impl Lights {
         at: &Shaded,
         wi: Vec3,
         (kind, bounces): (RayKind, u32),
-        mut visit: impl FnMut(Vec3, f32, Infinity),
+        mut visit: impl FnMut(Vec3, f32, Source),
     ) {
         let seen = |rules: &Rules| {
             !(kind == RayKind::Camera || effects::has(E, effects::VISIBILITY))
@@ -474,7 +512,7 @@ impl Lights {
             } else {
                 self.group_probability(Group::Environment, at) * environment.pdf(wi)
             };
-            visit(environment.emitted(wi), pdf, Infinity::World);
+            visit(environment.emitted(wi), pdf, Source::Environment);
         }
         for (i, (sun, rules)) in self.suns.iter().enumerate() {
             if sun.contains(wi) && seen(rules) {
@@ -485,7 +523,7 @@ impl Lights {
                 } else {
                     self.group_probability(Group::Sun(i), at) * sun.pdf()
                 };
-                visit(sun.radiance(), pdf, Infinity::Sun);
+                visit(sun.radiance(), pdf, Source::Sun(i as u32));
             }
         }
     }

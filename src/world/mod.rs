@@ -10,7 +10,7 @@ mod texture;
 pub use crate::scene::RayKind;
 pub use geometry::{HitPoint, Surface};
 pub use lamps::Rules;
-pub use lights::{Infinity, LightSample, Lights, Shaded};
+pub use lights::{LightSample, Lights, Shaded, Source};
 
 use crate::camera::Camera;
 use crate::effects::{self, Mask};
@@ -210,15 +210,22 @@ impl World {
         })
     }
 
+    /// The material of an object (by its number among those with triangles): its number in the scene, or the
+    /// number after the last for the default material.
+    pub fn material_of(&self, object: u32) -> Option<u32> {
+        let entry = self.entries.get(object as usize)?;
+        Some(self.meshes.get(entry.mesh as usize)?.material)
+    }
+
     /// Whether a hit is on an object that makes a hole in the picture.
     #[inline]
     pub fn is_holdout(&self, hit: &Hit) -> bool {
-        !self.holdouts.is_empty() && self.holdouts[hit.instance.unwrap_or(hit.geometry) as usize]
+        !self.holdouts.is_empty() && self.holdouts[hit.object() as usize]
     }
 
     /// First texture coordinates at a hit, v upwards as in Blender; 0 where the mesh has none.
     pub fn texture_coordinates(&self, hit: &Hit) -> Vec2 {
-        let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
+        let entry = &self.entries[hit.object() as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         if !mesh.has_uvs() {
             return Vec2::ZERO;
@@ -233,7 +240,7 @@ impl World {
         if !self.cull_backfaces {
             return false;
         }
-        let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
+        let entry = &self.entries[hit.object() as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         self.materials[mesh.material as usize].single_sided
             && entry.geometric_normal(mesh, hit.primitive).dot(direction) > 0.0
@@ -245,7 +252,7 @@ impl World {
         if self.is_hidden(hit, direction) {
             return 0.0;
         }
-        let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
+        let entry = &self.entries[hit.object() as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         let material = &self.materials[mesh.material as usize];
         if !effects::has(E, effects::ALPHA) || !material.translucent {
@@ -388,7 +395,7 @@ impl World {
     /// The surface at a hit.
     #[inline]
     pub fn surface<const E: Mask>(&self, hit: &Hit, direction: Vec3) -> Surface<'_> {
-        let index = hit.instance.unwrap_or(hit.geometry);
+        let index = hit.object();
         let entry = &self.entries[index as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         geometry::surface::<E>(

@@ -1,0 +1,193 @@
+//! A scene made ready for the samples that settings ask for.
+
+use super::saved::Traced;
+use super::trace::{AnyKernel, BadSamples, Job};
+use super::{
+    EffectChoice, FilterKind, LightSampling, MAX_LIGHT_SAMPLES, RenderError, RenderSettings,
+};
+use crate::effects::{self, EffectSet, Mask};
+use crate::film::Pass;
+use crate::film::filter::FilterTable;
+use crate::integrator::{self, PathSettings};
+use crate::sampler::Sequence;
+use crate::scene::{Camera, Scene};
+use crate::world::{Options, World};
+use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::sync::{Mutex, OnceLock};
+
+/// A scene made ready.
+pub struct Prepared<'a> {
+    /// In Embree.
+    pub world: World,
+    /// The camera that looks.
+    pub camera: &'a Camera,
+    kernel: AnyKernel,
+    /// Effects that the kernel has.
+    pub compiled: Mask,
+    /// Those who work.
+    pub pool: rayon::ThreadPool,
+    /// How many they are.
+    pub threads: usize,
+}
+
+impl<'a> Prepared<'a> {
+    /// Makes a scene ready.
+    ///
+    /// # Errors
+    /// A setting makes no picture or does not fit the scene; or Embree fails.
+    pub fn new(scene: &'a Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
+        let setting = RenderError::Setting;
+        check(settings).map_err(setting)?;
+        let number = settings.camera.unwrap_or(0);
+        let camera = scene.cameras.get(number).ok_or_else(|| {
+            setting(format!(
+                "camera {number} is not in the scene, which has {}",
+                scene.cameras.len()
+            ))
+        })?;
+        let wanted = match &settings.effects {
+            EffectChoice::Auto => EffectSet::detect(scene).mask,
+            EffectChoice::All => effects::ALL,
+            EffectChoice::List(list) => effects::parse(list).map_err(setting)?,
+        };
+        let (mask, kernel) = kernel(settings, wanted);
+        let focused = if camera.aperture.is_some() {
+            wanted & effects::DEPTH_OF_FIELD
+        } else {
+            0
+        };
+        let threads = settings
+            .threads
+            .filter(|&n| n > 0)
+            .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| setting(format!("{threads} threads could not be started: {e}")))?;
+        let options = Options {
+            camera,
+            aspect: f64::from(settings.width) / f64::from(settings.height)
+                * camera.pixel_aspect(&scene.render),
+            // What the list leaves out is left out of the world, not only of the kernel.
+            effects: wanted,
+            threads: Some(threads),
+            cull_backfaces: settings.cull_backfaces,
+        };
+        let world = pool
+            .install(|| World::new(scene, &options))
+            .map_err(|e| RenderError::Embree(e.0))?;
+        Ok(Self {
+            world,
+            camera,
+            kernel,
+            compiled: mask | focused,
+            pool,
+            threads,
+        })
+    }
+
+    /// What the threads share, after what was done before.
+    pub fn job(&'a self, scene: &'a Scene, settings: &RenderSettings, before: &Traced) -> Job<'a> {
+        Job {
+            scene,
+            world: &self.world,
+            kernel: self.kernel,
+            camera_ray: self.world.camera.ray_maker(),
+            middle: settings.passes.need_middle(),
+            costs: settings.passes.has(Pass::Cost),
+            first_sample: settings.first_sample,
+            path: path_settings(settings),
+            sequence: Sequence::new(settings.seed),
+            filter: match settings.filter.kind {
+                FilterKind::Box => FilterTable::box_filter(),
+                FilterKind::Gauss => FilterTable::gauss(f64::from(settings.filter.width)),
+                FilterKind::BlackmanHarris => {
+                    FilterTable::blackman_harris(f64::from(settings.filter.width))
+                }
+            },
+            width: settings.width,
+            height: settings.height,
+            rays: AtomicU64::new(before.rays),
+            done: AtomicU64::new(before.samples),
+            bad: Mutex::new(BadSamples {
+                count: before.non_finite,
+                examples: before.non_finite_examples.clone(),
+                causes: before.non_finite_causes.clone(),
+            }),
+            objects: OnceLock::new(),
+            stop: AtomicBool::new(false),
+            pause: AtomicBool::new(false),
+        }
+    }
+}
+
+/// The kernel for the effects that are wanted, and the effects that it has.
+fn kernel(settings: &RenderSettings, wanted: Mask) -> (Mask, AnyKernel) {
+    if settings.passes.need_light_apart() {
+        return (effects::PATHS, AnyKernel::Apart(integrator::APART));
+    }
+    let (mask, kernel) = match settings.light_sampling {
+        LightSampling::Hemisphere => integrator::GENERAL,
+        _ => integrator::kernel_for(wanted),
+    };
+    (mask, AnyKernel::Together(kernel))
+}
+
+fn path_settings(settings: &RenderSettings) -> PathSettings {
+    let limit = |clamp: f32| if clamp > 0.0 { clamp } else { f32::INFINITY };
+    let most = |limit: Option<u32>| limit.unwrap_or(u32::MAX);
+    let limits = settings.bounce_limits;
+    PathSettings {
+        bounces: settings.bounces,
+        limits: [limits.diffuse, limits.glossy, limits.transmission].map(most),
+        transparent: most(limits.transparent),
+        clamp: [limit(settings.clamp_direct), limit(settings.clamp_indirect)],
+        filter_glossy: settings.filter_glossy,
+        transparent_film: settings.transparent_film,
+        sample_lights: matches!(
+            settings.light_sampling,
+            LightSampling::Mis | LightSampling::Nee
+        ),
+        sample_bsdf: settings.light_sampling != LightSampling::Nee,
+        uniform: settings.light_sampling == LightSampling::Hemisphere,
+        light_samples: settings.light_samples,
+        roulette: settings.roulette.unwrap_or(u32::MAX),
+    }
+}
+
+/// Says what no picture can be made with.
+fn check(settings: &RenderSettings) -> Result<(), String> {
+    let (width, height) = (settings.width, settings.height);
+    if width == 0 || height == 0 || width > 65_536 || height > 65_536 {
+        return Err(format!(
+            "a picture of {width} x {height} pixels can't be made; width and height go from 1 to 65536"
+        ));
+    }
+    if settings.samples == 0 {
+        return Err("0 samples make no picture; ask for at least 1".into());
+    }
+    if settings
+        .first_sample
+        .checked_add(settings.samples)
+        .is_none()
+    {
+        return Err(format!(
+            "samples from {} on are {} too many; there are 4294967295",
+            settings.first_sample, settings.samples
+        ));
+    }
+    if !(1..=MAX_LIGHT_SAMPLES).contains(&settings.light_samples) {
+        return Err(format!(
+            "{} light samples at a surface can't be taken; their number goes from 1 to {MAX_LIGHT_SAMPLES}",
+            settings.light_samples
+        ));
+    }
+    let region = settings.region();
+    if region.x0 >= region.x1 || region.y0 >= region.y1 || region.x1 > width || region.y1 > height {
+        return Err(format!(
+            "the region from {}, {} to {}, {} is no part of a picture of {width} x {height} pixels",
+            region.x0, region.y0, region.x1, region.y1
+        ));
+    }
+    Ok(())
+}
