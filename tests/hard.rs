@@ -30,6 +30,8 @@ macro_rules! groups {
 }
 
 groups! {
+    place_and_scale: "place and scale",
+    self_intersection_and_gaps: "self-intersection and gaps",
     sampling_and_sums: "sampling and sums",
     nan_and_infinity: "NaN and infinity",
 }

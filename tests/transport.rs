@@ -171,7 +171,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 let id = (hit.instance, hit.geometry, hit.primitive);
                 self_hits += u32::from(last == Some(id));
                 last = Some(id);
-                let surface = world.surface::<0>(&hit, direction);
+                let surface = world.surface::<0>(&hit, origin, direction);
                 let n = surface.normals.geometric;
                 direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(
                     sampler.pair(Dimension::Bsdf, bounce),

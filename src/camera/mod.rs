@@ -4,6 +4,7 @@ mod aperture;
 
 pub use aperture::Aperture;
 
+use crate::math::float;
 use crate::sampler::{Dimension, Sampler};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
@@ -91,7 +92,8 @@ impl Camera {
             y: axis(m.y_axis, DVec3::Y),
             z: axis(m.z_axis, DVec3::Z),
             position: (world_from_camera.translation - origin).as_vec3(),
-            near: near as f32,
+            // What the camera stands on is not in its way.
+            near: (near as f32).max(float::RAY_START),
             far: far as f32,
         }
     }

@@ -1,12 +1,14 @@
 //! Scenes made of nothing, and pictures of them.
 
 use super::Finding;
+use crate::effects;
 use crate::film::Picture;
 use crate::render::{RenderError, RenderSettings, Rendering, Silent, render};
 use crate::scene::{
     Camera, Environment, Instance, Material, MaterialId, Mesh, MeshId, Projection, Scene,
     Visibility,
 };
+use crate::world::{Options, World};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -135,6 +137,21 @@ pub fn constant_environment(radiance: f32) -> Option<Environment> {
         rotation: DMat3::IDENTITY,
         visibility: Visibility::ALL,
     })
+}
+
+/// The world of a scene as its first camera sees it, with all effects.
+///
+/// # Errors
+/// If Embree fails.
+pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
+    let options = Options {
+        camera: &scene.cameras[0],
+        aspect: 1.0,
+        effects: effects::ALL,
+        threads: None,
+        cull_backfaces: false,
+    };
+    World::new(scene, &options).map_err(|error| RenderError::Embree(error.0))
 }
 
 /// A small picture for as many samples and bounces, by all threads.

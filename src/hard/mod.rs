@@ -4,8 +4,11 @@
 //!
 //! A case belongs to a group, which is a file; it renders or calls what it is about and tells its findings.
 
+mod gaps;
 pub mod kit;
 mod not_finite;
+mod place;
+mod still_life;
 mod sums;
 
 use crate::render::RenderError;
@@ -54,6 +57,14 @@ pub struct Group {
 
 /// All cases.
 pub static GROUPS: &[Group] = &[
+    Group {
+        name: "place and scale",
+        cases: place::CASES,
+    },
+    Group {
+        name: "self-intersection and gaps",
+        cases: gaps::CASES,
+    },
     Group {
         name: "sampling and sums",
         cases: sums::CASES,

@@ -10,7 +10,7 @@ use crate::effects::{
 use crate::film::apart::{Apart, Together};
 use crate::film::pixel::{FirstHit, Middle};
 use crate::light::power_heuristic;
-use crate::math::float::ray_origin;
+use crate::math::float::{RAY_START, ray_origin};
 use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Scattering};
@@ -336,7 +336,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
             gathered.apart.step(|| Step::End(End::Holdout));
             break;
         }
-        let surface = world.surface::<E>(&hit, direction);
+        let surface = world.surface::<E>(&hit, origin, direction);
         gathered.apart.step(|| Step::Surface {
             object: hit.object(),
             triangle: hit.primitive,
@@ -509,7 +509,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         }
         origin = ray_origin(surface.point, surface.normals.geometric, s.wi);
         direction = s.wi;
-        (near, far) = (0.0, f32::INFINITY);
+        (near, far) = (RAY_START, f32::INFINITY);
         bounce += 1;
         let kind = s.scattering as usize;
         scatterings[kind] += 1;

@@ -55,6 +55,71 @@ pub fn triangle_point(corners: [Vec3; 3], u: f32, v: f32) -> BoundedPoint {
     }
 }
 
+/// Points keep so many times their error from the edges of their triangle. A point that lies on the wrong side of the
+/// neighbour by its error, or comes there when it is moved along the normal, would see what is behind it. In a corner
+/// of angle θ the neighbour is d sin θ − e cos θ away from a point at d from the edge that is moved by e, of which it
+/// needs e to be safe: with e ≤ √3 times the largest error of an axis, 8 times that do for angles from 30° on.
+const EDGE_ERRORS: f32 = 8.0;
+
+/// Weights below this are looked at more closely. A triangle so small that this is too little has 256 errors of a
+/// point between an edge and its opposite corner.
+const NEAR_AN_EDGE: f32 = 1.0 / 32.0;
+
+/// Whether a point may lie too near to an edge; a twelfth of all do.
+#[inline]
+pub fn is_near_an_edge(u: f32, v: f32) -> bool {
+    u.min(v).min(1.0 - u - v) < NEAR_AN_EDGE
+}
+
+/// Weights of a point so far from all edges that its error (the largest of an axis) cannot bring it to their other
+/// side; the middle of the inscribed circle if none is so far. `edges`: from the first corner to the others.
+#[cold]
+pub fn off_the_edges([a, b]: [Vec3; 2], u: f32, v: f32, error: f32) -> (f32, f32) {
+    // By the longest edge, so that no product leaves the range of f32.
+    let size = a.abs().max_element().max(b.abs().max_element());
+    if size <= 0.0 || !size.is_finite() {
+        return (u, v);
+    }
+    let (a, b) = (a / size, b / size);
+    let area = a.cross(b).length();
+    // A weight is the distance from an edge over the height, which is twice the area over the edge.
+    let least =
+        Vec3::new(b.length(), a.length(), (b - a).length()) * (EDGE_ERRORS * error / size / area);
+    let sum = least.element_sum();
+    if !sum.is_finite() {
+        return (u, v);
+    }
+    if sum >= 1.0 {
+        return (least.x / sum, least.y / sum);
+    }
+    let beyond = (Vec3::new(u, v, 1.0 - u - v) - least).max(Vec3::ZERO);
+    let share = (1.0 - sum) / beyond.element_sum();
+    (least.x + beyond.x * share, least.y + beyond.y * share)
+}
+
+/// How much less certain the point on a triangle has to be than the point on the ray for the latter to be taken.
+/// A 20th of a pixel of a picture 1000 pixels wide: the ray's error is γ(3), 256 of which are 5e-5 of its length.
+const MUCH_LESS_CERTAIN: f32 = 256.0;
+
+/// The point where a ray meets a triangle: `by_corners`, or `origin + along` where the triangle is so large that its
+/// corners tell nearly nothing of the place. A ground of 10⁷ m has points that are a metre apart, and none for the
+/// shadow of what is a millimetre large.
+///
+/// The distance to the plane keeps the bound of `by_corners`, as Embree has the ray's length from the same corners,
+/// and adds the three roundings of the point on the ray. (Along the axes in which the plane does not extend, the large
+/// errors of `by_corners` do not count: [`ray_origin`] weighs them with the normal.)
+#[inline]
+pub fn hit_point(by_corners: BoundedPoint, origin: Vec3, along: Vec3) -> BoundedPoint {
+    let error = (origin.abs() + along.abs()) * gamma(3);
+    if by_corners.error.max_element() <= error.max_element() * MUCH_LESS_CERTAIN {
+        return by_corners;
+    }
+    BoundedPoint {
+        point: origin + along,
+        error: by_corners.error + error,
+    }
+}
+
 /// Row-major 3×4 affine transform in f32.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Affine {
@@ -128,6 +193,10 @@ pub fn ray_origin(p: BoundedPoint, geometric_normal: Vec3, direction: Vec3) -> V
     )
 }
 
+/// Where rays that leave a surface begin to look for others. A plane of which all points have 0 as one coordinate has
+/// no error along it, so that rays leave it from where it is; Embree then finds it at distance 0, which is no hit.
+pub const RAY_START: f32 = f32::MIN_POSITIVE;
+
 /// How much of a shadow ray's length is traced: the far end is as uncertain as a computed point
 /// (direction and distance come from a difference, a square root and a division: γ(8) covers
 /// them), so a shadow ray ends that share before the light.
@@ -142,6 +211,55 @@ mod tests {
     fn gamma_grows_a_little_faster_than_its_argument() {
         assert!(gamma(1) >= UNIT_ROUNDOFF);
         assert!(gamma(8) > 8.0 * UNIT_ROUNDOFF && gamma(8) < 8.001 * UNIT_ROUNDOFF);
+    }
+
+    /// A ray of 5 mm onto a level ground of 10⁷ m, 3 mm below: within the bound of the height, and where the ray goes.
+    #[test]
+    fn a_point_on_a_huge_triangle_is_where_the_ray_goes() {
+        let h = -3e-3f32;
+        let corners = [[-1e7, h, 1e7], [1e7, h, 1e7], [1e7, h, -1e7]].map(Vec3::from);
+        let (origin, along) = (Vec3::new(1e-3, 0.0, 2e-3), Vec3::new(4e-3, h, 1e-3));
+        let by_corners = triangle_point(corners, 0.5, 0.5);
+        let point = hit_point(by_corners, origin, along);
+        assert!((point.point - Vec3::new(5e-3, h, 3e-3)).abs().max_element() < 1e-9);
+        assert!(point.error.y < 4e-3 * gamma(32));
+        // A triangle of the ray's size keeps its own point.
+        let near = triangle_point(corners.map(|c| c * 1e-9), 0.5, 0.5);
+        assert_eq!(hit_point(near, origin, along), near);
+    }
+
+    /// By the distances to the edges in f64; those within the edges' reach stay where they are.
+    #[test]
+    fn points_off_the_edges_have_their_distance() {
+        let (a, b) = (Vec3::new(3.0, 0.1, 0.0), Vec3::new(0.2, 0.5, 0.4));
+        let distances = |u: f32, v: f32| {
+            let (a, b) = (a.as_dvec3(), b.as_dvec3());
+            let area = a.cross(b).length();
+            let (u, v) = (f64::from(u), f64::from(v));
+            let by = |weight: f64, edge: DVec3| weight * area / edge.length();
+            [by(u, b), by(v, a), by(1.0 - u - v, b - a)]
+        };
+        let error = 1e-4;
+        for (u, v) in [
+            (0.0, 0.0),
+            (1.0, 0.0),
+            (0.0, 1.0),
+            (0.5, 0.5),
+            (0.3, 0.0),
+            (-1e-7, 1e-3),
+        ] {
+            let (u, v) = off_the_edges([a, b], u, v, error);
+            for distance in distances(u, v) {
+                assert!(distance > 7.999 * f64::from(error), "{u} {v}: {distance}");
+            }
+        }
+        let (u, v) = off_the_edges([a, b], 0.3, 0.4, error);
+        assert!((u - 0.3).abs() < 1e-6 && (v - 0.4).abs() < 1e-6);
+        // No place is so far from all edges: the one that is farthest has the same distance from each.
+        let (u, v) = off_the_edges([a, b], 0.9, 0.05, 1.0);
+        let [x, y, z] = distances(u, v);
+        assert!((x - y).abs() < 1e-6 && (y - z).abs() < 1e-6);
+        assert_eq!(off_the_edges([a, a * 2.0], 0.5, 0.0, error), (0.5, 0.0));
     }
 
     fn coordinate() -> impl Strategy<Value = f32> {

@@ -3,7 +3,7 @@
 use super::material::{Coordinates, PreparedMaterial};
 use crate::effects::{self, Mask};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
-use crate::math::float::{Affine, BoundedPoint, triangle_point};
+use crate::math::float::{self, Affine, BoundedPoint, triangle_point};
 use crate::scene::{Mesh, Visibility};
 use crate::shading::bsdf::Normals;
 use crate::shading::{Dielectrics, SurfaceParameters};
@@ -242,13 +242,33 @@ impl Entry {
         }
     }
 
-    /// A point of a triangle in world space, with its error bound.
+    /// A point of a triangle in world space, with its error bound, which does not reach over an edge.
     #[inline]
     pub fn point(&self, mesh: &MeshData, triangle: u32, u: f32, v: f32) -> BoundedPoint {
-        let local = triangle_point(mesh.corners(triangle), u, v);
+        let corners = mesh.corners(triangle);
+        let point = self.placed(triangle_point(corners, u, v));
+        if !float::is_near_an_edge(u, v) {
+            return point;
+        }
+        let edges = [corners[1] - corners[0], corners[2] - corners[0]].map(|e| self.vector(e));
+        let (u, v) = float::off_the_edges(edges, u, v, point.error.max_element());
+        self.placed(triangle_point(corners, u, v))
+    }
+
+    #[inline]
+    fn placed(&self, local: BoundedPoint) -> BoundedPoint {
         match &self.instance {
             None => local,
             Some(p) => p.world_from_object.bounded_point(local),
+        }
+    }
+
+    /// A direction of the mesh in world space.
+    #[inline]
+    fn vector(&self, v: Vec3) -> Vec3 {
+        match &self.instance {
+            None => v,
+            Some(p) => p.world_from_object.vector(v),
         }
     }
 
@@ -304,9 +324,10 @@ pub fn surface<'a, const E: Mask>(
     mesh: &MeshData,
     material: &'a PreparedMaterial,
     hit: &Hit,
-    direction: Vec3,
+    (origin, direction): (Vec3, Vec3),
 ) -> Surface<'a> {
-    let point = entry.point(mesh, hit.primitive, hit.u, hit.v);
+    let by_corners = entry.point(mesh, hit.primitive, hit.u, hit.v);
+    let point = float::hit_point(by_corners, origin, direction * hit.distance);
     let outside = entry.geometric_normal(mesh, hit.primitive);
     let inside = outside.dot(direction) > 0.0;
     let side = |n: Vec3| if inside { -n } else { n };
@@ -410,11 +431,9 @@ fn mapped_normal(
             )
         }
     };
-    let world = match &entry.instance {
-        None => tangent,
-        Some(p) => p.world_from_object.vector(tangent),
-    };
-    let mirror = if entry.instance.is_some() && entry.flipped {
+    let world = entry.vector(tangent);
+    // Given tangents of a mesh in world space have their sign turned over already.
+    let mirror = if entry.flipped && (entry.instance.is_some() || mesh.tangents.is_none()) {
         -1.0
     } else {
         1.0

@@ -363,7 +363,7 @@ impl World {
         let ray = Ray {
             origin: origin.to_array(),
             direction: direction.to_array(),
-            near: 0.0,
+            near: float::RAY_START,
             far,
             mask: RayKind::Shadow.bit(),
         };
@@ -392,9 +392,9 @@ impl World {
         self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE, limit)
     }
 
-    /// The surface at a hit.
+    /// The surface at a hit of the ray that begins at `origin`.
     #[inline]
-    pub fn surface<const E: Mask>(&self, hit: &Hit, direction: Vec3) -> Surface<'_> {
+    pub fn surface<const E: Mask>(&self, hit: &Hit, origin: Vec3, direction: Vec3) -> Surface<'_> {
         let index = hit.object();
         let entry = &self.entries[index as usize];
         let mesh = &self.meshes[entry.mesh as usize];
@@ -403,7 +403,7 @@ impl World {
             mesh,
             &self.materials[mesh.material as usize],
             hit,
-            direction,
+            (origin, direction),
         )
     }
 }
