@@ -79,7 +79,7 @@ def plain_shading(scene):
 
 
 def export(path):
-    """The stock exporter, then the radius and angle of the lights, which it loses."""
+    """The stock exporter, then the radius and angle of the lights and the aperture of the camera, which it loses."""
     bpy.ops.export_scene.gltf(
         filepath=path,
         export_format="GLB",
@@ -95,6 +95,28 @@ def export(path):
         export_gpu_instances=False,
     )
     write_light_sizes(path)
+    write_aperture(path)
+
+
+def write_aperture(path):
+    """Adds `SUNDOG_camera` to the camera of a .glb if it has a lens.
+
+    Cycles' aperture has the diameter focal length / f-stop; Blender's focal length is in millimetres.
+    """
+    lens = bpy.context.scene.camera.data.dof
+    if not lens.use_dof:
+        return
+    document, rest = read_glb(path)
+    aperture = {
+        "radius": 0.5e-3 * bpy.context.scene.camera.data.lens / lens.aperture_fstop,
+        "blades": lens.aperture_blades,
+        "rotation": lens.aperture_rotation,
+        "ratio": lens.aperture_ratio,
+        "focus_distance": lens.focus_distance,
+    }
+    document["cameras"][0].setdefault("extensions", {})["SUNDOG_camera"] = {"aperture": aperture}
+    document.setdefault("extensionsUsed", []).append("SUNDOG_camera")
+    write_glb(path, document, rest)
 
 
 def write_light_sizes(path):

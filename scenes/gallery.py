@@ -427,3 +427,29 @@ def foliage(folder):
     kit.sun("Low sun", (0.72, -0.42, -0.46), 9.0, (1.0, 0.83, 0.60), angle=1.0)
     kit.look_from((0.25, -7.2, 1.65), (0.0, 2.0, 1.45), degrees=54.0)
     return {"environment": "evening-sky.hdr", "environment_strength": 1.5, "bounces": 6}
+
+
+@scene("shallow-focus", 960, 540)
+def shallow_focus(folder):
+    """A row of figures on a table through a wide lens: one is sharp, lamps far behind are discs of light."""
+    dice = random.Random(5)
+    table = kit.principled("Table", base_color=(0.24, 0.13, 0.07), roughness=0.35)
+    kit.quad("Table", [(-6, -2, 0), (6, -2, 0), (6, 9, 0), (-6, 9, 0)], table)
+    wall = kit.matte("Wall", (0.05, 0.06, 0.09))
+    kit.quad("Wall", [(-14, 14, -4), (14, 14, -4), (14, 14, 10), (-14, 14, 10)], wall)
+    colors = ((0.75, 0.16, 0.10), (0.80, 0.62, 0.20), (0.13, 0.42, 0.55), (0.62, 0.66, 0.60), (0.36, 0.20, 0.48))
+    for index, color in enumerate(colors):
+        clay = kit.principled(f"Clay {index}", base_color=color, roughness=0.5)
+        place = (-1.5 + 0.75 * index, 0.9 * index, 0.36)
+        if index == 1:
+            kit.monkey("Suzanne", (place[0], place[1], 0.38), clay, size=0.42, turn=12.0)
+        else:
+            kit.sphere(f"Ball {index}", 0.36, place, clay, 64, 32)
+    for index in range(40):
+        glow = kit.glowing(f"Lamp {index}", [0.4 + 0.6 * dice.random() for _ in range(3)], 40.0)
+        kit.sphere(f"Lamp {index}", 0.05, (dice.uniform(-7, 7), dice.uniform(9, 13), dice.uniform(0.2, 5.0)), glow, 16, 8)
+    key = kit.glowing("Window", (1.0, 0.93, 0.82), 9.0)
+    kit.quad("Window", [(-5, -3, 2.5), (-5, 0, 2.5), (-5, 0, 4.5), (-5, -3, 4.5)], key)
+    camera = kit.look_from((0.4, -4.2, 1.1), (-0.2, 0.9, 0.42), degrees=36.0)
+    kit.focus(camera, 5.05, 0.5)
+    return {"bounces": 8}

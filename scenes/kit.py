@@ -59,6 +59,12 @@ def look_from(position, target, name="Camera", degrees=None, orthographic_scale=
     return holder
 
 
+def focus(camera, distance, f_stop):
+    """Gives a camera a lens: sharp at `distance` along the line of sight, with Cycles' aperture of `f_stop`."""
+    lens = camera.data.dof
+    lens.use_dof, lens.focus_distance, lens.aperture_fstop = True, distance, f_stop
+
+
 def facing(position, target):
     """The matrix that puts an object at `position` with its -Z axis towards `target` and its Y axis as upright as can be."""
     direction = Vector(target) - Vector(position)

@@ -151,10 +151,23 @@ def root(square):
 
 
 def worst_tile(errors):
-    """The error in percent of the worst tile."""
+    """The error in percent of the worst of the tiles, 20 of which are as wide as the picture, but no larger than TILE."""
     height, width = errors.shape
-    tiles = [errors[y:y + TILE, x:x + TILE].mean() for y in range(0, height, TILE) for x in range(0, width, TILE)]
+    side = min(TILE, width // 20)
+    tiles = [errors[y:y + side, x:x + side].mean() for y in range(0, height - side + 1, side) for x in range(0, width - side + 1, side)]
     return root(max(tiles))
+
+
+def needed(rows, measure, wanted):
+    """The processor seconds in which rows of rising numbers of samples come down to an error: between two of them the logarithms of
+    both are a straight line, beyond them the error falls with the root of time."""
+    points = sorted((getattr(row, measure), row.seconds) for row in rows)
+    if wanted <= points[0][0]:
+        return points[0][1] * (points[0][0] / wanted) ** 2
+    if wanted >= points[-1][0]:
+        return points[-1][1] * (points[-1][0] / wanted) ** 2
+    errors, seconds = zip(*points)
+    return float(np.exp(np.interp(np.log(wanted), np.log(errors), np.log(seconds))))
 
 
 class Row:
@@ -175,6 +188,8 @@ class Row:
         self.square = statistics.mean(each.mean() for each in maps)
         self.error = root(self.square)
         self.worst = worst_tile(self.map)
+        # Set where there is something to compare with.
+        self.sooner = self.worst_sooner = None
         self.light = statistics.mean(render["picture"].mean() for render in renders) / truth
 
     def numbers(self):
@@ -201,6 +216,8 @@ COLUMNS = {
     "rays": ("rays a sample", lambda row, _: "" if row.rays is None else figure(row.rays)),
     "error": ("error", lambda row, _: percent(row.error)),
     "worst": ("error of the worst tile", lambda row, _: percent(row.worst)),
+    "worst-sooner": ("times sooner for the worst tile", lambda row, _: figure(row.worst_sooner) if row.worst_sooner else ""),
+    "sooner": ("times sooner for the picture", lambda row, _: figure(row.sooner) if row.sooner else ""),
     "light": ("light there", lambda row, _: f"{100.0 * row.light:.1f} %"),
     # For the same error the first row needs so many times this one's time: errors fall with the root of time.
     "gain": ("speed at equal error", lambda row, rows: figure(rows[0].square * rows[0].seconds / max(row.square * row.seconds, 1e-30))),
@@ -317,9 +334,9 @@ def data_url(path, kind):
         return f"data:{kind};base64,{base64.b64encode(file.read()).decode()}"
 
 
-def insert(page, name, text):
+def insert(page, name, text, by="scripts/experiments.py"):
     """Puts an experiment's text between its markers; the page must have them."""
-    begin, end = f"<!-- {name}: made by scripts/experiments.py -->", f"<!-- end of {name} -->"
+    begin, end = f"<!-- {name}: made by {by} -->", f"<!-- end of {name} -->"
     with open(page) as file:
         before, rest = file.read().split(begin, 1)
     after = rest.split(end, 1)[1]

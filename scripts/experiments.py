@@ -128,8 +128,10 @@ def roulette(study):
     size, samples = study.few((240, 160), (48, 32)), study.few(64, 8)
     references = study.bench.references("window-room", size, study.few(512, 64), ENOUGH_BOUNCES)
     ways = [("none", "off"), ("from bounce 1", "1"), ("from bounce 2 (the default)", "2"), ("from bounce 4", "4"), ("from bounce 8", "8")]
-    rows = study.rows_of("window-room", size, [(label, samples, (f"--roulette={way}", ENOUGH_BOUNCES)) for label, way in ways], references)
-    study.say(kit.table(f"roulette, {samples} samples a pixel, up to 100 bounces", rows, ("seconds", "rays", "light", "error", "gain")))
+    # A few bright dots are most of the error: two seeds are too few.
+    study.seeds = range(1, study.few(8, 2))
+    rows = study.rows_of("window-room", size, [(label, samples, (f"--roulette={way}", "--bounces=32")) for label, way in ways], references)
+    study.say(kit.table(f"roulette, {samples} samples a pixel, up to 32 bounces", rows, ("seconds", "rays", "light", "error", "gain")))
 
 
 def samples(study):
@@ -146,22 +148,25 @@ def samples(study):
 
 
 def adaptive(study):
-    if "pixel-error" not in study.bench.flags:
-        study.say("(This program has no `--pixel-error`.)")
-        return
-    for scene in study.few(("foliage", "glass"), ("glass",)):
-        size = study.few((320, 180), (48, 27))
-        references = study.bench.references(scene, size, study.few(256, 64))
-        uniform = [(f"{n} samples", n, ()) for n in study.few((16, 64, 256), (4, 16))]
-        most = study.few(4096, 64)
-        tolerances = study.few((32, 16, 8, 4), (32, 16))
-        by_error = [(f"tolerance {percent} %", most, (f"--pixel-error={percent}%",)) for percent in tolerances]
-        rows = study.rows_of(scene, size, uniform + by_error, references)
-        study.say(kit.table(scene, rows, ("samples", "seconds", "error", "worst")))
-        even, uneven = rows[len(uniform) - 1], rows[-2]
-        most_error = np.sqrt(max(kit.blurred(even.map).max(), 1e-9))
-        maps = [kit.heat(kit.blurred(row.map), most_error) for row in (even, uneven)]
-        study.show(f"-{scene}", f"Where the error is in {scene}, {even.label} and {uneven.label}: black is none, white {100 * most_error:.0f} %",
+    """Uniform numbers of samples against tolerances of adaptive sampling, where error is uneven and where it is not."""
+    for scene in study.few(("foliage", "glass", "shallow-focus", "cornell"), ("glass",)):
+        settings = study.bench.settings(scene)
+        width = study.few(240, 60)
+        size = width, width * settings["height"] // settings["width"]
+        references = study.bench.references(scene, size, study.few(1024, 64))
+        numbers = study.few((32, 128, 512), (4, 16))
+        uniform = study.rows_of(scene, size, [(f"{n} samples", n, ()) for n in numbers], references)
+        # Tolerances from what uniform sampling leaves in the worst tile after as many samples as it begins with, downwards.
+        tolerances = sorted({max(1, round(uniform[0].worst * share)) for share in study.few((0.6, 0.4, 0.25), (0.6,))}, reverse=True)
+        ways = [(f"tolerance {percent} %", study.few(16384, 64), (f"--pixel-error={percent}%",)) for percent in tolerances]
+        by_error = study.rows_of(scene, size, ways, references)
+        for row in by_error:
+            row.sooner = kit.needed(uniform, "error", row.error) / row.seconds
+            row.worst_sooner = kit.needed(uniform, "worst", row.worst) / row.seconds
+        study.say(kit.table(scene, uniform + by_error, ("samples", "seconds", "error", "worst", "worst-sooner", "sooner")))
+        most_error = np.sqrt(max(kit.blurred(uniform[1].map).max(), 1e-9))
+        maps = [kit.heat(kit.blurred(row.map), most_error) for row in (uniform[1], by_error[-2 % len(by_error)])]
+        study.show(f"-{scene}", f"Where the error is in {scene}, {uniform[1].label} and {by_error[-2 % len(by_error)].label}: black is none, white {100 * most_error:.0f} %",
                    kit.sheet(maps, 2), view="Standard")
 
 
@@ -216,7 +221,7 @@ EXPERIMENTS = {
     "bounces": (bounces, ["window-room"]),
     "roulette": (roulette, ["window-room"]),
     "samples": (samples, ["cornell"]),
-    "adaptive": (adaptive, ["foliage", "glass"]),
+    "adaptive": (adaptive, ["foliage", "glass", "shallow-focus", "cornell"]),
 }
 
 

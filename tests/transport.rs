@@ -148,6 +148,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
             effects: 0,
             threads: Some(1),
             cull_backfaces: false,
+            naive: Default::default(),
         };
         let world = World::new(&scene, &options).unwrap();
         let (mut rays, mut self_hits, mut escapes) = (0u32, 0u32, 0u32);

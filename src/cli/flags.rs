@@ -572,6 +572,20 @@ const STUDIES: Group = Group {
         )
         .default("on")
         .details("The same picture in the mean."),
+        Argument::new(
+            "naive",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "offsets", doc: "rays start a ten-thousandth of a metre off surfaces, instead of by derived error bounds" },
+                    Choice { name: "edges", doc: "triangles are met by Embree's fast test, which lets rays through at edges" },
+                    Choice { name: "origin", doc: "positions become single-precision numbers where they are, instead of relative to the camera" },
+                ],
+            },
+            "PART",
+            "Leave out something that keeps pictures stable, to see what it is good for and what it costs.",
+        )
+        .repeats()
+        .details("Pictures get wrong: docs/hard-cases.md shows how."),
     ],
 };
 
@@ -646,7 +660,7 @@ static RENDER: Command = Command {
                 Argument::new("error", Kind::Share, "TARGET", "Stop when the estimated error of the picture (see below) is not above this, for example 2%.")
                     .details("It is looked at after 1, 2, 4, 8, 16, 32, 64, 128, 192, 256 … samples a pixel."),
                 Argument::new("pixel-error", Kind::Share, "TARGET", "Take samples where the estimated error of the pixel is above this, for example 5%, and stop when it is nowhere.")
-                    .details("Adaptive sampling: after 32 samples everywhere, where the error is largest first, so that it is even whenever the render ends. `--samples` is the most that a pixel gets. The errors of the 31 × 31 pixels around a pixel, without its own, decide how many it gets: a pixel that stopped when its own samples happen to agree would be too dark on average. So the target holds for the root mean square over these; single details may be further off."),
+                    .details("Adaptive sampling: after 32 samples everywhere, where the error is largest first, so that it is even whenever the render ends. `--samples` is the most that a pixel gets. The errors of the pixels around a pixel, without its own, decide how many it gets: one that stopped when its own samples happen to agree would be too dark on average. So the target holds for the root mean square over 31 × 31 pixels; single details may be further off."),
                 Argument::new("sample-range", Kind::Range, "A..B", "Take only the samples with the numbers from A to before B, for `sundog merge`.")
                     .details("Several machines can share a picture: each renders a range of its own and keeps it with `--checkpoint`."),
                 Argument::new("checkpoint", Kind::Path, "FILE", "Keep the state of the render here, and go on from it if it is there already.")

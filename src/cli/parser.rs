@@ -215,6 +215,15 @@ impl<'a> Parsed<'a> {
         self.all(name).filter_map(text).collect()
     }
 
+    /// All words of a choice that repeats.
+    pub fn choices(&self, name: &str) -> Vec<&'static str> {
+        let word = |value: &'a Value| match value {
+            Value::Choice(choice) => Some(*choice),
+            _ => None,
+        };
+        self.all(name).filter_map(word).collect()
+    }
+
     /// A whole number that fits `u32` (as the table's ranges do).
     pub fn integer(&self, name: &str) -> Option<u32> {
         match self.value(name)? {

@@ -6,7 +6,7 @@ use super::{Failure, console};
 use crate::film::Passes;
 use crate::film::apart::PixelApart;
 use crate::film::pixel::Pixel;
-use crate::render::{BounceLimits, Filter, LightSampling, RenderSettings};
+use crate::render::{BounceLimits, Filter, LightSampling, Naive, RenderSettings};
 use crate::scene::{Camera, Projection, Scene, Window};
 use std::path::Path;
 
@@ -101,8 +101,18 @@ pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, 
             .integer("light-samples")
             .unwrap_or(defaults.light_samples),
         roulette: parsed.roulette("roulette").unwrap_or(defaults.roulette),
+        naive: naive(parsed),
         cull_backfaces: parsed.switch("backface-culling"),
     })
+}
+
+fn naive(parsed: Parsed) -> Naive {
+    let parts = parsed.choices("naive");
+    Naive {
+        offsets: parts.contains(&"offsets"),
+        edges: parts.contains(&"edges"),
+        origin: parts.contains(&"origin"),
+    }
 }
 
 /// The flag's filter; else the default's shape with the width that the scene wishes.

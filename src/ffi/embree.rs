@@ -187,7 +187,7 @@ impl Device {
             vec![[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
             vec![[0, 1, 2]],
         )?;
-        let mut scene = Scene::new(self)?;
+        let mut scene = Scene::new(self, true)?;
         scene.add_triangles(&Arc::new(mesh), false, u32::MAX)?;
         let scene = scene.commit()?;
         #[repr(C)]
@@ -437,10 +437,16 @@ unsafe extern "C" fn filter_trampoline<F: FnMut(&Hit) -> bool>(
 
 impl Scene {
     /// An empty scene. Queries are robust (watertight up to rounding of shared vertices).
+    /// `robust`: rays do not slip through the edges between triangles.
     ///
     /// # Errors
     /// If memory is short.
-    pub fn new(device: &Device) -> Result<Self, EmbreeError> {
+    pub fn new(device: &Device, robust: bool) -> Result<Self, EmbreeError> {
+        let robust = if robust {
+            sys::RTC_SCENE_FLAG_ROBUST
+        } else {
+            0
+        };
         // SAFETY: the device is alive.
         let raw = unsafe { sys::rtcNewScene(device.0.raw) };
         if raw.is_null() {
@@ -451,7 +457,7 @@ impl Scene {
         unsafe {
             sys::rtcSetSceneFlags(
                 raw,
-                sys::RTC_SCENE_FLAG_ROBUST | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS,
+                robust | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS,
             )
         };
         Ok(Self {
@@ -771,7 +777,7 @@ mod tests {
     #[test]
     fn hits_name_geometry_triangle_and_barycentrics() {
         let device = Device::new(Some(1)).unwrap();
-        let mut scene = Scene::new(&device).unwrap();
+        let mut scene = Scene::new(&device, true).unwrap();
         assert_eq!(scene.add_triangles(&quad(0.0), false, u32::MAX).unwrap(), 0);
         assert_eq!(scene.add_triangles(&quad(2.0), false, u32::MAX).unwrap(), 1);
         let scene = scene.commit().unwrap();
@@ -794,7 +800,7 @@ mod tests {
     #[test]
     fn filters_let_rays_through() {
         let device = Device::new(Some(1)).unwrap();
-        let mut scene = Scene::new(&device).unwrap();
+        let mut scene = Scene::new(&device, true).unwrap();
         scene.add_triangles(&quad(0.0), false, u32::MAX).unwrap();
         scene.add_triangles(&quad(2.0), true, u32::MAX).unwrap();
         scene.add_triangles(&quad(4.0), true, u32::MAX).unwrap();
@@ -830,10 +836,10 @@ mod tests {
     #[test]
     fn instances_are_placed_and_named() {
         let device = Device::new(Some(2)).unwrap();
-        let mut child = Scene::new(&device).unwrap();
+        let mut child = Scene::new(&device, true).unwrap();
         child.add_triangles(&quad(0.0), false, u32::MAX).unwrap();
         let child = child.commit().unwrap();
-        let mut top = Scene::new(&device).unwrap();
+        let mut top = Scene::new(&device, true).unwrap();
         for x in [0.0, 10.0] {
             top.add_instance(
                 &child,
@@ -857,10 +863,10 @@ mod tests {
     #[test]
     fn masks_hide_geometries_and_instances() {
         let device = Device::new(Some(1)).unwrap();
-        let mut child = Scene::new(&device).unwrap();
+        let mut child = Scene::new(&device, true).unwrap();
         child.add_triangles(&quad(0.0), false, u32::MAX).unwrap();
         let child = child.commit().unwrap();
-        let mut top = Scene::new(&device).unwrap();
+        let mut top = Scene::new(&device, true).unwrap();
         top.add_triangles(&quad(4.0), false, 1).unwrap();
         let identity = [
             [1.0, 0.0, 0.0],
@@ -888,7 +894,7 @@ mod tests {
     #[test]
     fn spheres_are_hit_and_filtered() {
         let device = Device::new(Some(1)).unwrap();
-        let mut scene = Scene::new(&device).unwrap();
+        let mut scene = Scene::new(&device, true).unwrap();
         scene
             .add_spheres(&[[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 5.0, 0.5]])
             .unwrap();
@@ -906,7 +912,7 @@ mod tests {
     #[test]
     fn eight_rays_find_what_single_rays_find() {
         let device = Device::new(Some(1)).unwrap();
-        let mut scene = Scene::new(&device).unwrap();
+        let mut scene = Scene::new(&device, true).unwrap();
         scene.add_triangles(&quad(0.0), false, u32::MAX).unwrap();
         let scene = scene.commit().unwrap();
         let rays: [Ray; 8] = std::array::from_fn(|i| down(-1.3 + 0.35 * i as f32, 0.2));

@@ -30,8 +30,14 @@ pub const REACH: usize = 2;
 /// the error to √(2 / 48) / 2 = 10 %.
 pub const SHOWN: usize = 3;
 /// The same where it is decided who gets more samples: so many that where light comes in rare bright samples, some of
-/// these pixels have met some.
-pub const DECIDING: usize = 15;
+/// these pixels have met some …
+const WIDE: usize = 15;
+/// … and so few that edges between quiet and noisy parts stay where they are.
+const NEAR: usize = 4;
+/// A pixel counts in the near neighbourhood as this many times the error of the wide one, at most.
+const MOST_SAY: f32 = 4.0;
+/// A near neighbourhood without noise counts as this share of the squared error of the wide one.
+const LEAST_OF_WIDE: f32 = 0.25;
 /// Pixels whose features are so far apart are of different things.
 const UNLIKE: f32 = 0.5;
 /// A pixel brighter than the mean of its neighbours by more than this is taken for a firefly …
@@ -287,6 +293,61 @@ impl Moments {
     }
 }
 
+/// The errors that adaptive sampling decides by: first where it takes samples, then what has to come down, too, before
+/// it ends.
+///
+/// A wide neighbourhood says when to end, lest a pixel is given up before the rare bright samples there are have been
+/// met. A near one says where the error is; in it a single pixel has no more say than a few: what it has met by chance
+/// must not draw samples to its neighbours, which would come back to it and make it too dark. For the same reason the
+/// near one lowers what the wide one says to a part only, but raises it to whatever it is.
+pub fn deciding(errors: &[f32], width: usize) -> [Vec<f32>; 2] {
+    let wide = pooled_of_next(errors, width, WIDE);
+    let limited = errors.iter().zip(&wide).map(|(e, w)| e.min(MOST_SAY * w));
+    let near = pooled_of_next(&limited.collect::<Vec<f32>>(), width, NEAR);
+    [LEAST_OF_WIDE, 1.0].map(|share| {
+        let both = near.iter().zip(&wide);
+        both.map(|(n, w)| n.max(share * w)).collect()
+    })
+}
+
+/// As [`pooled`], of the pixels of one kind alone. Pixels are of four kinds, by whether their column and their row are
+/// even, and each kind looks at the next one: what a pixel has met can come back to it by way of the three others only.
+fn pooled_of_next(values: &[f32], width: usize, reach: usize) -> Vec<f32> {
+    let next = |column: usize, row: usize| match (column % 2, row % 2) {
+        (0, 0) => (1, 0),
+        (1, 0) => (1, 1),
+        (1, 1) => (0, 1),
+        _ => (0, 0),
+    };
+    let around = |at: usize, length: usize, kind: usize| {
+        let from = at.saturating_sub(reach);
+        (from + (from + kind) % 2..(at + reach + 1).min(length)).step_by(2)
+    };
+    // Sums of the even and of the odd columns around each.
+    let across = |row: &[f32]| -> Vec<[f64; 2]> {
+        let sum = |x, kind| around(x, width, kind).map(|at| f64::from(row[at])).sum();
+        (0..width)
+            .map(|x| [0, 1].map(|kind| sum(x, kind)))
+            .collect()
+    };
+    let rows: Vec<Vec<[f64; 2]>> = values.par_chunks(width.max(1)).map(across).collect();
+    let down = |y: usize| {
+        let (rows, own) = (&rows, &values[y * width..(y + 1) * width]);
+        (0..width).map(move |x| {
+            let (column, row) = next(x, y);
+            let near = around(y, rows.len(), row);
+            let others = near.len() * around(x, width, column).len();
+            if others == 0 {
+                return own[x];
+            }
+            let sum: f64 = near.map(|at| rows[at][x][column]).sum();
+            (sum / others as f64) as f32
+        })
+    };
+    let all = (0..rows.len()).into_par_iter();
+    all.flat_map_iter(down).collect()
+}
+
 /// Mean of the values around each, over squares of `reach` to each side as far as there are any, without its own
 /// (but where it is alone); by the threads of the current pool.
 pub fn pooled(values: &[f32], width: usize, reach: usize) -> Vec<f32> {
@@ -451,6 +512,48 @@ mod tests {
         assert_eq!([at(10, 6), at(13, 9), at(14, 6)], [0.0, 1.0, 0.0]);
         assert_eq!(pooled(&[3.0; 10], 5), [3.0; 10]);
         assert_eq!(pooled(&[3.0], 1), [3.0]);
+    }
+
+    /// A noisy half and a quiet one: each is told apart up to the near window's edge, and down to a quarter of the wide
+    /// one's; a single firefly moves its near neighbours by 4 / 16 of the wide error at most, and itself not at all.
+    #[test]
+    fn samples_are_decided_near_but_not_by_one_pixel() {
+        let side = 96;
+        let mut errors: Vec<f32> = (0..side * side)
+            .map(|i| if i % side < 48 { 1.0 } else { 0.0 })
+            .collect();
+        let at = |of: &[f32], x: usize| of[48 * side + x];
+        let [by_halves, until] = deciding(&errors, side);
+        assert!((at(&by_halves, 43) - 1.0).abs() < 1e-6);
+        assert!((0.4..0.6).contains(&at(&by_halves, 47)));
+        let wide = |errors: &[f32]| pooled_of_next(errors, side, WIDE);
+        assert_eq!(at(&by_halves, 56), 0.25 * at(&wide(&errors), 56));
+        assert_eq!(at(&until, 56), at(&wide(&errors), 56));
+        assert_eq!(at(&by_halves, 70), 0.0);
+        errors[48 * side + 25] = 1000.0;
+        let [after, _] = deciding(&errors, side);
+        assert_eq!(at(&by_halves, 25), at(&after, 25));
+        let limit = 4.0 * at(&wide(&errors), 24) / 16.0;
+        assert!(
+            at(&after, 24) - at(&by_halves, 24) <= limit,
+            "{}",
+            at(&after, 24)
+        );
+    }
+
+    /// Each kind sees the next one alone, so that it takes four steps to come back.
+    #[test]
+    fn what_a_pixel_says_comes_back_after_four_steps() {
+        let side = 64;
+        let start = 30 * side + 30;
+        let mut seen: Vec<f32> = vec![0.0; side * side];
+        seen[start] = 1.0;
+        for step in 1..=4 {
+            seen = pooled_of_next(&seen, side, NEAR);
+            assert_eq!(seen[start] > 0.0, step == 4, "{step}");
+        }
+        assert_eq!(pooled_of_next(&[3.0; 35], 7, 4), [3.0; 35]);
+        assert_eq!(pooled_of_next(&[3.0], 1, 4), [3.0]);
     }
 
     /// What lies beyond an edge of the features has no say.

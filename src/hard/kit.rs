@@ -8,7 +8,7 @@ use crate::scene::{
     Camera, Environment, Instance, Material, MaterialId, Mesh, MeshId, Projection, Scene,
     Visibility,
 };
-use crate::world::{Options, World};
+use crate::world::{Naive, Options, World};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -150,6 +150,7 @@ pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
         effects: effects::ALL,
         threads: None,
         cull_backfaces: false,
+        naive: Naive::default(),
     };
     World::new(scene, &options).map_err(|error| RenderError::Embree(error.0))
 }

@@ -41,6 +41,8 @@ pub struct PathSettings {
     /// Directions are drawn without a look at the BSDF, wherever that can work. For studies; the general
     /// kernel alone can do it.
     pub uniform: bool,
+    /// Rays start at a fixed distance off surfaces. For studies; the general kernel alone can do it.
+    pub naive_offsets: bool,
     /// Light samples at the surface that the camera sees; their mean counts. At all others it is one.
     pub light_samples: u32,
     /// The first bounce that Russian roulette may be played at; `u32::MAX` for none.
@@ -507,7 +509,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         if !s.delta {
             min_pdf = min_pdf.min(s.pdf);
         }
-        origin = ray_origin(surface.point, surface.normals.geometric, s.wi);
+        origin = leave::<E>(settings, &surface, s.wi);
         direction = s.wi;
         (near, far) = (RAY_START, f32::INFINITY);
         bounce += 1;
@@ -521,6 +523,19 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         rays,
         first,
     }
+}
+
+/// How far rays start off surfaces in toy renderers, metres.
+const NAIVE_OFFSET: f32 = 1e-4;
+
+/// Where a ray starts that leaves a surface.
+#[inline]
+fn leave<const E: Mask>(settings: &PathSettings, surface: &Surface, direction: Vec3) -> Vec3 {
+    let normal = surface.normals.geometric;
+    if E == PATHS && settings.naive_offsets {
+        return surface.point.point + normal * NAIVE_OFFSET.copysign(direction.dot(normal));
+    }
+    ray_origin(surface.point, normal, direction)
 }
 
 /// A surface that light falls on, and the path to it.
@@ -630,7 +645,7 @@ fn direct_light<const E: Mask, A: Apart + Record>(
         gathered.apart.step(|| drawn(None));
         return 0;
     }
-    let start = ray_origin(surface.point, surface.normals.geometric, light.wi);
+    let start = leave::<E>(settings, surface, light.wi);
     let share = match light.target {
         _ if !casts_shadow => 1.0,
         Some(target) => world.transmittance_to::<E>(start, target, transparent),

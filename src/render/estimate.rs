@@ -3,21 +3,20 @@
 use super::Region;
 use super::tile::{TILE, Tile, across, locked};
 use crate::film::error::{
-    DECIDING, ErrorEstimate, ErrorSums, Noisy, REACH, SHOWN, pooled, relative_errors,
+    ErrorEstimate, ErrorSums, Noisy, REACH, SHOWN, deciding, pooled, relative_errors,
 };
-use crate::film::pixel::Pixel;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Estimates the error of each pixel, which the tiles then have, and of the picture. `None`, and nothing is
-/// changed, while a pixel has less than a sample of each replicate, and when nobody waits any more. `adaptive`: the
-/// tiles get what adaptive sampling decides by, too.
+/// changed, while a pixel has less than a sample of each replicate, and when nobody waits any more. With a target for
+/// each pixel (0 for none) the tiles get what adaptive sampling decides by, too.
 /// Bands are summed in their order, so that the numbers do not depend on the threads.
 pub fn estimate(
     tiles: &[Mutex<Tile>],
     region: Region,
-    adaptive: bool,
+    pixel_target: f64,
     given_up: &AtomicBool,
 ) -> Option<ErrorEstimate> {
     let width = region.width() as usize;
@@ -42,7 +41,7 @@ pub fn estimate(
         errors.extend(band);
         sums.join(&of_band);
     }
-    hand_out(tiles, region, errors, adaptive);
+    hand_out(tiles, region, errors, pixel_target);
     sums.estimate()
 }
 
@@ -69,7 +68,7 @@ fn gather(tiles: &[Mutex<Tile>], region: Region, rows: std::ops::Range<u32>) -> 
 
 /// Gives each pixel the error that its neighbours let expect: what they say of one sample is pooled, for they may
 /// have more samples or less.
-fn hand_out(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>, adaptive: bool) {
+fn hand_out(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>, pixel_target: f64) {
     let width = region.width() as usize;
     for tile in tiles {
         let tile = locked(tile);
@@ -82,23 +81,33 @@ fn hand_out(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>, adaptiv
         }
     }
     let shown = pooled(&errors, width, SHOWN);
-    let deciding = adaptive.then(|| pooled(&errors, width, DECIDING));
-    for tile in tiles {
-        let mut tile = locked(tile);
+    let of = |tile: &Tile, errors: &[f32]| -> Vec<f32> {
         let column = (tile.x - region.x0) as usize;
         let (top, across) = ((tile.y - region.y0) as usize, tile.width as usize);
-        let of = |errors: &[f32], pixels: &[Pixel]| -> Vec<f32> {
-            let rows = pixels.chunks(across).zip(top..);
-            rows.flat_map(|(pixels, row)| {
-                let start = row * width + column;
-                let errors = errors[start..start + across].iter();
-                errors.zip(pixels).map(|(e, p)| e / p.samples as f32)
-            })
-            .collect()
-        };
-        tile.errors = of(&shown, &tile.pixels);
-        if let Some(deciding) = &deciding {
-            tile.deciding = of(deciding, &tile.pixels);
+        let rows = tile.pixels.chunks(across).zip(top..);
+        rows.flat_map(|(pixels, row)| {
+            let start = row * width + column;
+            let errors = errors[start..start + across].iter();
+            errors.zip(pixels).map(|(e, p)| e / p.samples as f32)
+        })
+        .collect()
+    };
+    for tile in tiles {
+        let mut tile = locked(tile);
+        tile.errors = of(&tile, &shown);
+    }
+    if pixel_target > 0.0 {
+        let above = |e: &f32| f64::from(*e) > pixel_target * pixel_target;
+        for deciding in deciding(&errors, width) {
+            let mut any = false;
+            for tile in tiles {
+                let mut tile = locked(tile);
+                tile.deciding = of(&tile, &deciding);
+                any |= tile.deciding.iter().any(above);
+            }
+            if any {
+                break;
+            }
         }
     }
 }

@@ -72,6 +72,7 @@ impl<'a> Prepared<'a> {
             effects: wanted,
             threads: Some(threads),
             cull_backfaces: settings.cull_backfaces,
+            naive: settings.naive,
         };
         let world = pool
             .install(|| World::new(scene, &options))
@@ -128,6 +129,7 @@ fn kernel(settings: &RenderSettings, wanted: Mask) -> (Mask, AnyKernel) {
     }
     let (mask, kernel) = match settings.light_sampling {
         LightSampling::Hemisphere => integrator::GENERAL,
+        _ if settings.naive.offsets => integrator::GENERAL,
         _ => integrator::kernel_for(wanted),
     };
     (mask, AnyKernel::Together(kernel))
@@ -150,6 +152,7 @@ fn path_settings(settings: &RenderSettings) -> PathSettings {
         ),
         sample_bsdf: settings.light_sampling != LightSampling::Nee,
         uniform: settings.light_sampling == LightSampling::Hemisphere,
+        naive_offsets: settings.naive.offsets,
         light_samples: settings.light_samples,
         roulette: settings.roulette.unwrap_or(u32::MAX),
     }

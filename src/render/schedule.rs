@@ -98,16 +98,17 @@ pub fn go_on(
         forecast: Mutex::default(),
         passes: AtomicU64::new(0),
         estimating: Mutex::new(Duration::ZERO),
+        judging: AtomicBool::new(false),
+        judged: AtomicBool::new(false),
         reserve: Mutex::new(Duration::ZERO),
     };
     let stop = run.all(pool);
     let trace = run.trace_begun.elapsed();
     let samples = Samples::of(&tiles);
-    let error = if run.stopped() {
-        // In the middle of a pass, perhaps.
-        pool.install(|| estimate(&tiles, region, false, &AtomicBool::new(false)))
-    } else {
+    let error = if run.judged.load(Ordering::Relaxed) {
         *locked(&run.error)
+    } else {
+        pool.install(|| estimate(&tiles, region, 0.0, &AtomicBool::new(false)))
     };
     // First of all: whoever has interrupted waits for it.
     if job.rays.load(Ordering::Relaxed) > 0 {
@@ -186,6 +187,10 @@ struct Run<'a> {
     passes: AtomicU64,
     /// Time that the last estimate took.
     estimating: Mutex<Duration>,
+    /// The estimate that time was left for is being made: too late to break it off for want of time.
+    judging: AtomicBool,
+    /// No sample has come since `error` was estimated.
+    judged: AtomicBool,
     /// Time that has to be left for the output; zero while it is not known.
     reserve: Mutex<Duration>,
 }
@@ -247,7 +252,8 @@ impl Run<'_> {
         if self.observer.cancelled() {
             return Some(Stop::Cancelled);
         }
-        (self.time_left()? == Duration::ZERO).then_some(Stop::Time)
+        let judging = self.judging.load(Ordering::Relaxed);
+        (self.time_left()? == Duration::ZERO && !judging).then_some(Stop::Time)
     }
 
     /// Time that tracing may still take, if it is limited.
@@ -273,6 +279,7 @@ impl Run<'_> {
                 return Some(why);
             }
             left = false;
+            self.judged.store(false, Ordering::Relaxed);
             let begun = Instant::now();
             tiles.par_iter().for_each(|tile| self.job.run_locked(tile));
             *locked(&self.traced) += begun.elapsed();
@@ -293,14 +300,17 @@ impl Run<'_> {
     /// Looks at the picture after a whole pass, so that the clock has no say in it.
     fn judge(&self) {
         let begun = Instant::now();
-        let adaptive = self.settings.pixel_error_target > 0.0;
+        self.judging.store(true, Ordering::Relaxed);
         let (tiles, region) = (self.film.tiles(), self.settings.region());
-        let error = estimate(tiles, region, adaptive, &self.job.stop);
+        let target = self.settings.pixel_error_target;
+        let error = estimate(tiles, region, target, &self.job.stop);
+        self.judging.store(false, Ordering::Relaxed);
         if self.stopped() {
             return;
         }
         *locked(&self.estimating) = begun.elapsed();
         *locked(&self.error) = error;
+        self.judged.store(true, Ordering::Relaxed);
         let passed = self.passed();
         let mut known = locked(&self.known);
         known.push(Known::from(&passed));

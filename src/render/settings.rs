@@ -1,6 +1,7 @@
 //! What a user can set.
 
 use crate::film::Passes;
+pub use crate::world::Naive;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -59,6 +60,8 @@ pub struct RenderSettings {
     pub light_samples: u32,
     /// From which bounce on paths may end by Russian roulette; `None` for none. For studies.
     pub roulette: Option<u32>,
+    /// What keeps pictures stable and is left out. For studies.
+    pub naive: Naive,
     /// Hide the back faces of single-sided materials, as glTF's rasterisers do (Cycles shows them).
     pub cull_backfaces: bool,
 }
@@ -90,6 +93,7 @@ impl Default for RenderSettings {
             light_sampling: LightSampling::Mis,
             light_samples: 1,
             roulette: Some(2),
+            naive: Naive::default(),
             cull_backfaces: false,
         }
     }

@@ -258,7 +258,7 @@ impl Finder {
                 }
             }
         }
-        let mut scene = embree::Scene::new(device)?;
+        let mut scene = embree::Scene::new(device, true)?;
         // The geometries have the numbers 0, 1, … in the order in which they are added.
         let mut lamps = [Vec::new(), Vec::new()];
         if !spheres.is_empty() {

@@ -21,6 +21,7 @@ use crate::scene::{self, Scene};
 use geometry::{Entry, MeshData};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use material::{Coordinates, PreparedMaterial, Preparer};
+use serde::Serialize;
 
 /// A scene ready for rays. Positions are relative to `origin`.
 pub struct World {
@@ -43,6 +44,18 @@ pub struct World {
     holdouts: Vec<bool>,
 }
 
+/// What keeps pictures stable and can be left out, to see what it is good for and what it costs. For studies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Naive {
+    /// Rays start a ten-thousandth of a metre off surfaces, whatever the scale, instead of by error bounds. The
+    /// general kernel alone can do it.
+    pub offsets: bool,
+    /// Triangles are met by Embree's fast test, which rays can slip through at edges.
+    pub edges: bool,
+    /// Positions become f32 where they are, and not relative to the camera.
+    pub origin: bool,
+}
+
 /// What a world is prepared for.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
@@ -56,6 +69,8 @@ pub struct Options<'a> {
     pub threads: Option<usize>,
     /// Hide back faces of single-sided materials.
     pub cull_backfaces: bool,
+    /// What is left out.
+    pub naive: Naive,
 }
 
 /// What a ray with a limit of transparent surfaces met.
@@ -94,7 +109,12 @@ impl World {
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, EmbreeError> {
         let device = Device::new(options.threads)?;
         // The camera is where precision matters: floats are densest about it.
-        let origin = options.camera.world_from_camera.translation;
+        let origin = if options.naive.origin {
+            DVec3::ZERO
+        } else {
+            options.camera.world_from_camera.translation
+        };
+        let robust = !options.naive.edges;
         let keep = |effect| effects::has(options.effects, effect);
 
         let mut preparer = Preparer::default();
@@ -120,7 +140,7 @@ impl World {
         for instance in &scene.instances {
             placements[instance.mesh.0 as usize] += 1;
         }
-        let mut top = embree::Scene::new(&device)?;
+        let mut top = embree::Scene::new(&device, robust)?;
         let mut meshes = Vec::new();
         let mut entries = Vec::new();
         let mut shared: Vec<Option<(u32, CommittedScene)>> = vec![None; scene.meshes.len()];
@@ -151,7 +171,7 @@ impl World {
                     Some((mesh, child)) => (*mesh, child.clone()),
                     None => {
                         let data = MeshData::new(source, material, None)?;
-                        let mut child = embree::Scene::new(&device)?;
+                        let mut child = embree::Scene::new(&device, robust)?;
                         child.add_triangles(&data.triangles, filtered, u32::MAX)?;
                         let child = child.commit()?;
                         meshes.push(data);
