@@ -129,7 +129,7 @@ def roulette(study):
     references = study.bench.references("window-room", size, study.few(512, 64), ENOUGH_BOUNCES)
     ways = [("none", "off"), ("from bounce 1", "1"), ("from bounce 2 (the default)", "2"), ("from bounce 4", "4"), ("from bounce 8", "8")]
     # A few bright dots are most of the error: two seeds are too few.
-    study.seeds = range(1, study.few(8, 2))
+    study.seeds = range(1, study.few(5, 2))
     rows = study.rows_of("window-room", size, [(label, samples, (f"--roulette={way}", "--bounces=32")) for label, way in ways], references)
     study.say(kit.table(f"roulette, {samples} samples a pixel, up to 32 bounces", rows, ("seconds", "rays", "light", "error", "gain")))
 
@@ -153,8 +153,8 @@ def adaptive(study):
         settings = study.bench.settings(scene)
         width = study.few(240, 60)
         size = width, width * settings["height"] // settings["width"]
-        references = study.bench.references(scene, size, study.few(1024, 64))
-        numbers = study.few((32, 128, 512), (4, 16))
+        references = study.bench.references(scene, size, study.few(512, 64))
+        numbers = study.few((32, 96, 288), (4, 16))
         uniform = study.rows_of(scene, size, [(f"{n} samples", n, ()) for n in numbers], references)
         # Tolerances from what uniform sampling leaves in the worst tile after as many samples as it begins with, downwards.
         tolerances = sorted({max(1, round(uniform[0].worst * share)) for share in study.few((0.6, 0.4, 0.25), (0.6,))}, reverse=True)

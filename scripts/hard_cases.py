@@ -75,11 +75,11 @@ PRICES = {
 
 
 def prices(bench):
-    scenes, size, samples = ("cornell", "three-objects", "foliage", "many-lights"), (240, 160), 64
+    scenes, size, samples = ("cornell", "three-objects", "foliage", "many-lights"), (240, 160), 32
     bench.build(scenes)
     lines = ["| processor ns a sample | " + " | ".join(scenes) + " |", "| --- " + "| ---: " * len(scenes) + "|"]
     took = {(what, scene): [] for what in PRICES for scene in scenes}
-    for _ in range(7):
+    for _ in range(3):
         for scene in scenes:
             for what, flags in PRICES.items():
                 whole = bench.sundog(scene, size, samples, 1, *flags)["cpu"]
