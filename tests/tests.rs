@@ -11,6 +11,7 @@ mod blender_layers;
 mod cli;
 mod color;
 mod formats;
+mod fuzz;
 mod hard;
 mod measures;
 mod package;

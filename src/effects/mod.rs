@@ -1,6 +1,8 @@
 //! Which effects a scene and its settings call for, by value.
 
-use crate::scene::{AlphaMode, Light, LightKind, Material, MaterialId, RayKind, Scene, Visibility};
+use crate::scene::{
+    AlphaMode, Environment, Light, LightKind, Material, MaterialId, RayKind, Scene, Visibility,
+};
 use serde::Serialize;
 
 /// A set of effects as bits, for kernels that are compiled for it.
@@ -127,14 +129,35 @@ fn is_limited(light: &Light) -> bool {
         || light.max_bounces < Light::MAX_BOUNCES
 }
 
+/// The effect that a light is, if it is not black.
+fn effect_of(light: &Light) -> Option<Mask> {
+    let (bit, strength) = match light.kind {
+        LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => {
+            (LAMPS, intensity)
+        }
+        LightKind::Sun { irradiance, .. } => (SUNS, irradiance),
+        LightKind::Area { power, .. } => (LAMPS, power),
+    };
+    let black = light.color.iter().all(|&c| c <= 0.0);
+    (!black && strength > 0.0).then_some(bit)
+}
+
+fn shines(light: &Light) -> bool {
+    effect_of(light).is_some()
+}
+
+fn is_bright(environment: &Environment) -> bool {
+    environment.radiance.iter().any(|&r| r > 0.0)
+}
+
 /// Whether paths have to tell kinds of rays apart in a scene.
 pub fn tells_rays_apart(scene: &Scene) -> bool {
     scene.instances.iter().any(|i| limits_paths(i.visibility))
-        || scene.lights.iter().any(is_limited)
+        || scene.lights.iter().any(|l| shines(l) && is_limited(l))
         || scene
             .environment
             .as_ref()
-            .is_some_and(|e| limits_paths(e.visibility))
+            .is_some_and(|e| is_bright(e) && limits_paths(e.visibility))
 }
 
 /// Whether a material lets light pass beside it.
@@ -205,7 +228,9 @@ impl EffectSet {
             if m.normal_texture.as_ref().is_some_and(|n| n.scale != 0.0) {
                 reasons.push((NORMAL_MAPS, m.name.clone()));
             }
-            if m.transmission > 0.0 && m.metallic < 1.0 && !m.unlit {
+            // A texture scales the factor down.
+            let all_metal = m.metallic >= 1.0 && m.metallic_roughness_texture.is_none();
+            if m.transmission > 0.0 && !all_metal && !m.unlit {
                 reasons.push((TRANSMISSION, m.name.clone()));
             }
             if emits(m) {
@@ -213,15 +238,7 @@ impl EffectSet {
             }
         }
         for light in &scene.lights {
-            let black = light.color.iter().all(|&c| c <= 0.0);
-            let (bit, strength) = match light.kind {
-                LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => {
-                    (LAMPS, intensity)
-                }
-                LightKind::Sun { irradiance, .. } => (SUNS, irradiance),
-                LightKind::Area { power, .. } => (LAMPS, power),
-            };
-            if !black && strength > 0.0 {
+            if let Some(bit) = effect_of(light) {
                 reasons.push((bit, light.name.clone()));
                 if is_limited(light) {
                     reasons.push((VISIBILITY, light.name.clone()));
@@ -232,7 +249,7 @@ impl EffectSet {
             reasons.push((DEPTH_OF_FIELD, camera.name.clone()));
         }
         if let Some(environment) = &scene.environment
-            && environment.radiance.iter().any(|&r| r > 0.0)
+            && is_bright(environment)
         {
             reasons.push((ENVIRONMENT, "the environment".into()));
             if limits_paths(environment.visibility) {

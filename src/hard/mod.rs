@@ -4,6 +4,7 @@
 //!
 //! A case belongs to a group, which is a file; it renders or calls what it is about and tells its findings.
 
+pub mod fuzz;
 mod gaps;
 pub mod kit;
 mod not_finite;

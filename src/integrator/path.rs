@@ -10,7 +10,7 @@ use crate::effects::{
 use crate::film::apart::{Apart, Together};
 use crate::film::pixel::{FirstHit, Middle};
 use crate::light::power_heuristic;
-use crate::math::float::{RAY_START, ray_origin};
+use crate::math::float::{RAY_START, is_unit, ray_origin};
 use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Scattering};
@@ -471,6 +471,17 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         // Where some kinds of rays see less than others, each kind is an estimate of its own.
         let alone = effects::has(E, VISIBILITY) && world.by_kind;
         let (weight, pdf) = if alone { s.alone } else { (s.weight, s.pdf) };
+        debug_assert!(is_unit(s.wi), "direction {}", s.wi);
+        debug_assert!(
+            weight.min_element() >= 0.0 && weight.is_finite(),
+            "weight {weight}"
+        );
+        debug_assert!(s.delta || (pdf > 0.0 && pdf.is_finite()), "density {pdf}");
+        debug_assert!(
+            settings.uniform || weight.max_element() <= bsdf.greatest_weight(),
+            "weight {weight} of at most {}",
+            bsdf.greatest_weight()
+        );
         gathered.apart.step(|| Step::Scattered {
             sample: Some(Scattered {
                 scattering: s.scattering,
@@ -595,7 +606,23 @@ fn direct_light<const E: Mask, A: Apart + Record>(
         });
         return 0;
     };
+    debug_assert!(is_unit(light.wi), "direction {}", light.wi);
+    debug_assert!(
+        light.pdf >= 0.0 && light.pdf.is_finite(),
+        "density {}",
+        light.pdf
+    );
+    // It may be infinite: a light of 3e38 over a density below 1.
+    debug_assert!(
+        light.contribution.min_element() >= 0.0,
+        "light {}",
+        light.contribution
+    );
     let value = bsdf.evaluate(light.wi);
+    debug_assert!(
+        value.value.min_element() >= 0.0 && value.value.is_finite() && value.pdf >= 0.0,
+        "{value:?}"
+    );
     let by_kind = effects::has(E, VISIBILITY) && world.by_kind;
     let casts_shadow = !by_kind || light.rules.visibility.sees(RayKind::Shadow);
     let delta = light.delta || !casts_shadow;

@@ -202,6 +202,13 @@ pub const RAY_START: f32 = f32::MIN_POSITIVE;
 /// them), so a shadow ray ends that share before the light.
 pub const SHADOW_RAY_SHARE: f32 = 1.0 - 2.0 * gamma(8);
 
+/// Whether a vector is of unit length but for roundings: each component of a normalised one is off by at most 5 u (a sum
+/// of three squares, its root, a reciprocal, a product), one that a frame has turned by 10 more (three products and two
+/// sums with axes that are themselves off), a square doubles that and is itself a sum of three: below 64 u.
+pub fn is_unit(v: Vec3) -> bool {
+    (v.length_squared() - 1.0).abs() <= 64.0 * UNIT_ROUNDOFF
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

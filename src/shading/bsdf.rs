@@ -411,6 +411,24 @@ impl Bsdf {
         [self.diffuse, reflected, transmitted]
     }
 
+    /// Bound of the weights of [`sample`](Self::sample), to be checked where they arise. The weight of a mixture is at
+    /// most the greatest of its lobes', each over its probability: of the diffuse lobe its colour; of facets, where
+    /// G₂ ≤ G₁, what they reflect over the share of it in the mean of the channels, of which each is at most 3 times
+    /// the mean. The rest is for roundings.
+    pub fn greatest_weight(&self) -> f32 {
+        let mut facets = 0.0;
+        for weight in [
+            self.metal.map(|m| m.weight),
+            self.coat.map(|c| c.weight),
+            self.glass.map(|g| g.weight),
+        ] {
+            facets += weight.map_or(0.0, |w| w.max_element());
+        }
+        let over = |weight: f32, p: f32| if p > 0.0 { weight / p } else { 0.0 };
+        let diffuse = over(self.diffuse.max_element(), 1.0 - self.p_facet);
+        1.001 * diffuse.max(over(3.0 * facets, self.p_facet))
+    }
+
     /// Whether some light could be found by sampling lights (not only by sampling the BSDF).
     #[inline]
     pub fn is_samplable(&self) -> bool {

@@ -3,7 +3,7 @@
 use super::material::{Coordinates, PreparedMaterial};
 use crate::effects::{self, Mask};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
-use crate::math::float::{self, Affine, BoundedPoint, triangle_point};
+use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
 use crate::scene::{Mesh, Visibility};
 use crate::shading::bsdf::Normals;
 use crate::shading::{Dielectrics, SurfaceParameters};
@@ -364,6 +364,12 @@ pub fn surface<'a, const E: Mask>(
             shading = side(n);
         }
     }
+    debug_assert!(
+        [geometric, smooth, shading]
+            .into_iter()
+            .all(|n| n == Vec3::ZERO || is_unit(n)),
+        "normals {geometric} {smooth} {shading}"
+    );
     let textures = effects::has(E, effects::TEXTURES);
     let color = if textures { at.color() } else { Vec4::ONE };
     let emission = if effects::has(E, effects::MESH_LIGHTS) {

@@ -85,6 +85,10 @@ pub struct LightSample {
     pub rules: Rules,
 }
 
+/// Greater estimates of irradiance count as this one, so that sums of them stay finite: infinity over infinity is no
+/// probability.
+const MOST: f32 = 1e30;
+
 /// Kinds between which the first choice is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Group {
@@ -158,7 +162,7 @@ impl Lights {
                 if keep(effects::SUNS) && luminance(e) > 0.0 {
                     let toward = -lamps::direction(&light.world_from_light);
                     lights.suns.push((Sun::new(toward, e, angle), rules));
-                    lights.sun_estimates.push(luminance(e));
+                    lights.sun_estimates.push(luminance(e).min(MOST));
                     lights.in_scene.1.push(number as u32);
                 }
             } else if keep(effects::LAMPS)
@@ -222,7 +226,8 @@ impl Lights {
                     ),
                     None => Environment::constant(radiance),
                 };
-                lights.environment_estimate = std::f32::consts::PI * luminance(prepared.mean());
+                lights.environment_estimate =
+                    (std::f32::consts::PI * luminance(prepared.mean())).min(MOST);
                 lights.environment = Some(prepared);
                 // Shadows are no choice of the world's.
                 let seen = environment.visibility.with(RayKind::Shadow);
@@ -247,7 +252,7 @@ impl Lights {
                 tree: 1.0,
             }
         } else {
-            let tree = self.tree.importance(point, normal);
+            let tree = self.tree.importance(point, normal).min(MOST);
             let mut sum = tree + self.environment_estimate;
             let mut count = f32::from(tree > 0.0) + f32::from(self.environment_estimate > 0.0);
             for &s in &self.sun_estimates {

@@ -5,8 +5,8 @@ use crate::effects;
 use crate::scene::{AlphaMode, ImageUse, Material, Scene, Texture};
 use crate::shading::{Dielectrics, SurfaceParameters};
 use glam::{Vec2, Vec3, Vec4};
-use std::collections::HashMap;
-use std::sync::Arc;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A material ready for rays.
 #[derive(Debug)]
@@ -40,11 +40,34 @@ pub trait Coordinates {
     fn uv(&self, set: u32) -> Vec2;
 }
 
-/// Makes each raster and each table once.
+/// Makes each raster once.
 #[derive(Default)]
 pub struct Preparer {
     rasters: HashMap<u32, Arc<Raster>>,
-    tables: HashMap<(u32, u32, bool, bool), Arc<Dielectrics>>,
+}
+
+/// Bits of the index and of the specular factor, whether a texture varies that, whether a solid transmits.
+type Key = (u32, u32, bool, bool);
+
+/// So many tables are kept for the next world.
+const KEPT: usize = 64;
+
+/// Tables for a material. They take milliseconds to make and depend on nothing else, so that a program that renders one
+/// scene after the other makes them once.
+fn tables_of(key: Key, make: impl FnOnce() -> Dielectrics) -> Arc<Dielectrics> {
+    static TABLES: Mutex<BTreeMap<Key, Arc<Dielectrics>>> = Mutex::new(BTreeMap::new());
+    let locked = || TABLES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(tables) = locked().get(&key) {
+        return tables.clone();
+    }
+    // Not while others wait.
+    let tables = Arc::new(make());
+    let mut kept = locked();
+    if kept.len() >= KEPT {
+        kept.clear();
+    }
+    kept.insert(key, tables.clone());
+    tables
 }
 
 impl Preparer {
@@ -78,11 +101,7 @@ impl Preparer {
             textured,
             transmits && !m.thin_walled,
         );
-        let dielectrics = self
-            .tables
-            .entry(key)
-            .or_insert_with(|| Arc::new(Dielectrics::new(m.ior, m.specular, textured, key.3)))
-            .clone();
+        let dielectrics = tables_of(key, || Dielectrics::new(m.ior, m.specular, textured, key.3));
         let base_color = Vec3::from(m.base_color);
         PreparedMaterial {
             base: SurfaceParameters {

@@ -38,6 +38,8 @@ pub struct World {
     /// Triangles, instances expanded.
     pub triangles: u64,
     cull_backfaces: bool,
+    /// Some surfaces are asked whether they stop a ray.
+    filtered: bool,
     /// Paths take the kinds of scattering apart, as some kinds of rays see less than others.
     pub by_kind: bool,
     /// By entry; empty where there is none.
@@ -145,6 +147,7 @@ impl World {
         let mut entries = Vec::new();
         let mut shared: Vec<Option<(u32, CommittedScene)>> = vec![None; scene.meshes.len()];
         let mut triangles = 0u64;
+        let mut any_filtered = false;
         for instance in &scene.instances {
             let source = &scene.meshes[instance.mesh.0 as usize];
             if source.triangles.is_empty() {
@@ -155,6 +158,7 @@ impl World {
                 .map_or(scene.materials.len() as u32, |m| m.0);
             let filtered = (materials[material as usize].translucent && keep(effects::ALPHA))
                 || (options.cull_backfaces && materials[material as usize].single_sided);
+            any_filtered |= filtered;
             triangles += source.triangles.len() as u64;
             let visibility = if keep(effects::VISIBILITY) {
                 instance.visibility
@@ -225,6 +229,7 @@ impl World {
             origin,
             triangles,
             cull_backfaces: options.cull_backfaces,
+            filtered: any_filtered,
             by_kind: keep(effects::VISIBILITY) && effects::tells_rays_apart(scene),
             holdouts: holdouts(scene),
         })
@@ -282,10 +287,11 @@ impl World {
         material.opacity(&at, at.color())
     }
 
-    /// Whether queries have to ask about hits.
+    /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at
+    /// the same distance the query that asks may find another than the one that does not.
     #[inline]
     fn filters<const E: Mask>(&self) -> bool {
-        effects::has(E, effects::ALPHA) || self.cull_backfaces
+        self.filtered && (effects::has(E, effects::ALPHA) || self.cull_backfaces)
     }
 
     /// The nearest surface that the ray does not pass. Blended surfaces are met with the
@@ -333,6 +339,10 @@ impl World {
             far,
             mask: kind.bit(),
         };
+        if !self.filters::<E>() {
+            let hit = self.embree.intersect(&ray);
+            return hit.map_or(Met::Nothing, |hit| Met::Surface(hit, 0));
+        }
         let mut passed = Vec::new();
         let hit = self.embree.intersect_filtered(&ray, |hit| {
             if self.is_hidden(hit, direction) {

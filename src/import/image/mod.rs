@@ -217,7 +217,9 @@ fn reader(bytes: &[u8]) -> ImageReader<Cursor<&[u8]>> {
 }
 
 fn damaged(error: image::ImageError) -> ImageFailure {
-    ImageFailure::Damaged(error.to_string())
+    // Some end with a line break.
+    let words = error.to_string();
+    ImageFailure::Damaged(words.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
 fn decode_with_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {

@@ -1,0 +1,93 @@
+//! Runs the fuzzer for as long as asked: `cargo run --release --example fuzz -- --minutes 10 [--seed N] [--keep FOLDER]`.
+//! See scripts/fuzz.sh, which limits memory and goes on after what ends the process.
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+use sundog::hard::fuzz;
+
+/// An input that takes longer ends the process.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Smaller inputs that are tried for one that failed.
+const TRIES: u32 = 400;
+
+fn argument(name: &str) -> Option<String> {
+    let mut arguments = std::env::args().skip_while(|argument| argument != name);
+    arguments.nth(1)
+}
+
+fn main() {
+    let number = |name: &str| argument(name).and_then(|text| text.parse::<f64>().ok());
+    let minutes = number("--minutes").unwrap_or(1.0);
+    let first = number("--seed").unwrap_or(0.0) as u64;
+    let folder = PathBuf::from(argument("--keep").unwrap_or_else(|| "tests/fuzz".into()));
+    // The input that is being tried, for whoever finds that the process has died.
+    let current = argument("--current").map(PathBuf::from);
+    if let Some(seed) = number("--show") {
+        println!("{:#}", fuzz::draw(seed as u64));
+        return;
+    }
+    std::panic::set_hook(Box::new(|_| {}));
+    let begun = Instant::now();
+    let watched = Mutex::new(Instant::now());
+    let at = AtomicU64::new(first);
+    let mut known: Vec<String> = Vec::new();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            loop {
+                std::thread::sleep(Duration::from_millis(200));
+                let seed = at.load(Ordering::Relaxed);
+                if seed == u64::MAX {
+                    return;
+                }
+                if watched.lock().unwrap().elapsed() > PATIENCE {
+                    println!("hang: seed {seed} takes more than {PATIENCE:?}");
+                    std::process::abort();
+                }
+            }
+        });
+        let mut seed = first;
+        while begun.elapsed().as_secs_f64() < 60.0 * minutes {
+            at.store(seed, Ordering::Relaxed);
+            *watched.lock().unwrap() = Instant::now();
+            if let Some(current) = &current {
+                std::fs::write(current, seed.to_string()).unwrap();
+            }
+            let input = fuzz::draw(seed);
+            if let Some(finding) = fuzz::check(&input) {
+                let kind = fuzz::kind(&finding);
+                println!("seed {seed}: {finding}");
+                if !known.contains(&kind) {
+                    known.push(kind.clone());
+                    let small = fuzz::shrink(&input, TRIES, |candidate| {
+                        *watched.lock().unwrap() = Instant::now();
+                        fuzz::check(candidate).is_some_and(|found| fuzz::kind(&found) == kind)
+                    });
+                    println!("  smaller: {small}");
+                    std::fs::create_dir_all(&folder).unwrap();
+                    let name = format!("seed-{seed}");
+                    match fuzz::kept_name(&small, &name) {
+                        Some(file) => {
+                            std::fs::write(folder.join(file), fuzz::damaged(&small)).unwrap();
+                        }
+                        None => {
+                            let text = format!("{small:#}\n");
+                            std::fs::write(folder.join(format!("{name}.json")), text).unwrap();
+                        }
+                    }
+                }
+            }
+            seed += 1;
+        }
+        at.store(u64::MAX, Ordering::Relaxed);
+        println!(
+            "{} inputs from seed {first} on in {:.0} s: {} kinds of findings",
+            seed - first,
+            begun.elapsed().as_secs_f64(),
+            known.len()
+        );
+    });
+    std::process::exit(i32::from(!known.is_empty()));
+}

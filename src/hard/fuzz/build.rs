@@ -1,0 +1,406 @@
+//! A scene from a recipe. Whatever is missing has a default and whatever makes no sense is taken as it stands, so that
+//! any part of a recipe may be left out.
+
+use super::dice::Dice;
+use crate::hard::kit::{camera as pinhole, place, quad, sphere};
+use crate::render::{BounceLimits, LightSampling, RenderSettings};
+use crate::scene::{
+    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind,
+    Material, Mesh, NormalTexture, Pixels, Projection, RayKind, Sampler, Scene, Texture,
+    TextureFilter, UvTransform, Visibility, Wrap,
+};
+use glam::{DAffine3, DMat3, DVec3, EulerRot};
+use serde_json::Value;
+
+/// A number, also one that JSON has only words for.
+pub fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Number(number) => number.as_f64(),
+        Value::String(word) => word.parse().ok(),
+        _ => None,
+    }
+}
+
+fn n(of: &Value, name: &str, default: f64) -> f64 {
+    number(&of[name]).unwrap_or(default)
+}
+
+fn f(of: &Value, name: &str, default: f64) -> f32 {
+    n(of, name, default) as f32
+}
+
+fn is(of: &Value, name: &str) -> bool {
+    of[name].as_bool().unwrap_or(false)
+}
+
+fn text<'a>(of: &'a Value, name: &str) -> &'a str {
+    of[name].as_str().unwrap_or_default()
+}
+
+fn list<'a>(of: &'a Value, name: &str) -> &'a [Value] {
+    of[name].as_array().map_or(&[], Vec::as_slice)
+}
+
+fn three(of: &Value, name: &str, default: f64) -> [f64; 3] {
+    let at = |i: usize| list(of, name).get(i).and_then(number).unwrap_or(default);
+    [at(0), at(1), at(2)]
+}
+
+fn color(of: &Value, name: &str) -> [f32; 3] {
+    three(of, name, 1.0).map(|c| c as f32)
+}
+
+/// The scene of a recipe.
+pub fn scene(recipe: &Value) -> Scene {
+    let scale = n(recipe, "scale", 1.0);
+    let world = DAffine3 {
+        matrix3: DMat3::from_diagonal(DVec3::splat(scale)),
+        translation: DVec3::from(three(recipe, "center", 0.0)),
+    };
+    let mut scene = Scene::default();
+    for thing in list(recipe, "things") {
+        add(&mut scene, thing, &world);
+    }
+    for of in list(recipe, "lights") {
+        scene.lights.push(light(of, scale, &world));
+    }
+    if is(recipe, "furnace") {
+        scene.environment = crate::hard::kit::constant_environment(1.0);
+    } else if recipe["environment"].is_object() {
+        scene.environment = Some(environment(&mut scene, &recipe["environment"]));
+    }
+    scene.cameras.push(camera(&recipe["camera"], scale, &world));
+    scene
+}
+
+fn local(of: &Value) -> DAffine3 {
+    let [x, y, z] = three(of, "turn", 0.0).map(f64::to_radians);
+    DAffine3 {
+        matrix3: DMat3::from_euler(EulerRot::XYZ, x, y, z)
+            * DMat3::from_diagonal(DVec3::from(three(of, "scale", 1.0))),
+        translation: DVec3::from(three(of, "at", 0.0)),
+    }
+}
+
+fn visibility(of: &Value) -> Visibility {
+    let mut seen = Visibility::ALL;
+    if let Some(bits) = of["visibility"].as_f64() {
+        for (kind, _) in RayKind::ALL {
+            if bits as u32 & kind.bit() == 0 {
+                seen = seen.without(kind);
+            }
+        }
+    }
+    seen
+}
+
+fn mesh(of: &Value) -> Mesh {
+    let (unit, up) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let mut mesh = match text(of, "shape") {
+        "sphere" => {
+            let rings = n(of, "rings", 2.0).clamp(2.0, 64.0) as u32;
+            return sphere(rings, f(of, "bumps", 0.0), is(of, "smooth"));
+        }
+        "sliver" => quad([-1.0, 0.0, 0.0], [2.0, 1e-8, 0.0], [1.0, 2e-8, 0.0]),
+        "twins" => quad([-0.5, -0.5, 0.0], unit, up),
+        "sheets" => {
+            let mut mesh = quad([-0.5, -0.5, 0.0], unit, up);
+            for i in 1..4 {
+                let other = quad([-0.5, -0.5, 1e-6 * i as f32], unit, up);
+                join(&mut mesh, &other);
+            }
+            mesh
+        }
+        "box" => {
+            let (l, h) = (-0.5, 0.5);
+            let mut mesh = quad([l, l, h], unit, up);
+            for other in [
+                quad([h, l, l], [-1.0, 0.0, 0.0], up),
+                quad([l, l, l], [0.0, 0.0, 1.0], up),
+                quad([h, l, h], [0.0, 0.0, -1.0], up),
+                quad([l, h, h], unit, [0.0, 0.0, -1.0]),
+                quad([l, l, l], unit, [0.0, 0.0, 1.0]),
+            ] {
+                join(&mut mesh, &other);
+            }
+            mesh
+        }
+        _ => quad([-1.5, -1.5, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0]),
+    };
+    if text(of, "shape") == "twins" {
+        mesh.triangles.extend(mesh.triangles.clone());
+    }
+    mesh
+}
+
+fn join(mesh: &mut Mesh, other: &Mesh) {
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend(&other.positions);
+    for (uvs, more) in mesh.uvs.iter_mut().zip(&other.uvs) {
+        uvs.extend(more);
+    }
+    let moved = other.triangles.iter().map(|t| t.map(|i| i + first));
+    mesh.triangles.extend(moved);
+}
+
+fn add(scene: &mut Scene, thing: &Value, world: &DAffine3) {
+    let mut mesh = mesh(thing);
+    if let Some(seed) = thing["colors"].as_u64() {
+        let mut dice = Dice::new(seed);
+        let colors = mesh
+            .positions
+            .iter()
+            .map(|_| [(); 4].map(|()| dice.unit() as f32));
+        mesh.colors = Some(colors.collect());
+    }
+    let material = material(scene, &thing["material"]);
+    let mut transforms: Vec<DAffine3> = list(thing, "places")
+        .iter()
+        .map(|of| *world * local(of))
+        .collect();
+    if transforms.is_empty() {
+        transforms.push(*world);
+    }
+    let first = scene.instances.len();
+    place(scene, mesh, material, &transforms);
+    for instance in &mut scene.instances[first..] {
+        instance.visibility = visibility(thing);
+        instance.holdout = is(thing, "holdout");
+    }
+}
+
+fn material(scene: &mut Scene, of: &Value) -> Material {
+    let texture = |scene: &mut Scene, name: &str| {
+        let seed = of[format!("{name}_texture")].as_u64()?;
+        Some(texture(scene, seed))
+    };
+    Material {
+        name: format!("material {}", scene.materials.len()),
+        base_color: color(of, "color"),
+        base_color_texture: texture(scene, "color"),
+        alpha: f(of, "alpha", 1.0),
+        alpha_mode: match text(of, "alpha_mode") {
+            "blend" => AlphaMode::Blend,
+            "mask" => AlphaMode::Mask { cutoff: 0.5 },
+            _ => AlphaMode::Opaque,
+        },
+        metallic: f(of, "metallic", 0.0),
+        roughness: f(of, "roughness", 0.5),
+        metallic_roughness_texture: texture(scene, "metallic_roughness"),
+        normal_texture: texture(scene, "normal").map(|texture| NormalTexture {
+            texture,
+            scale: f(of, "normal_scale", 1.0),
+        }),
+        emission: [f(of, "emission", 0.0); 3],
+        emission_texture: None,
+        ior: f(of, "ior", 1.5),
+        specular: f(of, "specular", 1.0),
+        specular_texture: texture(scene, "specular"),
+        specular_color: color(of, "specular_color"),
+        specular_color_texture: texture(scene, "specular_color"),
+        transmission: f(of, "transmission", 0.0),
+        transmission_texture: texture(scene, "transmission"),
+        thin_walled: is(of, "thin"),
+        double_sided: is(of, "double_sided"),
+        unlit: is(of, "unlit"),
+    }
+}
+
+/// An image of a few random texels, and how it lies.
+fn texture(scene: &mut Scene, seed: u64) -> Texture {
+    let mut dice = Dice::new(seed);
+    let (width, height, channels) = (
+        dice.pick(&[1, 2, 5]),
+        dice.pick(&[1, 3, 4]),
+        1 + dice.below(4) as u32,
+    );
+    let count = (width * height * channels) as usize;
+    let extreme = dice.chance(0.5);
+    let mut value = || {
+        if extreme {
+            dice.pick(&[0.0, 1.0])
+        } else {
+            dice.unit()
+        }
+    };
+    let wide = seed.is_multiple_of(3);
+    let pixels = if wide {
+        Pixels::U16((0..count).map(|_| (value() * 65_535.0) as u16).collect())
+    } else {
+        Pixels::U8((0..count).map(|_| (value() * 255.0) as u8).collect())
+    };
+    scene.images.push(Image {
+        name: format!("image {}", scene.images.len()),
+        width,
+        height,
+        channels,
+        pixels,
+    });
+    let wraps = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+    Texture {
+        image: ImageId(scene.images.len() as u32 - 1),
+        uv_set: u32::from(dice.chance(0.1)),
+        transform: UvTransform {
+            offset: [dice.between(-2.0, 2.0) as f32, 0.0],
+            rotation: dice.pick(&[0.0, 1.0, 1e6]),
+            scale: dice.pick(&[[1.0, 1.0], [0.0, 0.0], [1e9, -1.0]]),
+        },
+        sampler: Sampler {
+            wrap_u: dice.pick(&wraps),
+            wrap_v: dice.pick(&wraps),
+            filter: dice.pick(&[TextureFilter::Linear, TextureFilter::Nearest]),
+        },
+    }
+}
+
+fn light(of: &Value, scale: f64, world: &DAffine3) -> Light {
+    let strength = f(of, "strength", 1.0);
+    // So that the picture does not depend on the scale.
+    let power = (n(of, "strength", 1.0) * scale * scale) as f32;
+    let radius = (n(of, "radius", 0.0) * scale) as f32;
+    let angle = f(of, "angle", 10.0).to_radians();
+    let soft_falloff = is(of, "soft");
+    let kind = match text(of, "kind") {
+        "spot" => LightKind::Spot {
+            intensity: power,
+            radius,
+            soft_falloff,
+            half_angle: angle,
+            blend: f(of, "blend", 0.0),
+        },
+        "sun" => LightKind::Sun {
+            irradiance: strength,
+            angle,
+        },
+        "area" => LightKind::Area {
+            shape: if is(of, "ellipse") {
+                AreaShape::Ellipse
+            } else {
+                AreaShape::Rectangle
+            },
+            size: [0, 1].map(|i| {
+                let size = list(of, "size").get(i).and_then(number);
+                size.unwrap_or(1.0) as f32
+            }),
+            power: if is(of, "normalize") { power } else { strength },
+            normalize: is(of, "normalize"),
+            spread: f(of, "spread", 180.0).to_radians(),
+        },
+        _ => LightKind::Point {
+            intensity: power,
+            radius,
+            soft_falloff,
+        },
+    };
+    Light {
+        name: "light".into(),
+        color: color(of, "color"),
+        kind,
+        world_from_light: *world * local(of),
+        visibility: visibility(of),
+        max_bounces: n(of, "max_bounces", f64::from(Light::MAX_BOUNCES)) as u32,
+    }
+}
+
+fn environment(scene: &mut Scene, of: &Value) -> Environment {
+    let image = of["image"].as_u64().map(|seed| {
+        let mut dice = Dice::new(seed);
+        let size = |i: usize| {
+            let size = list(of, "size").get(i).and_then(number).unwrap_or(4.0);
+            size.clamp(1.0, 64.0) as u32
+        };
+        let (width, height) = (size(0), size(1));
+        let count = (3 * width * height) as usize;
+        let mut texels: Vec<f32> = (0..count).map(|_| dice.unit() as f32).collect();
+        let at = dice.below(count / 3) * 3;
+        texels[at..at + 3].fill(f(of, "spike", 1.0).clamp(0.0, 1e9));
+        scene.images.push(Image {
+            name: "world".into(),
+            width,
+            height,
+            channels: 3,
+            pixels: Pixels::F32(texels),
+        });
+        ImageId(scene.images.len() as u32 - 1)
+    });
+    Environment {
+        image,
+        radiance: [f(of, "strength", 1.0); 3],
+        rotation: Environment::turned_about_up(f(of, "rotation", 0.3)),
+        visibility: visibility(of),
+    }
+}
+
+fn camera(of: &Value, scale: f64, world: &DAffine3) -> Camera {
+    let fov = n(of, "fov", 50.0).to_radians();
+    let place = DVec3::from(three(of, "at", 0.0));
+    let projection = match text(of, "kind") {
+        "orthographic" => Projection::Orthographic {
+            half_width: 2.0 * scale,
+            half_height: 1.5 * scale,
+        },
+        "panorama" => Projection::Equirectangular {
+            longitude: [-std::f64::consts::PI, std::f64::consts::PI],
+            latitude: [-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2],
+        },
+        _ => Projection::Perspective {
+            vertical_fov: fov,
+            aspect: None,
+        },
+    };
+    Camera {
+        projection,
+        clip_near: n(of, "near", 0.0) * scale,
+        clip_far: n(of, "far", f64::INFINITY) * scale,
+        aperture: number(&of["aperture"]).map(|radius| Aperture {
+            radius: radius * scale,
+            blades: n(of, "blades", 0.0) as u32,
+            rotation: 0.1,
+            ratio: 1.0,
+            focus_distance: n(of, "focus", 1.0) * scale,
+        }),
+        ..pinhole(world.transform_point3(place), fov)
+    }
+}
+
+/// The settings of a recipe.
+pub fn settings(recipe: &Value) -> RenderSettings {
+    let of = &recipe["settings"];
+    let limit = |name: &str| {
+        let limit = n(of, name, -1.0);
+        (limit >= 0.0).then_some(limit as u32)
+    };
+    let positive = |name: &str| {
+        let value = f(of, name, 0.0);
+        if value.is_finite() {
+            value.max(0.0)
+        } else {
+            0.0
+        }
+    };
+    RenderSettings {
+        width: 16,
+        height: 12,
+        samples: n(recipe, "samples", 1.0).clamp(1.0, 64.0) as u32,
+        seed: n(recipe, "seed", 0.0) as u32,
+        bounces: n(recipe, "bounces", 4.0).clamp(0.0, 100.0) as u32,
+        bounce_limits: BounceLimits {
+            glossy: limit("glossy_limit"),
+            transparent: limit("transparent_limit"),
+            ..BounceLimits::default()
+        },
+        clamp_direct: positive("clamp_direct"),
+        clamp_indirect: positive("clamp_indirect"),
+        filter_glossy: positive("filter_glossy"),
+        light_sampling: match text(of, "light_sampling") {
+            "nee" => LightSampling::Nee,
+            "bsdf" => LightSampling::Bsdf,
+            _ => LightSampling::Mis,
+        },
+        light_samples: n(of, "light_samples", 1.0).clamp(1.0, 8.0) as u32,
+        roulette: Some(n(of, "roulette", 2.0) as u32).filter(|&bounce| bounce > 0),
+        cull_backfaces: is(of, "cull"),
+        transparent_film: is(of, "transparent_film"),
+        ..RenderSettings::default()
+    }
+}

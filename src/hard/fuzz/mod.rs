@@ -1,0 +1,58 @@
+//! A fuzzer: random scenes and parameters at the edges through all kernels, damaged files through all importers.
+//!
+//! An input is a tree of JSON, so that one rule makes any of them smaller ([`shrink`]): a scene ([`recipe`] draws
+//! it, [`build`] makes it), or a file and what damages it ([`files`]). [`check`] says what is wrong with one.
+//! `examples/fuzz.rs` runs for as long as it is asked; what it finds is kept in `tests/fuzz/`, which a test replays.
+
+mod build;
+mod dice;
+mod files;
+mod recipe;
+mod shrink;
+mod verdict;
+
+pub use files::{damaged, import, kept_name};
+pub use shrink::shrink;
+pub use verdict::scene as check_scene;
+
+use serde_json::Value;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// A random input: every third is a damaged file.
+pub fn draw(seed: u64) -> Value {
+    let mut dice = dice::Dice::new(seed);
+    if dice.chance(1.0 / 3.0) {
+        files::draw(&mut dice)
+    } else {
+        recipe::draw(&mut dice)
+    }
+}
+
+/// What is wrong with an input, in one sentence; nothing if all is well.
+pub fn check(input: &Value) -> Option<String> {
+    let run = || match input.get("file") {
+        Some(_) => files::check(input),
+        None => verdict::scene(input),
+    };
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(verdict) => verdict,
+        Err(panic) => {
+            let text = panic
+                .downcast_ref::<String>()
+                .cloned()
+                .or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+            Some(format!("panic, {}", text.unwrap_or_default()))
+        }
+    }
+}
+
+/// The kind of a finding, by which a smaller input is known to show the same: its words before a number or a colon.
+pub fn kind(finding: &str) -> String {
+    finding
+        .split(|c: char| c.is_ascii_digit() || c == ':')
+        .next()
+        .unwrap_or_default()
+        .chars()
+        .take(60)
+        .collect()
+}
