@@ -32,6 +32,8 @@ macro_rules! groups {
 groups! {
     place_and_scale: "place and scale",
     self_intersection_and_gaps: "self-intersection and gaps",
+    triangles: "triangles",
+    camera: "camera",
     sampling_and_sums: "sampling and sums",
     nan_and_infinity: "NaN and infinity",
 }

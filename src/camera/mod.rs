@@ -6,7 +6,7 @@ pub use aperture::Aperture;
 
 use crate::math::float;
 use crate::sampler::{Dimension, Sampler};
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
 /// A camera ray with the part of it that the clip planes leave.
 #[derive(Clone, Copy, Debug)]
@@ -57,9 +57,23 @@ pub enum Lens {
     Equirectangular(Span),
 }
 
+/// A camera so far from all that it could see that f32 about it cannot tell places there apart. Its rays are made in f64
+/// and begin at the plane before the scene, about which all is f32.
+#[derive(Clone, Copy, Debug)]
+struct Distant {
+    axes: [DVec3; 3],
+    /// Relative to the scene's origin.
+    position: DVec3,
+    /// Depth of the plane where rays begin.
+    start: f64,
+    near: f64,
+    far: f64,
+}
+
 /// A camera ready to make rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
+    distant: Option<Distant>,
     lens: Lens,
     aperture: Option<Aperture>,
     x: Vec3,
@@ -68,6 +82,17 @@ pub struct Camera {
     position: Vec3,
     near: f32,
     far: f32,
+}
+
+/// Unit vectors to the right, up and back.
+fn axes(world_from_camera: &DAffine3) -> [DVec3; 3] {
+    let axis = |v: DVec3, fallback: DVec3| v.try_normalize().unwrap_or(fallback);
+    let m = &world_from_camera.matrix3;
+    [
+        axis(m.x_axis, DVec3::X),
+        axis(m.y_axis, DVec3::Y),
+        axis(m.z_axis, DVec3::Z),
+    ]
 }
 
 /// Makes the ray through a point of the film and a point of the lens.
@@ -83,14 +108,14 @@ impl Camera {
         near: f64,
         far: f64,
     ) -> Self {
-        let axis = |v: DVec3, fallback: DVec3| v.try_normalize().unwrap_or(fallback).as_vec3();
-        let m = &world_from_camera.matrix3;
+        let [x, y, z] = axes(world_from_camera).map(|axis| axis.as_vec3());
         Self {
+            distant: None,
             lens,
             aperture,
-            x: axis(m.x_axis, DVec3::X),
-            y: axis(m.y_axis, DVec3::Y),
-            z: axis(m.z_axis, DVec3::Z),
+            x,
+            y,
+            z,
             position: (world_from_camera.translation - origin).as_vec3(),
             // What the camera stands on is not in its way.
             near: (near as f32).max(float::RAY_START),
@@ -98,9 +123,38 @@ impl Camera {
         }
     }
 
+    /// The same far away from all there is, which is within a radius about a middle (relative to the origin).
+    #[must_use]
+    pub fn distant(
+        self,
+        world_from_camera: &DAffine3,
+        origin: DVec3,
+        (near, far): (f64, f64),
+        (middle, radius): (DVec3, f64),
+    ) -> Self {
+        let axes = axes(world_from_camera);
+        let position = world_from_camera.translation - origin;
+        let depth = (position - middle).dot(axes[2]);
+        Self {
+            distant: Some(Distant {
+                axes,
+                position,
+                start: (depth - radius).max(0.0),
+                near,
+                far,
+            }),
+            ..self
+        }
+    }
+
     /// What makes this camera's rays: a pinhole asks for no point of the lens.
     pub fn ray_maker(&self) -> RayMaker {
-        if self.aperture.is_some() {
+        if self.distant.is_some() && !matches!(self.lens, Lens::Equirectangular(_)) {
+            |camera, film, sampler| match &camera.distant {
+                Some(distant) => camera.distant_ray(distant, film, sampler),
+                None => camera.ray(film),
+            }
+        } else if self.aperture.is_some() {
             |camera, film, sampler| match &camera.aperture {
                 Some(aperture) => {
                     let on_lens = aperture.sample(sampler.pair(Dimension::Lens, 0));
@@ -147,6 +201,33 @@ impl Camera {
         }
     }
 
+    /// As [`Self::ray`] and [`Self::focused`], in f64.
+    fn distant_ray(&self, distant: &Distant, film: Vec2, sampler: &Sampler) -> CameraRay {
+        let [x, y, z] = distant.axes;
+        let (on_lens, focus) = self.aperture.map_or((DVec2::ZERO, 1.0), |aperture| {
+            let on_lens = aperture.sample(sampler.pair(Dimension::Lens, 0));
+            (on_lens.as_dvec2(), f64::from(aperture.focus_distance))
+        });
+        // Where it starts, and how far it moves on the way to one more of depth.
+        let (from, step) = match self.lens {
+            Lens::Perspective(span) => (on_lens, span.at(film).as_dvec2() - on_lens / focus),
+            Lens::Orthographic(span) | Lens::Equirectangular(span) => {
+                (span.at(film).as_dvec2() + on_lens, -on_lens / focus)
+            }
+        };
+        let at = from + step * distant.start;
+        let origin = distant.position + x * at.x + y * at.y - z * distant.start;
+        let d = x * step.x + y * step.y - z;
+        let slant = d.length();
+        let along = |depth: f64| ((depth - distant.start) * slant) as f32;
+        CameraRay {
+            origin: origin.as_vec3(),
+            direction: (d / slant).as_vec3(),
+            near: along(distant.near).max(float::RAY_START),
+            far: along(distant.far),
+        }
+    }
+
     /// The direction of a longitude and latitude.
     #[inline]
     fn toward(&self, at: Vec2) -> Vec3 {
@@ -158,16 +239,26 @@ impl Camera {
     /// The ray from a point of the lens to the point in focus of the ray through its middle.
     #[inline]
     fn focused(&self, film: Vec2, lens: Vec2, focus_distance: f32) -> CameraRay {
+        // By a power of two, which rounds nothing, so that the focus is between 1 and 2: the square of one at 10²⁰ m
+        // leaves f32. One at infinity has no number.
+        let power = f32::from_bits(focus_distance.to_bits() & f32::INFINITY.to_bits());
+        let (to_focus, lens_scale) = if focus_distance.is_infinite() {
+            (1.0, 0.0)
+        } else {
+            let power = power.max(f32::MIN_POSITIVE);
+            (focus_distance / power, power.recip())
+        };
+        let scaled = lens * lens_scale;
         let (start, d, depth) = match self.lens {
             Lens::Perspective(span) => {
-                let at = span.at(film) * focus_distance - lens;
-                let d = self.x * at.x + self.y * at.y - self.z * focus_distance;
-                (self.x * lens.x + self.y * lens.y, d, focus_distance)
+                let at = span.at(film) * to_focus - scaled;
+                let d = self.x * at.x + self.y * at.y - self.z * to_focus;
+                (self.x * lens.x + self.y * lens.y, d, to_focus)
             }
             Lens::Orthographic(span) => {
                 let at = span.at(film) + lens;
-                let d = -(self.x * lens.x + self.y * lens.y + self.z * focus_distance);
-                (self.x * at.x + self.y * at.y, d, focus_distance)
+                let d = -(self.x * scaled.x + self.y * scaled.y + self.z * to_focus);
+                (self.x * at.x + self.y * at.y, d, to_focus)
             }
             Lens::Equirectangular(span) => {
                 let middle = self.toward(span.at(film));
@@ -175,8 +266,9 @@ impl Camera {
                 let forward = -self.z;
                 let first = (forward - middle * forward.dot(middle)).try_normalize();
                 let first = first.unwrap_or(self.y);
-                let start = first * lens.x + middle.cross(first) * lens.y;
-                let d = middle * focus_distance - start;
+                let second = middle.cross(first);
+                let start = first * lens.x + second * lens.y;
+                let d = middle * to_focus - (first * scaled.x + second * scaled.y);
                 (start, d, d.length())
             }
         };
@@ -193,6 +285,11 @@ impl Camera {
     /// Depth of a point: its distance along the view axis; from the camera for a panorama.
     #[inline]
     pub fn depth(&self, point: Vec3) -> f32 {
+        if let Some(distant) = &self.distant
+            && !matches!(self.lens, Lens::Equirectangular(_))
+        {
+            return (distant.position - point.as_dvec3()).dot(distant.axes[2]) as f32;
+        }
         match self.lens {
             Lens::Equirectangular(_) => (point - self.position).length(),
             _ => -(point - self.position).dot(self.z),

@@ -4,6 +4,7 @@
 //!
 //! A case belongs to a group, which is a file; it renders or calls what it is about and tells its findings.
 
+mod camera;
 pub mod fuzz;
 mod gaps;
 pub mod kit;
@@ -11,6 +12,7 @@ mod not_finite;
 mod place;
 mod still_life;
 mod sums;
+mod triangles;
 
 use crate::render::RenderError;
 use serde::Serialize;
@@ -65,6 +67,14 @@ pub static GROUPS: &[Group] = &[
     Group {
         name: "self-intersection and gaps",
         cases: gaps::CASES,
+    },
+    Group {
+        name: "triangles",
+        cases: triangles::CASES,
+    },
+    Group {
+        name: "camera",
+        cases: camera::CASES,
     },
     Group {
         name: "sampling and sums",

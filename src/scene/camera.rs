@@ -104,7 +104,7 @@ pub struct Aperture {
     pub rotation: f64,
     /// Anamorphic: the opening is that much narrower along X.
     pub ratio: f64,
-    /// Distance of what is sharp, along −Z (of a panorama: from the camera), metres.
+    /// Distance of what is sharp, along −Z (of a panorama: from the camera), metres; may be infinite.
     pub focus_distance: f64,
 }
 
@@ -114,7 +114,7 @@ impl Aperture {
         let positive = |n: f64| n.is_finite() && n > 0.0;
         positive(self.radius)
             && positive(self.ratio)
-            && positive(self.focus_distance)
+            && self.focus_distance > 0.0
             && self.rotation.is_finite()
     }
 }

@@ -5,8 +5,14 @@ use crate::effects::{self, Mask};
 use crate::scene::{self, Projection};
 use glam::DVec3;
 
-/// Prepares a camera for a picture of an aspect; positions are relative to `origin`.
-pub fn prepare(source: &scene::Camera, aspect: f64, kept: Mask, origin: DVec3) -> Camera {
+/// Prepares a camera for a picture of an aspect; positions are relative to `origin`. `distant`: middle and radius of
+/// all there is, if it is far away.
+pub fn prepare(
+    source: &scene::Camera,
+    aspect: f64,
+    kept: Mask,
+    (origin, distant): (DVec3, Option<(DVec3, f64)>),
+) -> Camera {
     let window = source
         .window
         .map(|window| window.widened_to(aspect))
@@ -35,12 +41,10 @@ pub fn prepare(source: &scene::Camera, aspect: f64, kept: Mask, origin: DVec3) -
             ratio: a.ratio as f32,
             focus_distance: a.focus_distance as f32,
         });
-    Camera::new(
-        lens,
-        aperture,
-        &source.world_from_camera,
-        origin,
-        source.clip_near,
-        source.clip_far,
-    )
+    let (place, near, far) = (&source.world_from_camera, source.clip_near, source.clip_far);
+    let camera = Camera::new(lens, aperture, place, origin, near, far);
+    match distant {
+        Some(all) => camera.distant(place, origin, (near, far), all),
+        None => camera,
+    }
 }

@@ -5,6 +5,7 @@ mod geometry;
 mod lamps;
 mod lights;
 mod material;
+mod origin;
 mod texture;
 
 pub use crate::scene::RayKind;
@@ -21,6 +22,7 @@ use crate::scene::{self, Scene};
 use geometry::{Entry, MeshData};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use material::{Coordinates, PreparedMaterial, Preparer};
+use origin::Origin;
 use serde::Serialize;
 
 /// A scene ready for rays. Positions are relative to `origin`.
@@ -110,11 +112,13 @@ impl World {
     /// If Embree fails.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, EmbreeError> {
         let device = Device::new(options.threads)?;
-        // The camera is where precision matters: floats are densest about it.
-        let origin = if options.naive.origin {
-            DVec3::ZERO
+        let Origin {
+            at: origin,
+            distant,
+        } = if options.naive.origin {
+            Origin::NAIVE
         } else {
-            options.camera.world_from_camera.translation
+            Origin::new(scene, options.camera)
         };
         let robust = !options.naive.edges;
         let keep = |effect| effects::has(options.effects, effect);
@@ -218,7 +222,12 @@ impl World {
             &materials,
             &device,
         )?;
-        let camera = camera::prepare(options.camera, options.aspect, options.effects, origin);
+        let camera = camera::prepare(
+            options.camera,
+            options.aspect,
+            options.effects,
+            (origin, distant),
+        );
         Ok(Self {
             embree,
             meshes,

@@ -1,0 +1,117 @@
+//! Where the origin of the world is: positions are f32 about it.
+
+use crate::scene::{Camera, LightKind, Projection, Scene};
+use glam::DVec3;
+
+/// The origin, and what all that can be seen is in where the camera is far away from it.
+pub struct Origin {
+    /// Subtracted from all positions.
+    pub at: DVec3,
+    /// Middle (relative to `at`) and radius.
+    pub distant: Option<(DVec3, f64)>,
+}
+
+/// A camera that is more radii than this from the middle of a scene is far away. From nearer by, positions about the
+/// camera are good to 17 u = 1e-6 of the radius: a 500th of a pixel of a picture of the whole that has 1000.
+const FAR: f64 = 16.0;
+
+impl Origin {
+    /// None.
+    pub const NAIVE: Self = Self {
+        at: DVec3::ZERO,
+        distant: None,
+    };
+
+    /// The camera is where precision matters, as floats are densest about it; from far away it is the scene.
+    pub fn new(scene: &Scene, camera: &Camera) -> Self {
+        let eye = camera.world_from_camera.translation;
+        let panorama = matches!(camera.projection, Projection::Equirectangular { .. });
+        let distant = bounds(scene)
+            .map(|(low, high)| ((low + high) * 0.5, (high - low).length() * 0.5))
+            .filter(|&(middle, radius)| !panorama && (eye - middle).length() > FAR * radius);
+        match distant {
+            // A little more than the radius: vertices are rounded to f32.
+            Some((middle, radius)) => Self {
+                at: middle,
+                distant: Some((DVec3::ZERO, radius * (1.0 + 1e-6))),
+            },
+            None => Self {
+                at: eye,
+                distant: None,
+            },
+        }
+    }
+}
+
+/// Corners of the box about all that has a place; `None` where there is nothing.
+fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
+    let boxes: Vec<Option<(DVec3, DVec3)>> = scene.meshes.iter().map(mesh_bounds).collect();
+    let placed = scene.instances.iter().filter_map(|instance| {
+        let (low, high) = boxes[instance.mesh.0 as usize]?;
+        let corner = |i: u32| {
+            let pick = |axis: usize| {
+                if i >> axis & 1 == 0 {
+                    low[axis]
+                } else {
+                    high[axis]
+                }
+            };
+            let corner = DVec3::new(pick(0), pick(1), pick(2));
+            instance.world_from_object.transform_point3(corner)
+        };
+        Some(hull((0..8).map(corner)))
+    });
+    let lights = scene.lights.iter().filter_map(|light| {
+        let m = &light.world_from_light.matrix3;
+        let reach = match light.kind {
+            LightKind::Sun { .. } => return None,
+            LightKind::Point { radius, .. } | LightKind::Spot { radius, .. } => {
+                DVec3::splat(f64::from(radius))
+            }
+            LightKind::Area { size: [x, y], .. } => {
+                m.x_axis.abs() * f64::from(x) + m.y_axis.abs() * f64::from(y)
+            }
+        };
+        let at = light.world_from_light.translation;
+        Some((at - reach, at + reach))
+    });
+    let join = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+    placed.chain(lights).reduce(join)
+}
+
+fn hull(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+        (low.min(p), high.max(p))
+    })
+}
+
+fn mesh_bounds(mesh: &crate::scene::Mesh) -> Option<(DVec3, DVec3)> {
+    let corner = |&[x, y, z]: &[f32; 3]| DVec3::new(f64::from(x), f64::from(y), f64::from(z));
+    let used = !mesh.triangles.is_empty() && !mesh.positions.is_empty();
+    used.then(|| hull(mesh.positions.iter().map(corner)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hard::kit::{camera, diffuse, place, sphere};
+    use glam::DAffine3;
+
+    #[test]
+    fn the_origin_is_the_camera_unless_it_is_far_from_all() {
+        let mut scene = Scene::default();
+        assert_eq!(Origin::new(&scene, &camera(DVec3::X, 1.0)).at, DVec3::X);
+        let middle = DVec3::new(1e7, 2.0, 3.0);
+        let at = [DAffine3::from_translation(middle)];
+        place(&mut scene, sphere(4, 0.0, false), diffuse([0.5; 3]), &at);
+        let near = middle + DVec3::Z * 20.0;
+        let origin = Origin::new(&scene, &camera(near, 1.0));
+        assert!(origin.distant.is_none());
+        assert_eq!(origin.at, near);
+        let origin = Origin::new(&scene, &camera(middle + DVec3::Z * 1e5, 1.0));
+        // Half the diagonal of the box about a sphere of 1.
+        let (_, radius) = origin.distant.unwrap();
+        assert!((radius - 3f64.sqrt()).abs() < 1e-5, "{radius}");
+        assert!((origin.at - middle).length() < 1e-6);
+    }
+}
