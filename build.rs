@@ -3,7 +3,7 @@
 //! Each library is looked for in this order: the environment variable (`EMBREE_DIR`, `OCIO_DIR`, `LIBCLANG_PATH`; the
 //! first two take a prefix or the word `system`), the project's own prefix `.native/` (made by `make setup`), the system.
 //!
-//! For the crate it writes `OUT_DIR/embree.rs` and `OUT_DIR/ocio.rs`, and sets `SUNDOG_EMBREE_HEADERS` and
+//! For the crate it writes `OUT_DIR/embree.rs`, `OUT_DIR/ocio.rs` and `OUT_DIR/double.rs`, and sets `SUNDOG_EMBREE_HEADERS` and
 //! `SUNDOG_OCIO_HEADERS` (versions of the headers that were read, as `4.3.3`; for `env!`).
 
 use std::env;
@@ -87,6 +87,7 @@ fn build() -> Result<ExitCode, String> {
         });
     }
 
+    write_double(&out)?;
     let embree = find(&EMBREE, &native)?;
     let ocio = find(&OCIO, &native)?;
     check_version(
@@ -109,6 +110,77 @@ fn build() -> Result<ExitCode, String> {
     compile_shim(&ocio)?;
     link(&[(&EMBREE, &embree), (&OCIO, &ocio)], &out)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Rooms of which the oracle has some files in f64, and these files. The rooms' own `mod.rs` come along.
+const IN_DOUBLE: [(&str, &[&str]); 3] = [
+    ("math", &["float", "frame", "warp"]),
+    ("shading", &["fresnel", "ggx"]),
+    (
+        "light",
+        &["lamp", "rectangle", "spherical_triangle", "triangle"],
+    ),
+];
+
+/// Words and what takes their place. Those that are in f64 already come first, so that they stay.
+const DOUBLED: [(&str, &str); 16] = [
+    ("DVec2", "\u{1}2"),
+    ("DVec3", "\u{1}3"),
+    ("DMat3", "\u{2}3"),
+    ("Vec2", "\u{1}2"),
+    ("Vec3", "\u{1}3"),
+    ("Mat3", "\u{2}3"),
+    ("\u{1}", "DVec"),
+    ("\u{2}", "DMat"),
+    ("f32", "f64"),
+    (".as_vec2()", ""),
+    (".as_vec3()", ""),
+    (".as_dvec2()", ""),
+    (".as_dvec3()", ""),
+    ("crate::", "crate::hard::oracle::double::"),
+    ("{DVec2, DVec2}", "DVec2"),
+    ("{DAffine3, DVec3, DVec3}", "{DAffine3, DVec3}"),
+];
+
+/// Writes the source of the kernels in f64: the oracle against which they are measured in f32 (`src/hard/oracle.rs`). It is the
+/// same text but for the types, so that it cannot fall behind.
+fn write_double(out: &Path) -> Result<(), String> {
+    let mut text = String::new();
+    for (room, files) in IN_DOUBLE {
+        let source = |name: &str| {
+            let path = format!("src/{room}/{name}.rs");
+            println!("cargo::rerun-if-changed={path}");
+            let source = fs::read_to_string(&path)
+                .map_err(|error| format!("{path} cannot be read: {error}"))?;
+            // Tests come last; documentation has to stand before what it tells of, which may be gone.
+            let code = source.split("#[cfg(test)]").next().unwrap_or_default();
+            let lines = code
+                .lines()
+                .filter(|line| !line.trim_start().starts_with("//"));
+            Ok::<_, String>(lines.collect::<Vec<_>>().join("\n"))
+        };
+        let mut whole = String::new();
+        for line in source("mod")?.lines() {
+            let module = line
+                .strip_prefix("pub mod ")
+                .and_then(|rest| rest.strip_suffix(';'));
+            match module {
+                Some(name) if files.contains(&name) => {
+                    whole += &format!("pub mod {name} {{\n{}\n}}\n", source(name)?);
+                }
+                Some(_) => {}
+                // Names of files that did not come along.
+                None if line.starts_with("pub use bsdf") => {}
+                None => whole += &format!("{line}\n"),
+            }
+        }
+        text += &format!("pub mod {room} {{\n{whole}\n}}\n");
+    }
+    for (word, instead) in DOUBLED {
+        text = text.replace(word, instead);
+    }
+    let file = out.join("double.rs");
+    fs::write(&file, text).map_err(|error| format!("{} cannot be written: {error}", file.display()))
 }
 
 /// An environment variable that cargo always sets.

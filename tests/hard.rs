@@ -34,6 +34,10 @@ groups! {
     self_intersection_and_gaps: "self-intersection and gaps",
     triangles: "triangles",
     camera: "camera",
+    directions: "directions",
+    materials: "materials",
+    lights: "lights",
+    kernels_in_f64: "kernels in f64",
     sampling_and_sums: "sampling and sums",
     nan_and_infinity: "NaN and infinity",
 }

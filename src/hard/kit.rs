@@ -240,3 +240,38 @@ pub fn mean(picture: &Picture) -> f64 {
     }
     sum / f64::from(count)
 }
+
+/// A mean of samples and how sure it is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Mean {
+    count: f64,
+    mean: f64,
+    /// Sum of squared differences from the mean (Welford, *Note on a Method for Calculating Corrected Sums of
+    /// Squares and Products*, 1962).
+    squares: f64,
+}
+
+impl Mean {
+    /// Adds a sample.
+    pub fn add(&mut self, value: f64) {
+        self.count += 1.0;
+        let before = value - self.mean;
+        self.mean += before / self.count;
+        self.squares += before * (value - self.mean);
+    }
+
+    /// The mean.
+    pub fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    /// Estimated standard deviation of the mean.
+    pub fn deviation(&self) -> f64 {
+        (self.squares / (self.count - 1.0) / self.count).sqrt()
+    }
+
+    /// How far from `exact` it is, by its standard deviation and by what rounding may have done beside.
+    pub fn z(&self, exact: f64, rounding: f64) -> f64 {
+        (self.mean - exact).abs() / self.deviation().hypot(rounding).max(f64::MIN_POSITIVE)
+    }
+}

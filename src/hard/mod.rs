@@ -5,10 +5,14 @@
 //! A case belongs to a group, which is a file; it renders or calls what it is about and tells its findings.
 
 mod camera;
+mod directions;
 pub mod fuzz;
 mod gaps;
 pub mod kit;
+mod lights;
+mod materials;
 mod not_finite;
+mod oracle;
 mod place;
 mod still_life;
 mod sums;
@@ -75,6 +79,22 @@ pub static GROUPS: &[Group] = &[
     Group {
         name: "camera",
         cases: camera::CASES,
+    },
+    Group {
+        name: "directions",
+        cases: directions::CASES,
+    },
+    Group {
+        name: "materials",
+        cases: materials::CASES,
+    },
+    Group {
+        name: "lights",
+        cases: lights::CASES,
+    },
+    Group {
+        name: "kernels in f64",
+        cases: oracle::CASES,
     },
     Group {
         name: "sampling and sums",

@@ -102,13 +102,6 @@ fn too_bright() -> Vec<(&'static str, Scene)> {
             }),
         ),
         (
-            "sun \"beacon\"",
-            lamp(LightKind::Sun {
-                irradiance: HUGE,
-                angle: 0.1,
-            }),
-        ),
-        (
             "material \"panel\"",
             with(&|scene| {
                 let mesh = quad([-3.0, 1.2, -3.0], [6.0, 0.0, 0.0], [0.0, 0.0, 6.0]);

@@ -10,11 +10,11 @@ use crate::effects::{
 use crate::film::apart::{Apart, Together};
 use crate::film::pixel::{FirstHit, Middle};
 use crate::light::power_heuristic;
-use crate::math::float::{RAY_START, is_unit, ray_origin};
+use crate::math::float::{RAY_START, is_unit};
 use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Scattering};
-use crate::world::{Met, RayKind, Shaded, Source, Surface, World};
+use crate::world::{Hit, Met, RayKind, Shaded, Source, Surface, World};
 use glam::{Vec2, Vec3};
 
 /// What a path takes from the settings.
@@ -439,6 +439,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         if bsdf.is_samplable() && !world.lights.is_empty() {
             let vertex = || Vertex {
                 bounce,
+                hit: &hit,
                 surface: &surface,
                 bsdf: &bsdf,
                 at: &at,
@@ -492,13 +493,17 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
             }),
             numbers: u,
         });
+        let beyond = s.scattering == Scattering::Transmission;
+        let Some(start) = leave::<E>(world, settings, (&hit, &surface), s.wi, beyond) else {
+            gathered.apart.step(|| Step::End(End::Own));
+            break;
+        };
         if bounce == 0 {
             let diffuse = match s.scattering {
                 _ if !alone => s.diffuse,
                 Scattering::Diffuse => weight,
                 _ => Vec3::ZERO,
             };
-            let beyond = s.scattering == Scattering::Transmission;
             gathered.apart.first_scattering(weight, diffuse, beyond);
         }
         throughput *= weight;
@@ -520,7 +525,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         if !s.delta {
             min_pdf = min_pdf.min(s.pdf);
         }
-        origin = leave::<E>(settings, &surface, s.wi);
+        origin = start;
         direction = s.wi;
         (near, far) = (RAY_START, f32::INFINITY);
         bounce += 1;
@@ -539,19 +544,27 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
 /// How far rays start off surfaces in toy renderers, metres.
 const NAIVE_OFFSET: f32 = 1e-4;
 
-/// Where a ray starts that leaves a surface.
+/// Where a ray starts that leaves a surface; `None` where the surface is in its way.
 #[inline]
-fn leave<const E: Mask>(settings: &PathSettings, surface: &Surface, direction: Vec3) -> Vec3 {
-    let normal = surface.normals.geometric;
+fn leave<const E: Mask>(
+    world: &World,
+    settings: &PathSettings,
+    (hit, surface): (&Hit, &Surface),
+    direction: Vec3,
+    beyond: bool,
+) -> Option<Vec3> {
     if E == PATHS && settings.naive_offsets {
-        return surface.point.point + normal * NAIVE_OFFSET.copysign(direction.dot(normal));
+        let normal = surface.normals.geometric;
+        let offset = normal * NAIVE_OFFSET.copysign(direction.dot(normal));
+        return Some(surface.point.point + offset);
     }
-    ray_origin(surface.point, normal, direction)
+    world.leave(hit, surface, direction, beyond)
 }
 
 /// A surface that light falls on, and the path to it.
 struct Vertex<'a> {
     bounce: u32,
+    hit: &'a Hit,
     surface: &'a Surface<'a>,
     bsdf: &'a Bsdf,
     at: &'a Shaded,
@@ -592,6 +605,7 @@ fn direct_light<const E: Mask, A: Apart + Record>(
 ) -> u32 {
     let &Vertex {
         bounce,
+        hit,
         surface,
         bsdf,
         at,
@@ -626,7 +640,7 @@ fn direct_light<const E: Mask, A: Apart + Record>(
     let by_kind = effects::has(E, VISIBILITY) && world.by_kind;
     let casts_shadow = !by_kind || light.rules.visibility.sees(RayKind::Shadow);
     let delta = light.delta || !casts_shadow;
-    let beyond = light.wi.dot(surface.normals.geometric) < 0.0;
+    let beyond = bsdf.is_beyond(light.wi);
     let (reflected, diffuse) = if by_kind {
         if bounce > light.rules.max_bounces {
             return 0;
@@ -672,7 +686,9 @@ fn direct_light<const E: Mask, A: Apart + Record>(
         gathered.apart.step(|| drawn(None));
         return 0;
     }
-    let start = leave::<E>(settings, surface, light.wi);
+    let Some(start) = leave::<E>(world, settings, (hit, surface), light.wi, beyond) else {
+        return 0;
+    };
     let share = match light.target {
         _ if !casts_shadow => 1.0,
         Some(target) => world.transmittance_to::<E>(start, target, transparent),

@@ -152,6 +152,8 @@ pub enum End {
     Roulette,
     /// No direction was drawn.
     Absorbed,
+    /// The surface itself is in the way.
+    Own,
     /// The weight of the direction is zero.
     Black,
 }

@@ -312,7 +312,7 @@ impl Area {
                     pdf: 0.0,
                 },
                 // π/A · A: the power that passes through a square metre.
-                radiance: self.radiance * PI as f32,
+                arriving: self.radiance * PI as f32,
                 distance: at.height,
                 delta: true,
             });
@@ -345,7 +345,7 @@ impl Area {
                 wi: wi.normalize(),
                 pdf,
             },
-            radiance: self.radiance * share,
+            arriving: self.radiance * (share / pdf),
             distance,
             delta: false,
         })
@@ -430,8 +430,7 @@ mod tests {
         for u in grid(n) {
             if let Some(s) = light.sample(from, u) {
                 assert!((s.direction.wi.length() - 1.0).abs() < 1e-5);
-                let weight = if s.delta { 1.0 } else { 1.0 / s.direction.pdf };
-                sum += f64::from(s.radiance.x * s.direction.wi.dot(normal).max(0.0) * weight);
+                sum += f64::from(s.arriving.x * s.direction.wi.dot(normal).max(0.0));
             }
         }
         sum / f64::from(n * n)
@@ -588,7 +587,7 @@ mod tests {
         let s = beam
             .sample(Vec3::new(0.3, -0.4, -7.0), Vec2::splat(0.5))
             .unwrap();
-        assert!(s.delta && (s.radiance.x - 20.0).abs() < 1e-4 && s.distance == 7.0);
+        assert!(s.delta && (s.arriving.x - 20.0).abs() < 1e-4 && s.distance == 7.0);
         assert!(
             beam.sample(Vec3::new(0.6, 0.0, -7.0), Vec2::splat(0.5))
                 .is_none()
@@ -625,7 +624,8 @@ mod tests {
                             "{name} {ellipse} {spread} {from} {m:?} {s:?}"
                         );
                         assert!(
-                            (m.radiance.x - s.radiance.x).abs() < 2e-3 * light.intensity().x,
+                            (m.radiance.x - s.arriving.x * s.direction.pdf).abs()
+                                < 2e-3 * light.intensity().x,
                             "{name} {m:?} {s:?}"
                         );
                     }

@@ -27,9 +27,9 @@ pub struct Cone {
     pub light_from_world: Mat3,
     /// Axis in world space.
     pub axis: Vec3,
-    /// Cosine of half the opening angle.
-    pub cos_half_angle: f32,
-    /// 1 / ((1 − cos half angle) · blend); infinite for a hard edge.
+    /// 1 − cos of half the opening angle: the cosine itself cannot tell narrow cones apart.
+    pub one_minus_cos: f32,
+    /// 1 / (`one_minus_cos` · blend); infinite for a hard edge.
     pub steepness: f32,
 }
 
@@ -39,15 +39,21 @@ impl Cone {
     #[inline]
     pub fn attenuation(&self, out: Vec3) -> f32 {
         let local = self.light_from_world * out;
-        let cos = -local.z / local.length();
-        let above = cos - self.cos_half_angle;
-        if above <= 0.0 {
+        let length = local.length();
+        // 1 − cosθ = sin²θ/(1 + cosθ), which does not cancel near the axis.
+        let one_minus_cos = if local.z < 0.0 {
+            (sqr(local.x) + sqr(local.y)) / (length * (length - local.z))
+        } else {
+            1.0 + local.z / length
+        };
+        let inside = self.one_minus_cos - one_minus_cos;
+        if inside <= 0.0 {
             return 0.0;
         }
         if self.steepness.is_infinite() {
             1.0
         } else {
-            warp::smoothstep(above * self.steepness)
+            warp::smoothstep(inside * self.steepness)
         }
     }
 }
@@ -57,8 +63,9 @@ impl Cone {
 pub struct LampSample {
     /// Where it comes from.
     pub direction: Direction,
-    /// Radiance; for a point its intensity over the squared distance.
-    pub radiance: Vec3,
+    /// Radiance over density, for a point its intensity over the squared distance: in a form that stays in f32's
+    /// range where the one or the other does not.
+    pub arriving: Vec3,
     /// Distance to the lamp's surface along the direction.
     pub distance: f32,
     /// A point: no other technique finds it.
@@ -66,9 +73,10 @@ pub struct LampSample {
 }
 
 impl Lamp {
-    /// The same radiance on the whole sphere: intensity over the disc that one sees.
+    /// The same radiance on the whole sphere: intensity over the disc that one sees. Not finite for a lamp so small
+    /// that it has to be taken for a point.
     #[inline]
-    fn radiance(&self) -> Vec3 {
+    pub fn radiance(&self) -> Vec3 {
         self.intensity / (PI * sqr(self.radius))
     }
 
@@ -89,38 +97,44 @@ impl Lamp {
         }
         let axis = to_center / distance;
         if self.radius == 0.0 {
-            let radiance = self.intensity * (self.toward(-axis) / d2);
             return Some(LampSample {
                 direction: Direction { wi: axis, pdf: 0.0 },
-                radiance,
+                arriving: self.intensity * (self.toward(-axis) / d2),
                 distance,
                 delta: true,
             });
         }
-        let (wi, pdf, distance) = if self.soft_falloff {
+        let (wi, pdf, arriving, distance) = if self.soft_falloff {
             let on = warp::disk(u) * self.radius;
             let t = (d2 + on.length_squared()).sqrt();
             let wi = Frame::from_normal(axis).to_world(Vec3::new(on.x, on.y, distance)) / t;
-            (wi, self.disc_pdf(t, distance), t)
+            // I/πr² over t³/(d·πr²).
+            let arriving = self.intensity * (self.toward(-wi) * distance / (sqr(t) * t));
+            (wi, self.disc_pdf(t, distance), arriving, t)
         } else if d2 > sqr(self.radius) {
-            let one_minus_cos = warp::one_minus_cos_from_sin2(sqr(self.radius) / d2);
+            let sin2 = sqr(self.radius) / d2;
+            let one_minus_cos = warp::one_minus_cos_from_sin2(sin2);
             let wi = warp::cone_about(axis, u, one_minus_cos);
+            // I/πr² over 1/2π(1 − cos), with 1 − cos = (r²/d²)/(1 + cos).
+            let share = 2.0 / (d2 * (1.0 + (1.0 - sin2).max(0.0).sqrt()));
             (
                 wi,
                 warp::cone_pdf(one_minus_cos),
+                self.intensity * (self.toward(-wi) * share),
                 self.hit(from, wi).unwrap_or(distance),
             )
         } else {
-            // Inside it shines from all around.
+            // Inside it shines from all around; a spot is a point light there, as in Cycles.
             let wi = match normal {
                 Some(n) => Frame::from_normal(n).to_world(warp::cosine_hemisphere(u)),
                 None => warp::sphere(u),
             };
-            (wi, Self::inner_pdf(normal, wi), self.hit(from, wi)?)
+            let pdf = Self::inner_pdf(normal, wi);
+            (wi, pdf, self.radiance() / pdf, self.hit(from, wi)?)
         };
-        (pdf > 0.0).then(|| LampSample {
+        (pdf > 0.0).then_some(LampSample {
             direction: Direction { wi, pdf },
-            radiance: self.emitted(from, wi),
+            arriving,
             distance,
             delta: false,
         })
@@ -227,8 +241,7 @@ mod tests {
             let mut sum = 0f64;
             for u in grid(n) {
                 let s = lamp.sample(Vec3::ZERO, None, u).unwrap();
-                let weight = if s.delta { 1.0 } else { 1.0 / s.direction.pdf };
-                sum += f64::from(s.radiance.x * s.direction.wi.z * weight);
+                sum += f64::from(s.arriving.x * s.direction.wi.z);
             }
             let irradiance = sum / f64::from(n * n);
             assert!(
@@ -255,7 +268,9 @@ mod tests {
                     .unwrap_or_else(|| panic!("{radius}: {:?}", s.direction));
                 assert!((met.pdf / s.direction.pdf - 1.0).abs() < 1e-4);
                 assert!((met.distance / s.distance - 1.0).abs() < 1e-5);
-                sum += f64::from(s.radiance.x * s.direction.wi.z / s.direction.pdf);
+                let by_radiance = met.radiance.x / met.pdf;
+                assert!((s.arriving.x / by_radiance - 1.0).abs() < 1e-4);
+                sum += f64::from(s.arriving.x * s.direction.wi.z);
             }
             let found = sum / f64::from(n * n);
             let exact = 10.0 / (f64::from(radius).powi(2) + 25.0);
@@ -282,7 +297,7 @@ mod tests {
                 assert!((met.pdf / s.direction.pdf - 1.0).abs() < 1e-4);
                 let on = s.direction.wi * s.distance - lamp.center;
                 assert!((on.length() / 8.0 - 1.0).abs() < 1e-5);
-                sum += f64::from(s.radiance.x * s.direction.wi.z.max(0.0) / s.direction.pdf);
+                sum += f64::from(s.arriving.x * s.direction.wi.z.max(0.0));
             }
             let found = sum / f64::from(n * n);
             assert!(
@@ -316,7 +331,7 @@ mod tests {
         let cone = Cone {
             light_from_world: Mat3::IDENTITY,
             axis: Vec3::NEG_Z,
-            cos_half_angle: half.cos(),
+            one_minus_cos: 1.0 - half.cos(),
             steepness: 1.0 / ((1.0 - half.cos()) * 0.2),
         };
         let out = |angle: f32| Vec3::new(angle.sin(), 0.0, -angle.cos());

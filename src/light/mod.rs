@@ -7,6 +7,7 @@ pub mod area;
 pub mod environment;
 pub mod lamp;
 pub mod rectangle;
+pub mod spherical_triangle;
 pub mod sun;
 pub mod tree;
 pub mod triangle;

@@ -1,6 +1,7 @@
 //! Sun lights: parallel, or from a disc at infinity.
 
 use super::Direction;
+use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::warp;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -22,11 +23,19 @@ impl Sun {
         let half = (0.5 * angle).clamp(0.0, std::f32::consts::FRAC_PI_2);
         // 1 − cos h = 2 sin²(h/2), without cancellation.
         let s = (0.5 * half).sin();
-        Self {
+        let disc = Self {
             toward,
             irradiance,
             one_minus_cos: 2.0 * s * s,
+        };
+        // Unit vectors are rounded to u: no direction can tell a smaller disc from a point.
+        if half < UNIT_ROUNDOFF || !disc.radiance().is_finite() {
+            return Self {
+                one_minus_cos: 0.0,
+                ..disc
+            };
         }
+        disc
     }
 
     /// Whether it is exactly parallel.
@@ -39,6 +48,16 @@ impl Sun {
     pub fn radiance(&self) -> Vec3 {
         let sin2 = self.one_minus_cos * (2.0 - self.one_minus_cos);
         self.irradiance / (PI * sin2)
+    }
+
+    /// Radiance over density of [`Self::sample`], without the disc's size in it: its square can leave f32's range.
+    #[inline]
+    pub fn arriving(&self) -> Vec3 {
+        if self.is_delta() {
+            self.irradiance
+        } else {
+            self.irradiance * (2.0 / (2.0 - self.one_minus_cos))
+        }
     }
 
     /// Uniform direction in the disc.
@@ -86,11 +105,11 @@ mod tests {
             let mut sum = 0f64;
             for u in grid(n) {
                 let d = sun.sample(u);
-                sum += f64::from(if sun.is_delta() {
-                    sun.irradiance.x
-                } else {
-                    sun.radiance().x * d.wi.y / d.pdf
-                });
+                sum += f64::from(sun.arriving().x * d.wi.y);
+                if !sun.is_delta() {
+                    let by_radiance = sun.radiance().x / d.pdf;
+                    assert!((sun.arriving().x / by_radiance - 1.0).abs() < 1e-6);
+                }
             }
             let found = sum / f64::from(n * n);
             assert!((found / 3.0 - 1.0).abs() < 1e-3, "{angle}: {found}");

@@ -2,6 +2,7 @@
 //! (Conty Estevez and Kulla, *Importance Sampling of Many Lights with Adaptive Tree Splitting*,
 //! HPG 2018; bounds of angles without trigonometry as in Pharr, Jakob, Humphreys, 4th ed., §12.6.3).
 
+use crate::math::float::gamma;
 use glam::Vec3;
 
 /// What the tree knows of an emitter.
@@ -102,7 +103,11 @@ impl Bounds {
         // Inside the bounds all is possible, and the distance is of the size of the bounds.
         let d2 = d2_true.max(radius2).max(f32::MIN_POSITIVE);
         if d2_true <= radius2 * (1.0 + 1e-5) {
-            return self.intensity / d2;
+            return if self.is_averted(to) || normal.is_some_and(|n| self.is_below(to, n)) {
+                0.0
+            } else {
+                self.intensity / d2
+            };
         }
         let wi = to / d2_true.sqrt();
         let sin_b2 = radius2 / d2_true;
@@ -120,18 +125,46 @@ impl Bounds {
             if cos_emitted <= self.cos_emission - ANGLE_MARGIN {
                 return 0.0;
             }
+            // Only by the size of the sphere: the box may know better.
+            if cos_w < 0.0 && self.is_averted(to) {
+                return 0.0;
+            }
             cos_emitted = cos_emitted.max(ANGLE_MARGIN);
         }
         let mut received = 1.0;
         if let Some(n) = normal {
             let cos_i = n.dot(wi);
             received = cos_of_difference(sin_from_cos(cos_i), cos_i, sin_b, cos_b);
-            if received <= -ANGLE_MARGIN {
+            if received <= -ANGLE_MARGIN || (cos_i < 0.0 && self.is_below(to, n)) {
                 return 0.0;
             }
             received = received.max(ANGLE_MARGIN);
         }
         self.intensity * cos_emitted * received / d2
+    }
+}
+
+impl Bounds {
+    /// Whether all emitters are flat and look the other way, by their box. (Wide sheets of lights, a ceiling or a wall of
+    /// screens, have everything in the sphere around them, or nearly so.) `to`: from the point to the middle.
+    #[inline]
+    fn is_averted(&self, to: Vec3) -> bool {
+        if self.cos_normals < 1.0 || self.cos_emission < 0.0 || self.two_sided {
+            return false;
+        }
+        let half = (self.max - self.min) * 0.5;
+        // How far before one of them the point may be; f32 holds cones of normals up to the margin for one direction.
+        let before = self.axis.abs().dot(half) - self.axis.dot(to);
+        before < -ANGLE_MARGIN * (to.length() + half.length())
+    }
+
+    /// Whether all emitters are below a surface's horizon, by their box.
+    #[inline]
+    fn is_below(&self, to: Vec3, normal: Vec3) -> bool {
+        let half = (self.max - self.min) * 0.5;
+        let above = normal.dot(to) + normal.abs().dot(half);
+        // Three differences, three products, two sums.
+        above < -gamma(8) * normal.abs().dot(to.abs() + half)
     }
 }
 

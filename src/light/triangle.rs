@@ -1,6 +1,7 @@
 //! Emissive triangles, sampled by solid angle.
 
-use crate::math::warp;
+use super::spherical_triangle::SphericalTriangle;
+use crate::math::{sqr, warp};
 use glam::{Vec2, Vec3};
 
 /// Corners in world space.
@@ -23,11 +24,9 @@ pub struct TriangleSample {
     pub pdf: f32,
 }
 
-/// Below this solid angle the spherical excess α + β + γ − π keeps fewer than half of f32's
-/// digits (its terms are of order 1, rounded to 1e-7): the triangle is then sampled by area, from
-/// which it hardly differs. Above the upper end (a triangle that nearly fills a hemisphere) the
-/// great circles degenerate.
-const BY_SOLID_ANGLE: std::ops::Range<f32> = 3e-4..6.2;
+/// Triangles whose middle is this many times their longest edge away are sampled by area, which saves the angles: the weights
+/// of samples, third powers of distances, differ by less than a tenth.
+const FAR: f32 = 32.0;
 
 impl Triangle {
     /// Twice the area times the normal.
@@ -37,11 +36,22 @@ impl Triangle {
         (b - a).cross(c - a)
     }
 
-    /// Solid angle from a point.
+    /// Whether it is sampled by area.
     #[inline]
-    fn solid_angle(&self, from: Vec3) -> f32 {
-        let [a, b, c] = self.corners.map(|p| (p - from).normalize_or_zero());
-        warp::spherical_triangle_area(a, b, c)
+    fn is_far(&self, from: Vec3) -> bool {
+        let [a, b, c] = self.corners;
+        let edge = (b - a)
+            .length_squared()
+            .max((c - b).length_squared())
+            .max((a - c).length_squared());
+        let middle = (a + b + c) * (1.0 / 3.0);
+        (middle - from).length_squared() > sqr(FAR) * edge
+    }
+
+    /// As the point sees it; `None` where it has no solid angle.
+    #[inline]
+    fn seen(&self, from: Vec3) -> Option<SphericalTriangle> {
+        SphericalTriangle::new(self.corners.map(|c| c.as_dvec3() - from.as_dvec3()))
     }
 
     /// Density at a point of the triangle, when it is sampled by area.
@@ -63,19 +73,18 @@ impl Triangle {
     #[inline]
     pub fn sample(&self, from: Vec3, u: Vec2) -> Option<TriangleSample> {
         let [a, b, c] = self.corners;
-        let solid_angle = self.solid_angle(from);
-        if BY_SOLID_ANGLE.contains(&solid_angle) {
-            let unit = self.corners.map(|p| (p - from).normalize_or_zero());
-            let wi = warp::spherical_triangle(unit[0], unit[1], unit[2], u)?;
-            let (bu, bv, _) = warp::ray_plane_barycentrics(a, b - a, c - a, from, wi)?;
+        if !self.is_far(from) {
+            let seen = self.seen(from)?;
+            let wi = seen.sample(u)?;
+            let (u, v) = seen.barycentrics(wi)?;
             // Rounding may put the point a little outside.
-            let (bu, bv) = (bu.max(0.0), bv.max(0.0));
-            let sum = (bu + bv).max(1.0);
+            let (u, v) = (u.max(0.0), v.max(0.0));
+            let sum = (u + v).max(1.0);
             return Some(TriangleSample {
-                u: bu / sum,
-                v: bv / sum,
-                wi,
-                pdf: 1.0 / solid_angle,
+                u: (u / sum) as f32,
+                v: (v / sum) as f32,
+                wi: wi.as_vec3(),
+                pdf: (1.0 / seen.solid_angle()) as f32,
             });
         }
         let q = warp::triangle(u);
@@ -93,11 +102,11 @@ impl Triangle {
     /// Density of [`Self::sample`] for the point `on` of the triangle.
     #[inline]
     pub fn pdf(&self, from: Vec3, on: Vec3) -> f32 {
-        let solid_angle = self.solid_angle(from);
-        if BY_SOLID_ANGLE.contains(&solid_angle) {
-            1.0 / solid_angle
-        } else {
+        if self.is_far(from) {
             self.area_pdf(from, on)
+        } else {
+            self.seen(from)
+                .map_or(0.0, |seen| (1.0 / seen.solid_angle()) as f32)
         }
     }
 

@@ -165,6 +165,7 @@ fn reason(end: End) -> &'static str {
         End::Bounces => "no bounces are left",
         End::Roulette => "Russian roulette",
         End::Absorbed => "no direction was drawn",
+        End::Own => "the surface itself is in the way of the direction",
         End::Black => "the weight of the direction is zero",
     }
 }

@@ -492,7 +492,10 @@ impl Bsdf {
     /// BSDF · |cos| and the density for a direction to the light.
     #[inline]
     pub fn evaluate(&self, wi: Vec3) -> BsdfValue {
-        let transmitted = wi.dot(self.geometric) < 0.0;
+        if self.is_below(wi) {
+            return NOTHING;
+        }
+        let transmitted = self.is_beyond(wi);
         let mut result = if transmitted {
             NOTHING
         } else {
@@ -504,6 +507,20 @@ impl Bsdf {
             result.pdf += self.p_facet * v.pdf;
         }
         result
+    }
+
+    /// Whether a direction is beyond the surface, for what lets light through: on the other side of the triangle.
+    #[inline]
+    pub fn is_beyond(&self, wi: Vec3) -> bool {
+        self.glass.is_some() && wi.dot(self.geometric) < 0.0
+    }
+
+    /// Whether a direction is below a surface that lets no light through. On the curved surface that the triangles stand
+    /// for it is above as long as the smooth normal says so, even where the triangle looks away already: else coarse meshes
+    /// have black facets along the terminator, and lose energy.
+    #[inline]
+    fn is_below(&self, wi: Vec3) -> bool {
+        self.glass.is_none() && wi.dot(self.geometric) < 0.0 && wi.dot(self.smooth) <= 0.0
     }
 
     /// The diffuse part, its density times the probability of its lobe.
@@ -627,7 +644,7 @@ impl Bsdf {
                 Frame::from_normal(self.normal)
             };
             let wi = frame.to_world(warp::cosine_hemisphere(u));
-            if wi.dot(self.geometric) < 0.0 {
+            if self.is_below(wi) || self.is_beyond(wi) {
                 return None;
             }
             let v = self.evaluate(wi);
@@ -666,7 +683,7 @@ impl Bsdf {
             return None;
         }
         let world = self.frame.to_world(wi).normalize();
-        if (world.dot(self.geometric) < 0.0) != transmitted {
+        if self.is_below(world) || self.is_beyond(world) != transmitted {
             return None;
         }
         if smooth || straight {
@@ -732,7 +749,9 @@ impl Bsdf {
             return Some(s);
         }
         let mut local = warp::sphere(u.truncate());
-        if self.glass.is_none() {
+        // On coarse meshes some directions above the surface are below the triangle.
+        let below = self.glass.is_some() || self.smooth != self.geometric;
+        if !below {
             local.z = local.z.abs();
         }
         let wi = Frame::from_normal(self.geometric).to_world(local);
@@ -740,14 +759,14 @@ impl Bsdf {
         if v.pdf <= 0.0 {
             return None;
         }
-        let solid_angle = if self.glass.is_some() { 4.0 } else { 2.0 } * PI;
+        let solid_angle = if below { 4.0 } else { 2.0 } * PI;
         let weight = solid_angle / (1.0 - p_delta);
         // One of the lobes that could have brought it here, as probable as each is.
         let p_diffuse = v.diffuse_pdf / v.pdf;
         let choice = (u.z - p_delta) / (1.0 - p_delta);
         let (scattering, part, p) = if choice < p_diffuse {
             (Scattering::Diffuse, v.diffuse, p_diffuse)
-        } else if wi.dot(self.geometric) < 0.0 {
+        } else if self.is_beyond(wi) {
             (Scattering::Transmission, v.value, 1.0)
         } else {
             (Scattering::Glossy, v.value - v.diffuse, 1.0 - p_diffuse)

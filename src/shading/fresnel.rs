@@ -19,7 +19,8 @@ pub struct Dielectric {
 #[inline]
 pub fn dielectric(cos_i: f32, eta: f32) -> Dielectric {
     let c = cos_i.clamp(0.0, 1.0);
-    let g2 = (eta - 1.0) * (eta + 1.0) + c * c;
+    let less = (eta - 1.0) * (eta + 1.0);
+    let g2 = less + c * c;
     if g2 <= 0.0 {
         return Dielectric {
             reflectance: 1.0,
@@ -27,12 +28,14 @@ pub fn dielectric(cos_i: f32, eta: f32) -> Dielectric {
         };
     }
     let g = g2.sqrt(); // η·cosθt
-    // Divided by g + c > 0: amplitude of the perpendicular part is (c − g)/(c + g).
-    let perpendicular = (g - c) / (g + c);
+    // The amplitudes (c − g)/(c + g) and (η²c − g)/(η²c + g), multiplied through by their sums: the differences would cancel
+    // for η near 1. What is left over cancels only at Brewster's angle, where the parallel part is 0.
     let eta2 = eta * eta;
-    let parallel = (eta2 * c - g) / (eta2 * c + g);
+    let perpendicular = less / sqr(g + c);
+    let parallel = less * ((eta2 + 1.0) * c * c - 1.0) / sqr(eta2 * c + g);
     Dielectric {
-        reflectance: 0.5 * (sqr(perpendicular) + sqr(parallel)),
+        // Rounding may pass 1 where both are.
+        reflectance: (0.5 * (sqr(perpendicular) + sqr(parallel))).clamp(0.0, 1.0),
         cos_t: (g / eta).min(1.0),
     }
 }

@@ -98,7 +98,7 @@ impl Form {
                     .cone
                     .as_ref()
                     .filter(|c| is_rigid(&c.light_from_world))
-                    .map_or(-1.0, |c| c.cos_half_angle),
+                    .map_or(-1.0, |c| 1.0 - c.one_minus_cos),
                 cos_emission: 1.0,
                 two_sided: false,
             },
@@ -304,12 +304,18 @@ fn form(light: &Light, origin: DVec3) -> Option<Form> {
         ..light.world_from_light
     };
     let ball = |intensity: f32, radius, soft_falloff, cone| {
-        Some(Form::Ball(Lamp {
+        let lamp = Lamp {
             center: place.translation.as_vec3(),
             radius: if radius < POINT { 0.0 } else { radius },
             soft_falloff,
             intensity: color * intensity,
             cone,
+        };
+        // So small for its strength that f32 cannot hold the radiance: a point, as for all but mirrors it is.
+        let is_point = !lamp.radiance().is_finite();
+        Some(Form::Ball(Lamp {
+            radius: if is_point { 0.0 } else { radius },
+            ..lamp
         }))
     };
     match light.kind {
@@ -349,8 +355,10 @@ fn form(light: &Light, origin: DVec3) -> Option<Form> {
 
 fn cone(place: &DAffine3, half_angle: f32, blend: f32) -> Cone {
     let inverse = place.matrix3.inverse();
-    let cos_half_angle = half_angle.cos();
-    let width = (1.0 - cos_half_angle) * blend;
+    // 1 − cos x = 2 sin²(x/2): the cosine of less than 3e-4 is 1 in f32.
+    let sin = (0.5 * f64::from(half_angle)).sin();
+    let one_minus_cos = (2.0 * sin * sin) as f32;
+    let width = one_minus_cos * blend;
     Cone {
         light_from_world: if inverse.is_finite() {
             inverse.as_mat3()
@@ -358,7 +366,7 @@ fn cone(place: &DAffine3, half_angle: f32, blend: f32) -> Cone {
             Mat3::IDENTITY
         },
         axis: direction(place),
-        cos_half_angle,
+        one_minus_cos,
         steepness: if width > 0.0 {
             1.0 / width
         } else {

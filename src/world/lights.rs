@@ -332,27 +332,14 @@ impl Lights {
             }
             Group::Sun(i) => {
                 let (sun, rules) = &self.suns[i];
-                let rules = *rules;
                 let d = sun.sample(u);
-                Some(if sun.is_delta() {
-                    LightSample {
-                        wi: d.wi,
-                        contribution: sun.irradiance / p,
-                        pdf: 0.0,
-                        delta: true,
-                        target: None,
-                        rules,
-                    }
-                } else {
-                    let pdf = d.pdf * p;
-                    LightSample {
-                        wi: d.wi,
-                        contribution: sun.radiance() / pdf,
-                        pdf,
-                        delta: false,
-                        target: None,
-                        rules,
-                    }
+                Some(LightSample {
+                    wi: d.wi,
+                    contribution: sun.arriving() / p,
+                    pdf: d.pdf * p,
+                    delta: sun.is_delta(),
+                    target: None,
+                    rules: *rules,
                 })
             }
             Group::Tree => {
@@ -364,7 +351,7 @@ impl Lights {
                         let pdf = s.direction.pdf * p;
                         Some(LightSample {
                             wi: s.direction.wi,
-                            contribution: s.radiance / if s.delta { p } else { pdf },
+                            contribution: s.arriving / p,
                             pdf,
                             delta: s.delta,
                             target: Some(at.point + s.direction.wi * s.distance),

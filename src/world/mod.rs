@@ -8,6 +8,7 @@ mod material;
 mod origin;
 mod texture;
 
+pub use crate::ffi::embree::Hit;
 pub use crate::scene::RayKind;
 pub use geometry::{HitPoint, Surface};
 pub use lamps::Rules;
@@ -15,7 +16,7 @@ pub use lights::{LightSample, Lights, Shaded, Source};
 
 use crate::camera::Camera;
 use crate::effects::{self, Mask};
-use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Hit, Ray};
+use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray};
 use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
@@ -429,6 +430,44 @@ impl World {
     #[inline]
     pub fn transmittance_to<const E: Mask>(&self, origin: Vec3, target: Vec3, limit: u32) -> f32 {
         self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE, limit)
+    }
+
+    /// Where a ray leaves a surface along `wi`; `beyond`: it goes through. `None` where the surface is in its way.
+    #[inline]
+    pub fn leave(&self, hit: &Hit, surface: &Surface, wi: Vec3, beyond: bool) -> Option<Vec3> {
+        if beyond || wi.dot(surface.normals.geometric) > 0.0 {
+            return Some(float::ray_origin(
+                surface.point,
+                surface.normals.geometric,
+                wi,
+            ));
+        }
+        self.leave_over_the_horizon(hit, surface)
+    }
+
+    /// For directions below the triangle, but above the curved surface that it stands for: from that surface, if the way
+    /// to it is free (Hanika, *Hacking the Shadow Terminator*, Ray Tracing Gems II, ch. 4; there the way is not traced,
+    /// and light leaks where something else is nearer than the curved surface).
+    #[cold]
+    #[inline(never)]
+    fn leave_over_the_horizon(&self, hit: &Hit, surface: &Surface) -> Option<Vec3> {
+        let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
+        let mesh = &self.meshes[entry.mesh as usize];
+        let normal = surface.normals.geometric;
+        let lift = geometry::lift(entry, mesh, hit, normal);
+        // What is not above the error of the point is no height.
+        if lift.dot(normal) <= normal.abs().dot(surface.point.error) {
+            return None;
+        }
+        let start = float::ray_origin(surface.point, normal, normal);
+        let ray = Ray {
+            origin: start.to_array(),
+            direction: lift.to_array(),
+            near: float::RAY_START,
+            far: 1.0,
+            mask: RayKind::Shadow.bit(),
+        };
+        (!self.embree.occluded(&ray)).then_some(start + lift)
     }
 
     /// The surface at a hit of the ray that begins at `origin`.
