@@ -9,7 +9,7 @@ mod visibility;
 use glam::{DAffine3, DVec3, Vec3};
 use sundog::effects;
 use sundog::film::Passes;
-use sundog::hard::kit::{camera, constant_environment, diffuse, place, quad, sphere};
+use sundog::hard::kit::{camera, constant_environment, diffuse, glass, light, place, quad, sphere};
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
 use sundog::scene::{
@@ -226,26 +226,8 @@ fn white_bodies_vanish_in_a_white_furnace() {
                 ..Material::default()
             },
         ),
-        (
-            "glass",
-            Material {
-                metallic: 0.0,
-                roughness: 0.0,
-                transmission: 1.0,
-                thin_walled: false,
-                ..Material::default()
-            },
-        ),
-        (
-            "rough glass",
-            Material {
-                metallic: 0.0,
-                roughness: 0.5,
-                transmission: 1.0,
-                thin_walled: false,
-                ..Material::default()
-            },
-        ),
+        ("glass", glass(0.0, 1.5)),
+        ("rough glass", glass(0.5, 1.5)),
         (
             "thin glass",
             Material {
@@ -331,12 +313,13 @@ fn area(shape: AreaShape, size: [f32; 2], spread: f32) -> LightKind {
 fn looking_down(kind: LightKind, at: DVec3, own: DAffine3) -> Light {
     let down = glam::DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
     Light {
-        name: "light".into(),
         color: [1.0, 0.9, 0.8],
-        kind,
-        world_from_light: DAffine3::from_rotation_translation(down, at) * own,
         visibility: Visibility::ALL.without(RayKind::Camera),
-        max_bounces: Light::MAX_BOUNCES,
+        ..light(
+            "light",
+            kind,
+            DAffine3::from_rotation_translation(down, at) * own,
+        )
     }
 }
 
@@ -422,15 +405,12 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         );
     };
     let light = |kind: LightKind, at: DVec3| Light {
-        name: "light".into(),
         color: [1.0, 0.9, 0.8],
-        kind,
-        world_from_light: DAffine3::from_rotation_translation(
-            glam::DQuat::from_rotation_x(-1.2),
-            at,
-        ),
-        visibility: Visibility::ALL,
-        max_bounces: Light::MAX_BOUNCES,
+        ..light(
+            "light",
+            kind,
+            DAffine3::from_rotation_translation(glam::DQuat::from_rotation_x(-1.2), at),
+        )
     };
     let ball = |scene: &mut Scene, material: Material| {
         place(
@@ -501,16 +481,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         },
         DVec3::new(1.5, 1.0, 1.0),
     ));
-    ball(
-        &mut scene,
-        Material {
-            metallic: 0.0,
-            roughness: 0.25,
-            transmission: 1.0,
-            thin_walled: false,
-            ..Material::default()
-        },
-    );
+    ball(&mut scene, glass(0.25, 1.5));
     lamp(&mut scene);
     list.push(("lamps, rough glass", scene));
 
@@ -733,18 +704,15 @@ fn a_point_light_lights_a_floor_as_the_formula_says() {
         diffuse([0.5; 3]),
         &[DAffine3::IDENTITY],
     );
-    scene.lights.push(Light {
-        name: "p".into(),
-        color: [1.0; 3],
-        kind: LightKind::Point {
+    scene.lights.push(light(
+        "p",
+        LightKind::Point {
             intensity: 7.0,
             radius: 0.0,
             soft_falloff: false,
         },
-        world_from_light: DAffine3::from_translation(DVec3::new(0.0, 2.0, 0.0)),
-        visibility: Visibility::ALL,
-        max_bounces: Light::MAX_BOUNCES,
-    });
+        DAffine3::from_translation(DVec3::new(0.0, 2.0, 0.0)),
+    ));
     let mut c = camera(DVec3::new(0.0, 1.0, 0.0), 1e-4);
     c.world_from_camera = DAffine3::from_rotation_translation(
         glam::DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2),

@@ -1,8 +1,8 @@
 //! Cameras: angles, scales, lenses and places at their ends.
 
 use super::kit::{
-    Bench, camera, colors, constant_environment, differing, diffuse, mean, place, quad, rel_mse,
-    small, sphere,
+    self, Bench, camera, colors, constant_environment, differing, diffuse, mean, place, quad,
+    rel_mse, small, sphere,
 };
 use super::still_life::{Lit, Similarity, looking, still_life};
 use super::{Case, Effort, Finding};
@@ -428,13 +428,7 @@ fn camera_in_glass(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             environment: constant_environment(1.0),
             ..Scene::default()
         };
-        let glass = Material {
-            metallic: 0.0,
-            roughness: 0.0,
-            transmission: 1.0,
-            thin_walled: false,
-            ..Material::default()
-        };
+        let glass = kit::glass(0.0, 1.5);
         place(
             &mut scene,
             sphere(24, 0.0, true),

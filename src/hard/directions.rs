@@ -6,8 +6,8 @@ use super::{Case, Effort, Finding};
 use crate::render::{Filter, FilterKind, RenderError, RenderSettings};
 use crate::sampler::hashed;
 use crate::scene::{
-    Image, ImageId, Light, LightKind, Material, Mesh, NormalTexture, Pixels, Sampler, Scene,
-    Texture, UvTransform, Visibility,
+    Image, ImageId, LightKind, Material, Mesh, NormalTexture, Pixels, Sampler, Scene, Texture,
+    UvTransform,
 };
 use crate::shading::{Bsdf, Dielectrics, SurfaceParameters};
 use glam::{DAffine3, DVec3, Vec3};
@@ -135,18 +135,14 @@ fn terminator(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let settings = settings(effort.of(16, 64, 256), 0);
     let mut shaded = |rings| {
         let mut scene = ball(rings, kit::diffuse([1.0; 3]));
-        scene.lights.push(Light {
-            name: "sun".into(),
-            color: [1.0; 3],
-            // Radiance is the cosine.
-            kind: LightKind::Sun {
+        scene.lights.push(kit::light(
+            "sun",
+            LightKind::Sun {
                 irradiance: std::f32::consts::PI,
                 angle: 0.0,
             },
-            world_from_light: DAffine3::from_rotation_y(FRAC_PI_2 * 0.9),
-            visibility: Visibility::ALL,
-            max_bounces: Light::MAX_BOUNCES,
-        });
+            DAffine3::from_rotation_y(FRAC_PI_2 * 0.9),
+        ));
         bench.render(&scene, &settings)
     };
     let (dense, coarse) = (shaded(128)?, shaded(8)?);
@@ -296,13 +292,7 @@ fn normal_maps(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 roughness: 0.3,
                 ..Material::default()
             },
-            Material {
-                metallic: 0.0,
-                roughness: 0.3,
-                transmission: 1.0,
-                thin_walled: false,
-                ..Material::default()
-            },
+            kit::glass(0.3, 1.5),
         ] {
             let mut scene = ball(
                 24,

@@ -1,7 +1,7 @@
 //! Self-intersection and gaps: rays leave the surface on which they start and no closed surface lets one through.
 
 use super::kit::{
-    Bench, camera, constant_environment, diffuse, mean, place, prepared, quad, small, sphere,
+    Bench, camera, constant_environment, diffuse, glass, mean, place, prepared, quad, small, sphere,
 };
 use super::{Case, Effort, Finding};
 use crate::effects::Mask;
@@ -548,18 +548,6 @@ fn coplanar_duplicates(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     Ok(vec![Finding::none("rays that met the other one", minority)])
 }
 
-/// Glass that bounds a solid.
-fn glass(ior: f32) -> Material {
-    Material {
-        metallic: 0.0,
-        roughness: 0.0,
-        transmission: 1.0,
-        thin_walled: false,
-        ior,
-        ..Material::default()
-    }
-}
-
 /// Reflectance of unpolarised light at the entry into a dielectric, in f64.
 fn fresnel(cos: f64, ior: f64) -> f64 {
     let inner = (1.0 - (1.0 - cos * cos) / (ior * ior)).sqrt();
@@ -588,7 +576,7 @@ fn thin_plates(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 DQuat::from_rotation_y(tilt),
                 DVec3::new(0.0, 0.0, -1.0),
             );
-            place(&mut scene, cube(), glass(1.5), &[plate]);
+            place(&mut scene, cube(), glass(0.0, 1.5), &[plate]);
             scene.cameras.push(camera(DVec3::ZERO, 0.02));
             let r = fresnel(tilt.cos(), 1.5);
             let through = (1.0 - r) / (1.0 + r);
@@ -625,7 +613,7 @@ fn furnace(
             DQuat::from_rotation_x(0.4),
             DVec3::new(f64::from(x), 0.0, -4.0),
         );
-        place(&mut scene, ball, glass(ior), &[at]);
+        place(&mut scene, ball, glass(0.0, ior), &[at]);
     }
     scene.cameras.push(camera(DVec3::ZERO, 0.7));
     let picture = bench.render(&scene, &small(samples, BOUNCES))?.picture;

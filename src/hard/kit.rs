@@ -5,8 +5,8 @@ use crate::effects;
 use crate::film::Picture;
 use crate::render::{RenderError, RenderSettings, Rendering, Silent, render};
 use crate::scene::{
-    Camera, Environment, Instance, Material, MaterialId, Mesh, MeshId, Projection, Scene,
-    Visibility,
+    Camera, Environment, Instance, Light, LightKind, Material, MaterialId, Mesh, MeshId,
+    Projection, Scene, Visibility,
 };
 use crate::world::{Naive, Options, World};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
@@ -19,6 +19,30 @@ pub fn diffuse(color: [f32; 3]) -> Material {
         metallic: 0.0,
         specular: 0.0,
         ..Material::default()
+    }
+}
+
+/// Clear glass that bounds a solid.
+pub fn glass(roughness: f32, ior: f32) -> Material {
+    Material {
+        metallic: 0.0,
+        roughness,
+        transmission: 1.0,
+        thin_walled: false,
+        ior,
+        ..Material::default()
+    }
+}
+
+/// A white light that everything sees.
+pub fn light(name: &str, kind: LightKind, world_from_light: DAffine3) -> Light {
+    Light {
+        name: name.into(),
+        color: [1.0; 3],
+        kind,
+        world_from_light,
+        visibility: Visibility::ALL,
+        max_bounces: Light::MAX_BOUNCES,
     }
 }
 

@@ -11,7 +11,7 @@ use crate::light::triangle::Triangle;
 use crate::math::float::gamma;
 use crate::render::RenderError;
 use crate::sampler::hashed;
-use crate::scene::{AreaShape, Light, LightKind, Pixels, Scene, Visibility};
+use crate::scene::{AreaShape, Light, LightKind, Pixels, Scene};
 use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -474,15 +474,12 @@ fn million(effort: Effort) -> Result<Vec<Finding>, RenderError> {
 
 /// A light of a kind, over the scene.
 fn light(kind: LightKind, x: f64) -> Light {
-    Light {
-        name: "light".into(),
-        color: [1.0; 3],
+    kit::light(
+        "light",
         kind,
-        world_from_light: DAffine3::from_translation(DVec3::new(x, 2.0, 0.0))
+        DAffine3::from_translation(DVec3::new(x, 2.0, 0.0))
             * DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2),
-        visibility: Visibility::ALL,
-        max_bounces: Light::MAX_BOUNCES,
-    }
+    )
 }
 
 /// A floor, a ball, and a light of each kind, `strength` times as strong.

@@ -5,7 +5,7 @@ use super::{Case, Effort, Finding};
 use crate::math::float::gamma;
 use crate::render::{Filter, FilterKind, LightSampling, RenderError, RenderSettings};
 use crate::sampler::{Dimension, Sequence};
-use crate::scene::{AlphaMode, Light, LightKind, Material, Scene, Visibility};
+use crate::scene::{AlphaMode, LightKind, Material, Scene};
 use crate::shading::bsdf::Normals;
 use crate::shading::{Bsdf, Dielectrics, SurfaceParameters};
 use glam::{DAffine3, DVec3, Vec3};
@@ -337,17 +337,14 @@ fn alpha_layers(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         },
         ..kit::small(effort.of(2, 4, 256), 0)
     };
-    let sun = Light {
-        name: "sun".into(),
-        color: [1.0; 3],
-        kind: LightKind::Sun {
+    let sun = kit::light(
+        "sun",
+        LightKind::Sun {
             irradiance: 1.0,
             angle: 0.0,
         },
-        world_from_light: DAffine3::IDENTITY,
-        visibility: Visibility::ALL,
-        max_bounces: Light::MAX_BOUNCES,
-    };
+        DAffine3::IDENTITY,
+    );
     let mut findings = Vec::new();
     let mut unshaded = None;
     for alpha in [0.0f32, 1e-7, 1e-5, 1e-3, 0.05] {

@@ -2,13 +2,13 @@
 //! make no sense are mended before anything is rendered.
 
 use super::kit::{
-    Bench, camera, colors, constant_environment, diffuse, place, quad, small, sphere,
+    Bench, camera, colors, constant_environment, diffuse, light, place, quad, small, sphere,
 };
 use super::{Case, Effort, Finding};
 use crate::film::Picture;
 use crate::render::{RenderError, RenderSettings, Rendering, Silent, render, replay};
 use crate::scene::validate::clean;
-use crate::scene::{Diagnostics, Light, LightKind, Material, Scene, Visibility};
+use crate::scene::{Diagnostics, Light, LightKind, Material, Scene};
 use glam::{DAffine3, DVec3};
 
 /// The cases.
@@ -55,15 +55,8 @@ fn dark() -> Scene {
     scene
 }
 
-fn light(kind: LightKind, at: DVec3) -> Light {
-    Light {
-        name: "beacon".into(),
-        color: [1.0; 3],
-        kind,
-        world_from_light: DAffine3::from_translation(at),
-        visibility: Visibility::ALL,
-        max_bounces: Light::MAX_BOUNCES,
-    }
+fn beacon(kind: LightKind, at: DVec3) -> Light {
+    light("beacon", kind, DAffine3::from_translation(at))
 }
 
 /// Scenes with something far too bright, and the words by which it is named.
@@ -74,7 +67,7 @@ fn too_bright() -> Vec<(&'static str, Scene)> {
         scene
     };
     let lamp =
-        |kind: LightKind| with(&|scene| scene.lights.push(light(kind, DVec3::new(0.0, 1.5, 0.0))));
+        |kind: LightKind| with(&|scene| scene.lights.push(beacon(kind, DVec3::new(0.0, 1.5, 0.0))));
     let panel = Material {
         name: "panel".into(),
         emission: [HUGE; 3],
@@ -261,7 +254,7 @@ fn broken_numbers(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         for value in BROKEN {
             let mut scene = dark();
             scene.environment = constant_environment(0.5);
-            let lamp = light(sized(3.0, 0.1), DVec3::new(0.0, 2.5, 1.0));
+            let lamp = beacon(sized(3.0, 0.1), DVec3::new(0.0, 2.5, 1.0));
             scene.lights.push(lamp);
             break_number(&mut scene, number, value);
             clean(&mut scene, &mut Diagnostics::default());

@@ -1,9 +1,9 @@
 //! A scene with some of everything, which can be moved, scaled, turned and mirrored as a whole.
 
-use super::kit::{camera, constant_environment, diffuse, place, quad, sphere};
+use super::kit::{self, camera, constant_environment, diffuse, place, quad, sphere};
 use crate::scene::{
     Aperture, AreaShape, Image, ImageId, Light, LightKind, Material, MeshId, NormalTexture, Pixels,
-    Projection, Scene, Texture, TextureFilter, UvTransform, Visibility,
+    Projection, Scene, Texture, TextureFilter, UvTransform,
 };
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -136,12 +136,8 @@ fn image(name: &str, pixel: impl Fn(u32, u32) -> [u8; 3]) -> Image {
 pub fn light(kind: LightKind, at: DVec3, toward: DVec3) -> Light {
     let turn = DQuat::from_rotation_arc(DVec3::NEG_Z, (toward - at).normalize());
     Light {
-        name: "light".into(),
         color: [1.0, 0.9, 0.8],
-        kind,
-        world_from_light: DAffine3::from_rotation_translation(turn, at),
-        visibility: Visibility::ALL,
-        max_bounces: Light::MAX_BOUNCES,
+        ..kit::light("light", kind, DAffine3::from_rotation_translation(turn, at))
     }
 }
 
@@ -232,13 +228,7 @@ pub fn still_life(lit: Lit) -> Scene {
         roughness: rough,
         ..Material::default()
     };
-    let glass = Material {
-        metallic: 0.0,
-        roughness: 0.0,
-        transmission: 1.0,
-        thin_walled: false,
-        ..Material::default()
-    };
+    let glass = kit::glass(0.0, 1.5);
     let here = &[DAffine3::IDENTITY];
     let ground = quad([-3.0, 0.0, 2.5], [6.0, 0.0, 0.0], [0.0, 0.0, -5.0]);
     let wall = quad([-3.0, 0.0, -1.5], [6.0, 0.0, 0.0], [0.0, 3.0, 0.0]);

@@ -53,7 +53,7 @@ fn room() -> Scene {
         shining,
         &[DAffine3::IDENTITY],
     );
-    scene.lights.push(light(
+    scene.lights.push(lamp(
         LightKind::Point {
             intensity: 3.0,
             radius: 0.2,
@@ -61,7 +61,7 @@ fn room() -> Scene {
         },
         DVec3::new(1.0, 1.5, 1.0),
     ));
-    scene.lights.push(light(
+    scene.lights.push(lamp(
         LightKind::Sun {
             irradiance: 0.5,
             angle: 0.1,
@@ -71,15 +71,8 @@ fn room() -> Scene {
     scene
 }
 
-fn light(kind: LightKind, at: DVec3) -> Light {
-    Light {
-        name: "lamp".into(),
-        color: [1.0; 3],
-        kind,
-        world_from_light: DAffine3::from_translation(at),
-        visibility: Visibility::ALL,
-        max_bounces: Light::MAX_BOUNCES,
-    }
+fn lamp(kind: LightKind, at: DVec3) -> Light {
+    light("lamp", kind, DAffine3::from_translation(at))
 }
 
 fn numbers(detail: &Detail) -> &[f32] {
