@@ -142,7 +142,11 @@ impl Told {
 }
 
 fn row(name: &str, finding: &Finding) -> Vec<Cell> {
-    let verdict = if finding.holds() { "holds" } else { "FAILS" };
+    let verdict = match (finding.holds(), finding.place.as_str()) {
+        (true, _) => "holds".into(),
+        (false, "") => "FAILS".into(),
+        (false, place) => format!("FAILS at {place}"),
+    };
     vec![
         Cell::text(name),
         Cell::text(finding.quantity.as_str()),

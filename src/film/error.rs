@@ -525,7 +525,8 @@ mod tests {
         let at = |of: &[f32], x: usize| of[48 * side + x];
         let [by_halves, until] = deciding(&errors, side);
         assert!((at(&by_halves, 43) - 1.0).abs() < 1e-6);
-        assert!((0.4..0.6).contains(&at(&by_halves, 47)));
+        // Of the five odd columns around it three are noisy.
+        assert!((at(&by_halves, 47) - 0.6).abs() < 1e-6);
         let wide = |errors: &[f32]| pooled_of_next(errors, side, WIDE);
         assert_eq!(at(&by_halves, 56), 0.25 * at(&wide(&errors), 56));
         assert_eq!(at(&until, 56), at(&wide(&errors), 56));

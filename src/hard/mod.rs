@@ -117,6 +117,9 @@ pub struct Finding {
     pub found: f64,
     /// How far it may be from that.
     pub bound: f64,
+    /// Where it was found, if that is worth telling.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub place: String,
 }
 
 impl Finding {
@@ -127,6 +130,7 @@ impl Finding {
             expected,
             found,
             bound,
+            place: String::new(),
         }
     }
 
@@ -138,6 +142,11 @@ impl Finding {
     /// A number that is not negative may be as large as the bound.
     pub fn at_most(quantity: impl Into<String>, bound: f64, found: f64) -> Self {
         Self::new(quantity, 0.0, found, bound)
+    }
+
+    /// The same, and where it was found.
+    pub fn at(self, place: String) -> Self {
+        Self { place, ..self }
     }
 
     /// Whether it is what it should be. NaN never is.

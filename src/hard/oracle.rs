@@ -77,14 +77,8 @@ impl Worst {
 
     fn finding(self, what: &str, bound: f64) -> Finding {
         let mean = self.sum / self.count;
-        Finding::at_most(
-            format!(
-                "{what}: largest error in ulp (mean {mean:.2}; largest at {})",
-                self.at
-            ),
-            bound,
-            self.ulp,
-        )
+        let place = format!("{} (mean {mean:.2})", self.at);
+        Finding::at_most(format!("{what}: largest error in ulp"), bound, self.ulp).at(place)
     }
 }
 

@@ -369,6 +369,10 @@ fn split(emitters: &[Bounds], order: &mut [u32]) -> usize {
                 .reduce(|a, b| Bounds::union(&a, &b))
         };
         for cut in 1..BINS {
+            // Behind an empty bin the cut is the one before it.
+            if bins[cut - 1].is_none() {
+                continue;
+            }
             if let (Some(a), Some(b)) = (join(&bins[..cut]), join(&bins[cut..])) {
                 // Long thin boxes are cut across: the factor of the paper's §4.4.
                 let cost = (measure(&a) + measure(&b)) * longest / extent[axis];
