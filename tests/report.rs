@@ -93,7 +93,7 @@ fn map(name: &str, unit: &str, log: bool, value: impl Fn(u32, u32) -> f32) -> He
 }
 
 fn heat_maps() -> HeatMaps {
-    let distance = |x: u32, y: u32| (x as f32 - 160.0).hypot(y as f32 - 90.0);
+    let distance = |x: u32, y: u32| glam::Vec2::new(x as f32 - 160.0, y as f32 - 90.0).length();
     HeatMaps {
         title: "Where".into(),
         note: "Each pixel's own.".into(),

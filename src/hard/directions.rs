@@ -10,7 +10,7 @@ use crate::scene::{
     UvTransform,
 };
 use crate::shading::{Bsdf, Dielectrics, SurfaceParameters};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::f64::consts::FRAC_PI_2;
 
 /// The cases.
@@ -123,7 +123,7 @@ const INNER: f64 = 0.85;
 fn is_inner(i: usize) -> bool {
     let at = |k: usize| (0.5 * FIELD).tan() * ((k as f64 + 0.5) / 32.0 - 1.0);
     let outline = 1.0 / 15f64.sqrt();
-    at(i % 64).hypot(at(i / 64)) < INNER * outline
+    DVec2::new(at(i % 64), at(i / 64)).length() < INNER * outline
 }
 
 /// The interpolated normal of a point on a facet of a unit sphere is the point itself, normalised: all that differs from the

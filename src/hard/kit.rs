@@ -9,7 +9,7 @@ use crate::scene::{
     Projection, Scene, Visibility,
 };
 use crate::world::{Naive, Options, World};
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
 /// A Lambertian surface.
@@ -296,6 +296,9 @@ impl Mean {
 
     /// How far from `exact` it is, by its standard deviation and by what rounding may have done beside.
     pub fn z(&self, exact: f64, rounding: f64) -> f64 {
-        (self.mean - exact).abs() / self.deviation().hypot(rounding).max(f64::MIN_POSITIVE)
+        (self.mean - exact).abs()
+            / DVec2::new(self.deviation(), rounding)
+                .length()
+                .max(f64::MIN_POSITIVE)
     }
 }

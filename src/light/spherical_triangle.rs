@@ -59,7 +59,7 @@ impl SphericalTriangle {
         let to_c = tangent(a, c);
         let (sin_alpha, cos_alpha) = {
             let (s, c) = (self.volume, to_b.dot(to_c));
-            let length = s.hypot(c);
+            let length = (s * s + c * c).sqrt();
             (s / length, c / length)
         };
         let (sin, cos) = (0.5 * u * self.solid_angle).sin_cos();
