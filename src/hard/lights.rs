@@ -11,7 +11,7 @@ use crate::light::triangle::Triangle;
 use crate::math::float::gamma;
 use crate::render::RenderError;
 use crate::sampler::hashed;
-use crate::scene::{AreaShape, Light, LightKind, Pixels, Scene};
+use crate::scene::{AreaShape, Light, LightKind, Material, Pixels, Scene};
 use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -41,6 +41,11 @@ pub const CASES: &[Case] = &[
         name: "triangles-at-all-distances",
         about: "Emissive triangles seen from 1e-4 to 1e6 of their size and edge on: Lambert's formula.",
         run: triangles,
+    },
+    Case {
+        name: "needle",
+        about: "A band of light, 20 km by 1 cm, half a metre over a floor, as two triangles and cut into 1000 strips: the radiance of the floor.",
+        run: needle,
     },
     Case {
         name: "a-million-lights",
@@ -573,6 +578,55 @@ fn energies(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         findings.push(Finding::none(
             format!("pixels that differ at 2^{power}"),
             differing as u64,
+        ));
+    }
+    Ok(bench.with(findings))
+}
+
+/// A floor below the middle of a band of radiance L, width w and any length, at height h, has the radiance
+/// (1/π) ∫∫ L h² / d⁴ dx dz = L (w/2) / √(h² + w²/4); what the ends of the band would send is 1e-13 of it.
+fn needle(effort: Effort) -> Result<Vec<Finding>, RenderError> {
+    let (radiance, length, width, height) = (10.0f32, 2e4f32, 0.01f32, 0.5f32);
+    let half = f64::from(0.5 * width);
+    let expected = f64::from(radiance) * half / (f64::from(height).powi(2) + half * half).sqrt();
+    let mut bench = Bench::default();
+    let mut findings = Vec::new();
+    for strips in [1u32, 1000] {
+        let mut scene = Scene::default();
+        let floor = kit::quad([-5.0, 0.0, 5.0], [10.0, 0.0, 0.0], [0.0, 0.0, -10.0]);
+        kit::place(
+            &mut scene,
+            floor,
+            kit::diffuse([1.0; 3]),
+            &[DAffine3::IDENTITY],
+        );
+        let strip = kit::quad(
+            [0.0; 3],
+            [length / strips as f32, 0.0, 0.0],
+            [0.0, 0.0, width],
+        );
+        let place = |k| {
+            let x = f64::from(length) * (f64::from(k) / f64::from(strips) - 0.5);
+            DAffine3::from_translation(DVec3::new(x, f64::from(height), -half))
+        };
+        let places: Vec<DAffine3> = (0..strips).map(place).collect();
+        let glowing = Material {
+            emission: [radiance; 3],
+            ..kit::diffuse([0.0; 3])
+        };
+        kit::place(&mut scene, strip, glowing, &places);
+        // From below the band straight down, so narrowly that all it sees is as far from the middle as 1e-4 of the height.
+        let mut camera = kit::camera(DVec3::ZERO, 2e-4);
+        camera.world_from_camera = DAffine3::from_translation(DVec3::new(0.0, 0.25, 0.0))
+            * DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+        scene.cameras.push(camera);
+        let rendering = bench.render(&scene, &kit::small(effort.of(16, 64, 256), 0))?;
+        let mut floor = Mean::default();
+        kit::colors(&rendering.picture).for_each(|c| floor.add(c[0]));
+        findings.push(Finding::at_most(
+            format!("{strips} strips: z of the floor's radiance"),
+            4.0,
+            floor.z(expected, 1e-5 * expected),
         ));
     }
     Ok(bench.with(findings))
