@@ -16,7 +16,7 @@ end=$(($(date +%s) + minutes * 60))
 failed=0
 while left=$((end - $(date +%s))); [ "$left" -gt 0 ]; do
     code=0
-    ./target/release/examples/fuzz --minutes "$(echo "$left / 60" | bc -l)" --seed "$seed" --current "$current" || code=$?
+    ./target/release/examples/fuzz --minutes "$(awk "BEGIN { print $left / 60 }")" --seed "$seed" --current "$current" || code=$?
     [ "$code" -eq 0 ] || failed=1
     [ "$code" -gt 1 ] || break
     seed=$(cat "$current")

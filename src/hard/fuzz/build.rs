@@ -29,6 +29,19 @@ fn f(of: &Value, name: &str, default: f64) -> f32 {
     n(of, name, default) as f32
 }
 
+/// A number within bounds; the lower one for what is not a number, which `clamp` would let through.
+fn within(of: &Value, name: &str, least: f64, most: f64) -> f64 {
+    bounded(n(of, name, least), least, most)
+}
+
+fn bounded(number: f64, least: f64, most: f64) -> f64 {
+    if number >= least {
+        number.min(most)
+    } else {
+        least
+    }
+}
+
 fn is(of: &Value, name: &str) -> bool {
     of[name].as_bool().unwrap_or(false)
 }
@@ -98,7 +111,7 @@ fn mesh(of: &Value) -> Mesh {
     let (unit, up) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let mut mesh = match text(of, "shape") {
         "sphere" => {
-            let rings = n(of, "rings", 2.0).clamp(2.0, 64.0) as u32;
+            let rings = within(of, "rings", 2.0, 64.0) as u32;
             return sphere(rings, f(of, "bumps", 0.0), is(of, "smooth"));
         }
         "sliver" => quad([-1.0, 0.0, 0.0], [2.0, 1e-8, 0.0], [1.0, 2e-8, 0.0]),
@@ -307,13 +320,13 @@ fn environment(scene: &mut Scene, of: &Value) -> Environment {
         let mut dice = Dice::new(seed);
         let size = |i: usize| {
             let size = list(of, "size").get(i).and_then(number).unwrap_or(4.0);
-            size.clamp(1.0, 64.0) as u32
+            bounded(size, 1.0, 64.0) as u32
         };
         let (width, height) = (size(0), size(1));
         let count = (3 * width * height) as usize;
         let mut texels: Vec<f32> = (0..count).map(|_| dice.unit() as f32).collect();
         let at = dice.below(count / 3) * 3;
-        texels[at..at + 3].fill(f(of, "spike", 1.0).clamp(0.0, 1e9));
+        texels[at..at + 3].fill(within(of, "spike", 0.0, 1e9) as f32);
         scene.images.push(Image {
             name: "world".into(),
             width,
@@ -381,7 +394,7 @@ pub fn settings(recipe: &Value) -> RenderSettings {
     RenderSettings {
         width: 16,
         height: 12,
-        samples: n(recipe, "samples", 1.0).clamp(1.0, 64.0) as u32,
+        samples: within(recipe, "samples", 1.0, 64.0) as u32,
         seed: n(recipe, "seed", 0.0) as u32,
         bounces: n(recipe, "bounces", 4.0).clamp(0.0, 100.0) as u32,
         bounce_limits: BounceLimits {
@@ -397,7 +410,7 @@ pub fn settings(recipe: &Value) -> RenderSettings {
             "bsdf" => LightSampling::Bsdf,
             _ => LightSampling::Mis,
         },
-        light_samples: n(of, "light_samples", 1.0).clamp(1.0, 8.0) as u32,
+        light_samples: within(of, "light_samples", 1.0, 8.0) as u32,
         roulette: Some(n(of, "roulette", 2.0) as u32).filter(|&bounce| bounce > 0),
         cull_backfaces: is(of, "cull"),
         transparent_film: is(of, "transparent_film"),
