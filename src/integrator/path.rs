@@ -122,6 +122,27 @@ impl<A: Apart + Record> Gathered<'_, A> {
         kept
     }
 
+    /// Weight of radiance that a ray has found and that light sampling finds with density `light_pdf`.
+    #[inline]
+    fn weigh(
+        &mut self,
+        settings: &PathSettings,
+        previous: &Previous,
+        source: Source,
+        radiance: Vec3,
+        light_pdf: f32,
+    ) -> f32 {
+        let weight = settings.weight_of_found(previous, light_pdf);
+        self.apart.step(|| Step::Found {
+            source,
+            radiance,
+            bsdf_pdf: previous.pdf,
+            light_pdf,
+            weight,
+        });
+        weight
+    }
+
     /// Adds light of something that shines and that a ray has found after so many bounces: it falls on the
     /// surface before, or the camera sees it itself.
     #[inline]
@@ -284,14 +305,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
                 (origin, direction, end),
                 ray,
                 |emitted, light_pdf, source| {
-                    let weight = settings.weight_of_found(&previous, light_pdf);
-                    gathered.apart.step(|| Step::Found {
-                        source,
-                        radiance: emitted,
-                        bsdf_pdf: previous.pdf,
-                        light_pdf,
-                        weight,
-                    });
+                    let weight = gathered.weigh(settings, &previous, source, emitted, light_pdf);
                     gathered.add_found(settings, throughput * emitted * weight, bounce);
                 },
             );
@@ -310,15 +324,9 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
                     direction,
                     ray,
                     |emitted, light_pdf, source| {
-                        let weight = settings.weight_of_found(&previous, light_pdf);
+                        let weight =
+                            gathered.weigh(settings, &previous, source, emitted, light_pdf);
                         let light = throughput * emitted * weight;
-                        gathered.apart.step(|| Step::Found {
-                            source,
-                            radiance: emitted,
-                            bsdf_pdf: previous.pdf,
-                            light_pdf,
-                            weight,
-                        });
                         if bounce > 0 || source != Source::Environment {
                             gathered.add_found(settings, light, bounce);
                         } else if settings.transparent_film {
@@ -359,14 +367,8 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
                     .lights
                     .triangle_pdf(&previous.at, surface.emitter, &surface.point)
             };
-            let weight = settings.weight_of_found(&previous, light_pdf);
-            gathered.apart.step(|| Step::Found {
-                source: Source::Surface(hit.object()),
-                radiance: surface.emission,
-                bsdf_pdf: previous.pdf,
-                light_pdf,
-                weight,
-            });
+            let source = Source::Surface(hit.object());
+            let weight = gathered.weigh(settings, &previous, source, surface.emission, light_pdf);
             let emitted = throughput * surface.emission * weight;
             gathered.add_found(settings, emitted, bounce);
         }
