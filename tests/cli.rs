@@ -1220,7 +1220,7 @@ fn people_read_the_standard_error() {
     ]);
     let text = String::from_utf8(listed.stderr).unwrap();
     assert!(
-        text.contains("the scene calls for lamps, which --effects leaves out"),
+        text.contains("the scene calls for gloss, point-lights, which --effects leaves out"),
         "{text}"
     );
     assert!(

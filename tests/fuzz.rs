@@ -1,5 +1,6 @@
 //! Random inputs: all that the fuzzer has found and that is mended, and some fresh ones.
 
+use rayon::prelude::*;
 use std::path::Path;
 use sundog::hard::fuzz;
 
@@ -37,4 +38,38 @@ fn random_inputs_hold() {
         let finding = fuzz::check(&input);
         assert_eq!(finding, None, "seed {seed}: {input:#}");
     }
+}
+
+/// Renders random scenes by the kernel made for each and by the general one, as they are and without what changes nothing:
+/// the same bits. Says how many there were of which kind.
+fn kernels_agree(seeds: std::ops::Range<u64>) {
+    let count = seeds.end - seeds.start;
+    let results: Vec<fuzz::Compared> = seeds
+        .into_par_iter()
+        .map(|seed| {
+            let recipe = fuzz::draw_for_kernels(seed);
+            fuzz::kernels(&recipe).unwrap_or_else(|why| panic!("seed {seed}: {why}: {recipe:#}"))
+        })
+        .collect();
+    let share = |of: fn(&fuzz::Compared) -> bool| {
+        results.iter().filter(|compared| of(compared)).count() as f64 / count as f64
+    };
+    let (simplified, exact) = (share(|c| c.simplified), share(|c| c.exact));
+    let lit = share(|c| c.lit);
+    println!(
+        "{count} scenes: {simplified:.3} simplified, {exact:.3} of them to the bit, {lit:.3} not black"
+    );
+    assert!(simplified > 0.5 && exact > 0.1 && lit > 0.5);
+}
+
+#[test]
+fn special_and_general_kernels_agree_on_random_scenes() {
+    kernels_agree(0..300);
+}
+
+/// All ten thousand: `cargo test --release --test sundog-tests -- --ignored --nocapture ten_thousand`.
+#[test]
+#[ignore = "takes minutes; a part of it runs always"]
+fn special_and_general_kernels_agree_on_ten_thousand_random_scenes() {
+    kernels_agree(0..10_000);
 }

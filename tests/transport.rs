@@ -567,10 +567,56 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         &mut scene,
         Material {
             transmission: 0.5,
-            ..plastic
+            ..plastic.clone()
         },
     );
     list.push(("lights that some rays do not see", scene));
+
+    let mut scene = base();
+    scene.images.push(checker(true));
+    scene.images.push(Image {
+        name: "sky".into(),
+        width: 2,
+        height: 1,
+        channels: 3,
+        pixels: Pixels::F32(vec![0.9, 0.6, 0.3, 0.2, 0.4, 0.8]),
+    });
+    scene.environment = constant_environment(0.7).map(|environment| Environment {
+        image: Some(ImageId(1)),
+        ..environment
+    });
+    place(
+        &mut scene,
+        sphere(12, 0.0, true),
+        Material {
+            metallic: 0.4,
+            metallic_roughness_texture: Some(texture(0)),
+            emission: [0.5, 0.4, 0.3],
+            emission_texture: Some(texture(0)),
+            specular_texture: Some(texture(0)),
+            specular_color_texture: Some(texture(0)),
+            transmission: 0.5,
+            transmission_texture: Some(texture(0)),
+            ..plastic
+        },
+        &[0.6, 0.3].map(|size| DAffine3::from_scale(DVec3::splat(size))),
+    );
+    if let Some(mesh) = scene.meshes.last_mut() {
+        let tints = (0..mesh.positions.len()).map(|i| [1.0, 0.1 * (i % 10) as f32, 0.5, 1.0]);
+        mesh.colors = Some(tints.collect());
+    }
+    for (x, material) in [(-1.2, glass(0.0, 1.5)), (1.2, diffuse([0.8; 3]))] {
+        let at = DAffine3::from_scale_rotation_translation(
+            DVec3::splat(0.5),
+            glam::DQuat::IDENTITY,
+            DVec3::new(x, 0.0, 0.5),
+        );
+        place(&mut scene, sphere(12, 0.0, true), material, &[at]);
+    }
+    if let Some(ball) = scene.instances.last_mut() {
+        ball.holdout = true;
+    }
+    list.push(("images everywhere, clear glass, a hole", scene));
     list
 }
 

@@ -1,6 +1,6 @@
 //! Kernels to compare: those of the program, and, made here alone, a scene's own with one effect more.
 
-use sundog::effects::{self, Mask, PATHS, TABLE};
+use sundog::effects::{self, COMPILED, Mask, PATHS};
 use sundog::integrator::{GENERAL, Kernel, kernel_for, trace};
 
 /// A kernel to look at.
@@ -27,22 +27,30 @@ macro_rules! with_each {
             $set,
             trace::<{ $set }> as Kernel,
             [
-                trace::<{ $set | 1 }> as Kernel,
-                trace::<{ $set | 1 << 1 }>,
-                trace::<{ $set | 1 << 2 }>,
-                trace::<{ $set | 1 << 3 }>,
-                trace::<{ $set | 1 << 4 }>,
-                trace::<{ $set | 1 << 5 }>,
-                trace::<{ $set | 1 << 6 }>,
-                trace::<{ $set | 1 << 7 }>,
-                trace::<{ $set | 1 << 8 }>,
+                trace::<{ $set | COMPILED[0].0 }> as Kernel,
+                trace::<{ $set | COMPILED[1].0 }>,
+                trace::<{ $set | COMPILED[2].0 }>,
+                trace::<{ $set | COMPILED[3].0 }>,
+                trace::<{ $set | COMPILED[4].0 }>,
+                trace::<{ $set | COMPILED[5].0 }>,
+                trace::<{ $set | COMPILED[6].0 }>,
+                trace::<{ $set | COMPILED[7].0 }>,
+                trace::<{ $set | COMPILED[8].0 }>,
             ],
         )
     };
 }
 
 /// Sets whose exact kernels are made.
-static EXACT: [(Mask, Kernel, [Kernel; 9]); 1] = [with_each!(effects::MESH_LIGHTS)];
+static EXACT: [(Mask, Kernel, [Kernel; COMPILED.len()]); 1] = [with_each!(effects::MESH_LIGHTS)];
+
+/// A set with all of each unit that it has some of.
+fn whole(set: Mask) -> Mask {
+    let units = COMPILED.iter().map(|(unit, _)| unit);
+    units
+        .filter(|unit| *unit & set != 0)
+        .fold(0, |all, unit| all | unit)
+}
 
 /// The kernels to look at for a scene that calls for `needed`, the smallest first.
 pub fn candidates(needed: Mask, added: bool) -> Vec<Candidate> {
@@ -52,12 +60,14 @@ pub fn candidates(needed: Mask, added: bool) -> Vec<Candidate> {
         Candidate::new("special", special, kernel),
         Candidate::new("general", PATHS, GENERAL.1),
     ];
-    if let Some((_, exact, more)) = EXACT.iter().find(|(set, ..)| added && *set == needed) {
+    if let Some((_, exact, more)) = EXACT
+        .iter()
+        .find(|(set, ..)| added && whole(*set) == whole(needed))
+    {
         list.push(Candidate::new("exact", needed, *exact));
-        for (bit, name, _) in TABLE {
-            if bit & PATHS != 0 && bit & needed == 0 {
-                let kernel = more[bit.trailing_zeros() as usize];
-                list.push(Candidate::new(&format!("+ {name}"), needed | bit, kernel));
+        for ((unit, name), kernel) in COMPILED.iter().zip(more) {
+            if unit & needed == 0 {
+                list.push(Candidate::new(&format!("+ {name}"), needed | unit, *kernel));
             }
         }
     }

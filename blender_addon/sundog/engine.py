@@ -216,6 +216,8 @@ class _LayerRender:
         elif kind == "scene":
             self.record["settings"] = event.get("settings", {})
             self.engine.update_stats("", self.title + "Preparing")
+        elif kind == "effects":
+            self.record["called_for"] = event.get("effects", [])
         elif kind == "prepared":
             self.record.update(prepared=event.get("seconds"), effects=event.get("effects"), triangles=event.get("triangles"))
         elif kind == "finished":

@@ -37,6 +37,7 @@ def _new(scene, layer):
         "layer": layer.name,
         "verdicts": [],
         "diagnostics": [],
+        "called_for": [],
         "warnings": [],
         "export": {},
         "prepared": None,
@@ -116,9 +117,15 @@ def summary(record):
     return ", ".join(words)
 
 
-def listed(names, most=5):
-    """Names for a line of text."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+def findings():
+    """Effects of the last view layer, each with what calls for it or why nothing does; empty where nothing was looked at."""
+    return _layers[-1]["called_for"] if _layers else []
+
+
+def listed(names, most=5, unnamed=0):
+    """Names for a line of text; `unnamed` have none."""
+    more = max(len(names) - most, 0) + unnamed
+    return ", ".join(names[:most]) + (f" and {more} more" if more else "")
 
 
 def groups(verdicts):

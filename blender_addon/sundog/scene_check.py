@@ -31,6 +31,7 @@ def check(context):
         told = json.loads(program.ask(path, "info", done.path, "--json", seconds=_LOOK))
     record = records.begin_alone(scene, depsgraph.view_layer)
     record.update(verdicts=done.verdicts, export=done.timings, diagnostics=told.get("diagnostics", []))
+    record.update(called_for=told.get("effects", []))
     return record
 
 
@@ -128,15 +129,14 @@ class SUNDOG_RENDER_PT_scene_check(bpy.types.Panel):
         if not record:
             layout.label(text="Nothing rendered or checked yet")
             return
-        # About seven pixels a letter at a scale of one.
-        width = max(int(context.region.width / (7 * (context.preferences.system.ui_scale or 1))) - 8, 20)
+        width = width_of(context)
         verdicts = records.last_verdicts()
         column = layout.column(align=True)
         for line in textwrap.wrap(records.summary(record), width):
             column.label(text=line)
         layout.label(text=counted(verdicts))
         for warning in record["warnings"]:
-            _lines(layout.box(), warning, "ERROR", width)
+            lines(layout.box(), warning, "ERROR", width)
         groups = records.groups(verdicts)
         for group in groups[:MOST_SHOWN]:
             self._group(layout, group, width)
@@ -146,13 +146,19 @@ class SUNDOG_RENDER_PT_scene_check(bpy.types.Panel):
     def _group(self, layout, group, width):
         verdict, kind, detail, names = group
         row = layout.box().row()
-        _lines(row.column(align=True), f"{records.listed(names)}: {detail}", _ICONS.get(verdict, "ERROR"), width - 4)
+        lines(row.column(align=True), f"{records.listed(names)}: {detail}", _ICONS.get(verdict, "ERROR"), width - 4)
         if kind in {"material", "object", "light", "camera"}:
             button = row.operator(SUNDOG_OT_select_users.bl_idname, text="", icon="RESTRICT_SELECT_OFF")
             button.kind, button.names = kind, "\n".join(names)
 
 
-def _lines(layout, text, icon, width):
+def width_of(context):
+    """Letters of a line of a panel: about seven pixels each at a scale of one."""
+    return max(int(context.region.width / (7 * (context.preferences.system.ui_scale or 1))) - 8, 20)
+
+
+def lines(layout, text, icon, width):
+    """A text over several lines, the first with an icon."""
     column = layout.column(align=True)
     for number, line in enumerate(textwrap.wrap(text, width)):
         column.label(text=line, icon=icon if number == 0 else "BLANK1")

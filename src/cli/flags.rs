@@ -504,7 +504,7 @@ const TRANSPORT: Group = Group {
         Argument::new("effects", Kind::Effects, "auto|all|LIST", "Which effects are simulated.")
             .default("auto")
             .details(
-                "`auto` takes what the scene calls for, `all` everything there is; a list of names with commas between them takes these and leaves out what the scene calls for beyond them.",
+                "`auto` takes what the scene calls for, `all` everything there is; a list of names with commas between them takes these and leaves out what the scene calls for beyond them, which is told once and written into the picture (docs/effects.md).",
             ),
         Argument::new(
             "clamp-direct",
@@ -715,7 +715,7 @@ static MERGE: Command = Command {
 static INFO: Command = Command {
     name: "info",
     doc: "Tell what is in a scene.",
-    details: "Cameras, lights, materials, triangles, instances, images, bounds, memory, the effects called for and by which object, and what is not supported.",
+    details: "Cameras, lights, materials, triangles, instances, images, bounds, memory, what changes nothing and is left out, the effects called for and by what, those that are not and why, and what is not supported.",
     groups: &[
         Group {
             heading: "Files",

@@ -1,38 +1,77 @@
 //! `sundog info`: what is in a scene.
 
+use super::effect_lines::{Page, effect_lines, left_out_lines};
 use super::flags::EXIT_OK;
 use super::parser::Parsed;
 use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
-use crate::effects::{EffectSet, Finding, emits};
+use crate::effects::{Asked, EffectSet, Finding, emits};
 use crate::scene::{
-    AlphaMode, AreaShape, Diagnostics, LightKind, Material, Pixels, Projection, Scene, Window,
-    fingerprint,
+    AlphaMode, AreaShape, Diagnostics, LeftOut, LightKind, Material, Pixels, Projection, Scene,
+    Window, fingerprint, simplify,
 };
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
+use serde_json::json;
 
 /// Runs the command.
 ///
 /// # Errors
 /// One sentence: what could not be done, and the way out.
 pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    let file = scene_file::load(parsed)?;
+    let mut file = scene_file::load_all(parsed)?;
     let info = Info::of(&file);
     if parsed.switch("json") {
-        console::json_document(&info);
+        // Before the scene becomes a simpler one.
+        let mut document = serde_json::to_value(&info).unwrap_or_default();
+        let needed = Needed::of(&mut file);
+        document["hash"] = json!(needed.hash);
+        document["left_out"] = json!(needed.left_out);
+        document["effects"] = json!(needed.effects);
+        console::json_document(&document);
     } else {
-        console::output(&info.page());
+        let mut page = Page::default();
+        info.head(&mut page);
+        let mut inventory = Page::default();
+        info.inventory(&mut inventory);
+        let needed = Needed::of(&mut file);
+        page.line("hash", needed.hash);
+        page.append(&inventory);
+        left_out_lines(&needed.left_out, &mut page);
+        effect_lines(&needed.effects, &mut page);
+        diagnostic_lines(&file.diagnostics, &mut page);
+        console::output(page.text());
     }
     Ok(EXIT_OK)
+}
+
+/// What of a scene is rendered, and what that takes.
+struct Needed {
+    hash: String,
+    left_out: Vec<LeftOut>,
+    /// What a renderer has to be able to do for this scene, and what else Sundog can do.
+    effects: Vec<Finding>,
+}
+
+impl Needed {
+    /// Leaves the scene without what changes nothing.
+    fn of(file: &mut SceneFile) -> Self {
+        let left_out = simplify(&mut file.scene);
+        let asked = Asked::default();
+        let set = EffectSet::of(&file.scene, &asked, &left_out, &file.diagnostics);
+        Self {
+            hash: fingerprint(&file.scene),
+            left_out,
+            effects: set.findings,
+        }
+    }
 }
 
 #[derive(Serialize)]
 struct Info<'a> {
     file: String,
     generator: Option<&'a str>,
-    hash: String,
     cameras: Vec<CameraInfo<'a>>,
     lights: Vec<LightInfo<'a>>,
     environment: Option<EnvironmentInfo<'a>>,
@@ -49,8 +88,6 @@ struct Info<'a> {
     /// World space, metres; none for a scene without triangles.
     bounds: Option<Bounds>,
     memory: Memory,
-    /// What a renderer has to be able to do for this scene, and what else Sundog can do.
-    effects: Vec<Finding>,
     diagnostics: &'a Diagnostics,
 }
 
@@ -166,7 +203,6 @@ impl<'a> Info<'a> {
         Self {
             file: file.path.display().to_string(),
             generator: scene.generator.as_deref(),
-            hash: fingerprint(scene),
             cameras: cameras(scene),
             lights: lights(scene),
             environment: scene
@@ -212,18 +248,18 @@ impl<'a> Info<'a> {
                 prepared_estimate,
                 total_estimate: geometry + image_bytes + prepared_estimate,
             },
-            effects: EffectSet::detect(scene).findings,
             diagnostics: &file.diagnostics,
         }
     }
 
-    fn page(&self) -> String {
-        let mut page = Page::default();
+    fn head(&self, page: &mut Page) {
         page.line("file", self.file.clone());
         if let Some(generator) = self.generator {
             page.line("made by", generator.into());
         }
-        page.line("hash", self.hash.clone());
+    }
+
+    fn inventory(&self, page: &mut Page) {
         for camera in &self.cameras {
             let mut text = format!("\"{}\" {}", camera.name, camera.kind);
             if let Some(angle) = camera.field_of_view {
@@ -339,45 +375,18 @@ impl<'a> Info<'a> {
                 console::bytes(self.memory.prepared_estimate)
             ),
         );
-        let (needed, idle): (Vec<_>, Vec<_>) =
-            self.effects.iter().partition(|finding| finding.needed);
-        for finding in needed {
-            let mut because_of = finding.because_of.join(", ");
-            if finding.count > finding.because_of.len() {
-                because_of.push_str(&format!(
-                    " and {} more",
-                    finding.count - finding.because_of.len()
-                ));
-            }
-            page.line(
-                "effect",
-                format!("{} ({}): {because_of}", finding.effect, finding.about),
-            );
-        }
-        if !idle.is_empty() {
-            let names: Vec<_> = idle.iter().map(|finding| finding.effect).collect();
-            page.line("not needed", names.join(", "));
-        }
-        for diagnostic in self.diagnostics.iter() {
-            page.line(
-                progress::verdict_word(diagnostic.verdict),
-                diagnostic.to_string(),
-            );
-        }
-        if self.diagnostics.is_empty() {
-            page.line("carried over", "everything, exactly".into());
-        }
-        page.0
     }
 }
 
-/// Lines of a name and a text.
-#[derive(Default)]
-struct Page(String);
-
-impl Page {
-    fn line(&mut self, name: &str, text: String) {
-        self.0.push_str(&format!("{name:<13} {text}\n"));
+fn diagnostic_lines(diagnostics: &Diagnostics, page: &mut Page) {
+    for diagnostic in diagnostics.iter() {
+        page.line(
+            progress::verdict_word(diagnostic.verdict),
+            diagnostic.to_string(),
+        );
+    }
+    if diagnostics.is_empty() {
+        page.line("carried over", "everything, exactly".into());
     }
 }
 

@@ -7,6 +7,7 @@ mod compare_report;
 mod console;
 mod converge;
 mod cost;
+mod effect_lines;
 pub mod flags;
 mod frames;
 mod info;

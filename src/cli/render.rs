@@ -10,7 +10,7 @@ use super::tev::Viewer;
 use super::{Failure, console, interrupt, replay, scene_file, settings, summary};
 use crate::effects::EffectSet;
 use crate::output::Metadata;
-use crate::render::{EffectChoice, RenderSettings, Statistics, Stop};
+use crate::render::{RenderSettings, Statistics, Stop, left_out};
 use crate::scene::Scene;
 use serde_json::json;
 use std::path::Path;
@@ -54,9 +54,18 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let frames = parsed
         .path("frames")
         .map(|folder| Frames::new(folder, (settings.width, settings.height), settings.region()));
-    tell_left_out(scene, &settings.effects, &reporter);
+    tell_left_out(scene, &settings, &reporter);
     reporter.tell(
         &json!({ "event": "scene", "file": path.display().to_string(), "settings": settings }),
+    );
+    let set = EffectSet::of(
+        scene,
+        &settings.asked(),
+        &imported.left_out,
+        &imported.diagnostics,
+    );
+    reporter.tell(
+        &json!({ "event": "effects", "effects": set.findings, "left_out": imported.left_out }),
     );
 
     let viewer = parsed.text("tev").map(|address| {
@@ -128,15 +137,8 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
 }
 
 /// Tells which effects the scene calls for that the user's list leaves out.
-fn tell_left_out(scene: &Scene, choice: &EffectChoice, reporter: &Reporter) {
-    let EffectChoice::List(wanted) = choice else {
-        return;
-    };
-    let left_out = EffectSet::detect(scene)
-        .findings
-        .into_iter()
-        .filter(|finding| finding.needed && !wanted.iter().any(|name| name == finding.effect));
-    let names: Vec<_> = left_out.map(|finding| finding.effect).collect();
+fn tell_left_out(scene: &Scene, settings: &RenderSettings, reporter: &Reporter) {
+    let names = left_out(scene, settings);
     if !names.is_empty() {
         reporter.warn(&format!(
             "the scene calls for {}, which --effects leaves out",
@@ -164,6 +166,8 @@ fn metadata(
         ("seconds/prepare", seconds(statistics.prepare)),
         ("seconds/trace", seconds(statistics.trace)),
         ("non-finite", statistics.non_finite.to_string()),
+        ("effects", summary::listed(&statistics.effects)),
+        ("effects/left-out", summary::listed(&statistics.left_out)),
         ("settings", summary::as_json(settings)),
         ("statistics", summary::as_json(statistics)),
     ])

@@ -4,7 +4,7 @@ use super::parser::Parsed;
 use super::progress::Reporter;
 use super::{Failure, console};
 use crate::import::{self, ImportOptions, LightUnits, Transmission};
-use crate::scene::{Diagnostics, Environment, Scene, Verdict, Visibility};
+use crate::scene::{Diagnostics, Environment, LeftOut, Scene, Verdict, Visibility, simplify};
 use glam::DMat3;
 use std::path::{Path, PathBuf};
 
@@ -12,14 +12,23 @@ use std::path::{Path, PathBuf};
 pub struct SceneFile {
     /// The file.
     pub path: PathBuf,
-    /// What is in it, and the environment from the flags.
+    /// What is in it and changes the picture, and the environment from the flags.
     pub scene: Scene,
+    /// What else is in it.
+    pub left_out: Vec<LeftOut>,
     /// Messages of the importer.
     pub diagnostics: Diagnostics,
 }
 
-/// Loads the scene that the flags name.
+/// Loads the scene that the flags name, without what changes nothing.
 pub fn load(parsed: Parsed) -> Result<SceneFile, Failure> {
+    let mut file = load_all(parsed)?;
+    file.left_out = simplify(&mut file.scene);
+    Ok(file)
+}
+
+/// Loads all of the scene that the flags name.
+pub fn load_all(parsed: Parsed) -> Result<SceneFile, Failure> {
     let path = parsed
         .path("SCENE")
         .ok_or_else(|| Failure::usage("no scene was given"))?;
@@ -42,6 +51,7 @@ pub fn load(parsed: Parsed) -> Result<SceneFile, Failure> {
     let mut file = SceneFile {
         path: path.into(),
         scene: imported.scene,
+        left_out: Vec::new(),
         diagnostics: imported.diagnostics,
     };
     environment.apply(&mut file)?;

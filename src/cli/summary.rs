@@ -109,6 +109,15 @@ pub fn metadata<const N: usize>(entries: [(&str, String); N]) -> Metadata {
         .collect()
 }
 
+/// `alpha, suns`, or `none`.
+pub fn listed(names: &[String]) -> String {
+    if names.is_empty() {
+        "none".into()
+    } else {
+        names.join(", ")
+    }
+}
+
 /// A value as JSON.
 pub fn as_json(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()

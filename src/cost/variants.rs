@@ -1,8 +1,8 @@
 //! The pictures that are rendered beside the full one: each leaves one thing out.
 
-use crate::effects::{self, DEPTH_OF_FIELD, EffectSet, MESH_LIGHTS, Mask, TRANSMISSION};
+use crate::effects::{self, EffectSet, MESH_LIGHTS, Mask, TRANSMISSION};
 use crate::render::{BounceLimits, EffectChoice, LightSampling, RenderSettings};
-use crate::scene::Scene;
+use crate::scene::{Diagnostics, Scene};
 use serde::Serialize;
 
 /// What an effect is for, and so what its absence does.
@@ -34,6 +34,7 @@ pub fn variants(scene: &Scene, settings: &RenderSettings) -> Vec<Variant> {
     let mut list = without_effects(settings, called_for);
     list.extend(fewer_bounces(settings, called_for));
     list.extend(other_light_sampling(settings));
+    list.extend(one_light_sample(settings));
     list.extend(without_roulette(settings));
     list.extend(without_bias(settings));
     list
@@ -41,35 +42,28 @@ pub fn variants(scene: &Scene, settings: &RenderSettings) -> Vec<Variant> {
 
 /// Effects of the scene as this camera sees it.
 fn called_for(scene: &Scene, settings: &RenderSettings) -> Mask {
-    let camera = scene.cameras.get(settings.camera.unwrap_or(0));
-    let focused = camera.is_some_and(|camera| camera.aperture.is_some());
-    let found = EffectSet::detect(scene).mask;
-    if focused {
-        found
-    } else {
-        found & !DEPTH_OF_FIELD
-    }
+    EffectSet::of(scene, &settings.asked(), &[], &Diagnostics::default()).mask
 }
 
 fn without_effects(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> {
     effects::TABLE
         .iter()
-        .filter(|(effect, ..)| effects::has(called_for, *effect))
-        .map(|&(effect, name, about)| Variant {
-            name: name.into(),
+        .filter(|row| effects::has(called_for & !effects::STRUCTURE, row.bit))
+        .map(|row| Variant {
+            name: row.name.into(),
             // Triangles shine where paths meet them without it too.
-            about: if effect == MESH_LIGHTS {
+            about: if row.bit == MESH_LIGHTS {
                 "emissive triangles looked for, not only met".into()
             } else {
-                about.into()
+                row.about.into()
             },
-            worth: if effect == MESH_LIGHTS {
+            worth: if row.bit == MESH_LIGHTS {
                 Worth::Noise
             } else {
                 Worth::Picture
             },
             settings: RenderSettings {
-                effects: EffectChoice::List(effects::names(called_for & !effect)),
+                effects: EffectChoice::List(effects::names(called_for & !row.bit)),
                 ..settings.clone()
             },
         })
@@ -169,6 +163,22 @@ fn other_light_sampling(settings: &RenderSettings) -> Vec<Variant> {
     .into()
 }
 
+/// One light sample where several are asked for.
+fn one_light_sample(settings: &RenderSettings) -> Option<Variant> {
+    (settings.light_samples > 1).then(|| Variant {
+        name: "light samples".into(),
+        about: format!(
+            "{} light samples where the camera looks instead of one",
+            settings.light_samples
+        ),
+        worth: Worth::Noise,
+        settings: RenderSettings {
+            light_samples: 1,
+            ..settings.clone()
+        },
+    })
+}
+
 /// Paths that go on to their last bounce.
 fn without_roulette(settings: &RenderSettings) -> Option<Variant> {
     let from = settings.roulette?;
@@ -251,7 +261,7 @@ mod tests {
         assert_eq!(
             names(&scene, &settings),
             [
-                "environment",
+                "constant-environment",
                 "bounces beyond 0",
                 "bounces beyond 1",
                 "bounces beyond 2",
@@ -267,11 +277,17 @@ mod tests {
             clamp_indirect: 10.0,
             filter_glossy: 1.0,
             light_sampling: LightSampling::Nee,
+            light_samples: 4,
             ..settings
         };
         assert_eq!(
             names(&scene, &settings),
-            ["environment", "clamp-indirect", "filter-glossy"]
+            [
+                "constant-environment",
+                "light samples",
+                "clamp-indirect",
+                "filter-glossy"
+            ]
         );
     }
 }

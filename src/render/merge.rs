@@ -141,6 +141,7 @@ impl Merged {
                 error,
                 clamped: clamps.then(|| clamped(tiles)),
                 effects: Vec::new(),
+                left_out: header.left_out.clone(),
                 threads: 0,
             },
         }

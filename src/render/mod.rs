@@ -16,6 +16,7 @@ mod trace;
 
 pub use forecast::{Expected, Forecast, Known, Row};
 pub use merge::merge;
+pub use prepare::left_out;
 pub use replay::{Detail, Replay, Told, replay};
 pub use saved::{Saved, State, StateError};
 pub use schedule::{go_on, render};
@@ -186,6 +187,8 @@ pub struct Statistics {
     pub clamped: Option<Clamped>,
     /// Names of the effects compiled into the kernel that ran.
     pub effects: Vec<String>,
+    /// Names of those that the scene calls for and the settings leave out.
+    pub left_out: Vec<String>,
     /// Threads used.
     pub threads: usize,
 }

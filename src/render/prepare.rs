@@ -10,7 +10,7 @@ use crate::film::Pass;
 use crate::film::filter::FilterTable;
 use crate::integrator::{self, PathSettings};
 use crate::sampler::Sequence;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Diagnostics, Scene};
 use crate::world::{Options, World};
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Mutex, OnceLock};
@@ -22,8 +22,10 @@ pub struct Prepared<'a> {
     /// The camera that looks.
     pub camera: &'a Camera,
     kernel: AnyKernel,
-    /// Effects that the kernel has.
+    /// Effects that the kernel has, and those outside of it that are called for.
     pub compiled: Mask,
+    /// Effects that the scene calls for and the settings leave out.
+    pub left_out: Vec<String>,
     /// Those who work.
     pub pool: rayon::ThreadPool,
     /// How many they are.
@@ -45,17 +47,13 @@ impl<'a> Prepared<'a> {
                 scene.cameras.len()
             ))
         })?;
+        let called_for = called_for(scene, settings);
         let wanted = match &settings.effects {
-            EffectChoice::Auto => EffectSet::detect(scene).mask,
+            EffectChoice::Auto => called_for,
             EffectChoice::All => effects::ALL,
             EffectChoice::List(list) => effects::parse(list).map_err(setting)?,
         };
         let (mask, kernel) = kernel(settings, wanted);
-        let focused = if camera.aperture.is_some() {
-            wanted & effects::DEPTH_OF_FIELD
-        } else {
-            0
-        };
         let threads = settings
             .threads
             .filter(|&n| n > 0)
@@ -81,7 +79,8 @@ impl<'a> Prepared<'a> {
             world,
             camera,
             kernel,
-            compiled: mask | focused,
+            compiled: mask | (wanted & called_for & !effects::PATHS),
+            left_out: effects::names(called_for & !wanted & !effects::STRUCTURE),
             pool,
             threads,
         })
@@ -119,6 +118,22 @@ impl<'a> Prepared<'a> {
             stop: AtomicBool::new(false),
             pause: AtomicBool::new(false),
         }
+    }
+}
+
+/// Effects that the scene calls for as the camera of the settings sees it.
+fn called_for(scene: &Scene, settings: &RenderSettings) -> Mask {
+    EffectSet::of(scene, &settings.asked(), &[], &Diagnostics::default()).mask
+}
+
+/// Names of the effects that the scene calls for and a list in the settings leaves out.
+pub fn left_out(scene: &Scene, settings: &RenderSettings) -> Vec<String> {
+    match &settings.effects {
+        EffectChoice::Auto | EffectChoice::All => Vec::new(),
+        // A list that can't be read is told when the scene is prepared.
+        EffectChoice::List(list) => effects::parse(list).map_or(Vec::new(), |wanted| {
+            effects::names(called_for(scene, settings) & !wanted & !effects::STRUCTURE)
+        }),
     }
 }
 

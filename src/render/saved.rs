@@ -118,6 +118,9 @@ pub struct Header {
     pub costs: bool,
     /// Luminance that clamping took from direct and indirect light.
     pub clamped: [f64; 2],
+    /// Effects that the scene calls for and the settings leave out.
+    #[serde(default)]
+    pub left_out: Vec<String>,
     /// How the scene wishes to be shown.
     pub color_management: ColorManagement,
     /// Counts.
@@ -156,6 +159,7 @@ impl<'a> State<'a> {
         settings: &RenderSettings,
         film: &Film<'a>,
         traced: Traced,
+        left_out: &[String],
     ) -> Self {
         let tiles = film.tiles();
         let (mut clamped, mut most) = ([0.0; 2], 0);
@@ -187,6 +191,7 @@ impl<'a> State<'a> {
                 costs: kept.costs,
                 clamped,
                 color_management: scene.color_management.clone(),
+                left_out: left_out.to_vec(),
                 traced,
             },
             tiles,

@@ -84,6 +84,7 @@ pub fn go_on(
         settings.passes,
     );
     let run = Run {
+        left_out: &prepared.left_out,
         scene,
         job: &job,
         film: &film,
@@ -138,6 +139,7 @@ pub fn go_on(
             error,
             clamped: clamps.then(|| clamped(&tiles)),
             effects: effects::names(prepared.compiled),
+            left_out: prepared.left_out.clone(),
             threads,
         },
     })
@@ -165,6 +167,8 @@ pub(super) fn clamped(tiles: &[Mutex<Tile>]) -> Clamped {
 
 /// A render under way.
 struct Run<'a> {
+    /// Effects that are called for and left out.
+    left_out: &'a [String],
     scene: &'a Scene,
     job: &'a Job<'a>,
     film: &'a Film<'a>,
@@ -377,7 +381,7 @@ impl Run<'_> {
                 non_finite_examples: bad.examples,
                 non_finite_causes: bad.causes,
             };
-            let state = State::new(self.scene, self.settings, self.film, traced);
+            let state = State::new(self.scene, self.settings, self.film, traced, self.left_out);
             self.observer.state(&state, last);
         }
     }

@@ -1,6 +1,7 @@
 //! What a user can set.
 
-use crate::film::Passes;
+use crate::effects::Asked;
+use crate::film::{Pass, Passes};
 pub use crate::world::Naive;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -149,6 +150,22 @@ impl Region {
 }
 
 impl RenderSettings {
+    /// What of them is an effect.
+    pub fn asked(&self) -> Asked {
+        Asked {
+            camera: self.camera.unwrap_or(0),
+            light_passes: self.passes.need_light_apart(),
+            position_passes: self.passes.need_middle(),
+            cost_pass: self.passes.has(Pass::Cost),
+            adaptive: self.pixel_error_target > 0.0,
+            clamping: self.clamp_direct > 0.0 || self.clamp_indirect > 0.0,
+            filter_glossy: self.filter_glossy > 0.0,
+            transparent_film: self.transparent_film,
+            transparent_limit: self.bounce_limits.transparent.is_some(),
+            backface_culling: self.cull_backfaces,
+        }
+    }
+
     /// The part of the picture that is rendered.
     pub fn region(&self) -> Region {
         self.region

@@ -6,19 +6,25 @@
 mod camera;
 mod diagnostics;
 mod fingerprint;
+mod left_out;
 mod material;
 mod settings;
+mod simplify;
+mod texel;
 pub mod validate;
 mod visibility;
 
 pub use camera::{Aperture, Camera, Projection, Window};
 pub use diagnostics::{Diagnostic, Diagnostics, Verdict};
 pub use fingerprint::fingerprint;
+pub use left_out::LeftOut;
 pub use material::{
     AlphaMode, ImageUse, Material, NormalTexture, Sampler, Texture, TextureFilter, UvTransform,
     Wrap,
 };
 pub use settings::{ColorManagement, RenderDefaults};
+pub use simplify::{PARTS, simplify};
+pub use texel::decoded;
 
 pub use visibility::{RayKind, Visibility};
 

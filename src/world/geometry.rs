@@ -47,6 +47,7 @@ impl MeshData {
         mesh: &Mesh,
         material: u32,
         transform: Option<&DAffine3>,
+        keeps_colors: bool,
     ) -> Result<Self, EmbreeError> {
         let d3 = |v: &[f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
         let (positions, normals, tangents) = match transform {
@@ -83,7 +84,7 @@ impl MeshData {
             normals,
             tangents,
             uvs: mesh.uvs.clone(),
-            colors: mesh.colors.clone(),
+            colors: mesh.colors.clone().filter(|_| keeps_colors),
             material,
         })
     }

@@ -156,17 +156,19 @@ impl Lights {
         };
         let mut bounds = Vec::new();
         for (number, light) in scene.lights.iter().enumerate() {
+            if !effects::keeps(effects, light) {
+                continue;
+            }
             let rules = Rules::of(light, effects);
             if let LightKind::Sun { irradiance, angle } = light.kind {
                 let e = Vec3::from(light.color) * irradiance;
-                if keep(effects::SUNS) && luminance(e) > 0.0 {
+                if luminance(e) > 0.0 {
                     let toward = -lamps::direction(&light.world_from_light);
                     lights.suns.push((Sun::new(toward, e, angle), rules));
                     lights.sun_estimates.push(luminance(e).min(MOST));
                     lights.in_scene.1.push(number as u32);
                 }
-            } else if keep(effects::LAMPS)
-                && let index = lights.lamps.len() as u32
+            } else if let index = lights.lamps.len() as u32
                 && let emitter = lights.emitters.len() as u32
                 && let Some(b) = lights.lamps.add(light, rules, origin, emitter)
             {
@@ -208,8 +210,8 @@ impl Lights {
             }
         }
         lights.tree = Tree::new(&bounds);
-        if keep(effects::ENVIRONMENT)
-            && let Some(environment) = &scene.environment
+        if let Some(environment) = &scene.environment
+            && effects::keeps_environment(effects, environment)
         {
             let radiance = Vec3::from(environment.radiance);
             if luminance(radiance) > 0.0 {

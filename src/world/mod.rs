@@ -130,7 +130,9 @@ impl World {
             let slot = mesh
                 .material
                 .map_or(scene.materials.len(), |m| m.0 as usize);
-            if let (Some(colors), Some(v)) = (&mesh.colors, vertex_alpha.get_mut(slot)) {
+            if let (Some(colors), Some(v)) = (&mesh.colors, vertex_alpha.get_mut(slot))
+                && keep(effects::VERTEX_COLORS)
+            {
                 *v |= colors.iter().any(|c| c[3] < 1.0);
             }
         }
@@ -140,7 +142,7 @@ impl World {
             .iter()
             .chain([&fallback])
             .zip(&vertex_alpha)
-            .map(|(m, &a)| preparer.material(scene, m, a))
+            .map(|(m, &a)| preparer.material(scene, &effects::kept(m, options.effects), a))
             .collect();
 
         let mut placements = vec![0u32; scene.meshes.len()];
@@ -148,6 +150,7 @@ impl World {
             placements[instance.mesh.0 as usize] += 1;
         }
         let mut top = embree::Scene::new(&device, robust)?;
+        let keeps_colors = keep(effects::VERTEX_COLORS);
         let mut meshes = Vec::new();
         let mut entries = Vec::new();
         let mut shared: Vec<Option<(u32, CommittedScene)>> = vec![None; scene.meshes.len()];
@@ -179,7 +182,7 @@ impl World {
                 let (mesh, child) = match slot {
                     Some((mesh, child)) => (*mesh, child.clone()),
                     None => {
-                        let data = MeshData::new(source, material, None)?;
+                        let data = MeshData::new(source, material, None, keeps_colors)?;
                         let mut child = embree::Scene::new(&device, robust)?;
                         child.add_triangles(&data.triangles, filtered, u32::MAX)?;
                         let child = child.commit()?;
@@ -203,7 +206,7 @@ impl World {
                 )?;
                 entries.push(entry);
             } else {
-                let data = MeshData::new(source, material, Some(&transform))?;
+                let data = MeshData::new(source, material, Some(&transform), keeps_colors)?;
                 top.add_triangles(&data.triangles, filtered, visibility.bits())?;
                 meshes.push(data);
                 entries.push(Entry::flat(
@@ -241,7 +244,11 @@ impl World {
             cull_backfaces: options.cull_backfaces,
             filtered: any_filtered,
             by_kind: keep(effects::VISIBILITY) && effects::tells_rays_apart(scene),
-            holdouts: holdouts(scene),
+            holdouts: if keep(effects::HOLDOUTS) {
+                holdouts(scene)
+            } else {
+                Vec::new()
+            },
         })
     }
 

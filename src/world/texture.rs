@@ -1,8 +1,8 @@
 //! Texture look-ups in the precision of the image.
 
-use crate::scene::{Image, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
+use crate::scene::{self, Image, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
 use glam::{Vec2, Vec4};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// An image as textures read it: shared by all textures that refer to it.
 #[derive(Debug)]
@@ -27,23 +27,7 @@ impl Raster {
     #[inline]
     fn texel(&self, x: usize, y: usize) -> Vec4 {
         let at = (y * self.width + x) * self.channels;
-        let value = |c: usize| match &self.pixels {
-            Pixels::U8(p) => f32::from(p[at + c]) * (1.0 / 255.0),
-            Pixels::U16(p) => f32::from(p[at + c]) * (1.0 / 65535.0),
-            Pixels::F32(p) => p[at + c],
-        };
-        match self.channels {
-            1 => {
-                let v = value(0);
-                Vec4::new(v, v, v, 1.0)
-            }
-            2 => {
-                let v = value(0);
-                Vec4::new(v, v, v, value(1))
-            }
-            3 => Vec4::new(value(0), value(1), value(2), 1.0),
-            _ => Vec4::new(value(0), value(1), value(2), value(3)),
-        }
+        self.pixels.texel(self.channels, at)
     }
 }
 
@@ -62,36 +46,13 @@ pub struct PreparedTexture {
     c: Vec2,
 }
 
-/// sRGB to linear (IEC 61966-2-1), tabulated: linear interpolation between 4096 points errs by
-/// less than 2e-7 (step² / 8 · max f'' = (1/4096)² / 8 · 3.5).
-fn srgb_to_linear(x: f32) -> f32 {
-    const STEPS: usize = 4096;
-    static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
-    let table = TABLE.get_or_init(|| {
-        (0..=STEPS)
-            .map(|i| {
-                let x = i as f64 / STEPS as f64;
-                (if x <= 0.04045 {
-                    x / 12.92
-                } else {
-                    ((x + 0.055) / 1.055).powf(2.4)
-                }) as f32
-            })
-            .collect()
-    });
-    let x = x.clamp(0.0, 1.0) * STEPS as f32;
-    let i = (x as usize).min(STEPS - 1);
-    let t = x - i as f32;
-    table[i] * (1.0 - t) + table[i + 1] * t
-}
-
 impl PreparedTexture {
     /// Prepares a texture of a scene.
     pub fn new(texture: &Texture, raster: Arc<Raster>, usage: ImageUse) -> Self {
         let t = &texture.transform;
         let (sin, cos) = t.rotation.sin_cos();
         // KHR_texture_transform: translation · rotation · scale, rotation with [cos, sin; −sin, cos].
-        let encoded = usage == ImageUse::Color && !matches!(raster.pixels, Pixels::F32(_));
+        let encoded = raster.pixels.is_encoded(usage);
         Self {
             raster,
             sampler: texture.sampler,
@@ -123,18 +84,14 @@ impl PreparedTexture {
                 let (wu, wv) = (self.sampler.wrap_u, self.sampler.wrap_v);
                 let (xa, xb) = (wrap(x0, r.width, wu), wrap(x0 + 1, r.width, wu));
                 let (ya, yb) = (wrap(y0, r.height, wv), wrap(y0 + 1, r.height, wv));
-                r.texel(xa, ya)
-                    .lerp(r.texel(xb, ya), s)
-                    .lerp(r.texel(xa, yb).lerp(r.texel(xb, yb), s), t)
+                // The form a + (b − a) t: texels that are the same give their own value, to the bit.
+                let upper = r.texel(xa, ya).lerp_monotonic(r.texel(xb, ya), s);
+                let lower = r.texel(xa, yb).lerp_monotonic(r.texel(xb, yb), s);
+                upper.lerp_monotonic(lower, t)
             }
         };
         if self.encoded {
-            Vec4::new(
-                srgb_to_linear(value.x),
-                srgb_to_linear(value.y),
-                srgb_to_linear(value.z),
-                value.w,
-            )
+            scene::decoded(value)
         } else {
             value
         }

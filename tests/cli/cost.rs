@@ -114,7 +114,12 @@ fn effects_are_listed_with_what_they_cost() {
         found.unwrap_or_else(|| panic!("no {name} in {effects:?}"))
     };
     // Without the sky there is less light.
-    assert!(find("environment")["change"]["low"].as_f64().unwrap() > 0.01);
+    assert!(
+        find("constant-environment")["change"]["low"]
+            .as_f64()
+            .unwrap()
+            > 0.01
+    );
     for name in [
         "bounces beyond 0",
         "bounces beyond 1",
@@ -131,7 +136,7 @@ fn effects_are_listed_with_what_they_cost() {
     let table = fs::read_to_string(folder.path("cost.csv")).unwrap();
     assert_eq!(table.lines().count(), effects.len() + 1);
     let page = fs::read_to_string(folder.path("cost.html")).unwrap();
-    assert!(page.contains("With and without") && page.contains("without environment"));
+    assert!(page.contains("With and without") && page.contains("without constant-environment"));
 }
 
 #[test]

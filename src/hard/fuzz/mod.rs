@@ -6,11 +6,14 @@
 
 mod build;
 mod dice;
+mod dull;
+mod equal;
 mod files;
 mod recipe;
 mod shrink;
 mod verdict;
 
+pub use equal::{Compared, draw as draw_for_kernels, kernels};
 pub use files::{damaged, import, kept_name};
 pub use shrink::shrink;
 pub use verdict::scene as check_scene;

@@ -1,0 +1,137 @@
+//! What there is in a scene to be looked at, and so why an effect is not called for.
+
+use super::table::{Decided, Effect};
+use crate::scene::{LightKind, Projection, Scene};
+
+/// How many there are of what effects come from.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Census {
+    /// Materials of placed meshes.
+    pub materials: usize,
+    /// Placed meshes with triangles.
+    pub objects: usize,
+    /// Lights of any kind.
+    pub lights: usize,
+    /// Lamps and emissive triangles.
+    pub emitters: u64,
+    /// Whether there is light from all around.
+    pub environment: bool,
+    /// The camera's kind.
+    pub camera: &'static str,
+}
+
+fn all(count: usize, thing: &str) -> String {
+    match count {
+        0 => format!("there is no {thing}"),
+        1 => format!("of the only {thing}"),
+        n => format!("of all {n} {thing}s"),
+    }
+}
+
+fn in_all(count: usize, thing: &str) -> String {
+    match count {
+        0 => format!("as there is no {thing}"),
+        1 => format!("in the only {thing}"),
+        n => format!("in all {n} {thing}s"),
+    }
+}
+
+/// The camera's kind.
+pub fn camera(scene: &Scene, number: usize) -> &'static str {
+    match scene.cameras.get(number).map(|camera| camera.projection) {
+        None => "missing",
+        Some(Projection::Perspective { .. }) => "perspective",
+        Some(Projection::Orthographic { .. }) => "orthographic",
+        Some(Projection::Equirectangular { .. }) => "a panorama",
+    }
+}
+
+/// The effect that a light is.
+pub fn kind(kind: &LightKind) -> Effect {
+    match kind {
+        LightKind::Point { .. } => Effect::PointLights,
+        LightKind::Spot { .. } => Effect::SpotLights,
+        LightKind::Area { .. } => Effect::AreaLights,
+        LightKind::Sun { .. } => Effect::Suns,
+    }
+}
+
+impl Census {
+    /// Why an effect is not called for: one clause.
+    pub fn reason(&self, effect: Effect) -> String {
+        let materials = |what: &str| format!("{what} {}", in_all(self.materials, "material"));
+        let objects = |what: &str| format!("{what} {}", in_all(self.objects, "object"));
+        match effect {
+            Effect::BaseColorTexture
+            | Effect::MetallicRoughnessTexture
+            | Effect::EmissionTexture
+            | Effect::SpecularTexture
+            | Effect::SpecularColorTexture
+            | Effect::TransmissionTexture
+            | Effect::NormalMaps => materials("none"),
+            Effect::VertexColors | Effect::SmoothNormals => objects("none"),
+            Effect::AlphaBlend | Effect::AlphaClip => materials("opacity 1 or ignored"),
+            Effect::Diffuse => materials("no such share"),
+            Effect::Gloss => materials("no reflection"),
+            Effect::Metal => materials("metallic 0"),
+            Effect::ClearGlass | Effect::RoughGlass | Effect::ThinGlass => {
+                materials("transmission 0, or of another kind,")
+            }
+            Effect::Unlit => materials("lit"),
+            Effect::PointLights | Effect::SpotLights | Effect::AreaLights | Effect::Suns => {
+                format!("none among {} lights", self.lights)
+            }
+            Effect::MeshLights => materials("emission 0"),
+            Effect::ConstantEnvironment if self.environment => "the world has an image".into(),
+            Effect::ImageEnvironment if self.environment => "the world has one colour".into(),
+            Effect::ConstantEnvironment | Effect::ImageEnvironment => "the world is black".into(),
+            Effect::LightTree => match self.emitters {
+                0 => "there is no lamp and no emissive triangle".into(),
+                _ => "there is but one lamp or emissive triangle".into(),
+            },
+            Effect::Instances => objects("a mesh of its own"),
+            Effect::Visibility => "all rays see all objects and lights that any sees".into(),
+            Effect::Holdouts => format!("none {}", all(self.objects, "object")),
+            Effect::DepthOfField => "the camera that renders has no aperture".into(),
+            Effect::OrthographicCamera | Effect::PanoramaCamera => {
+                format!("the camera that renders is {}", self.camera)
+            }
+            Effect::Coat
+            | Effect::Sheen
+            | Effect::Anisotropy
+            | Effect::DiffuseRoughness
+            | Effect::ThinFilm
+            | Effect::Subsurface
+            | Effect::DiffuseTransmission
+            | Effect::Dispersion => materials("weight 0"),
+            Effect::Absorption => materials("clear, or not solid,"),
+            Effect::Media => "there is none in the file".into(),
+            Effect::MotionBlur => "nothing moves in the file".into(),
+            Effect::ShadowCatcher => format!("none {}", all(self.objects, "object")),
+            _ => match effect.row().decided {
+                Decided::Settings | Decided::Branch => "not asked for".into(),
+                _ => "not called for".into(),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::TABLE;
+
+    #[test]
+    fn there_is_a_reason_for_each() {
+        let census = Census {
+            materials: 14,
+            objects: 1,
+            ..Census::default()
+        };
+        assert_eq!(census.reason(Effect::Coat), "weight 0 in all 14 materials");
+        assert_eq!(census.reason(Effect::Holdouts), "none of the only object");
+        for row in &TABLE {
+            assert_ne!(census.reason(row.effect), "not called for", "{}", row.name);
+        }
+    }
+}

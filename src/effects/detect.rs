@@ -1,0 +1,461 @@
+//! What a scene calls for.
+
+use super::asked::Asked;
+use super::census::{self, Census};
+use super::lacking;
+use super::mask::Mask;
+use super::table::{COUNT, Decided, Effect, TABLE};
+use crate::scene::{
+    AlphaMode, Diagnostics, Environment, Instance, LeftOut, Light, LightKind, Material, Mesh,
+    Projection, RayKind, Scene, Visibility,
+};
+use serde::Serialize;
+
+/// What can call for an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Thing {
+    /// A placed mesh.
+    Object,
+    /// A material.
+    Material,
+    /// A light.
+    Light,
+    /// A camera.
+    Camera,
+    /// What is all around.
+    World,
+    /// A flag.
+    Settings,
+    /// What the importer names.
+    File,
+}
+
+/// Something that calls for an effect.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Cause {
+    /// What it is.
+    pub kind: Thing,
+    /// Its name.
+    pub name: String,
+    /// Of a material: the first object that has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub object: Option<String>,
+}
+
+impl Cause {
+    fn new(kind: Thing, name: impl Into<String>) -> Self {
+        Self {
+            kind,
+            name: name.into(),
+            object: None,
+        }
+    }
+}
+
+/// What becomes of an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum State {
+    /// The scene or the settings call for it.
+    Needed,
+    /// Nothing calls for it.
+    LeftOut,
+    /// The scene calls for it, but the program does not have it yet.
+    Lacking,
+}
+
+/// One effect of a scene with what calls for it, or with why nothing does.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// Name in [`TABLE`].
+    pub effect: &'static str,
+    /// What it is.
+    pub about: &'static str,
+    /// Where it is decided.
+    pub decided: Decided,
+    /// Whether it is called for.
+    pub state: State,
+    /// The first things that call for it.
+    pub because_of: Vec<Cause>,
+    /// How many do.
+    pub count: usize,
+    /// Why nothing calls for it, and what only seemed to.
+    pub reasons: Vec<String>,
+}
+
+/// So many causes a finding keeps.
+const CAUSES_KEPT: usize = 16;
+
+/// Effects that a scene calls for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct EffectSet {
+    /// Those that can be left out, as bits.
+    pub mask: Mask,
+    /// One entry for each line of the table.
+    pub findings: Vec<Finding>,
+}
+
+/// Whether a visibility is more than the camera's or the shadow rays' affair, which cost nothing.
+fn limits_paths(visibility: Visibility) -> bool {
+    [RayKind::Diffuse, RayKind::Glossy, RayKind::Transmission]
+        .iter()
+        .any(|&kind| !visibility.sees(kind))
+}
+
+/// Whether a light is not there for some paths, or casts no shadow.
+fn is_limited(light: &Light) -> bool {
+    limits_paths(light.visibility)
+        || !light.visibility.sees(RayKind::Shadow)
+        || light.max_bounces < Light::MAX_BOUNCES
+}
+
+fn shines(light: &Light) -> bool {
+    let strength = match light.kind {
+        LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => intensity,
+        LightKind::Sun { irradiance, .. } => irradiance,
+        LightKind::Area { power, .. } => power,
+    };
+    strength > 0.0 && light.color.iter().any(|&c| c > 0.0)
+}
+
+fn is_bright(environment: &Environment) -> bool {
+    environment.radiance.iter().any(|&r| r > 0.0)
+}
+
+/// Whether paths have to tell kinds of rays apart in a scene.
+pub fn tells_rays_apart(scene: &Scene) -> bool {
+    scene.instances.iter().any(|i| limits_paths(i.visibility))
+        || scene.lights.iter().any(|l| shines(l) && is_limited(l))
+        || scene
+            .environment
+            .as_ref()
+            .is_some_and(|e| is_bright(e) && limits_paths(e.visibility))
+}
+
+/// Whether a material lets light pass beside it.
+pub fn is_translucent(material: &Material, vertex_alpha: bool) -> bool {
+    let textured = material.base_color_texture.is_some();
+    match material.alpha_mode {
+        AlphaMode::Opaque => false,
+        AlphaMode::Mask { cutoff } => material.alpha < cutoff || textured || vertex_alpha,
+        AlphaMode::Blend => material.alpha < 1.0 || textured || vertex_alpha,
+    }
+}
+
+/// Whether a material emits.
+pub fn emits(material: &Material) -> bool {
+    material.emission.iter().any(|&e| e > 0.0)
+        || (material.unlit && material.base_color.iter().any(|&c| c > 0.0))
+}
+
+/// Whether anything is not white and opaque. Interpolating ones gives one exactly.
+fn colors_something(mesh: &Mesh) -> bool {
+    let mut colors = mesh.colors.iter().flatten().flatten();
+    colors.any(|&c| c != 1.0)
+}
+
+fn has_vertex_alpha(mesh: &Mesh) -> bool {
+    mesh.colors.iter().flatten().any(|c| c[3] < 1.0)
+}
+
+/// A placed mesh with its material.
+struct Placed<'a> {
+    /// The first instance.
+    first: &'a Instance,
+    mesh: &'a Mesh,
+    places: usize,
+}
+
+/// What was found so far.
+struct Findings {
+    causes: Vec<Vec<Cause>>,
+    counts: [usize; COUNT],
+}
+
+impl Findings {
+    fn new() -> Self {
+        Self {
+            causes: vec![Vec::new(); COUNT],
+            counts: [0; COUNT],
+        }
+    }
+
+    fn add(&mut self, effect: Effect, cause: impl FnOnce() -> Cause) {
+        self.counts[effect as usize] += 1;
+        let causes = &mut self.causes[effect as usize];
+        if causes.len() < CAUSES_KEPT {
+            let cause = cause();
+            if !causes.contains(&cause) {
+                causes.push(cause);
+            }
+        }
+    }
+
+    fn object(&mut self, effect: Effect, name: &str) {
+        self.add(effect, || Cause::new(Thing::Object, name));
+    }
+
+    fn instances(&mut self, scene: &Scene) {
+        for instance in &scene.instances {
+            if limits_paths(instance.visibility) {
+                self.object(Effect::Visibility, &instance.name);
+            }
+            if instance.holdout && instance.visibility.sees(RayKind::Camera) {
+                self.object(Effect::Holdouts, &instance.name);
+            }
+        }
+    }
+
+    fn mesh(&mut self, placed: &Placed, material: &Material) {
+        let (mesh, name) = (placed.mesh, &placed.first.name);
+        if placed.places > 1 {
+            self.object(Effect::Instances, name);
+        }
+        if mesh.normals.is_some() {
+            self.object(Effect::SmoothNormals, name);
+        }
+        if colors_something(mesh) {
+            self.object(Effect::VertexColors, name);
+        }
+        if is_translucent(material, has_vertex_alpha(mesh)) {
+            let effect = match material.alpha_mode {
+                AlphaMode::Mask { .. } => Effect::AlphaClip,
+                _ => Effect::AlphaBlend,
+            };
+            self.object(effect, name);
+        }
+    }
+
+    fn material(&mut self, m: &Material, object: &Instance) {
+        let mut add = |effect, there: bool| {
+            if there {
+                self.add(effect, || Cause {
+                    object: Some(object.name.clone()),
+                    ..Cause::new(Thing::Material, m.name.clone())
+                });
+            }
+        };
+        let textures = [
+            (Effect::BaseColorTexture, &m.base_color_texture),
+            (
+                Effect::MetallicRoughnessTexture,
+                &m.metallic_roughness_texture,
+            ),
+            (Effect::EmissionTexture, &m.emission_texture),
+            (Effect::SpecularTexture, &m.specular_texture),
+            (Effect::SpecularColorTexture, &m.specular_color_texture),
+            (Effect::TransmissionTexture, &m.transmission_texture),
+        ];
+        for (effect, texture) in textures {
+            add(effect, texture.is_some());
+        }
+        let bumpy = m.normal_texture.as_ref().is_some_and(|n| n.scale != 0.0);
+        add(Effect::NormalMaps, bumpy);
+        add(Effect::MeshLights, emits(m));
+        add(Effect::Unlit, m.unlit);
+        if m.unlit {
+            return;
+        }
+        // A texture scales the factor down.
+        let all_metal = m.metallic >= 1.0 && m.metallic_roughness_texture.is_none();
+        let all_glass = m.transmission >= 1.0 && m.transmission_texture.is_none();
+        let over_base = !all_metal && !all_glass;
+        let colored = m.base_color.iter().any(|&c| c > 0.0);
+        add(Effect::Metal, m.metallic > 0.0);
+        add(Effect::Diffuse, over_base && colored);
+        add(Effect::Gloss, over_base && m.specular > 0.0 && m.ior != 1.0);
+        if m.transmission > 0.0 && !all_metal {
+            add(kind_of_glass(m), true);
+        }
+    }
+
+    fn lights(&mut self, scene: &Scene) {
+        for light in scene.lights.iter().filter(|light| shines(light)) {
+            let cause = || Cause::new(Thing::Light, light.name.clone());
+            self.add(census::kind(&light.kind), cause);
+            if is_limited(light) {
+                self.add(Effect::Visibility, cause);
+            }
+        }
+        let Some(environment) = scene.environment.as_ref().filter(|e| is_bright(e)) else {
+            return;
+        };
+        let cause = || Cause::new(Thing::World, "the environment");
+        self.add(environment_kind(environment), cause);
+        if limits_paths(environment.visibility) {
+            self.add(Effect::Visibility, cause);
+        }
+    }
+
+    fn camera(&mut self, scene: &Scene, number: usize) {
+        let Some(camera) = scene.cameras.get(number) else {
+            return;
+        };
+        let cause = || Cause::new(Thing::Camera, camera.name.clone());
+        if camera.aperture.is_some() {
+            self.add(Effect::DepthOfField, cause);
+        }
+        match camera.projection {
+            Projection::Perspective { .. } => {}
+            Projection::Orthographic { .. } => self.add(Effect::OrthographicCamera, cause),
+            Projection::Equirectangular { .. } => self.add(Effect::PanoramaCamera, cause),
+        }
+    }
+
+    fn into_set(self, census: &Census, left_out: &[LeftOut]) -> EffectSet {
+        let (mut findings, mut set) = (Vec::with_capacity(COUNT), 0);
+        for ((row, because_of), count) in TABLE.iter().zip(self.causes).zip(self.counts) {
+            let state = match (count, row.decided) {
+                (0, _) => State::LeftOut,
+                (_, Decided::Absent) => State::Lacking,
+                _ => State::Needed,
+            };
+            let left_out = left_out.iter().filter(|entry| entry.effect == row.name);
+            let mut reasons: Vec<String> = left_out.map(ToString::to_string).collect();
+            if state == State::Needed {
+                set |= row.bit;
+            } else if state == State::LeftOut && reasons.is_empty() {
+                reasons.push(census.reason(row.effect));
+            }
+            findings.push(Finding {
+                effect: row.name,
+                about: row.about,
+                decided: row.decided,
+                state,
+                because_of,
+                count,
+                reasons,
+            });
+        }
+        EffectSet {
+            mask: set,
+            findings,
+        }
+    }
+}
+
+/// Glass is clear where its roughness is 0; an image may make it so here and there.
+pub(super) fn kind_of_glass(m: &Material) -> Effect {
+    if m.thin_walled {
+        Effect::ThinGlass
+    } else if m.roughness == 0.0 {
+        Effect::ClearGlass
+    } else {
+        Effect::RoughGlass
+    }
+}
+
+pub(super) fn environment_kind(environment: &Environment) -> Effect {
+    match environment.image {
+        Some(_) => Effect::ImageEnvironment,
+        None => Effect::ConstantEnvironment,
+    }
+}
+
+/// Meshes with triangles that are placed, each with its first instance.
+fn placed(scene: &Scene) -> Vec<Placed<'_>> {
+    let mut places = vec![0; scene.meshes.len()];
+    let mut firsts: Vec<Option<&Instance>> = vec![None; scene.meshes.len()];
+    for instance in &scene.instances {
+        let id = instance.mesh.0 as usize;
+        if let Some(count) = places.get_mut(id) {
+            *count += 1;
+            firsts[id].get_or_insert(instance);
+        }
+    }
+    let meshes = scene.meshes.iter().zip(firsts).zip(places);
+    meshes
+        .filter(|((mesh, _), _)| !mesh.triangles.is_empty())
+        .filter_map(|((mesh, first), places)| {
+            Some(Placed {
+                first: first?,
+                mesh,
+                places,
+            })
+        })
+        .collect()
+}
+
+impl EffectSet {
+    /// Looks at what is placed in the scene, as the first camera sees it.
+    pub fn detect(scene: &Scene) -> Self {
+        Self::of(scene, &Asked::default(), &[], &Diagnostics::default())
+    }
+
+    /// Looks at what is placed in a scene, and at what the settings ask for; `left_out` is what [`crate::scene::simplify`] has
+    /// left out of it, `told` what the importer has said.
+    pub fn of(scene: &Scene, asked: &Asked, left_out: &[LeftOut], told: &Diagnostics) -> Self {
+        let mut found = Findings::new();
+        found.instances(scene);
+        let fallback = Material::default();
+        let mut users: Vec<Option<&Instance>> = vec![None; scene.materials.len() + 1];
+        let mut emitters = 0u64;
+        let placed = placed(scene);
+        for one in &placed {
+            let slot = one
+                .mesh
+                .material
+                .map_or(scene.materials.len(), |m| m.0 as usize);
+            let material = scene.materials.get(slot).unwrap_or(&fallback);
+            found.mesh(one, material);
+            if let Some(user) = users.get_mut(slot) {
+                user.get_or_insert(one.first);
+            }
+            if emits(material) {
+                emitters += (one.places * one.mesh.triangles.len()) as u64;
+            }
+        }
+        for (material, user) in scene.materials.iter().chain([&fallback]).zip(&users) {
+            if let Some(user) = user {
+                found.material(material, user);
+            }
+        }
+        found.lights(scene);
+        found.camera(scene, asked.camera);
+        let lamp = |light: &&Light| shines(light) && !matches!(light.kind, LightKind::Sun { .. });
+        emitters += scene.lights.iter().filter(lamp).count() as u64;
+        if emitters > 1 {
+            found.add(Effect::LightTree, || {
+                Cause::new(Thing::World, format!("{emitters} lamps and triangles"))
+            });
+        }
+        for (effect, there, flag) in asked.settings() {
+            if there {
+                found.add(effect, || Cause::new(Thing::Settings, flag));
+            }
+        }
+        for message in told.iter() {
+            if let Some(effect) = lacking::effect(message) {
+                for name in &message.objects {
+                    let name = lacking::name(name);
+                    found.add(effect, || Cause::new(lacking::kind(message), name));
+                }
+                found.counts[effect as usize] += message.count - message.objects.len();
+            }
+        }
+        let census = Census {
+            materials: users.iter().flatten().count(),
+            objects: placed.len(),
+            lights: scene.lights.len(),
+            emitters,
+            environment: scene.environment.as_ref().is_some_and(is_bright),
+            camera: census::camera(scene, asked.camera),
+        };
+        found.into_set(&census, left_out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_scene_calls_for_nothing() {
+        let set = EffectSet::detect(&Scene::default());
+        assert_eq!(set.mask, 0);
+        assert_eq!(set.findings.len(), TABLE.len());
+        assert!(set.findings.iter().all(|f| f.state == State::LeftOut));
+        assert!(set.findings.iter().all(|f| f.reasons.len() == 1));
+    }
+}

@@ -1,0 +1,85 @@
+//! What is in a file but need not be rendered, with the reason.
+
+use serde::Serialize;
+
+/// One kind of thing that was left out for one reason.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// The effect that it is part of, by its name in `effects::TABLE`; empty for what is part of none.
+    pub effect: &'static str,
+    /// What it is, and why it is not needed: `image the same everywhere, taken as a factor`.
+    pub why: &'static str,
+    /// The first objects concerned (at most a few; `count` has them all).
+    pub objects: Vec<String>,
+    /// How many objects are concerned.
+    pub count: usize,
+    /// Memory that it would have taken.
+    pub bytes: u64,
+}
+
+/// So many names an entry keeps.
+const NAMES_KEPT: usize = 4;
+
+impl LeftOut {
+    /// Adds one object to a list in which each (effect, why) stands once.
+    pub fn add(
+        list: &mut Vec<Self>,
+        effect: &'static str,
+        why: &'static str,
+        object: &str,
+        bytes: u64,
+    ) {
+        let known = list.iter().position(|e| e.effect == effect && e.why == why);
+        let at = known.unwrap_or(list.len());
+        if known.is_none() {
+            list.push(Self {
+                effect,
+                why,
+                objects: Vec::new(),
+                count: 0,
+                bytes: 0,
+            });
+        }
+        let entry = &mut list[at];
+        entry.count += 1;
+        entry.bytes += bytes;
+        if entry.objects.len() < NAMES_KEPT && !entry.objects.iter().any(|known| known == object) {
+            entry.objects.push(object.into());
+        }
+    }
+}
+
+impl std::fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.why, self.objects.join(", "))?;
+        match self.count - self.objects.len() {
+            0 => Ok(()),
+            more => write!(f, " and {more} more"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_reason_stands_once_with_a_count() {
+        let mut list = Vec::new();
+        for i in 0..6 {
+            LeftOut::add(
+                &mut list,
+                "alpha-clip",
+                "opacity is 1 everywhere",
+                &format!("m{i}"),
+                10,
+            );
+        }
+        assert_eq!(list.len(), 1);
+        assert_eq!((list[0].count, list[0].bytes), (6, 60));
+        assert_eq!(
+            list[0].to_string(),
+            "opacity is 1 everywhere: m0, m1, m2, m3 and 2 more"
+        );
+    }
+}

@@ -1,0 +1,139 @@
+//! Images that are the same as another, or the same everywhere.
+
+use super::parts;
+use crate::scene::{Image, ImageId, LeftOut, Pixels, Scene};
+use glam::{BVec4A, Vec4};
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+/// Whether an image has all the values that it should have.
+pub fn is_whole(image: &Image) -> bool {
+    let count = u64::from(image.width) * u64::from(image.height) * u64::from(image.channels);
+    let there = match &image.pixels {
+        Pixels::U8(p) => p.len(),
+        Pixels::U16(p) => p.len(),
+        Pixels::F32(p) => p.len(),
+    };
+    count > 0 && there as u64 == count && image.channels <= 4
+}
+
+/// The stored value of an image that has the same one everywhere in some channels; of others it is any.
+pub fn constant(image: &Image, channels: BVec4A) -> Option<Vec4> {
+    if !is_whole(image) {
+        return None;
+    }
+    let mut texels = image.texels();
+    let first = texels.next()?;
+    let same = |texel: Vec4| (texel.cmpeq(first) | !channels).all();
+    // A value that is not a number is not the same as itself.
+    (same(first) && texels.all(same)).then_some(first)
+}
+
+/// The least opacity of an image.
+pub fn least_alpha(image: &Image) -> Option<f32> {
+    if !is_whole(image) {
+        return None;
+    }
+    if image.channels == 1 || image.channels == 3 {
+        return Some(1.0);
+    }
+    let mut texels = image.texels();
+    texels.try_fold(f32::INFINITY, |least, texel| {
+        texel.w.is_finite().then(|| least.min(texel.w))
+    })
+}
+
+/// Whether all values of an image are finite: nothing times 0 is anything but 0.
+pub fn is_finite(image: &Image) -> bool {
+    match &image.pixels {
+        Pixels::U8(_) | Pixels::U16(_) => true,
+        Pixels::F32(values) => values.iter().all(|v| v.is_finite()),
+    }
+}
+
+/// So many bytes from the beginning and as many from the middle tell most images apart.
+const SAMPLE: usize = 4096;
+
+fn sample(image: &Image) -> u64 {
+    let bytes: &[u8] = match &image.pixels {
+        Pixels::U8(p) => p,
+        Pixels::U16(p) => bytemuck::cast_slice(p),
+        Pixels::F32(p) => bytemuck::cast_slice(p),
+    };
+    let mut hasher = DefaultHasher::new();
+    (image.width, image.height, image.channels).hash(&mut hasher);
+    let part = |from: usize| &bytes[from..bytes.len().min(from + SAMPLE)];
+    part(0).hash(&mut hasher);
+    part(bytes.len() / 2).hash(&mut hasher);
+    hasher.finish()
+}
+
+fn is_same(a: &Image, b: &Image) -> bool {
+    (a.width, a.height, a.channels) == (b.width, b.height, b.channels)
+        && a.pixels.is_same(&b.pixels)
+}
+
+/// For each image the first one with the same texels; unused ones are taken out later, and counted there.
+fn firsts(images: &[Image]) -> Vec<ImageId> {
+    let mut known: HashMap<u64, Vec<usize>> = HashMap::new();
+    let first = |(number, image): (usize, &Image)| {
+        let alike = known.entry(sample(image)).or_default();
+        let same = alike.iter().copied().find(|&i| is_same(&images[i], image));
+        if same.is_none() {
+            alike.push(number);
+        }
+        ImageId(same.unwrap_or(number) as u32)
+    };
+    images.iter().enumerate().map(first).collect()
+}
+
+/// Makes one of identical images.
+pub fn join(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
+    let firsts = firsts(&scene.images);
+    for (number, (image, first)) in scene.images.iter().zip(&firsts).enumerate() {
+        if first.0 as usize != number {
+            LeftOut::add(
+                left_out,
+                parts::NONE,
+                "images identical to others",
+                &image.name,
+                0,
+            );
+        }
+    }
+    super::unused::rename_images(scene, |id| firsts[id.0 as usize]);
+}
+
+/// Makes an environment of one colour of an image that has one.
+pub fn fold_environment(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
+    let Some(environment) = &mut scene.environment else {
+        return;
+    };
+    let image = environment
+        .image
+        .and_then(|id| scene.images.get(id.0 as usize));
+    // Others are encoded, and nothing makes environments of them.
+    let Some(image) = image.filter(|image| matches!(image.pixels, Pixels::F32(_))) else {
+        return;
+    };
+    let Some(value) = constant(image, BVec4A::new(true, true, true, false)) else {
+        return;
+    };
+    let mut radiance = environment.radiance;
+    for (r, v) in radiance.iter_mut().zip(value.to_array()) {
+        *r *= v;
+    }
+    if !radiance.iter().all(|r| r.is_finite() && *r >= 0.0) {
+        return;
+    }
+    LeftOut::add(
+        left_out,
+        parts::IMAGE_ENVIRONMENT,
+        "the image is the same everywhere and becomes a colour",
+        &image.name,
+        0,
+    );
+    environment.image = None;
+    environment.radiance = radiance;
+    super::unseen::environment(scene, left_out);
+}

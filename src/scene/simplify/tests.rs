@@ -1,0 +1,288 @@
+use super::*;
+use crate::scene::{
+    AlphaMode, Environment, Image, ImageId, Instance, Light, LightKind, Material, MaterialId, Mesh,
+    MeshId, NormalTexture, Pixels, RayKind, Sampler, Texture, UvTransform, Visibility,
+};
+use glam::DAffine3;
+
+/// Of 8 bits.
+const STEP: f32 = 1.0 / 255.0;
+
+fn image(channels: u32, texels: &[&[u8]]) -> Image {
+    Image {
+        name: format!("image of {channels}"),
+        width: texels.len() as u32,
+        height: 1,
+        channels,
+        pixels: Pixels::U8(texels.concat()),
+    }
+}
+
+fn texture(image: u32) -> Texture {
+    Texture {
+        image: ImageId(image),
+        uv_set: 0,
+        transform: UvTransform::default(),
+        sampler: Sampler::default(),
+    }
+}
+
+fn plastic(name: &str) -> Material {
+    Material {
+        name: name.into(),
+        metallic: 0.0,
+        roughness: 0.5,
+        ..Material::default()
+    }
+}
+
+/// A triangle for each material.
+fn scene(materials: Vec<Material>, images: Vec<Image>) -> Scene {
+    let mut scene = Scene {
+        materials,
+        images,
+        ..Scene::default()
+    };
+    for number in 0..scene.materials.len() as u32 {
+        scene.meshes.push(Mesh {
+            name: format!("mesh {number}"),
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            tangents: Some(vec![[1.0, 0.0, 0.0, 1.0]; 3]),
+            uvs: vec![vec![[0.0; 2]; 3]; 2],
+            triangles: vec![[0, 1, 2]],
+            material: Some(MaterialId(number)),
+            ..Mesh::default()
+        });
+        scene.instances.push(Instance {
+            name: format!("object {number}"),
+            mesh: MeshId(number),
+            world_from_object: DAffine3::IDENTITY,
+            visibility: Visibility::ALL,
+            holdout: false,
+        });
+    }
+    scene
+}
+
+fn told(left_out: &[LeftOut], effect: &str) -> Vec<String> {
+    let of = left_out.iter().filter(|entry| entry.effect == effect);
+    of.map(ToString::to_string).collect()
+}
+
+#[test]
+fn an_image_that_is_the_same_everywhere_is_a_factor() {
+    let mut m = plastic("m");
+    m.base_color = [0.5, 1.0, 1.0];
+    m.base_color_texture = Some(texture(0));
+    m.metallic = 1.0;
+    m.metallic_roughness_texture = Some(texture(1));
+    m.emission = [2.0; 3];
+    m.emission_texture = Some(texture(2));
+    let images = vec![
+        image(3, &[&[255, 0, 255], &[255, 0, 255], &[255, 0, 255]]),
+        // Red differs, but nobody reads it.
+        image(3, &[&[1, 51, 102], &[2, 51, 102]]),
+        image(1, &[&[10], &[11]]),
+    ];
+    let mut scene = scene(vec![m], images);
+    let left_out = simplify(&mut scene);
+    let m = &scene.materials[0];
+    assert_eq!(m.base_color, [0.5, 0.0, 1.0]);
+    assert_eq!(
+        (m.roughness, m.metallic),
+        (0.5 * (51.0 * STEP), 102.0 * STEP)
+    );
+    assert!(m.base_color_texture.is_none() && m.metallic_roughness_texture.is_none());
+    // The one that varies is the only one left, under its new number.
+    assert_eq!(m.emission_texture, Some(texture(0)));
+    assert_eq!(scene.images.len(), 1);
+    assert_eq!(
+        told(&left_out, "base-color-texture"),
+        ["the image is the same everywhere and becomes a factor: m"]
+    );
+    let bytes: u64 = left_out.iter().map(|entry| entry.bytes).sum();
+    // Two images, tangents of three vertices, a second set of coordinates.
+    assert_eq!(bytes, 9 + 6 + 3 * 16 + 3 * 8);
+}
+
+#[test]
+fn opacity_is_1_only_where_it_is_everywhere() {
+    let with = |alpha_mode, texture: Option<Texture>, alpha| Material {
+        alpha_mode,
+        alpha,
+        base_color_texture: texture,
+        ..plastic("m")
+    };
+    let mask = AlphaMode::Mask { cutoff: 0.5 };
+    let images = || {
+        vec![
+            image(4, &[&[1, 2, 3, 255], &[3, 2, 1, 255]]),
+            image(4, &[&[1, 2, 3, 254], &[3, 2, 1, 255]]),
+            image(4, &[&[1, 2, 3, 127], &[3, 2, 1, 255]]),
+            image(3, &[&[1, 2, 3], &[3, 2, 1]]),
+        ]
+    };
+    let cases = [
+        (with(AlphaMode::Blend, None, 1.0), true),
+        (with(AlphaMode::Blend, None, 0.999), false),
+        (with(AlphaMode::Blend, Some(texture(0)), 1.0), true),
+        (with(AlphaMode::Blend, Some(texture(1)), 1.0), false),
+        (with(AlphaMode::Blend, Some(texture(3)), 1.0), true),
+        (with(mask, Some(texture(1)), 1.0), true),
+        (with(mask, Some(texture(2)), 1.0), false),
+        (with(mask, Some(texture(1)), 0.5), false),
+        (with(AlphaMode::Mask { cutoff: 1.0 }, None, 1.0), true),
+        (with(AlphaMode::Mask { cutoff: 1.5 }, None, 1.0), false),
+    ];
+    for (material, opaque) in cases {
+        let mut scene = scene(vec![material.clone()], images());
+        simplify(&mut scene);
+        let found = scene.materials[0].alpha_mode == AlphaMode::Opaque;
+        assert_eq!(found, opaque, "{material:?}");
+    }
+    // Vertices count, too.
+    let mut scene = scene(vec![with(AlphaMode::Blend, None, 1.0)], images());
+    scene.meshes[0].colors = Some(vec![[1.0, 1.0, 1.0, 0.9]; 3]);
+    simplify(&mut scene);
+    assert_eq!(scene.materials[0].alpha_mode, AlphaMode::Blend);
+}
+
+#[test]
+fn flat_normal_maps_are_none() {
+    let with = |scale| Material {
+        normal_texture: Some(NormalTexture {
+            texture: texture(0),
+            scale,
+        }),
+        ..plastic("m")
+    };
+    let flat: &[&[u8]] = &[&[128, 127, 255], &[127, 128, 255]];
+    let bumpy: &[&[u8]] = &[&[128, 127, 255], &[126, 128, 255]];
+    for (scale, texels, gone) in [
+        (1.0, flat, true),
+        (2.0, flat, false),
+        (1.0, bumpy, false),
+        (0.0, bumpy, true),
+    ] {
+        let mut scene = scene(vec![with(scale)], vec![image(3, texels)]);
+        let left_out = simplify(&mut scene);
+        assert_eq!(scene.materials[0].normal_texture.is_none(), gone);
+        assert_eq!(scene.meshes[0].tangents.is_none(), gone);
+        assert_eq!(!told(&left_out, "normal-maps").is_empty(), gone);
+    }
+}
+
+#[test]
+fn what_is_below_metal_or_glass_is_not_read() {
+    let images = || vec![image(4, &[&[1, 2, 3, 4], &[4, 3, 2, 1]])];
+    let all = |m: Material| Material {
+        specular_texture: Some(texture(0)),
+        specular_color_texture: Some(texture(0)),
+        transmission_texture: Some(texture(0)),
+        emission_texture: Some(texture(0)),
+        ..m
+    };
+    let count = |m: Material| {
+        let mut scene = scene(vec![all(m)], images());
+        simplify(&mut scene);
+        let textures = scene.materials[0].textures_mut();
+        textures.iter().filter(|t| t.is_some()).count()
+    };
+    let metal = |metallic| Material {
+        metallic,
+        transmission: 0.5,
+        ..plastic("m")
+    };
+    assert_eq!(count(metal(1.0)), 0);
+    assert_eq!(count(metal(0.9)), 3);
+    assert_eq!(count(plastic("without transmission")), 2);
+    let unlit = Material {
+        unlit: true,
+        emission: [1.0; 3],
+        ..plastic("m")
+    };
+    assert_eq!(count(unlit), 0);
+    let dull = Material {
+        specular: 0.0,
+        ..plastic("m")
+    };
+    assert_eq!(count(dull), 0);
+}
+
+#[test]
+fn the_same_twice_is_once() {
+    let with = |name: &str, image| Material {
+        base_color_texture: Some(texture(image)),
+        ..plastic(name)
+    };
+    let texels: &[&[u8]] = &[&[1, 2, 3], &[3, 2, 1]];
+    let images = vec![
+        image(3, texels),
+        image(3, texels),
+        image(3, &[&[9, 9, 9], texels[0]]),
+    ];
+    let mut scene = scene(vec![with("a", 0), with("b", 1), with("c", 2)], images);
+    let left_out = simplify(&mut scene);
+    assert_eq!((scene.materials.len(), scene.images.len()), (2, 2));
+    let used: Vec<_> = scene.meshes.iter().map(|mesh| mesh.material).collect();
+    assert_eq!(used, [0, 0, 1].map(|n| Some(MaterialId(n))));
+    assert_eq!(scene.materials[1].base_color_texture, Some(texture(1)));
+    let nothing = told(&left_out, "");
+    assert!(nothing.contains(&"images identical to others: image of 3".to_owned()));
+    assert!(nothing.contains(&"materials identical to others: b".to_owned()));
+}
+
+#[test]
+fn what_no_ray_sees_is_gone() {
+    let mut scene = scene(vec![plastic("a"), plastic("b")], Vec::new());
+    let hidden = RayKind::ALL
+        .iter()
+        .fold(Visibility::ALL, |seen, (kind, _)| seen.without(*kind));
+    scene.instances[0].visibility = hidden;
+    scene.instances[1].visibility = hidden.with(RayKind::Shadow);
+    scene.meshes[1].colors = Some(vec![[1.0; 4]; 3]);
+    let light = |intensity, color| Light {
+        name: "lamp".into(),
+        color,
+        kind: LightKind::Point {
+            intensity,
+            radius: 0.1,
+            soft_falloff: false,
+        },
+        world_from_light: DAffine3::IDENTITY,
+        visibility: Visibility::ALL,
+        max_bounces: 4,
+    };
+    scene.lights = vec![
+        light(0.0, [1.0; 3]),
+        light(1.0, [0.0; 3]),
+        light(1.0, [0.0, 0.1, 0.0]),
+    ];
+    scene.images.push(Image {
+        name: "sky".into(),
+        width: 2,
+        height: 1,
+        channels: 3,
+        pixels: Pixels::F32(vec![0.25; 6]),
+    });
+    scene.environment = Some(Environment {
+        image: Some(ImageId(0)),
+        radiance: [2.0; 3],
+        rotation: glam::DMat3::IDENTITY,
+        visibility: Visibility::ALL,
+    });
+    let left_out = simplify(&mut scene);
+    assert_eq!((scene.instances.len(), scene.meshes.len()), (1, 1));
+    assert_eq!(scene.instances[0].mesh, MeshId(0));
+    assert!(scene.meshes[0].colors.is_none());
+    assert_eq!(scene.lights.len(), 1);
+    let environment = scene.environment.as_ref().unwrap();
+    assert_eq!((environment.image, environment.radiance), (None, [0.5; 3]));
+    assert!(scene.images.is_empty());
+    assert_eq!(
+        told(&left_out, "point-lights"),
+        ["the light is black: lamp and 1 more"]
+    );
+    // Nothing is left to be taken out.
+    assert!(simplify(&mut scene).is_empty());
+}

@@ -1,0 +1,174 @@
+//! What nothing refers to any more.
+
+use super::parts;
+use crate::scene::{ImageId, LeftOut, Material, MaterialId, Mesh, MeshId, Scene};
+
+/// The numbers that things have when those that are not `kept` are gone.
+fn numbers(kept: &[bool]) -> Vec<u32> {
+    let mut next = 0;
+    let number = |&kept: &bool| {
+        let number = next;
+        next += u32::from(kept);
+        number
+    };
+    kept.iter().map(number).collect()
+}
+
+/// Takes out what is not kept.
+fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    list.retain(|_| kept.next().copied().unwrap_or(true));
+}
+
+fn mesh_bytes(mesh: &Mesh) -> u64 {
+    let uvs: usize = mesh.uvs.iter().map(|set| size_of_val(set.as_slice())).sum();
+    (size_of_val(mesh.positions.as_slice())
+        + size_of_val(mesh.triangles.as_slice())
+        + mesh.normals.as_deref().map_or(0, size_of_val)
+        + mesh.tangents.as_deref().map_or(0, size_of_val)
+        + mesh.colors.as_deref().map_or(0, size_of_val)
+        + uvs) as u64
+}
+
+/// Meshes that are placed nowhere.
+pub fn meshes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
+    let mut kept = vec![false; scene.meshes.len()];
+    for instance in &scene.instances {
+        if let Some(kept) = kept.get_mut(instance.mesh.0 as usize) {
+            *kept = true;
+        }
+    }
+    for (mesh, _) in scene.meshes.iter().zip(&kept).filter(|(_, kept)| !**kept) {
+        let why = "meshes that are placed nowhere";
+        LeftOut::add(left_out, parts::NONE, why, &mesh.name, mesh_bytes(mesh));
+    }
+    let numbers = numbers(&kept);
+    retain(&mut scene.meshes, &kept);
+    for instance in &mut scene.instances {
+        if let Some(&number) = numbers.get(instance.mesh.0 as usize) {
+            instance.mesh = MeshId(number);
+        }
+    }
+}
+
+/// Materials that no mesh has.
+pub fn materials(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
+    let mut kept = vec![false; scene.materials.len()];
+    for id in scene.meshes.iter().filter_map(|mesh| mesh.material) {
+        if let Some(kept) = kept.get_mut(id.0 as usize) {
+            *kept = true;
+        }
+    }
+    let materials = scene.materials.iter().zip(&kept);
+    for (material, _) in materials.filter(|(_, kept)| !**kept) {
+        let why = "materials that nothing has";
+        LeftOut::add(left_out, parts::NONE, why, &material.name, 0);
+    }
+    keep_materials(scene, &kept);
+}
+
+/// Takes away materials in whose place others stand, which have been told.
+pub fn forget_materials(scene: &mut Scene, firsts: &[MaterialId]) {
+    let numbers = firsts.iter().enumerate();
+    let kept: Vec<bool> = numbers.map(|(i, first)| first.0 as usize == i).collect();
+    keep_materials(scene, &kept);
+}
+
+fn keep_materials(scene: &mut Scene, kept: &[bool]) {
+    let numbers = numbers(kept);
+    retain(&mut scene.materials, kept);
+    for id in scene
+        .meshes
+        .iter_mut()
+        .filter_map(|mesh| mesh.material.as_mut())
+    {
+        if let Some(&number) = numbers.get(id.0 as usize) {
+            *id = MaterialId(number);
+        }
+    }
+}
+
+/// Images that no material has, and that are not the environment's.
+pub fn images(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
+    let mut kept = vec![false; scene.images.len()];
+    rename_images(scene, |id| {
+        if let Some(kept) = kept.get_mut(id.0 as usize) {
+            *kept = true;
+        }
+        id
+    });
+    for (image, _) in scene.images.iter().zip(&kept).filter(|(_, kept)| !**kept) {
+        let why = "images that nothing needs";
+        LeftOut::add(
+            left_out,
+            parts::NONE,
+            why,
+            &image.name,
+            image.pixels.bytes(),
+        );
+    }
+    let numbers = numbers(&kept);
+    retain(&mut scene.images, &kept);
+    rename_images(scene, |id| {
+        numbers.get(id.0 as usize).map_or(id, |&n| ImageId(n))
+    });
+}
+
+/// Gives the images other numbers wherever something refers to them.
+pub fn rename_images(scene: &mut Scene, mut name: impl FnMut(ImageId) -> ImageId) {
+    for material in &mut scene.materials {
+        for texture in material.textures_mut().into_iter().flatten() {
+            texture.image = name(texture.image);
+        }
+        if let Some(normal) = &mut material.normal_texture {
+            normal.texture.image = name(normal.texture.image);
+        }
+    }
+    if let Some(image) = scene.environment.as_mut().and_then(|e| e.image.as_mut()) {
+        *image = name(*image);
+    }
+}
+
+/// The number after the last set of texture coordinates that a material reads.
+fn sets_read(material: &Material) -> usize {
+    let mut copy = material.clone();
+    let textures = copy.textures_mut().into_iter().flatten();
+    let sets = textures.map(|texture| texture.uv_set);
+    let normal = material.normal_texture.iter().map(|n| n.texture.uv_set);
+    sets.chain(normal)
+        .map(|set| set as usize + 1)
+        .max()
+        .unwrap_or(0)
+}
+
+/// Tangents without a normal map, and texture coordinates that no texture reads; the first ones stay, as a pass shows them.
+pub fn attributes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
+    let fallback = Material::default();
+    for mesh in &mut scene.meshes {
+        let material = mesh
+            .material
+            .and_then(|id| scene.materials.get(id.0 as usize));
+        let material = material.unwrap_or(&fallback);
+        if material.normal_texture.is_none()
+            && let Some(tangents) = mesh.tangents.take()
+        {
+            LeftOut::add(
+                left_out,
+                parts::NORMAL_MAPS,
+                "tangents without a normal map",
+                &mesh.name,
+                size_of_val(tangents.as_slice()) as u64,
+            );
+        }
+        let read = sets_read(material).max(1);
+        for set in mesh.uvs.drain(read.min(mesh.uvs.len())..) {
+            LeftOut::add(
+                left_out,
+                parts::NONE,
+                "texture coordinates that no image reads",
+                &mesh.name,
+                size_of_val(set.as_slice()) as u64,
+            );
+        }
+    }
+}
