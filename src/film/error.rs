@@ -34,8 +34,8 @@ pub const SHOWN: usize = 3;
 const WIDE: usize = 15;
 /// … and so few that edges between quiet and noisy parts stay where they are.
 const NEAR: usize = 4;
-/// A pixel counts in the near neighbourhood as this many times the error of the wide one, at most.
-const MOST_SAY: f32 = 4.0;
+/// Pixels to each side that come down to the target together.
+const SHARED: usize = 6;
 /// A near neighbourhood without noise counts as this share of the squared error of the wide one.
 const LEAST_OF_WIDE: f32 = 0.25;
 /// Pixels whose features are so far apart are of different things.
@@ -71,6 +71,14 @@ impl Noisy {
             variance: pixel.variance()?,
             features: [mean(&pixel.albedo, 1.0), mean(&pixel.normal, 0.5)],
         })
+    }
+
+    /// Its relative squared error as far as it knows itself. As E(x²) is r² + v, x² − v tells r² without bias, and a
+    /// single bright sample among black ones does not pass for light that the pixel has: there it is near 0. Too
+    /// noisy to be told, but what adaptive sampling takes means of.
+    pub fn own_error(&self) -> f32 {
+        let square = (self.mean * self.mean - self.variance).max(DVec3::ZERO);
+        finite((self.variance / (square + OFFSET)).element_sum() / 3.0)
     }
 
     /// How much another pixel tells about this one: all if their features are the same, nothing if they differ by
@@ -161,6 +169,10 @@ impl ErrorSums {
 /// and sums of them stay finite in f32: a single sample of 1e38 beside black has 1e78.
 const MOST: f64 = 1e30;
 
+fn finite(error: f64) -> f32 {
+    error.min(MOST) as f32
+}
+
 /// Relative squared errors of some rows of a picture: `rows` are these with [`REACH`] more above and below as far
 /// as there are any, `width` pixels each; `skip` of them stand before the first one wanted. Gives an error for
 /// each pixel of `count` rows, and their sums.
@@ -193,7 +205,7 @@ pub fn relative_errors(
             sums.errors += e;
             sums.squares += e * e;
             sums.plain += error(pixel.mean).min(e);
-            errors.push(e.min(MOST) as f32);
+            errors.push(finite(e));
         }
     }
     (errors, sums)
@@ -293,48 +305,64 @@ impl Moments {
     }
 }
 
-/// The errors that adaptive sampling decides by: first where it takes samples, then what has to come down, too, before
-/// it ends.
+/// The squared errors of one sample that adaptive sampling decides by, from those of each pixel
+/// ([`Noisy::own_error`] times its samples): a pixel with n samples is good enough where this / n is.
 ///
-/// A wide neighbourhood says when to end, lest a pixel is given up before the rare bright samples there are have been
-/// met. A near one says where the error is; in it a single pixel has no more say than a few: what it has met by chance
-/// must not draw samples to its neighbours, which would come back to it and make it too dark. For the same reason the
-/// near one lowers what the wide one says to a part only, but raises it to whatever it is.
-pub fn deciding(errors: &[f32], width: usize) -> [Vec<f32>; 2] {
-    let wide = pooled_of_next(errors, width, WIDE);
-    let limited = errors.iter().zip(&wide).map(|(e, w)| e.min(MOST_SAY * w));
-    let near = pooled_of_next(&limited.collect::<Vec<f32>>(), width, NEAR);
-    [LEAST_OF_WIDE, 1.0].map(|share| {
-        let both = near.iter().zip(&wide);
-        both.map(|(n, w)| n.max(share * w)).collect()
-    })
+/// What matters is the mean error of a neighbourhood, and it costs fewest samples if each pixel of it has samples in
+/// proportion to the root of its error: Σ q / n is least, at a given Σ n, for n ∝ √q (Neyman, *On the Two Different
+/// Aspects of the Representative Method*, 1934). To come down to a mean error of e, they are n = √q · mean(√q) / e.
+///
+/// A near neighbourhood says q. A wide one says the least that it can be, lest a pixel is given up before
+/// the rare bright samples there are have been met.
+pub fn deciding(errors: &[f32], width: usize) -> Vec<f32> {
+    let wide = pooled_of(Kind::Next, errors, width, WIDE);
+    let near = pooled_of(Kind::Next, errors, width, NEAR);
+    let both = near.iter().zip(&wide);
+    let roots: Vec<f32> = both.map(|(n, w)| n.max(LEAST_OF_WIDE * w).sqrt()).collect();
+    // Those of the same kind have all looked at the next one alone, and so do their means.
+    let around = pooled_of(Kind::Same, &roots, width, SHARED);
+    roots.iter().zip(&around).map(|(r, a)| r * a).collect()
 }
 
-/// As [`pooled`], of the pixels of one kind alone. Pixels are of four kinds, by whether their column and their row are
-/// even, and each kind looks at the next one: what a pixel has met can come back to it by way of the three others only.
-fn pooled_of_next(values: &[f32], width: usize, reach: usize) -> Vec<f32> {
-    let next = |column: usize, row: usize| match (column % 2, row % 2) {
-        (0, 0) => (1, 0),
-        (1, 0) => (1, 1),
-        (1, 1) => (0, 1),
-        _ => (0, 0),
-    };
-    let around = |at: usize, length: usize, kind: usize| {
+/// Pixels are of four kinds, by whether their column and their row are even.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// Each looks at its own, itself among them.
+    Same,
+    /// Each looks at the next one: what a pixel has met can come back to it by way of the three others only.
+    Next,
+}
+
+impl Kind {
+    /// Whether the columns and the rows that a pixel looks at are odd.
+    fn seen_from(self, column: usize, row: usize) -> (usize, usize) {
+        match (self, column % 2, row % 2) {
+            (Self::Same, column, row) => (column, row),
+            (Self::Next, 0, 0) => (1, 0),
+            (Self::Next, 1, 0) => (1, 1),
+            (Self::Next, 1, 1) => (0, 1),
+            (Self::Next, ..) => (0, 0),
+        }
+    }
+}
+
+/// Means over squares of `reach` to each side, as far as there are any, of the pixels that each looks at; its own value
+/// where there are none.
+fn pooled_of(kind: Kind, values: &[f32], width: usize, reach: usize) -> Vec<f32> {
+    let around = |at: usize, length: usize, odd: usize| {
         let from = at.saturating_sub(reach);
-        (from + (from + kind) % 2..(at + reach + 1).min(length)).step_by(2)
+        (from + (from + odd) % 2..(at + reach + 1).min(length)).step_by(2)
     };
     // Sums of the even and of the odd columns around each.
     let across = |row: &[f32]| -> Vec<[f64; 2]> {
-        let sum = |x, kind| around(x, width, kind).map(|at| f64::from(row[at])).sum();
-        (0..width)
-            .map(|x| [0, 1].map(|kind| sum(x, kind)))
-            .collect()
+        let sum = |x, odd| around(x, width, odd).map(|at| f64::from(row[at])).sum();
+        (0..width).map(|x| [0, 1].map(|odd| sum(x, odd))).collect()
     };
     let rows: Vec<Vec<[f64; 2]>> = values.par_chunks(width.max(1)).map(across).collect();
     let down = |y: usize| {
         let (rows, own) = (&rows, &values[y * width..(y + 1) * width]);
         (0..width).map(move |x| {
-            let (column, row) = next(x, y);
+            let (column, row) = kind.seen_from(x, y);
             let near = around(y, rows.len(), row);
             let others = near.len() * around(x, width, column).len();
             if others == 0 {
@@ -514,32 +542,76 @@ mod tests {
         assert_eq!(pooled(&[3.0], 1), [3.0]);
     }
 
-    /// A noisy half and a quiet one: each is told apart up to the near window's edge, and down to a quarter of the wide
-    /// one's; a single firefly moves its near neighbours by 4 / 16 of the wide error at most, and itself not at all.
+    /// A noisy half and a quiet one: each is told apart where all that share its target look into one of them alone, but
+    /// for a quarter of what the wide neighbourhood says. A firefly has no say in its own samples.
     #[test]
-    fn samples_are_decided_near_but_not_by_one_pixel() {
+    fn samples_are_decided_near() {
         let side = 96;
         let mut errors: Vec<f32> = (0..side * side)
             .map(|i| if i % side < 48 { 1.0 } else { 0.0 })
             .collect();
         let at = |of: &[f32], x: usize| of[48 * side + x];
-        let [by_halves, until] = deciding(&errors, side);
-        assert!((at(&by_halves, 43) - 1.0).abs() < 1e-6);
-        // Of the five odd columns around it three are noisy.
-        assert!((at(&by_halves, 47) - 0.6).abs() < 1e-6);
-        let wide = |errors: &[f32]| pooled_of_next(errors, side, WIDE);
-        assert_eq!(at(&by_halves, 56), 0.25 * at(&wide(&errors), 56));
-        assert_eq!(at(&until, 56), at(&wide(&errors), 56));
-        assert_eq!(at(&by_halves, 70), 0.0);
-        errors[48 * side + 25] = 1000.0;
-        let [after, _] = deciding(&errors, side);
-        assert_eq!(at(&by_halves, 25), at(&after, 25));
-        let limit = 4.0 * at(&wide(&errors), 24) / 16.0;
-        assert!(
-            at(&after, 24) - at(&by_halves, 24) <= limit,
-            "{}",
-            at(&after, 24)
-        );
+        let by_halves = deciding(&errors, side);
+        assert!((at(&by_halves, 48 - NEAR - SHARED) - 1.0).abs() < 1e-6);
+        let wide = pooled_of(Kind::Next, &errors, side, WIDE);
+        let quarters = |x| LEAST_OF_WIDE * at(&wide, x);
+        let beyond = at(&by_halves, 58);
+        assert!(beyond > quarters(58 + SHARED) && beyond < quarters(58 - SHARED));
+        assert_eq!(at(&by_halves, 48 + WIDE + SHARED), 0.0);
+        errors[48 * side + 19] = 1000.0;
+        let after = deciding(&errors, side);
+        assert_eq!(at(&by_halves, 19), at(&after, 19));
+        assert!(at(&after, 18) > at(&by_halves, 18));
+    }
+
+    /// A pixel of 0.1 of which one half met a bright sample does not take that for its own light, nor does a variance
+    /// above x² make r² negative.
+    #[test]
+    fn one_bright_sample_is_an_error() {
+        let (a, b) = (8.1, 0.1);
+        let pixel = Noisy {
+            mean: DVec3::splat(0.5 * (a + b)),
+            variance: DVec3::splat(0.25 * (a - b) * (a - b)),
+            ..Noisy::default()
+        };
+        // x² − v is a · b.
+        let expected = 16.0 / (a * b + OFFSET);
+        assert!((f64::from(pixel.own_error()) / expected - 1.0).abs() < 1e-6);
+        let dark = Noisy {
+            mean: DVec3::splat(0.01),
+            variance: DVec3::splat(0.01),
+            ..pixel
+        };
+        assert_eq!(dark.own_error(), 1.0);
+    }
+
+    /// Bands of one sample's errors 1 and 9, each as wide as a near neighbourhood, with as many samples as they are told to
+    /// have for a target of 1, have a mean error of 1: to a tenth, as the windows do not end where the bands do.
+    #[test]
+    fn neighbours_share_a_target_at_least_cost() {
+        let side = 120;
+        // Bands as wide as what shares a target is to one side, far from the ends.
+        let band = 2 * NEAR + 1;
+        let errors: Vec<f32> = (0..side * side)
+            .map(|i| {
+                if (i % side / band).is_multiple_of(2) {
+                    1.0
+                } else {
+                    9.0
+                }
+            })
+            .collect();
+        let wanted = deciding(&errors, side);
+        let mut mean = 0.0;
+        // Whole periods, both kinds of columns.
+        let columns = 2 * band..6 * band;
+        for x in columns.clone() {
+            for y in 60..62 {
+                let i = y * side + x;
+                mean += errors[i] / wanted[i] / (2 * columns.len()) as f32;
+            }
+        }
+        assert!((mean - 1.0).abs() < 0.1, "{mean}");
     }
 
     /// Each kind sees the next one alone, so that it takes four steps to come back.
@@ -550,11 +622,12 @@ mod tests {
         let mut seen: Vec<f32> = vec![0.0; side * side];
         seen[start] = 1.0;
         for step in 1..=4 {
-            seen = pooled_of_next(&seen, side, NEAR);
+            seen = deciding(&seen, side);
             assert_eq!(seen[start] > 0.0, step == 4, "{step}");
         }
-        assert_eq!(pooled_of_next(&[3.0; 35], 7, 4), [3.0; 35]);
-        assert_eq!(pooled_of_next(&[3.0], 1, 4), [3.0]);
+        let next = |values: &[f32], width| pooled_of(Kind::Next, values, width, 4);
+        assert_eq!(next(&[3.0; 35], 7), [3.0; 35]);
+        assert_eq!(next(&[3.0], 1), [3.0]);
     }
 
     /// What lies beyond an edge of the features has no say.

@@ -8,8 +8,8 @@
 //! bright samples, as it stops before it has met one. So a pixel's own samples have no say in how many it gets: the
 //! errors of the pixels around it without its own decide ([`crate::film::error::deciding`]), whose samples are
 //! independent of its own, and the mean of its samples stays unbiased but for a feedback: its error sends samples to
-//! its neighbours, and what these find sends samples back. The wider the neighbourhood, the less; and the less, the less
-//! a single bright sample counts in it. And no decision is for ever: when a neighbour meets something, a pixel goes on.
+//! its neighbours, and what these find sends samples back, which takes four rounds. And no decision is for ever: when a
+//! neighbour meets something, a pixel goes on.
 
 use super::Stop;
 use super::tile::{Samples, Tile, locked};

@@ -20,7 +20,7 @@ pub fn estimate(
     given_up: &AtomicBool,
 ) -> Option<ErrorEstimate> {
     let width = region.width() as usize;
-    let bands: Option<Vec<(Vec<f32>, ErrorSums)>> = (0..region.height().div_ceil(TILE))
+    let bands: Option<Vec<Band>> = (0..region.height().div_ceil(TILE))
         .into_par_iter()
         .map(|band| {
             if given_up.load(Ordering::Relaxed) {
@@ -32,17 +32,35 @@ pub fn estimate(
             let to = (end + REACH as u32).min(region.height());
             let rows = gather(tiles, region, from..to)?;
             let (skip, count) = ((first - from) as usize, (end - first) as usize);
-            Some(relative_errors(&rows, width, skip, count))
+            let (shown, sums) = relative_errors(&rows, width, skip, count);
+            let wanted = &rows[skip * width..(skip + count) * width];
+            let deciding = wanted.iter().filter(|_| pixel_target > 0.0);
+            Some(Band {
+                shown,
+                deciding: deciding.map(Noisy::own_error).collect(),
+                sums,
+            })
         })
         .collect();
-    let mut sums = ErrorSums::default();
-    let mut errors = Vec::with_capacity(width * region.height() as usize);
-    for (band, of_band) in bands? {
-        errors.extend(band);
-        sums.join(&of_band);
+    let mut all = Band::default();
+    for band in bands? {
+        all.shown.extend(band.shown);
+        all.deciding.extend(band.deciding);
+        all.sums.join(&band.sums);
     }
-    hand_out(tiles, region, errors, pixel_target);
+    let sums = all.sums;
+    hand_out(tiles, region, all);
     sums.estimate()
+}
+
+/// Squared errors of the pixels of some rows.
+#[derive(Default)]
+struct Band {
+    /// What is shown.
+    shown: Vec<f32>,
+    /// What adaptive sampling decides by, if anything is to be decided.
+    deciding: Vec<f32>,
+    sums: ErrorSums,
 }
 
 /// Rows of pixels, counted from the region's first one.
@@ -68,46 +86,48 @@ fn gather(tiles: &[Mutex<Tile>], region: Region, rows: std::ops::Range<u32>) -> 
 
 /// Gives each pixel the error that its neighbours let expect: what they say of one sample is pooled, for they may
 /// have more samples or less.
-fn hand_out(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>, pixel_target: f64) {
+fn hand_out(tiles: &[Mutex<Tile>], region: Region, errors: Band) {
     let width = region.width() as usize;
+    let shown = pooled(&of_one_sample(tiles, region, errors.shown), width, SHOWN);
+    for tile in tiles {
+        let mut tile = locked(tile);
+        tile.errors = of_all_samples(&tile, region, &shown);
+    }
+    if !errors.deciding.is_empty() {
+        let deciding = deciding(&of_one_sample(tiles, region, errors.deciding), width);
+        for tile in tiles {
+            let mut tile = locked(tile);
+            tile.deciding = of_all_samples(&tile, region, &deciding);
+        }
+    }
+}
+
+/// Squared errors of the region's pixels times their samples.
+fn of_one_sample(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>) -> Vec<f32> {
     for tile in tiles {
         let tile = locked(tile);
-        let column = (tile.x - region.x0) as usize;
         for (row, pixels) in tile.pixels.chunks(tile.width as usize).enumerate() {
-            let start = ((tile.y - region.y0) as usize + row) * width + column;
+            let start = first_of_row(&tile, region, row);
             for (error, pixel) in errors[start..].iter_mut().zip(pixels) {
                 *error *= pixel.samples as f32;
             }
         }
     }
-    let shown = pooled(&errors, width, SHOWN);
-    let of = |tile: &Tile, errors: &[f32]| -> Vec<f32> {
-        let column = (tile.x - region.x0) as usize;
-        let (top, across) = ((tile.y - region.y0) as usize, tile.width as usize);
-        let rows = tile.pixels.chunks(across).zip(top..);
-        rows.flat_map(|(pixels, row)| {
-            let start = row * width + column;
-            let errors = errors[start..start + across].iter();
-            errors.zip(pixels).map(|(e, p)| e / p.samples as f32)
-        })
-        .collect()
-    };
-    for tile in tiles {
-        let mut tile = locked(tile);
-        tile.errors = of(&tile, &shown);
-    }
-    if pixel_target > 0.0 {
-        let above = |e: &f32| f64::from(*e) > pixel_target * pixel_target;
-        for deciding in deciding(&errors, width) {
-            let mut any = false;
-            for tile in tiles {
-                let mut tile = locked(tile);
-                tile.deciding = of(&tile, &deciding);
-                any |= tile.deciding.iter().any(above);
-            }
-            if any {
-                break;
-            }
-        }
-    }
+    errors
+}
+
+/// The other way round, for the pixels of a tile.
+fn of_all_samples(tile: &Tile, region: Region, errors: &[f32]) -> Vec<f32> {
+    let rows = tile.pixels.chunks(tile.width as usize).enumerate();
+    rows.flat_map(|(row, pixels)| {
+        let errors = errors[first_of_row(tile, region, row)..].iter();
+        errors.zip(pixels).map(|(e, p)| e / p.samples as f32)
+    })
+    .collect()
+}
+
+/// Where a row of a tile begins among the pixels of the region.
+fn first_of_row(tile: &Tile, region: Region, row: usize) -> usize {
+    let (column, top) = ((tile.x - region.x0) as usize, (tile.y - region.y0) as usize);
+    (top + row) * region.width() as usize + column
 }

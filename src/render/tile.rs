@@ -26,7 +26,7 @@ pub struct Tile {
     pub costs: Vec<u64>,
     /// Squared relative error of each pixel, as it was estimated last; empty before.
     pub errors: Vec<f32>,
-    /// The same over a wider neighbourhood, by which adaptive sampling decides.
+    /// What adaptive sampling decides by; empty without it.
     pub deciding: Vec<f32>,
     /// Luminance that clamping took from direct and indirect light.
     pub clamped: [f64; 2],

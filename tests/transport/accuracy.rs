@@ -252,7 +252,7 @@ fn adaptive_sampling_ends_when_every_pixel_is_good_enough() {
         layer(&rendering, "Error"),
         layer(&rendering, "Debug Sample Count"),
     );
-    // Root mean squares over 31 × 31 pixels decide; so that of the picture is below the target, too.
+    // Root mean squares over 13 × 13 pixels decide; so that of the picture is below the target, too.
     let squares: f64 = errors.iter().map(|&e| f64::from(e).powi(2)).sum();
     let error = (squares / errors.len() as f64).sqrt();
     assert!((0.01..=0.02).contains(&error), "{error}");
