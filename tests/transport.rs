@@ -177,7 +177,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(
                     sampler.pair(Dimension::Bsdf, bounce),
                 ));
-                origin = ray_origin(surface.point, n, direction);
+                origin = ray_origin(surface.point, n);
             }
         }
         assert_eq!(

@@ -579,6 +579,7 @@ const STUDIES: Group = Group {
                     Choice { name: "offsets", doc: "rays start a ten-thousandth of a metre off surfaces, instead of by derived error bounds" },
                     Choice { name: "edges", doc: "triangles are met by Embree's fast test, which lets rays through at edges" },
                     Choice { name: "origin", doc: "positions become single-precision numbers where they are, instead of relative to the camera" },
+                    Choice { name: "terminator", doc: "directions below a triangle are lost, although the smooth surface that it stands for sees them" },
                 ],
             },
             "PART",

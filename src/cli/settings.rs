@@ -112,6 +112,7 @@ fn naive(parsed: Parsed) -> Naive {
         offsets: parts.contains(&"offsets"),
         edges: parts.contains(&"edges"),
         origin: parts.contains(&"origin"),
+        terminator: parts.contains(&"terminator"),
     }
 }
 

@@ -6,13 +6,13 @@ use crate::light::area::Area;
 use crate::light::environment::Environment;
 use crate::light::lamp::{Cone, Lamp};
 use crate::light::sun::Sun;
-use crate::light::tree::{Bounds, Tree};
+use crate::light::tree::{Angle, Bounds, Tree};
 use crate::light::triangle::Triangle;
 use crate::math::float::gamma;
 use crate::render::RenderError;
 use crate::sampler::hashed;
 use crate::scene::{AreaShape, Light, LightKind, Material, Pixels, Scene};
-use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// The cases.
@@ -41,6 +41,11 @@ pub const CASES: &[Case] = &[
         name: "triangles-at-all-distances",
         about: "Emissive triangles seen from 1e-4 to 1e6 of their size and edge on: Lambert's formula.",
         run: triangles,
+    },
+    Case {
+        name: "lamp-beside-a-stronger-one",
+        about: "A lamp in a room, and one 1e8 times as strong behind the wall: the floor has the light of the first.",
+        run: stronger_one,
     },
     Case {
         name: "needle",
@@ -398,6 +403,46 @@ fn triangles(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     Ok(findings)
 }
 
+/// The camera looks at a point of the floor under the lamp, 1 m below it. Of n light samples the share p = 2^-10 is the
+/// lamp's (`light::tree`), with the weight 1/p: the mean has the relative variance (1/p − 1)/n.
+fn stronger_one(effort: Effort) -> Result<Vec<Finding>, RenderError> {
+    let settings = kit::small(effort.of(128, 1024, 16_384), 0);
+    let mut scene = Scene::default();
+    let floor = kit::quad([-9.0, 0.0, 9.0], [18.0, 0.0, 0.0], [0.0, 0.0, -18.0]);
+    kit::place(
+        &mut scene,
+        floor,
+        kit::diffuse([0.5; 3]),
+        &[DAffine3::IDENTITY],
+    );
+    let wall = kit::quad([2.0, 0.0, -9.0], [0.0, 9.0, 0.0], [0.0, 0.0, 18.0]);
+    kit::place(
+        &mut scene,
+        wall,
+        kit::diffuse([0.5; 3]),
+        &[DAffine3::IDENTITY],
+    );
+    for (x, intensity) in [(0.0, 1.0), (3.0, 1e8)] {
+        let point = LightKind::Point {
+            intensity,
+            radius: 0.0,
+            soft_falloff: false,
+        };
+        let at = DAffine3::from_translation(DVec3::new(x, 1.0, 0.0));
+        scene.lights.push(kit::light("lamp", point, at));
+    }
+    let mut eye = kit::camera(DVec3::new(0.0, 2.0, 0.0), 1e-4);
+    eye.world_from_camera.matrix3 = DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    scene.cameras.push(eye);
+    let mut bench = Bench::default();
+    let found = kit::mean(&bench.render(&scene, &settings)?.picture);
+    let n = f64::from(settings.samples * settings.width * settings.height);
+    let exact = 0.5 / std::f64::consts::PI;
+    let bound = 4.0 * exact * (1023.0 / n).sqrt();
+    let finding = Finding::new("radiance of the floor", exact, found, bound);
+    Ok(bench.with(vec![finding]))
+}
+
 /// A plate that shines down onto the origin, or away from it.
 fn plate(center: Vec3, half: f32, intensity: f32, axis: Vec3) -> Bounds {
     let reach = Vec3::new(half, 0.0, half);
@@ -406,7 +451,7 @@ fn plate(center: Vec3, half: f32, intensity: f32, axis: Vec3) -> Bounds {
         max: center + reach,
         intensity,
         axis,
-        cos_normals: 1.0,
+        normals: Angle::ZERO,
         cos_emission: 0.0,
         two_sided: false,
     }

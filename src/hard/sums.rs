@@ -4,7 +4,7 @@ use super::kit::{Bench, camera, colors, small};
 use super::{Case, Effort, Finding};
 use crate::film::pixel::{FirstHit, Pixel};
 use crate::light::environment;
-use crate::light::tree::{Bounds, Tree};
+use crate::light::tree::{Angle, Bounds, Tree};
 use crate::render::{MAX_LIGHT_SAMPLES, RenderError, RenderSettings};
 use crate::sampler::{Dimension, REPLICATES, Sampler, Sequence, hashed};
 use crate::scene::{Environment, Image, ImageId, Pixels, Scene, Visibility};
@@ -148,7 +148,7 @@ fn wide_lights(count: u32) -> Vec<Bounds> {
                 10f32.powf(30.0 * hashed(1, i, 2) - 15.0)
             },
             axis: Vec3::Z,
-            cos_normals: -1.0,
+            normals: Angle::ALL,
             cos_emission: 1.0,
             two_sided: false,
         }

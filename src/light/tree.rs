@@ -3,7 +3,39 @@
 //! HPG 2018; bounds of angles without trigonometry as in Pharr, Jakob, Humphreys, 4th ed., §12.6.3).
 
 use crate::math::float::gamma;
+use crate::sampler;
 use glam::Vec3;
+
+/// An angle of 0 to π. Both are kept, as a sine that is computed from a cosine near 1 has no digits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Angle {
+    /// Its sine.
+    pub sin: f32,
+    /// Its cosine.
+    pub cos: f32,
+}
+
+impl Angle {
+    /// One direction.
+    pub const ZERO: Self = Self { sin: 0.0, cos: 1.0 };
+    /// All directions.
+    pub const ALL: Self = Self {
+        sin: 0.0,
+        cos: -1.0,
+    };
+
+    fn radians(self) -> f64 {
+        f64::from(self.sin).atan2(f64::from(self.cos))
+    }
+
+    fn from_radians(angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self {
+            sin: sin as f32,
+            cos: cos as f32,
+        }
+    }
+}
 
 /// What the tree knows of an emitter.
 #[derive(Clone, Copy, Debug)]
@@ -16,8 +48,8 @@ pub struct Bounds {
     pub intensity: f32,
     /// Middle of the cone of normals.
     pub axis: Vec3,
-    /// Cosine of the cone of normals' half angle (−1: all directions).
-    pub cos_normals: f32,
+    /// Half angle of the cone of normals.
+    pub normals: Angle,
     /// Cosine of how far beyond its normal an emitter emits (0: a hemisphere; 1: not at all).
     pub cos_emission: f32,
     /// Emits to both sides.
@@ -80,13 +112,13 @@ impl Bounds {
     }
 
     fn union(a: &Self, b: &Self) -> Self {
-        let (axis, cos_normals) = union_of_cones((a.axis, a.cos_normals), (b.axis, b.cos_normals));
+        let (axis, normals) = union_of_cones((a.axis, a.normals), (b.axis, b.normals));
         Self {
             min: a.min.min(b.min),
             max: a.max.max(b.max),
             intensity: a.intensity + b.intensity,
             axis,
-            cos_normals,
+            normals,
             cos_emission: a.cos_emission.min(b.cos_emission),
             two_sided: a.two_sided || b.two_sided,
         }
@@ -113,14 +145,14 @@ impl Bounds {
         let sin_b2 = radius2 / d2_true;
         let (sin_b, cos_b) = (sin_b2.sqrt(), (1.0 - sin_b2).max(0.0).sqrt());
         let mut cos_emitted = 1.0;
-        if self.cos_normals > -1.0 {
+        if self.normals.cos > -1.0 {
             let mut cos_w = -self.axis.dot(wi);
             if self.two_sided {
                 cos_w = cos_w.abs();
             }
-            let (sin_w, sin_o) = (sin_from_cos(cos_w), sin_from_cos(self.cos_normals));
-            let cos_x = cos_of_difference(sin_w, cos_w, sin_o, self.cos_normals);
-            let sin_x = sin_of_difference(sin_w, cos_w, sin_o, self.cos_normals);
+            let (sin_w, Angle { sin, cos }) = (sin_from_cos(cos_w), self.normals);
+            let cos_x = cos_of_difference(sin_w, cos_w, sin, cos);
+            let sin_x = sin_of_difference(sin_w, cos_w, sin, cos);
             cos_emitted = cos_of_difference(sin_x, cos_x, sin_b, cos_b);
             if cos_emitted <= self.cos_emission - ANGLE_MARGIN {
                 return 0.0;
@@ -149,7 +181,7 @@ impl Bounds {
     /// screens, have everything in the sphere around them, or nearly so.) `to`: from the point to the middle.
     #[inline]
     fn is_averted(&self, to: Vec3) -> bool {
-        if self.cos_normals < 1.0 || self.cos_emission < 0.0 || self.two_sided {
+        if self.normals.cos < 1.0 || self.cos_emission < 0.0 || self.two_sided {
             return false;
         }
         let half = (self.max - self.min) * 0.5;
@@ -173,26 +205,29 @@ impl Bounds {
 /// light that can arrive has probability 0.
 const ANGLE_MARGIN: f32 = 5e-4;
 
-fn union_of_cones(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
-    let (a, b) = if a.1 <= b.1 { (a, b) } else { (b, a) };
-    if a.1 <= -1.0 {
-        return (a.0, -1.0);
+/// In f64, and by arc tangents: the arc cosine of two axes that differ by a rounding is 0 or 3.5e-4, as it rounds.
+fn union_of_cones(a: (Vec3, Angle), b: (Vec3, Angle)) -> (Vec3, Angle) {
+    let (a, b) = if a.1.cos <= b.1.cos { (a, b) } else { (b, a) };
+    if a.1.cos <= -1.0 {
+        return (a.0, Angle::ALL);
     }
-    let (ta, tb) = (a.1.clamp(-1.0, 1.0).acos(), b.1.clamp(-1.0, 1.0).acos());
-    let between = a.0.dot(b.0).clamp(-1.0, 1.0).acos();
+    let (ta, tb) = (a.1.radians(), b.1.radians());
+    let (axis, other) = (a.0.as_dvec3(), b.0.as_dvec3());
+    let across = axis.cross(other);
+    let between = across.length().atan2(axis.dot(other));
     if between + tb <= ta {
         return a;
     }
     let half = 0.5 * (ta + tb + between);
-    if half >= std::f32::consts::PI {
-        return (a.0, -1.0);
+    if half >= std::f64::consts::PI {
+        return (a.0, Angle::ALL);
     }
-    let Some(across) = a.0.cross(b.0).try_normalize() else {
-        return (a.0, -1.0);
+    let Some(across) = across.try_normalize() else {
+        return (a.0, Angle::ALL);
     };
-    let turn = half - ta;
-    let (s, c) = turn.sin_cos();
-    ((a.0 * c + across.cross(a.0) * s).normalize(), half.cos())
+    let (s, c) = (half - ta).sin_cos();
+    let middle = (axis * c + across.cross(axis) * s).normalize();
+    (middle.as_vec3(), Angle::from_radians(half))
 }
 
 impl Tree {
@@ -260,19 +295,21 @@ impl Tree {
 
     /// Draws an emitter.
     #[inline]
-    pub fn sample(&self, point: Vec3, normal: Option<Vec3>, mut u: f32) -> Option<Choice> {
+    pub fn sample(&self, point: Vec3, normal: Option<Vec3>, u: f32) -> Option<Choice> {
         let mut node = self.nodes.first()?;
         let mut at = 0usize;
         let mut probability = 1.0f32;
+        let mut u = if node.leaf { 0.0 } else { finer(u, point) };
         while !node.leaf {
             let (a, b) = (&self.nodes[at + 1], &self.nodes[node.index as usize]);
             let first = first_share(a, b, point, normal)?;
-            if u < first {
-                u = (u / first).min(crate::math::float::ONE_MINUS_EPSILON);
+            let share = f64::from(first);
+            if u < share {
+                u /= share;
                 probability *= first;
                 at += 1;
             } else {
-                u = ((u - first) / (1.0 - first)).clamp(0.0, crate::math::float::ONE_MINUS_EPSILON);
+                u = (u - share) / (1.0 - share);
                 probability *= 1.0 - first;
                 at = node.index as usize;
             }
@@ -309,6 +346,27 @@ impl Tree {
     }
 }
 
+/// A number of 24 bits, drawn for a point, with 24 more. Twenty turns to one of a million lights would leave four bits for
+/// the last of them: some lights would be drawn 6 % more often than told. The digits of the point alone count, not its
+/// exponents, so that a scene that is scaled by a power of two keeps its bits.
+#[inline]
+fn finer(u: f32, point: Vec3) -> f64 {
+    const STEP: f64 = 1.0 / 16_777_216.0;
+    let digits = |x: f32| x.to_bits() & 0x007f_ffff;
+    let below = sampler::hashed(
+        u.to_bits() ^ digits(point.z),
+        digits(point.x),
+        digits(point.y),
+    );
+    f64::from(u) + f64::from(below) * STEP
+}
+
+/// What each of two children that may shine gets at least. An estimate knows nothing of what stands between: a lamp 10⁸ times
+/// as strong behind a wall would keep all samples from the one in the room. So the variance is at most 2^10 times
+/// that of the light alone, at each turn, and the other child's greater by a thousandth (defensive importance
+/// sampling: Hesterberg, *Weighted Average Importance Sampling and Defensive Mixture Distributions*, 1995).
+const LEAST_SHARE: f32 = 1.0 / 1024.0;
+
 /// Share of the first of two children; `None` if neither can send anything.
 #[inline]
 fn first_share(a: &Node, b: &Node, point: Vec3, normal: Option<Vec3>) -> Option<f32> {
@@ -320,15 +378,23 @@ fn first_share(a: &Node, b: &Node, point: Vec3, normal: Option<Vec3>) -> Option<
     if sum <= 0.0 {
         return None;
     }
-    // Infinite estimates (emitters of 1e38) share alike.
-    Some(if sum.is_finite() { ia / sum } else { 0.5 })
+    Some(if ia <= 0.0 {
+        0.0
+    } else if ib <= 0.0 {
+        1.0
+    } else if sum.is_finite() {
+        (ia / sum).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE)
+    } else {
+        // Infinite estimates (emitters of 1e38) share alike.
+        0.5
+    })
 }
 
 /// Surface area and orientation measure of bounds (Conty Estevez and Kulla, eq. 1).
 fn measure(b: &Bounds) -> f32 {
     let d = b.max - b.min;
     let area = (d.x * d.y + d.y * d.z + d.z * d.x).max(d.length_squared() * 1e-3);
-    let o = b.cos_normals.clamp(-1.0, 1.0).acos();
+    let o = b.normals.radians() as f32;
     let w = (o + b.cos_emission.clamp(-1.0, 1.0).acos()).min(std::f32::consts::PI);
     let orientation = std::f32::consts::TAU * (1.0 - o.cos())
         + std::f32::consts::FRAC_PI_2
@@ -434,7 +500,7 @@ mod tests {
                     max: center + 0.1,
                     intensity: r(7) * 10.0 + 0.01,
                     axis,
-                    cos_normals: if sphere { -1.0 } else { 1.0 },
+                    normals: if sphere { Angle::ALL } else { Angle::ZERO },
                     cos_emission: 0.0,
                     two_sided: i % 2 == 0,
                 }
@@ -487,7 +553,7 @@ mod tests {
             for (i, light) in lights.iter().enumerate() {
                 let on = light.center() + (Vec3::new(r(7), r(8), r(9)) - 0.5) * 0.2;
                 let wi = (on - point).normalize();
-                let cos_emitted = if light.cos_normals < 0.0 {
+                let cos_emitted = if light.normals == Angle::ALL {
                     1.0
                 } else if light.two_sided {
                     light.axis.dot(wi).abs()
@@ -501,6 +567,45 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    /// However strong the other one is, a light that may shine is drawn once in 1024 times.
+    #[test]
+    fn no_light_starves_beside_a_stronger_one() {
+        let at = |x: f32, intensity: f32| Bounds {
+            min: Vec3::new(x, 0.0, 0.0),
+            max: Vec3::new(x, 0.0, 0.0),
+            intensity,
+            axis: Vec3::Z,
+            normals: Angle::ALL,
+            cos_emission: 1.0,
+            two_sided: false,
+        };
+        for stronger in [1e4, 1e8, 1e30] {
+            let tree = Tree::new(&[at(-1.0, stronger), at(1.0, 1.0)]);
+            let sum = tree.probability(0, Vec3::ZERO, None) + tree.probability(1, Vec3::ZERO, None);
+            assert!((sum - 1.0).abs() < 1e-6);
+            let n = 1 << 16;
+            let weak = (0..n)
+                .filter_map(|k| tree.sample(Vec3::ZERO, None, k as f32 / n as f32))
+                .filter(|choice| choice.emitter == 1)
+                .inspect(|choice| assert_eq!(choice.probability, LEAST_SHARE))
+                .count();
+            assert_eq!(weak, n >> 10);
+        }
+    }
+
+    /// Between a number of 24 bits and the next, and the same for a scene of twice the size.
+    #[test]
+    fn finer_numbers_stay_in_their_cell() {
+        for k in 0..1000u32 {
+            let r = |j: u32| sampler::hashed(j, k, 5);
+            let (u, point) = (r(0), Vec3::new(r(1), -r(2), r(3)));
+            let finer_u = finer(u, point);
+            let cell = f64::from(u)..f64::from(u) + 1.0 / 16_777_216.0;
+            assert!(cell.contains(&finer_u) && finer_u < 1.0);
+            assert_eq!(finer_u, finer(u, point * 1024.0));
         }
     }
 

@@ -5,7 +5,7 @@ use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray, Triangl
 use crate::light::Meeting;
 use crate::light::area::Area;
 use crate::light::lamp::{Cone, Lamp, LampSample};
-use crate::light::tree::Bounds;
+use crate::light::tree::{Angle, Bounds};
 use crate::math::luminance;
 use crate::scene::{AreaShape, Light, LightKind, RayKind, Visibility};
 use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3};
@@ -94,11 +94,14 @@ impl Form {
                 axis: lamp.cone.as_ref().map_or(Vec3::Z, |c| c.axis),
                 // A spot with a scaled transform is an ellipse: only round ones are bounded by their cone. From
                 // inside its sphere a spot is a point light.
-                cos_normals: lamp
+                normals: lamp
                     .cone
                     .as_ref()
                     .filter(|c| is_rigid(&c.light_from_world))
-                    .map_or(-1.0, |c| 1.0 - c.one_minus_cos),
+                    .map_or(Angle::ALL, |c| Angle {
+                        sin: (c.one_minus_cos * (2.0 - c.one_minus_cos)).max(0.0).sqrt(),
+                        cos: 1.0 - c.one_minus_cos,
+                    }),
                 cos_emission: 1.0,
                 two_sided: false,
             },
@@ -109,7 +112,7 @@ impl Form {
                     max,
                     intensity: luminance(area.intensity()),
                     axis: area.normal(),
-                    cos_normals: 1.0,
+                    normals: Angle::ZERO,
                     cos_emission: area.cos_spread(),
                     two_sided: false,
                 }

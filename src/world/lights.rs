@@ -7,7 +7,7 @@ use crate::effects::{self, Mask};
 use crate::ffi::embree::{Device, EmbreeError};
 use crate::light::environment::Environment;
 use crate::light::sun::Sun;
-use crate::light::tree::{Bounds, Tree};
+use crate::light::tree::{Angle, Bounds, Tree};
 use crate::light::triangle::Triangle;
 use crate::math::float::{self, BoundedPoint};
 use crate::math::luminance;
@@ -197,7 +197,7 @@ impl Lights {
                         max: a.max(b).max(c),
                         intensity: shape.area() * mean_emission(mesh, material, triangle),
                         axis: shape.normal(),
-                        cos_normals: 1.0,
+                        normals: Angle::ZERO,
                         cos_emission: 0.0,
                         two_sided: true,
                     });
@@ -382,7 +382,13 @@ impl Lights {
                         }
                         let pdf = s.pdf * p;
                         let point = entry.point(mesh, triangle, s.u, s.v);
-                        let target = float::ray_origin(point, shape.normal(), -s.wi);
+                        let normal = shape.normal();
+                        let facing = if s.wi.dot(normal) > 0.0 {
+                            -normal
+                        } else {
+                            normal
+                        };
+                        let target = float::ray_origin(point, facing);
                         Some(LightSample {
                             wi: s.wi,
                             contribution: radiance / pdf,

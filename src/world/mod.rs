@@ -47,6 +47,8 @@ pub struct World {
     pub by_kind: bool,
     /// By entry; empty where there is none.
     holdouts: Vec<bool>,
+    /// See [`Naive::terminator`].
+    naive_terminator: bool,
 }
 
 /// What keeps pictures stable and can be left out, to see what it is good for and what it costs. For studies.
@@ -59,6 +61,8 @@ pub struct Naive {
     pub edges: bool,
     /// Positions become f32 where they are, and not relative to the camera.
     pub origin: bool,
+    /// Directions below a triangle are lost, although the curved surface that it stands for sees them.
+    pub terminator: bool,
 }
 
 /// What a world is prepared for.
@@ -249,6 +253,7 @@ impl World {
             } else {
                 Vec::new()
             },
+            naive_terminator: options.naive.terminator,
         })
     }
 
@@ -442,12 +447,12 @@ impl World {
     /// Where a ray leaves a surface along `wi`; `beyond`: it goes through. `None` where the surface is in its way.
     #[inline]
     pub fn leave(&self, hit: &Hit, surface: &Surface, wi: Vec3, beyond: bool) -> Option<Vec3> {
-        if beyond || wi.dot(surface.normals.geometric) > 0.0 {
-            return Some(float::ray_origin(
-                surface.point,
-                surface.normals.geometric,
-                wi,
-            ));
+        let normal = surface.normals.geometric;
+        if wi.dot(normal) > 0.0 {
+            return Some(float::ray_origin(surface.point, normal));
+        }
+        if beyond {
+            return Some(float::ray_origin(surface.point, -normal));
         }
         self.leave_over_the_horizon(hit, surface)
     }
@@ -458,6 +463,9 @@ impl World {
     #[cold]
     #[inline(never)]
     fn leave_over_the_horizon(&self, hit: &Hit, surface: &Surface) -> Option<Vec3> {
+        if self.naive_terminator {
+            return None;
+        }
         let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         let normal = surface.normals.geometric;
@@ -466,7 +474,7 @@ impl World {
         if lift.dot(normal) <= normal.abs().dot(surface.point.error) {
             return None;
         }
-        let start = float::ray_origin(surface.point, normal, normal);
+        let start = float::ray_origin(surface.point, normal);
         let ray = Ray {
             origin: start.to_array(),
             direction: lift.to_array(),
