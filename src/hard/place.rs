@@ -2,10 +2,12 @@
 
 use super::kit::{Bench, camera, differing, diffuse, place, quad, rel_mse, small, sphere};
 use super::still_life::{Lit, Similarity, flattened, light, looking, still_life};
-use super::{Case, Effort, Finding};
+use super::{Case, Effort, Finding, fuzz};
+use crate::import::{ImportOptions, load};
 use crate::render::{BounceLimits, RenderError, RenderSettings};
 use crate::scene::{LightKind, Scene};
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use serde_json::{Value, json};
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -33,6 +35,11 @@ pub const CASES: &[Case] = &[
         name: "ten-transforms",
         about: "Each transform is the product of ten: the same picture.",
         run: ten_transforms,
+    },
+    Case {
+        name: "ten-nodes-in-a-file",
+        about: "A glTF file with a mesh, instances, lamps and a camera, each node as the last of a chain of ten: the same picture.",
+        run: ten_nodes_in_a_file,
     },
     Case {
         name: "flattened",
@@ -201,6 +208,76 @@ fn ten_transforms(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     same(
         &scene,
         [("of products of ten transforms".into(), split)],
+        &settings(effort),
+    )
+}
+
+/// The transform of a node.
+fn of_node(node: &Value) -> DAffine3 {
+    let numbers = |name: &str| -> Vec<f64> {
+        let list = node[name].as_array().into_iter().flatten();
+        list.filter_map(Value::as_f64).collect()
+    };
+    if let Ok(matrix) = <[f64; 16]>::try_from(numbers("matrix")) {
+        return DAffine3::from_mat4(DMat4::from_cols_array(&matrix));
+    }
+    let three = |name: &str, default: f64| match numbers(name)[..] {
+        [x, y, z] => DVec3::new(x, y, z),
+        _ => DVec3::splat(default),
+    };
+    let turn = match numbers("rotation")[..] {
+        [x, y, z, w] => DQuat::from_xyzw(x, y, z, w),
+        _ => DQuat::IDENTITY,
+    };
+    DAffine3::from_scale_rotation_translation(three("scale", 1.0), turn, three("translation", 0.0))
+}
+
+/// Each node becomes the last of a chain of ten whose product is its transform. The heads of the chains come first, in
+/// the order of the nodes, so that references to nodes stay right.
+fn in_chains(mut document: Value) -> Value {
+    let nodes = document["nodes"].as_array().cloned().unwrap_or_default();
+    let (mut heads, mut links) = (Vec::new(), Vec::new());
+    for node in &nodes {
+        let parts = ten(&of_node(node)).map(|part| DMat4::from(part).to_cols_array());
+        let first = nodes.len() + links.len();
+        heads.push(json!({ "matrix": parts[0], "children": [first] }));
+        for (k, part) in parts[1..9].iter().enumerate() {
+            links.push(json!({ "matrix": part, "children": [first + k + 1] }));
+        }
+        let mut last = node.clone();
+        if let Some(members) = last.as_object_mut() {
+            for name in ["translation", "rotation", "scale"] {
+                members.remove(name);
+            }
+            members.insert("matrix".into(), json!(parts[9]));
+        }
+        links.push(last);
+    }
+    heads.extend(links);
+    document["nodes"] = json!(heads);
+    document
+}
+
+fn ten_nodes_in_a_file(effort: Effort) -> Result<Vec<Finding>, RenderError> {
+    let (document, buffer) = fuzz::document(true);
+    let read = |document: Value| {
+        let file = || -> std::io::Result<_> {
+            let folder = tempfile::tempdir()?;
+            let path = folder.path().join("scene.glb");
+            std::fs::write(&path, fuzz::written(document, &buffer, true))?;
+            Ok(load(&path, &ImportOptions::default()).map(|imported| imported.scene))
+        };
+        match file() {
+            Ok(Ok(scene)) => Ok(scene),
+            Ok(Err(refused)) => Err(RenderError::Setting(refused.to_string())),
+            Err(error) => Err(RenderError::Setting(error.to_string())),
+        }
+    };
+    let scene = read(document.clone())?;
+    let chains = read(in_chains(document))?;
+    same(
+        &scene,
+        [("of chains of ten nodes".into(), chains)],
         &settings(effort),
     )
 }

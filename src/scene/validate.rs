@@ -544,7 +544,9 @@ fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diag
     // the default length stays within an f32.
     const BRIGHTEST: f32 = 100.0;
     for c in &mut material.base_color {
-        clamp(c, 0.0, BRIGHTEST, 0.0);
+        // What is no number was not meant to make light.
+        let most = if c.is_finite() { BRIGHTEST } else { 1.0 };
+        clamp(c, 0.0, most, 0.0);
     }
     clamp(&mut material.alpha, 0.0, 1.0, 1.0);
     clamp(&mut material.metallic, 0.0, 1.0, 0.0);

@@ -3,20 +3,20 @@
 
 use super::build::number;
 use super::dice::Dice;
+use super::document::{document, written};
+use crate::film::Picture;
 use crate::hard::kit::camera;
 use crate::import::{ImportOptions, load, load_environment};
 use crate::render::{RenderSettings, Silent, render};
 use crate::scene::Scene;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use serde_json::{Value, json};
-use std::io::{Cursor, Write};
+use std::io::Cursor;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Kinds of files.
-const KINDS: [&str; 6] = ["gltf", "glb", "png", "jpg", "hdr", "exr"];
+const KINDS: [&str; 7] = ["gltf", "glb", "png", "jpg", "webp", "hdr", "exr"];
 /// No file here takes so long, by far.
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -25,9 +25,12 @@ pub fn draw(dice: &mut Dice) -> Value {
     let kind = dice.pick(&KINDS);
     let mut input = json!({ "file": kind });
     let is_gltf = kind.starts_with("gl");
+    if is_gltf && dice.chance(0.6) {
+        input["own"] = json!(true);
+    }
     if is_gltf && dice.chance(0.85) {
         let mut places = Vec::new();
-        nodes(&document(&[]), String::new(), &mut places);
+        nodes(&document(has_own(&input)).0, String::new(), &mut places);
         let changes = (0..1 + dice.below(4)).map(|_| {
             let place = &places[dice.below(places.len())];
             json!({ "at": place, "to": replacement(dice) })
@@ -85,11 +88,19 @@ fn nodes(value: &Value, at: String, found: &mut Vec<String>) {
     found.push(at);
 }
 
+/// Whether Sundog's own extensions are in a file.
+fn has_own(input: &Value) -> bool {
+    input["own"].as_bool() == Some(true)
+}
+
 /// The bytes of a damaged file.
 pub fn damaged(input: &Value) -> Vec<u8> {
-    let kind = input["file"].as_str().unwrap_or_default();
+    damaged_as(input, input["file"].as_str().unwrap_or_default())
+}
+
+fn damaged_as(input: &Value, kind: &str) -> Vec<u8> {
     let mut bytes = match kind {
-        "gltf" | "glb" => gltf(kind == "glb", &input["tree"]),
+        "gltf" | "glb" => gltf(kind == "glb", input),
         "exr" => exr(),
         _ => picture(kind),
     };
@@ -115,22 +126,46 @@ pub fn kept_name(input: &Value, name: &str) -> Option<String> {
 pub fn check(input: &Value) -> Option<String> {
     let kind = input["file"].as_str().unwrap_or_default();
     let begun = Instant::now();
-    let wrong = || -> std::io::Result<Option<String>> {
-        let folder = tempfile::tempdir()?;
+    let written = |kind: &str| -> Result<Option<Picture>, String> {
+        let failed = |error: std::io::Error| format!("no file could be written: {error}");
+        let folder = tempfile::tempdir().map_err(failed)?;
         let path = folder.path().join(format!("input.{kind}"));
-        std::fs::File::create(&path)?.write_all(&damaged(input))?;
-        Ok(import(&path))
+        std::fs::write(&path, damaged_as(input, kind)).map_err(failed)?;
+        pictured(&path)
     };
-    match wrong() {
-        Ok(Some(wrong)) => Some(wrong),
-        Ok(None) if begun.elapsed() > PATIENCE => Some("the import takes too long".into()),
-        Ok(None) => None,
-        Err(error) => Some(format!("no file could be written: {error}")),
+    let found = match written(kind) {
+        Err(wrong) => return Some(wrong),
+        Ok(_) if begun.elapsed() > PATIENCE => return Some("the import takes too long".into()),
+        Ok(found) => found,
+    };
+    let other = match kind {
+        "gltf" => "glb",
+        "glb" => "gltf",
+        _ => return None,
+    };
+    // Damaged bytes are damage of another kind there.
+    if !input["bytes"].is_null() || !input["cut"].is_null() {
+        return None;
     }
+    match written(other) {
+        Err(wrong) => Some(wrong),
+        Ok(same) if bits(same.as_ref()) == bits(found.as_ref()) => None,
+        Ok(_) => Some("another picture as text than as binary".into()),
+    }
+}
+
+fn bits(picture: Option<&Picture>) -> Option<Vec<u32>> {
+    let values = picture?.layers.iter().flat_map(|layer| &layer.data);
+    Some(values.map(|value| value.to_bits()).collect())
 }
 
 /// Imports a file by its kind and renders what is there; says what is wrong. A refusal in one sentence is right.
 pub fn import(path: &Path) -> Option<String> {
+    pictured(path).err()
+}
+
+/// The picture of a file; none of one that is refused or has no camera. An error is what is wrong.
+fn pictured(path: &Path) -> Result<Option<Picture>, String> {
     let is_gltf = path
         .extension()
         .is_some_and(|extension| extension == "gltf" || extension == "glb");
@@ -147,12 +182,15 @@ pub fn import(path: &Path) -> Option<String> {
         Ok(scene) => scene,
         Err(error) => {
             let sentence = error.to_string();
-            let bad = sentence.is_empty() || sentence.contains('\n');
-            return bad.then(|| format!("a refusal that is no sentence: {sentence:?}"));
+            return if sentence.is_empty() || sentence.contains('\n') {
+                Err(format!("a refusal that is no sentence: {sentence:?}"))
+            } else {
+                Ok(None)
+            };
         }
     };
     if scene.cameras.is_empty() {
-        return None;
+        return Ok(None);
     }
     let settings = RenderSettings {
         width: 6,
@@ -162,155 +200,36 @@ pub fn import(path: &Path) -> Option<String> {
         threads: Some(1),
         ..RenderSettings::default()
     };
-    match render(&scene, &settings, &Silent) {
-        Err(error) => Some(format!("no picture: {error}")),
-        Ok(rendering) => {
-            let all = rendering.picture.layers.iter().flat_map(|l| &l.data);
-            let bad = all.filter(|value| !value.is_finite()).count();
-            (bad > 0).then(|| format!("values that are not finite: {bad}"))
-        }
+    let picture = render(&scene, &settings, &Silent)
+        .map_err(|error| format!("no picture: {error}"))?
+        .picture;
+    let all = picture.layers.iter().flat_map(|l| &l.data);
+    match all.filter(|value| !value.is_finite()).count() {
+        0 => Ok(Some(picture)),
+        bad => Err(format!("values that are not finite: {bad}")),
     }
 }
 
-fn gltf(binary: bool, changes: &Value) -> Vec<u8> {
-    let (mut buffer, png) = (buffer(), picture("png"));
-    let image = [buffer.len(), png.len()];
-    buffer.extend(&png);
-    buffer.resize(buffer.len().next_multiple_of(4), 0);
-    let mut document = document(&image);
-    document["buffers"] = if binary {
-        json!([{ "byteLength": buffer.len() }])
-    } else {
-        let data = STANDARD.encode(&buffer);
-        json!([{ "byteLength": buffer.len(), "uri": format!("data:application/octet-stream;base64,{data}") }])
-    };
-    for change in changes.as_array().into_iter().flatten() {
+fn gltf(binary: bool, input: &Value) -> Vec<u8> {
+    let (mut document, buffer) = document(has_own(input));
+    for change in input["tree"].as_array().into_iter().flatten() {
         let at = change["at"].as_str().unwrap_or("/nowhere");
         if let Some(part) = document.pointer_mut(at) {
             *part = change["to"].clone();
         }
     }
-    let mut text = document.to_string().into_bytes();
-    if !binary {
-        return text;
-    }
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let word = |n: usize| (n as u32).to_le_bytes();
-    let mut bytes = b"glTF\x02\0\0\0".to_vec();
-    bytes.extend(word(12 + 8 + text.len() + 8 + buffer.len()));
-    bytes.extend(word(text.len()));
-    bytes.extend(b"JSON");
-    bytes.extend(text);
-    bytes.extend(word(buffer.len()));
-    bytes.extend(b"BIN\0");
-    bytes.extend(buffer);
-    bytes
-}
-
-/// Positions, normals, coordinates, colours, corners, places of instances, and a pose.
-fn buffer() -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut floats = |values: &[f32]| bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
-    floats(&[
-        -1.0, 0.0, -1.0, -1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, -1.0,
-    ]);
-    floats(&[0.0, 1.0, 0.0].repeat(4));
-    floats(&[0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0]);
-    floats(&[1.0, 0.5, 0.5, 1.0].repeat(4));
-    floats(&[0.0, 0.5, 0.0, 0.5, 1.0, 0.5]);
-    floats(&[0.0, 0.1, 0.0].repeat(4));
-    bytes.extend([0u16, 1, 2, 0, 2, 3].into_iter().flat_map(u16::to_le_bytes));
-    bytes
-}
-
-/// Something of all that importers read; the image's place and length in the buffer.
-fn document(image: &[usize]) -> Value {
-    let (offset, length) = (image.first().unwrap_or(&0), image.get(1).unwrap_or(&0));
-    let down = [
-        -std::f64::consts::FRAC_1_SQRT_2,
-        0.0,
-        0.0,
-        std::f64::consts::FRAC_1_SQRT_2,
-    ];
-    let texture = json!({ "index": 0, "texCoord": 0, "extensions": { "KHR_texture_transform": {
-        "offset": [0.1, 0.2], "rotation": 0.3, "scale": [2.0, 1.0] } } });
-    let accessor = |view: u32, kind: &str| {
-        json!({ "bufferView": view, "byteOffset": 0, "componentType": 5126, "count": 4, "type": kind,
-            "min": [-1, -1, -1], "max": [1, 1, 1] })
-    };
-    json!({
-        "asset": { "version": "2.0", "generator": "fuzzer" },
-        "extensionsUsed": ["KHR_lights_punctual", "KHR_texture_transform", "KHR_materials_ior",
-            "KHR_materials_specular", "KHR_materials_transmission", "KHR_materials_emissive_strength",
-            "EXT_mesh_gpu_instancing"],
-        "extensions": { "KHR_lights_punctual": { "lights": [
-            { "name": "Lamp", "type": "point", "intensity": 683.0, "color": [1, 0.9, 0.8], "range": 9 },
-            { "name": "Spot", "type": "spot", "intensity": 683.0, "spot": { "innerConeAngle": 0.2, "outerConeAngle": 0.6 } },
-            { "name": "Sun", "type": "directional", "intensity": 683.0 }
-        ] } },
-        "scene": 0,
-        "scenes": [{ "name": "Scene", "nodes": [0, 1, 2, 3, 4, 5] }],
-        "nodes": [
-            { "name": "Floor", "mesh": 0, "scale": [1, 1, 1], "children": [6], "weights": [0.5] },
-            { "name": "Eye", "camera": 0, "translation": [0, 3, 0], "rotation": down },
-            { "name": "Lamp", "translation": [0.5, 2, 0.5], "extensions": { "KHR_lights_punctual": { "light": 0 } } },
-            { "name": "Spot", "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,2,0,1], "extensions": { "KHR_lights_punctual": { "light": 1 } } },
-            { "name": "Sun", "rotation": down, "extensions": { "KHR_lights_punctual": { "light": 2 } } },
-            { "name": "Many", "mesh": 0, "extensions": { "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 4 } } } },
-            { "name": "Child", "mesh": 0, "translation": [0, 0.2, 0], "scale": [0.1, 0.1, 0.1] }
-        ],
-        "cameras": [
-            { "type": "perspective", "perspective": { "yfov": 0.9, "aspectRatio": 1.5, "znear": 0.1, "zfar": 100 } },
-            { "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 1, "znear": 0, "zfar": 10 } }
-        ],
-        "materials": [{
-            "name": "Material", "alphaMode": "MASK", "alphaCutoff": 0.4, "doubleSided": true,
-            "pbrMetallicRoughness": { "baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0.2, "roughnessFactor": 0.5,
-                "baseColorTexture": texture, "metallicRoughnessTexture": texture },
-            "normalTexture": { "index": 0, "scale": 0.5 },
-            "emissiveFactor": [0.1, 0.1, 0], "emissiveTexture": texture,
-            "extensions": {
-                "KHR_materials_ior": { "ior": 1.4 },
-                "KHR_materials_emissive_strength": { "emissiveStrength": 2 },
-                "KHR_materials_specular": { "specularFactor": 0.5, "specularColorFactor": [1, 1, 1] },
-                "KHR_materials_transmission": { "transmissionFactor": 0.3 },
-                "KHR_materials_volume": { "thicknessFactor": 0.1, "attenuationDistance": 1, "attenuationColor": [1, 1, 1] }
-            }
-        }],
-        "textures": [{ "source": 0, "sampler": 0 }],
-        "samplers": [{ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 33071 }],
-        "images": [{ "bufferView": 7, "mimeType": "image/png", "name": "Image" }],
-        "meshes": [{ "name": "Square", "weights": [0.2], "primitives": [{ "mode": 4, "indices": 6, "material": 0,
-            "attributes": { "POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2, "COLOR_0": 3 },
-            "targets": [{ "POSITION": 5 }] }] }],
-        "accessors": [
-            accessor(0, "VEC3"), accessor(1, "VEC3"), accessor(2, "VEC2"), accessor(3, "VEC4"),
-            { "bufferView": 4, "componentType": 5126, "count": 2, "type": "VEC3" },
-            accessor(5, "VEC3"),
-            { "bufferView": 6, "componentType": 5123, "count": 6, "type": "SCALAR",
-              "sparse": { "count": 1, "indices": { "bufferView": 6, "componentType": 5123 }, "values": { "bufferView": 6 } } }
-        ],
-        "bufferViews": [
-            { "buffer": 0, "byteOffset": 0, "byteLength": 48, "byteStride": 12 },
-            { "buffer": 0, "byteOffset": 48, "byteLength": 48 },
-            { "buffer": 0, "byteOffset": 96, "byteLength": 32 },
-            { "buffer": 0, "byteOffset": 128, "byteLength": 64 },
-            { "buffer": 0, "byteOffset": 192, "byteLength": 24 },
-            { "buffer": 0, "byteOffset": 216, "byteLength": 48 },
-            { "buffer": 0, "byteOffset": 264, "byteLength": 12 },
-            { "buffer": 0, "byteOffset": offset, "byteLength": length }
-        ]
-    })
+    written(document, &buffer, binary)
 }
 
 /// A small picture of a kind that the crate `image` writes.
-fn picture(kind: &str) -> Vec<u8> {
+pub fn picture(kind: &str) -> Vec<u8> {
     let (format, picture) = match kind {
         "hdr" => (
             image::ImageFormat::Hdr,
             image::Rgb32FImage::from_fn(16, 8, |x, y| image::Rgb([x as f32, y as f32, 0.5])).into(),
         ),
         "jpg" => (image::ImageFormat::Jpeg, rgb()),
+        "webp" => (image::ImageFormat::WebP, rgb()),
         _ => (image::ImageFormat::Png, rgb()),
     };
     let mut bytes = Cursor::new(Vec::new());

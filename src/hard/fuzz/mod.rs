@@ -1,11 +1,12 @@
 //! A fuzzer: random scenes and parameters at the edges through all kernels, damaged files through all importers.
 //!
 //! An input is a tree of JSON, so that one rule makes any of them smaller ([`shrink`]): a scene ([`recipe`] draws
-//! it, [`build`] makes it), or a file and what damages it ([`files`]). [`check`] says what is wrong with one.
+//! it, [`build`] makes it), or a file and what damages it ([`files`], of [`document`]). [`check`] says what is wrong with one.
 //! `examples/fuzz.rs` runs for as long as it is asked; what it finds is kept in `tests/fuzz/`, which a test replays.
 
 mod build;
 mod dice;
+mod document;
 mod dull;
 mod equal;
 mod files;
@@ -13,6 +14,7 @@ mod recipe;
 mod shrink;
 mod verdict;
 
+pub use document::{document, written};
 pub use equal::{Compared, draw as draw_for_kernels, kernels};
 pub use files::{damaged, import, kept_name};
 pub use shrink::shrink;
