@@ -2,10 +2,11 @@
 """Renders the hard scenes of scenes/hard with Sundog, with Sundog's remedies left out, and with Cycles; writes the tables and the
 picture of docs/hard-cases.md.
 
-    PYTHON_WITH_BPY scripts/hard_cases.py [--only peers] [--only prices] [--out FOLDER]
+    PYTHON_WITH_BPY scripts/hard_cases.py [--only peers] [--only prices] [--only failures] [--out FOLDER]
 
-    peers    each hard scene against the same renderer's picture of the scene as it was, at the same seed
-    prices   processor time and memory without each remedy, the runs in turn
+    peers     each hard scene against the same renderer's picture of the scene as it was, at the same seed
+    prices    processor time and memory without each remedy, the runs in turn
+    failures  small scenes in which one sees what goes wrong without a remedy (naive_scenes.py)
 
 Processor seconds are those of all threads together, without loading and preparing.
 """
@@ -19,6 +20,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenes", "hard"))
 
 import experiment_kit as kit  # noqa: E402
+import naive_scenes  # noqa: E402
 from experiments import about  # noqa: E402
 import make as hard  # noqa: E402
 from experiment_kit import np  # noqa: E402
@@ -94,7 +96,26 @@ def prices(bench):
     return "\n".join(lines)
 
 
-PARTS = {"peers": peers, "prices": prices}
+# ---- What goes wrong ----
+
+
+def failures(bench):
+    lines = ["| case | without | with | what one sees |", "| --- | --- | --- | --- |"]
+    for name, (make, part, samples, case, seen) in naive_scenes.SCENES.items():
+        scene, picture = bench.path(f"naive-{name}.gltf"), bench.path("naive.exr")
+        make().write(scene)
+        cells = []
+        for flags, kind in (((f"--naive={part}",), "naive"), ((), "sundog")):
+            kit.compare.run([bench.program, "render", scene, "-o", picture, f"--width={naive_scenes.SIZE[0]}", f"--height={naive_scenes.SIZE[1]}",
+                             f"--samples={samples}", "--seed=1", "--bounces=4", *flags], f"the picture of {name}")
+            file = f"{name}-{kind}.jpg"
+            kit.write_jpeg(bench, os.path.join(PICTURES, file), kit.compare.read_exr(picture))
+            cells.append(f"![{case}, {'without' if flags else 'with'} the remedy](pictures/hard/{file})")
+        lines.append(f"| `{case}` (`--naive {part}`) | {cells[0]} | {cells[1]} | {seen} |")
+    return "\n".join(lines)
+
+
+PARTS = {"peers": peers, "prices": prices, "failures": failures}
 
 
 def main():
