@@ -411,8 +411,25 @@ fn info_tells_what_is_there() {
     );
     // Four positions of 12 bytes and two triangles of 12 at least.
     assert!(info["memory"]["geometry"].as_u64().unwrap() >= 72);
+    let effect = |name: &str| {
+        let all = info["effects"].as_array().unwrap();
+        all.iter().find(|found| found["effect"] == name).unwrap()
+    };
+    let lamps = effect("point-lights");
+    assert_eq!(lamps["state"], "needed");
+    assert_eq!(
+        lamps["because_of"],
+        json!([{ "kind": "light", "name": "Lamp" }])
+    );
+    assert_eq!(effect("coat")["state"], "left-out");
+    assert_eq!(
+        effect("coat")["reasons"],
+        json!(["weight 0 in the only material"])
+    );
     let page = folder.works(&["info", "scene.gltf"]);
     for expected in [
+        "point-lights (point lights, with a size or without): Lamp",
+        "diffuse-transmission, dispersion: weight 0 in the only material",
         "\"Eye\"",
         "\"Lamp\" point 10 W/sr",
         "2 triangles",
@@ -996,6 +1013,7 @@ fn a_picture_says_how_it_was_made() {
         "a.png",
         "--view=Raw",
         "--exposure=-1.5",
+        "--effects=suns,gloss",
     ]);
     let header = exr::meta::MetaData::read_from_file(folder.path("a.exr"), true)
         .unwrap()
@@ -1024,6 +1042,9 @@ fn a_picture_says_how_it_was_made() {
     );
     let statistics: Value = serde_json::from_str(&text("sundog/statistics")).unwrap();
     assert!(statistics["rays"].as_u64().unwrap() > 0);
+    assert_eq!(statistics["left_out"], json!(["point-lights"]));
+    assert_eq!(text("sundog/effects/left-out"), "point-lights");
+    assert!(text("sundog/effects").contains("gloss"));
 
     let decoder = png::Decoder::new(std::io::BufReader::new(
         std::fs::File::open(folder.path("a.png")).unwrap(),
@@ -1048,7 +1069,9 @@ fn a_picture_says_how_it_was_made() {
     );
     assert_eq!(chunk("sundog/look"), "None");
     assert!(chunk("sundog/config").starts_with("ocio://default"));
-    assert_eq!(chunk("sundog/scene-hash"), text("sundog/scene-hash"));
+    for name in ["sundog/scene-hash", "sundog/effects/left-out"] {
+        assert_eq!(chunk(name), text(name));
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Random inputs: all that the fuzzer has found and that is mended, and some fresh ones.
 
-use rayon::prelude::*;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use sundog::hard::fuzz;
 
 /// What is kept in tests/fuzz: recipes of scenes as JSON, and damaged files.
@@ -43,14 +43,24 @@ fn random_inputs_hold() {
 /// Renders random scenes by the kernel made for each and by the general one, as they are and without what changes nothing:
 /// the same bits. Says how many there were of which kind.
 fn kernels_agree(seeds: std::ops::Range<u64>) {
-    let count = seeds.end - seeds.start;
-    let results: Vec<fuzz::Compared> = seeds
-        .into_par_iter()
-        .map(|seed| {
+    let (start, count) = (seeds.start, seeds.end - seeds.start);
+    let next = AtomicU64::new(start);
+    // Not by rayon: a thread that waits for the pool of a render would begin another one on its stack.
+    let some = || {
+        let seeds = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        let seeds = seeds.take_while(|seed| *seed < start + count);
+        let compared = seeds.map(|seed| {
             let recipe = fuzz::draw_for_kernels(seed);
             fuzz::kernels(&recipe).unwrap_or_else(|why| panic!("seed {seed}: {why}: {recipe:#}"))
-        })
-        .collect();
+        });
+        compared.collect::<Vec<_>>()
+    };
+    let threads = std::thread::available_parallelism().map_or(1, Into::into);
+    let results: Vec<fuzz::Compared> = std::thread::scope(|scope| {
+        let running: Vec<_> = (0..threads).map(|_| scope.spawn(some)).collect();
+        let results = running.into_iter().map(|thread| thread.join().unwrap());
+        results.flatten().collect()
+    });
     let share = |of: fn(&fuzz::Compared) -> bool| {
         results.iter().filter(|compared| of(compared)).count() as f64 / count as f64
     };

@@ -620,6 +620,25 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     list
 }
 
+/// Without the tree lights are drawn by their power alone: other noise, the same light.
+#[test]
+fn lights_drawn_by_power_alone_give_the_same_light() {
+    let gallery = gallery();
+    let lamps = gallery.iter().find(|(name, _)| name.starts_with("area"));
+    let (_, scene) = lamps.unwrap();
+    let without = RenderSettings {
+        effects: EffectChoice::List(effects::names(effects::ALL & !effects::LIGHT_TREE)),
+        ..small(4, 2)
+    };
+    let (tree, tree_variance) = estimate(scene, &small(4, 2), 0..24);
+    let (power, power_variance) = estimate(scene, &without, 100..124);
+    let z = (tree - power) / (tree_variance + power_variance).sqrt();
+    assert!(z.abs() < 4.0, "{tree} and {power}: z {z}");
+    // It is another choice.
+    let rays = |settings| run(scene, settings).statistics.rays;
+    assert_ne!(rays(&small(4, 2)), rays(&without));
+}
+
 /// The kernel made for a scene and the one for everything draw the same numbers: same bits.
 #[test]
 fn special_and_general_kernels_agree_bit_for_bit() {

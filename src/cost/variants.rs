@@ -1,6 +1,6 @@
 //! The pictures that are rendered beside the full one: each leaves one thing out.
 
-use crate::effects::{self, EffectSet, MESH_LIGHTS, Mask, TRANSMISSION};
+use crate::effects::{self, EffectSet, LIGHT_TREE, MESH_LIGHTS, Mask, TRANSMISSION};
 use crate::render::{BounceLimits, EffectChoice, LightSampling, RenderSettings};
 use crate::scene::{Diagnostics, Scene};
 use serde::Serialize;
@@ -52,15 +52,14 @@ fn without_effects(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> 
         .map(|row| Variant {
             name: row.name.into(),
             // Triangles shine where paths meet them without it too.
-            about: if row.bit == MESH_LIGHTS {
-                "emissive triangles looked for, not only met".into()
-            } else {
-                row.about.into()
+            about: match row.bit {
+                MESH_LIGHTS => "emissive triangles looked for, not only met".into(),
+                LIGHT_TREE => "lights drawn by where they are, not by their power alone".into(),
+                _ => row.about.into(),
             },
-            worth: if row.bit == MESH_LIGHTS {
-                Worth::Noise
-            } else {
-                Worth::Picture
+            worth: match row.bit {
+                MESH_LIGHTS | LIGHT_TREE => Worth::Noise,
+                _ => Worth::Picture,
             },
             settings: RenderSettings {
                 effects: EffectChoice::List(effects::names(called_for & !row.bit)),

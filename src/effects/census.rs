@@ -8,7 +8,11 @@ use crate::scene::{LightKind, Projection, Scene};
 pub struct Census {
     /// Materials of placed meshes.
     pub materials: usize,
+    /// … which transmit or let light pass by their opacity.
+    pub see_through: [usize; 2],
     /// Placed meshes with triangles.
+    pub meshes: usize,
+    /// What is placed.
     pub objects: usize,
     /// Lights of any kind.
     pub lights: usize,
@@ -32,7 +36,15 @@ fn in_all(count: usize, thing: &str) -> String {
     match count {
         0 => format!("as there is no {thing}"),
         1 => format!("in the only {thing}"),
-        n => format!("in all {n} {thing}s"),
+        n => format!("in all {}", counted(n, thing)),
+    }
+}
+
+fn counted(n: usize, thing: &str) -> String {
+    match (n, thing) {
+        (1, _) => format!("1 {thing}"),
+        (_, "mesh") => format!("{n} meshes"),
+        _ => format!("{n} {thing}s"),
     }
 }
 
@@ -60,7 +72,7 @@ impl Census {
     /// Why an effect is not called for: one clause.
     pub fn reason(&self, effect: Effect) -> String {
         let materials = |what: &str| format!("{what} {}", in_all(self.materials, "material"));
-        let objects = |what: &str| format!("{what} {}", in_all(self.objects, "object"));
+        let meshes = |what: &str| format!("{what} {}", in_all(self.meshes, "mesh"));
         match effect {
             Effect::BaseColorTexture
             | Effect::MetallicRoughnessTexture
@@ -69,17 +81,23 @@ impl Census {
             | Effect::SpecularColorTexture
             | Effect::TransmissionTexture
             | Effect::NormalMaps => materials("none"),
-            Effect::VertexColors | Effect::SmoothNormals => objects("none"),
-            Effect::AlphaBlend | Effect::AlphaClip => materials("opacity 1 or ignored"),
+            Effect::VertexColors | Effect::SmoothNormals => meshes("none"),
+            Effect::AlphaBlend | Effect::AlphaClip => match self.see_through[1] {
+                0 => materials("opacity 1 or ignored"),
+                _ => "opacity works the other way where it is below 1".into(),
+            },
             Effect::Diffuse => materials("no such share"),
             Effect::Gloss => materials("no reflection"),
             Effect::Metal => materials("metallic 0"),
             Effect::ClearGlass | Effect::RoughGlass | Effect::ThinGlass => {
-                materials("transmission 0, or of another kind,")
+                match self.see_through[0] {
+                    0 => materials("transmission 0"),
+                    n => format!("none among {}", counted(n, "transmitting material")),
+                }
             }
             Effect::Unlit => materials("lit"),
             Effect::PointLights | Effect::SpotLights | Effect::AreaLights | Effect::Suns => {
-                format!("none among {} lights", self.lights)
+                format!("none among {}", counted(self.lights, "light"))
             }
             Effect::MeshLights => materials("emission 0"),
             Effect::ConstantEnvironment if self.environment => "the world has an image".into(),
@@ -89,7 +107,7 @@ impl Census {
                 0 => "there is no lamp and no emissive triangle".into(),
                 _ => "there is but one lamp or emissive triangle".into(),
             },
-            Effect::Instances => objects("a mesh of its own"),
+            Effect::Instances => meshes("one place"),
             Effect::Visibility => "all rays see all objects and lights that any sees".into(),
             Effect::Holdouts => format!("none {}", all(self.objects, "object")),
             Effect::DepthOfField => "the camera that renders has no aperture".into(),

@@ -303,6 +303,15 @@ impl Findings {
         }
     }
 
+    /// Materials that transmit, and meshes whose opacity is below 1.
+    fn see_through(&self) -> [usize; 2] {
+        let sum = |effects: &[Effect]| effects.iter().map(|&e| self.counts[e as usize]).sum();
+        [
+            sum(&[Effect::ClearGlass, Effect::RoughGlass, Effect::ThinGlass]),
+            sum(&[Effect::AlphaBlend, Effect::AlphaClip]),
+        ]
+    }
+
     fn into_set(self, census: &Census, left_out: &[LeftOut]) -> EffectSet {
         let (mut findings, mut set) = (Vec::with_capacity(COUNT), 0);
         for ((row, because_of), count) in TABLE.iter().zip(self.causes).zip(self.counts) {
@@ -436,7 +445,9 @@ impl EffectSet {
         }
         let census = Census {
             materials: users.iter().flatten().count(),
-            objects: placed.len(),
+            see_through: found.see_through(),
+            meshes: placed.len(),
+            objects: scene.instances.len(),
             lights: scene.lights.len(),
             emitters,
             environment: scene.environment.as_ref().is_some_and(is_bright),

@@ -62,6 +62,9 @@ pub const SMOOTH_NORMALS: Mask = 1 << 28;
 /// Meshes that are placed more than once.
 pub const INSTANCES: Mask = 1 << 29;
 
+/// The choice between lights by where they are. Without it their power alone decides.
+pub const LIGHT_TREE: Mask = 1 << 30;
+
 /// Images on surfaces, but normal maps, and vertex colours.
 pub const TEXTURES: Mask = BASE_COLOR_TEXTURE
     | METALLIC_ROUGHNESS_TEXTURE
@@ -103,7 +106,7 @@ pub const PATHS: Mask = {
 /// What can't be left out, as it is how the world is built.
 pub const STRUCTURE: Mask = SMOOTH_NORMALS | INSTANCES;
 /// Everything.
-pub const ALL: Mask = PATHS | DEPTH_OF_FIELD | METAL | GLOSS | HOLDOUTS | STRUCTURE;
+pub const ALL: Mask = PATHS | DEPTH_OF_FIELD | METAL | GLOSS | HOLDOUTS | LIGHT_TREE | STRUCTURE;
 
 /// Names that stand for several effects, which share their code.
 pub const GROUPS: [(Mask, &str); 5] = [

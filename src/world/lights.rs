@@ -118,6 +118,31 @@ fn mean_emission(mesh: &MeshData, material: &PreparedMaterial, triangle: u32) ->
     mean + 0.01 * luminance(material.emission)
 }
 
+/// Makes all emitters of a tree look as if they stood in the same place and shone everywhere, so that they are drawn by their
+/// power alone. One is left as it is: the estimate for all of them is weighed against the sky's.
+fn by_power(bounds: &mut [Bounds]) {
+    let [first, rest @ ..] = &*bounds else {
+        return;
+    };
+    if rest.is_empty() {
+        return;
+    }
+    let (min, max) = rest.iter().fold((first.min, first.max), |(min, max), b| {
+        (min.min(b.min), max.max(b.max))
+    });
+    for b in bounds {
+        *b = Bounds {
+            min,
+            max,
+            intensity: b.intensity,
+            axis: Vec3::Z,
+            normals: Angle::ALL,
+            cos_emission: 0.0,
+            two_sided: true,
+        };
+    }
+}
+
 /// Something that shines, for those who look at a single path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
@@ -208,6 +233,9 @@ impl Lights {
                     lights.triangle_corners.push(corners);
                 }
             }
+        }
+        if !keep(effects::LIGHT_TREE) {
+            by_power(&mut bounds);
         }
         lights.tree = Tree::new(&bounds);
         if let Some(environment) = &scene.environment

@@ -128,9 +128,18 @@ impl World {
         let robust = !options.naive.edges;
         let keep = |effect| effects::has(options.effects, effect);
 
+        let mut placements = vec![0u32; scene.meshes.len()];
+        for instance in &scene.instances {
+            placements[instance.mesh.0 as usize] += 1;
+        }
         let mut preparer = Preparer::default();
         let mut vertex_alpha = vec![false; scene.materials.len() + 1];
-        for mesh in &scene.meshes {
+        for (mesh, _) in scene
+            .meshes
+            .iter()
+            .zip(&placements)
+            .filter(|(_, n)| **n > 0)
+        {
             let slot = mesh
                 .material
                 .map_or(scene.materials.len(), |m| m.0 as usize);
@@ -149,10 +158,6 @@ impl World {
             .map(|(m, &a)| preparer.material(scene, &effects::kept(m, options.effects), a))
             .collect();
 
-        let mut placements = vec![0u32; scene.meshes.len()];
-        for instance in &scene.instances {
-            placements[instance.mesh.0 as usize] += 1;
-        }
         let mut top = embree::Scene::new(&device, robust)?;
         let keeps_colors = keep(effects::VERTEX_COLORS);
         let mut meshes = Vec::new();
