@@ -16,5 +16,6 @@ mod hard;
 mod measures;
 mod package;
 mod pictures;
+mod preparation;
 mod report;
 mod transport;

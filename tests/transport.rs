@@ -14,8 +14,7 @@ use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Sil
 use sundog::sampler::hashed;
 use sundog::scene::{
     AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind,
-    Material, NormalTexture, Pixels, Projection, RayKind, Sampler, Scene, Texture, UvTransform,
-    Visibility,
+    Material, NormalTexture, Projection, RayKind, Sampler, Scene, Texture, UvTransform, Visibility,
 };
 
 fn small(samples: u32, bounces: u32) -> RenderSettings {
@@ -148,6 +147,8 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
             effects: 0,
             threads: Some(1),
             cull_backfaces: false,
+            uv_pass: false,
+            roughens: false,
             naive: Default::default(),
         };
         let world = World::new(&scene, &options).unwrap();
@@ -163,7 +164,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                     direction,
                     (0.0, f32::INFINITY),
                     RayKind::Camera,
-                    0,
+                    || 0,
                 ) else {
                     escapes += 1;
                     break;
@@ -172,7 +173,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 let id = (hit.instance, hit.geometry, hit.primitive);
                 self_hits += u32::from(last == Some(id));
                 last = Some(id);
-                let surface = world.surface::<0>(&hit, origin, direction);
+                let surface = world.surface::<{ effects::STRUCTURE }>(&hit, origin, direction);
                 let n = surface.normals.geometric;
                 direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(
                     sampler.pair(Dimension::Bsdf, bounce),
@@ -274,7 +275,7 @@ fn white_bodies_vanish_in_a_white_furnace() {
 }
 
 fn checker(alpha: bool) -> Image {
-    let pixels = (0..8 * 8)
+    let pixels: Vec<u8> = (0..8 * 8)
         .flat_map(|i| {
             let on = (i % 8 + i / 8) % 2 == 0;
             let v = if on { 230 } else { 40 };
@@ -286,7 +287,7 @@ fn checker(alpha: bool) -> Image {
         width: 8,
         height: 8,
         channels: 4,
-        pixels: Pixels::U8(pixels),
+        pixels: pixels.into(),
     }
 }
 
@@ -579,7 +580,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         width: 2,
         height: 1,
         channels: 3,
-        pixels: Pixels::F32(vec![0.9, 0.6, 0.3, 0.2, 0.4, 0.8]),
+        pixels: vec![0.9f32, 0.6, 0.3, 0.2, 0.4, 0.8].into(),
     });
     scene.environment = constant_environment(0.7).map(|environment| Environment {
         image: Some(ImageId(1)),

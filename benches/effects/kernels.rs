@@ -36,6 +36,10 @@ macro_rules! with_each {
                 trace::<{ $set | COMPILED[6].0 }>,
                 trace::<{ $set | COMPILED[7].0 }>,
                 trace::<{ $set | COMPILED[8].0 }>,
+                trace::<{ $set | COMPILED[9].0 }>,
+                trace::<{ $set | COMPILED[10].0 }>,
+                trace::<{ $set | COMPILED[11].0 }>,
+                trace::<{ $set | COMPILED[12].0 }>,
             ],
         )
     };

@@ -57,6 +57,8 @@ fn world(scene: &Scene, effects: Mask) -> Outcome<World> {
         effects,
         threads: Some(1),
         cull_backfaces: false,
+        uv_pass: false,
+        roughens: false,
         naive: Naive::default(),
     };
     Ok(World::new(scene, &options)?)

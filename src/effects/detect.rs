@@ -212,7 +212,7 @@ impl Findings {
         if placed.places > 1 {
             self.object(Effect::Instances, name);
         }
-        if mesh.normals.is_some() {
+        if mesh.is_smooth() {
             self.object(Effect::SmoothNormals, name);
         }
         if colors_something(mesh) {

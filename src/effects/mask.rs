@@ -83,7 +83,7 @@ pub const LAMPS: Mask = POINT_LIGHTS | SPOT_LIGHTS | AREA_LIGHTS;
 pub const ENVIRONMENT: Mask = CONSTANT_ENVIRONMENT | IMAGE_ENVIRONMENT;
 
 /// What the path loop is compiled with or without, each as a whole.
-pub const COMPILED: [(Mask, &str); 9] = [
+pub const COMPILED: [(Mask, &str); 13] = [
     (TEXTURES, "textures"),
     (NORMAL_MAPS, "normal-maps"),
     (ALPHA, "alpha"),
@@ -93,6 +93,10 @@ pub const COMPILED: [(Mask, &str); 9] = [
     (SUNS, "suns"),
     (ENVIRONMENT, "environment"),
     (VISIBILITY, "ray-visibility"),
+    (METAL, "metal"),
+    (GLOSS, "gloss"),
+    (SMOOTH_NORMALS, "smooth-normals"),
+    (INSTANCES, "instances"),
 ];
 /// Everything that the path loop is compiled for.
 pub const PATHS: Mask = {
@@ -103,10 +107,12 @@ pub const PATHS: Mask = {
     }
     set
 };
+/// What facets do: without any of it, all surfaces are matte.
+pub const FACETS: Mask = METAL | GLOSS | TRANSMISSION;
 /// What can't be left out, as it is how the world is built.
 pub const STRUCTURE: Mask = SMOOTH_NORMALS | INSTANCES;
 /// Everything.
-pub const ALL: Mask = PATHS | DEPTH_OF_FIELD | METAL | GLOSS | HOLDOUTS | LIGHT_TREE | STRUCTURE;
+pub const ALL: Mask = PATHS | DEPTH_OF_FIELD | HOLDOUTS | LIGHT_TREE;
 
 /// Names that stand for several effects, which share their code.
 pub const GROUPS: [(Mask, &str); 5] = [

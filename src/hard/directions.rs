@@ -6,10 +6,9 @@ use super::{Case, Effort, Finding};
 use crate::render::{Filter, FilterKind, RenderError, RenderSettings};
 use crate::sampler::hashed;
 use crate::scene::{
-    Image, ImageId, LightKind, Material, Mesh, NormalTexture, Pixels, Sampler, Scene, Texture,
-    UvTransform,
+    Image, ImageId, LightKind, Material, Mesh, NormalTexture, Sampler, Scene, Texture, UvTransform,
 };
-use crate::shading::{Bsdf, Dielectrics, SurfaceParameters};
+use crate::shading::{AllKinds, Bsdf, Dielectrics, SurfaceParameters};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -58,7 +57,7 @@ fn grazing(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 for cos in [4.5e-4f32, 1e-5, 1e-7, 1e-15, 1e-30] {
                     let (normals, wo) = seen_at(cos);
                     let p = SurfaceParameters { roughness, ..p };
-                    let bsdf = Bsdf::new::<true>(&p, &tables, normals, wo, inside);
+                    let bsdf = Bsdf::<AllKinds>::new(&p, &tables, normals, wo, inside);
                     let (mean, not_fine) = albedo(&bsdf, samples);
                     wrong += not_fine;
                     let off = ((mean.mean() - 1.0).abs() - 4.0 * mean.deviation()).max(0.0);
@@ -267,7 +266,7 @@ fn noise(size: u32) -> Image {
         width: size,
         height: size,
         channels: 3,
-        pixels: Pixels::U8((0..size * size).flat_map(texel).collect()),
+        pixels: (0..size * size).flat_map(texel).collect::<Vec<u8>>().into(),
     }
 }
 

@@ -4,7 +4,7 @@ use super::kit::{
     Bench, camera, constant_environment, diffuse, glass, mean, place, prepared, quad, small, sphere,
 };
 use super::{Case, Effort, Finding};
-use crate::effects::Mask;
+use crate::effects::{self, Mask};
 use crate::ffi::embree::Hit;
 use crate::math::{Frame, float, warp};
 use crate::render::RenderError;
@@ -59,11 +59,11 @@ pub const CASES: &[Case] = &[
 ];
 
 /// No effects: the queries alone.
-const PLAIN: Mask = 0;
+const PLAIN: Mask = effects::STRUCTURE;
 const FOREVER: (f32, f32) = (float::RAY_START, f32::INFINITY);
 
 fn meet(world: &World, origin: Vec3, direction: Vec3) -> Option<Hit> {
-    world.intersect::<PLAIN>(origin, direction, FOREVER, RayKind::Diffuse, 0)
+    world.intersect::<PLAIN>(origin, direction, FOREVER, RayKind::Diffuse, || 0)
 }
 
 /// What became of rays that should have stayed inside.
@@ -132,7 +132,7 @@ fn follow(world: &World, inside: Vec3, path: u32) -> Leaks {
         let n = surface.normals.geometric;
         direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(random(bounce)));
         // One direction in 1e8 is below the wall when it is rounded: none of the renderer's paths goes on then.
-        let Some(start) = world.leave(&hit, &surface, direction, false) else {
+        let Some(start) = world.leave::<PLAIN>(&hit, &surface, direction, false) else {
             break;
         };
         origin = start;

@@ -174,6 +174,8 @@ pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
         effects: effects::ALL,
         threads: None,
         cull_backfaces: false,
+        uv_pass: false,
+        roughens: false,
         naive: Naive::default(),
     };
     World::new(scene, &options).map_err(|error| RenderError::Embree(error.0))

@@ -7,7 +7,7 @@ use crate::render::{Filter, FilterKind, LightSampling, RenderError, RenderSettin
 use crate::sampler::{Dimension, Sequence};
 use crate::scene::{AlphaMode, LightKind, Material, Scene};
 use crate::shading::bsdf::Normals;
-use crate::shading::{Bsdf, Dielectrics, SurfaceParameters};
+use crate::shading::{AllKinds, Bsdf, Dielectrics, SurfaceParameters};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// The cases.
@@ -121,7 +121,7 @@ fn white_surfaces(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 for cos in [1.0f32, 0.7, 0.2] {
                     let (normals, wo) = seen_at(cos);
                     let p = SurfaceParameters { roughness, ..p };
-                    let bsdf = Bsdf::new::<true>(&p, &tables, normals, wo, inside);
+                    let bsdf = Bsdf::<AllKinds>::new(&p, &tables, normals, wo, inside);
                     let (mean, not_fine) = albedo(&bsdf, samples);
                     // What is told beyond the noise of the samples.
                     let noise = 4.0 * mean.deviation();

@@ -2,7 +2,7 @@
 
 use super::kit::{self, camera, constant_environment, diffuse, place, quad, sphere};
 use crate::scene::{
-    Aperture, AreaShape, Image, ImageId, Light, LightKind, Material, MeshId, NormalTexture, Pixels,
+    Aperture, AreaShape, Image, ImageId, Light, LightKind, Material, MeshId, NormalTexture,
     Projection, Scene, Texture, TextureFilter, UvTransform,
 };
 use glam::{DAffine3, DMat3, DQuat, DVec3};
@@ -128,7 +128,7 @@ fn image(name: &str, pixel: impl Fn(u32, u32) -> [u8; 3]) -> Image {
         width: 8,
         height: 8,
         channels: 3,
-        pixels: Pixels::U8(pixels.collect()),
+        pixels: pixels.collect::<Vec<u8>>().into(),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::light::environment;
 use crate::light::tree::{Angle, Bounds, Tree};
 use crate::render::{MAX_LIGHT_SAMPLES, RenderError, RenderSettings};
 use crate::sampler::{Dimension, REPLICATES, Sampler, Sequence, hashed};
-use crate::scene::{Environment, Image, ImageId, Pixels, Scene, Visibility};
+use crate::scene::{Environment, Image, ImageId, Scene, Visibility};
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::collections::BTreeSet;
 
@@ -91,7 +91,7 @@ fn world_with_a_texel(value: f32) -> Scene {
             width: width as u32,
             height: height as u32,
             channels: 3,
-            pixels: Pixels::F32(texels),
+            pixels: texels.into(),
         }],
         environment: Some(Environment {
             image: Some(ImageId(0)),

@@ -6,15 +6,15 @@ use super::kit::{
     sphere,
 };
 use super::{Case, Effort, Finding};
-use crate::effects::Mask;
+use crate::effects::{self, Mask};
 use crate::import::{self, ImportOptions};
 use crate::math::float;
 use crate::render::{LightSampling, RenderError, RenderSettings};
 use crate::sampler::hashed;
 use crate::scene::validate::clean;
 use crate::scene::{
-    Diagnostics, Image, ImageId, Material, Mesh, NormalTexture, Pixels, RayKind, Sampler, Scene,
-    Texture, UvTransform,
+    Diagnostics, Image, ImageId, Material, Mesh, NormalTexture, RayKind, Sampler, Scene, Texture,
+    UvTransform,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -57,7 +57,7 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-const PLAIN: Mask = 0;
+const PLAIN: Mask = effects::STRUCTURE;
 
 /// Directions as the surface scatters, and no light samples: under a sky of 1 each sample of a plane that reflects half
 /// of it is 1/2, but for the roundings of its weight.
@@ -205,7 +205,7 @@ fn slivers(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             let from = Vec3::new(2.0 * number(2), number(3), 0.0);
             let ends = (float::RAY_START, f32::INFINITY);
             world
-                .intersect::<PLAIN>(from, to - from, ends, RayKind::Camera, 0)
+                .intersect::<PLAIN>(from, to - from, ends, RayKind::Camera, || 0)
                 .is_none()
         })
         .count() as u64;
@@ -290,7 +290,7 @@ fn collapsed_uvs(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         width: 1,
         height: 1,
         channels: 3,
-        pixels: Pixels::F32(vec![0.9, 0.6, 0.7]),
+        pixels: vec![0.9f32, 0.6, 0.7].into(),
     };
     let texture = Texture {
         image: ImageId(0),
@@ -405,7 +405,7 @@ fn one_triangle_and_millions(effort: Effort) -> Result<Vec<Finding>, RenderError
         let inwards =
             ((b - a).cross(c - a)).normalize() * (b - a).length().max((c - a).length()) * -0.1;
         let ends = (float::RAY_START, f32::INFINITY);
-        let hit = world.intersect::<PLAIN>(middle + inwards, -inwards, ends, RayKind::Camera, 0);
+        let hit = world.intersect::<PLAIN>(middle + inwards, -inwards, ends, RayKind::Camera, || 0);
         wrong += u64::from(hit.is_none_or(|hit| u64::from(hit.primitive) != triangle));
     }
     findings.push(Finding::none("triangles of 1000 that were not met", wrong));

@@ -14,6 +14,7 @@ pub use error::ImportError;
 pub use image::{ImageFailure, decode_image};
 
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::scene::{
     self, Diagnostics, Environment, Image, ImageId, Pixels, Scene, Verdict, Visibility,
@@ -149,7 +150,7 @@ fn environment_image(
     let mut image = image::decode_linear_rgb(bytes, name, &limit)
         .map_err(|failure| ImportError::image(file, "environment image", failure))?;
     if let Pixels::F32(values) = &mut image.pixels {
-        let replaced = image::make_radiance(values);
+        let replaced = image::make_radiance(Arc::make_mut(values).as_mut_slice());
         if replaced > 0 {
             diagnostics.report(
                 "environment-values",

@@ -5,7 +5,8 @@
 use super::record::{End, Lit, Record, Scattered, Step};
 use crate::camera::CameraRay;
 use crate::effects::{
-    self, ALPHA, ENVIRONMENT, LAMPS, MESH_LIGHTS, Mask, PATHS, SUNS, TRANSMISSION, VISIBILITY,
+    self, ALPHA, ENVIRONMENT, FACETS, LAMPS, MESH_LIGHTS, Mask, NORMAL_MAPS, PATHS, SMOOTH_NORMALS,
+    SUNS, TRANSMISSION, VISIBILITY,
 };
 use crate::film::apart::{Apart, Together};
 use crate::film::pixel::{FirstHit, Middle};
@@ -13,7 +14,7 @@ use crate::light::power_heuristic;
 use crate::math::float::{RAY_START, is_unit};
 use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
-use crate::shading::{Bsdf, Scattering};
+use crate::shading::{Bsdf, Kinds, Scattering};
 use crate::world::{Hit, Met, RayKind, Shaded, Source, Surface, World};
 use glam::{Vec2, Vec3};
 
@@ -218,6 +219,20 @@ impl PathSettings {
     }
 }
 
+/// Surfaces as a kernel has them.
+#[derive(Clone, Copy, Debug)]
+struct Compiled<const E: Mask>;
+
+impl<const E: Mask> Kinds for Compiled<E> {
+    const FACETS: bool = effects::has(E, FACETS);
+    const TRANSMISSION: bool = effects::has(E, TRANSMISSION);
+    const SMOOTH: bool = effects::has(E, SMOOTH_NORMALS);
+    const BUMPS: bool = effects::has(E, NORMAL_MAPS);
+}
+
+/// The BSDF of a kernel.
+type KernelBsdf<const E: Mask> = Bsdf<Compiled<E>>;
+
 /// Traces the path that begins with a ray of the camera.
 pub fn trace<const E: Mask>(
     world: &World,
@@ -270,7 +285,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
             span: (near, far),
             throughput,
         });
-        let key = sampler.key(Dimension::Opacity, bounce);
+        let key = || sampler.key(Dimension::Opacity, bounce);
         let mut ended = false;
         let hit = if effects::has(E, ALPHA) && settings.transparent != u32::MAX {
             match world.intersect_limited::<E>(
@@ -278,7 +293,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
                 direction,
                 (near, far),
                 previous.kind(),
-                key,
+                key(),
                 // Cycles notices the limit when it has passed a surface: one always is.
                 settings.transparent.max(1) - passed,
             ) {
@@ -365,7 +380,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
             } else {
                 world
                     .lights
-                    .triangle_pdf(&previous.at, surface.emitter, &surface.point)
+                    .triangle_pdf::<E>(&previous.at, surface.emitter, &surface.point)
             };
             let source = Source::Surface(hit.object());
             let weight = gathered.weigh(settings, &previous, source, surface.emission, light_pdf);
@@ -406,27 +421,17 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         }
 
         let mut parameters = *parameters;
-        if settings.filter_glossy > 0.0 {
+        if effects::has(E, FACETS) && settings.filter_glossy > 0.0 {
             parameters.roughen(settings.least_alpha(min_pdf));
         }
         let wo = -direction;
-        let bsdf = if effects::has(E, TRANSMISSION) {
-            Bsdf::new::<true>(
-                &parameters,
-                surface.dielectrics,
-                surface.normals,
-                wo,
-                surface.inside,
-            )
-        } else {
-            Bsdf::new::<false>(
-                &parameters,
-                surface.dielectrics,
-                surface.normals,
-                wo,
-                surface.inside,
-            )
-        };
+        let bsdf = KernelBsdf::<E>::new(
+            &parameters,
+            surface.dielectrics,
+            surface.normals,
+            wo,
+            surface.inside,
+        );
         if bounce == 0 {
             first.albedo = bsdf.albedo();
             gathered
@@ -435,11 +440,11 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         }
         let at = world
             .lights
-            .shaded(surface.point.point, bsdf.receiving_normal());
+            .shaded::<E>(surface.point.point, bsdf.receiving_normal());
 
         // ---- Direct light (next-event estimation) ----
         if bsdf.is_samplable() && !world.lights.is_empty() {
-            let vertex = || Vertex {
+            let vertex = || Vertex::<E> {
                 bounce,
                 hit: &hit,
                 surface: &surface,
@@ -560,15 +565,15 @@ fn leave<const E: Mask>(
         let offset = normal * NAIVE_OFFSET.copysign(direction.dot(normal));
         return Some(surface.point.point + offset);
     }
-    world.leave(hit, surface, direction, beyond)
+    world.leave::<E>(hit, surface, direction, beyond)
 }
 
 /// A surface that light falls on, and the path to it.
-struct Vertex<'a> {
+struct Vertex<'a, const E: Mask> {
     bounce: u32,
     hit: &'a Hit,
     surface: &'a Surface<'a>,
-    bsdf: &'a Bsdf,
+    bsdf: &'a KernelBsdf<E>,
     at: &'a Shaded,
     throughput: Vec3,
     /// Surfaces that a shadow ray may pass.
@@ -583,7 +588,7 @@ fn direct_lights<const E: Mask, A: Apart + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
-    vertex: &Vertex,
+    vertex: &Vertex<E>,
     gathered: &mut Gathered<A>,
 ) -> u32 {
     let samples = settings.light_samples;
@@ -601,7 +606,7 @@ fn direct_light<const E: Mask, A: Apart + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
-    vertex: &Vertex,
+    vertex: &Vertex<E>,
     samples: f32,
     gathered: &mut Gathered<A>,
 ) -> u32 {
@@ -615,7 +620,7 @@ fn direct_light<const E: Mask, A: Apart + Record>(
         transparent,
     } = vertex;
     let u = sampler.triple(Dimension::Light, bounce);
-    let Some(light) = world.lights.sample(world, at, u.z, u.truncate()) else {
+    let Some(light) = world.lights.sample::<E>(world, at, u.z, u.truncate()) else {
         gathered.apart.step(|| Step::Light {
             light: None,
             numbers: u,
@@ -706,7 +711,7 @@ fn direct_light<const E: Mask, A: Apart + Record>(
 
 /// What a ray of the camera meets; a holdout counts as nothing, as in Cycles.
 pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> Middle {
-    let key = sampler.key(Dimension::Opacity, 0);
+    let key = || sampler.key(Dimension::Opacity, 0);
     let hit = world.intersect::<PATHS>(
         ray.origin,
         ray.direction,

@@ -8,6 +8,7 @@ use super::Direction;
 use crate::math::luminance;
 use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
+use std::sync::Arc;
 
 /// An environment.
 #[derive(Debug)]
@@ -22,8 +23,31 @@ pub struct Environment {
 struct Image {
     width: usize,
     height: usize,
-    texels: Vec<Vec3>,
+    texels: Texels,
     distribution: Distribution,
+}
+
+/// Linear texels of three channels, shared with the scene's image if that has them so.
+#[derive(Clone, Debug)]
+pub struct Texels(Arc<Vec<f32>>);
+
+impl Texels {
+    #[inline]
+    fn at(&self, index: usize) -> Vec3 {
+        Vec3::from_slice(&self.0[3 * index..])
+    }
+}
+
+impl From<Arc<Vec<f32>>> for Texels {
+    fn from(channels: Arc<Vec<f32>>) -> Self {
+        Self(channels)
+    }
+}
+
+impl From<Vec<Vec3>> for Texels {
+    fn from(texels: Vec<Vec3>) -> Self {
+        Self(Arc::new(texels.iter().flat_map(Vec3::to_array).collect()))
+    }
 }
 
 /// Cells of the distribution along u at most: finer than that only costs memory.
@@ -57,10 +81,11 @@ impl Environment {
     pub fn image(
         width: usize,
         height: usize,
-        texels: Vec<Vec3>,
+        texels: impl Into<Texels>,
         radiance: Vec3,
         rotation: &DMat3,
     ) -> Self {
+        let texels = texels.into();
         let distribution = Distribution::new(width, height, &texels, radiance);
         // From glTF's axes to Blender's: (x, −z, y).
         let blender_from_gltf = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
@@ -86,9 +111,8 @@ impl Environment {
         let mut weight = 0f64;
         for y in 0..image.height {
             let sin = ((y as f64 + 0.5) / image.height as f64 * std::f64::consts::PI).sin();
-            let row: glam::DVec3 = image.texels[y * image.width..][..image.width]
-                .iter()
-                .map(|t| t.as_dvec3())
+            let row: DVec3 = (0..image.width)
+                .map(|x| image.texels.at(y * image.width + x).as_dvec3())
                 .sum();
             sum += row * sin;
             weight += sin * image.width as f64;
@@ -168,7 +192,7 @@ impl Image {
         let column = |x: f32| (x as i64).rem_euclid(self.width as i64) as usize;
         let row = |y: f32| (y.max(0.0) as usize).min(self.height - 1);
         let (c0, c1, r0, r1) = (column(x0), column(x0 + 1.0), row(y0), row(y0 + 1.0));
-        let texel = |c: usize, r: usize| self.texels[r * self.width + c];
+        let texel = |c: usize, r: usize| self.texels.at(r * self.width + c);
         texel(c0, r0)
             .lerp(texel(c1, r0), s)
             .lerp(texel(c0, r1).lerp(texel(c1, r1), s), t)
@@ -176,13 +200,13 @@ impl Image {
 }
 
 impl Distribution {
-    fn new(width: usize, height: usize, texels: &[Vec3], radiance: Vec3) -> Self {
+    fn new(width: usize, height: usize, texels: &Texels, radiance: Vec3) -> Self {
         let columns = width.min(CELLS_U);
         let rows = height.min(CELLS_U / 2);
         // Mean of the bilinear interpolation over each texel's cell: (1, 6, 1)/8 in both directions.
         // It is above 0 wherever the interpolation is somewhere above 0 in the cell.
         let weight =
-            |x: usize, y: usize| f64::from(luminance(texels[y * width + x] * radiance).max(0.0));
+            |x: usize, y: usize| f64::from(luminance(texels.at(y * width + x) * radiance).max(0.0));
         let smoothed_row = |y: usize| -> Vec<f64> {
             let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
             let vertical: Vec<f64> = (0..width)

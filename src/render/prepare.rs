@@ -53,7 +53,6 @@ impl<'a> Prepared<'a> {
             EffectChoice::All => effects::ALL,
             EffectChoice::List(list) => effects::parse(list).map_err(setting)?,
         };
-        let (mask, kernel) = kernel(settings, wanted);
         let threads = settings
             .threads
             .filter(|&n| n > 0)
@@ -71,10 +70,13 @@ impl<'a> Prepared<'a> {
             threads: Some(threads),
             cull_backfaces: settings.cull_backfaces,
             naive: settings.naive,
+            uv_pass: settings.passes.has(Pass::Uv),
+            roughens: settings.filter_glossy > 0.0,
         };
         let world = pool
             .install(|| World::new(scene, &options))
             .map_err(|e| RenderError::Embree(e.0))?;
+        let (mask, kernel) = kernel(settings, wanted | world.structure());
         Ok(Self {
             world,
             camera,

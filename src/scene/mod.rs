@@ -6,6 +6,7 @@
 mod camera;
 mod diagnostics;
 mod fingerprint;
+mod flat;
 mod left_out;
 mod material;
 mod settings;
@@ -29,6 +30,7 @@ pub use texel::decoded;
 pub use visibility::{RayKind, Visibility};
 
 use glam::{DAffine3, DMat3};
+use std::sync::Arc;
 
 /// Index into [`Scene::meshes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -119,15 +121,33 @@ pub struct Image {
     pub pixels: Pixels,
 }
 
-/// Pixel values in the precision of the file: `width * height * channels` of them.
+/// Pixel values in the precision of the file: `width * height * channels` of them. A copy shares them.
 #[derive(Clone, Debug)]
 pub enum Pixels {
     /// 8 bits, 0..=255 stands for 0..=1.
-    U8(Vec<u8>),
+    U8(Arc<Vec<u8>>),
     /// 16 bits, 0..=65535 stands for 0..=1.
-    U16(Vec<u16>),
+    U16(Arc<Vec<u16>>),
     /// Linear floats.
-    F32(Vec<f32>),
+    F32(Arc<Vec<f32>>),
+}
+
+impl From<Vec<u8>> for Pixels {
+    fn from(values: Vec<u8>) -> Self {
+        Self::U8(Arc::new(values))
+    }
+}
+
+impl From<Vec<u16>> for Pixels {
+    fn from(values: Vec<u16>) -> Self {
+        Self::U16(Arc::new(values))
+    }
+}
+
+impl From<Vec<f32>> for Pixels {
+    fn from(values: Vec<f32>) -> Self {
+        Self::F32(Arc::new(values))
+    }
 }
 
 /// A light that is not geometry.

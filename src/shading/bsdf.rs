@@ -13,6 +13,7 @@ use super::{fresnel, ggx, normal};
 use crate::math::{Frame, average, mix, sqr, warp};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
+use std::marker::PhantomData;
 
 /// What a material says at one point, textures looked up.
 #[derive(Clone, Copy, Debug)]
@@ -51,12 +52,12 @@ impl SurfaceParameters {
 #[derive(Debug)]
 pub struct Dielectrics {
     /// Tables of the reflecting coat at specular factors over 0..=`max_specular`, or one for the
-    /// constant factor.
+    /// constant factor, or none where nobody reads them.
     coat: Vec<tables::Dielectric>,
     /// Greatest specular factor.
     max_specular: f32,
     /// Tables of the transmitting solid.
-    solid: Option<tables::Dielectric>,
+    solid: Option<tables::Solid>,
 }
 
 /// Tables over a textured specular factor: evenly spaced over its square root, about as the
@@ -78,19 +79,26 @@ fn coat_ior(ior: f32, specular: f32) -> f32 {
 impl Dielectrics {
     /// Tables for a material with a constant or textured specular factor.
     pub fn new(ior: f32, specular: f32, textured: bool, transmits: bool) -> Self {
+        Self::needed(ior, specular, textured, (true, transmits))
+    }
+
+    /// As far as the coat and the solid are rough somewhere: what is smooth reads no table.
+    pub fn needed(ior: f32, specular: f32, textured: bool, (coat, solid): (bool, bool)) -> Self {
         let ior = fresnel::bounded_ior(ior);
-        let coat = if textured && specular > 0.0 {
+        let coat = if !coat {
+            Vec::new()
+        } else if textured && specular > 0.0 {
             (0..SPECULAR_STEPS)
                 .map(|i| sqr(i as f32 / (SPECULAR_STEPS - 1) as f32).max(LEAST_SPECULAR))
-                .map(|share| tables::Dielectric::new(coat_ior(ior, specular * share), false))
+                .map(|share| tables::Dielectric::new(coat_ior(ior, specular * share)))
                 .collect()
         } else {
-            vec![tables::Dielectric::new(coat_ior(ior, specular), false)]
+            vec![tables::Dielectric::new(coat_ior(ior, specular))]
         };
         Self {
             coat,
             max_specular: specular,
-            solid: transmits.then(|| tables::Dielectric::new(ior, true)),
+            solid: solid.then(|| tables::Solid::new(ior)),
         }
     }
 
@@ -104,8 +112,10 @@ impl Dielectrics {
                 table.average_blend(),
             )
         };
-        if self.coat.len() == 1 {
-            return at(0);
+        match self.coat.len() {
+            0 => return (cos, 0.0),
+            1 => return at(0),
+            _ => {}
         }
         let x =
             (specular / self.max_specular).clamp(0.0, 1.0).sqrt() * (self.coat.len() - 1) as f32;
@@ -153,9 +163,34 @@ struct Facet {
     cos_t: f32,
 }
 
+/// What surfaces of a scene may be, known when a kernel is compiled: what they are not has no code. Where it is all there,
+/// the bits are the same.
+pub trait Kinds {
+    /// Metals, glass, and reflections of dielectrics: all that facets do.
+    const FACETS: bool;
+    /// Glass; it calls for facets too.
+    const TRANSMISSION: bool;
+    /// Normals of vertices.
+    const SMOOTH: bool;
+    /// Normal maps.
+    const BUMPS: bool;
+}
+
+/// Surfaces of all kinds.
+#[derive(Clone, Copy, Debug)]
+pub struct AllKinds;
+
+impl Kinds for AllKinds {
+    const FACETS: bool = true;
+    const TRANSMISSION: bool = true;
+    const SMOOTH: bool = true;
+    const BUMPS: bool = true;
+}
+
 /// The BSDF at a point, seen from `wo`.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf {
+pub struct Bsdf<K = AllKinds> {
+    kinds: PhantomData<K>,
     /// Frame of the microfacets' mean normal (bent, so that reflections leave the surface).
     frame: Frame,
     /// Normal of the diffuse lobe.
@@ -242,17 +277,19 @@ pub struct Normals {
     pub shading: Vec3,
 }
 
-impl Bsdf {
+impl<K: Kinds> Bsdf<K> {
     /// Compiles the lobes whose weight is not zero. `inside`: the viewer is behind the surface.
-    /// `TRANSMISSION` says at compile time whether any material transmits.
     #[inline]
-    pub fn new<const TRANSMISSION: bool>(
+    pub fn new(
         p: &SurfaceParameters,
         tables: &Dielectrics,
         normals: Normals,
         wo: Vec3,
         inside: bool,
     ) -> Self {
+        if !K::FACETS {
+            return Self::matte(p.base_color, normals);
+        }
         let facet_normal = if normals.shading == normals.geometric {
             normals.shading
         } else {
@@ -279,7 +316,7 @@ impl Bsdf {
             Metal { weight, f0 }
         });
         let mut glass = None;
-        if TRANSMISSION && p.transmission > 0.0 && rest > 0.0 {
+        if K::TRANSMISSION && p.transmission > 0.0 && rest > 0.0 {
             let base = p.base_color.min(Vec3::ONE);
             let share = p.transmission * rest;
             let true_f0 = fresnel::f0_from_ior(ior);
@@ -351,6 +388,7 @@ impl Bsdf {
             (a / (a + b)).clamp(0.05, 0.95)
         };
         Self {
+            kinds: PhantomData,
             frame,
             normal: normals.shading,
             smooth: normals.smooth,
@@ -371,6 +409,69 @@ impl Bsdf {
         }
     }
 
+    /// Nothing but the diffuse lobe.
+    #[inline]
+    fn matte(base_color: Vec3, normals: Normals) -> Self {
+        Self {
+            kinds: PhantomData,
+            // Nobody looks at it.
+            frame: Frame {
+                x: Vec3::X,
+                y: Vec3::Y,
+                z: Vec3::Z,
+            },
+            normal: normals.shading,
+            smooth: normals.smooth,
+            geometric: normals.geometric,
+            view: ggx::View {
+                wo: Vec3::Z,
+                stretched: 1.0,
+            },
+            alpha: 1.0,
+            bound: 1.0,
+            diffuse: base_color,
+            coat: None,
+            metal: None,
+            glass: None,
+            p_facet: 0.0,
+            albedo: base_color,
+        }
+    }
+
+    /// Probability of the facets' lobe.
+    #[inline(always)]
+    fn p_facet(&self) -> f32 {
+        if K::FACETS { self.p_facet } else { 0.0 }
+    }
+
+    /// The glass, if there is any.
+    #[inline(always)]
+    fn glass(&self) -> Option<&Glass> {
+        self.glass.as_ref().filter(|_| K::TRANSMISSION)
+    }
+
+    /// Normal of the diffuse lobe.
+    #[inline(always)]
+    fn normal(&self) -> Vec3 {
+        if K::BUMPS { self.normal } else { self.smooth() }
+    }
+
+    /// Smooth normal.
+    #[inline(always)]
+    fn smooth(&self) -> Vec3 {
+        if K::SMOOTH {
+            self.smooth
+        } else {
+            self.geometric
+        }
+    }
+
+    /// Whether a normal map has turned the normal.
+    #[inline(always)]
+    fn is_bumped(&self) -> bool {
+        K::BUMPS && self.normal != self.smooth()
+    }
+
     /// Diffuse colour plus mean reflectance and transmittance.
     pub fn albedo(&self) -> Vec3 {
         self.albedo
@@ -382,7 +483,7 @@ impl Bsdf {
     /// where such light can be.
     pub fn colors(&self) -> [Vec3; 3] {
         let (mut reflected, mut transmitted) = (Vec3::ZERO, Vec3::ZERO);
-        if self.p_facet > 0.0 {
+        if self.p_facet() > 0.0 {
             for (cos, share) in [
                 (self.view.wo.z.max(0.0), 1.0 - self.alpha),
                 (0.5, 0.5 * self.alpha),
@@ -393,7 +494,7 @@ impl Bsdf {
                 transmitted += f.transmittance * share;
             }
             let all = self.albedo - self.diffuse;
-            let tint = self.glass.as_ref().map_or(Vec3::ONE, |g| g.tint);
+            let tint = self.glass().map_or(Vec3::ONE, |g| g.tint);
             for i in 0..3 {
                 // Albedos know of no tint.
                 let untinted = if tint[i] > 0.0 {
@@ -425,21 +526,21 @@ impl Bsdf {
             facets += weight.map_or(0.0, |w| w.max_element());
         }
         let over = |weight: f32, p: f32| if p > 0.0 { weight / p } else { 0.0 };
-        let diffuse = over(self.diffuse.max_element(), 1.0 - self.p_facet);
-        1.001 * diffuse.max(over(3.0 * facets, self.p_facet))
+        let diffuse = over(self.diffuse.max_element(), 1.0 - self.p_facet());
+        1.001 * diffuse.max(over(3.0 * facets, self.p_facet()))
     }
 
     /// Whether some light could be found by sampling lights (not only by sampling the BSDF).
     #[inline]
     pub fn is_samplable(&self) -> bool {
-        self.diffuse != Vec3::ZERO || (self.p_facet > 0.0 && !self.is_smooth())
+        self.diffuse != Vec3::ZERO || (self.p_facet() > 0.0 && !self.is_smooth())
     }
 
     /// Normal for the estimate of which lights matter: `None` where light from both sides does.
     #[inline]
     pub fn receiving_normal(&self) -> Option<Vec3> {
-        (self.glass.is_none() && self.normal == self.smooth && self.frame.z == self.normal)
-            .then_some(self.normal)
+        let facets_agree = self.p_facet() == 0.0 || self.frame.z == self.normal();
+        (self.glass().is_none() && !self.is_bumped() && facets_agree).then_some(self.normal())
     }
 
     #[inline]
@@ -467,7 +568,7 @@ impl Bsdf {
             let blend = fresnel::grazing_blend(true_f, c.true_f0);
             f.reflectance += c.weight * (c.f0 + (Vec3::ONE - c.f0) * blend);
         }
-        if let Some(g) = &self.glass {
+        if let Some(g) = self.glass() {
             let true_f = fresnel::dielectric(cos_h, g.eta);
             let blend = fresnel::grazing_blend(true_f.reflectance, g.true_f0);
             let reflectance = if true_f.reflectance >= 1.0 {
@@ -501,10 +602,10 @@ impl Bsdf {
         } else {
             self.evaluate_diffuse(wi)
         };
-        if self.p_facet > 0.0 && !self.is_smooth() {
+        if self.p_facet() > 0.0 && !self.is_smooth() {
             let v = self.evaluate_facets(wi, transmitted);
             result.value += v.value;
-            result.pdf += self.p_facet * v.pdf;
+            result.pdf += self.p_facet() * v.pdf;
         }
         result
     }
@@ -512,7 +613,7 @@ impl Bsdf {
     /// Whether a direction is beyond the surface, for what lets light through: on the other side of the triangle.
     #[inline]
     pub fn is_beyond(&self, wi: Vec3) -> bool {
-        self.glass.is_some() && wi.dot(self.geometric) < 0.0
+        self.glass().is_some() && wi.dot(self.geometric) < 0.0
     }
 
     /// Whether a direction is below a surface that lets no light through. On the curved surface that the triangles stand
@@ -520,21 +621,21 @@ impl Bsdf {
     /// have black facets along the terminator, and lose energy.
     #[inline]
     fn is_below(&self, wi: Vec3) -> bool {
-        self.glass.is_none() && wi.dot(self.geometric) < 0.0 && wi.dot(self.smooth) <= 0.0
+        self.glass().is_none() && wi.dot(self.geometric) < 0.0 && wi.dot(self.smooth()) <= 0.0
     }
 
     /// The diffuse part, its density times the probability of its lobe.
     #[inline]
     fn evaluate_diffuse(&self, wi: Vec3) -> BsdfValue {
-        let cos = wi.dot(self.normal);
+        let cos = wi.dot(self.normal());
         if self.diffuse == Vec3::ZERO || cos <= 0.0 {
             return NOTHING;
         }
         let mut value = self.diffuse * (cos * FRAC_1_PI);
-        if self.normal != self.smooth {
-            value *= normal::bump_shadowing(self.smooth, self.normal, wi);
+        if self.is_bumped() {
+            value *= normal::bump_shadowing(self.smooth(), self.normal(), wi);
         }
-        let pdf = (1.0 - self.p_facet) * warp::cosine_hemisphere_pdf(cos);
+        let pdf = (1.0 - self.p_facet()) * warp::cosine_hemisphere_pdf(cos);
         BsdfValue {
             value,
             diffuse: value,
@@ -546,7 +647,7 @@ impl Bsdf {
     /// A bumped normal must not see light from behind the smooth surface, nor transmit to before it.
     #[inline]
     fn is_behind_smooth(&self, wi: Vec3, transmitted: bool) -> bool {
-        self.normal != self.smooth && (wi.dot(self.smooth) < 0.0) != transmitted
+        self.is_bumped() && (wi.dot(self.smooth()) < 0.0) != transmitted
     }
 
     #[inline]
@@ -564,7 +665,9 @@ impl Bsdf {
             };
             return self.reflect(&self.facet(wo.dot(h)), h, wi);
         }
-        let Some(g) = &self.glass else { return NOTHING };
+        let Some(g) = self.glass() else {
+            return NOTHING;
+        };
         if g.thin {
             let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
             let Some(h) = (wo + mirrored).try_normalize() else {
@@ -634,14 +737,14 @@ impl Bsdf {
     #[inline]
     pub fn sample(&self, u: Vec3) -> Option<BsdfSample> {
         let (u, choice) = (u.truncate(), u.z);
-        if choice >= self.p_facet {
+        if !K::FACETS || choice >= self.p_facet() {
             if self.diffuse == Vec3::ZERO {
                 return None;
             }
-            let frame = if self.frame.z == self.normal {
+            let frame = if K::FACETS && self.frame.z == self.normal() {
                 self.frame
             } else {
-                Frame::from_normal(self.normal)
+                Frame::from_normal(self.normal())
             };
             let wi = frame.to_world(warp::cosine_hemisphere(u));
             if self.is_below(wi) || self.is_beyond(wi) {
@@ -664,14 +767,14 @@ impl Bsdf {
         }
         let f = self.facet(cos_h);
         let p_reflect = Self::p_reflect(&f);
-        let transmitted = choice >= p_reflect * self.p_facet;
+        let transmitted = choice >= p_reflect * self.p_facet();
         let scattering = if transmitted {
             Scattering::Transmission
         } else {
             Scattering::Glossy
         };
         let reflected = h * (2.0 * cos_h) - wo;
-        let (wi, straight) = match &self.glass {
+        let (wi, straight) = match self.glass() {
             Some(g) if transmitted && g.thin => {
                 (Vec3::new(reflected.x, reflected.y, -reflected.z), false)
             }
@@ -692,7 +795,7 @@ impl Bsdf {
             } else {
                 (f.reflectance, p_reflect)
             };
-            let p = p * self.p_facet;
+            let p = p * self.p_facet();
             return Some(BsdfSample {
                 wi: world,
                 weight: color / p,
@@ -706,7 +809,7 @@ impl Bsdf {
         if self.is_behind_smooth(world, transmitted) {
             return None;
         }
-        let facets = match &self.glass {
+        let facets = match self.glass() {
             Some(g) if transmitted && g.thin => self.transmit_thin(&f, h, reflected),
             Some(g) if transmitted => self.refract(&f, h, wi, g.eta),
             _ => self.reflect(&f, h, wi),
@@ -716,7 +819,7 @@ impl Bsdf {
         } else {
             self.evaluate_diffuse(world)
         };
-        let facets_pdf = self.p_facet * facets.pdf;
+        let facets_pdf = self.p_facet() * facets.pdf;
         v.value += facets.value;
         v.pdf += facets_pdf;
         Self::weigh(
@@ -733,24 +836,24 @@ impl Bsdf {
     #[cold]
     #[inline(never)]
     pub fn sample_uniform(&self, u: Vec3) -> Option<BsdfSample> {
-        let straight = self.glass.as_ref().is_some_and(Self::glass_is_straight);
+        let straight = self.glass().is_some_and(Self::glass_is_straight);
         let p_delta = match (self.is_smooth(), straight) {
             // Then the rest is the diffuse lobe.
-            (true, _) => self.p_facet,
-            (false, true) => 0.5 * self.p_facet,
+            (true, _) => self.p_facet(),
+            (false, true) => 0.5 * self.p_facet(),
             (false, false) => 0.0,
         };
         if u.z < p_delta {
-            let within = Vec3::new(u.x, u.y, u.z / p_delta * self.p_facet);
+            let within = Vec3::new(u.x, u.y, u.z / p_delta * self.p_facet());
             let mut s = self.sample(within).filter(|s| s.delta)?;
-            let scale = self.p_facet / p_delta;
+            let scale = self.p_facet() / p_delta;
             s.weight *= scale;
             s.alone.0 *= scale;
             return Some(s);
         }
         let mut local = warp::sphere(u.truncate());
         // On coarse meshes some directions above the surface are below the triangle.
-        let below = self.glass.is_some() || self.smooth != self.geometric;
+        let below = self.glass().is_some() || self.smooth() != self.geometric;
         if !below {
             local.z = local.z.abs();
         }
@@ -805,6 +908,17 @@ impl Bsdf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// All but glass.
+    #[derive(Clone, Copy, Debug)]
+    struct Opaque;
+
+    impl Kinds for Opaque {
+        const FACETS: bool = true;
+        const TRANSMISSION: bool = false;
+        const SMOOTH: bool = true;
+        const BUMPS: bool = true;
+    }
     use crate::sampler::{Dimension, Sequence};
     use rayon::prelude::*;
 
@@ -943,7 +1057,8 @@ mod tests {
                     for cos in [0.3, 0.9] {
                         let p = SurfaceParameters { roughness, ..p };
                         let view = direction(cos);
-                        let bsdf = Bsdf::new::<true>(&p, &tables, normals(Vec3::Z), view, inside);
+                        let bsdf =
+                            Bsdf::<AllKinds>::new(&p, &tables, normals(Vec3::Z), view, inside);
                         let ours = estimate(&|u| bsdf.sample_uniform(u), 0);
                         let usual = estimate(&|u| bsdf.sample(u), 1000);
                         for (k, (a, b)) in ours.iter().zip(&usual).enumerate() {
@@ -991,7 +1106,7 @@ mod tests {
                     let mut mean = 0.0;
                     for (run, (x, weight)) in (0..).zip(nodes.iter().zip(weights)) {
                         let cos = x.sqrt() as f32;
-                        let bsdf = Bsdf::new::<true>(
+                        let bsdf = Bsdf::<AllKinds>::new(
                             &p,
                             &tables,
                             normals(Vec3::Z),
@@ -1026,7 +1141,8 @@ mod tests {
                     base_color: Vec3::new(0.9, 0.5, 0.2),
                     ..p
                 };
-                let bsdf = Bsdf::new::<true>(&p, &tables, normals(Vec3::Z), direction(cos), inside);
+                let bsdf =
+                    Bsdf::<AllKinds>::new(&p, &tables, normals(Vec3::Z), direction(cos), inside);
                 let n = 1 << 14;
                 let sequence = Sequence::new(2);
                 let (mut weight, mut came_back) = (0f64, 0f64);
@@ -1088,7 +1204,7 @@ mod tests {
         let tables = Dielectrics::new(1.5, 1.0, false, false);
         let (a, b) = (direction(0.3), Vec3::new(-0.5, 0.4, 0.6).normalize());
         let both = [(a, b), (b, a)].map(|(wo, wi)| {
-            let bsdf = Bsdf::new::<false>(&p, &tables, normals(Vec3::Z), wo, false);
+            let bsdf = Bsdf::<Opaque>::new(&p, &tables, normals(Vec3::Z), wo, false);
             let place = Place::new(wo.z, p.roughness);
             bsdf.evaluate(wi).value
                 / Reflection::get().compensation(place, fresnel::schlick_average(p.base_color))
@@ -1116,7 +1232,7 @@ mod tests {
                                 specular,
                                 ..p
                             };
-                            let bsdf = Bsdf::new::<true>(
+                            let bsdf = Bsdf::<AllKinds>::new(
                                 &p,
                                 &tables,
                                 normals(Vec3::Z),
@@ -1185,13 +1301,57 @@ mod tests {
                 ..plain()
             };
             let view = direction(1.0 - u.y);
-            let special = Bsdf::new::<false>(&p, &tables, normals(Vec3::Z), view, false);
-            let general = Bsdf::new::<true>(&p, &tables, normals(Vec3::Z), view, false);
-            let found = [special, general].map(|b| {
-                let (x, e) = (b.sample(v), b.evaluate(direction(v.x)));
-                (x.map(|x| (x.wi, x.weight, x.pdf)), e.value, e.pdf)
-            });
-            assert_eq!(found[0], found[1]);
+            let special = Bsdf::<Opaque>::new(&p, &tables, normals(Vec3::Z), view, false);
+            let general = Bsdf::<AllKinds>::new(&p, &tables, normals(Vec3::Z), view, false);
+            assert_eq!(found(&special, v), found(&general, v));
+        }
+    }
+
+    fn found<K: Kinds>(bsdf: &Bsdf<K>, u: Vec3) -> (Option<(Vec3, Vec3, f32)>, Vec3, f32) {
+        let (x, e) = (bsdf.sample(u), bsdf.evaluate(direction(u.x)));
+        (x.map(|x| (x.wi, x.weight, x.pdf)), e.value, e.pdf)
+    }
+
+    #[test]
+    fn kernels_with_and_without_facets_agree_on_matte_surfaces() {
+        struct Matte;
+        impl Kinds for Matte {
+            const FACETS: bool = false;
+            const TRANSMISSION: bool = false;
+            const SMOOTH: bool = true;
+            const BUMPS: bool = true;
+        }
+        let sequence = Sequence::new(5);
+        for (specular, ior) in [(0.0, 1.45), (0.0, 1.0), (1.0, 1.0), (0.5, 1.0)] {
+            let tables = Dielectrics::new(ior, specular, false, false);
+            for i in 0..256 {
+                let s = sequence.sampler(3, 1, i);
+                let (u, v) = (s.pair(Dimension::Lens, 0), s.triple(Dimension::Bsdf, 0));
+                let p = SurfaceParameters {
+                    metallic: 0.0,
+                    roughness: v.y,
+                    ior,
+                    specular,
+                    base_color: Vec3::new(u.y, v.x, 0.3),
+                    ..plain()
+                };
+                let tilted = |x: f32, y: f32| Vec3::new(x - 0.5, y - 0.5, 1.0).normalize();
+                let normals = Normals {
+                    geometric: Vec3::Z,
+                    smooth: tilted(v.x, u.x),
+                    shading: if i % 2 == 0 {
+                        tilted(v.x, u.x)
+                    } else {
+                        tilted(v.y, u.y)
+                    },
+                };
+                let view = direction(1.0 - u.y);
+                let special = Bsdf::<Matte>::new(&p, &tables, normals, view, false);
+                let general = Bsdf::<AllKinds>::new(&p, &tables, normals, view, false);
+                assert_eq!(found(&special, v), found(&general, v));
+                assert_eq!(special.receiving_normal(), general.receiving_normal());
+                assert_eq!(special.albedo(), general.albedo());
+            }
         }
     }
 }

@@ -6,4 +6,4 @@ pub mod ggx;
 pub mod normal;
 pub mod tables;
 
-pub use bsdf::{Bsdf, BsdfSample, Dielectrics, Scattering, SurfaceParameters};
+pub use bsdf::{AllKinds, Bsdf, BsdfSample, Dielectrics, Kinds, Scattering, SurfaceParameters};

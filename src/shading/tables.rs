@@ -11,6 +11,7 @@
 use super::fresnel;
 use crate::math::mix;
 use glam::Vec3;
+use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use std::sync::OnceLock;
 
@@ -100,14 +101,26 @@ struct Table {
 }
 
 impl Table {
-    /// Tabulates a function of the cosine and α.
-    fn tabulate(mut f: impl FnMut(f64, f64) -> f32) -> Self {
-        let mut values = Vec::with_capacity(COSINES * ROUGHNESSES);
-        for row in 0..ROUGHNESSES {
-            let alpha = row_alpha(row);
-            values.extend((0..COSINES).map(|column| f(column_cosine(column, alpha), alpha)));
+    /// Tabulates a function of the cosine and α, on all threads.
+    fn tabulate(f: impl Fn(f64, f64) -> f32 + Sync) -> Self {
+        let rows = (0..ROUGHNESSES).into_par_iter();
+        Self {
+            values: rows.flat_map_iter(|row| Self::row(row, &f)).collect(),
         }
-        Self { values }
+    }
+
+    /// The same on this thread: for what is made while others may wait for it, which must not take up their work.
+    fn tabulate_alone(f: impl Fn(f64, f64) -> f32) -> Self {
+        Self {
+            values: (0..ROUGHNESSES)
+                .flat_map(|row| Self::row(row, &f))
+                .collect(),
+        }
+    }
+
+    fn row(row: usize, f: impl Fn(f64, f64) -> f32) -> impl Iterator<Item = f32> {
+        let alpha = row_alpha(row);
+        (0..COSINES).map(move |column| f(column_cosine(column, alpha), alpha))
     }
 
     #[inline]
@@ -423,7 +436,7 @@ impl Reflection {
 
     fn new() -> Self {
         let quadrature = Quadrature::get();
-        let directional = Table::tabulate(|cos, alpha| {
+        let directional = Table::tabulate_alone(|cos, alpha| {
             quadrature
                 .reflection(&View::new(cos, alpha), |_| 0.0)
                 .0
@@ -486,8 +499,34 @@ pub struct Dielectric {
     effective_cosine: Table,
     /// Cosine-weighted mean reflectance of the smooth interface, as [`fresnel::grazing_blend`].
     average_blend: f32,
-    /// Albedo of reflection and transmission together, seen from outside and from inside.
-    both: Option<[Table; 2]>,
+}
+
+/// Albedo of reflection and transmission together of a rough transmitting solid with one index of refraction, with nothing
+/// absorbed: seen from outside and from inside.
+#[derive(Debug)]
+pub struct Solid([Table; 2]);
+
+impl Solid {
+    /// Tabulates for an index of refraction (above or below 1).
+    pub fn new(ior: f32) -> Self {
+        let quadrature = Quadrature::get();
+        Self([ior, 1.0 / ior].map(|eta| {
+            let interface = Interface::new(eta, ior);
+            Table::tabulate(|cos, alpha| {
+                if is_straight(eta) {
+                    1.0
+                } else {
+                    quadrature.both(&View::new(cos, alpha), &interface).min(1.0) as f32
+                }
+            })
+        }))
+    }
+
+    /// The albedo at a place.
+    #[inline]
+    pub fn both(&self, place: Place, inside: bool) -> f32 {
+        self.0[usize::from(inside)].read(place)
+    }
 }
 
 /// How far the reflectance of a smooth interface has come from normal to grazing incidence.
@@ -515,9 +554,8 @@ fn cosine_of_blend(blend: f32, eta: f32) -> f32 {
 }
 
 impl Dielectric {
-    /// Tabulates for an index of refraction (above or below 1); `transmits` makes the tables for
-    /// light that goes through as well.
-    pub fn new(ior: f32, transmits: bool) -> Self {
+    /// Tabulates for an index of refraction (above or below 1).
+    pub fn new(ior: f32) -> Self {
         let quadrature = Quadrature::get();
         let effective_cosine = Table::tabulate(|cos, alpha| {
             let (all, reflected) =
@@ -531,22 +569,9 @@ impl Dielectric {
                 2.0 * mu * smooth_blend(mu, ior) / n as f32
             })
             .sum();
-        let both = transmits.then(|| {
-            [ior, 1.0 / ior].map(|eta| {
-                let interface = Interface::new(eta, ior);
-                Table::tabulate(|cos, alpha| {
-                    if is_straight(eta) {
-                        1.0
-                    } else {
-                        quadrature.both(&View::new(cos, alpha), &interface).min(1.0) as f32
-                    }
-                })
-            })
-        });
         Self {
             effective_cosine,
             average_blend,
-            both,
         }
     }
 
@@ -560,14 +585,6 @@ impl Dielectric {
     /// has come from F0 to 1.
     pub fn average_blend(&self) -> f32 {
         self.average_blend
-    }
-
-    /// Albedo of reflection and transmission together, with nothing absorbed.
-    #[inline]
-    pub fn both(&self, place: Place, inside: bool) -> f32 {
-        self.both
-            .as_ref()
-            .map_or(1.0, |t| t[usize::from(inside)].read(place))
     }
 }
 
@@ -682,7 +699,7 @@ mod tests {
 
     #[test]
     fn a_mirror_reflects_as_its_interface_does() {
-        let table = Dielectric::new(1.5, false);
+        let table = Dielectric::new(1.5);
         for cos in [1.0f32, 0.7, 0.3, 0.1, 0.02] {
             let found = table.effective_cosine(Place::new(cos, 0.0));
             // 2⁻²⁴ of the bisection, and the reflectance's own digits where it is flat.

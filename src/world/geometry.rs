@@ -1,7 +1,7 @@
 //! Meshes, placed meshes, and the surface at a hit.
 
 use super::material::{Coordinates, PreparedMaterial};
-use crate::effects::{self, Mask};
+use crate::effects::{self, Mask, PATHS};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
 use crate::scene::{Mesh, Visibility};
@@ -23,6 +23,17 @@ pub struct MeshData {
     colors: Option<Vec<[f32; 4]>>,
     /// Index of the material.
     pub material: u32,
+}
+
+/// Attributes of vertices that somebody reads, besides normals, which all shading does.
+#[derive(Clone, Copy, Debug)]
+pub struct Attributes {
+    /// So many sets of texture coordinates.
+    pub uv_sets: usize,
+    /// Tangents.
+    pub tangents: bool,
+    /// Colours.
+    pub colors: bool,
 }
 
 /// Transforms normals: the cofactor matrix keeps their direction under any scale and mirror.
@@ -47,14 +58,16 @@ impl MeshData {
         mesh: &Mesh,
         material: u32,
         transform: Option<&DAffine3>,
-        keeps_colors: bool,
+        kept: Attributes,
     ) -> Result<Self, EmbreeError> {
         let d3 = |v: &[f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+        let given_normals = mesh.normals.as_ref().filter(|_| mesh.is_smooth());
+        let given_tangents = mesh.tangents.as_ref().filter(|_| kept.tangents);
         let (positions, normals, tangents) = match transform {
             None => (
                 mesh.positions.clone(),
-                mesh.normals.clone(),
-                mesh.tangents.clone(),
+                given_normals.cloned(),
+                given_tangents.cloned(),
             ),
             Some(t) => {
                 let mirrored = t.matrix3.determinant() < 0.0;
@@ -65,10 +78,8 @@ impl MeshData {
                         .iter()
                         .map(|p| t.transform_point3(d3(p)).as_vec3().to_array())
                         .collect(),
-                    mesh.normals
-                        .as_ref()
-                        .map(|v| v.iter().map(|x| unit(n * d3(x))).collect()),
-                    mesh.tangents.as_ref().map(|v| {
+                    given_normals.map(|v| v.iter().map(|x| unit(n * d3(x))).collect()),
+                    given_tangents.map(|v| {
                         v.iter()
                             .map(|x| {
                                 let d = unit(t.matrix3 * d3(&[x[0], x[1], x[2]]));
@@ -83,8 +94,11 @@ impl MeshData {
             triangles: Arc::new(TriangleMesh::new(positions, mesh.triangles.clone())?),
             normals,
             tangents,
-            uvs: mesh.uvs.clone(),
-            colors: mesh.colors.clone().filter(|_| keeps_colors),
+            uvs: mesh.uvs.iter().take(kept.uv_sets).cloned().collect(),
+            colors: mesh
+                .colors
+                .clone()
+                .filter(|c| kept.colors && c.iter().flatten().any(|&c| c != 1.0)),
             material,
         })
     }
@@ -98,6 +112,24 @@ impl MeshData {
             u,
             v,
         }
+    }
+
+    /// Bytes of corners and of attributes.
+    pub fn bytes(&self) -> (u64, u64) {
+        let of = |values: usize, size: usize| (values * size) as u64;
+        let normals = self.normals.as_ref().map_or(0, Vec::len);
+        let tangents = self.tangents.as_ref().map_or(0, Vec::len);
+        let colors = self.colors.as_ref().map_or(0, Vec::len);
+        let uvs = self.uvs.iter().map(Vec::len).sum();
+        (
+            of(self.triangles.vertices().len(), 12) + of(self.triangles.triangles().len(), 12),
+            of(normals, 12) + of(tangents + colors, 16) + of(uvs, 8),
+        )
+    }
+
+    /// Whether it has normals of vertices.
+    pub fn has_normals(&self) -> bool {
+        self.normals.is_some()
     }
 
     /// Whether it has texture coordinates.
@@ -206,9 +238,24 @@ impl Entry {
         }
     }
 
+    /// The placement of an instance.
+    #[inline(always)]
+    fn placement<const E: Mask>(&self) -> Option<&Placement> {
+        if effects::has(E, effects::INSTANCES) {
+            self.instance.as_deref()
+        } else {
+            None
+        }
+    }
+
+    /// Whether it is an instance.
+    pub fn is_instance(&self) -> bool {
+        self.instance.is_some()
+    }
+
     /// The placement (identity for a flat mesh).
     pub fn transform(&self) -> Affine {
-        self.instance.as_ref().map_or(
+        self.placement::<PATHS>().map_or(
             Affine {
                 x: Vec3::X,
                 y: Vec3::Y,
@@ -220,8 +267,8 @@ impl Entry {
     }
 
     #[inline]
-    fn normal(&self, n: Vec3) -> Vec3 {
-        match &self.instance {
+    fn normal<const E: Mask>(&self, n: Vec3) -> Vec3 {
+        match self.placement::<E>() {
             None => n,
             Some(p) => p.normal[0] * n.x + p.normal[1] * n.y + p.normal[2] * n.z,
         }
@@ -245,20 +292,26 @@ impl Entry {
 
     /// A point of a triangle in world space, with its error bound, which does not reach over an edge.
     #[inline]
-    pub fn point(&self, mesh: &MeshData, triangle: u32, u: f32, v: f32) -> BoundedPoint {
+    pub fn point<const E: Mask>(
+        &self,
+        mesh: &MeshData,
+        triangle: u32,
+        u: f32,
+        v: f32,
+    ) -> BoundedPoint {
         let corners = mesh.corners(triangle);
-        let point = self.placed(triangle_point(corners, u, v));
+        let point = self.placed::<E>(triangle_point(corners, u, v));
         if !float::is_near_an_edge(u, v) {
             return point;
         }
-        let edges = [corners[1] - corners[0], corners[2] - corners[0]].map(|e| self.vector(e));
+        let edges = [corners[1] - corners[0], corners[2] - corners[0]].map(|e| self.vector::<E>(e));
         let (u, v) = float::off_the_edges(edges, u, v, point.error.max_element());
-        self.placed(triangle_point(corners, u, v))
+        self.placed::<E>(triangle_point(corners, u, v))
     }
 
     #[inline]
-    fn placed(&self, local: BoundedPoint) -> BoundedPoint {
-        match &self.instance {
+    fn placed<const E: Mask>(&self, local: BoundedPoint) -> BoundedPoint {
+        match self.placement::<E>() {
             None => local,
             Some(p) => p.world_from_object.bounded_point(local),
         }
@@ -266,8 +319,8 @@ impl Entry {
 
     /// A direction of the mesh in world space.
     #[inline]
-    fn vector(&self, v: Vec3) -> Vec3 {
-        match &self.instance {
+    fn vector<const E: Mask>(&self, v: Vec3) -> Vec3 {
+        match self.placement::<E>() {
             None => v,
             Some(p) => p.world_from_object.vector(v),
         }
@@ -275,17 +328,17 @@ impl Entry {
 
     /// Unit normal of a triangle by its winding in world space (outside by glTF's rule).
     #[inline]
-    pub fn geometric_normal(&self, mesh: &MeshData, triangle: u32) -> Vec3 {
+    pub fn geometric_normal<const E: Mask>(&self, mesh: &MeshData, triangle: u32) -> Vec3 {
         let [a, b, c] = mesh.corners(triangle);
         let n = (b - a).cross(c - a);
         // Unit first: the cross product of tiny edges leaves f32's range under a transform.
         let n = unit_or_zero(n);
         // A flat mirrored mesh has its winding turned over by the positions themselves; an
         // instance's normals are transformed with the sign already.
-        if self.instance.is_none() {
+        if self.placement::<E>().is_none() {
             if self.flipped { -n } else { n }
         } else {
-            unit_or_zero(self.normal(n))
+            unit_or_zero(self.normal::<E>(n))
         }
     }
 }
@@ -327,24 +380,26 @@ pub fn surface<'a, const E: Mask>(
     hit: &Hit,
     (origin, direction): (Vec3, Vec3),
 ) -> Surface<'a> {
-    let by_corners = entry.point(mesh, hit.primitive, hit.u, hit.v);
+    let by_corners = entry.point::<E>(mesh, hit.primitive, hit.u, hit.v);
     let point = float::hit_point(by_corners, origin, direction * hit.distance);
-    let outside = entry.geometric_normal(mesh, hit.primitive);
+    let outside = entry.geometric_normal::<E>(mesh, hit.primitive);
     let inside = outside.dot(direction) > 0.0;
     let side = |n: Vec3| if inside { -n } else { n };
     let geometric = side(outside);
     let at = mesh.at(hit.primitive, hit.u, hit.v);
 
     let mut smooth_outside = outside;
-    if let Some(normals) = &mesh.normals {
-        let n = unit_or_zero(entry.normal(at.vector(normals)));
+    if effects::has(E, effects::SMOOTH_NORMALS)
+        && let Some(normals) = &mesh.normals
+    {
+        let n = unit_or_zero(entry.normal::<E>(at.vector(normals)));
         if n != Vec3::ZERO {
             smooth_outside = n;
         }
     }
     let mut smooth = side(smooth_outside);
     // Normals that point to the other side of the triangle than its winding are turned over.
-    if smooth.dot(geometric) < 0.0 {
+    if effects::has(E, effects::SMOOTH_NORMALS) && smooth.dot(geometric) < 0.0 {
         smooth = -smooth;
         smooth_outside = -smooth_outside;
     }
@@ -414,7 +469,7 @@ pub fn lift(entry: &Entry, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec3 {
         return Vec3::ZERO;
     };
     let at = mesh.at(hit.primitive, hit.u, hit.v);
-    let sign = if entry.normal(at.vector(normals)).dot(side) < 0.0 {
+    let sign = if entry.normal::<PATHS>(at.vector(normals)).dot(side) < 0.0 {
         -1.0
     } else {
         1.0
@@ -469,7 +524,7 @@ fn mapped_normal(
             )
         }
     };
-    let world = entry.vector(tangent);
+    let world = entry.vector::<PATHS>(tangent);
     // Given tangents of a mesh in world space have their sign turned over already.
     let mirror = if entry.flipped && (entry.instance.is_some() || mesh.tangents.is_none()) {
         -1.0

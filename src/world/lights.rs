@@ -3,9 +3,9 @@
 use super::geometry::{Entry, MeshData};
 use super::lamps::{self, Lamps, Rules};
 use super::material::PreparedMaterial;
-use crate::effects::{self, Mask};
+use crate::effects::{self, Mask, PATHS};
 use crate::ffi::embree::{Device, EmbreeError};
-use crate::light::environment::Environment;
+use crate::light::environment::{Environment, Texels};
 use crate::light::sun::Sun;
 use crate::light::tree::{Angle, Bounds, Tree};
 use crate::light::triangle::Triangle;
@@ -143,6 +143,33 @@ fn by_power(bounds: &mut [Bounds]) {
     }
 }
 
+/// Whether a kernel chooses between groups of lights. Without it the one that there is has probability 0.8 + 0.2, which in f32
+/// too is 1.
+const fn has_groups(set: Mask) -> bool {
+    effects::has(set, effects::SUNS | effects::ENVIRONMENT)
+}
+
+/// Radiance of a place on a triangle, as far as the triangle is there.
+#[inline]
+fn shining<const E: Mask>(
+    mesh: &MeshData,
+    material: &PreparedMaterial,
+    triangle: u32,
+    (u, v): (f32, f32),
+) -> Vec3 {
+    if !effects::has(E, effects::TEXTURES | effects::ALPHA) {
+        return material.emission;
+    }
+    let place = mesh.at(triangle, u, v);
+    let color = place.color();
+    let radiance = material.emitted(&place, color);
+    if effects::has(E, effects::ALPHA) && material.translucent {
+        radiance * material.opacity(&place, color)
+    } else {
+        radiance
+    }
+}
+
 /// Something that shines, for those who look at a single path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
@@ -274,8 +301,8 @@ impl Lights {
 
     /// A point that is to be lit.
     #[inline]
-    pub fn shaded(&self, point: Vec3, normal: Option<Vec3>) -> Shaded {
-        let groups = if self.suns.is_empty() && self.environment.is_none() {
+    pub fn shaded<const E: Mask>(&self, point: Vec3, normal: Option<Vec3>) -> Shaded {
+        let groups = if !has_groups(E) || self.suns.is_empty() && self.environment.is_none() {
             Groups {
                 sum: 1.0,
                 count: 1.0,
@@ -301,7 +328,10 @@ impl Lights {
     /// Probability of a group, by the estimated irradiance, a part of it evenly so that no
     /// estimate can starve a group.
     #[inline]
-    fn group_probability(&self, group: Group, at: &Shaded) -> f32 {
+    fn group_probability<const E: Mask>(&self, group: Group, at: &Shaded) -> f32 {
+        if !has_groups(E) {
+            return 1.0;
+        }
         let Groups { sum, count, tree } = at.groups;
         let estimate = match group {
             Group::Tree => tree,
@@ -315,7 +345,10 @@ impl Lights {
     }
 
     #[inline]
-    fn choose_group(&self, at: &Shaded, u: f32) -> Option<(Group, f32, f32)> {
+    fn choose_group<const E: Mask>(&self, at: &Shaded, u: f32) -> Option<(Group, f32, f32)> {
+        if !has_groups(E) {
+            return Some((Group::Tree, 1.0, u));
+        }
         let mut u = u;
         let mut last = None;
         let groups = std::iter::once(Group::Tree)
@@ -323,7 +356,7 @@ impl Lights {
             .chain(self.environment.iter().map(|_| Group::Environment))
             .chain((0..self.suns.len()).map(Group::Sun));
         for group in groups {
-            let p = self.group_probability(group, at);
+            let p = self.group_probability::<E>(group, at);
             if p > 0.0 {
                 if u < p {
                     return Some((group, p, (u / p).min(float::ONE_MINUS_EPSILON)));
@@ -338,14 +371,14 @@ impl Lights {
 
     /// Draws a light and a direction to it.
     #[inline]
-    pub fn sample(
+    pub fn sample<const E: Mask>(
         &self,
         world: &super::World,
         at: &Shaded,
         u_light: f32,
         u: Vec2,
     ) -> Option<LightSample> {
-        let (group, p, u_light) = self.choose_group(at, u_light)?;
+        let (group, p, u_light) = self.choose_group::<E>(at, u_light)?;
         match group {
             Group::Environment => {
                 let environment = self.environment.as_ref()?;
@@ -376,6 +409,7 @@ impl Lights {
                 let choice = self.tree.sample(at.point, at.normal, u_light)?;
                 let p = p * choice.probability;
                 match self.emitters[choice.emitter as usize] {
+                    Emitter::Lamp(_) if !effects::has(E, effects::LAMPS) => None,
                     Emitter::Lamp(index) => {
                         let (s, rules) = self.lamps.sample(index, at, u)?;
                         let pdf = s.direction.pdf * p;
@@ -398,18 +432,13 @@ impl Lights {
                         let material = &world.materials[mesh.material as usize];
                         if world.cull_backfaces
                             && material.single_sided
-                            && entry.geometric_normal(mesh, triangle).dot(s.wi) > 0.0
+                            && entry.geometric_normal::<E>(mesh, triangle).dot(s.wi) > 0.0
                         {
                             return None;
                         }
-                        let place = mesh.at(triangle, s.u, s.v);
-                        let color = place.color();
-                        let mut radiance = material.emitted(&place, color);
-                        if material.translucent {
-                            radiance *= material.opacity(&place, color);
-                        }
+                        let radiance = shining::<E>(mesh, material, triangle, (s.u, s.v));
                         let pdf = s.pdf * p;
-                        let point = entry.point(mesh, triangle, s.u, s.v);
+                        let point = entry.point::<E>(mesh, triangle, s.u, s.v);
                         let normal = shape.normal();
                         let facing = if s.wi.dot(normal) > 0.0 {
                             -normal
@@ -438,7 +467,7 @@ impl Lights {
     /// What [`Self::sample`] draws with a number.
     #[cold]
     pub fn drawn(&self, at: &Shaded, u_light: f32) -> Option<Source> {
-        let (group, _, u_light) = self.choose_group(at, u_light)?;
+        let (group, _, u_light) = self.choose_group::<PATHS>(at, u_light)?;
         Some(match group {
             Group::Environment => Source::Environment,
             Group::Sun(i) => Source::Sun(i as u32),
@@ -466,8 +495,8 @@ impl Lights {
 
     /// Density with which [`Self::sample`] finds a point of an emissive triangle.
     #[inline]
-    pub fn triangle_pdf(&self, at: &Shaded, emitter: u32, on: &BoundedPoint) -> f32 {
-        let p = self.group_probability(Group::Tree, at);
+    pub fn triangle_pdf<const E: Mask>(&self, at: &Shaded, emitter: u32, on: &BoundedPoint) -> f32 {
+        let p = self.group_probability::<E>(Group::Tree, at);
         if p <= 0.0 {
             return 0.0;
         }
@@ -512,7 +541,7 @@ impl Lights {
                         return;
                     }
                 }
-                let p = self.group_probability(Group::Tree, at)
+                let p = self.group_probability::<E>(Group::Tree, at)
                     * self.tree.probability(emitter, at.point, at.normal);
                 visit(meeting.radiance, p * meeting.pdf, Source::Lamp(emitter));
             });
@@ -538,7 +567,7 @@ impl Lights {
             let pdf = if kind == RayKind::Camera {
                 0.0
             } else {
-                self.group_probability(Group::Environment, at) * environment.pdf(wi)
+                self.group_probability::<E>(Group::Environment, at) * environment.pdf(wi)
             };
             visit(environment.emitted(wi), pdf, Source::Environment);
         }
@@ -549,7 +578,7 @@ impl Lights {
                 {
                     f32::INFINITY
                 } else {
-                    self.group_probability(Group::Sun(i), at) * sun.pdf()
+                    self.group_probability::<E>(Group::Sun(i), at) * sun.pdf()
                 };
                 visit(sun.radiance(), pdf, Source::Sun(i as u32));
             }
@@ -557,8 +586,11 @@ impl Lights {
     }
 }
 
-fn texels(image: &crate::scene::Image) -> Vec<Vec3> {
+fn texels(image: &crate::scene::Image) -> Texels {
     let n = image.channels.max(1) as usize;
+    if let (3, Pixels::F32(channels)) = (n, &image.pixels) {
+        return channels.clone().into();
+    }
     let count = image.width as usize * image.height as usize;
     let value = |i: usize| match &image.pixels {
         Pixels::U8(p) => f32::from(p[i]) / 255.0,
@@ -574,5 +606,6 @@ fn texels(image: &crate::scene::Image) -> Vec<Vec3> {
                 Vec3::new(value(at), value(at + 1), value(at + 2))
             }
         })
-        .collect()
+        .collect::<Vec<Vec3>>()
+        .into()
 }

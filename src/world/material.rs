@@ -3,7 +3,7 @@
 use super::texture::{PreparedTexture, Raster};
 use crate::effects;
 use crate::scene::{AlphaMode, ImageUse, Material, Scene, Texture};
-use crate::shading::{Dielectrics, SurfaceParameters};
+use crate::shading::{Dielectrics, SurfaceParameters, ggx};
 use glam::{Vec2, Vec3, Vec4};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -44,10 +44,12 @@ pub trait Coordinates {
 #[derive(Default)]
 pub struct Preparer {
     rasters: HashMap<u32, Arc<Raster>>,
+    /// Surfaces may be made rougher than their materials say.
+    roughens: bool,
 }
 
-/// Bits of the index and of the specular factor, whether a texture varies that, whether a solid transmits.
-type Key = (u32, u32, bool, bool);
+/// Bits of the index and of the specular factor, whether a texture varies that, whether the coat and the solid are read.
+type Key = (u32, u32, bool, (bool, bool));
 
 /// So many tables are kept for the next world.
 const KEPT: usize = 64;
@@ -71,6 +73,29 @@ fn tables_of(key: Key, make: impl FnOnce() -> Dielectrics) -> Arc<Dielectrics> {
 }
 
 impl Preparer {
+    /// `roughens`: surfaces may be made rougher than their materials say.
+    pub fn new(roughens: bool) -> Self {
+        Self {
+            roughens,
+            ..Self::default()
+        }
+    }
+
+    /// Whether the tables of a material's coat and of its solid are read: smooth surfaces need none, nor does what is covered
+    /// by metal or glass everywhere (textures scale the factors down).
+    fn tables_needed(&self, m: &Material) -> (bool, bool) {
+        let rough = self.roughens || m.roughness * m.roughness > ggx::SMOOTH_ALPHA;
+        let metal = m.metallic >= 1.0 && m.metallic_roughness_texture.is_none();
+        if !rough || metal || m.unlit {
+            return (false, false);
+        }
+        let glass = m.transmission >= 1.0 && m.transmission_texture.is_none();
+        (
+            !glass && m.specular > 0.0 && m.ior != 1.0,
+            m.transmission > 0.0 && !m.thin_walled,
+        )
+    }
+
     fn texture(
         &mut self,
         scene: &Scene,
@@ -93,15 +118,12 @@ impl Preparer {
         m: &Material,
         vertex_alpha: bool,
     ) -> PreparedMaterial {
-        let transmits = m.transmission > 0.0;
-        let textured = m.specular_texture.is_some();
-        let key = (
-            m.ior.to_bits(),
-            m.specular.to_bits(),
-            textured,
-            transmits && !m.thin_walled,
-        );
-        let dielectrics = tables_of(key, || Dielectrics::new(m.ior, m.specular, textured, key.3));
+        let needs = self.tables_needed(m);
+        let textured = needs.0 && m.specular_texture.is_some();
+        let key = (m.ior.to_bits(), m.specular.to_bits(), textured, needs);
+        let dielectrics = tables_of(key, || {
+            Dielectrics::needed(m.ior, m.specular, textured, needs)
+        });
         let base_color = Vec3::from(m.base_color);
         PreparedMaterial {
             base: SurfaceParameters {
@@ -191,6 +213,23 @@ impl PreparedMaterial {
     #[inline]
     pub fn constant_parameters(&self) -> SurfaceParameters {
         self.base
+    }
+
+    /// Sets of texture coordinates that its textures read.
+    pub fn uv_sets(&self) -> usize {
+        let normal = self.normal_texture.as_ref().map(|(texture, _)| texture);
+        let textures = [
+            &self.base_color_texture,
+            &self.metallic_roughness_texture,
+            &self.emission_texture,
+            &self.specular_texture,
+            &self.specular_color_texture,
+            &self.transmission_texture,
+        ];
+        let read = textures.into_iter().flatten().chain(normal);
+        // Where there are no tangents, those of the first set take their place.
+        let bumps = usize::from(normal.is_some());
+        read.fold(bumps, |sets, texture| sets.max(texture.uv_set as usize + 1))
     }
 
     /// Emitted radiance at a point.

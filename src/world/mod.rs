@@ -15,12 +15,12 @@ pub use lamps::Rules;
 pub use lights::{LightSample, Lights, Shaded, Source};
 
 use crate::camera::Camera;
-use crate::effects::{self, Mask};
+use crate::effects::{self, Mask, PATHS};
 use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray};
 use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
-use geometry::{Entry, MeshData};
+use geometry::{Attributes, Entry, MeshData};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use material::{Coordinates, PreparedMaterial, Preparer};
 use origin::Origin;
@@ -80,6 +80,10 @@ pub struct Options<'a> {
     pub cull_backfaces: bool,
     /// What is left out.
     pub naive: Naive,
+    /// Texture coordinates are shown by a pass.
+    pub uv_pass: bool,
+    /// Paths make surfaces rougher than they are ("filter glossy").
+    pub roughens: bool,
 }
 
 /// What a ray with a limit of transparent surfaces met.
@@ -132,7 +136,7 @@ impl World {
         for instance in &scene.instances {
             placements[instance.mesh.0 as usize] += 1;
         }
-        let mut preparer = Preparer::default();
+        let mut preparer = Preparer::new(options.roughens);
         let mut vertex_alpha = vec![false; scene.materials.len() + 1];
         for (mesh, _) in scene
             .meshes
@@ -159,7 +163,6 @@ impl World {
             .collect();
 
         let mut top = embree::Scene::new(&device, robust)?;
-        let keeps_colors = keep(effects::VERTEX_COLORS);
         let mut meshes = Vec::new();
         let mut entries = Vec::new();
         let mut shared: Vec<Option<(u32, CommittedScene)>> = vec![None; scene.meshes.len()];
@@ -176,6 +179,12 @@ impl World {
             let filtered = (materials[material as usize].translucent && keep(effects::ALPHA))
                 || (options.cull_backfaces && materials[material as usize].single_sided);
             any_filtered |= filtered;
+            let prepared = &materials[material as usize];
+            let attributes = Attributes {
+                uv_sets: prepared.uv_sets().max(usize::from(options.uv_pass)),
+                tangents: prepared.normal_texture.is_some(),
+                colors: keep(effects::VERTEX_COLORS),
+            };
             triangles += source.triangles.len() as u64;
             let visibility = if keep(effects::VISIBILITY) {
                 instance.visibility
@@ -191,7 +200,7 @@ impl World {
                 let (mesh, child) = match slot {
                     Some((mesh, child)) => (*mesh, child.clone()),
                     None => {
-                        let data = MeshData::new(source, material, None, keeps_colors)?;
+                        let data = MeshData::new(source, material, None, attributes)?;
                         let mut child = embree::Scene::new(&device, robust)?;
                         child.add_triangles(&data.triangles, filtered, u32::MAX)?;
                         let child = child.commit()?;
@@ -215,7 +224,7 @@ impl World {
                 )?;
                 entries.push(entry);
             } else {
-                let data = MeshData::new(source, material, Some(&transform), keeps_colors)?;
+                let data = MeshData::new(source, material, Some(&transform), attributes)?;
                 top.add_triangles(&data.triangles, filtered, visibility.bits())?;
                 meshes.push(data);
                 entries.push(Entry::flat(
@@ -262,6 +271,24 @@ impl World {
         })
     }
 
+    /// Bytes of corners and of other attributes of vertices, each mesh once; Embree's own are not in it.
+    pub fn mesh_bytes(&self) -> (u64, u64) {
+        let bytes = self.meshes.iter().map(MeshData::bytes);
+        bytes.fold((0, 0), |sum, mesh| (sum.0 + mesh.0, sum.1 + mesh.1))
+    }
+
+    /// Effects that kernels must have because of how this world is built.
+    pub fn structure(&self) -> Mask {
+        let mut set = 0;
+        if self.entries.iter().any(Entry::is_instance) {
+            set |= effects::INSTANCES;
+        }
+        if self.meshes.iter().any(MeshData::has_normals) {
+            set |= effects::SMOOTH_NORMALS;
+        }
+        set
+    }
+
     /// The material of an object (by its number among those with triangles): its number in the scene, or the
     /// number after the last for the default material.
     pub fn material_of(&self, object: u32) -> Option<u32> {
@@ -295,7 +322,10 @@ impl World {
         let entry = &self.entries[hit.object() as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         self.materials[mesh.material as usize].single_sided
-            && entry.geometric_normal(mesh, hit.primitive).dot(direction) > 0.0
+            && entry
+                .geometric_normal::<PATHS>(mesh, hit.primitive)
+                .dot(direction)
+                > 0.0
     }
 
     /// Opacity of a hit (0 for a back face that is hidden).
@@ -331,7 +361,7 @@ impl World {
         direction: Vec3,
         (near, far): (f32, f32),
         kind: RayKind,
-        key: u32,
+        key: impl FnOnce() -> u32,
     ) -> Option<Hit> {
         let ray = Ray {
             origin: origin.to_array(),
@@ -343,6 +373,7 @@ impl World {
         if !self.filters::<E>() {
             return self.embree.intersect(&ray);
         }
+        let key = key();
         self.embree.intersect_filtered(&ray, |hit| {
             Self::stops(hit, self.opacity::<E>(hit, direction), key)
         })
@@ -451,13 +482,22 @@ impl World {
 
     /// Where a ray leaves a surface along `wi`; `beyond`: it goes through. `None` where the surface is in its way.
     #[inline]
-    pub fn leave(&self, hit: &Hit, surface: &Surface, wi: Vec3, beyond: bool) -> Option<Vec3> {
+    pub fn leave<const E: Mask>(
+        &self,
+        hit: &Hit,
+        surface: &Surface,
+        wi: Vec3,
+        beyond: bool,
+    ) -> Option<Vec3> {
         let normal = surface.normals.geometric;
         if wi.dot(normal) > 0.0 {
             return Some(float::ray_origin(surface.point, normal));
         }
         if beyond {
             return Some(float::ray_origin(surface.point, -normal));
+        }
+        if !effects::has(E, effects::SMOOTH_NORMALS) {
+            return None; // The surface is its triangles.
         }
         self.leave_over_the_horizon(hit, surface)
     }
@@ -493,7 +533,11 @@ impl World {
     /// The surface at a hit of the ray that begins at `origin`.
     #[inline]
     pub fn surface<const E: Mask>(&self, hit: &Hit, origin: Vec3, direction: Vec3) -> Surface<'_> {
-        let index = hit.object();
+        let index = if effects::has(E, effects::INSTANCES) {
+            hit.object()
+        } else {
+            hit.geometry
+        };
         let entry = &self.entries[index as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         geometry::surface::<E>(

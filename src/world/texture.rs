@@ -14,7 +14,7 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// Takes a copy of an image's values.
+    /// Shares an image's values, in the precision that they have.
     pub fn new(image: &Image) -> Self {
         Self {
             width: image.width.max(1) as usize,
@@ -132,7 +132,7 @@ mod tests {
             width: 2,
             height: 2,
             channels: 1,
-            pixels: Pixels::U8(vec![0, 255, 51, 102]),
+            pixels: vec![0u8, 255, 51, 102].into(),
         };
         let texture = Texture {
             image: ImageId(0),

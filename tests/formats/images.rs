@@ -26,12 +26,12 @@ fn precision_and_channels_are_those_of_the_file() {
     )
     .unwrap();
     assert_eq!((grey8.width, grey8.height, grey8.channels), (2, 1, 1));
-    assert!(matches!(&grey8.pixels, Pixels::U8(v) if *v == [0, 200]));
+    assert!(matches!(&grey8.pixels, Pixels::U8(v) if **v == [0, 200]));
     let deep: image::ImageBuffer<image::Rgba<u16>, Vec<u16>> =
         image::ImageBuffer::from_raw(1, 2, vec![1, 256, 65535, 4, 5, 6, 7, 8]).unwrap();
     let rgba16 = decode_image(&png(deep.into()), "b").unwrap();
     assert_eq!(rgba16.channels, 4);
-    assert!(matches!(&rgba16.pixels, Pixels::U16(v) if *v == [1, 256, 65535, 4, 5, 6, 7, 8]));
+    assert!(matches!(&rgba16.pixels, Pixels::U16(v) if **v == [1, 256, 65535, 4, 5, 6, 7, 8]));
     let grey_alpha: image::ImageBuffer<image::LumaA<u8>, Vec<u8>> =
         image::ImageBuffer::from_raw(1, 1, vec![9, 8]).unwrap();
     assert_eq!(

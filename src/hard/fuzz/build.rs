@@ -6,8 +6,8 @@ use crate::hard::kit::{camera as pinhole, place, quad, sphere};
 use crate::render::{BounceLimits, LightSampling, RenderSettings};
 use crate::scene::{
     AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind,
-    Material, Mesh, NormalTexture, Pixels, Projection, RayKind, Sampler, Scene, Texture,
-    TextureFilter, UvTransform, Visibility, Wrap,
+    Material, Mesh, NormalTexture, Projection, RayKind, Sampler, Scene, Texture, TextureFilter,
+    UvTransform, Visibility, Wrap,
 };
 use glam::{DAffine3, DMat3, DVec3, EulerRot};
 use serde_json::Value;
@@ -238,9 +238,15 @@ fn texture(scene: &mut Scene, seed: u64) -> Texture {
     };
     let wide = seed.is_multiple_of(3);
     let pixels = if wide {
-        Pixels::U16((0..count).map(|_| (value() * 65_535.0) as u16).collect())
+        (0..count)
+            .map(|_| (value() * 65_535.0) as u16)
+            .collect::<Vec<u16>>()
+            .into()
     } else {
-        Pixels::U8((0..count).map(|_| (value() * 255.0) as u8).collect())
+        (0..count)
+            .map(|_| (value() * 255.0) as u8)
+            .collect::<Vec<u8>>()
+            .into()
     };
     scene.images.push(Image {
         name: format!("image {}", scene.images.len()),
@@ -332,7 +338,7 @@ fn environment(scene: &mut Scene, of: &Value) -> Environment {
             width,
             height,
             channels: 3,
-            pixels: Pixels::F32(texels),
+            pixels: texels.into(),
         });
         ImageId(scene.images.len() as u32 - 1)
     });

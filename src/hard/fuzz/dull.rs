@@ -5,6 +5,7 @@ use crate::scene::{
     AlphaMode, Image, ImageId, Mesh, NormalTexture, Pixels, RayKind, Sampler, Scene, Texture,
     UvTransform, Visibility,
 };
+use std::sync::Arc;
 
 /// Makes parts of a scene dull.
 pub fn dull(scene: &mut Scene, seed: u64) {
@@ -45,7 +46,7 @@ fn image(dice: &mut Dice) -> Image {
         width,
         height,
         channels: channels as u32,
-        pixels: Pixels::U8(values),
+        pixels: values.into(),
     }
 }
 
@@ -83,7 +84,7 @@ fn images(scene: &mut Scene, dice: &mut Dice) {
         && let Pixels::F32(values) = &mut image.pixels
     {
         let value = dice.pick(&[0.0, 0.7]);
-        values.fill(value);
+        Arc::make_mut(values).fill(value);
     }
 }
 

@@ -107,6 +107,9 @@ pub(crate) fn decode_linear_rgb(
     check_size(bytes, budget)?;
     let image = decode_checked(bytes, name)?;
     let channels = image.channels as usize;
+    if channels == 3 && matches!(image.pixels, Pixels::F32(_)) {
+        return Ok(image);
+    }
     let rgb = |pixel: &[f32]| match *pixel {
         [grey] | [grey, _] => [grey; 3],
         [r, g, b, ..] => [r, g, b],
@@ -131,7 +134,7 @@ pub(crate) fn decode_linear_rgb(
     };
     Ok(Image {
         channels: 3,
-        pixels: Pixels::F32(values),
+        pixels: values.into(),
         ..image
     })
 }
@@ -227,16 +230,16 @@ fn decode_with_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
     let (width, height) = (image.width(), image.height());
     let channels = u32::from(image.color().channel_count());
     let pixels = match image {
-        DynamicImage::ImageLuma8(i) => Pixels::U8(i.into_raw()),
-        DynamicImage::ImageLumaA8(i) => Pixels::U8(i.into_raw()),
-        DynamicImage::ImageRgb8(i) => Pixels::U8(i.into_raw()),
-        DynamicImage::ImageRgba8(i) => Pixels::U8(i.into_raw()),
-        DynamicImage::ImageLuma16(i) => Pixels::U16(i.into_raw()),
-        DynamicImage::ImageLumaA16(i) => Pixels::U16(i.into_raw()),
-        DynamicImage::ImageRgb16(i) => Pixels::U16(i.into_raw()),
-        DynamicImage::ImageRgba16(i) => Pixels::U16(i.into_raw()),
-        DynamicImage::ImageRgb32F(i) => Pixels::F32(i.into_raw()),
-        DynamicImage::ImageRgba32F(i) => Pixels::F32(i.into_raw()),
+        DynamicImage::ImageLuma8(i) => i.into_raw().into(),
+        DynamicImage::ImageLumaA8(i) => i.into_raw().into(),
+        DynamicImage::ImageRgb8(i) => i.into_raw().into(),
+        DynamicImage::ImageRgba8(i) => i.into_raw().into(),
+        DynamicImage::ImageLuma16(i) => i.into_raw().into(),
+        DynamicImage::ImageLumaA16(i) => i.into_raw().into(),
+        DynamicImage::ImageRgb16(i) => i.into_raw().into(),
+        DynamicImage::ImageRgba16(i) => i.into_raw().into(),
+        DynamicImage::ImageRgb32F(i) => i.into_raw().into(),
+        DynamicImage::ImageRgba32F(i) => i.into_raw().into(),
         other => {
             return Err(ImageFailure::Kind(format!(
                 "of the pixel format {:?}",

@@ -12,7 +12,7 @@ use exr::prelude::*;
 use rayon::prelude::*;
 
 use super::{ImageFailure, MOST_PIXELS};
-use crate::scene::{Image, Pixels};
+use crate::scene::Image;
 
 /// The channels that make up the picture, by name in the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -190,7 +190,7 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, Ima
         width: u32::try_from(width).unwrap_or(u32::MAX),
         height: u32::try_from(height).unwrap_or(u32::MAX),
         channels: channels as u32,
-        pixels: Pixels::F32(values),
+        pixels: values.into(),
     })
 }
 

@@ -1,7 +1,7 @@
 use super::*;
 use crate::scene::{
     AlphaMode, Environment, Image, ImageId, Instance, Light, LightKind, Material, MaterialId, Mesh,
-    MeshId, NormalTexture, Pixels, RayKind, Sampler, Texture, UvTransform, Visibility,
+    MeshId, NormalTexture, RayKind, Sampler, Texture, UvTransform, Visibility,
 };
 use glam::DAffine3;
 
@@ -14,7 +14,7 @@ fn image(channels: u32, texels: &[&[u8]]) -> Image {
         width: texels.len() as u32,
         height: 1,
         channels,
-        pixels: Pixels::U8(texels.concat()),
+        pixels: texels.concat().into(),
     }
 }
 
@@ -263,7 +263,7 @@ fn what_no_ray_sees_is_gone() {
         width: 2,
         height: 1,
         channels: 3,
-        pixels: Pixels::F32(vec![0.25; 6]),
+        pixels: vec![0.25f32; 6].into(),
     });
     scene.environment = Some(Environment {
         image: Some(ImageId(0)),
