@@ -67,7 +67,7 @@ fn kernels_agree(seeds: std::ops::Range<u64>) {
     let (simplified, exact) = (share(|c| c.simplified), share(|c| c.exact));
     let lit = share(|c| c.lit);
     println!(
-        "{count} scenes: {simplified:.3} simplified, {exact:.3} of them to the bit, {lit:.3} not black"
+        "{count} scenes: {simplified:.3} simplified, {exact:.3} so that no bit may change, {lit:.3} not black"
     );
     assert!(simplified > 0.5 && exact > 0.1 && lit > 0.5);
 }
