@@ -156,13 +156,30 @@ fn duplicated_triangles(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     twice.triangles.extend(once.triangles.clone());
     let mut bench = Bench::default();
     let expected = bench
-        .render(&shown(once, diffuse([0.7; 3])), &settings)?
+        .render(&shown(once.clone(), diffuse([0.7; 3])), &settings)?
         .picture;
     let found = bench
-        .render(&shown(twice, diffuse([0.7; 3])), &settings)?
+        .render(&shown(twice.clone(), diffuse([0.7; 3])), &settings)?
         .picture;
-    let differing = differing(&found, &expected);
-    Ok(bench.with(vec![Finding::none("pixels that differ", differing)]))
+    let plain = differing(&found, &expected);
+    // As light each copy would be sampled, and one of them met: one of each is kept.
+    let shining = Material {
+        emission: [1.0; 3],
+        ..diffuse([0.0; 3])
+    };
+    let mut lit = [&once, &twice].map(|mesh| shown(mesh.clone(), shining.clone()));
+    let [once_lit, twice_lit] = &mut lit;
+    clean(once_lit, &mut Diagnostics::default());
+    clean(twice_lit, &mut Diagnostics::default());
+    let expected = bench.render(once_lit, &settings)?.picture;
+    let found = bench.render(twice_lit, &settings)?.picture;
+    Ok(bench.with(vec![
+        Finding::none("pixels that differ", plain),
+        Finding::none(
+            "pixels that differ where they shine",
+            differing(&found, &expected),
+        ),
+    ]))
 }
 
 /// A band from -10 km to 10 km along x and 1 cm wide, at z = -1, cut into strips; it faces +z.

@@ -24,16 +24,13 @@ impl Angle {
         cos: -1.0,
     };
 
-    fn radians(self) -> f64 {
-        f64::from(self.sin).atan2(f64::from(self.cos))
+    fn radians(self) -> f32 {
+        self.sin.atan2(self.cos)
     }
 
-    fn from_radians(angle: f64) -> Self {
+    fn from_radians(angle: f32) -> Self {
         let (sin, cos) = angle.sin_cos();
-        Self {
-            sin: sin as f32,
-            cos: cos as f32,
-        }
+        Self { sin, cos }
     }
 }
 
@@ -205,29 +202,28 @@ impl Bounds {
 /// light that can arrive has probability 0.
 const ANGLE_MARGIN: f32 = 5e-4;
 
-/// In f64, and by arc tangents: the arc cosine of two axes that differ by a rounding is 0 or 3.5e-4, as it rounds.
+/// By arc tangents: the arc cosine of two axes that differ by a rounding is 0 or 3.5e-4, as it rounds.
 fn union_of_cones(a: (Vec3, Angle), b: (Vec3, Angle)) -> (Vec3, Angle) {
     let (a, b) = if a.1.cos <= b.1.cos { (a, b) } else { (b, a) };
     if a.1.cos <= -1.0 {
         return (a.0, Angle::ALL);
     }
     let (ta, tb) = (a.1.radians(), b.1.radians());
-    let (axis, other) = (a.0.as_dvec3(), b.0.as_dvec3());
-    let across = axis.cross(other);
-    let between = across.length().atan2(axis.dot(other));
+    let across = a.0.cross(b.0);
+    let between = across.length().atan2(a.0.dot(b.0));
     if between + tb <= ta {
         return a;
     }
     let half = 0.5 * (ta + tb + between);
-    if half >= std::f64::consts::PI {
+    if half >= std::f32::consts::PI {
         return (a.0, Angle::ALL);
     }
     let Some(across) = across.try_normalize() else {
         return (a.0, Angle::ALL);
     };
     let (s, c) = (half - ta).sin_cos();
-    let middle = (axis * c + across.cross(axis) * s).normalize();
-    (middle.as_vec3(), Angle::from_radians(half))
+    let middle = (a.0 * c + across.cross(a.0) * s).normalize();
+    (middle, Angle::from_radians(half))
 }
 
 impl Tree {
@@ -394,7 +390,7 @@ fn first_share(a: &Node, b: &Node, point: Vec3, normal: Option<Vec3>) -> Option<
 fn measure(b: &Bounds) -> f32 {
     let d = b.max - b.min;
     let area = (d.x * d.y + d.y * d.z + d.z * d.x).max(d.length_squared() * 1e-3);
-    let o = b.normals.radians() as f32;
+    let o = b.normals.radians();
     let w = (o + b.cos_emission.clamp(-1.0, 1.0).acos()).min(std::f32::consts::PI);
     let orientation = std::f32::consts::TAU * (1.0 - o.cos())
         + std::f32::consts::FRAC_PI_2

@@ -12,6 +12,7 @@ mod material;
 mod settings;
 mod simplify;
 mod texel;
+mod twins;
 pub mod validate;
 mod visibility;
 

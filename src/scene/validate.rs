@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::{AlphaMode, Diagnostics, LightKind, Material, Mesh, Projection, Scene, Verdict};
+use super::{AlphaMode, Diagnostics, LightKind, Material, Mesh, Projection, Scene, Verdict, twins};
 
 /// Makes a scene fit for rendering: drops what has no meaning, repairs what has one, and says so.
 ///
@@ -28,6 +28,11 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             );
         }
         clean_mesh(mesh, &mut tally, diagnostics);
+        let material = mesh.material.map(|m| &scene.materials[m.0 as usize]);
+        if material.is_some_and(twins::make_light) {
+            let count = twins::leave_out(mesh);
+            tally.shining_twins.add(&mesh.name, count);
+        }
     }
     tally.report(diagnostics);
     let meshes = &scene.meshes;
@@ -344,6 +349,7 @@ struct Tally {
     bad_indices: Dropped,
     not_finite: Dropped,
     without_area: Dropped,
+    shining_twins: Dropped,
 }
 
 impl Tally {
@@ -360,6 +366,12 @@ impl Tally {
             "degenerate-triangles",
             Verdict::Exact,
             "without area",
+        );
+        self.shining_twins.report(
+            diagnostics,
+            "shining-twins",
+            Verdict::Approximated,
+            "that shine and stand where another one does",
         );
     }
 }
