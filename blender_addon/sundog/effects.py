@@ -4,7 +4,7 @@
 import bpy
 
 from . import records
-from .scene_check import SUNDOG_OT_select_users, lines, width_of
+from .scene_check import RenderPanel, SUNDOG_OT_select_users, lines, width_of
 
 # Kinds of causes that Blender can select.
 SELECTABLE = {"object", "material", "light", "camera"}
@@ -42,19 +42,7 @@ def selections(finding):
     return list(kinds.items())
 
 
-class _EffectsPanel:
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-    COMPAT_ENGINES = {"SUNDOG"}
-
-    @classmethod
-    def poll(cls, context):
-        """For this engine."""
-        return context.engine in cls.COMPAT_ENGINES
-
-
-class SUNDOG_RENDER_PT_effects(_EffectsPanel, bpy.types.Panel):
+class SUNDOG_RENDER_PT_effects(RenderPanel, bpy.types.Panel):
     """What the scene calls for, each with a button that selects what calls for it."""
 
     bl_label = "Effects"
@@ -75,7 +63,7 @@ class SUNDOG_RENDER_PT_effects(_EffectsPanel, bpy.types.Panel):
                 button.kind, button.names = kind, "\n".join(names)
 
 
-class SUNDOG_RENDER_PT_effects_left_out(_EffectsPanel, bpy.types.Panel):
+class SUNDOG_RENDER_PT_effects_left_out(RenderPanel, bpy.types.Panel):
     """What the scene does without, and why."""
 
     bl_label = "Not Needed"

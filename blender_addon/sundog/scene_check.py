@@ -107,10 +107,9 @@ class SUNDOG_OT_select_users(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SUNDOG_RENDER_PT_scene_check(bpy.types.Panel):
-    """The list."""
+class RenderPanel:
+    """Stands among the render properties, for this engine."""
 
-    bl_label = "Scene Check"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
@@ -120,6 +119,12 @@ class SUNDOG_RENDER_PT_scene_check(bpy.types.Panel):
     def poll(cls, context):
         """For this engine."""
         return context.engine in cls.COMPAT_ENGINES
+
+
+class SUNDOG_RENDER_PT_scene_check(RenderPanel, bpy.types.Panel):
+    """The list."""
+
+    bl_label = "Scene Check"
 
     def draw(self, context):
         """A button, what the last render took, and the verdicts in groups."""
