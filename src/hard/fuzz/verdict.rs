@@ -5,7 +5,7 @@ use crate::film::Picture;
 use crate::hard::kit::{colors, differing};
 use crate::render::{EffectChoice, RenderSettings, Rendering, Silent, render};
 use crate::scene::validate::clean;
-use crate::scene::{Diagnostics, Scene};
+use crate::scene::{Diagnostics, RayKind, Scene};
 use serde_json::Value;
 
 /// Renders the scene of a recipe by the kernel made for it and by the general one, by one thread and by two; says what
@@ -34,7 +34,10 @@ fn judge(scene: &Scene, settings: &RenderSettings, furnace: bool) -> Result<(), 
     finite(&special)?;
     same(&special, &with(EffectChoice::Auto, 2)?, "two threads")?;
     same(&special, &with(EffectChoice::All, 2)?, "the general kernel")?;
-    if furnace && settings.clamp_direct == 0.0 {
+    // What casts no shadow is lit through itself, and may be brighter than all light.
+    let mut instances = scene.instances.iter();
+    let shadows = instances.all(|i| i.visibility.sees(RayKind::Shadow));
+    if furnace && shadows && settings.clamp_direct == 0.0 {
         energy(scene, settings, &special.picture)?;
     }
     Ok(())
