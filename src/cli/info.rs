@@ -176,10 +176,10 @@ impl<'a> Info<'a> {
             .images
             .iter()
             .map(|image| {
-                let (bits, bytes) = match &image.pixels {
-                    Pixels::U8(values) => (8, values.len() as u64),
-                    Pixels::U16(values) => (16, 2 * values.len() as u64),
-                    Pixels::F32(values) => (32, 4 * values.len() as u64),
+                let bits = match &image.pixels {
+                    Pixels::U8(_) => 8,
+                    Pixels::U16(_) => 16,
+                    Pixels::F32(_) => 32,
                 };
                 let (width, height, channels) = (image.width, image.height, image.channels);
                 ImageInfo {
@@ -188,7 +188,7 @@ impl<'a> Info<'a> {
                     height,
                     channels,
                     bits,
-                    bytes,
+                    bytes: image.pixels.bytes(),
                 }
             })
             .collect();

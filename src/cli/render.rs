@@ -54,15 +54,15 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let frames = parsed
         .path("frames")
         .map(|folder| Frames::new(folder, (settings.width, settings.height), settings.region()));
-    tell_left_out(scene, &settings, &reporter);
-    reporter.tell(
-        &json!({ "event": "scene", "file": path.display().to_string(), "settings": settings }),
-    );
     let set = EffectSet::of(
         scene,
         &settings.asked(),
         &imported.left_out,
         &imported.diagnostics,
+    );
+    tell_left_out(&left_out(set.mask, &settings), &reporter);
+    reporter.tell(
+        &json!({ "event": "scene", "file": path.display().to_string(), "settings": settings }),
     );
     reporter.tell(
         &json!({ "event": "effects", "effects": set.findings, "left_out": imported.left_out }),
@@ -137,8 +137,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
 }
 
 /// Tells which effects the scene calls for that the user's list leaves out.
-fn tell_left_out(scene: &Scene, settings: &RenderSettings, reporter: &Reporter) {
-    let names = left_out(scene, settings);
+fn tell_left_out(names: &[String], reporter: &Reporter) {
     if !names.is_empty() {
         reporter.warn(&format!(
             "the scene calls for {}, which --effects leaves out",

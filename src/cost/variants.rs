@@ -1,8 +1,8 @@
 //! The pictures that are rendered beside the full one: each leaves one thing out.
 
-use crate::effects::{self, EffectSet, LIGHT_TREE, MESH_LIGHTS, Mask, TRANSMISSION};
-use crate::render::{BounceLimits, EffectChoice, LightSampling, RenderSettings};
-use crate::scene::{Diagnostics, Scene};
+use crate::effects::{self, LIGHT_TREE, MESH_LIGHTS, Mask, TRANSMISSION};
+use crate::render::{BounceLimits, EffectChoice, LightSampling, RenderSettings, called_for};
+use crate::scene::Scene;
 use serde::Serialize;
 
 /// What an effect is for, and so what its absence does.
@@ -38,11 +38,6 @@ pub fn variants(scene: &Scene, settings: &RenderSettings) -> Vec<Variant> {
     list.extend(without_roulette(settings));
     list.extend(without_bias(settings));
     list
-}
-
-/// Effects of the scene as this camera sees it.
-fn called_for(scene: &Scene, settings: &RenderSettings) -> Mask {
-    EffectSet::of(scene, &settings.asked(), &[], &Diagnostics::default()).mask
 }
 
 fn without_effects(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> {

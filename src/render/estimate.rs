@@ -34,10 +34,14 @@ pub fn estimate(
             let (skip, count) = ((first - from) as usize, (end - first) as usize);
             let (shown, sums) = relative_errors(&rows, width, skip, count);
             let wanted = &rows[skip * width..(skip + count) * width];
-            let deciding = wanted.iter().filter(|_| pixel_target > 0.0);
+            let deciding = if pixel_target > 0.0 {
+                wanted.iter().map(Noisy::own_error).collect()
+            } else {
+                Vec::new()
+            };
             Some(Band {
                 shown,
-                deciding: deciding.map(Noisy::own_error).collect(),
+                deciding,
                 sums,
             })
         })

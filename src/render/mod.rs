@@ -16,7 +16,7 @@ mod trace;
 
 pub use forecast::{Expected, Forecast, Known, Row};
 pub use merge::merge;
-pub use prepare::left_out;
+pub use prepare::{called_for, left_out};
 pub use replay::{Detail, Replay, Told, replay};
 pub use saved::{Saved, State, StateError};
 pub use schedule::{go_on, render};

@@ -82,7 +82,7 @@ impl<'a> Prepared<'a> {
             camera,
             kernel,
             compiled: mask | (wanted & called_for & !effects::PATHS),
-            left_out: effects::names(called_for & !wanted & !effects::STRUCTURE),
+            left_out: beyond(called_for, wanted),
             pool,
             threads,
         })
@@ -124,19 +124,23 @@ impl<'a> Prepared<'a> {
 }
 
 /// Effects that the scene calls for as the camera of the settings sees it.
-fn called_for(scene: &Scene, settings: &RenderSettings) -> Mask {
+pub fn called_for(scene: &Scene, settings: &RenderSettings) -> Mask {
     EffectSet::of(scene, &settings.asked(), &[], &Diagnostics::default()).mask
 }
 
-/// Names of the effects that the scene calls for and a list in the settings leaves out.
-pub fn left_out(scene: &Scene, settings: &RenderSettings) -> Vec<String> {
+/// Names of the effects that are called for and that a list in the settings leaves out.
+pub fn left_out(called_for: Mask, settings: &RenderSettings) -> Vec<String> {
     match &settings.effects {
         EffectChoice::Auto | EffectChoice::All => Vec::new(),
         // A list that can't be read is told when the scene is prepared.
-        EffectChoice::List(list) => effects::parse(list).map_or(Vec::new(), |wanted| {
-            effects::names(called_for(scene, settings) & !wanted & !effects::STRUCTURE)
-        }),
+        EffectChoice::List(list) => {
+            effects::parse(list).map_or(Vec::new(), |wanted| beyond(called_for, wanted))
+        }
     }
+}
+
+fn beyond(called_for: Mask, wanted: Mask) -> Vec<String> {
+    effects::names(called_for & !wanted & !effects::STRUCTURE)
 }
 
 /// The kernel for the effects that are wanted, and the effects that it has.
