@@ -14,7 +14,7 @@ use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Sil
 use sundog::sampler::hashed;
 use sundog::scene::{
     AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind,
-    Material, NormalTexture, Projection, RayKind, Sampler, Scene, Texture, UvTransform, Visibility,
+    Material, NormalTexture, Projection, RayKind, Scene, Texture, Visibility,
 };
 
 fn small(samples: u32, bounces: u32) -> RenderSettings {
@@ -292,12 +292,7 @@ fn checker(alpha: bool) -> Image {
 }
 
 fn texture(image: u32) -> Texture {
-    Texture {
-        image: ImageId(image),
-        uv_set: 0,
-        transform: UvTransform::default(),
-        sampler: Sampler::default(),
-    }
+    ImageId(image).into()
 }
 
 fn area(shape: AreaShape, size: [f32; 2], spread: f32) -> LightKind {

@@ -5,9 +5,7 @@ use super::materials::{TABLE_ERROR, albedo, lobes, seen_at};
 use super::{Case, Effort, Finding};
 use crate::render::{Filter, FilterKind, RenderError, RenderSettings};
 use crate::sampler::hashed;
-use crate::scene::{
-    Image, ImageId, LightKind, Material, Mesh, NormalTexture, Sampler, Scene, Texture, UvTransform,
-};
+use crate::scene::{Image, ImageId, LightKind, Material, Mesh, NormalTexture, Scene};
 use crate::shading::{AllKinds, Bsdf, Dielectrics, SurfaceParameters};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::f64::consts::FRAC_PI_2;
@@ -297,12 +295,7 @@ fn normal_maps(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 24,
                 Material {
                     normal_texture: Some(NormalTexture {
-                        texture: Texture {
-                            image: ImageId(0),
-                            uv_set: 0,
-                            transform: UvTransform::default(),
-                            sampler: Sampler::default(),
-                        },
+                        texture: ImageId(0).into(),
                         scale,
                     }),
                     ..material

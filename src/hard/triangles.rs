@@ -13,8 +13,7 @@ use crate::render::{LightSampling, RenderError, RenderSettings};
 use crate::sampler::hashed;
 use crate::scene::validate::clean;
 use crate::scene::{
-    Diagnostics, Image, ImageId, Material, Mesh, NormalTexture, RayKind, Sampler, Scene, Texture,
-    UvTransform,
+    Diagnostics, Image, ImageId, Material, Mesh, NormalTexture, RayKind, Scene, Texture,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -309,12 +308,7 @@ fn collapsed_uvs(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         channels: 3,
         pixels: vec![0.9f32, 0.6, 0.7].into(),
     };
-    let texture = Texture {
-        image: ImageId(0),
-        uv_set: 0,
-        transform: UvTransform::default(),
-        sampler: Sampler::default(),
-    };
+    let texture = Texture::from(ImageId(0));
     let mapped = Material {
         normal_texture: Some(NormalTexture {
             texture,

@@ -121,6 +121,18 @@ pub struct Texture {
     pub sampler: Sampler,
 }
 
+/// All of the image, by the first set of coordinates.
+impl From<ImageId> for Texture {
+    fn from(image: ImageId) -> Self {
+        Self {
+            image,
+            uv_set: 0,
+            transform: UvTransform::default(),
+            sampler: Sampler::default(),
+        }
+    }
+}
+
 /// A normal map and its strength.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalTexture {

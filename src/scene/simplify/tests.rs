@@ -1,7 +1,7 @@
 use super::*;
 use crate::scene::{
     AlphaMode, Environment, Image, ImageId, Instance, Light, LightKind, Material, MaterialId, Mesh,
-    MeshId, NormalTexture, RayKind, Sampler, Texture, UvTransform, Visibility,
+    MeshId, NormalTexture, RayKind, Texture, Visibility,
 };
 use glam::DAffine3;
 
@@ -19,12 +19,7 @@ fn image(channels: u32, texels: &[&[u8]]) -> Image {
 }
 
 fn texture(image: u32) -> Texture {
-    Texture {
-        image: ImageId(image),
-        uv_set: 0,
-        transform: UvTransform::default(),
-        sampler: Sampler::default(),
-    }
+    ImageId(image).into()
 }
 
 fn plastic(name: &str) -> Material {
