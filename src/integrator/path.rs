@@ -11,7 +11,7 @@ use crate::effects::{
 use crate::film::apart::{Apart, Together};
 use crate::film::pixel::{FirstHit, Middle};
 use crate::light::power_heuristic;
-use crate::math::float::{RAY_START, is_unit};
+use crate::math::float::{BoundedPoint, RAY_START, is_unit};
 use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Kinds, Scattering};
@@ -273,10 +273,18 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
     let mut passed = 0;
     let mut min_pdf = f32::INFINITY;
 
+    // The surface that a direction is below, although its smooth normal sees it: the next one, without a ray.
+    let mut own: Option<(Hit, BoundedPoint)> = None;
+
     let mut bounce = 0;
     loop {
         // ---- The next surface, and the lamps on the way to it ----
-        rays += 1;
+        let again = if effects::has(E, SMOOTH_NORMALS) {
+            own.take()
+        } else {
+            None
+        };
+        rays += u32::from(again.is_none());
         gathered.apart.step(|| Step::Ray {
             bounce,
             kind: previous.kind(),
@@ -287,7 +295,9 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         });
         let key = || sampler.key(Dimension::Opacity, bounce);
         let mut ended = false;
-        let hit = if effects::has(E, ALPHA) && settings.transparent != u32::MAX {
+        let hit = if let Some((hit, _)) = again {
+            Some(hit)
+        } else if effects::has(E, ALPHA) && settings.transparent != u32::MAX {
             match world.intersect_limited::<E>(
                 origin,
                 direction,
@@ -361,7 +371,10 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
             gathered.apart.step(|| Step::End(End::Holdout));
             break;
         }
-        let surface = world.surface::<E>(&hit, origin, direction);
+        let mut surface = world.surface::<E>(&hit, origin, direction);
+        if let Some((_, point)) = again {
+            surface.point = point;
+        }
         gathered.apart.step(|| Step::Surface {
             object: hit.object(),
             triangle: hit.primitive,
@@ -374,8 +387,8 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
 
         // ---- Emission ----
         if effects::has(E, MESH_LIGHTS) && surface.emission != Vec3::ZERO {
-            let light_pdf = if bounce == 0 || surface.emitter == u32::MAX || !settings.sample_lights
-            {
+            let unsampled = bounce == 0 || again.is_some() || surface.emitter == u32::MAX;
+            let light_pdf = if unsampled || !settings.sample_lights {
                 0.0
             } else {
                 world
@@ -501,9 +514,24 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
             numbers: u,
         });
         let beyond = s.scattering == Scattering::Transmission;
-        let Some(start) = leave::<E>(world, settings, (&hit, &surface), s.wi, beyond) else {
-            gathered.apart.step(|| Step::End(End::Own));
-            break;
+        let (start, onward) = match leave::<E>(world, settings, (&hit, &surface), s.wi, beyond) {
+            Some(start) => (start, s.wi),
+            None => {
+                let Some(back) =
+                    world.meets_itself::<E>(&hit, &surface, s.wi, kind_of(s.scattering))
+                else {
+                    gathered.apart.step(|| Step::End(End::Own));
+                    break;
+                };
+                own = Some((
+                    Hit {
+                        distance: 0.0,
+                        ..hit
+                    },
+                    surface.point,
+                ));
+                (surface.point.point, back)
+            }
         };
         if bounce == 0 {
             let diffuse = match s.scattering {
@@ -526,15 +554,20 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
             } else {
                 pdf / settings.light_samples as f32
             },
-            only_bsdf: s.delta,
+            // No light sample passes the surface that is in its way.
+            only_bsdf: s.delta || own.is_some(),
             scattering: Some(s.scattering),
         };
         if !s.delta {
             min_pdf = min_pdf.min(s.pdf);
         }
         origin = start;
-        direction = s.wi;
-        (near, far) = (RAY_START, f32::INFINITY);
+        direction = onward;
+        (near, far) = if own.is_some() {
+            (0.0, 0.0)
+        } else {
+            (RAY_START, f32::INFINITY)
+        };
         bounce += 1;
         let kind = s.scattering as usize;
         scatterings[kind] += 1;

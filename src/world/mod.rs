@@ -20,6 +20,7 @@ use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray};
 use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
+use crate::shading::bsdf::Normals;
 use geometry::{Attributes, Entry, MeshData};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use material::{Coordinates, PreparedMaterial, Preparer};
@@ -528,6 +529,38 @@ impl World {
             mask: RayKind::Shadow.bit(),
         };
         (!self.embree.occluded(&ray)).then_some(start + lift)
+    }
+
+    /// For directions that the surface is in the way of, although its smooth normal sees them: the curved surface that it
+    /// stands for is hollow there (or the way up to it is blocked), and what leaves it at such an angle meets it again
+    /// close by, at the other end of a chord, under the same angle. That end is taken to be like this one: what is
+    /// returned is how the ray arrives, turned with the surface to here. `kind`: of the ray.
+    #[inline]
+    pub fn meets_itself<const E: Mask>(
+        &self,
+        hit: &Hit,
+        surface: &Surface,
+        wi: Vec3,
+        kind: RayKind,
+    ) -> Option<Vec3> {
+        if !effects::has(E, effects::SMOOTH_NORMALS) {
+            return None;
+        }
+        self.arrives_again(hit, surface, wi, kind)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn arrives_again(&self, hit: &Hit, surface: &Surface, wi: Vec3, kind: RayKind) -> Option<Vec3> {
+        let Normals {
+            geometric, smooth, ..
+        } = surface.normals;
+        let cos = wi.dot(smooth);
+        let back = wi - smooth * (2.0 * cos);
+        let seen = self.entries[hit.object() as usize].visibility.sees(kind);
+        // From above the triangle, as the ray before it.
+        let fits = cos > 0.0 && back.dot(geometric) < 0.0;
+        (seen && fits && !self.naive_terminator).then_some(back)
     }
 
     /// The surface at a hit of the ray that begins at `origin`.
