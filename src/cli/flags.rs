@@ -809,6 +809,8 @@ static COST: Command = Command {
                 )
                 .default("256"),
                 Argument::new("error", Kind::Share, "GOAL", "Tell how long it takes until the error is this, for example 2%."),
+                Argument::new("pixel-error", Kind::Share, "TARGET", "With `--effects`: adaptive sampling to this error of each pixel, for example 5%.")
+                    .details("If not given, to the one that takes about as many samples as the picture has."),
                 Argument::new("time", Kind::Duration, "TIME", "Tell which error there will be after so long, for example 30s.")
                     .details("Of tracing alone: loading, preparing and writing come on top."),
                 Argument::new(

@@ -7,48 +7,20 @@
 //! change without the noise of either. Negative sums are possible and mean that nothing was found.
 
 use super::CostError;
+use super::adaptive::{self, Evened};
+use super::change::{Share, change_square, weights};
 use super::clock::Clock;
 use super::pixels;
+use super::price::{Price, Scatter};
 use super::variants::{Variant, Worth};
+use crate::effects::Effect;
 use crate::film::Picture;
 use crate::render::{Observer, RenderSettings, Rendering, Stop, render};
 use crate::scene::Scene;
 use serde::Serialize;
 
-/// Keeps errors finite where the picture is black, as in `measure`.
-const OFFSET: f64 = 0.01;
-/// 95 % of a normal distribution lie within so many standard deviations.
-const DEVIATIONS: f64 = 1.959_963_985;
 /// Nanoseconds of a second.
 const NANOSECONDS: f64 = 1e9;
-
-/// √relMSE that is known up to its noise.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Share {
-    /// The estimate; 0 where its square came out below 0.
-    pub value: f64,
-    /// Lower end of its 95 % interval.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
-}
-
-impl Share {
-    /// From the estimate of its square and that one's standard deviation.
-    fn of_square(square: f64, deviation: f64) -> Self {
-        let root = |x: f64| x.max(0.0).sqrt();
-        Self {
-            value: root(square),
-            low: root(square - DEVIATIONS * deviation),
-            high: root(square + DEVIATIONS * deviation),
-        }
-    }
-
-    /// Whether it is more than noise.
-    pub fn is_found(&self) -> bool {
-        self.low > 0.0
-    }
-}
 
 /// Work of a picture: medians over the rounds, for the full size and all samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -72,8 +44,11 @@ pub struct EffectCost {
     pub worth: Worth,
     /// Work of the picture without it.
     pub without: Work,
-    /// Milliseconds that it costs a picture of the full size with all samples. Negative: it saves time.
-    pub milliseconds: f64,
+    /// Rays that the full picture takes with it, over those without it.
+    pub rays_ratio: f64,
+    /// What it costs a picture of the full size with all samples.
+    #[serde(flatten)]
+    pub price: Price,
     /// Time with it over time without it, ratio of the medians over the rounds.
     pub time_ratio: f64,
     /// The smallest and the largest such ratio of a round.
@@ -82,12 +57,18 @@ pub struct EffectCost {
     pub change: Share,
     /// Noise of the picture with all samples without it, as the render estimates it: against itself.
     pub noise_without: f64,
-    /// Time to the noise of the full picture without it, over the time with it.
+    /// Time to the noise of the full picture without it, over the time with it. Of adaptive sampling: to the error of
+    /// its worst tile.
     pub time_to_equal_noise: Option<f64>,
     /// The error that it removes: the change, or what is for less noise, noise. Negative: it adds noise.
     pub error_removed: f64,
-    /// Error that it removes for a second; `None` where it costs nothing.
+    /// Error that it removes for a second; `None` where what it costs is not told from nothing.
     pub error_removed_per_second: Option<f64>,
+    /// The same if it costs as much as it may by the interval of its price; `None` where it costs nothing.
+    pub error_removed_per_second_at_least: Option<f64>,
+    /// Of adaptive sampling alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evened: Option<Evened>,
 }
 
 /// All of it.
@@ -136,9 +117,9 @@ impl Rounds {
         self.pictures.push(colors(&rendering.picture));
     }
 
-    /// relMSE of one of them by chance.
-    fn noise_square(&self) -> f64 {
-        self.squares.iter().sum::<f64>() / self.squares.len() as f64
+    /// √relMSE of one of them by chance.
+    fn noise(&self) -> f64 {
+        (self.squares.iter().sum::<f64>() / self.squares.len() as f64).sqrt()
     }
 
     /// All of them together.
@@ -202,55 +183,47 @@ pub fn study(
     observer: &dyn Observer,
     step: &dyn Fn(usize, usize, &str),
 ) -> Result<Study, CostError> {
-    let all = rounds as usize * (variants.len() + 1);
-    let mut done = 0;
+    let mut taking = Taking {
+        scene,
+        observer,
+        step,
+        done: 0,
+        all: rounds as usize * (variants.len() + 3) + 1,
+    };
     let mut with = Rounds::default();
     let mut without: Vec<Rounds> = variants.iter().map(|_| Rounds::default()).collect();
     for round in 0..rounds {
-        let mut take = |settings: &RenderSettings, name: &str, into: &mut Rounds| {
-            step(done, all, name);
-            let settings = RenderSettings {
-                seed: settings.seed.wrapping_add(round),
-                ..settings.clone()
-            };
-            let clock = Clock::new(observer);
-            let rendering = render(scene, &settings, &clock)?;
-            let statistics = &rendering.statistics;
-            if statistics.stop == Stop::Cancelled || observer.cancelled() {
-                return Err(CostError::Cancelled);
-            }
-            let seconds = clock.seconds(statistics.trace, statistics.threads);
-            into.add(&rendering, seconds);
-            done += 1;
-            Ok(())
-        };
-        take(measured, "", &mut with)?;
+        taking.take(measured, round, "", &mut with)?;
         for (variant, into) in variants.iter().zip(&mut without) {
-            take(&variant.settings, &variant.name, into)?;
+            taking.take(&variant.settings, round, &variant.name, into)?;
         }
     }
-    let scale =
-        pixels(full) * f64::from(full.samples) / (pixels(measured) * f64::from(measured.samples));
+    let scatter = Scatter::of(
+        without
+            .iter()
+            .map(|less| (&with.seconds[..], &less.seconds[..])),
+    );
+    let scale = Scale {
+        work: pixels(full) * f64::from(full.samples)
+            / (pixels(measured) * f64::from(measured.samples)),
+        // Independent samples: noise goes with 1/√n.
+        noise: (f64::from(measured.samples) / f64::from(full.samples)).sqrt(),
+        scatter,
+    };
     let weights = weights(&with.pictures);
-    let more_samples = f64::from(measured.samples) / f64::from(full.samples);
-    // Independent samples: noise goes with 1/√n.
-    let noise = |rounds: &Rounds| (rounds.noise_square() * more_samples).sqrt();
-    let (work, full_noise) = (with.work(scale), noise(&with));
     let mut effects: Vec<(EffectCost, Vec<f32>)> = variants
         .iter()
         .zip(&without)
         .map(|(variant, rounds)| {
             let (square, deviation) = change_square(&with.pictures, &rounds.pictures, &weights);
-            let cost = compared(
-                variant,
-                (&with, rounds),
-                scale,
-                Share::of_square(square, deviation),
-                (full_noise, noise(rounds)),
-            );
-            (cost, rounds.mean())
+            let change = Share::of_square(square, deviation);
+            (
+                compared(variant, (&with, rounds), &scale, change),
+                rounds.mean(),
+            )
         })
         .collect();
+    effects.push(taking.adaptive(full, measured, rounds, scatter)?);
     effects.sort_by(|(a, _), (b, _)| {
         let order = rank(b).partial_cmp(&rank(a));
         order.unwrap_or(std::cmp::Ordering::Equal)
@@ -264,40 +237,121 @@ pub fn study(
         measured_size: [measured.width, measured.height],
         measured_region: [measured.region().width(), measured.region().height()],
         rounds,
-        full: work,
-        noise: full_noise,
+        full: with.work(scale.work),
+        noise: scale.noise * with.noise(),
         effects,
         pictures,
     })
+}
+
+/// Renders the pictures, one after another.
+struct Taking<'a> {
+    scene: &'a Scene,
+    observer: &'a dyn Observer,
+    step: &'a dyn Fn(usize, usize, &str),
+    done: usize,
+    all: usize,
+}
+
+impl Taking<'_> {
+    /// One picture of a round, without something.
+    fn take(
+        &mut self,
+        settings: &RenderSettings,
+        round: u32,
+        name: &str,
+        into: &mut Rounds,
+    ) -> Result<Rendering, CostError> {
+        (self.step)(self.done, self.all, name);
+        let settings = RenderSettings {
+            seed: settings.seed.wrapping_add(round),
+            ..settings.clone()
+        };
+        let clock = Clock::new(self.observer);
+        let rendering = render(self.scene, &settings, &clock)?;
+        let statistics = &rendering.statistics;
+        if statistics.stop == Stop::Cancelled || self.observer.cancelled() {
+            return Err(CostError::Cancelled);
+        }
+        let seconds = clock.seconds(statistics.trace, statistics.threads);
+        into.add(&rendering, seconds);
+        self.done += 1;
+        Ok(rendering)
+    }
+
+    /// Adaptive sampling against as many samples everywhere, and the picture of those.
+    fn adaptive(
+        &mut self,
+        full: &RenderSettings,
+        measured: &RenderSettings,
+        rounds: u32,
+        scatter: Scatter,
+    ) -> Result<(EffectCost, Vec<f32>), CostError> {
+        let name = Effect::AdaptiveSampling.name();
+        let pilot = self.take(&adaptive::watched(measured), 0, "", &mut Rounds::default())?;
+        let plan = adaptive::Plan::new(full, measured, &pilot.picture);
+        let (mut with, mut without) = (Rounds::default(), Rounds::default());
+        let mut found = adaptive::Found::default();
+        for round in 0..rounds {
+            let adaptive = self.take(&plan.adaptive, round, "", &mut with)?;
+            let uniform = self.take(&plan.uniform(&adaptive), round, name, &mut without)?;
+            found.add(&adaptive, &uniform);
+        }
+        let scale = Scale {
+            work: pixels(full) / pixels(measured) * plan.more,
+            noise: plan.more.sqrt().recip(),
+            scatter,
+        };
+        let evened = found.evened(&plan);
+        let variant = Variant {
+            name: name.into(),
+            about: "samples where the error is, against as many everywhere".into(),
+            worth: Worth::Noise,
+            settings: plan.adaptive,
+        };
+        // Both converge to the same picture.
+        let cost = compared(
+            &variant,
+            (&with, &without),
+            &scale,
+            Share::of_square(0.0, 0.0),
+        );
+        Ok((cost.with_evened(evened), without.mean()))
+    }
+}
+
+/// From the pictures that are measured to the full one.
+struct Scale {
+    /// Of times and rays.
+    work: f64,
+    /// Of errors by chance.
+    noise: f64,
+    scatter: Scatter,
 }
 
 /// Puts together what is known of a picture without an effect.
 fn compared(
     variant: &Variant,
     (with, without): (&Rounds, &Rounds),
-    scale: f64,
+    scale: &Scale,
     change: Share,
-    (noise, noise_without): (f64, f64),
 ) -> EffectCost {
-    let (full, less) = (with.work(scale), without.work(scale));
+    let (full, less) = (with.work(scale.work), without.work(scale.work));
+    let (noise, noise_without) = (scale.noise * with.noise(), scale.noise * without.noise());
     let ratios = || {
         with.seconds
             .iter()
             .zip(&without.seconds)
             .map(|(a, b)| a / b)
     };
-    let squares = noise_without.powi(2) - noise.powi(2);
-    let error_removed = match variant.worth {
-        Worth::Picture => change.value,
-        Worth::Noise => squares.signum() * squares.abs().sqrt(),
-    };
-    let seconds = full.seconds - less.seconds;
-    EffectCost {
+    let rounds = with.seconds.len();
+    let cost = EffectCost {
         effect: variant.name.clone(),
         about: variant.about.clone(),
         worth: variant.worth,
         without: less,
-        milliseconds: 1000.0 * seconds,
+        rays_ratio: full.rays / less.rays,
+        price: Price::new(full.seconds, less.seconds, rounds, scale.scatter),
         time_ratio: full.seconds / less.seconds,
         time_ratios: [
             ratios().fold(f64::INFINITY, f64::min),
@@ -307,8 +361,41 @@ fn compared(
         noise_without,
         time_to_equal_noise: (noise > 0.0 && variant.worth == Worth::Noise)
             .then(|| (noise_without / noise).powi(2) * less.seconds / full.seconds),
-        error_removed,
-        error_removed_per_second: (seconds > 0.0).then(|| error_removed / seconds),
+        error_removed: 0.0,
+        error_removed_per_second: None,
+        error_removed_per_second_at_least: None,
+        evened: None,
+    };
+    cost.removing(match variant.worth {
+        Worth::Picture => change.value,
+        Worth::Noise => less_noise(noise_without, noise),
+    })
+}
+
+/// The error that is taken from `without` to come to `with`; negative if it is added.
+fn less_noise(without: f64, with: f64) -> f64 {
+    let squares = without.powi(2) - with.powi(2);
+    squares.signum() * squares.abs().sqrt()
+}
+
+impl EffectCost {
+    fn removing(self, error_removed: f64) -> Self {
+        Self {
+            error_removed,
+            error_removed_per_second: self.price.per_second(error_removed),
+            error_removed_per_second_at_least: self.price.per_second_at_least(error_removed),
+            ..self
+        }
+    }
+
+    /// Of adaptive sampling it is the worst tile's error that counts.
+    fn with_evened(self, evened: Evened) -> Self {
+        let (with, without) = (evened.worst_tile, evened.worst_tile_without);
+        Self {
+            evened: Some(evened),
+            time_to_equal_noise: (with > 0.0).then(|| (without / with).powi(2) / self.time_ratio),
+            ..self.removing(less_noise(without, with))
+        }
     }
 }
 
@@ -321,101 +408,15 @@ fn rank(cost: &EffectCost) -> (bool, f64) {
     };
     (
         found,
-        cost.error_removed_per_second.unwrap_or(f64::INFINITY),
+        cost.error_removed_per_second
+            .or(cost.error_removed_per_second_at_least)
+            .unwrap_or(f64::INFINITY),
     )
-}
-
-/// What each value counts in relMSE: 1 over the square of the full picture, the mean over the rounds.
-fn weights(pictures: &[Vec<f32>]) -> Vec<f64> {
-    let values = pictures.first().map_or(0, Vec::len);
-    (0..values)
-        .map(|i| {
-            let sum: f64 = pictures.iter().map(|picture| f64::from(picture[i])).sum();
-            let mean = sum / pictures.len() as f64;
-            1.0 / (mean * mean + OFFSET)
-        })
-        .collect()
-}
-
-/// relMSE of what one picture converges to against the other, and the standard deviation of the estimate.
-///
-/// Of n differences with the mean δ and the variance σ², the mean of the products of two has the variance
-/// 4 δ² σ² / n + 2 σ⁴ / (n (n − 1)). The estimates stand for δ² and σ² here; those of σ⁴ are too large
-/// on average (2 σ⁴ of three rounds), which errs to the safe side. Channels are noisy together, pixels are not.
-fn change_square(with: &[Vec<f32>], without: &[Vec<f32>], weights: &[f64]) -> (f64, f64) {
-    let n = with.len() as f64;
-    let (mut sum, mut variance) = (0.0, 0.0);
-    for (pixel, weights) in weights.chunks_exact(3).enumerate() {
-        let mut deviation = 0.0;
-        for (channel, weight) in weights.iter().enumerate() {
-            let i = 3 * pixel + channel;
-            let (mut total, mut own) = (0.0, 0.0);
-            for (a, b) in with.iter().zip(without) {
-                let difference = f64::from(b[i]) - f64::from(a[i]);
-                total += difference;
-                own += difference * difference;
-            }
-            let square = (total * total - own) / (n * (n - 1.0));
-            let scatter = ((own - total * total / n) / (n - 1.0)).max(0.0);
-            let of_square =
-                4.0 * square.max(0.0) * scatter / n + 2.0 * scatter * scatter / (n * (n - 1.0));
-            sum += weight * square;
-            deviation += weight * of_square.sqrt();
-        }
-        variance += deviation * deviation;
-    }
-    let values = weights.len() as f64;
-    (sum / values, variance.sqrt() / values)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampler::hashed;
-
-    /// Pictures of one value in each pixel with noise of the standard deviation √(1/12) (uniform numbers).
-    fn pictures(value: f32, seed: u32) -> Vec<Vec<f32>> {
-        (0..3)
-            .map(|round| {
-                (0..3 * 4000)
-                    .map(|i| value - 0.5 + hashed(seed, round, i))
-                    .collect()
-            })
-            .collect()
-    }
-
-    /// Differences of independent pictures: their noise is 1/6 in the square, the change that is looked for 0, 1/10
-    /// or 1/2. The interval holds it in 95 of 100 trials; of 100 trials that is 95 ± 2.2, so at least 86. It is
-    /// not much too wide either: more than half as long again would make that 99.7, and more.
-    #[test]
-    fn a_change_is_found_below_its_noise() {
-        for (change, seed) in [(0.0f32, 0), (0.1, 1000), (0.5, 2000)] {
-            let truth = f64::from(change) * f64::from(change);
-            let (mut held, mut sum, mut spread) = (0, 0.0, 0.0);
-            for trial in 0..100 {
-                let with = pictures(1.0, seed + 2 * trial);
-                let without = pictures(1.0 + change, seed + 2 * trial + 1);
-                let flat = vec![1.0; with[0].len()];
-                let (square, deviation) = change_square(&with, &without, &flat);
-                held += u32::from((square - truth).abs() < DEVIATIONS * deviation);
-                sum += square / 100.0;
-                spread += deviation / 100.0;
-            }
-            assert!(held >= 86, "{change}: {held}");
-            // The mean of 100 trials: without bias.
-            assert!(
-                (sum - truth).abs() < 0.4 * spread,
-                "{change}: {sum} {spread}"
-            );
-            assert!(spread < 0.01, "{spread}");
-        }
-    }
-
-    #[test]
-    fn weights_are_those_of_rel_mse() {
-        let weights = weights(&[vec![2.0; 3], vec![4.0; 3]]);
-        assert!((weights[0] - 1.0 / 9.01).abs() < 1e-12);
-    }
 
     #[test]
     fn medians() {

@@ -1,12 +1,18 @@
 //! What a picture costs: probes that tell time and error ahead, and what each effect takes and gives.
 
+mod adaptive;
+mod change;
 mod clock;
 mod effects;
+mod price;
 mod probe;
 mod variants;
 
+pub use adaptive::Evened;
+pub use change::Share;
 pub use clock::{Clock, processor_seconds};
-pub use effects::{EffectCost, Share, Study, study};
+pub use effects::{EffectCost, Study, study};
+pub use price::Price;
 pub use probe::{Probe, probe};
 pub use variants::{Variant, Worth, variants};
 

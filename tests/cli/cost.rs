@@ -132,11 +132,52 @@ fn effects_are_listed_with_what_they_cost() {
         .lines()
         .filter(|line| line.contains("\"measuring\""))
         .count();
-    assert_eq!(steps, 3 * (effects.len() + 1));
+    // The full picture and one without each; adaptive sampling is against another one, and has a probe.
+    assert_eq!(steps, 3 * (effects.len() + 2) + 1);
     let table = fs::read_to_string(folder.path("cost.csv")).unwrap();
     assert_eq!(table.lines().count(), effects.len() + 1);
     let page = fs::read_to_string(folder.path("cost.html")).unwrap();
     assert!(page.contains("With and without") && page.contains("without constant-environment"));
+}
+
+/// What the table names, the study has: adaptive sampling against as many samples everywhere, and all else without it.
+#[test]
+fn adaptive_sampling_is_an_effect() {
+    let folder = tiny();
+    let more = [
+        "--effects",
+        "--probe",
+        "0.01s",
+        "--bounces",
+        "1",
+        "--pixel-error",
+        "4%",
+    ];
+    let people = ask(&folder, &more);
+    assert!(people.contains("Adaptive sampling at 4.0 %: "), "{people}");
+    let study = event(&ask(&folder, &[&more[..], &["--json"]].concat()), "effects");
+    let effects = study["effects"].as_array().unwrap();
+    let number = |value: &Value| value.as_f64().unwrap();
+    for effect in effects {
+        let interval = &effect["milliseconds_interval"];
+        let cost = number(&effect["milliseconds"]);
+        assert!(number(&interval[0]) <= cost && cost <= number(&interval[1]));
+        let evened = &effect["evened"];
+        if effect["effect"] == "adaptive-sampling" {
+            assert_eq!(number(&evened["tolerance"]), 0.04);
+            // It ends when nothing is worse, but for the tiles that are smaller than what is pooled.
+            let worst = number(&evened["worst_tile"]);
+            assert!(worst > 0.0 && worst < 0.08, "{evened}");
+            assert!(number(&evened["samples"]) >= 32.0, "{evened}");
+        } else {
+            assert!(evened.is_null());
+        }
+    }
+    assert!(
+        effects
+            .iter()
+            .any(|effect| effect["effect"] == "adaptive-sampling")
+    );
 }
 
 #[test]
@@ -156,6 +197,11 @@ fn what_cannot_be_asked_is_one_sentence() {
         &["cost", "scene.gltf", "--rounds", "2"],
         2,
         &["rounds", "3"],
+    );
+    folder.fails(
+        &["cost", "scene.gltf", "--pixel-error", "5%"],
+        2,
+        &["--effects"],
     );
     folder.fails(&["cost", "nothing.gltf"], 1, &["nothing.gltf"]);
 }

@@ -80,7 +80,12 @@ pub fn run(question: &Question) -> Result<(), Failure> {
 /// A small picture with as many samples as fit into the time of one.
 fn measured_settings(question: &Question) -> Result<RenderSettings, Failure> {
     let side = question.parsed.integer("side").unwrap_or(256);
-    let small = cost::reduced(&question.settings, side);
+    let small = RenderSettings {
+        // All samples of all pixels; what adaptive sampling does is measured apart.
+        error_target: 0.0,
+        pixel_error_target: 0.0,
+        ..cost::reduced(&question.settings, side)
+    };
     let pilot = RenderSettings {
         samples: PILOT_SAMPLES.min(small.samples),
         ..small.clone()
@@ -106,7 +111,7 @@ fn measured_settings(question: &Question) -> Result<RenderSettings, Failure> {
 /// What all of it is about.
 fn headline(study: &Study) -> String {
     format!(
-        "{} × {} pixels with {} samples: about {} ({} Mrays, {:.0} ns each), noise {}.\n{}",
+        "{} × {} pixels with {} samples: about {} ({} Mrays, {:.0} ns each), noise {}.\n{}{}",
         study.size[0],
         study.size[1],
         study.samples,
@@ -115,6 +120,7 @@ fn headline(study: &Study) -> String {
         study.full.nanoseconds_per_ray,
         percent(study.noise),
         how(study),
+        evened(study),
     )
 }
 
@@ -128,7 +134,9 @@ fn how(study: &Study) -> String {
 /// `0.52 % (0.4–0.6)`, or that it drowns in noise.
 fn change(effect: &EffectCost) -> String {
     let share = effect.change;
-    if share.high == 0.0 {
+    if effect.evened.is_some() {
+        "noise alone".into()
+    } else if share.high == 0.0 {
         "nothing".into()
     } else if share.is_found() {
         format!(
@@ -148,8 +156,39 @@ fn per_second(effect: &EffectCost) -> Cell {
         _ if effect.worth == Worth::Picture && !effect.change.is_found() => Cell::shown(0.0, "0"),
         _ if effect.error_removed <= 0.0 => Cell::shown(0.0, "none"),
         Some(rate) => Cell::shown(100.0 * rate, percent(rate)),
-        None => Cell::shown(f64::INFINITY, "free"),
+        None => match effect.error_removed_per_second_at_least {
+            Some(rate) => Cell::shown(100.0 * rate, format!("above {}", percent(rate))),
+            None => Cell::shown(f64::INFINITY, "free"),
+        },
     }
+}
+
+/// `230 ms (± 12 ms)`.
+fn price(effect: &EffectCost) -> String {
+    let [low, high] = effect.price.milliseconds_interval;
+    format!(
+        "{} (± {})",
+        time(effect.price.milliseconds / 1000.0),
+        time(0.5 * (high - low) / 1000.0)
+    )
+}
+
+/// What adaptive sampling comes to; empty where it is not asked for.
+fn evened(study: &Study) -> String {
+    let of = |effect: &EffectCost| {
+        let evened = effect.evened?;
+        let sooner = effect.time_to_equal_noise.map_or(String::new(), |ratio| {
+            format!("; without it the same takes {ratio:.2} times as long")
+        });
+        Some(format!(
+            "\nAdaptive sampling at {}: {:.0} samples a pixel leave {} in the worst tile (a twentieth of the width) instead of {}{sooner}.",
+            percent(evened.tolerance),
+            evened.samples,
+            percent(evened.worst_tile),
+            percent(evened.worst_tile_without),
+        ))
+    };
+    study.effects.iter().find_map(of).unwrap_or_default()
 }
 
 fn table(study: &Study) -> Table {
@@ -157,7 +196,7 @@ fn table(study: &Study) -> Table {
         let [low, high] = effect.time_ratios;
         vec![
             Cell::text(&effect.effect),
-            Cell::shown(effect.milliseconds, time(effect.milliseconds / 1000.0)),
+            Cell::shown(effect.price.milliseconds, price(effect)),
             Cell::shown(
                 effect.time_ratio,
                 format!("{:.2} ({low:.2}–{high:.2})", effect.time_ratio),
@@ -166,11 +205,8 @@ fn table(study: &Study) -> Table {
             Cell::shown(100.0 * effect.noise_without, percent(effect.noise_without)),
             per_second(effect),
             Cell::shown(
-                (study.full.rays - effect.without.rays) / 1e6,
-                format!(
-                    "{:+.1} %",
-                    100.0 * (study.full.rays / effect.without.rays - 1.0)
-                ),
+                (effect.rays_ratio - 1.0) * effect.without.rays / 1e6,
+                format!("{:+.1} %", 100.0 * (effect.rays_ratio - 1.0)),
             ),
             Cell::shown(
                 effect.without.nanoseconds_per_ray,
@@ -185,7 +221,7 @@ fn table(study: &Study) -> Table {
             Column::new("effect"),
             Column::explained(
                 "costs (ms)",
-                "milliseconds of the full picture that it takes: with it less without it",
+                "milliseconds of the full picture that it takes: with it less without it, and the half width of the 95 % interval by the scatter of all times",
             ),
             Column::explained(
                 "time with / without",
@@ -201,7 +237,7 @@ fn table(study: &Study) -> Table {
             ),
             Column::explained(
                 "error removed a second (%)",
-                "the change for a second of its cost; of a technique, the noise that it takes away",
+                "the change for a second of its cost; of a technique, the noise that it takes away (adaptive sampling: of the worst tile); above: the cost may be nothing, and this is for the most that it may be",
             ),
             Column::explained("rays (M)", "millions of rays that it takes"),
             Column::explained("ns a ray without", "nanoseconds a ray without it"),
@@ -217,7 +253,7 @@ fn page(question: &Question, study: &Study, table: &Table) -> Result<Page, Failu
         .iter()
         .filter(|effect| effect.worth == Worth::Picture && effect.change.is_found())
         .map(|effect| {
-            Point::new(effect.milliseconds, 100.0 * effect.change.value)
+            Point::new(effect.price.milliseconds, 100.0 * effect.change.value)
                 .spread(100.0 * effect.change.low, 100.0 * effect.change.high)
                 .labelled(effect.effect.clone())
         })

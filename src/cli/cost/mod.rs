@@ -32,6 +32,11 @@ struct Question<'a> {
 /// One sentence: what could not be done, and the way out.
 pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     interrupt::listen().map_err(Failure::new)?;
+    if parsed.given("pixel-error") && !parsed.switch("effects") {
+        return Err(Failure::usage(
+            "--pixel-error asks what adaptive sampling gives, which --effects measures; add it, or ask for the time to an --error",
+        ));
+    }
     let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
     let files = files::Files::new(parsed)?;
     let file = scene_file::load(parsed)?;
