@@ -26,7 +26,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "duplicated-triangles",
-        about: "Each triangle of a mesh twice: the same picture.",
+        about: "Each triangle of a mesh twice, and a mesh that stands twice in its place: the same picture.",
         run: duplicated_triangles,
     },
     Case {
@@ -172,7 +172,17 @@ fn duplicated_triangles(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     clean(twice_lit, &mut Diagnostics::default());
     let expected = bench.render(once_lit, &settings)?.picture;
     let found = bench.render(twice_lit, &settings)?.picture;
+    // And so would objects in one place: the same mesh placed twice, and one with a mesh of its own.
+    let mut beside = shown(once.clone(), shining.clone());
+    beside.instances.push(beside.instances[0].clone());
+    place(&mut beside, once, shining, &[ball_at(0.0)]);
+    clean(&mut beside, &mut Diagnostics::default());
+    let beside = bench.render(&beside, &settings)?.picture;
     Ok(bench.with(vec![
+        Finding::none(
+            "pixels that differ where objects shine in one place",
+            differing(&beside, &expected),
+        ),
         Finding::none("pixels that differ", plain),
         Finding::none(
             "pixels that differ where they shine",

@@ -69,6 +69,12 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
                 diagnostics,
             )
     });
+    twins::leave_out_across(scene).report(
+        diagnostics,
+        "shining-twins-of-others",
+        Verdict::Approximated,
+        "that shine and stand where one of another object does",
+    );
     scene.lights.retain_mut(|light| {
         let numbers = match light.kind {
             LightKind::Point {
