@@ -342,10 +342,6 @@ fn rectangles(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         );
         let mut worst = 0f64;
         for (count, (d, from)) in viewpoints().enumerate() {
-            // Near, beside an ellipse: see "What does not hold yet".
-            if ellipse && d < 1.0 && from.truncate().length() > 1.0 {
-                continue;
-            }
             let from = (from * half).as_vec3();
             let relative: Vec<DVec3> = outline(ellipse, half)
                 .iter()

@@ -4,6 +4,7 @@
 //! puts them together.
 
 pub mod area;
+pub mod ellipse;
 pub mod environment;
 pub mod lamp;
 pub mod rectangle;
