@@ -2,9 +2,10 @@
 """Renders the hard scenes of scenes/hard with Sundog, with Sundog's remedies left out, and with Cycles; writes the tables and the
 picture of docs/hard-cases.md.
 
-    PYTHON_WITH_BPY scripts/hard_cases.py [--only peers] [--only prices] [--only failures] [--out FOLDER]
+    PYTHON_WITH_BPY scripts/hard_cases.py [--only peers] [--only answers] [--only prices] [--only failures] [--out FOLDER]
 
     peers     each hard scene against the same renderer's picture of the scene as it was, at the same seed
+    answers   scenes whose answer is known, by Sundog and by Cycles (tests/pictures/hard_answers.py)
     prices    processor time and memory without each remedy, the runs in turn
     failures  small scenes in which one sees what goes wrong without a remedy (naive_scenes.py)
 
@@ -65,6 +66,11 @@ def peers(bench):
                       "remedies, and by Cycles](pictures/hard/peers.jpg)"])
 
 
+def answers(bench):
+    script = os.path.join(kit.ROOT, "tests", "pictures", "hard_answers.py")
+    return kit.compare.run([sys.executable, script, "--sundog", bench.program], "the scenes whose answer is known").strip()
+
+
 # ---- What the remedies cost ----
 
 PRICES = {
@@ -115,7 +121,7 @@ def failures(bench):
     return "\n".join(lines)
 
 
-PARTS = {"peers": peers, "prices": prices, "failures": failures}
+PARTS = {"peers": peers, "answers": answers, "prices": prices, "failures": failures}
 
 
 def main():

@@ -174,6 +174,14 @@ class World(kit.ExportTest):
         os.remove(os.path.join(self.folder, "sky.exr"))
         self.against_cycles(2e-2, "exact")
 
+    def test_numbers_beyond_half_floats(self):
+        for largest in (1e8, 1e-7):
+            values = numpy.full((4, 8, 3), 0.25 * largest, numpy.float32)
+            values[1, 2] = largest
+            path = os.path.join(self.folder, "bright.exr")
+            images.write_exr(path, values)
+            numpy.testing.assert_array_equal(kit.exr_pixels(path)[::-1], values)
+
     def test_missing_image(self):
         picture = self.environment()
         os.remove(os.path.join(self.folder, "sky.exr"))

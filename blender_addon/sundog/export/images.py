@@ -214,8 +214,16 @@ def write_png(path, values):
     gltf.write_whole(path, [b"\x89PNG\r\n\x1a\n", chunk(b"IHDR", header), chunk(b"IDAT", body), chunk(b"IEND", b"")])
 
 
+def _fits_half(values):
+    """Whether half floats hold an image: none beyond their largest number, and what is a thousandth of the brightest still a
+    normal one (6e-5 and more), so that all that is seen beside it keeps its eleven bits."""
+    largest = float(numpy.abs(values).max(initial=0.0))
+    halves = numpy.finfo(numpy.float16)
+    return largest == 0.0 or 1000.0 * float(halves.tiny) <= largest <= float(halves.max)
+
+
 def write_exr(path, values):
-    """Half-float OpenEXR (ZIPS-free, one part, scan lines) of height × width × (3 or 4), top row first.
+    """OpenEXR (not compressed, one part, scan lines) of height × width × (3 or 4), top row first; half floats where they do.
 
     As "OpenEXR File Layout" describes it; channels in alphabetical order, each row by channel.
     """
@@ -226,7 +234,8 @@ def write_exr(path, values):
     def attribute(name, kind, data):
         return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
 
-    channel_list = b"".join(n.encode() + b"\0" + struct.pack("<iB3xii", 1, 0, 1, 1) for n in names) + b"\0"
+    kind, number = (1, "<f2") if _fits_half(values) else (2, "<f4")
+    channel_list = b"".join(n.encode() + b"\0" + struct.pack("<iB3xii", kind, 0, 1, 1) for n in names) + b"\0"
     box = struct.pack("<4i", 0, 0, width - 1, height - 1)
     header = b"".join(
         [
@@ -242,14 +251,14 @@ def write_exr(path, values):
             b"\0",
         ]
     )
-    largest = float(numpy.finfo(numpy.float16).max)
-    half = numpy.clip(values[..., order], -largest, largest).astype("<f2").transpose(0, 2, 1)
-    line = width * channels * 2
+    largest = float(numpy.finfo(number).max)
+    numbers = numpy.clip(values[..., order], -largest, largest).astype(number).transpose(0, 2, 1)
+    line = width * channels * numbers.itemsize
     first = len(header) + 8 * height
     offsets = first + numpy.arange(height, dtype="<u8") * (line + 8)
     block = numpy.zeros((height, line + 8), numpy.uint8)
     block[:, :8] = numpy.stack([numpy.arange(height), numpy.full(height, line)], axis=1).astype("<i4").view(numpy.uint8)
-    block[:, 8:] = numpy.ascontiguousarray(half).view(numpy.uint8).reshape(height, line)
+    block[:, 8:] = numpy.ascontiguousarray(numbers).view(numpy.uint8).reshape(height, line)
     gltf.write_whole(path, [header, offsets.tobytes(), block.tobytes()])
 
 

@@ -168,7 +168,7 @@ def environment_file(image, cache):
     if path:
         return path
     name = hashlib.sha1(json.dumps(images.identity(image)).encode()).hexdigest()
-    path = os.path.join(cache, f"world-{name}.exr")
+    path = os.path.join(cache, f"sky-{name}.exr")
     if not os.path.isfile(path):
         images.write_exr(path, images.linear_pixels(image, multiplied)[::-1, :, :3])
     return path
