@@ -113,7 +113,7 @@ def failures(bench):
         cells = []
         for flags, kind in (((f"--naive={part}",), "naive"), ((), "sundog")):
             kit.compare.run([bench.program, "render", scene, "-o", picture, f"--width={naive_scenes.SIZE[0]}", f"--height={naive_scenes.SIZE[1]}",
-                             f"--samples={samples}", "--seed=1", "--bounces=4", "--exr-layers=combined", *flags], f"the picture of {name}")
+                             f"--samples={samples}", "--seed=1", f"--bounces={naive_scenes.BOUNCES.get(name, 4)}", "--exr-layers=combined", *flags], f"the picture of {name}")
             file = f"{name}-{kind}.jpg"
             kit.write_jpeg(bench, os.path.join(PICTURES, file), kit.compare.read_exr(picture))
             cells.append(f"![{case}, {'without' if flags else 'with'} the remedy](pictures/hard/{file})")

@@ -9,6 +9,8 @@ import struct
 import numpy as np
 
 SIZE = (160, 120)
+# Where four bounces are too few.
+BOUNCES = {"bubble": 24, "room": 8}
 
 
 def sphere(rings, smooth):
@@ -46,7 +48,7 @@ class File:
             "asset": {"version": "2.0"}, "scene": 0, "nodes": [about], "meshes": [], "materials": [], "cameras": [], "accessors": [], "bufferViews": [],
             "scenes": [{"nodes": [0], "extensions": {"SUNDOG_scene": {"world": {"color": list(sky)}}}}],
             "extensions": {"KHR_lights_punctual": {"lights": []}},
-            "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_specular", "SUNDOG_light", "SUNDOG_scene"],
+            "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_specular", "KHR_materials_transmission", "KHR_materials_volume", "SUNDOG_light", "SUNDOG_scene"],
         }
 
     def add(self, kind, value):
@@ -63,13 +65,13 @@ class File:
         bounds = {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()} if kind == "VEC3" else {}
         return self.add("accessors", {"bufferView": view, "componentType": component, "count": len(values), "type": kind, **bounds})
 
-    def mesh(self, shape, color, emission=0.0, **place):
+    def mesh(self, shape, color, emission=0.0, extensions=None, **place):
         points, normals, triangles = shape
         attributes = {"POSITION": self.numbers(points.astype(np.float32), "VEC3", 5126, "f")}
         if normals is not None:
             attributes["NORMAL"] = self.numbers(normals.astype(np.float32), "VEC3", 5126, "f")
-        material = {"pbrMetallicRoughness": {"baseColorFactor": [*color, 1], "metallicFactor": 0}, "doubleSided": True, "emissiveFactor": [emission] * 3,
-                    "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}
+        material = {"pbrMetallicRoughness": {"baseColorFactor": [*color, 1], "metallicFactor": 0, "roughnessFactor": 0 if extensions else 1}, "doubleSided": True, "emissiveFactor": [emission] * 3,
+                    "extensions": extensions or {"KHR_materials_specular": {"specularFactor": 0}}}
         primitive = {"attributes": attributes, "indices": self.numbers(triangles.reshape(-1), "SCALAR", 5125, "I"), "material": self.add("materials", material)}
         self.node(mesh=self.add("meshes", {"primitives": [primitive]}), **place)
 
@@ -129,10 +131,54 @@ def coarse():
     return file
 
 
+def distant():
+    """A still life of 10 cm from 137 km away, in a field of 9e-5 degrees."""
+    file = still_life(scale=0.05)
+    away, down = 137e3 / 0.05, math.radians(15)
+    file.document["nodes"][-1]["translation"] = [0, 0.7 + away * math.sin(down), away * math.cos(down)]
+    file.document["cameras"][0]["perspective"]["yfov"] = 4.2 / away
+    return file
+
+
+GLASS = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": {"thicknessFactor": 1}}
+
+
+def bubble():
+    """A hollow ball of glass whose wall is a 20 000th of its radius, over the still life's ground."""
+    file = File(sky=(0.3, 0.35, 0.45))
+    file.mesh(ground(6.0), (0.6, 0.6, 0.6))
+    file.mesh(box(), (0.2, 0.4, 0.7), translation=[0.9, 0.6, -2.0], scale=[0.6] * 3, rotation=turned(y=30))
+    points, normals, triangles = sphere(64, True)
+    file.mesh((points, normals, triangles), (1, 1, 1), extensions=GLASS, translation=[0, 1, 0])
+    file.mesh((points * (1 - 5e-5), -normals, triangles[:, ::-1]), (1, 1, 1), extensions=GLASS, translation=[0, 1, 0])
+    file.sun(3.0, turned(x=-50, y=40))
+    file.camera([0, 2.0, 6.0], turned(x=-11), 0.5)
+    return file
+
+
+def attic():
+    """A prism: its roof meets its floor at 35 degrees."""
+    ridge = math.tan(math.radians(35))
+    corners = np.array([[x, y, z] for z in (-1, 1) for x, y in ((-1, 0), (1, 0), (0, ridge))], float)
+    return corners, None, np.array([[0, 1, 2], [3, 5, 4], [0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2], [2, 5, 3], [2, 3, 0]])
+
+
+def room():
+    """A closed attic of 2 mm under a bright sky, with a lamp of its own."""
+    file = File(scale=1e-3, sky=(8.0, 8.0, 8.0))
+    file.mesh(attic(), (0.6, 0.6, 0.6))
+    file.mesh(sphere(24, True), (0, 0, 0), 4.0, translation=[0.0, 0.45, -0.3], scale=[0.12] * 3)
+    file.camera([0.1, 0.25, 0.9], turned(x=-5, y=15), 1.2)
+    return file
+
+
 # Name -> (scene, the part that is left out, samples a pixel, case of the page, what one sees without it).
 SCENES = {
     "huge": (huge, "offsets", 64, "scaled", "Rays meet the surface that they leave: acne."),
     "tiny": (tiny, "offsets", 64, "scaled", "Rays start on the other side of what is near: shadows are lost or elsewhere."),
     "far": (far, "origin", 64, "moved", "Corners and cameras stand on a grid of 3 cm."),
     "coarse": (coarse, "terminator", 64, "shadow-terminator", "Facets that look away from the sun are black, although their normals see it."),
+    "distant": (distant, "origin", 64, "narrow-fields", "From 137 km away, in a field of 9e-5 degrees: rays and corners are on a grid of 8 mm."),
+    "bubble": (bubble, "offsets", 64, "touching-interfaces", "A bubble of glass, its wall a 20 000th of its radius: rays step over the wall's other side, and see a solid ball."),
+    "room": (room, "offsets", 64, "closed-rooms", "A closed room of 2 mm: rays that start in its corners start outside, under a bright sky."),
 }
