@@ -330,7 +330,7 @@ impl Quadrature {
         (all, reflected)
     }
 
-    /// Albedo of reflection and transmission together.
+    /// Albedo of reflection and transmission together; less 1 where transmitted light goes straight through.
     fn both(&self, view: &View, glass: &Interface) -> f64 {
         let Some(critical) = glass.critical_cosine else {
             return self
@@ -382,6 +382,11 @@ impl Quadrature {
             );
             Self::visit(&self.lengths_both, view, k, from, to, |slope| {
                 let (f, cos_t) = glass.reflectance(slope.cos_facet as f32);
+                if glass.straight {
+                    // All visible facets together are 1, and what they do not reflect is masked by nothing.
+                    sum -= slope.weight * f64::from(f) / (1.0 + view.lambda);
+                    return;
+                }
                 let z = slope.z * (slope.cos_facet / glass.eta - f64::from(cos_t))
                     - view.cos / glass.eta;
                 if z < 0.0 && f < 1.0 {
@@ -399,6 +404,8 @@ struct Interface {
     f0: f32,
     /// Cosine below which the reflection is total.
     critical_cosine: Option<f64>,
+    /// As [`is_straight`].
+    straight: bool,
 }
 
 impl Interface {
@@ -408,6 +415,7 @@ impl Interface {
             eta: e,
             f0: fresnel::f0_from_ior(ior),
             critical_cosine: (e < 1.0).then(|| (1.0 - e * e).sqrt()),
+            straight: is_straight(eta),
         }
     }
 
@@ -513,11 +521,9 @@ impl Solid {
         Self([ior, 1.0 / ior].map(|eta| {
             let interface = Interface::new(eta, ior);
             Table::tabulate(|cos, alpha| {
-                if is_straight(eta) {
-                    1.0
-                } else {
-                    quadrature.both(&View::new(cos, alpha), &interface).min(1.0) as f32
-                }
+                let both = quadrature.both(&View::new(cos, alpha), &interface);
+                let less = if interface.straight { 1.0 } else { 0.0 };
+                (both + less).min(1.0) as f32
             })
         }))
     }
@@ -589,7 +595,7 @@ impl Dielectric {
 }
 
 /// Whether an index is so near to 1 that transmitted light is taken straight through, with nothing
-/// masked: the half vector of transmission vanishes as η − 1, and with it the Jacobian's digits;
+/// masked (what is reflected at grazing views is): the half vector of transmission vanishes as η − 1, and with it the Jacobian's digits;
 /// 1e-4 leaves ten bits.
 #[inline]
 pub fn is_straight(eta: f32) -> bool {
