@@ -149,6 +149,8 @@ def samples(study):
 
 def adaptive(study):
     """Uniform numbers of samples against tolerances of adaptive sampling, where error is uneven and where it is not."""
+    # The worst tile of two pictures is mostly chance.
+    study.seeds = range(1, study.few(5, 2))
     for scene in study.few(("foliage", "glass", "shallow-focus", "cornell"), ("glass",)):
         settings = study.bench.settings(scene)
         width = study.few(240, 60)
