@@ -74,16 +74,19 @@ impl Place {
 /// The cosine of a column for an α: the inverse of the first axis of [`Place`], the positive root
 /// of c² + (2α + 1 − 2x)·c − 2xα.
 fn column_cosine(column: usize, alpha: f64) -> f64 {
-    let x = column as f64 / (COSINES - 1) as f64;
+    // At exactly grazing view only limits exist.
+    cosine_at(column as f64 / (COSINES - 1) as f64, alpha).clamp(1e-4 * alpha, 1.0)
+}
+
+/// The same for any place on the axis.
+fn cosine_at(x: f64, alpha: f64) -> f64 {
     let b = 2.0 * alpha + 1.0 - 2.0 * x;
     let root = (b * b + 8.0 * x * alpha).sqrt();
-    let cos = if b > 0.0 {
+    if b > 0.0 {
         4.0 * x * alpha / (b + root)
     } else {
         0.5 * (root - b)
-    };
-    // At exactly grazing view only limits exist.
-    cos.clamp(1e-4 * alpha, 1.0)
+    }
 }
 
 /// The cell of an x in 0..=1 among `points` points, and where in the cell.
@@ -512,26 +515,90 @@ pub struct Dielectric {
 /// Albedo of reflection and transmission together of a rough transmitting solid with one index of refraction, with nothing
 /// absorbed: seen from outside and from inside.
 #[derive(Debug)]
-pub struct Solid([Table; 2]);
+pub struct Solid {
+    tables: [Table; 2],
+    /// See [`Grazing`].
+    grazing: Option<[Grazing; 2]>,
+}
+
+/// The same at grazing views of an index near 1. What is refracted is bent by about η − 1 there, and whether it goes below
+/// the surface, and how much of it is masked, changes with the cosine on that scale: far below the first points of
+/// [`Table`]. The points here are even in the fourth root of the first axis of [`Place`], up to its column [`GRAZING_COLUMNS`].
+#[derive(Debug)]
+struct Grazing(Vec<f32>);
+
+/// Columns of [`Table`] that are finer in [`Grazing`].
+const GRAZING_COLUMNS: usize = 3;
+/// Points over their cosines: from 1e-4 on (for α = 1), each is at most 1.5 times the one before it.
+const GRAZING_COSINES: usize = 48;
+/// Indices so near to 1 have finer columns.
+const NEAR_ONE: f32 = 0.1;
+
+impl Grazing {
+    fn tabulate(f: impl Fn(f64, f64) -> f32 + Sync) -> Self {
+        let end = GRAZING_COLUMNS as f64 / (COSINES - 1) as f64;
+        let row = |row: usize| {
+            let alpha = row_alpha(row);
+            let f = &f;
+            (0..GRAZING_COSINES).map(move |i| {
+                let root = i as f64 / (GRAZING_COSINES - 1) as f64;
+                let cos = cosine_at(end * root.powi(4), alpha);
+                f(cos.clamp(1e-6 * alpha, 1.0), alpha)
+            })
+        };
+        Self(
+            (0..ROUGHNESSES)
+                .into_par_iter()
+                .flat_map_iter(row)
+                .collect(),
+        )
+    }
+
+    /// The value at a place of its columns.
+    #[cold]
+    fn read(&self, place: Place) -> f32 {
+        let (row, column) = (place.index / COSINES, place.index % COSINES);
+        let x = (column as f32 + place.along) / GRAZING_COLUMNS as f32;
+        let (i, along) = cell(x.sqrt().sqrt(), GRAZING_COSINES);
+        let mixed = |row: usize| {
+            let at = row * GRAZING_COSINES + i;
+            mix(self.0[at], self.0[at + 1], along)
+        };
+        mix(mixed(row), mixed(row + 1), place.up)
+    }
+}
 
 impl Solid {
     /// Tabulates for an index of refraction (above or below 1).
     pub fn new(ior: f32) -> Self {
         let quadrature = Quadrature::get();
-        Self([ior, 1.0 / ior].map(|eta| {
-            let interface = Interface::new(eta, ior);
-            Table::tabulate(|cos, alpha| {
-                let both = quadrature.both(&View::new(cos, alpha), &interface);
-                let less = if interface.straight { 1.0 } else { 0.0 };
-                (both + less).min(1.0) as f32
-            })
-        }))
+        let sides = [ior, 1.0 / ior].map(|eta| Interface::new(eta, ior));
+        let albedo = |interface: &Interface, cos, alpha| {
+            let both = quadrature.both(&View::new(cos, alpha), interface);
+            let less = if interface.straight { 1.0 } else { 0.0 };
+            (both + less).min(1.0) as f32
+        };
+        let near = (ior - 1.0).abs() < NEAR_ONE && !is_straight(ior);
+        Self {
+            tables: sides
+                .each_ref()
+                .map(|side| Table::tabulate(|cos, alpha| albedo(side, cos, alpha))),
+            grazing: near.then(|| {
+                sides
+                    .each_ref()
+                    .map(|side| Grazing::tabulate(|cos, alpha| albedo(side, cos, alpha)))
+            }),
+        }
     }
 
     /// The albedo at a place.
     #[inline]
     pub fn both(&self, place: Place, inside: bool) -> f32 {
-        self.0[usize::from(inside)].read(place)
+        let side = usize::from(inside);
+        match &self.grazing {
+            Some(grazing) if place.index % COSINES < GRAZING_COLUMNS => grazing[side].read(place),
+            _ => self.tables[side].read(place),
+        }
     }
 }
 
@@ -687,6 +754,38 @@ mod tests {
         for k in 0..2 * LENGTH_NODES as i32 {
             let sum: f64 = nodes.iter().map(|(x, weight)| weight * x.powi(k)).sum();
             assert!((sum - 1.0 / f64::from(k + 1)).abs() < 1e-14, "{k}: {sum}");
+        }
+    }
+
+    /// Between the points, near 1, against the integral itself: within the error that is allowed for from outside. From inside the
+    /// albedo falls with the cosine, the fourth power of the columns' root, of which the 17th cell is linear within 12/8/17² =
+    /// 0.5 %, and about as steeply with the roughness: 20/8·(1/39/0.28)² = 2 % between its rows. Together 3 % from a cosine of 1e-3 on.
+    #[test]
+    fn grazing_columns_agree_with_the_integral() {
+        for ior in [1.0003f32, 1.003, 1.03] {
+            let solid = Solid::new(ior);
+            for inside in [false, true] {
+                let eta = if inside { 1.0 / ior } else { ior };
+                let interface = Interface::new(eta, ior);
+                let (least, bound) = if inside {
+                    (1e-3f32, 0.03)
+                } else {
+                    (1e-4, 5e-3)
+                };
+                for roughness in [0.1f32, 0.3, 0.57, 0.98] {
+                    for step in 0..30 {
+                        let cos =
+                            least.powf(step as f32 / 30.0) * 0.1f32.powf(1.0 - step as f32 / 30.0);
+                        let view = View::new(f64::from(cos), f64::from(roughness * roughness));
+                        let exact = Quadrature::get().both(&view, &interface);
+                        let found = f64::from(solid.both(Place::new(cos, roughness), inside));
+                        assert!(
+                            (exact / found - 1.0).abs() < bound,
+                            "{ior} {inside} {roughness} {cos}: {found} {exact}"
+                        );
+                    }
+                }
+            }
         }
     }
 
