@@ -8,9 +8,10 @@ Each program runs in a process of its own, for a picture of 64 pixels across wit
 memory      The most that the whole process has had resident (VmHWM). What Blender as a Python module has without any scene is
             told too, and what is left of Cycles' figure without it: Blender's own copy of the scene, and Cycles'. For Sundog
             nothing is taken off. "Cycles' own count" is what Cycles' log says that its scene and pictures take at most.
-first       Seconds to the first sample, with reading the file and without. Sundog: from the start of the process, and what it says
-sample      that making the scene ready takes. Cycles: from the call that opens the .blend (without Blender's own start), and from the
-            call of the render operator, to the line "Sample 0" of its log.
+first       Seconds to the first sample. Whole processes: from the start of either, Blender as a Python module, which has no window and
+sample      loads no preferences. With reading the file: Sundog from the start of its process as well, Cycles from the call that opens the
+            .blend in a Blender that has been started. Without: what Sundog says that making the scene ready takes; Cycles from the call
+            of the render operator. Cycles' first sample is the line "Sample 0" of its log.
 
 The gallery's scenes, and two plain ones: `triangles`, a ball of 249 000 triangles without a texture, and `texels`, a sheet
 with an image of 2048 x 2048 pixels of 8 bits. Of those, what they take beyond the same with next to nothing in it, for each
@@ -90,11 +91,14 @@ def make_plain(name, folder):
                    "filter": "blackman-harris"}, file)
 
 
-def cycles_here(blend, folder):
-    """Renders with Cycles in this process and prints what it took; without a .blend, what Blender takes alone."""
+def cycles_here(blend, folder, started):
+    """Renders with Cycles in this process, started at a time, and prints what it took; without a .blend, what Blender takes alone."""
     import bpy
 
+    begun = time.time()
     bpy.ops.wm.read_factory_settings(use_empty=True)
+    # What only the figure of memory needs does not count.
+    emptying = time.time() - begun
     told = {"alone": most_resident()}
     if blend:
         sys.path.insert(0, os.path.join(ROOT, "scenes"))
@@ -109,10 +113,12 @@ def cycles_here(blend, folder):
         told["opened"] = most_resident()
         given = argparse.Namespace(width=ACROSS, height=height_of(settings), samples=1, threads=None, adaptive=None, defaults=True)
         render_cycles.set_up(settings, given)
+        before = time.time() - started - emptying
         _, _, log = render_cycles.render(os.path.join(folder, "preparation-cycles.exr"), 0)
         told["peak"] = most_resident()
         told["prepare"], told["own"] = read_log(log)
         told["first"] = opening + told["prepare"]
+        told["whole"] = before + told["prepare"]
     print(json.dumps(told), flush=True)
 
 
@@ -172,8 +178,8 @@ def measured(given, name):
     runs = []
     for _ in range(given.repeats):
         first, prepare, peak = sundog(given.sundog, given.folder, name)
-        told = last_line([*this, "--cycles", os.path.join(given.folder, f"{name}.blend")])
-        runs.append({"first": first, "prepare": prepare, "peak": peak, "cycles_first": told["first"],
+        told = last_line([*this, "--started", repr(time.time()), "--cycles", os.path.join(given.folder, f"{name}.blend")])
+        runs.append({"first": first, "prepare": prepare, "peak": peak, "cycles_first": told["first"], "cycles_whole": told["whole"],
                      "cycles_prepare": told["prepare"], "cycles_peak": told["peak"],
                      "cycles_alone": told["alone"], "cycles_own": told["own"]})
     return {key: statistics.median(run[key] for run in runs) for key in runs[0]}
@@ -186,12 +192,13 @@ def table(given, figures):
         f"{os.getloadavg()[0]:.1f} at the end; medians of {given.repeats}, taken in turn. Megabytes are 10^6 bytes.",
         "",
         "| scene | Sundog, whole process (MB) | Blender with Cycles, whole process (MB) | of that beyond Blender without a scene (MB) | Cycles' own"
-        " count (MB) | Sundog, first sample with reading the file (s) | Cycles, the same (s) | Sundog, without reading (s) | Cycles, the same (s) |",
-        "| --- " * 9 + "|",
+        " count (MB) | Sundog, first sample from the start of the process (s) | Blender with Cycles, the same (s) | Cycles in a Blender that"
+        " has been started, with reading the file (s) | Sundog, without reading (s) | Cycles, the same (s) |",
+        "| --- " * 10 + "|",
     ]
     for name, f in figures.items():
         lines.append(f"| {name} | {mega(f['peak'])} | {mega(f['cycles_peak'])} | {mega(f['cycles_peak'] - f['cycles_alone'])} | "
-                     f"{mega(f['cycles_own'])} | {f['first']:.3f} | {f['cycles_first']:.2f} | {f['prepare']:.3f} | {f['cycles_prepare']:.2f} |")
+                     f"{mega(f['cycles_own'])} | {f['first']:.3f} | {f['cycles_whole']:.2f} | {f['cycles_first']:.3f} | {f['prepare']:.3f} | {f['cycles_prepare']:.2f} |")
     rows = [row for row in PLAIN if row[0] in figures and row[3] in figures]
     if rows:
         lines += ["", "| bytes for each | Sundog | Blender with Cycles | Cycles' own count |", "| --- | --- | --- | --- |"]
@@ -210,13 +217,14 @@ def main():
     parser.add_argument("--write", action="store_true", help="put the table into docs/effects.md")
     parser.add_argument("--make", help=argparse.SUPPRESS)
     parser.add_argument("--cycles", help=argparse.SUPPRESS)
+    parser.add_argument("--started", type=float, default=time.time(), help=argparse.SUPPRESS)
     given = parser.parse_args()
     given.folder = os.path.abspath(given.folder)
     os.makedirs(given.folder, exist_ok=True)
     if given.make:
         return make_plain(given.make, given.folder)
     if given.cycles is not None:
-        return cycles_here(given.cycles, given.folder)
+        return cycles_here(given.cycles, given.folder, given.started)
 
     import bpy
 

@@ -1,6 +1,7 @@
 //! Light transport on scenes built here: answers that are exact, or equalities between renders.
 
 mod accuracy;
+mod closed_lamps;
 mod forecast;
 mod replay;
 mod studies;

@@ -83,20 +83,29 @@ const PATHS: PathSettings = PathSettings {
 /// Traces all samples of a picture: what callgrind counts. The sum keeps the compiler from leaving anything out,
 /// and kernels with all that a scene calls for must agree in its bits.
 #[inline(never)]
-fn counted_samples(world: &World, kernel: Kernel, picture: (u32, u32)) -> [u64; 3] {
-    samples(world, kernel, picture)
+fn counted_samples(
+    world: &World,
+    kernel: Kernel,
+    filter: &FilterTable,
+    picture: (u32, u32),
+) -> [u64; 3] {
+    samples(world, kernel, filter, picture)
 }
 
 /// A few, not to be counted.
 #[inline(never)]
 fn uncounted_samples(world: &World, kernel: Kernel) -> [u64; 3] {
-    samples(world, kernel, (8, 1))
+    samples(world, kernel, &FilterTable::box_filter(), (8, 1))
 }
 
 #[inline(always)]
-fn samples(world: &World, kernel: Kernel, (size, samples): (u32, u32)) -> [u64; 3] {
+fn samples(
+    world: &World,
+    kernel: Kernel,
+    filter: &FilterTable,
+    (size, samples): (u32, u32),
+) -> [u64; 3] {
     let sequence = Sequence::new(0);
-    let filter = FilterTable::box_filter();
     let camera_ray = world.camera.ray_maker();
     let mut sums = [0u64; 3];
     for pixel in 0..size * size {
@@ -129,11 +138,12 @@ struct Figure {
 /// Nanoseconds of a sample by each kernel, in turn, so that what else the machine does falls on all alike.
 fn times(worlds: &[(Candidate, World)]) -> Vec<Vec<f64>> {
     let all = f64::from(TIMED.0 * TIMED.0 * TIMED.1);
+    let filter = FilterTable::box_filter();
     let mut times = vec![Vec::new(); worlds.len()];
     for _ in 0..REPEATS {
         for ((candidate, world), times) in worlds.iter().zip(&mut times) {
             let begun = Instant::now();
-            std::hint::black_box(counted_samples(world, candidate.kernel, TIMED));
+            std::hint::black_box(counted_samples(world, candidate.kernel, &filter, TIMED));
             times.push(begun.elapsed().as_nanos() as f64 / all);
         }
     }
@@ -167,10 +177,11 @@ fn prepared(scene: &Scene, added: bool) -> Outcome<Vec<(Candidate, World)>> {
 fn count(word: &str, added: bool) -> Outcome<()> {
     let (_, scene) = load(word)?;
     let mut first = None;
+    let filter = FilterTable::box_filter();
     for (candidate, world) in prepared(&scene, added)? {
         // Tables that are made when they are first asked for are no sample's.
         std::hint::black_box(uncounted_samples(&world, candidate.kernel));
-        let sums = counted_samples(&world, candidate.kernel, COUNTED);
+        let sums = counted_samples(&world, candidate.kernel, &filter, COUNTED);
         if *first.get_or_insert(sums) != sums {
             return Err(format!("{} has other bits than the first kernel", candidate.name).into());
         }

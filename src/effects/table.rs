@@ -198,7 +198,7 @@ pub const TABLE: [Row; COUNT] = {
         row(E::Suns, mask::SUNS, Kernels, ["suns", "sun lights", "there is one that is not black and that some rays see"]),
         row(E::ConstantEnvironment, mask::CONSTANT_ENVIRONMENT, Kernels, ["constant-environment", "the same light from all around", "the world is not black, and has no image or one that is the same everywhere"]),
         row(E::ImageEnvironment, mask::IMAGE_ENVIRONMENT, Kernels, ["image-environment", "light from all around by an image", "the world is not black and has an image that is not the same everywhere"]),
-        row(E::LightTree, mask::LIGHT_TREE, Preparation, ["light-tree", "the choice between lights by a tree over them", "there is more than one lamp or emissive triangle"]),
+        row(E::LightTree, mask::LIGHT_TREE, Preparation, ["light-tree", "the choice between lights by where they are, among many by a tree", "there is more than one lamp or emissive triangle"]),
         row(E::Instances, mask::INSTANCES, Kernels, ["instances", "meshes that are placed more than once", "a mesh is"]),
         row(E::Visibility, mask::VISIBILITY, Kernels, ["ray-visibility", "objects and lights that some rays do not see", "an object, a light or the world is hidden from diffuse, glossy or transmission rays, or a light casts no shadow or has a limit of bounces"]),
         row(E::Holdouts, mask::HOLDOUTS, Branch, ["holdouts", "objects that cut holes into the picture", "a placed object is one, and the camera sees it"]),

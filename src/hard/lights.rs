@@ -450,6 +450,7 @@ fn plate(center: Vec3, half: f32, intensity: f32, axis: Vec3) -> Bounds {
         normals: Angle::ZERO,
         cos_emission: 0.0,
         two_sided: false,
+        front: None,
     }
 }
 

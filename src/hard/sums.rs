@@ -151,6 +151,7 @@ fn wide_lights(count: u32) -> Vec<Bounds> {
             normals: Angle::ALL,
             cos_emission: 1.0,
             two_sided: false,
+            front: None,
         }
     };
     (0..count).map(light).collect()

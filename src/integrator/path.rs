@@ -387,13 +387,13 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
 
         // ---- Emission ----
         if effects::has(E, MESH_LIGHTS) && surface.emission != Vec3::ZERO {
-            let unsampled = bounce == 0 || again.is_some() || surface.emitter == u32::MAX;
+            let unsampled = bounce == 0 || again.is_some() || surface.shining == u32::MAX;
             let light_pdf = if unsampled || !settings.sample_lights {
                 0.0
             } else {
                 world
                     .lights
-                    .triangle_pdf::<E>(&previous.at, surface.emitter, &surface.point)
+                    .triangle_pdf::<E>(&previous.at, surface.shining, &surface.point)
             };
             let source = Source::Surface(hit.object());
             let weight = gathered.weigh(settings, &previous, source, surface.emission, light_pdf);

@@ -1,12 +1,15 @@
-//! Lights: sample, pdf, evaluate; the light tree.
+//! Lights: sample, pdf, evaluate; the choice between them.
 //!
 //! One file a kind. A light's geometry lives here, free of scene and textures; `world::lights`
 //! puts them together.
 
 pub mod area;
+pub mod choice;
+pub mod closed;
 pub mod ellipse;
 pub mod environment;
 pub mod lamp;
+pub mod quad;
 pub mod rectangle;
 pub mod spherical_triangle;
 pub mod sun;

@@ -14,8 +14,8 @@ pub struct SphericalRectangle {
     low: DVec2,
     high: DVec2,
     height: f64,
-    /// Sum of the angles of the last two corners.
-    last_two: f64,
+    /// Along the sum of the angles of the last two corners.
+    last_two: DVec2,
     solid_angle: f64,
 }
 
@@ -40,11 +40,11 @@ impl SphericalRectangle {
         if solid_angle < 0.0 && [a, b, c, d].iter().all(|side| *side > 0.0) {
             solid_angle += std::f64::consts::TAU;
         }
-        (solid_angle >= LEAST).then(|| Self {
+        (solid_angle >= LEAST).then_some(Self {
             low,
             high,
             height,
-            last_two: last_two.to_angle(),
+            last_two,
             solid_angle,
         })
     }
@@ -62,7 +62,9 @@ impl SphericalRectangle {
         let b0 = -self.low.y / (self.low.y * self.low.y + height2).sqrt();
         let b1 = self.high.y / (self.high.y * self.high.y + height2).sqrt();
         // The paper's angle φ less π, so that small rectangles have small terms.
-        let (sin, cos) = (u.x * self.solid_angle - self.last_two).sin_cos();
+        let turned = DVec2::from_angle(u.x * self.solid_angle);
+        let back = self.last_two / self.last_two.length();
+        let DVec2 { x: cos, y: sin } = DVec2::new(back.x, -back.y).rotate(turned);
         let f = (cos * b0 + b1) / sin;
         // c/√(1 − c²) of the paper's c = ±1/√(f² + b0²), with 1 − b0² from the sides.
         let lowest = height2 / (self.low.y * self.low.y + height2);

@@ -51,11 +51,43 @@ pub struct Bounds {
     pub cos_emission: f32,
     /// Emits to both sides.
     pub two_sided: bool,
+    /// The side of a plane from which alone it can be seen.
+    pub front: Option<Front>,
+}
+
+/// One side of a plane: its normal, and how far along that it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Front {
+    /// Unit normal.
+    pub normal: Vec3,
+    /// Of a point in the plane, along the normal.
+    pub offset: f32,
+}
+
+impl Front {
+    /// Whether a point is on the other side, but for rounding: seen from as near to its plane as that, a light has next to no
+    /// solid angle.
+    #[inline]
+    pub fn is_behind(&self, point: Vec3) -> bool {
+        self.normal.dot(point) <= self.offset
+    }
+}
+
+/// Bounds as estimates read them: by the middle of the box and half of its diagonal.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    center: Vec3,
+    half: Vec3,
+    intensity: f32,
+    axis: Vec3,
+    normals: Angle,
+    cos_emission: f32,
+    two_sided: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    bounds: Bounds,
+    extent: Extent,
     /// The second child, or the emitter of a leaf.
     index: u32,
     leaf: bool,
@@ -118,39 +150,57 @@ impl Bounds {
             normals,
             cos_emission: a.cos_emission.min(b.cos_emission),
             two_sided: a.two_sided || b.two_sided,
+            front: None,
         }
     }
 
+    /// For estimates.
+    pub fn extent(&self) -> Extent {
+        Extent {
+            center: self.center(),
+            half: (self.max - self.min) * 0.5,
+            intensity: self.intensity,
+            axis: self.axis,
+            normals: self.normals,
+            cos_emission: self.cos_emission,
+            two_sided: self.two_sided,
+        }
+    }
+}
+
+impl Extent {
     /// Estimate of the irradiance that the emitters send to a point: an upper bound of the angles,
     /// the middle for the distance. 0 only where nothing can arrive.
     #[inline]
     pub fn importance(&self, point: Vec3, normal: Option<Vec3>) -> f32 {
-        let center = self.center();
-        let to = center - point;
-        let radius2 = ((self.max - self.min) * 0.5).length_squared();
-        let d2_true = to.length_squared();
+        let to = self.center - point;
+        let radius2 = self.half.length_squared();
+        let d2 = to.length_squared();
         // Inside the bounds all is possible, and the distance is of the size of the bounds.
-        let d2 = d2_true.max(radius2).max(f32::MIN_POSITIVE);
-        if d2_true <= radius2 * (1.0 + 1e-5) {
+        if d2 <= radius2 * (1.0 + 1e-5) {
             return if self.is_averted(to) || normal.is_some_and(|n| self.is_below(to, n)) {
                 0.0
             } else {
-                self.intensity / d2
+                self.intensity / d2.max(radius2).max(f32::MIN_POSITIVE)
             };
         }
-        let wi = to / d2_true.sqrt();
-        let sin_b2 = radius2 / d2_true;
-        let (sin_b, cos_b) = (sin_b2.sqrt(), (1.0 - sin_b2).max(0.0).sqrt());
+        let per_d2 = 1.0 / d2.max(f32::MIN_POSITIVE);
+        let per_d = per_d2.sqrt();
+        let sphere = Sphere::seen_by(radius2 * per_d2);
         let mut cos_emitted = 1.0;
         if self.normals.cos > -1.0 {
-            let mut cos_w = -self.axis.dot(wi);
+            let mut cos_w = -self.axis.dot(to) * per_d;
             if self.two_sided {
                 cos_w = cos_w.abs();
             }
-            let (sin_w, Angle { sin, cos }) = (sin_from_cos(cos_w), self.normals);
-            let cos_x = cos_of_difference(sin_w, cos_w, sin, cos);
-            let sin_x = sin_of_difference(sin_w, cos_w, sin, cos);
-            cos_emitted = cos_of_difference(sin_x, cos_x, sin_b, cos_b);
+            cos_emitted = if self.normals.cos == 1.0 {
+                sphere.nearest_cosine(cos_w)
+            } else {
+                let (sin_w, Angle { sin, cos }) = (sin_from_cos(cos_w), self.normals);
+                let cos_x = cos_of_difference(sin_w, cos_w, sin, cos);
+                let sin_x = sin_of_difference(sin_w, cos_w, sin, cos);
+                cos_of_difference(sin_x, cos_x, sphere.sin2.sqrt(), sphere.cos)
+            };
             if cos_emitted <= self.cos_emission - ANGLE_MARGIN {
                 return 0.0;
             }
@@ -162,18 +212,16 @@ impl Bounds {
         }
         let mut received = 1.0;
         if let Some(n) = normal {
-            let cos_i = n.dot(wi);
-            received = cos_of_difference(sin_from_cos(cos_i), cos_i, sin_b, cos_b);
+            let cos_i = n.dot(to) * per_d;
+            received = sphere.nearest_cosine(cos_i);
             if received <= -ANGLE_MARGIN || (cos_i < 0.0 && self.is_below(to, n)) {
                 return 0.0;
             }
             received = received.max(ANGLE_MARGIN);
         }
-        self.intensity * cos_emitted * received / d2
+        self.intensity * cos_emitted * received * per_d2
     }
-}
 
-impl Bounds {
     /// Whether all emitters are flat and look the other way, by their box. (Wide sheets of lights, a ceiling or a wall of
     /// screens, have everything in the sphere around them, or nearly so.) `to`: from the point to the middle.
     #[inline]
@@ -181,19 +229,43 @@ impl Bounds {
         if self.normals.cos < 1.0 || self.cos_emission < 0.0 || self.two_sided {
             return false;
         }
-        let half = (self.max - self.min) * 0.5;
         // How far before one of them the point may be; f32 holds cones of normals up to the margin for one direction.
-        let before = self.axis.abs().dot(half) - self.axis.dot(to);
-        before < -ANGLE_MARGIN * (to.length() + half.length())
+        let before = self.axis.abs().dot(self.half) - self.axis.dot(to);
+        before < -ANGLE_MARGIN * (to.length() + self.half.length())
     }
 
     /// Whether all emitters are below a surface's horizon, by their box.
     #[inline]
     fn is_below(&self, to: Vec3, normal: Vec3) -> bool {
-        let half = (self.max - self.min) * 0.5;
-        let above = normal.dot(to) + normal.abs().dot(half);
+        let above = normal.dot(to) + normal.abs().dot(self.half);
         // Three differences, three products, two sums.
-        above < -gamma(8) * normal.abs().dot(to.abs() + half)
+        above < -gamma(8) * normal.abs().dot(to.abs() + self.half)
+    }
+}
+
+/// The sphere about a box as a point outside of it sees it: half its angle.
+struct Sphere {
+    sin2: f32,
+    cos: f32,
+}
+
+impl Sphere {
+    #[inline]
+    fn seen_by(sin2: f32) -> Self {
+        Self {
+            sin2,
+            cos: (1.0 - sin2).max(0.0).sqrt(),
+        }
+    }
+
+    /// The greatest cosine of directions into the sphere with one that has this cosine with its middle.
+    #[inline]
+    fn nearest_cosine(&self, cos: f32) -> f32 {
+        if cos > self.cos {
+            1.0
+        } else {
+            cos * self.cos + ((1.0 - cos * cos).max(0.0) * self.sin2).sqrt()
+        }
     }
 }
 
@@ -245,7 +317,7 @@ impl Tree {
         if let [emitter] = *order {
             let bounds = emitters[emitter as usize];
             self.nodes.push(Node {
-                bounds,
+                extent: bounds.extent(),
                 index: emitter,
                 leaf: true,
             });
@@ -253,7 +325,7 @@ impl Tree {
             return bounds;
         }
         self.nodes.push(Node {
-            bounds: emitters[order[0] as usize],
+            extent: emitters[order[0] as usize].extent(),
             index: 0,
             leaf: false,
         });
@@ -269,7 +341,7 @@ impl Tree {
         let b = self.build(emitters, right, trail | 1 << depth, depth + 1);
         let bounds = Bounds::union(&a, &b);
         self.nodes[at] = Node {
-            bounds,
+            extent: bounds.extent(),
             index: second,
             leaf: false,
         };
@@ -286,7 +358,7 @@ impl Tree {
     pub fn importance(&self, point: Vec3, normal: Option<Vec3>) -> f32 {
         self.nodes
             .first()
-            .map_or(0.0, |n| n.bounds.importance(point, normal))
+            .map_or(0.0, |n| n.extent.importance(point, normal))
     }
 
     /// Draws an emitter.
@@ -361,14 +433,14 @@ fn finer(u: f32, point: Vec3) -> f64 {
 /// as strong behind a wall would keep all samples from the one in the room. So the variance is at most 2^10 times
 /// that of the light alone, at each turn, and the other child's greater by a thousandth (defensive importance
 /// sampling: Hesterberg, *Weighted Average Importance Sampling and Defensive Mixture Distributions*, 1995).
-const LEAST_SHARE: f32 = 1.0 / 1024.0;
+pub const LEAST_SHARE: f32 = 1.0 / 1024.0;
 
 /// Share of the first of two children; `None` if neither can send anything.
 #[inline]
 fn first_share(a: &Node, b: &Node, point: Vec3, normal: Option<Vec3>) -> Option<f32> {
     let (ia, ib) = (
-        a.bounds.importance(point, normal),
-        b.bounds.importance(point, normal),
+        a.extent.importance(point, normal),
+        b.extent.importance(point, normal),
     );
     let sum = ia + ib;
     if sum <= 0.0 {
@@ -499,6 +571,7 @@ mod tests {
                     normals: if sphere { Angle::ALL } else { Angle::ZERO },
                     cos_emission: 0.0,
                     two_sided: i % 2 == 0,
+                    front: None,
                 }
             })
             .collect()
@@ -577,6 +650,7 @@ mod tests {
             normals: Angle::ALL,
             cos_emission: 1.0,
             two_sided: false,
+            front: None,
         };
         for stronger in [1e4, 1e8, 1e30] {
             let tree = Tree::new(&[at(-1.0, stronger), at(1.0, 1.0)]);

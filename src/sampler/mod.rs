@@ -23,7 +23,6 @@
 //! Nothing depends on how many samples there will be: a render can be continued or joined from parts,
 //! and has the bits of one that was asked for them all at once.
 
-use crate::math::float::ONE_MINUS_EPSILON;
 use glam::{Vec2, Vec3};
 
 /// The random decisions of a path.
@@ -57,6 +56,8 @@ pub const REPLICATES: u32 = 2;
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     index: u64,
+    /// Its digits, least significant first: all sequences begin with them.
+    reversed: u64,
     seed: u32,
 }
 
@@ -81,8 +82,10 @@ impl Sequence {
     /// The numbers of one sample of one pixel; coordinates below 2^16.
     pub fn sampler(&self, x: u32, y: u32, sample: u32) -> Sampler {
         let morton = spread(x) | (spread(y) << 1);
+        let index = (morton << 32) | u64::from(sample / REPLICATES);
         Sampler {
-            index: (morton << 32) | u64::from(sample / REPLICATES),
+            index,
+            reversed: index.reverse_bits(),
             seed: self.seeds[(sample % REPLICATES) as usize],
         }
     }
@@ -107,12 +110,14 @@ impl Sampler {
     /// The numbers of one of `parts` samples that take the place of this one: together the parts of all
     /// samples are the first `parts` times as many points of the same sequences.
     pub fn part(&self, part: u32, parts: u32) -> Self {
+        // What is lost beyond 64 bits are digits of coordinates from 2^16 / √parts on.
+        let index = self
+            .index
+            .wrapping_mul(u64::from(parts))
+            .wrapping_add(u64::from(part));
         Self {
-            // What is lost beyond 64 bits are digits of coordinates from 2^16 / √parts on.
-            index: self
-                .index
-                .wrapping_mul(u64::from(parts))
-                .wrapping_add(u64::from(part)),
+            index,
+            reversed: index.reverse_bits(),
             ..*self
         }
     }
@@ -128,16 +133,18 @@ impl Sampler {
     /// The index in the order of the sequence of this key.
     fn shuffled(&self, key: u32) -> u64 {
         owen_64(
-            self.index.reverse_bits(),
+            self.reversed,
             u64::from(mix32(key)) << 32 | u64::from(mix32(!key)),
         )
         .reverse_bits()
     }
 
     fn two_of(&self, key: u32, shuffled: u64) -> Vec2 {
-        let x = owen_32(shuffled as u32, mix32(key ^ 0x5851_f42d)).reverse_bits();
-        let y = owen_32(pascal(shuffled) as u32, mix32(key ^ 0x1405_7b7e)).reverse_bits();
-        Vec2::new(unit(x), unit(y))
+        let x = owen_32(shuffled as u32, mix32(key ^ 0x5851_f42d));
+        let y = owen_32(pascal(shuffled) as u32, mix32(key ^ 0x1405_7b7e));
+        // Turned over together: what was the lower half comes out as the upper one.
+        let both = (u64::from(x) | u64::from(y) << 32).reverse_bits();
+        Vec2::new(unit((both >> 32) as u32), unit(both as u32))
     }
 
     /// One number in [0, 1).
@@ -161,9 +168,11 @@ pub fn hashed(key: u32, a: u32, b: u32) -> f32 {
     ))
 }
 
-/// 24 bits of a word as a float below 1.
+/// 24 bits of a word as a float: of 24 digits too, so that it is at most [`ONE_MINUS_EPSILON`].
+///
+/// [`ONE_MINUS_EPSILON`]: crate::math::float::ONE_MINUS_EPSILON
 fn unit(x: u32) -> f32 {
-    ((x >> 8) as f32 * (1.0 / 16_777_216.0)).min(ONE_MINUS_EPSILON)
+    (x >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
 /// A bijective integer hash with full avalanche (the two-round multiply-xorshift construction,

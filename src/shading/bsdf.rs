@@ -8,7 +8,7 @@
 //!
 //! Directions `wo` (to the viewer) and `wi` (to the light) point away from the surface.
 
-use super::tables::{self, Place, Reflection, refract};
+use super::tables::{self, Place, Reflection, Rows, refract};
 use super::{fresnel, ggx, normal};
 use crate::math::{Frame, average, mix, sqr, warp};
 use glam::Vec3;
@@ -79,26 +79,32 @@ fn coat_ior(ior: f32, specular: f32) -> f32 {
 impl Dielectrics {
     /// Tables for a material with a constant or textured specular factor.
     pub fn new(ior: f32, specular: f32, textured: bool, transmits: bool) -> Self {
-        Self::needed(ior, specular, textured, (true, transmits))
+        Self::needed(ior, specular, textured, (true, transmits), Rows::ALL)
     }
 
-    /// As far as the coat and the solid are rough somewhere: what is smooth reads no table.
-    pub fn needed(ior: f32, specular: f32, textured: bool, (coat, solid): (bool, bool)) -> Self {
+    /// As far as the coat and the solid are rough somewhere (what is smooth reads no table), for some roughnesses.
+    pub fn needed(
+        ior: f32,
+        specular: f32,
+        textured: bool,
+        (coat, solid): (bool, bool),
+        rows: Rows,
+    ) -> Self {
         let ior = fresnel::bounded_ior(ior);
         let coat = if !coat {
             Vec::new()
         } else if textured && specular > 0.0 {
             (0..SPECULAR_STEPS)
                 .map(|i| sqr(i as f32 / (SPECULAR_STEPS - 1) as f32).max(LEAST_SPECULAR))
-                .map(|share| tables::Dielectric::new(coat_ior(ior, specular * share)))
+                .map(|share| tables::Dielectric::new(coat_ior(ior, specular * share), rows))
                 .collect()
         } else {
-            vec![tables::Dielectric::new(coat_ior(ior, specular))]
+            vec![tables::Dielectric::new(coat_ior(ior, specular), rows)]
         };
         Self {
             coat,
             max_specular: specular,
-            solid: solid.then(|| tables::Solid::new(ior)),
+            solid: solid.then(|| tables::Solid::new(ior, rows)),
         }
     }
 
@@ -300,12 +306,14 @@ impl<K: Kinds> Bsdf<K> {
         let cos = local.z.max(0.0);
         let alpha = p.roughness * p.roughness;
         let ior = fresnel::bounded_ior(p.ior);
-        let reflection = Reflection::get();
         // A mirror loses nothing, and reflects as the tables' interface at its own cosine.
         let place = (alpha > ggx::SMOOTH_ALPHA).then(|| Place::new(cos, p.roughness));
+        // A dielectric without specular reflects nothing.
+        let has_lobe = p.metallic > 0.0 || p.transmission > 0.0 || p.specular > 0.0;
+        let reflection = place.filter(|_| has_lobe).map(Reflection::at);
         let compensation =
-            |f_average: Vec3| place.map_or(Vec3::ONE, |at| reflection.compensation(at, f_average));
-        let single_scattering = || place.map_or(1.0, |at| reflection.directional(at));
+            |f_average: Vec3| reflection.map_or(Vec3::ONE, |r| r.compensation(f_average));
+        let single_scattering = || reflection.map_or(1.0, |r| r.directional);
 
         let mut rest = 1.0 - p.metallic;
         let mut facet_albedo = Vec3::ZERO;
@@ -1207,7 +1215,7 @@ mod tests {
             let bsdf = Bsdf::<Opaque>::new(&p, &tables, normals(Vec3::Z), wo, false);
             let place = Place::new(wo.z, p.roughness);
             bsdf.evaluate(wi).value
-                / Reflection::get().compensation(place, fresnel::schlick_average(p.base_color))
+                / Reflection::at(place).compensation(fresnel::schlick_average(p.base_color))
                 * wo.z
         });
         assert!(

@@ -3,7 +3,8 @@
 //! microfacet models*, 2019; the average Fresnel term after Kulla and Conty, *Revisiting
 //! Physically Based Shading at Imageworks*, 2017).
 //!
-//! The tables are integrated when a scene first needs them, not shipped. The integrals run over
+//! The tables are integrated when a scene first needs them, not shipped, and of them the rows of the roughnesses that its
+//! materials have: 2 of 40 for one without a texture. The integrals run over
 //! the slopes of the facets, in polar coordinates: there the distribution is a function of the
 //! radius alone, the facets that reflect to above the surface fill a circle, and the integrand is
 //! analytic inside, so that a few points of Gauss and Legendre give four digits.
@@ -30,6 +31,30 @@ const LENGTH_NODES: usize = 16;
 const LENGTH_NODES_BOTH: usize = 12;
 /// α of the grid's first row. Below it only the ratio of cosθ to α matters.
 const LEAST_ALPHA: f64 = 1e-5;
+
+/// Rows of the grid, from the first to the last: a material reads those about its roughness.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Rows {
+    first: usize,
+    last: usize,
+}
+
+impl Rows {
+    /// All there are.
+    pub const ALL: Self = Self {
+        first: 0,
+        last: ROUGHNESSES - 1,
+    };
+
+    /// Those that are read for perceptual roughnesses between two.
+    pub fn between(least: f32, greatest: f32) -> Self {
+        let row = |roughness: f32| cell(roughness.clamp(0.0, 1.0), ROUGHNESSES).0;
+        Self {
+            first: row(least),
+            last: row(greatest) + 1,
+        }
+    }
+}
 
 /// α of a row of the grid.
 fn row_alpha(row: usize) -> f64 {
@@ -101,34 +126,28 @@ fn cell(x: f32, points: usize) -> (usize, f32) {
 #[derive(Clone, Debug)]
 struct Table {
     values: Vec<f32>,
+    /// What the rows that are left out before the first would have.
+    skipped: usize,
 }
 
 impl Table {
     /// Tabulates a function of the cosine and α, on all threads.
-    fn tabulate(f: impl Fn(f64, f64) -> f32 + Sync) -> Self {
-        let rows = (0..ROUGHNESSES).into_par_iter();
+    fn tabulate(rows: Rows, f: impl Fn(f64, f64) -> f32 + Sync) -> Self {
+        let places = (rows.first * COSINES..(rows.last + 1) * COSINES).into_par_iter();
+        let value = |place: usize| {
+            let alpha = row_alpha(place / COSINES);
+            f(column_cosine(place % COSINES, alpha), alpha)
+        };
         Self {
-            values: rows.flat_map_iter(|row| Self::row(row, &f)).collect(),
+            // Ten at a time: a part of a thread's work is worth handing over.
+            values: places.with_min_len(10).map(value).collect(),
+            skipped: rows.first * COSINES,
         }
-    }
-
-    /// The same on this thread: for what is made while others may wait for it, which must not take up their work.
-    fn tabulate_alone(f: impl Fn(f64, f64) -> f32) -> Self {
-        Self {
-            values: (0..ROUGHNESSES)
-                .flat_map(|row| Self::row(row, &f))
-                .collect(),
-        }
-    }
-
-    fn row(row: usize, f: impl Fn(f64, f64) -> f32) -> impl Iterator<Item = f32> {
-        let alpha = row_alpha(row);
-        (0..COSINES).map(move |column| f(column_cosine(column, alpha), alpha))
     }
 
     #[inline]
     fn read(&self, place: Place) -> f32 {
-        let at = |i: usize| self.values[place.index + i];
+        let at = |i: usize| self.values[place.index + i - self.skipped];
         let (low, high) = (
             mix(at(0), at(1), place.along),
             mix(at(COSINES), at(COSINES + 1), place.along),
@@ -431,71 +450,78 @@ impl Interface {
     }
 }
 
-/// Albedos of GGX with reflectance 1.
-#[derive(Debug)]
+/// Albedos of GGX with reflectance 1 at a place.
+#[derive(Clone, Copy, Debug)]
 pub struct Reflection {
-    directional: Table,
-    average: Vec<f32>,
+    /// Single-scattering albedo at the view cosine.
+    pub directional: f32,
+    /// Its cosine-weighted mean.
+    pub average: f32,
 }
 
-impl Reflection {
-    /// The one table, made at first use.
-    pub fn get() -> &'static Self {
-        static TABLE: OnceLock<Reflection> = OnceLock::new();
-        TABLE.get_or_init(Self::new)
+/// A row of their table.
+struct ReflectionRow {
+    directional: [f32; COSINES],
+    average: f32,
+}
+
+impl ReflectionRow {
+    /// Made when a surface of its roughness is first met, on that thread: others may wait for it, and must not be given
+    /// more to do meanwhile.
+    #[inline]
+    fn get(row: usize) -> &'static Self {
+        static ROWS: [OnceLock<ReflectionRow>; ROUGHNESSES] =
+            [const { OnceLock::new() }; ROUGHNESSES];
+        ROWS[row].get_or_init(|| Self::new(row))
     }
 
-    fn new() -> Self {
+    #[cold]
+    fn new(row: usize) -> Self {
         let quadrature = Quadrature::get();
-        let directional = Table::tabulate_alone(|cos, alpha| {
-            quadrature
-                .reflection(&View::new(cos, alpha), |_| 0.0)
-                .0
-                .min(1.0) as f32
+        let alpha = row_alpha(row);
+        let directional = std::array::from_fn(|column| {
+            let view = View::new(column_cosine(column, alpha), alpha);
+            quadrature.reflection(&view, |_| 0.0).0.min(1.0) as f32
         });
-        let average = (0..ROUGHNESSES)
-            .map(|row| {
-                // ∫ 2μ E dμ with E linear between the columns: Simpson's rule is exact.
-                let alpha = row_alpha(row);
-                let at = |i: usize| {
-                    (
-                        column_cosine(i, alpha),
-                        f64::from(directional.values[row * COSINES + i]),
-                    )
-                };
-                (0..COSINES - 1)
-                    .map(|i| (at(i), at(i + 1)))
-                    .fold(0.0, |sum, ((c, e), (d, f))| {
-                        sum + (d - c) / 3.0 * (c * e + (c + d) * (e + f) + d * f)
-                    }) as f32
-            })
-            .collect();
+        // ∫ 2μ E dμ with E linear between the columns: Simpson's rule is exact.
+        let at = |i: usize| (column_cosine(i, alpha), f64::from(directional[i]));
+        let average = (0..COSINES - 1)
+            .map(|i| (at(i), at(i + 1)))
+            .fold(0.0, |sum, ((c, e), (d, f))| {
+                sum + (d - c) / 3.0 * (c * e + (c + d) * (e + f) + d * f)
+            }) as f32;
         Self {
             directional,
             average,
         }
     }
+}
 
-    /// Single-scattering albedo at a view cosine.
+impl Reflection {
+    /// At a place.
     #[inline]
-    pub fn directional(&self, place: Place) -> f32 {
-        self.directional.read(place)
-    }
-
-    /// Its cosine-weighted mean.
-    #[inline]
-    pub fn average(&self, place: Place) -> f32 {
-        let row = place.index / COSINES;
-        mix(self.average[row], self.average[row + 1], place.up)
+    pub fn at(place: Place) -> Self {
+        let (row, column) = (place.index / COSINES, place.index % COSINES);
+        let (low, high) = (ReflectionRow::get(row), ReflectionRow::get(row + 1));
+        let along = |row: &ReflectionRow| {
+            mix(
+                row.directional[column],
+                row.directional[column + 1],
+                place.along,
+            )
+        };
+        Self {
+            directional: mix(along(low), along(high), place.up),
+            average: mix(low.average, high.average, place.up),
+        }
     }
 
     /// By what a single-scattering lobe with mean reflectance `f_average` is scaled so that the
     /// energy of further scatterings is there: 1 + F_ms (1 − E)/E with
     /// F_ms = F̄ E_avg / (1 − F̄ (1 − E_avg)).
     #[inline]
-    pub fn compensation(&self, place: Place, f_average: Vec3) -> Vec3 {
-        let e = self.directional(place);
-        let e_average = self.average(place);
+    pub fn compensation(&self, f_average: Vec3) -> Vec3 {
+        let (e, e_average) = (self.directional, self.average);
         let f_ms = f_average * e_average / (Vec3::ONE - f_average * (1.0 - e_average));
         Vec3::ONE + f_ms * ((1.0 - e) / e)
     }
@@ -570,7 +596,7 @@ impl Grazing {
 
 impl Solid {
     /// Tabulates for an index of refraction (above or below 1).
-    pub fn new(ior: f32) -> Self {
+    pub fn new(ior: f32, rows: Rows) -> Self {
         let quadrature = Quadrature::get();
         let sides = [ior, 1.0 / ior].map(|eta| Interface::new(eta, ior));
         let albedo = |interface: &Interface, cos, alpha| {
@@ -582,7 +608,7 @@ impl Solid {
         Self {
             tables: sides
                 .each_ref()
-                .map(|side| Table::tabulate(|cos, alpha| albedo(side, cos, alpha))),
+                .map(|side| Table::tabulate(rows, |cos, alpha| albedo(side, cos, alpha))),
             grazing: near.then(|| {
                 sides
                     .each_ref()
@@ -628,9 +654,9 @@ fn cosine_of_blend(blend: f32, eta: f32) -> f32 {
 
 impl Dielectric {
     /// Tabulates for an index of refraction (above or below 1).
-    pub fn new(ior: f32) -> Self {
+    pub fn new(ior: f32, rows: Rows) -> Self {
         let quadrature = Quadrature::get();
-        let effective_cosine = Table::tabulate(|cos, alpha| {
+        let effective_cosine = Table::tabulate(rows, |cos, alpha| {
             let (all, reflected) =
                 quadrature.reflection(&View::new(cos, alpha), |c| smooth_blend(c, ior));
             cosine_of_blend((reflected / all) as f32, ior) / (cos + alpha) as f32
@@ -707,7 +733,6 @@ mod tests {
     /// 12/8·(1/39)² = 1e-3; at most as much for the cosine.
     #[test]
     fn albedo_agrees_with_the_integral_over_directions_of_light() {
-        let table = Reflection::get();
         for (cos, roughness) in [
             (0.8f32, 1.0f32),
             (0.3, 0.7),
@@ -716,13 +741,13 @@ mod tests {
             (0.97, 0.9),
         ] {
             let exact = albedo_over_light(f64::from(cos), f64::from(roughness * roughness));
-            let found = f64::from(table.directional(Place::new(cos, roughness)));
+            let found = f64::from(Reflection::at(Place::new(cos, roughness)).directional);
             assert!(
                 (found - exact).abs() < 2e-3,
                 "{cos} {roughness}: {found} {exact}"
             );
         }
-        assert!((table.directional(Place::new(0.5, 0.0)) - 1.0).abs() < 1e-5);
+        assert!((Reflection::at(Place::new(0.5, 0.0)).directional - 1.0).abs() < 1e-5);
     }
 
     /// The quadrature itself, without the table between: the midpoint rule has steps of 0.016 in
@@ -763,7 +788,7 @@ mod tests {
     #[test]
     fn grazing_columns_agree_with_the_integral() {
         for ior in [1.0003f32, 1.003, 1.03] {
-            let solid = Solid::new(ior);
+            let solid = Solid::new(ior, Rows::ALL);
             for inside in [false, true] {
                 let eta = if inside { 1.0 / ior } else { ior };
                 let interface = Interface::new(eta, ior);
@@ -804,12 +829,38 @@ mod tests {
 
     #[test]
     fn a_mirror_reflects_as_its_interface_does() {
-        let table = Dielectric::new(1.5);
+        let table = Dielectric::new(1.5, Rows::ALL);
         for cos in [1.0f32, 0.7, 0.3, 0.1, 0.02] {
             let found = table.effective_cosine(Place::new(cos, 0.0));
             // 2⁻²⁴ of the bisection, and the reflectance's own digits where it is flat.
             let (a, b) = (smooth_blend(found, 1.5), smooth_blend(cos, 1.5));
             assert!((a - b).abs() < 2e-3 * b + 1e-5, "{cos}: {a} {b}");
+        }
+    }
+
+    /// Tables of some rows alone have the bits of those of all of them, wherever they are read.
+    #[test]
+    fn some_rows_read_as_all_of_them() {
+        let (coat, solid) = (Dielectric::new(1.4, Rows::ALL), Solid::new(1.4, Rows::ALL));
+        for (least, greatest) in [
+            (0.5, 0.5),
+            (0.0, 0.1),
+            (0.3, 1.0),
+            (1.0, 1.0),
+            (20.0 / 39.0, 20.0 / 39.0),
+        ] {
+            let rows = Rows::between(least, greatest);
+            let few = (Dielectric::new(1.4, rows), Solid::new(1.4, rows));
+            for k in 0..=8u8 {
+                let roughness = mix(least, greatest, f32::from(k) / 8.0);
+                for cos in [0.0, 0.01, 0.3, 1.0] {
+                    let place = Place::new(cos, roughness);
+                    assert_eq!(coat.effective_cosine(place), few.0.effective_cosine(place));
+                    for inside in [false, true] {
+                        assert_eq!(solid.both(place, inside), few.1.both(place, inside));
+                    }
+                }
+            }
         }
     }
 

@@ -10,7 +10,7 @@ use crate::shading::{Dielectrics, SurfaceParameters};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
-/// "No emitter".
+/// "It does not shine".
 pub const NONE: u32 = u32::MAX;
 
 /// A mesh with its attributes, in object space, or in world space if it is placed once.
@@ -189,8 +189,8 @@ pub struct Entry {
     instance: Option<Box<Placement>>,
     /// The placement mirrors: winding is turned over.
     flipped: bool,
-    /// Number of the first triangle's emitter, or [`NONE`].
-    pub first_emitter: u32,
+    /// Number of the first triangle among all that shine, or [`NONE`].
+    pub first_shining: u32,
     /// Which rays see it.
     pub visibility: Visibility,
 }
@@ -208,7 +208,7 @@ impl Entry {
             mesh,
             instance: None,
             flipped,
-            first_emitter: NONE,
+            first_shining: NONE,
             visibility,
         }
     }
@@ -233,7 +233,7 @@ impl Entry {
             mesh,
             instance: Some(Box::new(placement)),
             flipped,
-            first_emitter: NONE,
+            first_shining: NONE,
             visibility,
         }
     }
@@ -362,8 +362,8 @@ pub struct Surface<'a> {
     pub normals: Normals,
     /// The ray came from behind (by winding).
     pub inside: bool,
-    /// Number of the triangle's emitter, or [`NONE`].
-    pub emitter: u32,
+    /// Number of the triangle among all that shine, or [`NONE`].
+    pub shining: u32,
     /// Emitted radiance towards the ray's origin.
     pub emission: Vec3,
     /// `None` if it only emits.
@@ -440,10 +440,10 @@ pub fn surface<'a, const E: Mask>(
             material.constant_parameters()
         }
     });
-    let emitter = if entry.first_emitter == NONE {
+    let shining = if entry.first_shining == NONE {
         NONE
     } else {
-        entry.first_emitter + hit.primitive
+        entry.first_shining + hit.primitive
     };
     Surface {
         point,
@@ -453,7 +453,7 @@ pub fn surface<'a, const E: Mask>(
             shading,
         },
         inside,
-        emitter,
+        shining,
         emission,
         parameters,
         dielectrics: &material.dielectrics,

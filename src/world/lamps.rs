@@ -5,7 +5,7 @@ use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray, Triangl
 use crate::light::Meeting;
 use crate::light::area::Area;
 use crate::light::lamp::{Cone, Lamp, LampSample};
-use crate::light::tree::{Angle, Bounds};
+use crate::light::tree::{Angle, Bounds, Front};
 use crate::math::luminance;
 use crate::scene::{AreaShape, Light, LightKind, RayKind, Visibility};
 use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3};
@@ -104,6 +104,7 @@ impl Form {
                     }),
                 cos_emission: 1.0,
                 two_sided: false,
+                front: None,
             },
             Self::Area(area) => {
                 let (min, max) = area.bounds();
@@ -115,6 +116,10 @@ impl Form {
                     normals: Angle::ZERO,
                     cos_emission: area.cos_spread(),
                     two_sided: false,
+                    front: Some(Front {
+                        normal: area.normal(),
+                        offset: area.normal().dot(area.center()),
+                    }),
                 }
             }
         }

@@ -3,12 +3,13 @@
 use super::geometry::{Entry, MeshData};
 use super::lamps::{self, Lamps, Rules};
 use super::material::PreparedMaterial;
+use super::shining::{Eye, Facet, Shining};
 use crate::effects::{self, Mask, PATHS};
 use crate::ffi::embree::{Device, EmbreeError};
+use crate::light::choice::{Chooser, MOST, Shares};
 use crate::light::environment::{Environment, Texels};
 use crate::light::sun::Sun;
-use crate::light::tree::{Angle, Bounds, Tree};
-use crate::light::triangle::Triangle;
+use crate::light::tree::{Angle, Bounds};
 use crate::math::float::{self, BoundedPoint};
 use crate::math::luminance;
 use crate::scene::{LightKind, Pixels, RayKind, Scene};
@@ -17,13 +18,13 @@ use glam::{DVec3, Vec2, Vec3};
 /// A finite emitter.
 enum Emitter {
     Lamp(u32),
-    Triangle { entry: u32, triangle: u32 },
+    Facet(Facet),
 }
 
 /// All lights of a world.
 pub struct Lights {
     emitters: Vec<Emitter>,
-    tree: Tree,
+    finite: Chooser,
     lamps: Lamps,
     suns: Vec<(Sun, Rules)>,
     /// Numbers of lamps and suns among the scene's lights.
@@ -32,7 +33,7 @@ pub struct Lights {
     environment_rules: Rules,
     environment_estimate: f32,
     sun_estimates: Vec<f32>,
-    triangle_corners: Vec<[Vec3; 3]>,
+    shining: Shining,
 }
 
 /// A point that is lit, as the choice between lights sees it.
@@ -43,6 +44,7 @@ pub struct Shaded {
     /// Side that receives; `None` where both do.
     pub normal: Option<Vec3>,
     groups: Groups,
+    shares: Shares,
 }
 
 /// Estimated irradiance at a point by the groups of lights.
@@ -50,10 +52,16 @@ pub struct Shaded {
 struct Groups {
     sum: f32,
     count: f32,
-    tree: f32,
+    finite: f32,
 }
 
 impl Shaded {
+    /// Where, and which side.
+    #[inline]
+    fn place(&self) -> (Vec3, Option<Vec3>) {
+        (self.point, self.normal)
+    }
+
     /// Where no light is looked for.
     pub fn unlit(point: Vec3) -> Self {
         Self {
@@ -62,8 +70,9 @@ impl Shaded {
             groups: Groups {
                 sum: 1.0,
                 count: 1.0,
-                tree: 0.0,
+                finite: 0.0,
             },
+            shares: Shares::NONE,
         }
     }
 }
@@ -85,37 +94,12 @@ pub struct LightSample {
     pub rules: Rules,
 }
 
-/// Greater estimates of irradiance count as this one, so that sums of them stay finite: infinity over infinity is no
-/// probability.
-const MOST: f32 = 1e30;
-
 /// Kinds between which the first choice is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Group {
-    Tree,
+    Finite,
     Environment,
     Sun(usize),
-}
-
-fn mean_emission(mesh: &MeshData, material: &PreparedMaterial, triangle: u32) -> f32 {
-    // Centres of the 64 subtriangles of three subdivisions: finer textures than that are found by
-    // the floor below.
-    const N: u32 = 8;
-    let mut sum = 0f32;
-    for i in 0..N {
-        for j in 0..N - i {
-            let (u, v) = (
-                (i as f32 + 1.0 / 3.0) / N as f32,
-                (j as f32 + 1.0 / 3.0) / N as f32,
-            );
-            let at = mesh.at(triangle, u, v);
-            sum += luminance(material.emitted(&at, at.color()));
-        }
-    }
-    let mean = sum / (N * (N + 1) / 2) as f32;
-    // A hundredth of the untextured emission: no bright texel between the sampled points is
-    // without a chance.
-    mean + 0.01 * luminance(material.emission)
 }
 
 /// Makes all emitters of a tree look as if they stood in the same place and shone everywhere, so that they are drawn by their
@@ -139,6 +123,7 @@ fn by_power(bounds: &mut [Bounds]) {
             normals: Angle::ALL,
             cos_emission: 0.0,
             two_sided: true,
+            front: None,
         };
     }
 }
@@ -147,27 +132,6 @@ fn by_power(bounds: &mut [Bounds]) {
 /// too is 1.
 const fn has_groups(set: Mask) -> bool {
     effects::has(set, effects::SUNS | effects::ENVIRONMENT)
-}
-
-/// Radiance of a place on a triangle, as far as the triangle is there.
-#[inline]
-fn shining<const E: Mask>(
-    mesh: &MeshData,
-    material: &PreparedMaterial,
-    triangle: u32,
-    (u, v): (f32, f32),
-) -> Vec3 {
-    if !effects::has(E, effects::TEXTURES | effects::ALPHA) {
-        return material.emission;
-    }
-    let place = mesh.at(triangle, u, v);
-    let color = place.color();
-    let radiance = material.emitted(&place, color);
-    if effects::has(E, effects::ALPHA) && material.translucent {
-        radiance * material.opacity(&place, color)
-    } else {
-        radiance
-    }
 }
 
 /// Something that shines, for those who look at a single path.
@@ -187,7 +151,7 @@ impl Lights {
     pub(super) fn new(
         scene: &Scene,
         effects: Mask,
-        origin: DVec3,
+        (origin, eye): (DVec3, &Eye),
         entries: &mut [Entry],
         meshes: &[MeshData],
         materials: &[PreparedMaterial],
@@ -196,7 +160,7 @@ impl Lights {
         let keep = |effect| effects::has(effects, effect);
         let mut lights = Self {
             emitters: Vec::new(),
-            tree: Tree::default(),
+            finite: Chooser::default(),
             lamps: Lamps::default(),
             suns: Vec::new(),
             in_scene: (Vec::new(), Vec::new()),
@@ -204,7 +168,7 @@ impl Lights {
             environment_rules: Rules::NONE,
             environment_estimate: 0.0,
             sun_estimates: Vec::new(),
-            triangle_corners: Vec::new(),
+            shining: Shining::default(),
         };
         let mut bounds = Vec::new();
         for (number, light) in scene.lights.iter().enumerate() {
@@ -227,8 +191,6 @@ impl Lights {
                 bounds.push(b);
                 lights.emitters.push(Emitter::Lamp(index));
                 lights.in_scene.0.push(number as u32);
-                // Keeps `triangle_corners` parallel to `emitters`.
-                lights.triangle_corners.push([Vec3::ZERO; 3]);
             }
         }
         lights.lamps.commit(device)?;
@@ -239,32 +201,26 @@ impl Lights {
                 if luminance(material.emission) <= 0.0 {
                     continue;
                 }
-                entry.first_emitter = lights.emitters.len() as u32;
-                for triangle in 0..mesh.triangles.triangles().len() as u32 {
-                    let corners = entry.world_corners(mesh, triangle);
-                    let shape = Triangle { corners };
-                    let [a, b, c] = corners;
-                    bounds.push(Bounds {
-                        min: a.min(b).min(c),
-                        max: a.max(b).max(c),
-                        intensity: shape.area() * mean_emission(mesh, material, triangle),
-                        axis: shape.normal(),
-                        normals: Angle::ZERO,
-                        cos_emission: 0.0,
-                        two_sided: true,
-                    });
-                    lights.emitters.push(Emitter::Triangle {
-                        entry: index as u32,
-                        triangle,
-                    });
-                    lights.triangle_corners.push(corners);
-                }
+                let Self {
+                    emitters, shining, ..
+                } = &mut lights;
+                let first = shining.add(
+                    (index as u32, &*entry),
+                    (mesh, material),
+                    eye,
+                    |facet, facet_bounds| {
+                        emitters.push(Emitter::Facet(facet));
+                        bounds.push(facet_bounds);
+                        emitters.len() as u32 - 1
+                    },
+                );
+                entry.first_shining = first;
             }
         }
         if !keep(effects::LIGHT_TREE) {
             by_power(&mut bounds);
         }
-        lights.tree = Tree::new(&bounds);
+        lights.finite = Chooser::new(bounds);
         if let Some(environment) = &scene.environment
             && effects::keeps_environment(effects, environment)
         {
@@ -296,32 +252,35 @@ impl Lights {
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.tree.is_empty() && self.suns.is_empty() && self.environment.is_none()
+        self.finite.is_empty() && self.suns.is_empty() && self.environment.is_none()
     }
 
     /// A point that is to be lit.
     #[inline]
     pub fn shaded<const E: Mask>(&self, point: Vec3, normal: Option<Vec3>) -> Shaded {
-        let groups = if !has_groups(E) || self.suns.is_empty() && self.environment.is_none() {
-            Groups {
-                sum: 1.0,
-                count: 1.0,
-                tree: 1.0,
-            }
-        } else {
-            let tree = self.tree.importance(point, normal).min(MOST);
-            let mut sum = tree + self.environment_estimate;
-            let mut count = f32::from(tree > 0.0) + f32::from(self.environment_estimate > 0.0);
+        let compared = has_groups(E) && !(self.suns.is_empty() && self.environment.is_none());
+        let shares = self.finite.shares(point, normal, compared);
+        let groups = if compared {
+            let finite = shares.sum.min(MOST);
+            let mut sum = finite + self.environment_estimate;
+            let mut count = f32::from(finite > 0.0) + f32::from(self.environment_estimate > 0.0);
             for &s in &self.sun_estimates {
                 sum += s;
                 count += 1.0;
             }
-            Groups { sum, count, tree }
+            Groups { sum, count, finite }
+        } else {
+            Groups {
+                sum: 1.0,
+                count: 1.0,
+                finite: 1.0,
+            }
         };
         Shaded {
             point,
             normal,
             groups,
+            shares,
         }
     }
 
@@ -332,9 +291,9 @@ impl Lights {
         if !has_groups(E) {
             return 1.0;
         }
-        let Groups { sum, count, tree } = at.groups;
+        let Groups { sum, count, finite } = at.groups;
         let estimate = match group {
-            Group::Tree => tree,
+            Group::Finite => finite,
             Group::Environment => self.environment_estimate,
             Group::Sun(i) => self.sun_estimates[i],
         };
@@ -347,12 +306,12 @@ impl Lights {
     #[inline]
     fn choose_group<const E: Mask>(&self, at: &Shaded, u: f32) -> Option<(Group, f32, f32)> {
         if !has_groups(E) {
-            return Some((Group::Tree, 1.0, u));
+            return Some((Group::Finite, 1.0, u));
         }
         let mut u = u;
         let mut last = None;
-        let groups = std::iter::once(Group::Tree)
-            .filter(|_| !self.tree.is_empty())
+        let groups = std::iter::once(Group::Finite)
+            .filter(|_| !self.finite.is_empty())
             .chain(self.environment.iter().map(|_| Group::Environment))
             .chain((0..self.suns.len()).map(Group::Sun));
         for group in groups {
@@ -405,8 +364,8 @@ impl Lights {
                     rules: *rules,
                 })
             }
-            Group::Tree => {
-                let choice = self.tree.sample(at.point, at.normal, u_light)?;
+            Group::Finite => {
+                let choice = self.finite.sample(&at.shares, at.place(), u_light)?;
                 let p = p * choice.probability;
                 match self.emitters[choice.emitter as usize] {
                     Emitter::Lamp(_) if !effects::has(E, effects::LAMPS) => None,
@@ -422,36 +381,16 @@ impl Lights {
                             rules,
                         })
                     }
-                    Emitter::Triangle { entry, triangle } => {
-                        let shape = Triangle {
-                            corners: self.triangle_corners[choice.emitter as usize],
-                        };
-                        let s = shape.sample(at.point, u)?;
-                        let entry = &world.entries[entry as usize];
-                        let mesh = &world.meshes[entry.mesh as usize];
-                        let material = &world.materials[mesh.material as usize];
-                        if world.cull_backfaces
-                            && material.single_sided
-                            && entry.geometric_normal::<E>(mesh, triangle).dot(s.wi) > 0.0
-                        {
-                            return None;
-                        }
-                        let radiance = shining::<E>(mesh, material, triangle, (s.u, s.v));
+                    Emitter::Facet(ref facet) => {
+                        let s = self.shining.sample::<E>(world, facet, at.point, u)?;
+                        let entry = &world.entries[facet.entry as usize];
                         let pdf = s.pdf * p;
-                        let point = entry.point::<E>(mesh, triangle, s.u, s.v);
-                        let normal = shape.normal();
-                        let facing = if s.wi.dot(normal) > 0.0 {
-                            -normal
-                        } else {
-                            normal
-                        };
-                        let target = float::ray_origin(point, facing);
                         Some(LightSample {
                             wi: s.wi,
-                            contribution: radiance / pdf,
+                            contribution: s.radiance / pdf,
                             pdf,
                             delta: false,
-                            target: Some(target),
+                            target: Some(s.target),
                             rules: Rules {
                                 // A surface cannot shine through others.
                                 visibility: entry.visibility.with(RayKind::Shadow),
@@ -471,11 +410,11 @@ impl Lights {
         Some(match group {
             Group::Environment => Source::Environment,
             Group::Sun(i) => Source::Sun(i as u32),
-            Group::Tree => {
-                let emitter = self.tree.sample(at.point, at.normal, u_light)?.emitter;
+            Group::Finite => {
+                let emitter = self.finite.sample(&at.shares, at.place(), u_light)?.emitter;
                 match self.emitters[emitter as usize] {
                     Emitter::Lamp(_) => Source::Lamp(emitter),
-                    Emitter::Triangle { entry, .. } => Source::Surface(entry),
+                    Emitter::Facet(ref facet) => Source::Surface(facet.entry),
                 }
             }
         })
@@ -486,28 +425,34 @@ impl Lights {
         match source {
             Source::Lamp(emitter) => match self.emitters.get(emitter as usize)? {
                 Emitter::Lamp(index) => self.in_scene.0.get(*index as usize).copied(),
-                Emitter::Triangle { .. } => None,
+                Emitter::Facet(_) => None,
             },
             Source::Sun(index) => self.in_scene.1.get(index as usize).copied(),
             Source::Surface(_) | Source::Environment => None,
         }
     }
 
-    /// Density with which [`Self::sample`] finds a point of an emissive triangle.
+    /// Density with which [`Self::sample`] finds a point of an emissive triangle, by its number among those that shine.
     #[inline]
-    pub fn triangle_pdf<const E: Mask>(&self, at: &Shaded, emitter: u32, on: &BoundedPoint) -> f32 {
-        let p = self.group_probability::<E>(Group::Tree, at);
+    pub fn triangle_pdf<const E: Mask>(
+        &self,
+        at: &Shaded,
+        triangle: u32,
+        on: &BoundedPoint,
+    ) -> f32 {
+        let p = self.group_probability::<E>(Group::Finite, at);
         if p <= 0.0 {
             return 0.0;
         }
-        let choice = self.tree.probability(emitter, at.point, at.normal);
+        let emitter = self.shining.emitter(triangle);
+        let choice = self.finite.probability(&at.shares, at.place(), emitter);
         if choice <= 0.0 {
             return 0.0;
         }
-        let shape = Triangle {
-            corners: self.triangle_corners[emitter as usize],
-        };
-        p * choice * shape.pdf(at.point, on.point)
+        match &self.emitters[emitter as usize] {
+            Emitter::Facet(facet) => p * choice * self.shining.pdf(facet, at.point, on),
+            Emitter::Lamp(_) => 0.0,
+        }
     }
 
     /// Whether the camera sees lamps.
@@ -541,8 +486,8 @@ impl Lights {
                         return;
                     }
                 }
-                let p = self.group_probability::<E>(Group::Tree, at)
-                    * self.tree.probability(emitter, at.point, at.normal);
+                let p = self.group_probability::<E>(Group::Finite, at)
+                    * self.finite.probability(&at.shares, at.place(), emitter);
                 visit(meeting.radiance, p * meeting.pdf, Source::Lamp(emitter));
             });
     }

@@ -3,6 +3,7 @@
 use super::texture::{PreparedTexture, Raster};
 use crate::effects;
 use crate::scene::{AlphaMode, ImageUse, Material, Scene, Texture};
+use crate::shading::tables::Rows;
 use crate::shading::{Dielectrics, SurfaceParameters, ggx};
 use glam::{Vec2, Vec3, Vec4};
 use std::collections::{BTreeMap, HashMap};
@@ -48,8 +49,9 @@ pub struct Preparer {
     roughens: bool,
 }
 
-/// Bits of the index and of the specular factor, whether a texture varies that, whether the coat and the solid are read.
-type Key = (u32, u32, bool, (bool, bool));
+/// Bits of the index and of the specular factor, whether a texture varies that, whether the coat and the solid are read, and
+/// for which roughnesses.
+type Key = (u32, u32, bool, (bool, bool), Rows);
 
 /// So many tables are kept for the next world.
 const KEPT: usize = 64;
@@ -96,6 +98,19 @@ impl Preparer {
         )
     }
 
+    /// The rows of those tables that are read. Images of floats may hold more than 1.
+    fn rows_needed(&self, m: &Material) -> Rows {
+        let textured = m.metallic_roughness_texture.is_some();
+        Rows::between(
+            if textured { 0.0 } else { m.roughness },
+            if textured || self.roughens {
+                1.0
+            } else {
+                m.roughness
+            },
+        )
+    }
+
     fn texture(
         &mut self,
         scene: &Scene,
@@ -120,9 +135,10 @@ impl Preparer {
     ) -> PreparedMaterial {
         let needs = self.tables_needed(m);
         let textured = needs.0 && m.specular_texture.is_some();
-        let key = (m.ior.to_bits(), m.specular.to_bits(), textured, needs);
+        let rows = self.rows_needed(m);
+        let key = (m.ior.to_bits(), m.specular.to_bits(), textured, needs, rows);
         let dielectrics = tables_of(key, || {
-            Dielectrics::needed(m.ior, m.specular, textured, needs)
+            Dielectrics::needed(m.ior, m.specular, textured, needs, rows)
         });
         let base_color = Vec3::from(m.base_color);
         PreparedMaterial {
@@ -185,6 +201,11 @@ fn read(texture: &Option<PreparedTexture>, at: &impl Coordinates) -> Option<Vec4
 }
 
 impl PreparedMaterial {
+    /// Whether no ray gets through, nor beside it.
+    pub fn is_opaque(&self) -> bool {
+        !self.translucent && (self.unlit || self.base.transmission <= 0.0)
+    }
+
     /// What the material says at a point.
     #[inline]
     pub fn parameters(&self, at: &impl Coordinates, vertex_color: Vec4) -> SurfaceParameters {

@@ -6,6 +6,7 @@ mod lamps;
 mod lights;
 mod material;
 mod origin;
+mod shining;
 mod texture;
 
 pub use crate::ffi::embree::Hit;
@@ -26,6 +27,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use material::{Coordinates, PreparedMaterial, Preparer};
 use origin::Origin;
 use serde::Serialize;
+use shining::Eye;
 
 /// A scene ready for rays. Positions are relative to `origin`.
 pub struct World {
@@ -239,7 +241,7 @@ impl World {
         let lights = Lights::new(
             scene,
             options.effects,
-            origin,
+            (origin, &Eye::new(options.camera, origin)),
             &mut entries,
             &meshes,
             &materials,

@@ -1,0 +1,319 @@
+//! The choice of a finite emitter: among few by an estimate for each of them, among many by the tree.
+
+use super::tree::{Bounds, Choice, Extent, Front, LEAST_SHARE, Tree};
+use glam::Vec3;
+
+/// So many emitters are few.
+pub const FEW: usize = 16;
+
+/// All finite emitters, ready to be chosen from.
+#[derive(Debug)]
+pub enum Chooser {
+    /// Up to [`FEW`], by their numbers.
+    Few(Vec<Emitter>),
+    /// More.
+    Many(Tree),
+}
+
+/// One of few emitters.
+#[derive(Debug)]
+pub struct Emitter {
+    extent: Extent,
+    /// The side of a plane from which it can be seen, if it is of one.
+    front: Option<Front>,
+}
+
+impl Emitter {
+    #[inline]
+    fn importance(&self, point: Vec3, normal: Option<Vec3>) -> f32 {
+        if self.front.is_some_and(|front| front.is_behind(point)) {
+            return 0.0;
+        }
+        self.extent.importance(point, normal)
+    }
+}
+
+impl Default for Chooser {
+    fn default() -> Self {
+        Self::Few(Vec::new())
+    }
+}
+
+/// What few emitters are worth at a point: made once for it, for the light sample that is drawn there and the density
+/// of what a ray from there finds.
+#[derive(Clone, Copy, Debug)]
+pub struct Shares {
+    /// Estimate of the irradiance by all of them.
+    pub sum: f32,
+    /// Probability of each.
+    of: [f32; FEW],
+}
+
+impl Shares {
+    /// Where nothing is chosen.
+    pub const NONE: Self = Self {
+        sum: 0.0,
+        of: [0.0; FEW],
+    };
+}
+
+/// Greater estimates of irradiance count as this one, so that sums of them stay finite: infinity over infinity is no
+/// probability.
+pub const MOST: f32 = 1e30;
+
+impl Chooser {
+    /// For emitters 0, 1, 2, …
+    pub fn new(bounds: Vec<Bounds>) -> Self {
+        if bounds.len() <= FEW {
+            let emitter = |bounds: &Bounds| Emitter {
+                extent: bounds.extent(),
+                front: bounds.front,
+            };
+            Self::Few(bounds.iter().map(emitter).collect())
+        } else {
+            Self::Many(Tree::new(&bounds))
+        }
+    }
+
+    /// Whether there are no emitters.
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Self::Few(emitters) => emitters.is_empty(),
+            Self::Many(tree) => tree.is_empty(),
+        }
+    }
+
+    /// Looks at the emitters from a point. `compared`: their sum is asked for.
+    #[inline]
+    pub fn shares(&self, point: Vec3, normal: Option<Vec3>, compared: bool) -> Shares {
+        let mut shares = Shares::NONE;
+        match self {
+            Self::Few(emitters) => few(emitters, point, normal, compared, &mut shares),
+            Self::Many(tree) if compared => shares.sum = tree.importance(point, normal).min(MOST),
+            Self::Many(_) => {}
+        }
+        shares
+    }
+
+    /// Draws an emitter.
+    #[inline]
+    pub fn sample(
+        &self,
+        shares: &Shares,
+        (point, normal): (Vec3, Option<Vec3>),
+        u: f32,
+    ) -> Option<Choice> {
+        match self {
+            Self::Few(emitters) => draw(&shares.of[..emitters.len().min(FEW)], u),
+            Self::Many(tree) => tree.sample(point, normal, u),
+        }
+    }
+
+    /// Probability with which [`Self::sample`] draws an emitter.
+    #[inline]
+    pub fn probability(
+        &self,
+        shares: &Shares,
+        (point, normal): (Vec3, Option<Vec3>),
+        emitter: u32,
+    ) -> f32 {
+        match self {
+            Self::Few(_) => shares.of[emitter as usize % FEW],
+            Self::Many(tree) => tree.probability(emitter, point, normal),
+        }
+    }
+}
+
+/// By the estimates, a little of it evenly ([`LEAST_SHARE`]) among those that may shine here.
+#[inline]
+fn few(
+    emitters: &[Emitter],
+    point: Vec3,
+    normal: Option<Vec3>,
+    compared: bool,
+    shares: &mut Shares,
+) {
+    if emitters.len() == 1 && !compared {
+        shares.of[0] = 1.0;
+        return;
+    }
+    let mut shining = 0.0;
+    for (share, emitter) in shares.of.iter_mut().zip(emitters) {
+        let estimate = emitter.importance(point, normal).min(MOST);
+        if estimate > 0.0 {
+            *share = estimate;
+            shares.sum += estimate;
+            shining += 1.0;
+        }
+    }
+    if shares.sum <= 0.0 {
+        return;
+    }
+    let scale = (1.0 - shining * LEAST_SHARE) / shares.sum;
+    for share in &mut shares.of[..emitters.len().min(FEW)] {
+        if *share > 0.0 {
+            *share = *share * scale + LEAST_SHARE;
+        }
+    }
+}
+
+#[inline]
+fn draw(shares: &[f32], u: f32) -> Option<Choice> {
+    let mut u = u;
+    let mut last = None;
+    for (emitter, &probability) in shares.iter().enumerate() {
+        if probability > 0.0 {
+            last = Some(Choice {
+                emitter: emitter as u32,
+                probability,
+            });
+            if u < probability {
+                break;
+            }
+            u -= probability;
+        }
+    }
+    // The last one where rounding left a crumb of u.
+    last
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tree::{Angle, Bounds, Front};
+    use super::*;
+    use crate::sampler::hashed;
+
+    /// Small balls and squares, these to one side or to both.
+    fn emitters(n: u32) -> Vec<Bounds> {
+        let emitter = |i: u32| {
+            let r = |k: u32| hashed(k, i, 17);
+            let center = Vec3::new(r(1), r(2), r(3)) * 20.0 - 10.0;
+            let axis = Vec3::AXES[i as usize % 3] * if r(4) < 0.5 { -1.0 } else { 1.0 };
+            let (ball, two_sided) = (i.is_multiple_of(5), i.is_multiple_of(2));
+            let half = if ball {
+                Vec3::splat(0.5)
+            } else {
+                (Vec3::ONE - axis.abs()) * 0.5
+            };
+            Bounds {
+                min: center - half,
+                max: center + half,
+                intensity: r(7) * 10.0 + 0.01,
+                axis,
+                normals: if ball { Angle::ALL } else { Angle::ZERO },
+                cos_emission: 0.0,
+                two_sided,
+                front: (!ball && !two_sided).then(|| Front {
+                    normal: axis,
+                    offset: axis.dot(center),
+                }),
+            }
+        };
+        (0..n).map(emitter).collect()
+    }
+
+    fn places() -> impl Iterator<Item = (Vec3, Option<Vec3>)> {
+        (0..200).map(|k| {
+            let r = |j: u32| hashed(j, k, 99);
+            let point = Vec3::new(r(1), r(2), r(3)) * 30.0 - 15.0;
+            let normal = (Vec3::new(r(4), r(5), r(6)) - 0.5).normalize();
+            (point, (k % 4 > 0).then_some(normal))
+        })
+    }
+
+    /// Shares of numbers that are drawn are the probabilities told, and these sum to 1.
+    #[test]
+    fn emitters_are_drawn_as_often_as_told() {
+        for count in [1, 2, 7, FEW as u32] {
+            let chooser = Chooser::new(emitters(count));
+            assert!(matches!(chooser, Chooser::Few(_)));
+            for place in places() {
+                let shares = chooser.shares(place.0, place.1, false);
+                let told: Vec<f32> = (0..count)
+                    .map(|i| chooser.probability(&shares, place, i))
+                    .collect();
+                let n = 4096;
+                let mut drawn = vec![0u32; count as usize];
+                for k in 0..n {
+                    let u = (k as f32 + 0.5) / n as f32;
+                    match chooser.sample(&shares, place, u) {
+                        Some(choice) => {
+                            assert_eq!(choice.probability, told[choice.emitter as usize]);
+                            drawn[choice.emitter as usize] += 1;
+                        }
+                        None => assert!(told.iter().all(|&p| p == 0.0)),
+                    }
+                }
+                let sum: f32 = told.iter().sum();
+                assert!(sum == 0.0 || (sum - 1.0).abs() < 1e-6, "{sum}");
+                for (drawn, told) in drawn.iter().zip(told) {
+                    // A step of the numbers at either end.
+                    assert!(
+                        (*drawn as f32 - told * n as f32).abs() <= 1.01,
+                        "{drawn} {told}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// No emitter that can light a point has probability 0, by sampled points of emitters that see the point.
+    #[test]
+    fn what_can_arrive_can_be_drawn() {
+        let lights = emitters(FEW as u32);
+        let chooser = Chooser::new(lights.clone());
+        let mut dark = 0;
+        for (k, (point, normal)) in places().enumerate() {
+            let shares = chooser.shares(point, normal, true);
+            for (i, light) in lights.iter().enumerate() {
+                let probability = chooser.probability(&shares, (point, normal), i as u32);
+                dark += u32::from(probability == 0.0);
+                let r = |j: u32| hashed(j, k as u32, 7 + i as u32);
+                let weight = Vec3::new(r(1), r(2), r(3));
+                let wi = light.min + (light.max - light.min) * weight - point;
+                let toward = -light.axis.dot(wi);
+                let emits = light.two_sided || light.normals == Angle::ALL || toward > 1e-4;
+                if emits && normal.is_none_or(|n| n.dot(wi) > 1e-4) {
+                    assert!(probability >= LEAST_SHARE, "{k} {i}");
+                }
+            }
+        }
+        // A quarter at the least: half of those with one side, and half of what is below horizons.
+        assert!(dark > 200 * FEW as u32 / 4, "{dark}");
+    }
+
+    #[test]
+    fn more_are_for_the_tree_and_none_is_none() {
+        let place = (Vec3::ZERO, None);
+        let many = Chooser::new(emitters(FEW as u32 + 1));
+        assert!(matches!(many, Chooser::Many(_)));
+        let shares = many.shares(place.0, place.1, false);
+        let choice = many.sample(&shares, place, 0.3).unwrap();
+        let told = many.probability(&shares, place, choice.emitter);
+        assert!((choice.probability / told - 1.0).abs() < 1e-6);
+        let none = Chooser::new(Vec::new());
+        assert!(none.is_empty());
+        let shares = none.shares(place.0, place.1, true);
+        assert!(none.sample(&shares, place, 0.5).is_none());
+    }
+
+    /// However strong the other one is, even if it is infinite, a light that may shine is drawn once in 1024 times.
+    #[test]
+    fn no_light_starves_beside_a_stronger_one() {
+        for stronger in [1e4, 1e8, 1e30, f32::INFINITY] {
+            let mut lights = emitters(11);
+            let (mut strong, weak) = (lights[0], lights[10]);
+            strong.intensity = stronger;
+            lights = vec![strong, weak];
+            let chooser = Chooser::new(lights);
+            let place = (Vec3::ZERO, None);
+            let shares = chooser.shares(place.0, place.1, true);
+            let p = chooser.probability(&shares, place, 1);
+            assert!((LEAST_SHARE..2.0 * LEAST_SHARE).contains(&p), "{p}");
+            assert_eq!(
+                chooser.sample(&shares, place, 1.0 - 1e-4).unwrap().emitter,
+                1
+            );
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Closed surfaces: what shines on the inside of one stays there.
+
+use glam::{DVec3, Vec3};
+use std::collections::HashMap;
+
+/// Which side of a triangle is outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outside {
+    /// That of its normal.
+    Front,
+    /// The other one.
+    Back,
+}
+
+/// The outside of each triangle where all of them together are closed: each edge has one triangle on either side, wound
+/// alike. `None` where they are not, or a part of them holds no volume that can be told from rounding.
+pub fn outside(triangles: &[[Vec3; 3]]) -> Option<Vec<Outside>> {
+    let vertices = numbered(triangles)?;
+    let mut edges = HashMap::with_capacity(3 * triangles.len());
+    for &[a, b, c] in &vertices {
+        for edge in [(a, b), (b, c), (c, a)] {
+            if edges.insert(edge, ()).is_some() {
+                return None;
+            }
+        }
+    }
+    if edges.keys().any(|&(a, b)| !edges.contains_key(&(b, a))) {
+        return None;
+    }
+    let part = parts(&vertices);
+    let mut volumes: HashMap<u32, Volume> = HashMap::new();
+    for (corners, [vertex, ..]) in triangles.iter().zip(&vertices) {
+        let part = part[*vertex as usize];
+        volumes.entry(part).or_default().add(corners);
+    }
+    let side = |[vertex, ..]: &[u32; 3]| volumes.get(&part[*vertex as usize])?.outside();
+    vertices.iter().map(side).collect()
+}
+
+/// Corners by number, equal for equal positions; `None` if a triangle has one of them twice.
+fn numbered(triangles: &[[Vec3; 3]]) -> Option<Vec<[u32; 3]>> {
+    let mut numbers = HashMap::with_capacity(triangles.len());
+    let mut number = |p: Vec3| {
+        let next = numbers.len() as u32;
+        // 0 and -0 are the same place.
+        *numbers
+            .entry((p + 0.0).to_array().map(f32::to_bits))
+            .or_insert(next)
+    };
+    let mut vertices = triangles.iter().map(|corners| {
+        let [a, b, c] = corners.map(&mut number);
+        (a != b && b != c && c != a).then_some([a, b, c])
+    });
+    vertices.by_ref().collect()
+}
+
+/// The connected part of each vertex, by the number of one of its vertices.
+fn parts(vertices: &[[u32; 3]]) -> Vec<u32> {
+    fn root(parent: &mut [u32], mut of: u32) -> u32 {
+        while parent[of as usize] != of {
+            let above = parent[of as usize];
+            parent[of as usize] = parent[above as usize];
+            of = above;
+        }
+        of
+    }
+    let count = vertices.iter().flatten().max().map_or(0, |&v| v + 1);
+    let mut parent: Vec<u32> = (0..count).collect();
+    for &[a, b, c] in vertices {
+        let into = root(&mut parent, a);
+        for other in [b, c] {
+            let from = root(&mut parent, other);
+            parent[from as usize] = into;
+        }
+    }
+    (0..count).map(|v| root(&mut parent, v)).collect()
+}
+
+/// Six times the signed volume of a closed part, by tetrahedra from one of its corners.
+#[derive(Default)]
+struct Volume {
+    from: Option<DVec3>,
+    sum: f64,
+    /// Of magnitudes.
+    size: f64,
+    terms: f64,
+}
+
+impl Volume {
+    fn add(&mut self, corners: &[Vec3; 3]) {
+        let from = *self.from.get_or_insert(corners[0].as_dvec3());
+        // Differences of f32 numbers: one rounding each, of 2⁻⁵³.
+        let [a, b, c] = corners.map(|p| p.as_dvec3() - from);
+        self.sum += a.dot(b.cross(c));
+        self.size += a.length() * b.length() * c.length();
+        self.terms += 1.0;
+    }
+
+    fn outside(&self) -> Option<Outside> {
+        // Three differences, two products, three sums in each term; then a sum of all terms.
+        let bound = (8.0 + self.terms) * f64::EPSILON * self.size;
+        if self.sum.abs() <= bound || !self.sum.is_finite() {
+            None
+        } else if self.sum > 0.0 {
+            Some(Outside::Front)
+        } else {
+            Some(Outside::Back)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tetrahedron at a place; wound outwards, or inwards.
+    fn tetrahedron(at: Vec3, outwards: bool) -> Vec<[Vec3; 3]> {
+        let [o, x, y, z] = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z].map(|p| p + at);
+        let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]];
+        faces
+            .map(|[a, b, c]| if outwards { [a, b, c] } else { [a, c, b] })
+            .to_vec()
+    }
+
+    #[test]
+    fn each_part_of_a_closed_surface_has_an_outside() {
+        let far = Vec3::splat(1e4);
+        let mut both = tetrahedron(far, true);
+        both.extend(tetrahedron(Vec3::ZERO, false));
+        let found = outside(&both).unwrap();
+        assert_eq!(found[..4], [Outside::Front; 4]);
+        assert_eq!(found[4..], [Outside::Back; 4]);
+    }
+
+    #[test]
+    fn what_is_open_or_flat_or_not_wound_alike_has_none() {
+        let closed = tetrahedron(Vec3::ZERO, true);
+        assert!(outside(&closed).is_some());
+        assert_eq!(outside(&closed[1..]), None);
+        let mut turned = closed.clone();
+        turned[2].swap(0, 1);
+        assert_eq!(outside(&turned), None);
+        let mut twice = closed.clone();
+        twice.extend(&closed);
+        assert_eq!(outside(&twice), None);
+        let [a, b, c] = closed[3];
+        assert_eq!(outside(&[[a, b, c], [a, c, b]]), None);
+        assert_eq!(outside(&[[a, a, b]]), None);
+    }
+}
