@@ -104,7 +104,8 @@ fn the_experiments_can_be_made() {
     let [one, four] = errors("light-samples", "cornell 0")[..] else {
         panic!("two numbers")
     };
-    assert!(one > 1.3 * four, "{one} {four}");
+    // Where light is direct alone. What is left is the places in the pixels, the same for both.
+    assert!(one > 1.2 * four, "{one} {four}");
     let samples = errors("samples", "cornell 0");
     assert!(samples[0] > 3.0 * samples[4], "{samples:?}");
     let sky = errors("objects", "three-objects 0");
