@@ -132,36 +132,30 @@ fn rel_mse(x: &[[f64; 3]], a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     sum / (3 * x.len()) as f64
 }
 
-/// Standard error of the median of numbers, as of a normal distribution: √(π/2) times that of their mean.
-fn error_of_median(numbers: &[f64]) -> f64 {
-    let n = numbers.len() as f64;
-    let mean = numbers.iter().sum::<f64>() / n;
-    let squares: f64 = numbers.iter().map(|x| (x - mean).powi(2)).sum();
-    (std::f64::consts::FRAC_PI_2 * squares / (n * (n - 1.0))).sqrt()
-}
-
 /// The estimated error is within 15 % of the true one from 16 to 4096 samples, in the median over the seeds; up to 64
 /// samples of the fireflies, where that of single pictures is spread by 40 %, within 30 %. The interval of 95 % contains the
 /// true error of 90 to 99 % of the pictures. (The median, for where a single firefly is most of a picture's error, the
-/// square of it is as uncertain as what lies beneath that one pixel.) Of rough glass from 256 samples on, where few pictures
-/// are told by a few caustics, it is not told from within 15 % at four standard errors; it is 1.17 +- 0.05 of the true error
-/// there with 24 seeds, which is too much.
+/// square of it is as uncertain as what lies beneath that one pixel.) Where much is left to chance the median of 24 pictures
+/// is uncertain by 5 %, and references of 4096 samples share their fireflies with all of them: these scenes have more of both.
 #[test]
 fn the_estimated_error_is_the_true_error() {
     let at = [16, 64, 256, 1024, 4096];
     let smooth = ["mesh light, metal", "sky and sun, plastic"];
     let (mut pictures, mut covered, mut failed) = (0, 0, false);
     for (name, scene) in &scenes() {
-        let reference = |seed| colors(&run(scene, &medium(4096, seed)));
+        let by_chance = !smooth.contains(name);
+        let (seeds, reference_samples) = if by_chance { (80, 8192) } else { (24, 4096) };
+        let reference = |seed| colors(&run(scene, &medium(reference_samples, seed)));
         let (a, b) = (reference(1001), reference(1002));
         let mut ratios: [Vec<f64>; 5] = Default::default();
         let mut truths = [0.0; 5];
-        for seed in 0..24 {
-            // As many as take about the same time. Of the last two, which leave more to chance, the references would
-            // be as noisy as pictures of 4096 samples.
+        for seed in 0..seeds {
+            // As many as take about the same time. Where much is left to chance, the references would be nearly as noisy as
+            // pictures of 4096 samples.
             let long = match seed {
-                0..3 if smooth.contains(name) => 5,
-                0..12 if *name == "lamps, rough glass" => 4,
+                0..3 if !by_chance => 5,
+                0..24 if by_chance => 4,
+                24..80 if by_chance => 3,
                 0..5 => 4,
                 5..12 => 3,
                 _ => 2,
@@ -171,8 +165,11 @@ fn the_estimated_error_is_the_true_error() {
                 let estimate = passed.error.unwrap();
                 ratios[i].push(estimate.error / truth);
                 truths[i] += truth;
-                pictures += 1;
-                covered += u32::from((estimate.low..=estimate.high).contains(&truth));
+                // All scenes alike.
+                if seed < 24 {
+                    pictures += 1;
+                    covered += u32::from((estimate.low..=estimate.high).contains(&truth));
+                }
             }
         }
         for ((samples, ratios), truth) in at.iter().zip(&mut ratios).zip(truths) {
@@ -185,12 +182,6 @@ fn the_estimated_error_is_the_true_error() {
             println!("{name}, {samples} samples, error {truth:.3}: estimate / truth {median:.3}");
             let firefly = *name == "fireflies" && *samples <= 64;
             let allowed = if firefly { 0.30 } else { 0.15 };
-            let few = *name == "lamps, rough glass" && *samples >= 256;
-            let allowed = if few {
-                allowed + 4.0 * error_of_median(ratios)
-            } else {
-                allowed
-            };
             failed |= (median - 1.0).abs() > allowed;
         }
     }
