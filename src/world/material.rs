@@ -201,9 +201,11 @@ fn read(texture: &Option<PreparedTexture>, at: &impl Coordinates) -> Option<Vec4
 }
 
 impl PreparedMaterial {
-    /// Whether no ray gets through, nor beside it.
+    /// Whether no ray gets through, nor beside it. By value, so that it is the same with the effects that are called for and
+    /// with all: below metal there is no glass.
     pub fn is_opaque(&self) -> bool {
-        !self.translucent && (self.unlit || self.base.transmission <= 0.0)
+        let metal = self.base.metallic >= 1.0 && self.metallic_roughness_texture.is_none();
+        !self.translucent && (self.unlit || metal || self.base.transmission <= 0.0)
     }
 
     /// What the material says at a point.

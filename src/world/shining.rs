@@ -330,6 +330,12 @@ mod tests {
         ));
         let hidden = Visibility::ALL.without(RayKind::Camera);
         assert!(!found(hidden, &opaque, &triangles(), away));
+        // There is no glass below metal, in whichever kernel.
+        let metal = Material {
+            metallic: 1.0,
+            ..glass(0.0, 1.5)
+        };
+        assert!(found(Visibility::ALL, &metal, &triangles(), away));
         let half_there = Material {
             alpha: 0.5,
             alpha_mode: scene::AlphaMode::Blend,
