@@ -257,9 +257,7 @@ impl Findings {
         if m.unlit {
             return;
         }
-        // A texture scales the factor down.
-        let all_metal = m.metallic >= 1.0 && m.metallic_roughness_texture.is_none();
-        let all_glass = m.transmission >= 1.0 && m.transmission_texture.is_none();
+        let (all_metal, all_glass) = (m.is_metal_everywhere(), m.is_glass_everywhere());
         let over_base = !all_metal && !all_glass;
         let colored = m.base_color.iter().any(|&c| c > 0.0);
         add(Effect::Metal, m.metallic > 0.0);

@@ -81,6 +81,16 @@ impl Default for Material {
 }
 
 impl Material {
+    /// Whether all of it is metal: a texture scales the factor down.
+    pub fn is_metal_everywhere(&self) -> bool {
+        self.metallic >= 1.0 && self.metallic_roughness_texture.is_none()
+    }
+
+    /// Whether all of it below metal is glass.
+    pub fn is_glass_everywhere(&self) -> bool {
+        self.transmission >= 1.0 && self.transmission_texture.is_none()
+    }
+
     /// All textures but the normal map.
     pub fn textures_mut(&mut self) -> [&mut Option<Texture>; 6] {
         [

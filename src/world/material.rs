@@ -21,6 +21,8 @@ pub struct PreparedMaterial {
     pub unlit: bool,
     /// Light can pass beside it.
     pub translucent: bool,
+    /// Somewhere it is glass.
+    lets_through: bool,
     /// Back faces can be hidden.
     pub single_sided: bool,
     /// Tables of its dielectric.
@@ -87,13 +89,11 @@ impl Preparer {
     /// by metal or glass everywhere (textures scale the factors down).
     fn tables_needed(&self, m: &Material) -> (bool, bool) {
         let rough = self.roughens || m.roughness * m.roughness > ggx::SMOOTH_ALPHA;
-        let metal = m.metallic >= 1.0 && m.metallic_roughness_texture.is_none();
-        if !rough || metal || m.unlit {
+        if !rough || m.is_metal_everywhere() || m.unlit {
             return (false, false);
         }
-        let glass = m.transmission >= 1.0 && m.transmission_texture.is_none();
         (
-            !glass && m.specular > 0.0 && m.ior != 1.0,
+            !m.is_glass_everywhere() && m.specular > 0.0 && m.ior != 1.0,
             m.transmission > 0.0 && !m.thin_walled,
         )
     }
@@ -161,6 +161,7 @@ impl Preparer {
             },
             unlit: m.unlit,
             translucent: effects::is_translucent(m, vertex_alpha),
+            lets_through: m.transmission > 0.0 && !m.unlit && !m.is_metal_everywhere(),
             single_sided: !m.double_sided,
             dielectrics,
             base_color_texture: self.texture(scene, m.base_color_texture.as_ref(), ImageUse::Color),
@@ -204,8 +205,7 @@ impl PreparedMaterial {
     /// Whether no ray gets through, nor beside it. By value, so that it is the same with the effects that are called for and
     /// with all: below metal there is no glass.
     pub fn is_opaque(&self) -> bool {
-        let metal = self.base.metallic >= 1.0 && self.metallic_roughness_texture.is_none();
-        !self.translucent && (self.unlit || metal || self.base.transmission <= 0.0)
+        !self.translucent && !self.lets_through
     }
 
     /// What the material says at a point.

@@ -259,11 +259,11 @@ impl<'a> Folding<'a> {
         }
         self.emission(m);
         self.metal_and_roughness(m);
-        if m.metallic >= 1.0 && m.metallic_roughness_texture.is_none() {
+        if m.is_metal_everywhere() {
             return self.hidden(m, ALL_METAL);
         }
         self.transmission(m);
-        if m.transmission >= 1.0 && m.transmission_texture.is_none() {
+        if m.is_glass_everywhere() {
             self.drop(&mut m.specular_texture, parts::SPECULAR_TEXTURE, ALL_GLASS);
         }
         self.specular(m);
