@@ -1,6 +1,6 @@
 //! What a render tells, as a bar for people or as lines of JSON for programs.
 
-use super::{console, interrupt, summary, text};
+use super::{console, interrupt, text};
 use crate::render::{Event, Observer, Row};
 use crate::scene::{Diagnostics, Verdict};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -148,7 +148,7 @@ impl Observer for Reporter {
                     line.push_str(&format!(" · {:.2} Mray/s", *rays as f64 / seconds / 1e6));
                 }
                 if let Some(error) = error {
-                    line.push_str(&format!(" · error {}", summary::percent(error)));
+                    line.push_str(&format!(" · error {}", text::error(error)));
                 }
                 if let Some(left) = to_goal {
                     line.push_str(&format!(" · goal in {}", text::interval(*left, text::time)));

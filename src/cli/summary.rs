@@ -2,8 +2,7 @@
 
 use super::outputs::Outputs;
 use super::progress::Reporter;
-use super::{Failure, console};
-use crate::film::error::ErrorEstimate;
+use super::{Failure, console, text};
 use crate::output::Metadata;
 use crate::render::{Rendering, Statistics};
 use serde::Serialize;
@@ -31,7 +30,7 @@ fn end_line(
         },
     );
     if let Some(error) = &statistics.error {
-        line.push_str(&format!(", error {}", percent(error)));
+        line.push_str(&format!(", error {}", text::error(error)));
     }
     if let Some(flip) = seen_error {
         line.push_str(&format!(", as shown FLIP {flip:.4}"));
@@ -131,24 +130,4 @@ fn samples(statistics: &Statistics) -> String {
     } else {
         format!("{mean:.1} (at least {least})")
     }
-}
-
-/// `2.1 % (1.9 to 2.4 %)`.
-pub fn percent(error: &ErrorEstimate) -> String {
-    let figures = |share: f64| {
-        let percent = 100.0 * share;
-        // Three figures, as many decimals as that takes.
-        let decimals = if percent > 0.0 {
-            (2 - percent.log10().floor() as i32).clamp(0, 9) as usize
-        } else {
-            0
-        };
-        format!("{percent:.decimals$}")
-    };
-    format!(
-        "{} % ({} to {} %)",
-        figures(error.error),
-        figures(error.low),
-        figures(error.high)
-    )
 }

@@ -1,8 +1,12 @@
 //! Tables on the terminal, and numbers as people say them.
 
 use crate::cli::console;
+use crate::film::error::ErrorEstimate;
 use crate::render::Expected;
 use crate::report::{Cell, Table};
+
+/// Smaller numbers are told as 0.
+const MOST_DECIMALS: i32 = 9;
 
 /// Columns below their names, words to the left, numbers to the right.
 pub fn table(table: &Table) -> String {
@@ -39,12 +43,24 @@ pub fn table(table: &Table) -> String {
 
 /// `2.4 %`: two digits, more where there are more before the point.
 pub fn percent(share: f64) -> String {
+    format!("{} %", in_percent(share, 2))
+}
+
+/// `2.10 % (1.93 to 2.42 %)`: three digits.
+pub fn error(error: &ErrorEstimate) -> String {
+    let [error, low, high] = [error.error, error.low, error.high].map(|e| in_percent(e, 3));
+    format!("{error} % ({low} to {high} %)")
+}
+
+/// So many digits, as many decimals as that takes.
+fn in_percent(share: f64, digits: i32) -> String {
     let percent = 100.0 * share;
-    if percent == 0.0 {
-        return "0 %".into();
-    }
-    let decimals = (1.0 - percent.abs().log10().floor()).clamp(0.0, 6.0) as usize;
-    format!("{percent:.decimals$} %")
+    let decimals = if percent == 0.0 {
+        0
+    } else {
+        (digits - 1 - percent.abs().log10().floor() as i32).clamp(0, MOST_DECIMALS) as usize
+    };
+    format!("{percent:.decimals$}")
 }
 
 /// `45 s (38 s to 53 s)`.
@@ -84,6 +100,12 @@ mod tests {
         assert_eq!(percent(0.000_237), "0.024 %");
         assert_eq!(percent(2.0), "200 %");
         assert_eq!(percent(0.0), "0 %");
+        let told = ErrorEstimate {
+            error: 0.0214,
+            low: 0.019_32,
+            high: 0.1,
+        };
+        assert_eq!(error(&told), "2.14 % (1.93 to 10.0 %)");
         assert_eq!(time(0.012), "12 ms");
         assert_eq!(time(-0.5), "-0.50 s");
         assert_eq!(time(4.23), "4.2 s");

@@ -188,12 +188,15 @@ pub fn study(
         observer,
         step,
         done: 0,
-        all: rounds as usize * (variants.len() + 3) + 1,
+        all: rounds as usize * (variants.len() + 3),
     };
     let mut with = Rounds::default();
     let mut without: Vec<Rounds> = variants.iter().map(|_| Rounds::default()).collect();
+    let watched = adaptive::watched(measured);
+    let mut plan = None;
     for round in 0..rounds {
-        taking.take(measured, round, "", &mut with)?;
+        let rendering = taking.take(&watched, round, "", &mut with)?;
+        plan.get_or_insert_with(|| adaptive::Plan::new(full, measured, &rendering.picture));
         for (variant, into) in variants.iter().zip(&mut without) {
             taking.take(&variant.settings, round, &variant.name, into)?;
         }
@@ -223,7 +226,10 @@ pub fn study(
             )
         })
         .collect();
-    effects.push(taking.adaptive(full, measured, rounds, scatter)?);
+    if let Some(plan) = plan {
+        let pixels = pixels(full) / pixels(measured);
+        effects.push(taking.adaptive(plan, pixels, rounds, scatter)?);
+    }
     effects.sort_by(|(a, _), (b, _)| {
         let order = rank(b).partial_cmp(&rank(a));
         order.unwrap_or(std::cmp::Ordering::Equal)
@@ -279,17 +285,16 @@ impl Taking<'_> {
         Ok(rendering)
     }
 
-    /// Adaptive sampling against as many samples everywhere, and the picture of those.
+    /// Adaptive sampling against as many samples everywhere, and the picture of those. The full picture has so many times the
+    /// pixels of the measured ones.
     fn adaptive(
         &mut self,
-        full: &RenderSettings,
-        measured: &RenderSettings,
+        plan: adaptive::Plan,
+        pixels: f64,
         rounds: u32,
         scatter: Scatter,
     ) -> Result<(EffectCost, Vec<f32>), CostError> {
         let name = Effect::AdaptiveSampling.name();
-        let pilot = self.take(&adaptive::watched(measured), 0, "", &mut Rounds::default())?;
-        let plan = adaptive::Plan::new(full, measured, &pilot.picture);
         let (mut with, mut without) = (Rounds::default(), Rounds::default());
         let mut found = adaptive::Found::default();
         for round in 0..rounds {
@@ -298,7 +303,7 @@ impl Taking<'_> {
             found.add(&adaptive, &uniform);
         }
         let scale = Scale {
-            work: pixels(full) / pixels(measured) * plan.more,
+            work: pixels * plan.more,
             noise: plan.more.sqrt().recip(),
             scatter,
         };

@@ -47,11 +47,11 @@ fn numbered(triangles: &[[Vec3; 3]]) -> Option<Vec<[u32; 3]>> {
             .entry((p + 0.0).to_array().map(f32::to_bits))
             .or_insert(next)
     };
-    let mut vertices = triangles.iter().map(|corners| {
+    let vertices = triangles.iter().map(|corners| {
         let [a, b, c] = corners.map(&mut number);
         (a != b && b != c && c != a).then_some([a, b, c])
     });
-    vertices.by_ref().collect()
+    vertices.collect()
 }
 
 /// The connected part of each vertex, by the number of one of its vertices.

@@ -132,8 +132,8 @@ fn effects_are_listed_with_what_they_cost() {
         .lines()
         .filter(|line| line.contains("\"measuring\""))
         .count();
-    // The full picture and one without each; adaptive sampling is against another one, and has a probe.
-    assert_eq!(steps, 3 * (effects.len() + 2) + 1);
+    // The full picture and one without each; adaptive sampling is against another one.
+    assert_eq!(steps, 3 * (effects.len() + 2));
     let table = fs::read_to_string(folder.path("cost.csv")).unwrap();
     assert_eq!(table.lines().count(), effects.len() + 1);
     let page = fs::read_to_string(folder.path("cost.html")).unwrap();

@@ -91,32 +91,7 @@ fn all_ways_to_find_the_light_of_closed_lamps_agree() {
     let mut scenes = lamps();
     scenes.push(("inside a glowing box", glowing_room()));
     for (name, scene) in &scenes {
-        let estimate = |light_sampling| {
-            let settings = RenderSettings {
-                light_sampling,
-                ..small(64, 3)
-            };
-            estimate(scene, &settings, 0..16)
-        };
-        let mis = estimate(LightSampling::Mis);
-        for way in [LightSampling::Nee, LightSampling::Bsdf] {
-            let other = estimate(way);
-            let sigma = (mis.1 + other.1).sqrt();
-            let z = (other.0 - mis.0) / sigma;
-            println!(
-                "{name}, {way:?}: {} against {}, z = {z:.2}, σ = {:.1e}",
-                other.0,
-                mis.0,
-                sigma / mis.0
-            );
-            // Sixteen seeds: Student's t of at least 15 degrees, beyond 4.1 once in a thousand.
-            assert!(
-                z.abs() < 4.1,
-                "{name}, {way:?}: {} against {}, z = {z}",
-                other.0,
-                mis.0
-            );
-            assert!(sigma / mis.0 < 0.02, "{name}, {way:?}: σ {sigma}");
-        }
+        // Sixteen seeds: Student's t of at least 15 degrees, beyond 4.1 once in a thousand.
+        techniques_agree(name, scene, &small(64, 3), 4.1, 0.02);
     }
 }
