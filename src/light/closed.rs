@@ -16,15 +16,7 @@ pub enum Outside {
 /// alike. `None` where they are not, or a part of them holds no volume that can be told from rounding.
 pub fn outside(triangles: &[[Vec3; 3]]) -> Option<Vec<Outside>> {
     let vertices = numbered(triangles)?;
-    let mut edges = HashMap::with_capacity(3 * triangles.len());
-    for &[a, b, c] in &vertices {
-        for edge in [(a, b), (b, c), (c, a)] {
-            if edges.insert(edge, ()).is_some() {
-                return None;
-            }
-        }
-    }
-    if edges.keys().any(|&(a, b)| !edges.contains_key(&(b, a))) {
+    if !each_edge_is_shared(&vertices) {
         return None;
     }
     let part = parts(&vertices);
@@ -39,19 +31,36 @@ pub fn outside(triangles: &[[Vec3; 3]]) -> Option<Vec<Outside>> {
 
 /// Corners by number, equal for equal positions; `None` if a triangle has one of them twice.
 fn numbered(triangles: &[[Vec3; 3]]) -> Option<Vec<[u32; 3]>> {
-    let mut numbers = HashMap::with_capacity(triangles.len());
-    let mut number = |p: Vec3| {
-        let next = numbers.len() as u32;
-        // 0 and -0 are the same place.
-        *numbers
-            .entry((p + 0.0).to_array().map(f32::to_bits))
-            .or_insert(next)
-    };
-    let vertices = triangles.iter().map(|corners| {
-        let [a, b, c] = corners.map(&mut number);
-        (a != b && b != c && c != a).then_some([a, b, c])
-    });
-    vertices.collect()
+    // 0 and -0 are the same place.
+    let bits = |p: &Vec3| (*p + 0.0).to_array().map(f32::to_bits);
+    let corners = triangles.iter().flatten().map(bits);
+    // Sorted: a table by hashes takes several times as long.
+    let mut places: Vec<([u32; 3], usize)> = corners.zip(0..).collect();
+    places.sort_unstable();
+    let mut vertices = vec![[0u32; 3]; triangles.len()];
+    let mut number = 0;
+    for (i, &(place, corner)) in places.iter().enumerate() {
+        number += u32::from(i > 0 && places[i - 1].0 != place);
+        vertices[corner / 3][corner % 3] = number;
+    }
+    let whole = |&[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+    vertices.iter().all(whole).then_some(vertices)
+}
+
+/// Whether each edge has two triangles, which pass it in opposite directions.
+fn each_edge_is_shared(vertices: &[[u32; 3]]) -> bool {
+    let edges = vertices
+        .iter()
+        .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    // Its ends, then its direction.
+    let mut passed: Vec<(u32, u32, bool)> =
+        edges.map(|(a, b)| (a.min(b), a.max(b), a > b)).collect();
+    passed.sort_unstable();
+    let (pairs, rest) = passed.as_chunks::<2>();
+    rest.is_empty()
+        && pairs
+            .iter()
+            .all(|[there, back]| (there.0, there.1) == (back.0, back.1) && there.2 != back.2)
 }
 
 /// The connected part of each vertex, by the number of one of its vertices.

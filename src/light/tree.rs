@@ -25,7 +25,12 @@ impl Angle {
     };
 
     fn radians(self) -> f32 {
-        self.sin.atan2(self.cos)
+        // Most often it is one of these, and an arc tangent takes as long as all else of a union.
+        if self == Self::ZERO {
+            0.0
+        } else {
+            self.sin.atan2(self.cos)
+        }
     }
 
     fn from_radians(angle: f32) -> Self {
@@ -280,6 +285,9 @@ fn union_of_cones(a: (Vec3, Angle), b: (Vec3, Angle)) -> (Vec3, Angle) {
     if a.1.cos <= -1.0 {
         return (a.0, Angle::ALL);
     }
+    if a.0 == b.0 {
+        return a;
+    }
     let (ta, tb) = (a.1.radians(), b.1.radians());
     let across = a.0.cross(b.0);
     let between = across.length().atan2(a.0.dot(b.0));
@@ -462,17 +470,19 @@ fn first_share(a: &Node, b: &Node, point: Vec3, normal: Option<Vec3>) -> Option<
 fn measure(b: &Bounds) -> f32 {
     let d = b.max - b.min;
     let area = (d.x * d.y + d.y * d.z + d.z * d.x).max(d.length_squared() * 1e-3);
-    let o = b.normals.radians();
+    let (o, Angle { sin, cos }) = (b.normals.radians(), b.normals);
     let w = (o + b.cos_emission.clamp(-1.0, 1.0).acos()).min(std::f32::consts::PI);
-    let orientation = std::f32::consts::TAU * (1.0 - o.cos())
-        + std::f32::consts::FRAC_PI_2
-            * (2.0 * w * o.sin() - (o - 2.0 * w).cos() - 2.0 * o * o.sin() + o.cos());
+    let orientation = std::f32::consts::TAU * (1.0 - cos)
+        + std::f32::consts::FRAC_PI_2 * (2.0 * w * sin - (o - 2.0 * w).cos() - 2.0 * o * sin + cos);
     b.intensity * area * orientation.max(1e-3)
 }
 
-/// Sorts `order` so that a good split is before the returned place.
+/// Orders `order` so that a good split is before the returned place.
 fn split(emitters: &[Bounds], order: &mut [u32]) -> usize {
     const BINS: usize = 12;
+    if order.len() == 2 {
+        return 1;
+    }
     let center = |i: u32| emitters[i as usize].center();
     let (min, max) = order
         .iter()
@@ -495,21 +505,17 @@ fn split(emitters: &[Bounds], order: &mut [u32]) -> usize {
             let slot = &mut bins[bin(i)];
             *slot = Some(slot.map_or(*b, |s| Bounds::union(&s, b)));
         }
-        let join = |range: &[Option<Bounds>]| {
-            range
-                .iter()
-                .flatten()
-                .copied()
-                .reduce(|a, b| Bounds::union(&a, &b))
-        };
+        // What lies before each cut, and behind it.
+        let before = running(bins.iter());
+        let behind = running(bins.iter().rev());
         for cut in 1..BINS {
             // Behind an empty bin the cut is the one before it.
             if bins[cut - 1].is_none() {
                 continue;
             }
-            if let (Some(a), Some(b)) = (join(&bins[..cut]), join(&bins[cut..])) {
+            if let (Some(a), Some(b)) = (&before[cut - 1], &behind[BINS - 1 - cut]) {
                 // Long thin boxes are cut across: the factor of the paper's §4.4.
-                let cost = (measure(&a) + measure(&b)) * longest / extent[axis];
+                let cost = (measure(a) + measure(b)) * longest / extent[axis];
                 if best.is_none_or(|x| cost < x.0) {
                     best = Some((
                         cost,
@@ -523,13 +529,27 @@ fn split(emitters: &[Bounds], order: &mut [u32]) -> usize {
     let Some((_, axis, cut)) = best else {
         return halve(emitters, order);
     };
-    order.sort_by(|&a, &b| center(a)[axis].total_cmp(&center(b)[axis]).then(a.cmp(&b)));
-    let middle = order.partition_point(|&i| center(i)[axis] < cut);
-    if middle == 0 || middle == order.len() {
-        order.len() / 2
-    } else {
-        middle
+    let (left, right): (Vec<u32>, Vec<u32>) = order.iter().partition(|&&i| center(i)[axis] < cut);
+    if left.is_empty() || right.is_empty() {
+        return halve(emitters, order);
     }
+    let (first, second) = order.split_at_mut(left.len());
+    first.copy_from_slice(&left);
+    second.copy_from_slice(&right);
+    left.len()
+}
+
+/// The union of the first one, of the first two, and so on.
+fn running<'a>(bins: impl Iterator<Item = &'a Option<Bounds>>) -> Vec<Option<Bounds>> {
+    bins.scan(None, |all: &mut Option<Bounds>, bin| {
+        *all = match (*all, bin) {
+            (Some(all), Some(bin)) => Some(Bounds::union(&all, bin)),
+            (None, one) => *one,
+            (some, None) => some,
+        };
+        Some(*all)
+    })
+    .collect()
 }
 
 /// Cuts at the median of the longest axis.

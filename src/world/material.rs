@@ -255,6 +255,11 @@ impl PreparedMaterial {
         read.fold(bumps, |sets, texture| sets.max(texture.uv_set as usize + 1))
     }
 
+    /// Whether [`Self::emitted`] looks at the place.
+    pub fn emission_varies(&self) -> bool {
+        self.unlit || self.emission_texture.is_some()
+    }
+
     /// Emitted radiance at a point.
     #[inline]
     pub fn emitted(&self, at: &impl Coordinates, vertex_color: Vec4) -> Vec3 {

@@ -100,6 +100,9 @@ fn outside(
 }
 
 fn mean_emission(mesh: &MeshData, material: &PreparedMaterial, triangle: u32) -> f32 {
+    if !material.emission_varies() {
+        return luminance(material.emission);
+    }
     // Centres of the 64 subtriangles of three subdivisions: finer textures than that are found by
     // the floor below.
     const N: u32 = 8;

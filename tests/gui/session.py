@@ -121,6 +121,38 @@ def render_result_pixels():
     return pixels
 
 
+def effects_panel(window):
+    """The list of effects after a check of the scene, and a click on one of its buttons, which selects what calls for an effect."""
+    with bpy.context.temp_override(window=window):
+        bpy.ops.sundog.check_scene()
+        bpy.ops.object.select_all(action="DESELECT")
+    properties("RENDER")
+    area = next(a for a in window.screen.areas if a.type == "PROPERTIES")
+    # The filter shows this panel alone, and opens it.
+    area.spaces.active.search_filter = "Effects"
+    yield from settled(2)
+    shot("4-effects")
+    top, right = window.height - (area.y + area.height), area.x + area.width
+
+    def selected():
+        return sorted(o.name for o in bpy.context.view_layer.objects if o.select_get())
+
+    # The buttons stand below each other at the right edge; where exactly depends on the font and the theme.
+    for x in range(right - 24, right - 64, -10):
+        for y in range(top + 60, top + 400, 8):
+            point_at(x, y)
+            subprocess.run(["xdotool", "click", "1"], check=True)
+            yield 0.15
+            if selected():
+                break
+        if selected():
+            break
+    yield from settled()
+    shot("4-effects-selected")
+    check(bool(selected()), f"a click in the list of effects selects what calls for one ({', '.join(selected())})")
+    area.spaces.active.search_filter = ""
+
+
 def session():
     for kind in ("render_init", "render_complete", "render_cancel"):
         getattr(bpy.app.handlers, kind).append(note(kind))
@@ -175,6 +207,8 @@ def session():
     yield from settled()
     shot("3-panels-world")
 
+    yield from effects_panel(window)
+
     # F12, watch it refine, Esc.
     properties("RENDER")
     scene.render.resolution_x, scene.render.resolution_y = 1280, 720
@@ -185,9 +219,9 @@ def session():
     began = yield from until(lambda: happened("render_init", pressed), 20)
     check(began is not None, "F12 starts a render")
     yield 1.5
-    early = shot("4-f12-early")
+    early = shot("5-f12-early")
     yield 8
-    late = shot("5-f12-later")
+    late = shot("6-f12-later")
     changed = difference(early, late)
     check(changed > 2000, f"the picture refines ({changed:.0f} pixels of the screen changed)")
     check(happened("render_complete", pressed) is None, "it is still rendering")
@@ -198,7 +232,7 @@ def session():
     took = (ended - pressed) if ended else math.inf
     check(took <= ESCAPE_BOUND, f"Esc ends it after {took:.2f} s (bound {ESCAPE_BOUND} s)")
     yield from settled(1.5)
-    after = shot("6-after-escape")
+    after = shot("7-after-escape")
     kept = render_result_pixels()
     check(sum(kept) / len(kept) > 0.05, f"the picture is kept (mean {sum(kept) / len(kept):.3f})")
     check(difference(late, after) < 400_000, "the window still shows it")
@@ -212,7 +246,7 @@ def session():
     ended = yield from until(lambda: happened("render_complete", pressed), 120)
     check(ended is not None, "a render of 16 samples comes to its end")
     yield from settled(1.5)
-    shot("7-complete")
+    shot("8-complete")
 
     # A program that crashes.
     addon = preferences.addons[MODULE].preferences
@@ -224,7 +258,7 @@ def session():
     key("F12")
     yield from until(lambda: happened("render_complete", pressed) or happened("render_cancel", pressed), 30)
     yield from settled(2)
-    shot("8-crash")
+    shot("9-crash")
     addon.program = ""
     pressed = time.perf_counter()
     key("F12")
@@ -238,7 +272,7 @@ def session():
     found = yield from until(lambda: any("Difference" in i.name for i in bpy.data.images), 300)
     check(bool(found), "the comparison with Cycles shows its pictures")
     yield from settled(2)
-    shot("9-compare")
+    shot("10-compare")
 
 
 def run():
