@@ -2,8 +2,8 @@
 
 use super::gaps::leaks;
 use super::kit::{
-    Bench, camera, constant_environment, differing, diffuse, mean, place, prepared, quad, small,
-    sphere,
+    Bench, camera, colors, constant_environment, differing, diffuse, mean, place, prepared, quad,
+    small, sphere,
 };
 use super::{Case, Effort, Finding};
 use crate::effects::{self, Mask};
@@ -13,9 +13,10 @@ use crate::render::{LightSampling, RenderError, RenderSettings};
 use crate::sampler::hashed;
 use crate::scene::validate::clean;
 use crate::scene::{
-    Diagnostics, Image, ImageId, Material, Mesh, NormalTexture, RayKind, Scene, Texture,
+    Diagnostics, Image, ImageId, Material, Mesh, NormalTexture, RayKind, Scene, Texture, Visibility,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -46,7 +47,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "too-many-indices",
-        about: "A small file that claims 2^31 indices: refused with a sentence, without the memory.",
+        about: "Small files that claim 2^31 indices or more, or whose indices end at 2^32: refused with a sentence, or without the triangle, and without the memory.",
         run: too_many_indices,
     },
     Case {
@@ -170,25 +171,75 @@ fn duplicated_triangles(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let [once_lit, twice_lit] = &mut lit;
     clean(once_lit, &mut Diagnostics::default());
     clean(twice_lit, &mut Diagnostics::default());
-    let expected = bench.render(once_lit, &settings)?.picture;
+    let lit_once = bench.render(once_lit, &settings)?.picture;
     let found = bench.render(twice_lit, &settings)?.picture;
     // And so would objects in one place: the same mesh placed twice, and one with a mesh of its own.
     let mut beside = shown(once.clone(), shining.clone());
     beside.instances.push(beside.instances[0].clone());
-    place(&mut beside, once, shining, &[ball_at(0.0)]);
+    place(&mut beside, once, shining.clone(), &[ball_at(0.0)]);
     clean(&mut beside, &mut Diagnostics::default());
     let beside = bench.render(&beside, &settings)?.picture;
-    Ok(bench.with(vec![
+    // Turned over, with two sides and with one, and hidden from rays that see the other. The points of a triangle that is
+    // turned over round elsewhere, and with them the densities of light that is met: γ(64) as for other radiances.
+    let lamp = |double_sided, copies: &[(bool, Visibility)]| {
+        let shining = Material {
+            double_sided,
+            ..shining.clone()
+        };
+        let mut scene = Scene::default();
+        let floor = quad([-4.0, -1.0, -1.0], [8.0, 0.0, 0.0], [0.0, 0.0, -8.0]);
+        place(&mut scene, floor, diffuse([0.8; 3]), &[DAffine3::IDENTITY]);
+        for &(turned, visibility) in copies {
+            let mut lamp = quad([-0.5, -0.6, -3.5], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+            if turned {
+                lamp.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            }
+            place(&mut scene, lamp, shining.clone(), &[DAffine3::IDENTITY]);
+            if let Some(instance) = scene.instances.last_mut() {
+                instance.visibility = visibility;
+            }
+        }
+        scene.cameras.push(camera(DVec3::ZERO, 1.2));
+        clean(&mut scene, &mut Diagnostics::default());
+        scene
+    };
+    let all = Visibility::ALL;
+    let behind = all.without(RayKind::Camera).without(RayKind::Glossy);
+    let alone = bench.render(&lamp(true, &[(false, all)]), &settings)?;
+    let expected: Vec<f64> = colors(&alone.picture).flatten().collect();
+    let mut turned = Vec::new();
+    for (name, double_sided, other) in [
+        ("turned over", true, (true, all)),
+        ("turned over, with one side each", false, (true, all)),
+        ("hidden from the camera", true, (false, behind)),
+    ] {
+        let scene = lamp(double_sided, &[(false, all), other]);
+        let found = bench.render(&scene, &settings)?.picture;
+        let off = colors(&found)
+            .flatten()
+            .zip(&expected)
+            .map(|(found, expected)| (found - expected).abs() / expected.max(1e-3))
+            .fold(0.0, f64::max);
+        let bound = f64::from(float::gamma(64));
+        turned.push(Finding::at_most(
+            format!("relative difference of a lamp and its twin, {name}"),
+            bound,
+            off,
+        ));
+    }
+    let findings = bench.with(vec![
         Finding::none(
             "pixels that differ where objects shine in one place",
-            differing(&beside, &expected),
+            differing(&beside, &lit_once),
         ),
         Finding::none("pixels that differ", plain),
         Finding::none(
             "pixels that differ where they shine",
-            differing(&found, &expected),
+            differing(&found, &lit_once),
         ),
-    ]))
+    ]);
+    turned.extend(findings);
+    Ok(turned)
 }
 
 /// A band from -10 km to 10 km along x and 1 cm wide, at z = -1, cut into strips; it faces +z.
@@ -350,18 +401,14 @@ fn too_many_indices(_: Effort) -> Result<Vec<Finding>, RenderError> {
         })
         .to_string()
     };
+    let refused = |loaded: Result<import::Imported, import::ImportError>| {
+        let sentence = loaded.err().map(|error| error.to_string());
+        sentence
+            .is_some_and(|s| s.contains("accessor") || s.contains("memory") || s.contains("buffer"))
+    };
     let mut findings = Vec::new();
     for count in [1u64 << 31, 1 << 32, 3 << 40, u64::MAX] {
-        let name = format!("sundog-selftest-{}-{count}.gltf", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let written = std::fs::write(&path, file(count));
-        let loaded = import::load(&path, &ImportOptions::default());
-        // Nothing is lost if it stays.
-        let _ = std::fs::remove_file(&path);
-        written.map_err(|error| RenderError::Setting(format!("{}: {error}", path.display())))?;
-        let refused = loaded.err().map(|error| error.to_string());
-        let clear = refused
-            .is_some_and(|sentence| sentence.contains("accessor") || sentence.contains("memory"));
+        let clear = refused(load_as("gltf", file(count).as_bytes())?);
         findings.push(Finding::new(
             format!("files of {count} indices refused with a reason"),
             1.0,
@@ -369,7 +416,128 @@ fn too_many_indices(_: Effort) -> Result<Vec<Finding>, RenderError> {
             0.0,
         ));
     }
+    // Binary files with a triangle and its three indices in 48 bytes, of which one number or the last index is another.
+    let large = |count: u64| serde_json::json!(count);
+    for (what, pointer, number, last) in [
+        ("no lie", "", 0, 2),
+        ("an index of 2^31", "", 0, 1 << 31),
+        ("an index of 2^32 - 1", "", 0, u32::MAX),
+        ("2^31 indices", "/accessors/1/count", 1 << 31, 2),
+        ("2^32 + 3 indices", "/accessors/1/count", (1 << 32) + 3, 2),
+        ("2^62 indices", "/accessors/1/count", 1 << 62, 2),
+        ("2^64 - 1 indices", "/accessors/1/count", u64::MAX, 2),
+        ("2^31 vertices", "/accessors/0/count", 1 << 31, 2),
+        ("2^62 vertices", "/accessors/0/count", 1 << 62, 2),
+        (
+            "indices from 2^63 on",
+            "/accessors/1/byteOffset",
+            1 << 63,
+            2,
+        ),
+        (
+            "a view of 2^33 bytes",
+            "/bufferViews/1/byteLength",
+            1 << 33,
+            2,
+        ),
+        (
+            "a view from 2^64 - 4 on",
+            "/bufferViews/1/byteOffset",
+            u64::MAX - 3,
+            2,
+        ),
+        (
+            "a buffer of 2^33 bytes",
+            "/buffers/0/byteLength",
+            1 << 33,
+            2,
+        ),
+        (
+            "2^31 sparse indices",
+            "/accessors/1/sparse/count",
+            1 << 31,
+            2,
+        ),
+    ] {
+        let mut tree = serde_json::json!({
+            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+            "buffers": [{"byteLength": 48}],
+            "bufferViews": [
+                {"buffer": 0, "byteOffset": 0, "byteLength": 36},
+                {"buffer": 0, "byteOffset": 36, "byteLength": 12},
+            ],
+            "accessors": [
+                {"bufferView": 0, "byteOffset": 0, "componentType": 5126, "type": "VEC3", "count": 3,
+                    "min": [0, 0, 0], "max": [1, 1, 0]},
+                {"bufferView": 1, "byteOffset": 0, "componentType": 5125, "type": "SCALAR", "count": 3},
+            ],
+        });
+        if pointer.contains("sparse") {
+            tree["accessors"][1]["sparse"] = serde_json::json!({
+                "count": 1, "indices": {"bufferView": 1, "componentType": 5125}, "values": {"bufferView": 1},
+            });
+        }
+        if let Some(value) = tree.pointer_mut(pointer).filter(|_| !pointer.is_empty()) {
+            *value = large(number);
+        }
+        let mut bytes = Vec::new();
+        for corner in [[0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] {
+            bytes.extend(corner.iter().flat_map(|c| c.to_le_bytes()));
+        }
+        bytes.extend([0, 1, last].iter().flat_map(|i: &u32| i.to_le_bytes()));
+        let loaded = load_as("glb", &binary(&tree.to_string(), &bytes))?;
+        let right = match &loaded {
+            Ok(loaded) if pointer.is_empty() => {
+                let meshes = &loaded.scene.meshes;
+                let triangles: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+                triangles == usize::from(last == 2)
+            }
+            _ => !pointer.is_empty() && refused(loaded),
+        };
+        findings.push(Finding::new(
+            format!("binary files with {what} read or refused as they should be"),
+            1.0,
+            f64::from(u8::from(right)),
+            0.0,
+        ));
+    }
     Ok(findings)
+}
+
+/// A binary glTF file of a tree and the bytes of its buffer (specification 4.4).
+fn binary(tree: &str, buffer: &[u8]) -> Vec<u8> {
+    let tree = format!(
+        "{tree}{}",
+        " ".repeat(tree.len().next_multiple_of(4) - tree.len())
+    );
+    let mut file = b"glTF".to_vec();
+    let word = |file: &mut Vec<u8>, n: usize| file.extend((n as u32).to_le_bytes());
+    word(&mut file, 2);
+    word(&mut file, 28 + tree.len() + buffer.len());
+    for (kind, chunk) in [(b"JSON", tree.as_bytes()), (b"BIN\0", buffer)] {
+        word(&mut file, chunk.len());
+        file.extend(kind);
+        file.extend(chunk);
+    }
+    file
+}
+
+/// What becomes of a file with such an ending.
+fn load_as(
+    ending: &str,
+    bytes: &[u8],
+) -> Result<Result<import::Imported, import::ImportError>, RenderError> {
+    static NUMBER: AtomicU32 = AtomicU32::new(0);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let name = format!("sundog-selftest-{}-{number}.{ending}", std::process::id());
+    let path = std::env::temp_dir().join(name);
+    let written = std::fs::write(&path, bytes);
+    let loaded = import::load(&path, &ImportOptions::default());
+    // Nothing is lost if it stays.
+    let _ = std::fs::remove_file(&path);
+    written.map_err(|error| RenderError::Setting(format!("{}: {error}", path.display())))?;
+    Ok(loaded)
 }
 
 fn one_triangle_and_millions(effort: Effort) -> Result<Vec<Finding>, RenderError> {

@@ -1,7 +1,7 @@
 //! Triangles that stand twice in one place.
 
 use super::validate::Dropped;
-use super::{AlphaMode, Instance, Material, Mesh, MeshId, Scene};
+use super::{AlphaMode, Instance, Material, Mesh, MeshId, Scene, Visibility};
 use glam::DVec3;
 use std::collections::{BTreeMap, HashSet};
 use std::hash::{BuildHasher, RandomState};
@@ -12,58 +12,89 @@ pub fn make_light(material: &Material) -> bool {
     material.emission.iter().any(|&c| c > 0.0) && material.alpha_mode == AlphaMode::Opaque
 }
 
-/// Leaves out triangles whose corners are those of one before them, in the same order, bit for bit; says how many.
-pub fn leave_out(mesh: &mut Mesh) -> usize {
+/// Leaves out triangles whose corners are those of one before them, bit for bit; says how many. In the same order, if they have
+/// one side: of two that are turned over each can be the one that is seen where back faces are not there.
+pub fn leave_out(mesh: &mut Mesh, double_sided: bool) -> usize {
     let before = mesh.triangles.len();
     let mut seen = HashSet::with_capacity(before);
     let positions = &mesh.positions;
     mesh.triangles.retain(|corners| {
-        let [a, b, c] = corners.map(|i| positions[i as usize].map(f32::to_bits));
-        // From the least on, as it does not matter with which a triangle begins.
-        seen.insert([[a, b, c], [b, c, a], [c, a, b]].into_iter().min())
+        let corners = corners.map(|i| positions[i as usize].map(f32::to_bits));
+        seen.insert(if double_sided {
+            unordered(corners)
+        } else {
+            from_the_least(corners)
+        })
     });
     before - mesh.triangles.len()
+}
+
+/// From the least corner on: it does not matter with which a triangle begins.
+fn from_the_least<T: Ord + Copy>([a, b, c]: [T; 3]) -> [T; 3] {
+    [b, c, a].min([c, a, b]).min([a, b, c])
+}
+
+/// Without regard to the side from which it is seen.
+fn unordered<T: Ord>(mut corners: [T; 3]) -> [T; 3] {
+    corners.sort_unstable();
+    corners
 }
 
 /// A triangle of an instance.
 #[derive(Clone, Copy)]
 struct Place {
     hash: u64,
+    single_sided: bool,
     instance: u32,
     triangle: u32,
 }
 
-/// Leaves out triangles that make light and have the corners, in the same order, of one of an instance before theirs:
-/// bit for bit as their transforms place them, in f64. Only instances that the same rays see are compared. An instance of
-/// whose mesh all are left out goes, of others the mesh is copied.
+/// What rays see of triangles that stand where others do, where that is less than their instance says: by instance.
+type Seen = BTreeMap<u32, BTreeMap<Visibility, HashSet<u32>>>;
+
+/// Triangles that make light and have the corners of one of another instance before theirs, bit for bit as their
+/// transforms place them, in f64, are seen by those rays only that do not see the other; where there are none, they are left out.
+/// Those with one side have to be turned to the same side, or the other has two. An instance of whose mesh all are left out
+/// goes, of others the mesh is divided.
 pub fn leave_out_across(scene: &mut Scene) -> Dropped {
     let mut dropped = Dropped::default();
     let shining: Vec<u32> = (0..scene.instances.len() as u32)
-        .filter(|&i| {
-            let mesh = &scene.meshes[scene.instances[i as usize].mesh.0 as usize];
-            let material = mesh.material.map(|m| &scene.materials[m.0 as usize]);
-            material.is_some_and(make_light)
-        })
+        .filter(|&i| material_of(scene, i).is_some_and(make_light))
         .collect();
     if shining.len() < 2 {
         return dropped;
     }
     let twins = twins_among(scene, &shining);
     let mut gone = HashSet::new();
-    for (&instance, triangles) in &twins {
-        let placed = &scene.instances[instance as usize];
-        let mesh = &scene.meshes[placed.mesh.0 as usize];
-        dropped.add(&placed.name, triangles.len());
-        if triangles.len() == mesh.triangles.len() {
-            gone.insert(instance);
-            continue;
+    for (&instance, seen) in &twins {
+        let placed = scene.instances[instance as usize].clone();
+        let mesh = scene.meshes[placed.mesh.0 as usize].clone();
+        let with = |kept: &dyn Fn(u32) -> bool| {
+            let mut number = 0..;
+            let mut part = mesh.clone();
+            part.triangles.retain(|_| number.next().is_some_and(kept));
+            part
+        };
+        for (&visibility, triangles) in seen {
+            if visibility.is_nothing() {
+                dropped.add(&placed.name, triangles.len());
+                continue;
+            }
+            let part = MeshId(scene.meshes.len() as u32);
+            scene.meshes.push(with(&|n| triangles.contains(&n)));
+            scene.instances.push(Instance {
+                mesh: part,
+                visibility,
+                ..placed.clone()
+            });
         }
-        let mut number = 0..;
-        let mut rest = mesh.clone();
-        rest.triangles
-            .retain(|_| number.next().is_some_and(|n| !triangles.contains(&n)));
-        scene.instances[instance as usize].mesh = MeshId(scene.meshes.len() as u32);
-        scene.meshes.push(rest);
+        let rest = with(&|n| !seen.values().any(|triangles| triangles.contains(&n)));
+        if rest.triangles.is_empty() {
+            gone.insert(instance);
+        } else {
+            scene.instances[instance as usize].mesh = MeshId(scene.meshes.len() as u32);
+            scene.meshes.push(rest);
+        }
     }
     let mut number = 0..;
     scene
@@ -72,62 +103,93 @@ pub fn leave_out_across(scene: &mut Scene) -> Dropped {
     dropped
 }
 
+fn material_of(scene: &Scene, instance: u32) -> Option<&Material> {
+    let mesh = &scene.meshes[scene.instances[instance as usize].mesh.0 as usize];
+    mesh.material.map(|m| &scene.materials[m.0 as usize])
+}
+
 /// Triangles of some instances that stand where one of an instance before them does.
-fn twins_among(scene: &Scene, instances: &[u32]) -> BTreeMap<u32, HashSet<u32>> {
+fn twins_among(scene: &Scene, instances: &[u32]) -> Seen {
     let hasher = RandomState::new();
-    let corners = |instance: u32, triangle: u32| {
-        let placed = &scene.instances[instance as usize];
-        placed_corners(&scene.meshes[placed.mesh.0 as usize], placed, triangle)
+    let corners = |place: &Place| {
+        let placed = &scene.instances[place.instance as usize];
+        placed_corners(
+            &scene.meshes[placed.mesh.0 as usize],
+            placed,
+            place.triangle,
+        )
     };
     let mut places = Vec::new();
     for &instance in instances {
         let placed = &scene.instances[instance as usize];
         let count = scene.meshes[placed.mesh.0 as usize].triangles.len();
-        let seen = (placed.visibility.bits(), placed.holdout);
-        places.extend((0..count as u32).map(|triangle| Place {
-            hash: hasher.hash_one((corners(instance, triangle), seen)),
-            instance,
-            triangle,
+        let single_sided = material_of(scene, instance).is_some_and(|m| !m.double_sided);
+        places.extend((0..count as u32).map(|triangle| {
+            let place = Place {
+                hash: 0,
+                single_sided,
+                instance,
+                triangle,
+            };
+            let hash = hasher.hash_one((unordered(corners(&place)), placed.holdout));
+            Place { hash, ..place }
         }));
     }
-    places.sort_unstable_by_key(|p| (p.hash, p.instance, p.triangle));
-    let mut twins: BTreeMap<u32, HashSet<u32>> = BTreeMap::new();
-    for pair in places.windows(2) {
-        let [first, second] = [pair[0], pair[1]];
-        if first.hash == second.hash
-            && first.instance != second.instance
-            && corners(first.instance, first.triangle) == corners(second.instance, second.triangle)
-        {
-            twins
-                .entry(second.instance)
-                .or_default()
-                .insert(second.triangle);
+    // Those with two sides first: they stand for either.
+    places.sort_unstable_by_key(|p| (p.hash, p.single_sided, p.instance, p.triangle));
+    let mut twins = Seen::new();
+    for group in places
+        .chunk_by(|a, b| a.hash == b.hash)
+        .filter(|g| g.len() > 1)
+    {
+        for (number, place) in group.iter().enumerate().skip(1) {
+            let instance = &scene.instances[place.instance as usize];
+            let here = corners(place);
+            let seen = group[..number]
+                .iter()
+                .fold(instance.visibility, |seen, first| {
+                    let other = &scene.instances[first.instance as usize];
+                    let there = corners(first);
+                    let covers = if first.single_sided {
+                        from_the_least(here) == from_the_least(there)
+                    } else {
+                        unordered(here) == unordered(there)
+                    };
+                    if covers
+                        && first.instance != place.instance
+                        && other.holdout == instance.holdout
+                    {
+                        seen.behind(other.visibility)
+                    } else {
+                        seen
+                    }
+                });
+            if seen != instance.visibility {
+                let parts = twins.entry(place.instance).or_default();
+                parts.entry(seen).or_default().insert(place.triangle);
+            }
         }
     }
     twins
 }
 
-/// The corners of a triangle where its instance stands, from the least on.
+/// The corners of a triangle where its instance stands.
 fn placed_corners(mesh: &Mesh, instance: &Instance, triangle: u32) -> [[u64; 3]; 3] {
-    let [a, b, c] = mesh.triangles[triangle as usize].map(|i| {
+    mesh.triangles[triangle as usize].map(|i| {
         let p = DVec3::from(mesh.positions[i as usize].map(f64::from));
         let p = instance.world_from_object.transform_point3(p);
         // 0 and -0 are one place.
         p.to_array().map(|x| (x + 0.0).to_bits())
-    });
-    [[a, b, c], [b, c, a], [c, a, b]]
-        .into_iter()
-        .min()
-        .unwrap_or([a, b, c])
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{MaterialId, Visibility};
+    use crate::scene::{MaterialId, RayKind};
     use glam::DAffine3;
 
-    /// A copy of an object in its place goes, one that only shares a triangle loses it, one that other rays see stays.
+    /// A copy of an object in its place goes, one that only shares a triangle loses it, whichever way it is turned.
     #[test]
     fn twins_of_other_objects_go() {
         let shining = Material {
@@ -153,7 +215,6 @@ mod tests {
             holdout: false,
         };
         let all = Visibility::ALL;
-        let hidden = Visibility::ALL.without(crate::scene::RayKind::Camera);
         let mut scene = Scene {
             materials: vec![shining],
             meshes: vec![
@@ -164,11 +225,37 @@ mod tests {
                 placed(0, 0.3, all),
                 placed(0, 0.3, all),
                 placed(1, 0.3, all),
-                placed(0, 0.3, hidden),
                 placed(0, 0.4, all),
             ],
             ..Scene::default()
         };
+        let mut with_two_sides = scene.clone();
+        with_two_sides.materials[0].double_sided = true;
+        leave_out_across(&mut with_two_sides);
+        assert_eq!(with_two_sides.instances.len(), 3);
+        let rest = with_two_sides.instances[1].mesh.0 as usize;
+        assert_eq!(with_two_sides.meshes[rest].triangles, [[0, 2, 3]]);
+
+        scene.materials[0].double_sided = false;
+        // What the camera does not see is seen by no ray that sees the others; what they do not see stays for the camera.
+        let mut hidden = scene.clone();
+        let behind = Visibility::ALL.without(RayKind::Camera);
+        hidden.instances = vec![placed(0, 0.3, all), placed(0, 0.3, behind)];
+        leave_out_across(&mut hidden);
+        assert_eq!(hidden.instances.len(), 1);
+        hidden.instances = vec![placed(0, 0.3, behind), placed(1, 0.3, all)];
+        leave_out_across(&mut hidden);
+        let [first, rest, shared] = &hidden.instances[..] else {
+            panic!("{:?}", hidden.instances);
+        };
+        let triangles = |i: &Instance| hidden.meshes[i.mesh.0 as usize].triangles.len();
+        assert_eq!([first, rest, shared].map(triangles), [2, 2, 1]);
+        assert_eq!((first.visibility, rest.visibility), (behind, all));
+        for (kind, _) in RayKind::ALL {
+            let sees = matches!(kind, RayKind::Camera | RayKind::Shadow);
+            assert_eq!(shared.visibility.sees(kind), sees, "{kind:?}");
+        }
+
         leave_out_across(&mut scene);
         let left: Vec<_> = scene
             .instances
@@ -176,21 +263,13 @@ mod tests {
             .map(|i| scene.meshes[i.mesh.0 as usize].triangles.clone())
             .collect();
         let whole = scene.meshes[0].triangles.clone();
-        assert_eq!(
-            left,
-            [
-                whole.clone(),
-                vec![[0, 2, 3], [0, 3, 1]],
-                whole.clone(),
-                whole
-            ]
-        );
+        assert_eq!(left, [whole.clone(), vec![[0, 2, 3], [0, 3, 1]], whole]);
         // The mesh itself stays what it was.
         assert_eq!(scene.meshes[1].triangles.len(), 3);
         scene.materials[0].emission = [0.0; 3];
         scene.instances.push(placed(0, 0.3, all));
         leave_out_across(&mut scene);
-        assert_eq!(scene.instances.len(), 5);
+        assert_eq!(scene.instances.len(), 4);
     }
 
     #[test]
@@ -207,7 +286,9 @@ mod tests {
             triangles: vec![[0, 1, 2], [4, 5, 6], [0, 2, 1], [1, 2, 0], [0, 1, 3]],
             ..Mesh::default()
         };
-        assert_eq!(leave_out(&mut mesh), 2);
+        assert_eq!(leave_out(&mut mesh, false), 2);
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 1], [0, 1, 3]]);
+        assert_eq!(leave_out(&mut mesh, true), 1);
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 3]]);
     }
 }

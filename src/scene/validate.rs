@@ -29,8 +29,8 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         }
         clean_mesh(mesh, &mut tally, diagnostics);
         let material = mesh.material.map(|m| &scene.materials[m.0 as usize]);
-        if material.is_some_and(twins::make_light) {
-            let count = twins::leave_out(mesh);
+        if let Some(material) = material.filter(|m| twins::make_light(m)) {
+            let count = twins::leave_out(mesh, material.double_sided);
             tally.shining_twins.add(&mesh.name, count);
         }
     }

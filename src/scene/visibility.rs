@@ -36,7 +36,7 @@ impl RayKind {
 }
 
 /// A set of kinds of rays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Visibility(u32);
 
 impl Visibility {
@@ -62,6 +62,19 @@ impl Visibility {
             .with(RayKind::Glossy)
             .with(RayKind::Transmission)
             .with(RayKind::Volume)
+    }
+
+    /// What is left where another stands in the same place: the rays that do not see the other. Shadow rays stay as they
+    /// are, as they say how the light of it falls.
+    #[must_use]
+    pub const fn behind(self, other: Self) -> Self {
+        let shadow = RayKind::Shadow.bit();
+        Self(self.0 & (!other.0 | shadow))
+    }
+
+    /// Whether no path sees it, nor the camera.
+    pub const fn is_nothing(self) -> bool {
+        self.0 & !RayKind::Shadow.bit() == 0
     }
 
     /// Whether rays of a kind see it.

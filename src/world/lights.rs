@@ -3,7 +3,7 @@
 use super::geometry::{Entry, MeshData};
 use super::lamps::{self, Lamps, Rules};
 use super::material::PreparedMaterial;
-use super::shining::{Eye, Facet, Shining};
+use super::shining::{Eye, Facet, Places, Shining};
 use crate::effects::{self, Mask, PATHS};
 use crate::ffi::embree::{Device, EmbreeError};
 use crate::light::choice::{Chooser, MOST, Shares};
@@ -151,7 +151,7 @@ impl Lights {
     pub(super) fn new(
         scene: &Scene,
         effects: Mask,
-        (origin, eye): (DVec3, &Eye),
+        (origin, eye, cull_backfaces): (DVec3, &Eye, bool),
         entries: &mut [Entry],
         meshes: &[MeshData],
         materials: &[PreparedMaterial],
@@ -195,6 +195,7 @@ impl Lights {
         }
         lights.lamps.commit(device)?;
         if keep(effects::MESH_LIGHTS) {
+            let mut places = (!cull_backfaces).then(Places::default);
             for (index, entry) in entries.iter_mut().enumerate() {
                 let mesh = &meshes[entry.mesh as usize];
                 let material = &materials[mesh.material as usize];
@@ -208,6 +209,7 @@ impl Lights {
                     (index as u32, &*entry),
                     (mesh, material),
                     eye,
+                    places.as_mut(),
                     |facet, facet_bounds| {
                         emitters.push(Emitter::Facet(facet));
                         bounds.push(facet_bounds);

@@ -241,7 +241,11 @@ impl World {
         let lights = Lights::new(
             scene,
             options.effects,
-            (origin, &Eye::new(options.camera, origin)),
+            (
+                origin,
+                &Eye::new(options.camera, origin),
+                options.cull_backfaces,
+            ),
             &mut entries,
             &meshes,
             &materials,

@@ -12,6 +12,7 @@ use crate::math::float::{self, BoundedPoint};
 use crate::math::luminance;
 use crate::scene::{self, Projection, Visibility};
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::collections::HashMap;
 
 /// One of them, or two that are a rectangle and lie behind each other in their mesh.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +39,21 @@ pub struct Shining {
     quads: Vec<Quad>,
     /// For each emissive triangle the emitter that it is (a part of).
     emitters: Vec<u32>,
+}
+
+/// Where triangles that shine and have one side stand, seen by which rays, and the emitters that they are. One that is turned
+/// over is no light of its own where back faces are there: a ray meets one of the two. (`scene::validate` leaves out others
+/// that stand in one place, but not these, as each can be the one that is seen where back faces are not there.)
+#[derive(Default)]
+pub struct Places(HashMap<([[u32; 3]; 3], u32), u32>);
+
+impl Places {
+    fn key(corners: &[Vec3; 3], visibility: Visibility) -> ([[u32; 3]; 3], u32) {
+        // 0 and -0 are one place.
+        let mut bits = corners.map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
+        bits.sort_unstable();
+        (bits, visibility.bits())
+    }
 }
 
 /// A point of a facet, drawn for a point that it lights.
@@ -152,6 +168,7 @@ impl Shining {
         (index, entry): (u32, &Entry),
         (mesh, material): (&MeshData, &PreparedMaterial),
         eye: &Eye,
+        mut places: Option<&mut Places>,
         mut add: impl FnMut(Facet, Bounds) -> u32,
     ) -> u32 {
         let first = self.emitters.len() as u32;
@@ -160,8 +177,23 @@ impl Shining {
             .collect();
         let outside = outside(entry, material, &triangles, eye);
         let mut at = 0;
+        if !material.single_sided || !material.is_opaque() {
+            places = None;
+        }
+        let key = |corners: &[Vec3; 3]| Places::key(corners, entry.visibility);
+        let twin = |places: &Option<&mut Places>, corners: &[Vec3; 3]| {
+            let emitter = places.as_ref()?.0.get(&key(corners));
+            emitter.copied()
+        };
         while let Some(&corners) = triangles.get(at) {
-            let next = triangles.get(at + 1);
+            if let Some(emitter) = twin(&places, &corners) {
+                self.emitters.push(emitter);
+                at += 1;
+                continue;
+            }
+            let next = triangles
+                .get(at + 1)
+                .filter(|next| twin(&places, next).is_none());
             let quad = next.and_then(|&next| Quad::new(corners, next));
             let count = if quad.is_some() { 2 } else { 1 };
             let bounds = bounds(
@@ -187,6 +219,10 @@ impl Shining {
             };
             let emitter = add(facet, bounds);
             self.emitters.extend(std::iter::repeat_n(emitter, count));
+            if let Some(places) = &mut places {
+                let here = triangles[at..at + count].iter();
+                places.0.extend(here.map(|corners| (key(corners), emitter)));
+            }
             at += count;
         }
         first
