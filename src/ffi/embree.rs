@@ -629,18 +629,42 @@ impl CommittedScene {
         mut filter: F,
     ) -> Option<Hit> {
         let mut query = ray_hit(r);
-        let mut context = FilterContext::new(&mut filter);
+        // Without INVOKE_ARGUMENT_FILTER only the geometries that were added as filtered ask.
+        self.filtered(&mut query, &mut filter, 0);
+        read_hit(&query)
+    }
+
+    /// Tells of all surfaces along a ray, in no particular order, perhaps more than once of the same.
+    pub fn visit(&self, r: &Ray, mut visit: impl FnMut(&Hit)) {
+        let mut query = ray_hit(r);
+        let mut filter = |hit: &Hit| {
+            visit(hit);
+            false
+        };
+        self.filtered(
+            &mut query,
+            &mut filter,
+            sys::RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER,
+        );
+    }
+
+    #[inline]
+    fn filtered<F: FnMut(&Hit) -> bool>(
+        &self,
+        query: &mut sys::RTCRayHit,
+        filter: &mut F,
+        flags: sys::RTCRayQueryFlags,
+    ) {
+        let mut context = FilterContext::new(filter);
         let mut args = sys::RTCIntersectArguments {
-            // Without INVOKE_ARGUMENT_FILTER only the geometries that were added as filtered ask.
-            flags: sys::RTC_RAY_QUERY_FLAG_INCOHERENT,
+            flags: sys::RTC_RAY_QUERY_FLAG_INCOHERENT | flags,
             feature_mask: sys::RTC_FEATURE_FLAG_ALL,
             context: (&raw mut context).cast(),
             filter: Some(filter_trampoline::<F>),
             intersect: None,
         };
-        // SAFETY: as above; the context outlives the call and has the type of the trampoline.
-        unsafe { sys::rtcIntersect1(self.handle.raw, &mut query, &mut args) };
-        read_hit(&query)
+        // SAFETY: committed scene, initialised ray; the context outlives the call and has the type of the trampoline.
+        unsafe { sys::rtcIntersect1(self.handle.raw, query, &mut args) };
     }
 
     /// Whether anything is hit.

@@ -15,7 +15,7 @@ use crate::math::float::{BoundedPoint, RAY_START, is_unit};
 use crate::math::luminance;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Kinds, Scattering};
-use crate::world::{Hit, Met, RayKind, Shaded, Source, Surface, World};
+use crate::world::{Hit, Met, Passage, RayKind, Shaded, Source, Surface, World};
 use glam::{Vec2, Vec3};
 
 /// What a path takes from the settings.
@@ -275,6 +275,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
 
     // The surface that a direction is below, although its smooth normal sees it: the next one, without a ray.
     let mut own: Option<(Hit, BoundedPoint)> = None;
+    let mut passage = Passage::default();
 
     let mut bounce = 0;
     loop {
@@ -322,6 +323,12 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         } else {
             world.intersect::<E>(origin, direction, (near, far), previous.kind(), key)
         };
+        let hit =
+            if effects::has(E, TRANSMISSION) && world.has_close_interfaces() && again.is_none() {
+                world.first_in_order(hit, &mut passage, (origin, direction), previous.kind())
+            } else {
+                hit
+            };
         let ray = (previous.kind(), bounce.saturating_sub(1));
         if effects::has(E, LAMPS) && (bounce > 0 || world.lights.camera_sees_lamps()) {
             let end = hit.map_or(far, |h| h.distance);

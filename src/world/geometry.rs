@@ -127,6 +127,18 @@ impl MeshData {
         )
     }
 
+    /// The box about its corners where they are placed.
+    pub fn bounds(&self, place: &Affine) -> (Vec3, Vec3) {
+        let corners = self.triangles.vertices().iter().map(|&p| {
+            let point = Vec3::from(p);
+            let error = Vec3::ZERO;
+            place.bounded_point(BoundedPoint { point, error }).point
+        });
+        corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        })
+    }
+
     /// Whether it has normals of vertices.
     pub fn has_normals(&self) -> bool {
         self.normals.is_some()

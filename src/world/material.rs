@@ -208,6 +208,11 @@ impl PreparedMaterial {
         !self.translucent && !self.lets_through
     }
 
+    /// Whether rays are refracted by it into a solid somewhere.
+    pub fn bounds_a_solid(&self) -> bool {
+        self.lets_through && !self.base.thin_walled
+    }
+
     /// What the material says at a point.
     #[inline]
     pub fn parameters(&self, at: &impl Coordinates, vertex_color: Vec4) -> SurfaceParameters {

@@ -2,6 +2,7 @@
 
 mod camera;
 mod geometry;
+mod interfaces;
 mod lamps;
 mod lights;
 mod material;
@@ -12,6 +13,7 @@ mod texture;
 pub use crate::ffi::embree::Hit;
 pub use crate::scene::RayKind;
 pub use geometry::{HitPoint, Surface};
+pub use interfaces::Passage;
 pub use lamps::Rules;
 pub use lights::{LightSample, Lights, Shaded, Source};
 
@@ -44,6 +46,8 @@ pub struct World {
     /// Triangles, instances expanded.
     pub triangles: u64,
     cull_backfaces: bool,
+    /// For each entry whether another's interface may be close by; empty if none has one ([`interfaces`]).
+    close: Vec<bool>,
     /// Some surfaces are asked whether they stop a ray.
     filtered: bool,
     /// Paths take the kinds of scattering apart, as some kinds of rays see less than others.
@@ -238,6 +242,12 @@ impl World {
             }
         }
         let embree = top.commit()?;
+        let close = interfaces::close_entries(&entries, &meshes, |mesh| {
+            let material = &materials[mesh.material as usize];
+            let filtered = (material.translucent && keep(effects::ALPHA))
+                || (options.cull_backfaces && material.single_sided);
+            keep(effects::TRANSMISSION) && material.bounds_a_solid() && !filtered
+        });
         let lights = Lights::new(
             scene,
             options.effects,
@@ -267,6 +277,11 @@ impl World {
             origin,
             triangles,
             cull_backfaces: options.cull_backfaces,
+            close: if options.naive.offsets {
+                Vec::new()
+            } else {
+                close
+            },
             filtered: any_filtered,
             by_kind: keep(effects::VISIBILITY) && effects::tells_rays_apart(scene),
             holdouts: if keep(effects::HOLDOUTS) {
