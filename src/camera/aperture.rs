@@ -7,6 +7,16 @@ use std::f32::consts::{PI, TAU};
 /// Fewest corners of a polygon; fewer blades are a circle, as in Blender.
 const LEAST_BLADES: u32 = 3;
 
+/// Nearer focus, as a share of the opening's greatest radius, changes no bit of a direction: the least point that is drawn off
+/// the middle is 2⁻¹² of a radius off it (the root of a number of 24 bits), and from there on rays lean by 2²⁸ to 1, of which f32
+/// holds 2²⁴. Without a limit the quotient of lens and focus leaves f32.
+const NEAREST_FOCUS: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// The nearest focus that can be told from nearer ones, for an opening of a radius and a ratio.
+pub fn nearest_focus(radius: f64, ratio: f64) -> f64 {
+    radius * ratio.recip().max(1.0) * NEAREST_FOCUS
+}
+
 /// An opening of which points can be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aperture {

@@ -2,7 +2,7 @@
 
 mod aperture;
 
-pub use aperture::Aperture;
+pub use aperture::{Aperture, nearest_focus};
 
 use crate::math::float;
 use crate::sampler::{Dimension, Sampler};

@@ -272,6 +272,7 @@ fn apertures(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     for (radius, focus) in [
         (1e6, 3.0),
         (1e6, 1e-6),
+        (1e3, 1e-45),
         (1.0, 1e-6),
         (1e6, f64::INFINITY),
         (1e15, 1e15),

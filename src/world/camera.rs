@@ -1,6 +1,6 @@
 //! From a scene's camera to one that makes rays.
 
-use crate::camera::{Aperture, Camera, Lens, Span};
+use crate::camera::{Aperture, Camera, Lens, Span, nearest_focus};
 use crate::effects::{self, Mask};
 use crate::scene::{self, Projection};
 use glam::DVec3;
@@ -39,7 +39,7 @@ pub fn prepare(
             blades: a.blades,
             rotation: a.rotation as f32,
             ratio: a.ratio as f32,
-            focus_distance: a.focus_distance as f32,
+            focus_distance: a.focus_distance.max(nearest_focus(a.radius, a.ratio)) as f32,
         });
     let (place, near, far) = (&source.world_from_camera, source.clip_near, source.clip_far);
     let camera = Camera::new(lens, aperture, place, origin, near, far);

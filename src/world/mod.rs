@@ -194,7 +194,8 @@ impl World {
             };
             triangles += source.triangles.len() as u64;
             let visibility = if keep(effects::VISIBILITY) {
-                instance.visibility
+                // No ray comes from a volume: what is hidden from those alone is hidden from none, here as by the effects.
+                instance.visibility.with(RayKind::Volume)
             } else {
                 instance.visibility.on_paths()
             };
