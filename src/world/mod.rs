@@ -175,6 +175,11 @@ impl World {
         let mut shared: Vec<Option<(u32, CommittedScene)>> = vec![None; scene.meshes.len()];
         let mut triangles = 0u64;
         let mut any_filtered = false;
+        // Whether it is asked if it stops a ray.
+        let is_filtered = |material: &PreparedMaterial| {
+            (material.translucent && keep(effects::ALPHA))
+                || (options.cull_backfaces && material.single_sided)
+        };
         for instance in &scene.instances {
             let source = &scene.meshes[instance.mesh.0 as usize];
             if source.triangles.is_empty() {
@@ -183,10 +188,9 @@ impl World {
             let material = source
                 .material
                 .map_or(scene.materials.len() as u32, |m| m.0);
-            let filtered = (materials[material as usize].translucent && keep(effects::ALPHA))
-                || (options.cull_backfaces && materials[material as usize].single_sided);
-            any_filtered |= filtered;
             let prepared = &materials[material as usize];
+            let filtered = is_filtered(prepared);
+            any_filtered |= filtered;
             let attributes = Attributes {
                 uv_sets: prepared.uv_sets().max(usize::from(options.uv_pass)),
                 tangents: prepared.normal_texture.is_some(),
@@ -245,9 +249,8 @@ impl World {
         let embree = top.commit()?;
         let close = interfaces::close_entries(&entries, &meshes, |mesh| {
             let material = &materials[mesh.material as usize];
-            let filtered = (material.translucent && keep(effects::ALPHA))
-                || (options.cull_backfaces && material.single_sided);
-            keep(effects::TRANSMISSION) && material.bounds_a_solid() && !filtered
+            let ordered = keep(effects::TRANSMISSION) && !options.naive.offsets;
+            ordered && material.bounds_a_solid() && !is_filtered(material)
         });
         let lights = Lights::new(
             scene,
@@ -278,11 +281,7 @@ impl World {
             origin,
             triangles,
             cull_backfaces: options.cull_backfaces,
-            close: if options.naive.offsets {
-                Vec::new()
-            } else {
-                close
-            },
+            close,
             filtered: any_filtered,
             by_kind: keep(effects::VISIBILITY) && effects::tells_rays_apart(scene),
             holdouts: if keep(effects::HOLDOUTS) {
