@@ -4,9 +4,10 @@ use super::kit::{self, Bench, Mean};
 use super::{Case, Effort, Finding};
 use crate::light::area::Area;
 use crate::light::environment::Environment;
+use crate::light::estimate::{Angle, Bounds};
 use crate::light::lamp::{Cone, Lamp};
 use crate::light::sun::Sun;
-use crate::light::tree::{Angle, Bounds, Tree};
+use crate::light::tree::Tree;
 use crate::light::triangle::Triangle;
 use crate::math::float::gamma;
 use crate::render::RenderError;
@@ -473,18 +474,21 @@ fn million(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             .collect()
     };
     let (point, normal) = (Vec3::ZERO, Some(Vec3::Y));
+    let place = (point, normal);
     let away = Tree::new(&lights(1.0, true));
-    let certain = away.probability(one, point, normal);
+    let (first, _) = away.look(place);
+    let certain = away.probability(&first, place, one);
     let draws = effort.of(1_000u32, 10_000, 100_000);
     let others = (0..draws)
         .filter(|&i| {
-            away.sample(point, normal, hashed(7, i, 0))
+            away.sample(&first, place, hashed(7, i, 0))
                 .is_none_or(|c| c.emitter != one)
         })
         .count();
 
     let facing = lights(1e-6, false);
     let tree = Tree::new(&facing);
+    let (first, _) = tree.look(place);
     // What a small plate sends: intensity · cos · cos / d².
     let sent = |b: &Bounds| {
         let d = ((b.min + b.max) * 0.5).as_dvec3();
@@ -494,7 +498,7 @@ fn million(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let mut mean = Mean::default();
     let mut hits = 0u32;
     for i in 0..draws {
-        let choice = tree.sample(point, normal, hashed(8, i, 0));
+        let choice = tree.sample(&first, place, hashed(8, i, 0));
         hits += u32::from(choice.is_some_and(|c| c.emitter == one));
         mean.add(choice.map_or(0.0, |c| {
             sent(&facing[c.emitter as usize]) / f64::from(c.probability)

@@ -4,7 +4,8 @@ use super::kit::{Bench, camera, colors, small};
 use super::{Case, Effort, Finding};
 use crate::film::pixel::{FirstHit, Pixel};
 use crate::light::environment;
-use crate::light::tree::{Angle, Bounds, Tree};
+use crate::light::estimate::{Angle, Bounds};
+use crate::light::tree::{Tree, WIDTH};
 use crate::render::{MAX_LIGHT_SAMPLES, RenderError, RenderSettings};
 use crate::sampler::{Dimension, REPLICATES, Sampler, Sequence, hashed};
 use crate::scene::{Environment, Image, ImageId, Scene, Visibility};
@@ -162,26 +163,32 @@ fn wide_distributions(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let count = 1000;
     let lights = wide_lights(count);
     let tree = Tree::new(&lights);
-    let point = Vec3::new(3.0, 4.0, 1.0);
+    let place = (Vec3::new(3.0, 4.0, 1.0), None);
+    let (first, _) = tree.look(place);
     let sum: f64 = (0..count)
-        .map(|i| f64::from(tree.probability(i, point, None)))
+        .map(|i| f64::from(tree.probability(&first, place, i)))
         .sum();
     let (mut without_weight, mut other_probability, mut nothing) = (0, 0, 0);
     for i in 0..draws {
         // The last number below 1 and the first are among them.
         let u = (i as f32 / (draws - 1) as f32).min(crate::math::float::ONE_MINUS_EPSILON);
-        match tree.sample(point, None, u) {
+        match tree.sample(&first, place, u) {
             None => nothing += 1,
             Some(choice) => {
                 without_weight += u64::from(lights[choice.emitter as usize].intensity == 0.0);
-                let p = tree.probability(choice.emitter, point, None);
+                let p = tree.probability(&first, place, choice.emitter);
                 other_probability += u64::from(p.to_bits() != choice.probability.to_bits());
             }
         }
     }
     let mut findings = vec![
-        // Each of at most 64 turns has a quotient, a difference and a product: γ(3 · 64) in all.
-        Finding::new("sum of the lights' probabilities", 1.0, sum, gamma(192)),
+        // Each turn has shares that sum to 1 within γ(WIDTH + 4), and a product.
+        Finding::new(
+            "sum of the lights' probabilities",
+            1.0,
+            sum,
+            gamma((WIDTH as u32 + 5) * tree.depth() as u32),
+        ),
         Finding::none("lights of no intensity drawn", without_weight),
         Finding::none("draws of no light", nothing),
         Finding::none(

@@ -1,75 +1,51 @@
 //! The choice of a finite emitter: among few by an estimate for each of them, among many by the tree.
 
-use super::tree::{Bounds, Choice, Extent, Front, LEAST_SHARE, Tree};
+use super::estimate::{Bounds, Candidates, Choice, LANES, draw, weigh};
+use super::tree::{self, GROUPS, Tree, WIDTH};
 use glam::Vec3;
 
-/// So many emitters are few.
-pub const FEW: usize = 16;
+/// So many emitters are few: as many as a turn of the tree has.
+pub const FEW: usize = WIDTH;
 
 /// All finite emitters, ready to be chosen from.
 #[derive(Debug)]
 pub enum Chooser {
-    /// Up to [`FEW`], by their numbers.
-    Few(Vec<Emitter>),
+    /// Up to [`FEW`], by their numbers; and how many they are.
+    Few(Vec<Candidates>, usize),
     /// More.
     Many(Tree),
 }
 
-/// One of few emitters.
-#[derive(Debug)]
-pub struct Emitter {
-    extent: Extent,
-    /// The side of a plane from which it can be seen, if it is of one.
-    front: Option<Front>,
-}
-
-impl Emitter {
-    #[inline]
-    fn importance(&self, point: Vec3, normal: Option<Vec3>) -> f32 {
-        if self.front.is_some_and(|front| front.is_behind(point)) {
-            return 0.0;
-        }
-        self.extent.importance(point, normal)
-    }
-}
-
 impl Default for Chooser {
     fn default() -> Self {
-        Self::Few(Vec::new())
+        Self::Few(Vec::new(), 0)
     }
 }
 
-/// What few emitters are worth at a point: made once for it, for the light sample that is drawn there and the density
-/// of what a ray from there finds.
+/// What emitters, or the largest clusters of them, are worth at a point: made once for it, for the light sample that is drawn
+/// there and the density of what a ray from there finds.
 #[derive(Clone, Copy, Debug)]
 pub struct Shares {
     /// Estimate of the irradiance by all of them.
     pub sum: f32,
     /// Probability of each.
-    of: [f32; FEW],
+    of: tree::Shares,
 }
 
 impl Shares {
     /// Where nothing is chosen.
     pub const NONE: Self = Self {
         sum: 0.0,
-        of: [0.0; FEW],
+        of: [[0.0; LANES]; GROUPS],
     };
 }
-
-/// Greater estimates of irradiance count as this one, so that sums of them stay finite: infinity over infinity is no
-/// probability.
-pub const MOST: f32 = 1e30;
 
 impl Chooser {
     /// For emitters 0, 1, 2, …
     pub fn new(bounds: Vec<Bounds>) -> Self {
         if bounds.len() <= FEW {
-            let emitter = |bounds: &Bounds| Emitter {
-                extent: bounds.extent(),
-                front: bounds.front,
-            };
-            Self::Few(bounds.iter().map(emitter).collect())
+            let groups = bounds.chunks(LANES).map(Candidates::new).collect();
+            Self::Few(groups, bounds.len())
         } else {
             Self::Many(Tree::new(&bounds))
         }
@@ -78,7 +54,7 @@ impl Chooser {
     /// Whether there are no emitters.
     pub fn is_empty(&self) -> bool {
         match self {
-            Self::Few(emitters) => emitters.is_empty(),
+            Self::Few(_, count) => *count == 0,
             Self::Many(tree) => tree.is_empty(),
         }
     }
@@ -88,98 +64,44 @@ impl Chooser {
     pub fn shares(&self, point: Vec3, normal: Option<Vec3>, compared: bool) -> Shares {
         let mut shares = Shares::NONE;
         match self {
-            Self::Few(emitters) => few(emitters, point, normal, compared, &mut shares),
-            Self::Many(tree) if compared => shares.sum = tree.importance(point, normal).min(MOST),
-            Self::Many(_) => {}
+            Self::Few(_, 1) if !compared => shares.of[0][0] = 1.0,
+            Self::Few(groups, _) => shares.sum = weigh(groups, (point, normal), &mut shares.of),
+            Self::Many(tree) => {
+                (shares.of, shares.sum) = tree.look((point, normal));
+            }
         }
         shares
     }
 
     /// Draws an emitter.
     #[inline]
-    pub fn sample(
-        &self,
-        shares: &Shares,
-        (point, normal): (Vec3, Option<Vec3>),
-        u: f32,
-    ) -> Option<Choice> {
+    pub fn sample(&self, shares: &Shares, place: (Vec3, Option<Vec3>), u: f32) -> Option<Choice> {
         match self {
-            Self::Few(emitters) => draw(&shares.of[..emitters.len().min(FEW)], u),
-            Self::Many(tree) => tree.sample(point, normal, u),
+            Self::Few(groups, _) => {
+                let shares = &shares.of[..groups.len().min(GROUPS)];
+                let (emitter, _) = draw(shares, f64::from(u))?;
+                Some(Choice {
+                    emitter: emitter as u32,
+                    probability: shares.as_flattened()[emitter],
+                })
+            }
+            Self::Many(tree) => tree.sample(&shares.of, place, u),
         }
     }
 
     /// Probability with which [`Self::sample`] draws an emitter.
     #[inline]
-    pub fn probability(
-        &self,
-        shares: &Shares,
-        (point, normal): (Vec3, Option<Vec3>),
-        emitter: u32,
-    ) -> f32 {
+    pub fn probability(&self, shares: &Shares, place: (Vec3, Option<Vec3>), emitter: u32) -> f32 {
         match self {
-            Self::Few(_) => shares.of[emitter as usize % FEW],
-            Self::Many(tree) => tree.probability(emitter, point, normal),
+            Self::Few(..) => shares.of.as_flattened()[emitter as usize % FEW],
+            Self::Many(tree) => tree.probability(&shares.of, place, emitter),
         }
     }
-}
-
-/// By the estimates, a little of it evenly ([`LEAST_SHARE`]) among those that may shine here.
-#[inline]
-fn few(
-    emitters: &[Emitter],
-    point: Vec3,
-    normal: Option<Vec3>,
-    compared: bool,
-    shares: &mut Shares,
-) {
-    if emitters.len() == 1 && !compared {
-        shares.of[0] = 1.0;
-        return;
-    }
-    let mut shining = 0.0;
-    for (share, emitter) in shares.of.iter_mut().zip(emitters) {
-        let estimate = emitter.importance(point, normal).min(MOST);
-        if estimate > 0.0 {
-            *share = estimate;
-            shares.sum += estimate;
-            shining += 1.0;
-        }
-    }
-    if shares.sum <= 0.0 {
-        return;
-    }
-    let scale = (1.0 - shining * LEAST_SHARE) / shares.sum;
-    for share in &mut shares.of[..emitters.len().min(FEW)] {
-        if *share > 0.0 {
-            *share = *share * scale + LEAST_SHARE;
-        }
-    }
-}
-
-#[inline]
-fn draw(shares: &[f32], u: f32) -> Option<Choice> {
-    let mut u = u;
-    let mut last = None;
-    for (emitter, &probability) in shares.iter().enumerate() {
-        if probability > 0.0 {
-            last = Some(Choice {
-                emitter: emitter as u32,
-                probability,
-            });
-            if u < probability {
-                break;
-            }
-            u -= probability;
-        }
-    }
-    // The last one where rounding left a crumb of u.
-    last
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tree::{Angle, Bounds, Front};
+    use super::super::estimate::{Angle, Front, LEAST_SHARE};
     use super::*;
     use crate::sampler::hashed;
 
@@ -226,7 +148,7 @@ mod tests {
     fn emitters_are_drawn_as_often_as_told() {
         for count in [1, 2, 7, FEW as u32] {
             let chooser = Chooser::new(emitters(count));
-            assert!(matches!(chooser, Chooser::Few(_)));
+            assert!(matches!(chooser, Chooser::Few(..)));
             for place in places() {
                 let shares = chooser.shares(place.0, place.1, false);
                 let told: Vec<f32> = (0..count)

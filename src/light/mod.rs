@@ -8,6 +8,7 @@ pub mod choice;
 pub mod closed;
 pub mod ellipse;
 pub mod environment;
+pub mod estimate;
 pub mod lamp;
 pub mod quad;
 pub mod rectangle;
