@@ -31,25 +31,39 @@ cargo fmt --check || fail "the format differs from rustfmt's (above): run 'cargo
 say "lints"
 cargo clippy --quiet --all-targets --locked -- -D warnings || fail "clippy has something to say (above): follow it."
 say "tests"
-log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+logs=$(mktemp -d)
+log=$logs/all
+trap 'rm -rf "$logs"' EXIT
 status=0
 all_tests() {
-    local result=0 python version
+    local result=0 python version process part running=()
     # --no-fail-fast: one run tells all that fails.
     {
         cargo test --locked --no-fail-fast --doc &&
             cargo test --locked --no-fail-fast --lib --bins --tests
     } || result=$?
-    # The add-on's own tests run inside of Blender, with the program that cargo has just built.
+    # The add-on's own tests run inside of Blender, with the program that cargo has just built; the versions side by side, as each
+    # uses one processor most of the time, and what they say one after the other.
     for version in "${bpy_versions[@]}"; do
         python="$cache/bpy-$version/bin/python"
         [ -x "$python" ] || python=$SUNDOG_BPY_PYTHON
-        say "the add-on in $("$python" -c 'import bpy; print("Blender", bpy.app.version_string)')"
-        SUNDOG_PROGRAM="$project_root/target/debug/sundog" "$python" tests/addon/run.py || result=$?
+        {
+            say "the add-on in $("$python" -c 'import bpy; print("Blender", bpy.app.version_string)')"
+            SUNDOG_PROGRAM="$project_root/target/debug/sundog" "$python" tests/addon/run.py
+        } >"$logs/$version" 2>&1 &
+        running+=("$!")
     done
-    say "reports in Chromium"
-    "$cache/browser/bin/python" tests/report/run.py || result=$?
+    {
+        say "reports in Chromium"
+        "$cache/browser/bin/python" tests/report/run.py
+    } >"$logs/reports" 2>&1 &
+    running+=("$!")
+    for process in "${running[@]}"; do
+        wait "$process" || result=$?
+    done
+    for part in "${bpy_versions[@]}" reports; do
+        cat "$logs/$part"
+    done
     return "$result"
 }
 all_tests 2>&1 | tee "$log" || status=$?
