@@ -29,11 +29,14 @@ pub fn outside(triangles: &[[Vec3; 3]]) -> Option<Vec<Outside>> {
     vertices.iter().map(side).collect()
 }
 
+/// The bits of a place, for finding equal ones: 0 and -0 are the same.
+pub fn place_bits(place: Vec3) -> [u32; 3] {
+    (place + 0.0).to_array().map(f32::to_bits)
+}
+
 /// Corners by number, equal for equal positions; `None` if a triangle has one of them twice.
 fn numbered(triangles: &[[Vec3; 3]]) -> Option<Vec<[u32; 3]>> {
-    // 0 and -0 are the same place.
-    let bits = |p: &Vec3| (*p + 0.0).to_array().map(f32::to_bits);
-    let corners = triangles.iter().flatten().map(bits);
+    let corners = triangles.iter().flatten().map(|&p| place_bits(p));
     // Sorted: a table by hashes takes several times as long.
     let mut places: Vec<([u32; 3], usize)> = corners.zip(0..).collect();
     places.sort_unstable();

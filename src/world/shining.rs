@@ -4,7 +4,7 @@ use super::World;
 use super::geometry::{Entry, MeshData};
 use super::material::PreparedMaterial;
 use crate::effects::{self, Mask};
-use crate::light::closed::{self, Outside};
+use crate::light::closed::{self, Outside, place_bits};
 use crate::light::estimate::{Angle, Bounds, Front};
 use crate::light::quad::Quad;
 use crate::light::triangle::Triangle;
@@ -49,8 +49,7 @@ pub struct Places(HashMap<([[u32; 3]; 3], u32), u32>);
 
 impl Places {
     fn key(corners: &[Vec3; 3], visibility: Visibility) -> ([[u32; 3]; 3], u32) {
-        // 0 and -0 are one place.
-        let mut bits = corners.map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
+        let mut bits = corners.map(place_bits);
         bits.sort_unstable();
         (bits, visibility.bits())
     }
