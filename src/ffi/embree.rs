@@ -18,6 +18,7 @@ mod sys {
     include!(concat!(env!("OUT_DIR"), "/embree.rs"));
 }
 
+use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::mem::size_of;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -30,17 +31,24 @@ const INVALID: u32 = u32::MAX;
 #[error("{0}")]
 pub struct EmbreeError(pub String);
 
-/// Filled by the error callback; the first message wins because the rest follow from it.
-type ErrorSlot = Mutex<Option<String>>;
+thread_local! {
+    /// Filled by the error callback, which Embree calls on the thread whose call failed (Embree manual, rtcSetDeviceErrorFunction);
+    /// the first message wins because the rest follow from it. Devices are shared, so that a slot of each would mix up scenes.
+    static ERROR: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// The error that the callback has kept on this thread, if any; forgets it.
+fn take_error() -> Result<(), EmbreeError> {
+    ERROR
+        .take()
+        .map_or(Ok(()), |message| Err(EmbreeError(message)))
+}
 
 struct DeviceHandle {
     raw: sys::RTCDevice,
-    /// Boxed so that the callback's pointer stays valid while the handle moves.
-    error: Box<ErrorSlot>,
 }
 
-// SAFETY: Embree's API is thread-safe for devices (Embree manual, "Embree API"), and the error
-// slot is a Mutex.
+// SAFETY: Embree's API is thread-safe for devices (Embree manual, "Embree API").
 unsafe impl Send for DeviceHandle {}
 // SAFETY: as above.
 unsafe impl Sync for DeviceHandle {}
@@ -80,9 +88,7 @@ pub const HEADERS: Version = Version {
     patch: sys::RTC_VERSION_PATCH,
 };
 
-extern "C" fn remember_error(user: *mut c_void, _code: sys::RTCError, message: *const c_char) {
-    // SAFETY: `user` is the address of the device's boxed error slot, alive as long as the device.
-    let slot = unsafe { &*user.cast::<ErrorSlot>() };
+extern "C" fn remember_error(_user: *mut c_void, _code: sys::RTCError, message: *const c_char) {
     let text = if message.is_null() {
         String::from("unknown error")
     } else {
@@ -91,18 +97,31 @@ extern "C" fn remember_error(user: *mut c_void, _code: sys::RTCError, message: *
             .to_string_lossy()
             .into_owned()
     };
-    slot.lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .get_or_insert(text);
+    ERROR.with_borrow_mut(|slot| {
+        slot.get_or_insert(text);
+    });
 }
 
+/// The devices that there are, by their numbers of threads: never released, see [`Device::new`].
+static DEVICES: Mutex<Vec<(Option<usize>, Device)>> = Mutex::new(Vec::new());
+
 impl Device {
-    /// Opens a device. `threads` bounds the threads that build (`None`: all).
+    /// The process's device for so many threads. `threads` bounds the threads that build (`None`: all).
+    ///
+    /// It is opened once and never released. Embree limits the threads of oneTBB anew with each device that comes or goes, for
+    /// which oneTBB 2021.12 takes hold of its scheduler without a lock (`threading_control::set_active_num_workers`): where the
+    /// last user of the scheduler leaves at that moment, it is freed twice. A small program that opens and releases devices in
+    /// two threads while others build died of that within two seconds, 6 times of 6, and never (6 runs) with a device that is
+    /// kept and whose arena has been entered: the scheduler lives as long as that.
     ///
     /// # Errors
     /// If the processor is not supported, memory is short, or the loaded library does not fit the
     /// headers of the build ([`Device::verify`]).
     pub fn new(threads: Option<usize>) -> Result<Self, EmbreeError> {
+        let mut devices = DEVICES.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, device)) = devices.iter().find(|(of, _)| *of == threads) {
+            return Ok(device.clone());
+        }
         let device = Self::open(
             threads
                 .map(|n| format!("threads={n}"))
@@ -110,6 +129,7 @@ impl Device {
                 .unwrap_or(""),
         )?;
         device.verify()?;
+        devices.push((threads, device.clone()));
         Ok(device)
     }
 
@@ -122,13 +142,9 @@ impl Device {
                 "Embree could not open a device on this processor".into(),
             ));
         }
-        let error = Box::new(ErrorSlot::default());
-        let user: *const ErrorSlot = &*error;
-        // SAFETY: the slot is boxed and outlives the device (dropped after rtcReleaseDevice).
-        unsafe {
-            sys::rtcSetDeviceErrorFunction(raw, Some(remember_error), user.cast_mut().cast())
-        };
-        Ok(Self(Arc::new(DeviceHandle { raw, error })))
+        // SAFETY: the device is alive; the callback needs nothing that could go away.
+        unsafe { sys::rtcSetDeviceErrorFunction(raw, Some(remember_error), std::ptr::null_mut()) };
+        Ok(Self(Arc::new(DeviceHandle { raw })))
     }
 
     /// The version of the loaded library.
@@ -141,20 +157,6 @@ impl Device {
             major: property(sys::RTC_DEVICE_PROPERTY_VERSION_MAJOR),
             minor: property(sys::RTC_DEVICE_PROPERTY_VERSION_MINOR),
             patch: property(sys::RTC_DEVICE_PROPERTY_VERSION_PATCH),
-        }
-    }
-
-    /// The error that the callback has kept, if any; forgets it.
-    fn take_error(&self) -> Result<(), EmbreeError> {
-        match self
-            .0
-            .error
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take()
-        {
-            Some(message) => Err(EmbreeError(message)),
-            None => Ok(()),
         }
     }
 
@@ -189,7 +191,10 @@ impl Device {
         )?;
         let mut scene = Scene::new(self, true)?;
         scene.add_triangles(&Arc::new(mesh), false, u32::MAX)?;
-        let scene = scene.commit()?;
+        // This build enters the device's arena (which rtcCommitScene does not): see `new`.
+        // SAFETY: the scene is alive and not shared.
+        unsafe { sys::rtcJoinCommitScene(scene.handle.raw) };
+        let scene = scene.committed()?;
         #[repr(C)]
         struct Guarded {
             ray_hit: sys::RTCRayHit,
@@ -221,7 +226,7 @@ impl Device {
                 "the loaded Embree {version} lays out its structures unlike the headers {HEADERS} of the build"
             )));
         }
-        self.take_error()
+        take_error()
     }
 }
 
@@ -450,7 +455,7 @@ impl Scene {
         // SAFETY: the device is alive.
         let raw = unsafe { sys::rtcNewScene(device.0.raw) };
         if raw.is_null() {
-            device.take_error()?;
+            take_error()?;
             return Err(EmbreeError("no scene could be made".into()));
         }
         // SAFETY: the scene was just made.
@@ -480,7 +485,7 @@ impl Scene {
         // SAFETY: the device is alive.
         let geometry = unsafe { sys::rtcNewGeometry(device.0.raw, kind) };
         if geometry.is_null() {
-            device.take_error()?;
+            take_error()?;
             return Err(EmbreeError("no geometry could be made".into()));
         }
         let filled = fill(geometry);
@@ -492,7 +497,7 @@ impl Scene {
             id
         };
         filled?;
-        device.take_error()?;
+        take_error()?;
         Ok(id)
     }
 
@@ -603,7 +608,12 @@ impl Scene {
     pub fn commit(self) -> Result<CommittedScene, EmbreeError> {
         // SAFETY: the scene is alive and not shared.
         unsafe { sys::rtcCommitScene(self.handle.raw) };
-        self.handle.device.take_error()?;
+        self.committed()
+    }
+
+    /// What has been built, unless that failed.
+    fn committed(self) -> Result<CommittedScene, EmbreeError> {
+        take_error()?;
         Ok(CommittedScene {
             handle: Arc::new(self.handle),
         })
@@ -753,6 +763,7 @@ impl CommittedScene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::{AtomicBool, Ordering};
 
     fn quad(z: f32) -> Arc<TriangleMesh> {
         Arc::new(
@@ -791,6 +802,47 @@ mod tests {
                 }
         );
         assert_eq!(size_of::<sys::RTCRayHit>(), 96);
+    }
+
+    /// See [`Device::new`]: no device comes or goes meanwhile.
+    #[test]
+    fn devices_may_be_asked_for_while_others_build() {
+        let device = Device::new(Some(2)).unwrap();
+        let stop = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            for threads in [Some(1), None] {
+                let stop = &stop;
+                scope.spawn(move || {
+                    while !stop.load(Ordering::Relaxed) {
+                        drop(Device::new(threads).unwrap());
+                        std::thread::yield_now();
+                    }
+                });
+            }
+            // oneTBB's scheduler is held by threads that have used it: these come and go.
+            for _ in 0..4000 {
+                scope
+                    .spawn(|| Scene::new(&device, true).unwrap().commit().unwrap())
+                    .join()
+                    .unwrap();
+            }
+            stop.store(true, Ordering::Relaxed);
+        });
+        let same = |a: &Device, b: &Device| Arc::ptr_eq(&a.0, &b.0);
+        assert!(same(&device, &Device::new(Some(2)).unwrap()));
+        assert!(!same(&device, &Device::new(Some(1)).unwrap()));
+    }
+
+    #[test]
+    fn errors_stay_with_the_thread_that_made_them() {
+        let device = Device::new(Some(1)).unwrap();
+        // SAFETY: the device is alive; it refuses to change what can only be read.
+        unsafe { sys::rtcSetDeviceProperty(device.0.raw, sys::RTC_DEVICE_PROPERTY_VERSION, 1) };
+        std::thread::scope(|scope| {
+            scope.spawn(|| take_error().unwrap()).join().unwrap();
+        });
+        assert!(take_error().is_err());
+        assert!(take_error().is_ok());
     }
 
     #[test]
