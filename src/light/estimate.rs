@@ -3,6 +3,7 @@
 
 use crate::math::float::gamma;
 use glam::Vec3;
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use wide::{CmpGt, CmpLe, CmpLt, f32x4};
 
 /// An angle of 0 to π. Both are kept, as a sine that is computed from a cosine near 1 has no digits.
@@ -357,17 +358,36 @@ pub fn draw(shares: &[[f32; LANES]], mut u: f64) -> Option<(usize, f64)> {
 pub fn measure(b: &Bounds) -> f32 {
     let d = b.max - b.min;
     let area = (d.x * d.y + d.y * d.z + d.z * d.x).max(d.length_squared() * 1e-3);
-    let (o, Angle { sin, cos }) = (b.normals.radians(), b.normals);
-    let w = (o + b.cos_emission.clamp(-1.0, 1.0).acos()).min(std::f32::consts::PI);
-    let orientation = std::f32::consts::TAU * (1.0 - cos)
-        + std::f32::consts::FRAC_PI_2 * (2.0 * w * sin - (o - 2.0 * w).cos() - 2.0 * o * sin + cos);
-    b.intensity * area * orientation.max(1e-3)
+    b.intensity * area * orientation(b.normals, b.cos_emission).max(1e-3)
+}
+
+/// The second factor of that: the solid angle of what is emitted to, weighted by cosines beyond the normals.
+fn orientation(normals: Angle, cos_emission: f32) -> f32 {
+    let Angle { sin, cos } = normals;
+    if cos_emission == 0.0 && cos >= 0.0 {
+        // Emission by a hemisphere from normals within one: no angle is left in the formula.
+        return PI * (2.0 - cos + FRAC_PI_2 * sin);
+    }
+    let o = normals.radians();
+    let w = (o + cos_emission.clamp(-1.0, 1.0).acos()).min(PI);
+    TAU * (1.0 - cos) + FRAC_PI_2 * (2.0 * w * sin - (o - 2.0 * w).cos() - 2.0 * o * sin + cos)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::sampler::hashed;
+
+    /// The short form for hemispheres is the formula's.
+    #[test]
+    fn hemispheres_have_the_same_orientation() {
+        for k in 0..=100 {
+            let normals = Angle::from_radians(FRAC_PI_2 * k as f32 / 100.0);
+            // Next to no emission beyond a hemisphere.
+            let (short, long) = (orientation(normals, 0.0), orientation(normals, 1e-30));
+            assert!((short - long).abs() < 1e-5, "{normals:?}: {short} {long}");
+        }
+    }
 
     /// Of something small the estimate is what arrives, of something large no less than what arrives from any point of it; in whatever
     /// lane it stands.

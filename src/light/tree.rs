@@ -2,7 +2,7 @@
 //! (Conty Estevez and Kulla, *Importance Sampling of Many Lights with Adaptive Tree Splitting*,
 //! HPG 2018).
 
-use super::estimate::{Bounds, Candidates, Choice, LANES, draw, measure, weigh};
+use super::estimate::{Angle, Bounds, Candidates, Choice, LANES, draw, measure, weigh};
 use crate::sampler;
 use glam::Vec3;
 
@@ -98,10 +98,8 @@ impl Tree {
 
     /// Makes one turn of a binary node and those below it: what is largest is cut until there are [`WIDTH`].
     fn widen(&mut self, nodes: &[Node], node: usize, parent: u32) -> Turn {
-        let mut chosen = vec![(node, 0.0)];
-        if !nodes[node].leaf {
-            chosen[0].1 = f32::INFINITY;
-        }
+        // The only one is the largest, whatever its size.
+        let mut chosen = vec![(node, 0.0f32)];
         while chosen.len() < WIDTH {
             let largest = (0..chosen.len())
                 .max_by(|&a, &b| chosen[a].1.total_cmp(&chosen[b].1).then(b.cmp(&a)));
@@ -290,38 +288,42 @@ fn split(emitters: &[Bounds], order: &mut [u32]) -> usize {
         });
     let extent = max - min;
     let longest = extent.max_element();
+    let usable = [0, 1, 2].map(|axis| extent[axis] > 0.0 && extent[axis].is_finite());
+    let mut bins = [[Heap::NONE; BINS]; 3];
+    for &i in order.iter() {
+        let (center, heap) = (center(i), Heap::of(&emitters[i as usize]));
+        for axis in (0..3).filter(|&axis| usable[axis]) {
+            let bin = ((center[axis] - min[axis]) / extent[axis] * BINS as f32) as usize;
+            let bin = &mut bins[axis][bin.min(BINS - 1)];
+            *bin = bin.and(&heap);
+        }
+    }
     let mut best: Option<(f32, usize, f32)> = None;
-    for axis in 0..3 {
-        if extent[axis] <= 0.0 || !extent[axis].is_finite() {
-            continue;
+    for axis in (0..3).filter(|&axis| usable[axis]) {
+        let bins = &bins[axis];
+        // What lies behind each cut.
+        let mut behind = *bins;
+        for bin in (1..BINS).rev() {
+            behind[bin - 1] = behind[bin - 1].and(&behind[bin]);
         }
-        let bin = |i: u32| {
-            (((center(i)[axis] - min[axis]) / extent[axis] * BINS as f32) as usize).min(BINS - 1)
-        };
-        let mut bins: [Option<Bounds>; BINS] = [None; BINS];
-        for &i in order.iter() {
-            let b = &emitters[i as usize];
-            let slot = &mut bins[bin(i)];
-            *slot = Some(slot.map_or(*b, |s| Bounds::union(&s, b)));
-        }
-        // What lies before each cut, and behind it.
-        let before = running(bins.iter());
-        let behind = running(bins.iter().rev());
+        let mut before = Heap::NONE;
         for cut in 1..BINS {
             // Behind an empty bin the cut is the one before it.
-            if bins[cut - 1].is_none() {
+            if bins[cut - 1].count == 0.0 {
                 continue;
             }
-            if let (Some(a), Some(b)) = (&before[cut - 1], &behind[BINS - 1 - cut]) {
-                // Long thin boxes are cut across: the factor of the paper's §4.4.
-                let cost = (measure(a) + measure(b)) * longest / extent[axis];
-                if best.is_none_or(|x| cost < x.0) {
-                    best = Some((
-                        cost,
-                        axis,
-                        min[axis] + extent[axis] * cut as f32 / BINS as f32,
-                    ));
-                }
+            before = before.and(&bins[cut - 1]);
+            if behind[cut].count == 0.0 {
+                break;
+            }
+            // Long thin boxes are cut across: the factor of the paper's §4.4.
+            let cost = (before.measure() + behind[cut].measure()) * longest / extent[axis];
+            if best.is_none_or(|x| cost < x.0) {
+                best = Some((
+                    cost,
+                    axis,
+                    min[axis] + extent[axis] * cut as f32 / BINS as f32,
+                ));
             }
         }
     }
@@ -338,17 +340,75 @@ fn split(emitters: &[Bounds], order: &mut [u32]) -> usize {
     left.len()
 }
 
-/// The union of the first one, of the first two, and so on.
-fn running<'a>(bins: impl Iterator<Item = &'a Option<Bounds>>) -> Vec<Option<Bounds>> {
-    bins.scan(None, |all: &mut Option<Bounds>, bin| {
-        *all = match (*all, bin) {
-            (Some(all), Some(bin)) => Some(Bounds::union(&all, bin)),
-            (None, one) => *one,
-            (some, None) => some,
+/// What a cut is priced by: sums alone, as dozens of cuts are tried for one that is made. (With unions of cones, by arc tangents, a
+/// tree over 11 000 emitters took 360 million instructions instead of 96, and lit no better.)
+#[derive(Clone, Copy, Debug)]
+struct Heap {
+    min: Vec3,
+    max: Vec3,
+    intensity: f32,
+    cos_emission: f32,
+    /// Sum of the emitters' mean normals: as long as they are many where all are alike, 0 where they are of all directions.
+    normals: Vec3,
+    count: f32,
+}
+
+impl Heap {
+    const NONE: Self = Self {
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+        intensity: 0.0,
+        cos_emission: 1.0,
+        normals: Vec3::ZERO,
+        count: 0.0,
+    };
+
+    fn of(one: &Bounds) -> Self {
+        Self {
+            min: one.min,
+            max: one.max,
+            intensity: one.intensity,
+            cos_emission: one.cos_emission,
+            // The mean of the directions of a cone about its axis.
+            normals: one.axis * (0.5 + 0.5 * one.normals.cos),
+            count: 1.0,
+        }
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+            intensity: self.intensity + other.intensity,
+            cos_emission: self.cos_emission.min(other.cos_emission),
+            normals: self.normals + other.normals,
+            count: self.count + other.count,
+        }
+    }
+
+    /// That of bounds whose normals' cone has a mean as long as this: of a cone of half angle o it is (1 + cos o) / 2 long.
+    fn measure(&self) -> f32 {
+        let mean = self.normals.length() / self.count;
+        // Within roundings of one direction it is one.
+        let cos = if mean > 1.0 - 1e-5 {
+            1.0
+        } else {
+            (2.0 * mean - 1.0).max(-1.0)
         };
-        Some(*all)
-    })
-    .collect()
+        measure(&Bounds {
+            min: self.min,
+            max: self.max,
+            intensity: self.intensity,
+            axis: Vec3::Z,
+            normals: Angle {
+                sin: (1.0 - cos * cos).max(0.0).sqrt(),
+                cos,
+            },
+            cos_emission: self.cos_emission,
+            two_sided: false,
+            front: None,
+        })
+    }
 }
 
 /// Cuts at the median of the longest axis.
@@ -373,7 +433,7 @@ fn halve(emitters: &[Bounds], order: &mut [u32]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::estimate::{Angle, LEAST_SHARE};
+    use super::super::estimate::LEAST_SHARE;
     use super::*;
 
     fn emitters(n: usize) -> Vec<Bounds> {
@@ -395,6 +455,35 @@ mod tests {
                 }
             })
             .collect()
+    }
+
+    /// Normals all over a cone are priced as the cone is, whatever its angle.
+    #[test]
+    fn heaps_are_priced_as_their_bounds() {
+        for cos in [1.0f32, 0.9, 0.5, 0.0, -0.5, -0.9, -1.0] {
+            let flat = emitters(2)[1];
+            let n = 1000;
+            let heap = (0..n).fold(Heap::NONE, |heap, i| {
+                // A spiral, even by area.
+                let z = 1.0 - (1.0 - cos) * (i as f32 + 0.5) / n as f32;
+                let (y, x) = (i as f32 * 2.399_963).sin_cos();
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                heap.and(&Heap::of(&Bounds {
+                    axis: Vec3::new(x * r, y * r, z),
+                    ..flat
+                }))
+            });
+            let bounds = Bounds {
+                intensity: flat.intensity * n as f32,
+                normals: Angle {
+                    sin: (1.0 - cos * cos).sqrt(),
+                    cos,
+                },
+                ..flat
+            };
+            let ratio = heap.measure() / measure(&bounds);
+            assert!((ratio - 1.0).abs() < 2e-3, "{cos}: {ratio}");
+        }
     }
 
     #[test]
