@@ -151,9 +151,10 @@ def adaptive(study):
     """Uniform numbers of samples against tolerances of adaptive sampling, where error is uneven and where it is not."""
     # The worst tile of two pictures is mostly chance.
     study.seeds = range(1, study.few(5, 2))
-    for scene in study.few(("foliage", "glass", "shallow-focus", "cornell"), ("glass",)):
+    # Foliage at twice the width as well: neighbourhoods that decide are as many pixels at any width.
+    for scene, width in study.few((("foliage", 240), ("foliage", 480), ("glass", 240), ("shallow-focus", 240), ("cornell", 240)), (("glass", 60),)):
         settings = study.bench.settings(scene)
-        width = study.few(240, 60)
+        title, file = (scene, f"-{scene}") if width < 480 else (f"{scene}, {width} pixels wide", f"-{scene}-{width}")
         size = width, width * settings["height"] // settings["width"]
         references = study.bench.references(scene, size, study.few(512, 64))
         numbers = study.few((32, 96, 288), (4, 16))
@@ -165,10 +166,10 @@ def adaptive(study):
         for row in by_error:
             row.sooner = kit.needed(uniform, "error", row.error) / row.seconds
             row.worst_sooner = kit.needed(uniform, "worst", row.worst) / row.seconds
-        study.say(kit.table(scene, uniform + by_error, ("samples", "seconds", "error", "worst", "worst-sooner", "sooner")))
+        study.say(kit.table(title, uniform + by_error, ("samples", "seconds", "error", "worst", "worst-sooner", "sooner")))
         most_error = np.sqrt(max(kit.blurred(uniform[1].map).max(), 1e-9))
         maps = [kit.heat(kit.blurred(row.map), most_error) for row in (uniform[1], by_error[-2 % len(by_error)])]
-        study.show(f"-{scene}", f"Where the error is in {scene}, {uniform[1].label} and {by_error[-2 % len(by_error)].label}: black is none, white {100 * most_error:.0f} %",
+        study.show(file, f"Where the error is in {title}, {uniform[1].label} and {by_error[-2 % len(by_error)].label}: black is none, white {100 * most_error:.0f} %",
                    kit.sheet(maps, 2), view="Standard")
 
 

@@ -210,11 +210,17 @@ pub(super) fn read_indices(
     {
         return Err(format!("accessor {index} does not hold indices"));
     }
-    // Every u32 has an exact f64.
-    Ok(read::<1>(document, index, budget)?
-        .into_iter()
-        .map(|[v]| v as u32)
-        .collect())
+    // Not by way of f64, as in `read`: there are six indices to a vertex.
+    let convert = |bytes: &[u8]| match *bytes {
+        [a] => u32::from(a),
+        [a, b] => u32::from(u16::from_le_bytes([a, b])),
+        [a, b, c, d] => u32::from_le_bytes([a, b, c, d]),
+        // As in `decode`: elements have the size of their component.
+        _ => 0,
+    };
+    let size = shape.component.size();
+    gather(document, index, shape.count, size, budget, convert)
+        .map_err(|problem| format!("accessor {index}: {problem}"))
 }
 
 /// Converts an accessor's elements in order, then puts its sparse substitutes in their places.
