@@ -214,6 +214,22 @@ def liquid():
     look((4, 0.3, 0.2), (0, 0, 0), 1.2)
 
 
+@case("white furnace: liquid that ends 1e-6 before its glass", 1.0, bounces=1024)
+def liquid_before_glass():
+    fresh(1.0)
+    add(ball(24, False), glass(1.5))
+    add(ball(24, False, 0.8, inward=True), glass(1.5))
+    add(ball(24, False, 0.8 - 1e-6), glass(1.33))
+    look((4, 0.3, 0.2), (0, 0, 0), 1.2)
+
+
+@case("white furnace: glass of index 1.1, roughness 0.5, under a cosine of 0.01", 1.0, bound=TABLES)
+def grazing_glass():
+    fresh(1.0)
+    add(kit.plane(size=2.0), glass(1.1, 0.5))
+    look((0.5, 0, 5e-3), (0, 0, 0), 1e-4)
+
+
 @case("white furnace: camera inside of glass", 1.0, bounces=1024)
 def camera_in_glass():
     fresh(1.0)
