@@ -1,6 +1,8 @@
 //! Kernels to compare: those of the program, and, made here alone, a scene's own with one effect more.
 
-use sundog::effects::{self, COMPILED, Mask, PATHS};
+use sundog::effects::{
+    COMPILED, ENVIRONMENT, GLOSS, INSTANCES, LAMPS, MESH_LIGHTS, METAL, Mask, PATHS, SMOOTH_NORMALS,
+};
 use sundog::integrator::{GENERAL, Kernel, kernel_for, trace};
 
 /// A kernel to look at.
@@ -45,8 +47,12 @@ macro_rules! with_each {
     };
 }
 
-/// Sets whose exact kernels are made.
-static EXACT: [(Mask, Kernel, [Kernel; COMPILED.len()]); 1] = [with_each!(effects::MESH_LIGHTS)];
+/// Sets whose exact kernels are made: those of a Cornell box, of three objects under a sky, and of many lights (`scenes/build.py`).
+static EXACT: [(Mask, Kernel, [Kernel; COMPILED.len()]); 3] = [
+    with_each!(MESH_LIGHTS),
+    with_each!(ENVIRONMENT | SMOOTH_NORMALS | METAL | GLOSS),
+    with_each!(LAMPS | MESH_LIGHTS | SMOOTH_NORMALS | GLOSS | INSTANCES),
+];
 
 /// A set with all of each unit that it has some of.
 fn whole(set: Mask) -> Mask {
