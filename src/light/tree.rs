@@ -389,7 +389,8 @@ impl Heap {
     /// That of bounds whose normals' cone has a mean as long as this: of a cone of half angle o it is (1 + cos o) / 2 long.
     fn measure(&self) -> f32 {
         let mean = self.normals.length() / self.count;
-        // Within roundings of one direction it is one.
+        // Sums of n unit vectors are off by some √n of 2^-24 of their length, 1e-5 for 28 000 of them: within that of one direction it
+        // is one. (Beyond, a cut is priced a little too high, on both its sides.)
         let cos = if mean > 1.0 - 1e-5 {
             1.0
         } else {
