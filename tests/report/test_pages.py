@@ -303,7 +303,7 @@ class Maps(Browser):
         # 100 % at the middle, a tenth each 60 pixels.
         for x, y, text in [(160, 90, "100 % at 160, 90"), (220, 90, "10 % at 220, 90"), (0, 0, "not finite at 0, 0"), (1, 0, "0 % at 1, 0")]:
             readout = self.point_at(page, 0, x, y)
-            page.wait_for_function("([each, text]) => each.textContent === text", arg=[readout.element_handle(), text], timeout=3000)
+            page.wait_for_function("([each, text]) => each.textContent === text", arg=[readout.element_handle(), text], timeout=30000)
         readout = self.point_at(page, 1, 37, 130)
         self.assertEqual(readout.inner_text(), "2037 at 37, 130")
         self.shoot(page, "map-hover")
@@ -317,7 +317,7 @@ class Maps(Browser):
                            (["Shift+ArrowDown", "ArrowUp"], "1162 at 162, 105"), (["Shift+ArrowDown"], "2162 at 162, 121")]:
             for key in keys:
                 page.keyboard.press(key)
-            page.wait_for_function("([each, text]) => each.textContent === text", arg=[readout.element_handle(), text], timeout=3000)
+            page.wait_for_function("([each, text]) => each.textContent === text", arg=[readout.element_handle(), text], timeout=30000)
 
     def test_layers_of_the_files_are_shown(self):
         page = self.open("compare.html")
