@@ -389,6 +389,63 @@ fn an_error_is_a_line_of_json_too() {
 }
 
 #[test]
+fn a_file_without_a_camera_is_seen_whole_and_one_without_light_is_told() {
+    let folder = Folder::new();
+    let mut scene = scene();
+    let nodes = scene["nodes"].as_array_mut().unwrap();
+    nodes.retain(|node| node.get("camera").is_none() && node.get("extensions").is_none());
+    let roots: Vec<_> = (0..nodes.len()).collect();
+    scene["scenes"][0]["nodes"] = json!(roots);
+    scene.as_object_mut().unwrap().remove("cameras");
+    folder.write("bare.gltf", scene.to_string());
+    let small = ["--width", "24", "--height", "24", "--samples", "4"];
+    let render = |more: &[&str]| {
+        let mut arguments = vec!["render", "bare.gltf", "-o", "x.png", "-o", "x.exr"];
+        arguments.extend(small);
+        arguments.extend(more);
+        let output = folder.run(&arguments);
+        assert!(output.status.success(), "{more:?}: {output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let dark = render(&[]);
+    assert!(
+        dark.contains("no camera in the file") && dark.contains("the picture is black"),
+        "{dark}"
+    );
+    let lit = render(&["--environment-color", "1,1,1", "--transparent"]);
+    assert!(
+        lit.contains("no camera in the file") && !lit.contains("black"),
+        "{lit}"
+    );
+    // The square stands in the middle and is not cut off.
+    let (picture, alphas) = sundog::measure::load_with_alpha(&folder.path("x.exr"), None).unwrap();
+    assert_eq!((picture.width, picture.height), (24, 24));
+    let alphas = alphas.unwrap();
+    let alpha = |x: usize, y: usize| alphas[y * 24 + x];
+    assert_eq!(alpha(12, 12), 1.0);
+    for i in 0..24 {
+        assert_eq!(
+            [alpha(i, 0), alpha(i, 23), alpha(0, i), alpha(23, i)],
+            [0.0; 4]
+        );
+    }
+    folder.fails(
+        &["render", "bare.gltf", "-o", "y.png", "--strict", "--quiet"],
+        1,
+        &["no camera"],
+    );
+    // Nothing to look at.
+    scene["nodes"] = json!([]);
+    scene["scenes"][0]["nodes"] = json!([]);
+    folder.write("empty.gltf", scene.to_string());
+    folder.fails(
+        &["render", "empty.gltf", "-o", "y.png", "--quiet"],
+        1,
+        &["empty.gltf", "no camera"],
+    );
+}
+
+#[test]
 fn info_tells_what_is_there() {
     let folder = Folder::with_scene();
     let info: Value =

@@ -7,11 +7,10 @@ use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
 use crate::effects::{Asked, EffectSet, Finding, emits};
 use crate::scene::{
-    AlphaMode, AreaShape, Diagnostics, LeftOut, LightKind, Material, Pixels, Projection, Scene,
-    Window, fingerprint, simplify,
+    AlphaMode, AreaShape, Bounds, Diagnostics, LeftOut, LightKind, Material, Pixels, Projection,
+    Scene, Window, fingerprint, simplify,
 };
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
 
@@ -86,7 +85,7 @@ struct Info<'a> {
     placed_triangles: u64,
     vertices: u64,
     /// World space, metres; none for a scene without triangles.
-    bounds: Option<Bounds>,
+    bounds: Option<BoundsInfo>,
     memory: Memory,
     diagnostics: &'a Diagnostics,
 }
@@ -150,7 +149,7 @@ struct ImageInfo<'a> {
 }
 
 #[derive(Clone, Copy, Serialize)]
-struct Bounds {
+struct BoundsInfo {
     low: [f64; 3],
     high: [f64; 3],
 }
@@ -241,7 +240,10 @@ impl<'a> Info<'a> {
                 .iter()
                 .map(|mesh| mesh.positions.len() as u64)
                 .sum(),
-            bounds: bounds(scene),
+            bounds: scene.bounds().map(|Bounds { low, high }| BoundsInfo {
+                low: low.to_array(),
+                high: high.to_array(),
+            }),
             memory: Memory {
                 geometry,
                 images: image_bytes,
@@ -347,7 +349,7 @@ impl<'a> Info<'a> {
             ),
         );
         match self.bounds {
-            Some(Bounds { low, high }) => {
+            Some(BoundsInfo { low, high }) => {
                 let size: Vec<_> = low
                     .iter()
                     .zip(high)
@@ -586,34 +588,4 @@ fn geometry_bytes(scene: &Scene) -> u64 {
         })
         .sum();
     (meshes + size_of_val(scene.instances.as_slice())) as u64
-}
-
-/// The box around all placed vertices.
-fn bounds(scene: &Scene) -> Option<Bounds> {
-    let unite = |a: Option<(DVec3, DVec3)>, b: Option<(DVec3, DVec3)>| match (a, b) {
-        (Some((low_a, high_a)), Some((low_b, high_b))) => {
-            Some((low_a.min(low_b), high_a.max(high_b)))
-        }
-        (a, b) => a.or(b),
-    };
-    scene
-        .instances
-        .par_iter()
-        .filter_map(|instance| Some((instance, scene.meshes.get(instance.mesh.0 as usize)?)))
-        .map(|(instance, mesh)| {
-            let place = |p: &[f32; 3]| {
-                instance
-                    .world_from_object
-                    .transform_point3(DVec3::from(p.map(f64::from)))
-            };
-            mesh.positions
-                .iter()
-                .map(place)
-                .fold(None, |bounds, point| unite(bounds, Some((point, point))))
-        })
-        .reduce(|| None, unite)
-        .map(|(low, high)| Bounds {
-            low: low.to_array(),
-            high: high.to_array(),
-        })
 }

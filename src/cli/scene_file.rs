@@ -55,7 +55,37 @@ pub fn load_all(parsed: Parsed) -> Result<SceneFile, Failure> {
         diagnostics: imported.diagnostics,
     };
     environment.apply(&mut file)?;
+    file.complete();
     Ok(file)
+}
+
+impl SceneFile {
+    /// A camera for a scene that has none, and a word on one in which nothing shines: what other programs
+    /// write need have neither.
+    fn complete(&mut self) {
+        let (scene, diagnostics) = (&mut self.scene, &mut self.diagnostics);
+        if scene.cameras.is_empty()
+            && let Some(camera) = scene.framed()
+        {
+            scene.cameras.push(camera);
+            diagnostics.report(
+                "no-camera",
+                Verdict::Approximated,
+                "no camera in the file",
+                "",
+                "seen from in front, so that all is in the picture (from Blender: export it with \"Cameras\" ticked)",
+            );
+        }
+        if !scene.shines() {
+            diagnostics.report(
+                "no-light",
+                Verdict::Exact,
+                "no light, shining surface or world in the file",
+                "",
+                "the picture is black; --environment FILE or --environment-color 1,1,1 lights it (from Blender: export it with \"Punctual Lights\" ticked)",
+            );
+        }
+    }
 }
 
 enum EnvironmentFlags<'a> {

@@ -42,10 +42,10 @@ impl<'a> Prepared<'a> {
         check(settings).map_err(setting)?;
         let number = settings.camera.unwrap_or(0);
         let camera = scene.cameras.get(number).ok_or_else(|| {
-            setting(format!(
-                "camera {number} is not in the scene, which has {}",
-                scene.cameras.len()
-            ))
+            setting(match scene.cameras.len() {
+                0 => "there is no camera in the scene, and nothing with a size that one could be placed before".into(),
+                count => format!("camera {number} is not in the scene, which has {count}"),
+            })
         })?;
         let called_for = called_for(scene, settings);
         let wanted = match &settings.effects {

@@ -15,6 +15,7 @@ mod texel;
 mod twins;
 pub mod validate;
 mod visibility;
+mod whole;
 
 pub use camera::{Aperture, Camera, Projection, Window};
 pub use diagnostics::{Diagnostic, Diagnostics, Verdict};
@@ -29,6 +30,7 @@ pub use simplify::{PARTS, simplify};
 pub use texel::decoded;
 
 pub use visibility::{RayKind, Visibility};
+pub use whole::Bounds;
 
 use glam::{DAffine3, DMat3};
 use std::sync::Arc;
