@@ -7,7 +7,7 @@ use super::tev::Viewer;
 use super::{Failure, console, interrupt};
 use crate::film::Bands;
 use crate::output::{self, raw};
-use crate::render::{self, Event, Observer, Region};
+use crate::render::{self, Event, Observer, OutputTime, Region};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -203,8 +203,8 @@ impl Observer for Watcher<'_> {
         !self.outputs.files.is_empty() || self.viewer.is_some()
     }
 
-    fn time_for_output(&self, film: &dyn Bands) -> Duration {
-        self.outputs.rehearse(film)
+    fn time_for_output(&self, film: &dyn Bands, with_seen_error: bool) -> OutputTime {
+        self.outputs.rehearse(film, with_seen_error)
     }
 
     fn wants_state(&self, last: bool) -> bool {

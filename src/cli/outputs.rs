@@ -7,7 +7,7 @@ use super::{Failure, console};
 use crate::film::{Bands, Picture};
 use crate::measure;
 use crate::output::{self, Format, Metadata, exr};
-use crate::render::Rendering;
+use crate::render::{OutputTime, Rendering};
 use crate::scene::ColorManagement;
 use ::exr::compression::Compression;
 use serde_json::json;
@@ -150,9 +150,27 @@ impl Outputs {
     }
 
     /// How long it will take to make the files of a picture like this one: some bands of it are written to a folder
-    /// beside the first file, which is then removed.
-    pub fn rehearse(&self, film: &dyn Bands) -> Duration {
-        let some = Extract::of(film);
+    /// beside the first file, which is then removed. With the error of the picture as it is shown, or without.
+    pub fn rehearse(&self, film: &dyn Bands, with_seen_error: bool) -> OutputTime {
+        let (begun, blank): (Vec<_>, Vec<_>) =
+            (0..film.bands().len()).partition(|&band| film.is_begun(band));
+        let full = self.rehearse_with(film, &begun, with_seen_error);
+        let blank = self.rehearse_with(film, &blank, with_seen_error);
+        // Of a picture of one kind both are as that kind.
+        OutputTime {
+            full: full.or(blank).unwrap_or_default(),
+            blank: blank.or(full).unwrap_or_default(),
+        }
+    }
+
+    /// How long it will take if all bands are as these; `None` if these are none.
+    fn rehearse_with(
+        &self,
+        film: &dyn Bands,
+        bands: &[usize],
+        with_seen_error: bool,
+    ) -> Option<Duration> {
+        let some = Extract::of(film, bands)?;
         let begun = Instant::now();
         let picture = Picture::collect(&some);
         for (path, format) in &self.files {
@@ -174,10 +192,10 @@ impl Outputs {
                 &Reporter::Nobody,
             );
         }
-        if let Some(view) = &self.view {
+        if with_seen_error && let Some(view) = &self.view {
             let _ = flip(view, &picture, &picture);
         }
-        begun.elapsed().mul_f64(some.stands_for())
+        Some(begun.elapsed().mul_f64(some.stands_for()))
     }
 
     /// How different what one sees looks from what one would see without error: the mean LDR-FLIP between the picture and
@@ -253,21 +271,20 @@ fn colors(picture: &Picture) -> Result<Vec<[f32; 4]>, Failure> {
     }
 }
 
-/// Some bands of a picture, from its top to its bottom.
+/// Some bands of a picture in their order.
 struct Extract<'a> {
     all: &'a dyn Bands,
     chosen: Vec<(usize, Range<u32>)>,
 }
 
 impl<'a> Extract<'a> {
-    fn of(all: &'a dyn Bands) -> Self {
-        let bands = all.bands();
+    /// Some of these bands; `None` if there are none.
+    fn of(all: &'a dyn Bands, bands: &[usize]) -> Option<Self> {
+        let rows = all.bands();
         let step = bands.len().div_ceil(TRIED).max(1);
-        let chosen = bands.into_iter().enumerate().step_by(step);
-        Self {
-            all,
-            chosen: chosen.collect(),
-        }
+        let chosen = bands.iter().step_by(step);
+        let chosen: Vec<_> = chosen.map(|&band| (band, rows[band].clone())).collect();
+        (!chosen.is_empty()).then_some(Self { all, chosen })
     }
 
     fn rows(&self) -> u32 {

@@ -44,6 +44,10 @@ pub trait Bands: Sync {
     fn bands(&self) -> Vec<Range<u32>>;
     /// Writes a band's rows of each layer, from top to bottom.
     fn fill(&self, band: usize, layers: &mut [&mut [f32]]);
+    /// Whether a band has something to show everywhere, at least a sample.
+    fn is_begun(&self, _band: usize) -> bool {
+        true
+    }
 }
 
 impl Picture {

@@ -68,6 +68,12 @@ impl<'a> Film<'a> {
         self.tiles
     }
 
+    /// The tiles of a band.
+    fn tiles_of(&self, band: usize) -> &'a [Mutex<Tile>] {
+        let mut bands = self.tiles.chunks(across(self.region));
+        bands.nth(band).unwrap_or(&[])
+    }
+
     /// With other passes.
     pub fn with(&self, passes: Passes) -> Self {
         Self { passes, ..*self }
@@ -100,14 +106,14 @@ impl Bands for Film<'_> {
         starts.map(|from| from..(from + TILE).min(height)).collect()
     }
 
+    fn is_begun(&self, band: usize) -> bool {
+        let has_all = |tile: &Mutex<Tile>| locked(tile).pixels.iter().all(|p| p.samples > 0);
+        self.tiles_of(band).iter().all(has_all)
+    }
+
     fn fill(&self, band: usize, layers: &mut [&mut [f32]]) {
         let width = self.region.width() as usize;
-        for tile in self
-            .tiles
-            .chunks(across(self.region))
-            .nth(band)
-            .unwrap_or(&[])
-        {
+        for tile in self.tiles_of(band) {
             let tile = locked(tile);
             let place = Place {
                 tile: &tile,

@@ -6,6 +6,7 @@ mod estimate;
 mod forecast;
 mod merge;
 mod names;
+mod output_time;
 mod prepare;
 mod replay;
 mod saved;
@@ -16,6 +17,7 @@ mod trace;
 
 pub use forecast::{Expected, Forecast, Known, Row};
 pub use merge::merge;
+pub use output_time::OutputTime;
 pub use prepare::{called_for, left_out};
 pub use replay::{Detail, Replay, Told, replay};
 pub use saved::{Saved, State, StateError};
@@ -101,9 +103,10 @@ pub trait Observer: Sync {
     /// A pass over the whole picture has ended. `film` has all passes. The render waits; called by a thread of
     /// its pool, while [`event`](Self::event) may be called by another.
     fn whole_pass(&self, _film: &dyn Bands, _passed: &Passed) {}
-    /// With a time limit, once and early: how long it will take to write what is wanted of the picture.
-    fn time_for_output(&self, _film: &dyn Bands) -> Duration {
-        Duration::ZERO
+    /// With a time limit, early, and again when the error is known: how long it will take to write what is wanted of
+    /// the picture, and, `with_seen_error`, to tell the error of what one sees of it (which takes `replicate`).
+    fn time_for_output(&self, _film: &dyn Bands, _with_seen_error: bool) -> OutputTime {
+        OutputTime::default()
     }
     /// Whether the state would be welcome from which the render can go on; asked after each whole pass, and at
     /// the `last`.

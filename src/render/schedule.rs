@@ -101,7 +101,8 @@ pub fn go_on(
         estimating: Mutex::new(Duration::ZERO),
         judging: AtomicBool::new(false),
         judged: AtomicBool::new(false),
-        reserve: Mutex::new(Duration::ZERO),
+        reserve: Mutex::default(),
+        trying: Mutex::default(),
     };
     let stop = run.all(pool);
     let trace = run.trace_begun.elapsed();
@@ -125,7 +126,8 @@ pub fn go_on(
     let of = |film: &Film| pool.install(|| Picture::collect(film));
     Ok(Rendering {
         picture: if keeps { of(&film) } else { Picture::default() },
-        replicate: (keeps && error.is_some()).then(|| of(&film.replicate())),
+        replicate: (keeps && error.is_some() && run.can_tell_seen_error(stop))
+            .then(|| of(&film.replicate())),
         statistics: Statistics {
             stop,
             samples: samples.least,
@@ -195,8 +197,20 @@ struct Run<'a> {
     judging: AtomicBool,
     /// No sample has come since `error` was estimated.
     judged: AtomicBool,
-    /// Time that has to be left for the output; zero while it is not known.
-    reserve: Mutex<Duration>,
+    /// Time that has to be left for the output; `None` while it is not known.
+    reserve: Mutex<Option<Reserve>>,
+    /// Held while the output is tried out.
+    trying: Mutex<()>,
+}
+
+/// Time for the output.
+#[derive(Clone, Copy)]
+struct Reserve {
+    time: Duration,
+    /// So that the error of the picture as it is shown can be told, too.
+    with_seen_error: bool,
+    /// That of a picture with samples everywhere.
+    is_of_whole_pass: bool,
 }
 
 impl Run<'_> {
@@ -222,9 +236,9 @@ impl Run<'_> {
                     *locked(&reason) = why;
                 }
                 // A first pass that takes long: what there is of it has to do.
-                if self.time_is_short() && locked(&self.reserve).is_zero() {
+                if self.time_is_short() && locked(&self.reserve).is_none() {
                     self.job.pause.store(true, Ordering::Relaxed);
-                    self.leave_time(false);
+                    self.leave_time();
                     self.job.pause.store(false, Ordering::Relaxed);
                 }
                 let some = self.passes.load(Ordering::Relaxed) > 0;
@@ -262,9 +276,14 @@ impl Run<'_> {
 
     /// Time that tracing may still take, if it is limited.
     fn time_left(&self) -> Option<Duration> {
+        let reserve = locked(&self.reserve).map_or(Duration::ZERO, |reserve| reserve.time);
+        self.time_beside(reserve)
+    }
+
+    /// Time that is left beside something that takes time as well, if it is limited.
+    fn time_beside(&self, other: Duration) -> Option<Duration> {
         let spent = self.settings.time_spent + self.begun.elapsed();
-        let limit = self.settings.time_limit?;
-        Some(limit.saturating_sub(spent + *locked(&self.reserve)))
+        Some(self.settings.time_limit?.saturating_sub(spent + other))
     }
 
     /// Pass after pass; says why there are no more, unless it was told to stop.
@@ -293,7 +312,7 @@ impl Run<'_> {
             self.passes.fetch_add(1, Ordering::Relaxed);
             self.judge();
             self.save(false);
-            self.leave_time(self.samples().least == 2);
+            self.leave_time();
             // The watch looks every few milliseconds; what is known here need not wait for it.
             if self.time_left() == Some(Duration::ZERO) {
                 return Some(Stop::Time);
@@ -357,16 +376,50 @@ impl Run<'_> {
         limit.is_some_and(|limit| spent > limit / 4)
     }
 
-    /// Asks how long the output will take, when there is something to try it with; `again`: also if that is known,
-    /// for as soon as the error can be estimated the end takes longer.
-    fn leave_time(&self, again: bool) {
-        let known = !locked(&self.reserve).is_zero();
-        if self.settings.time_limit.is_some() && (again || !known) {
-            let output = self.observer.time_for_output(self.film);
-            // Never nothing, which would mean that it is not known.
-            let output = output.max(Duration::from_nanos(1));
-            *locked(&self.reserve) = output + *locked(&self.estimating);
+    /// Asks how long the output will take, when there is something to try it with; and again as soon as the error is
+    /// known, for then that of the picture as it is shown can be told, which takes longer. If there is no time for
+    /// that any more, it will not be told.
+    fn leave_time(&self) {
+        let _alone = locked(&self.trying);
+        let with_seen_error = locked(&self.error).is_some();
+        let samples = self.samples();
+        let before = *locked(&self.reserve);
+        let enough = before.is_some_and(|reserve| {
+            (reserve.with_seen_error || !with_seen_error)
+                && (reserve.is_of_whole_pass || samples.least == 0)
+        });
+        if self.settings.time_limit.is_none() || enough {
+            return;
         }
+        let traced = self.trace_begun.elapsed().as_secs_f64();
+        let output = self.observer.time_for_output(self.film, with_seen_error);
+        let estimating = *locked(&self.estimating);
+        let left = self.time_beside(estimating).unwrap_or_default();
+        // In the first pass: what of it will be there.
+        let share = if samples.least > 0 {
+            1.0
+        } else {
+            output.share_at_end(samples.mean, samples.mean / traced, left.as_secs_f64())
+        };
+        let time = output.at(share) + estimating;
+        eprintln!(
+            "RES {output:?} {share} {time:?} {with_seen_error} at {:?}",
+            self.begun.elapsed()
+        );
+        if before.is_none_or(|before| !before.is_of_whole_pass)
+            || self.time_beside(time) != Some(Duration::ZERO)
+        {
+            *locked(&self.reserve) = Some(Reserve {
+                time,
+                with_seen_error,
+                is_of_whole_pass: share >= 1.0,
+            });
+        }
+    }
+
+    /// Whether there is time to tell the error of the picture as it is shown.
+    fn can_tell_seen_error(&self, stop: Stop) -> bool {
+        stop != Stop::Time || locked(&self.reserve).is_none_or(|reserve| reserve.with_seen_error)
     }
 
     /// Gives the state to whoever keeps it.

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use sundog::film::Bands;
 use sundog::film::Picture;
-use sundog::render::{Observer, Passed, Saved, State, Stop, go_on, merge};
+use sundog::render::{Observer, OutputTime, Passed, Saved, State, Stop, go_on, merge};
 
 /// A small lamp between a mirror, a glass ball and walls: light that only chance finds, in rare bright samples.
 pub fn fireflies() -> Scene {
@@ -519,6 +519,49 @@ fn damaged_states_are_refused() {
     assert!(read(&longer).unwrap_err().contains("length"));
 }
 
+/// Where there is no time to tell the error of what one sees, the picture is not kept waiting for it.
+#[test]
+fn what_there_is_no_time_for_is_left_out() {
+    /// Answers at once without the error, and after so long with it.
+    struct Output(Duration);
+    impl Observer for Output {
+        fn event(&self, _: &sundog::render::Event) {}
+        fn cancelled(&self) -> bool {
+            false
+        }
+        fn keeps_picture(&self) -> bool {
+            true
+        }
+        fn time_for_output(&self, _: &dyn Bands, with_seen_error: bool) -> Duration {
+            if with_seen_error {
+                self.0
+            } else {
+                Duration::ZERO
+            }
+        }
+    }
+    let (_, scene) = gallery().swap_remove(0);
+    for (time, is_told) in [(0, true), (3600, false)] {
+        let output = Output(Duration::from_secs(time));
+        let limited = RenderSettings {
+            time_limit: Some(Duration::from_millis(500)),
+            ..small(1 << 20, 4)
+        };
+        let rendering = render(&scene, &limited, &output).unwrap();
+        assert_eq!(rendering.statistics.stop, Stop::Time);
+        let is_known = rendering.statistics.error.is_some();
+        assert_eq!(rendering.replicate.is_some(), is_told && is_known);
+        // Who has all the samples asked for has not been hurried.
+        let whole = RenderSettings {
+            time_limit: Some(Duration::from_secs(3600)),
+            ..small(2, 4)
+        };
+        let rendering = render(&scene, &whole, &output).unwrap();
+        assert_eq!(rendering.statistics.stop, Stop::Samples);
+        assert!(rendering.replicate.is_some());
+    }
+}
+
 /// What is told of the output's time is left for it, before the limit.
 #[test]
 fn time_is_left_for_the_output() {
@@ -528,8 +571,11 @@ fn time_is_left_for_the_output() {
         fn cancelled(&self) -> bool {
             false
         }
-        fn time_for_output(&self, _: &dyn Bands) -> Duration {
-            Duration::from_secs(3600)
+        fn time_for_output(&self, _: &dyn Bands, _: bool) -> OutputTime {
+            OutputTime {
+                full: Duration::from_secs(3600),
+                blank: Duration::from_secs(3600),
+            }
         }
     }
     let (_, scene) = gallery().swap_remove(0);
