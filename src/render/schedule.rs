@@ -207,8 +207,8 @@ struct Run<'a> {
 #[derive(Clone, Copy)]
 struct Reserve {
     time: Duration,
-    /// So that the error of the picture as it is shown can be told, too.
-    with_seen_error: bool,
+    /// Whether the error of the picture as it is shown can be told, too; not decided before there is an error.
+    seen_error: Option<bool>,
     /// That of a picture with samples everywhere.
     is_of_whole_pass: bool,
 }
@@ -381,18 +381,18 @@ impl Run<'_> {
     /// that any more, it will not be told.
     fn leave_time(&self) {
         let _alone = locked(&self.trying);
-        let with_seen_error = locked(&self.error).is_some();
+        let with_error = locked(&self.error).is_some();
         let samples = self.samples();
         let before = *locked(&self.reserve);
         let enough = before.is_some_and(|reserve| {
-            (reserve.with_seen_error || !with_seen_error)
-                && (reserve.is_of_whole_pass || samples.least == 0)
+            let is_current = reserve.is_of_whole_pass || samples.least == 0;
+            reserve.seen_error.is_some() || is_current && !with_error
         });
         if self.settings.time_limit.is_none() || enough {
             return;
         }
         let traced = self.trace_begun.elapsed().as_secs_f64();
-        let output = self.observer.time_for_output(self.film, with_seen_error);
+        let output = self.observer.time_for_output(self.film, with_error);
         let estimating = *locked(&self.estimating);
         let left = self.time_beside(estimating).unwrap_or_default();
         // In the first pass: what of it will be there.
@@ -402,24 +402,27 @@ impl Run<'_> {
             output.share_at_end(samples.mean, samples.mean / traced, left.as_secs_f64())
         };
         let time = output.at(share) + estimating;
-        eprintln!(
-            "RES {output:?} {share} {time:?} {with_seen_error} at {:?}",
-            self.begun.elapsed()
-        );
-        if before.is_none_or(|before| !before.is_of_whole_pass)
-            || self.time_beside(time) != Some(Duration::ZERO)
-        {
-            *locked(&self.reserve) = Some(Reserve {
+        let before = before.filter(|before| before.is_of_whole_pass);
+        let without = before.filter(|_| self.time_beside(time) == Some(Duration::ZERO));
+        *locked(&self.reserve) = Some(match without {
+            // The error is estimated once more, whether it is told as one sees it or not.
+            Some(without) => Reserve {
+                time: without.time + estimating,
+                seen_error: Some(false),
+                is_of_whole_pass: true,
+            },
+            None => Reserve {
                 time,
-                with_seen_error,
-                is_of_whole_pass: share >= 1.0,
-            });
-        }
+                seen_error: with_error.then_some(true),
+                is_of_whole_pass: samples.least > 0,
+            },
+        });
     }
 
     /// Whether there is time to tell the error of the picture as it is shown.
     fn can_tell_seen_error(&self, stop: Stop) -> bool {
-        stop != Stop::Time || locked(&self.reserve).is_none_or(|reserve| reserve.with_seen_error)
+        let reserve = *locked(&self.reserve);
+        stop != Stop::Time || reserve.is_none_or(|reserve| reserve.seen_error == Some(true))
     }
 
     /// Gives the state to whoever keeps it.

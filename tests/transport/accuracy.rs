@@ -532,11 +532,15 @@ fn what_there_is_no_time_for_is_left_out() {
         fn keeps_picture(&self) -> bool {
             true
         }
-        fn time_for_output(&self, _: &dyn Bands, with_seen_error: bool) -> Duration {
-            if with_seen_error {
+        fn time_for_output(&self, _: &dyn Bands, with_seen_error: bool) -> OutputTime {
+            let time = if with_seen_error {
                 self.0
             } else {
                 Duration::ZERO
+            };
+            OutputTime {
+                full: time,
+                blank: time,
             }
         }
     }
