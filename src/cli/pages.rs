@@ -93,7 +93,7 @@ are to be passed over.
 | `frame` | with `--frames`: a file lies in the folder | see below |
 | `written` | a file of `--output` is there | `file` |
 | `warning` | something should be known | `message` |
-| `finished` | all is written | `statistics`, `written`, `seen_error` (FLIP of what one sees, estimated; null without .png or .jpg) |
+| `finished` | all is written | `statistics`, `written`, `seen_error` (FLIP of what one sees, estimated; null without .png or .jpg, and where --time leaves none for it) |
 | `error` | the command failed (or was interrupted); also a sentence on the standard error | `message` |
 
 **Error** is an estimate of √relMSE of the picture so far (relMSE as in `sundog compare`, against the picture that the same
