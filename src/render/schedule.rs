@@ -380,6 +380,9 @@ impl Run<'_> {
     /// known, for then that of the picture as it is shown can be told, which takes longer. If there is no time for
     /// that any more, it will not be told.
     fn leave_time(&self) {
+        if self.settings.time_limit.is_none() {
+            return;
+        }
         let _alone = locked(&self.trying);
         let with_error = locked(&self.error).is_some();
         let samples = self.samples();
@@ -388,7 +391,7 @@ impl Run<'_> {
             let is_current = reserve.is_of_whole_pass || samples.least == 0;
             reserve.seen_error.is_some() || is_current && !with_error
         });
-        if self.settings.time_limit.is_none() || enough {
+        if enough {
             return;
         }
         let traced = self.trace_begun.elapsed().as_secs_f64();
