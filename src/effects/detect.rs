@@ -111,12 +111,7 @@ fn is_limited(light: &Light) -> bool {
 }
 
 fn shines(light: &Light) -> bool {
-    let strength = match light.kind {
-        LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => intensity,
-        LightKind::Sun { irradiance, .. } => irradiance,
-        LightKind::Area { power, .. } => power,
-    };
-    strength > 0.0 && light.color.iter().any(|&c| c > 0.0)
+    light.kind.strength() > 0.0 && light.color.iter().any(|&c| c > 0.0)
 }
 
 fn is_bright(environment: &Environment) -> bool {

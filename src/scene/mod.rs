@@ -222,6 +222,17 @@ pub enum LightKind {
     },
 }
 
+impl LightKind {
+    /// The number that its light is in proportion to, each kind in its own unit.
+    pub fn strength(&self) -> f32 {
+        match *self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
+            Self::Sun { irradiance, .. } => irradiance,
+            Self::Area { power, .. } => power,
+        }
+    }
+}
+
 /// Outlines of area lights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AreaShape {

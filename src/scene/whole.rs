@@ -1,6 +1,6 @@
 //! What is asked of a scene as a whole: where it is, whether anything in it shines, and a camera that sees all of it.
 
-use super::{Camera, LightKind, Mesh, Projection, Scene, Window};
+use super::{Camera, Mesh, Projection, Scene, Window};
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
@@ -60,16 +60,11 @@ impl Scene {
                 .flatten()
                 .is_some_and(|material| material.unlit || is_some(&material.emission))
         };
-        let lamp = |kind: &LightKind| match *kind {
-            LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => intensity,
-            LightKind::Sun { irradiance, .. } => irradiance,
-            LightKind::Area { power, .. } => power,
-        };
         world.is_some_and(|world| is_some(&world.radiance))
             || self
                 .lights
                 .iter()
-                .any(|light| lamp(&light.kind) != 0.0 && is_some(&light.color))
+                .any(|light| light.kind.strength() != 0.0 && is_some(&light.color))
             || self.placed().any(glows)
     }
 
@@ -114,7 +109,9 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Environment, Instance, Light, Material, MaterialId, MeshId, Visibility};
+    use crate::scene::{
+        Environment, Instance, Light, LightKind, Material, MaterialId, MeshId, Visibility,
+    };
 
     /// One triangle, placed somewhere.
     fn scene(place: DAffine3) -> Scene {

@@ -43,12 +43,7 @@ fn kind(light: &Light) -> &'static str {
 }
 
 fn is_black(light: &Light) -> bool {
-    let strength = match light.kind {
-        LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => intensity,
-        LightKind::Sun { irradiance, .. } => irradiance,
-        LightKind::Area { power, .. } => power,
-    };
-    strength == 0.0 || light.color == [0.0; 3]
+    light.kind.strength() == 0.0 || light.color == [0.0; 3]
 }
 
 /// Lights that are black, or that nothing sees.
