@@ -203,8 +203,8 @@ impl Observer for Watcher<'_> {
         !self.outputs.files.is_empty() || self.viewer.is_some()
     }
 
-    fn time_for_output(&self, film: &dyn Bands, with_seen_error: bool) -> OutputTime {
-        self.outputs.rehearse(film, with_seen_error)
+    fn time_for_output(&self, film: &dyn Bands) -> OutputTime {
+        self.outputs.rehearse(film)
     }
 
     fn wants_state(&self, last: bool) -> bool {

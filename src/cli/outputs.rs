@@ -17,8 +17,9 @@ use std::time::{Duration, Instant};
 
 /// Bands of a picture that are tried out.
 const TRIED: usize = 4;
-/// So many times as long as they let expect takes the whole: 0.97 to 1.25, median 1.12 of eight renders of 1280 pixels
-/// a row (cornell, foliage, many-lights, glass, 3 and 10 s). They fit the processor's caches, the whole does not.
+/// So many times as long as they let expect takes the rest of the whole, as they fit the processor's caches, and it does not:
+/// 0.97 to 1.25, median 1.12 of eight renders of 1280 pixels a row (cornell, foliage, many-lights, glass, 3 and 10 s; then
+/// by the whole time of the bands). With it three of cornell ended after 10.01 to 10.23 of 10 s.
 const WHOLE: f64 = 1.12;
 
 /// Where the picture goes.
@@ -27,6 +28,13 @@ pub struct Outputs {
     exr: exr::ExrOptions,
     /// There if PNG or JPEG files are wanted.
     view: Option<View>,
+}
+
+/// How long a part of the output took.
+#[derive(Clone, Copy, Default)]
+struct Tried {
+    files: Duration,
+    seen_error: Duration,
 }
 
 impl Outputs {
@@ -109,12 +117,37 @@ impl Outputs {
         metadata: &Metadata,
         reporter: &Reporter,
     ) -> Result<(), Failure> {
-        for (path, format) in &self.files {
-            self.write_one(path, *format, picture, metadata, reporter)?;
+        let paths: Vec<_> = self.files.iter().map(|(path, _)| path.clone()).collect();
+        let all = self.write_all(&paths, picture, metadata, reporter);
+        for (path, written) in paths.iter().zip(all) {
+            written?;
             reporter.say(&format!("{} written", path.display()));
             reporter.tell(&json!({ "event": "written", "file": path.display().to_string() }));
         }
         Ok(())
+    }
+
+    /// All files at once: some keep one thread alone busy for a while.
+    fn write_all(
+        &self,
+        paths: &[PathBuf],
+        picture: &Picture,
+        metadata: &Metadata,
+        reporter: &Reporter,
+    ) -> Vec<Result<(), Failure>> {
+        let files = paths.iter().zip(&self.files);
+        std::thread::scope(|scope| {
+            let files: Vec<_> = files
+                .map(|(path, (_, format))| {
+                    scope.spawn(|| self.write_one(path, *format, picture, metadata, reporter))
+                })
+                .collect();
+            let written = files.into_iter().map(|file| {
+                let written = file.join();
+                written.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            });
+            written.collect()
+        })
     }
 
     fn write_one(
@@ -152,53 +185,73 @@ impl Outputs {
         Ok(())
     }
 
-    /// How long it will take to make the files of a picture like this one: some bands of it are written to a folder
-    /// beside the first file, which is then removed. With the error of the picture as it is shown, or without.
-    pub fn rehearse(&self, film: &dyn Bands, with_seen_error: bool) -> OutputTime {
+    /// How long it will take to make the files of a picture like this one, and to tell the error of what one sees: some
+    /// bands of it are written to a folder beside the first file, which is then removed.
+    pub fn rehearse(&self, film: &dyn Bands) -> OutputTime {
         let (begun, blank): (Vec<_>, Vec<_>) =
             (0..film.bands().len()).partition(|&band| film.is_begun(band));
-        let full = self.rehearse_with(film, &begun, with_seen_error);
-        let blank = self.rehearse_with(film, &blank, with_seen_error);
+        let (begun, blank) = (self.of_these(film, &begun), self.of_these(film, &blank));
         // Of a picture of one kind both are as that kind.
+        let full = begun.or(blank).unwrap_or_default();
         OutputTime {
-            full: full.or(blank).unwrap_or_default(),
-            blank: blank.or(full).unwrap_or_default(),
+            full: full.files,
+            blank: blank.unwrap_or(full).files,
+            seen_error: full.seen_error,
+            is_guess: begun.is_none(),
         }
     }
 
     /// How long it will take if all bands are as these; `None` if these are none.
-    fn rehearse_with(
-        &self,
-        film: &dyn Bands,
-        bands: &[usize],
-        with_seen_error: bool,
-    ) -> Option<Duration> {
-        let some = Extract::of(film, bands)?;
+    ///
+    /// What takes as long for few rows as for many (the disk, threads, what is made at the first use) must not be
+    /// multiplied: so one band is tried, and then some; and before that one for what is made at the first use.
+    fn of_these(&self, film: &dyn Bands, bands: &[usize]) -> Option<Tried> {
+        let one = Extract::of(film, bands, 1)?;
+        let (first, second) = (self.try_out(&one), self.try_out(&one));
+        let some = Extract::of(film, bands, TRIED)?;
+        let time = self.try_out(&some);
+        let whole = |least: Duration, time: Duration| {
+            let rows = some.rows() - one.rows();
+            if rows == 0 {
+                return least.mul_f64(f64::from(film.size().1) / f64::from(one.rows()));
+            }
+            let rest = f64::from(film.size().1) - f64::from(some.rows());
+            time + time
+                .saturating_sub(least)
+                .mul_f64(WHOLE * rest / f64::from(rows))
+        };
+        Some(Tried {
+            files: whole(first.files.min(second.files), time.files),
+            seen_error: whole(first.seen_error.min(second.seen_error), time.seen_error),
+        })
+    }
+
+    /// How long it takes to make what is wanted of this.
+    fn try_out(&self, film: &dyn Bands) -> Tried {
+        let folders = self.files.iter().map(|(path, _)| {
+            let folder = path.parent().filter(|path| !path.as_os_str().is_empty());
+            tempfile::tempdir_in(folder.unwrap_or(Path::new(".")))
+        });
+        // What fails here will fail again, and be told then.
+        let Ok(folders) = folders.collect::<Result<Vec<_>, _>>() else {
+            return Tried::default();
+        };
+        let names = self.files.iter().map(|(path, _)| path.file_name());
+        let paths = folders.iter().zip(names);
+        let paths: Vec<_> = paths
+            .map(|(folder, name)| folder.path().join(name.unwrap_or_default()))
+            .collect();
         let begun = Instant::now();
-        let picture = Picture::collect(&some);
-        for (path, format) in &self.files {
-            let folder = path
-                .parent()
-                .filter(|folder| !folder.as_os_str().is_empty());
-            let Ok(folder) = tempfile::tempdir_in(folder.unwrap_or(Path::new("."))) else {
-                continue;
-            };
-            let Some(name) = path.file_name() else {
-                continue;
-            };
-            // What fails here will fail again, and be told then.
-            let _ = self.write_one(
-                &folder.path().join(name),
-                *format,
-                &picture,
-                &Metadata::new(),
-                &Reporter::Nobody,
-            );
-        }
-        if with_seen_error && let Some(view) = &self.view {
+        let picture = Picture::collect(film);
+        self.write_all(&paths, &picture, &Metadata::new(), &Reporter::Nobody);
+        let files = begun.elapsed();
+        if let Some(view) = &self.view {
             let _ = flip(view, &picture, &picture);
         }
-        Some(begun.elapsed().mul_f64(WHOLE * some.stands_for()))
+        Tried {
+            files,
+            seen_error: begun.elapsed() - files,
+        }
     }
 
     /// How different what one sees looks from what one would see without error: the mean LDR-FLIP between the picture and
@@ -281,11 +334,11 @@ struct Extract<'a> {
 }
 
 impl<'a> Extract<'a> {
-    /// Some of these bands; `None` if there are none.
-    fn of(all: &'a dyn Bands, bands: &[usize]) -> Option<Self> {
+    /// So many of these bands; `None` if there are none.
+    fn of(all: &'a dyn Bands, bands: &[usize], count: usize) -> Option<Self> {
         let rows = all.bands();
-        let step = bands.len().div_ceil(TRIED).max(1);
-        let chosen = bands.iter().step_by(step);
+        let step = bands.len().div_ceil(count).max(1);
+        let chosen = bands.iter().skip(step / 2).step_by(step);
         let chosen: Vec<_> = chosen.map(|&band| (band, rows[band].clone())).collect();
         (!chosen.is_empty()).then_some(Self { all, chosen })
     }
@@ -295,11 +348,6 @@ impl<'a> Extract<'a> {
             .iter()
             .map(|(_, rows)| rows.end - rows.start)
             .sum()
-    }
-
-    /// How many times as many rows the whole picture has.
-    fn stands_for(&self) -> f64 {
-        f64::from(self.all.size().1) / f64::from(self.rows().max(1))
     }
 }
 

@@ -11,7 +11,7 @@ use super::{Failure, console, interrupt, replay, scene_file, settings, summary};
 use crate::effects::EffectSet;
 use crate::output::Metadata;
 use crate::render::{RenderSettings, Statistics, Stop, left_out};
-use crate::scene::Scene;
+use crate::scene::fingerprint;
 use serde_json::json;
 use std::path::Path;
 use std::time::Duration;
@@ -111,7 +111,8 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     if let Some(checkpoint) = &checkpoint {
         checkpoint.finish()?;
     }
-    let metadata = metadata(path, scene, &settings, statistics);
+    let hash = rendering.scene_hash.get_or_init(|| fingerprint(scene));
+    let metadata = metadata(path, hash, &settings, statistics);
     outputs.write(&rendering.picture, &metadata, &reporter)?;
     if let Some(viewer) = &viewer {
         viewer.finish(&rendering.picture, &reporter);
@@ -149,7 +150,7 @@ fn tell_left_out(names: &[String], reporter: &Reporter) {
 /// What a picture says about how it was made.
 fn metadata(
     path: &Path,
-    scene: &Scene,
+    hash: &str,
     settings: &RenderSettings,
     statistics: &Statistics,
 ) -> Metadata {
@@ -159,7 +160,7 @@ fn metadata(
     let seconds = |time: Duration| format!("{:.3}", time.as_secs_f64());
     summary::metadata([
         ("scene", name.unwrap_or_default()),
-        ("scene-hash", crate::scene::fingerprint(scene)),
+        ("scene-hash", hash.to_owned()),
         ("date", date.to_string()),
         ("samples", statistics.samples.to_string()),
         ("seconds/prepare", seconds(statistics.prepare)),

@@ -2,9 +2,10 @@
 
 use crate::color::locate::{SearchPlaces, is_built_in_name};
 use crate::color::looks::{Meant, find_look, looks_for_view};
-use crate::color::pixels::to_display;
+use crate::color::pixels::{PIECE, to_display};
 use crate::color::{ColorError, ConfigOrigin, Depth, DisplayPixels, SceneColors};
 use crate::ffi::ocio::{self, Config, DisplayChain, OcioError, Processor, Source};
+use rayon::prelude::*;
 use serde::Serialize;
 use std::path::Path;
 
@@ -488,8 +489,9 @@ impl DisplayProcessor {
     /// # Errors
     /// If OpenColorIO fails.
     pub fn show_in_place(&self, pixels: &mut [[f32; 3]]) -> Result<(), ColorError> {
-        self.processor
-            .apply_rgb(pixels)
+        pixels
+            .par_chunks_mut(PIECE)
+            .try_for_each(|pixels| self.processor.apply_rgb(pixels))
             .map_err(|error| ColorError::Apply { reason: error.text })
     }
 }

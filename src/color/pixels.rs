@@ -59,7 +59,7 @@ pub struct DisplayPixels {
 }
 
 /// Pixels of one piece of work: big enough for OpenColorIO to be quick, small enough for its floats to stay in the cache.
-const PIECE: usize = 4096;
+pub(super) const PIECE: usize = 4096;
 
 /// Applies `processor` to all pixels, on all threads of the current rayon pool, and rounds.
 pub(super) fn to_display(

@@ -7,7 +7,9 @@ use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Image,
     LayerAttributes, Text, Vec2, WritableImage, f16,
 };
+use rayon::prelude::*;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Number format of colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,13 +67,12 @@ pub fn write(
     if pixels == 0 {
         return Err(failed("the picture has no pixels".into()));
     }
-    let mut written = Written::default();
-    let mut channels = exr::prelude::SmallVec::<[AnyChannel<FlatSamples>; 4]>::new();
     let kept = if options.all_layers {
         picture.layers.len()
     } else {
         1
     };
+    let mut wanted = Vec::new();
     for layer in picture.layers.iter().take(kept) {
         if layer.channels.is_empty() || layer.data.len() != pixels * layer.channels.len() {
             return Err(failed(format!(
@@ -79,31 +80,38 @@ pub fn write(
                 layer.name
             )));
         }
-        for index in 0..layer.channels.len() {
-            let name = Text::new_or_none(channel_name(&layer.name, &layer.channels[index]))
-                .ok_or_else(|| {
-                    failed(format!(
-                        "the name of its layer {} is not plain text",
-                        layer.name
-                    ))
-                })?;
-            let values = layer
-                .data
-                .iter()
-                .skip(index)
-                .step_by(layer.channels.len())
-                .copied();
-            let samples = match options.sample_type {
-                SampleType::Half if fits_half(layer) => FlatSamples::F16(
-                    values
-                        .map(|value| to_half(value, &mut written.clamped))
-                        .collect(),
-                ),
-                _ => FlatSamples::F32(values.collect()),
-            };
-            channels.push(AnyChannel::new(name, samples));
+        for (index, channel) in layer.channels.iter().enumerate() {
+            let name = Text::new_or_none(channel_name(&layer.name, channel)).ok_or_else(|| {
+                failed(format!(
+                    "the name of its layer {} is not plain text",
+                    layer.name
+                ))
+            })?;
+            wanted.push((name, layer, index));
         }
     }
+    let clamped = AtomicUsize::new(0);
+    let channels: Vec<AnyChannel<FlatSamples>> = wanted
+        .into_par_iter()
+        .map(|(name, layer, index)| {
+            let samples = layer.data.iter().skip(index);
+            let samples = samples.step_by(layer.channels.len()).copied();
+            AnyChannel::new(
+                name,
+                match options.sample_type {
+                    SampleType::Half if fits_half(layer) => {
+                        let mut too_large = 0;
+                        let values = samples
+                            .map(|value| to_half(value, &mut too_large))
+                            .collect();
+                        clamped.fetch_add(too_large, Ordering::Relaxed);
+                        FlatSamples::F16(values)
+                    }
+                    _ => FlatSamples::F32(samples.collect()),
+                },
+            )
+        })
+        .collect();
     let mut attributes = LayerAttributes {
         software_name: Text::new_or_none(concat!("Sundog ", env!("CARGO_PKG_VERSION"))),
         ..LayerAttributes::default()
@@ -125,12 +133,14 @@ pub fn write(
         Vec2(picture.width as usize, picture.height as usize),
         attributes,
         encoding,
-        AnyChannels::sort(channels),
+        AnyChannels::sort(channels.into()),
     );
     let mut image = Image::from_layer(layer);
     image.attributes.chromaticities = Some(REC709);
     write_beside(path, |file| image.write().to_buffered(file))?;
-    Ok(written)
+    Ok(Written {
+        clamped: clamped.into_inner(),
+    })
 }
 
 /// The primaries and white point of ITU-R BT.709.

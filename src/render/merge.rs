@@ -144,6 +144,7 @@ impl Merged {
                 left_out: header.left_out.clone(),
                 threads: 0,
             },
+            scene_hash: header.scene.clone().into(),
         }
     }
 }

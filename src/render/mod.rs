@@ -31,6 +31,7 @@ use crate::film::error::ErrorEstimate;
 use crate::film::{Bands, Picture};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// Why a render could not be made.
@@ -103,9 +104,9 @@ pub trait Observer: Sync {
     /// A pass over the whole picture has ended. `film` has all passes. The render waits; called by a thread of
     /// its pool, while [`event`](Self::event) may be called by another.
     fn whole_pass(&self, _film: &dyn Bands, _passed: &Passed) {}
-    /// With a time limit, early, and again when the error is known: how long it will take to write what is wanted of
-    /// the picture, and, `with_seen_error`, to tell the error of what one sees of it (which takes `replicate`).
-    fn time_for_output(&self, _film: &dyn Bands, _with_seen_error: bool) -> OutputTime {
+    /// With a time limit, early, and some times again where there is much time: how long it will take to write what is
+    /// wanted of the picture, and to tell the error of what one sees of it (which takes `replicate`).
+    fn time_for_output(&self, _film: &dyn Bands) -> OutputTime {
         OutputTime::default()
     }
     /// Whether the state would be welcome from which the render can go on; asked after each whole pass, and at
@@ -215,4 +216,6 @@ pub struct Rendering {
     pub replicate: Option<Picture>,
     /// Counts and times.
     pub statistics: Statistics,
+    /// The scene's [`fingerprint`](crate::scene::fingerprint()), if the render has needed it already.
+    pub scene_hash: OnceLock<String>,
 }

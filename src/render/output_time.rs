@@ -9,9 +9,27 @@ pub struct OutputTime {
     pub full: Duration,
     /// Where it has none.
     pub blank: Duration,
+    /// On top of it, if the error of what one sees is to be told.
+    pub seen_error: Duration,
+    /// `full` is a guess by `blank`: there were no samples yet to try it with.
+    pub is_guess: bool,
 }
 
 impl OutputTime {
+    /// The mean of what `tries` before have said and another one says. What is a guess does not count where there is better.
+    pub fn and(self, tries: u32, other: Self) -> Self {
+        if self.is_guess || other.is_guess {
+            return if other.is_guess { self } else { other };
+        }
+        let mean = |before: Duration, now: Duration| (before * tries + now) / (tries + 1);
+        Self {
+            full: mean(self.full, other.full),
+            blank: mean(self.blank, other.blank),
+            seen_error: mean(self.seen_error, other.seen_error),
+            is_guess: false,
+        }
+    }
+
     /// With samples in this share of the picture, 0 to 1.
     pub fn at(self, share: f64) -> Duration {
         let (full, blank) = (self.full.as_secs_f64(), self.blank.as_secs_f64());
@@ -39,6 +57,7 @@ mod tests {
         let output = OutputTime {
             full: Duration::from_secs_f64(2.0),
             blank: Duration::from_secs_f64(0.5),
+            ..OutputTime::default()
         };
         assert_eq!(output.at(0.0), output.blank);
         assert_eq!(output.at(1.0), output.full);
@@ -53,8 +72,24 @@ mod tests {
         let odd = OutputTime {
             full: output.blank,
             blank: output.full,
+            ..output
         };
         assert_eq!(odd.at(0.5), odd.blank);
         assert_eq!(odd.share_at_end(0.0, 0.1, 7.0), 0.5);
+    }
+    #[test]
+    fn tries_are_averaged() {
+        let of = |seconds, is_guess| {
+            let time = Duration::from_secs(seconds);
+            OutputTime {
+                full: time,
+                blank: time,
+                seen_error: time,
+                is_guess,
+            }
+        };
+        assert_eq!(of(1, false).and(3, of(5, false)), of(2, false));
+        assert_eq!(of(1, true).and(1, of(5, false)), of(5, false));
+        assert_eq!(of(1, false).and(1, of(5, true)), of(1, false));
     }
 }

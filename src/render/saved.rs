@@ -156,6 +156,7 @@ impl<'a> State<'a> {
     /// Of a render under way.
     pub(super) fn new(
         scene: &Scene,
+        scene_hash: &str,
         settings: &RenderSettings,
         film: &Film<'a>,
         traced: Traced,
@@ -166,8 +167,10 @@ impl<'a> State<'a> {
         let mut kept = Kept::default();
         for tile in tiles {
             let tile = locked(tile);
-            for (sum, c) in clamped.iter_mut().zip(tile.clamped) {
-                *sum += c;
+            for row in &tile.clamped {
+                for (sum, c) in clamped.iter_mut().zip(row) {
+                    *sum += c;
+                }
             }
             most = tile.pixels.iter().map(|p| p.samples).fold(most, u32::max);
             kept = Kept {
@@ -179,7 +182,7 @@ impl<'a> State<'a> {
         Self {
             header: Header {
                 program: env!("CARGO_PKG_VERSION").into(),
-                scene: fingerprint(scene),
+                scene: scene_hash.into(),
                 settings: shape(settings),
                 size: (settings.width, settings.height),
                 region: settings.region(),
@@ -396,8 +399,10 @@ impl Saved {
                 }
             }
         }
-        if let Some(first) = tiles.first() {
-            locked(first).clamped = self.header.clamped;
+        if let Some(first) = tiles.first()
+            && let Some(row) = locked(first).clamped.first_mut()
+        {
+            *row = self.header.clamped;
         }
         self.header.traced.clone()
     }

@@ -8,18 +8,18 @@ use super::saved::{Saved, State, Traced};
 use super::tile::{Kept, Samples, Tile, locked, tiles};
 use super::trace::Job;
 use super::{
-    Clamped, Event, Expected, Forecast, Known, Observer, Passed, RenderError, RenderSettings,
-    Rendering, Statistics, Stop,
+    Clamped, Event, Expected, Forecast, Known, Observer, OutputTime, Passed, RenderError,
+    RenderSettings, Rendering, Statistics, Stop,
 };
 use crate::effects;
 use crate::film::error::ErrorEstimate;
 use crate::film::{Pass, Passes, Picture};
 use crate::math::LUMINANCE;
-use crate::scene::Scene;
+use crate::scene::{Scene, fingerprint};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Samples of the longest pass, per pixel.
@@ -28,6 +28,10 @@ const LONGEST_PASS: u32 = 64;
 const FIRST_FORECAST: Duration = Duration::from_secs(2);
 /// … and so many samples a pixel, at least.
 const FORECAST_SAMPLES: f64 = 8.0;
+/// The output is tried out so often, at most …
+const TRIES: u32 = 4;
+/// … but once only where there is not so many times as much time left as that takes.
+const TRY_SHARE: u32 = 30;
 /// At most this long between two reports of progress.
 const REPORT: Duration = Duration::from_millis(200);
 
@@ -103,6 +107,7 @@ pub fn go_on(
         judged: AtomicBool::new(false),
         reserve: Mutex::default(),
         trying: Mutex::default(),
+        scene_hash: OnceLock::new(),
     };
     let stop = run.all(pool);
     let trace = run.trace_begun.elapsed();
@@ -125,6 +130,7 @@ pub fn go_on(
     let keeps = observer.keeps_picture();
     let of = |film: &Film| pool.install(|| Picture::collect(film));
     Ok(Rendering {
+        scene_hash: run.scene_hash.clone(),
         picture: if keeps { of(&film) } else { Picture::default() },
         replicate: (keeps && error.is_some() && run.can_tell_seen_error(stop))
             .then(|| of(&film.replicate())),
@@ -155,8 +161,10 @@ pub(super) fn clamped(tiles: &[Mutex<Tile>]) -> Clamped {
         for pixel in &tile.pixels {
             kept += pixel.radiance.total().dot(DVec3::from(LUMINANCE));
         }
-        for (sum, c) in taken.iter_mut().zip(tile.clamped) {
-            *sum += c;
+        for row in &tile.clamped {
+            for (sum, c) in taken.iter_mut().zip(row) {
+                *sum += c;
+            }
         }
     }
     let whole = kept + taken[0] + taken[1];
@@ -201,16 +209,21 @@ struct Run<'a> {
     reserve: Mutex<Option<Reserve>>,
     /// Held while the output is tried out.
     trying: Mutex<()>,
+    /// As soon as somebody has asked for it.
+    scene_hash: OnceLock<String>,
 }
 
 /// Time for the output.
 #[derive(Clone, Copy)]
 struct Reserve {
+    output: OutputTime,
+    /// How often it was tried, and how long the last time took.
+    tries: u32,
+    trying: Duration,
+    /// What is left for it and for a last estimate of the error.
     time: Duration,
-    /// Whether the error of the picture as it is shown can be told, too; not decided before there is an error.
-    seen_error: Option<bool>,
-    /// That of a picture with samples everywhere.
-    is_of_whole_pass: bool,
+    /// Whether that is enough for telling the error of the picture as it is shown.
+    seen_error: bool,
 }
 
 impl Run<'_> {
@@ -297,14 +310,22 @@ impl Run<'_> {
         if self.before.samples > 0 && !left {
             self.judge();
         }
+        let rows = tiles.iter().enumerate();
+        let rows = rows.flat_map(|(tile, of)| (0..locked(of).height).map(move |row| (tile, row)));
+        let rows: Vec<_> = rows.collect();
         loop {
+            // A judgement that was given up says nothing to plan by: whoever goes on from here judges again.
+            if self.stopped() {
+                return None;
+            }
             if !left && let Err(why) = self.plan() {
                 return Some(why);
             }
             left = false;
             self.judged.store(false, Ordering::Relaxed);
             let begun = Instant::now();
-            tiles.par_iter().for_each(|tile| self.job.run_locked(tile));
+            rows.par_iter()
+                .for_each(|&(tile, row)| self.job.run_row(&tiles[tile], row));
             *locked(&self.traced) += begun.elapsed();
             if self.stopped() {
                 return None;
@@ -376,56 +397,63 @@ impl Run<'_> {
         limit.is_some_and(|limit| spent > limit / 4)
     }
 
-    /// Asks how long the output will take, when there is something to try it with; and again as soon as the error is
-    /// known, for then that of the picture as it is shown can be told, which takes longer. If there is no time for
-    /// that any more, it will not be told.
+    /// Leaves time for the output, and for telling the error of the picture as it is shown, if it is known and there is
+    /// so much time. How long that takes is tried out when there is something to try it with, and some times again where
+    /// that costs little: the machine may have had other things to do.
     fn leave_time(&self) {
         if self.settings.time_limit.is_none() {
             return;
         }
         let _alone = locked(&self.trying);
-        let with_error = locked(&self.error).is_some();
+        let traced = self.trace_begun.elapsed().as_secs_f64();
         let samples = self.samples();
         let before = *locked(&self.reserve);
-        let enough = before.is_some_and(|reserve| {
-            let is_current = reserve.is_of_whole_pass || samples.least == 0;
-            reserve.seen_error.is_some() || is_current && !with_error
-        });
-        if enough {
-            return;
-        }
-        let traced = self.trace_begun.elapsed().as_secs_f64();
-        let output = self.observer.time_for_output(self.film, with_error);
+        let worth_it = |before: Reserve| {
+            let left = self.time_left().unwrap_or_default();
+            if before.output.is_guess {
+                samples.least > 0 && !left.is_zero()
+            } else {
+                before.tries < TRIES && left > before.trying * TRY_SHARE
+            }
+        };
+        let (output, tries, trying) = match before {
+            Some(before) if !worth_it(before) => (before.output, before.tries, before.trying),
+            _ => {
+                // Output tells it, and a large scene takes long.
+                self.scene_hash();
+                let begun = Instant::now();
+                let output = self.observer.time_for_output(self.film);
+                let tries = before.map_or(0, |before| before.tries);
+                let output = before.map_or(output, |before| before.output.and(tries, output));
+                (output, tries + 1, begun.elapsed())
+            }
+        };
         let estimating = *locked(&self.estimating);
-        let left = self.time_beside(estimating).unwrap_or_default();
         // In the first pass: what of it will be there.
         let share = if samples.least > 0 {
             1.0
         } else {
+            let left = self.time_beside(estimating).unwrap_or_default();
             output.share_at_end(samples.mean, samples.mean / traced, left.as_secs_f64())
         };
-        let time = output.at(share) + estimating;
-        let before = before.filter(|before| before.is_of_whole_pass);
-        let without = before.filter(|_| self.time_beside(time) == Some(Duration::ZERO));
-        *locked(&self.reserve) = Some(match without {
-            // The error is estimated once more, whether it is told as one sees it or not.
-            Some(without) => Reserve {
-                time: without.time + estimating,
-                seen_error: Some(false),
-                is_of_whole_pass: true,
-            },
-            None => Reserve {
-                time,
-                seen_error: with_error.then_some(true),
-                is_of_whole_pass: samples.least > 0,
-            },
+        let least = output.at(share) + estimating;
+        let with_error = least + output.seen_error;
+        let is_known = locked(&self.error).is_some();
+        let seen_error = before.is_some_and(|before| before.seen_error)
+            || is_known && self.time_beside(with_error) > Some(Duration::ZERO);
+        *locked(&self.reserve) = Some(Reserve {
+            output,
+            tries,
+            trying,
+            time: if seen_error { with_error } else { least },
+            seen_error,
         });
     }
 
     /// Whether there is time to tell the error of the picture as it is shown.
     fn can_tell_seen_error(&self, stop: Stop) -> bool {
         let reserve = *locked(&self.reserve);
-        stop != Stop::Time || reserve.is_none_or(|reserve| reserve.seen_error == Some(true))
+        stop != Stop::Time || reserve.is_none_or(|reserve| reserve.seen_error)
     }
 
     /// Gives the state to whoever keeps it.
@@ -440,9 +468,20 @@ impl Run<'_> {
                 non_finite_examples: bad.examples,
                 non_finite_causes: bad.causes,
             };
-            let state = State::new(self.scene, self.settings, self.film, traced, self.left_out);
+            let state = State::new(
+                self.scene,
+                self.scene_hash(),
+                self.settings,
+                self.film,
+                traced,
+                self.left_out,
+            );
             self.observer.state(&state, last);
         }
+    }
+
+    fn scene_hash(&self) -> &str {
+        self.scene_hash.get_or_init(|| fingerprint(self.scene))
     }
 
     fn samples(&self) -> Samples {

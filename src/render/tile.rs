@@ -1,8 +1,9 @@
-//! Tiles: what one thread works on at a time.
+//! Tiles, and their rows: what one thread works on at a time.
 
 use super::Region;
 use crate::film::apart::PixelApart;
 use crate::film::pixel::Pixel;
+use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Edge of a tile in pixels.
@@ -28,8 +29,60 @@ pub struct Tile {
     pub errors: Vec<f32>,
     /// What adaptive sampling decides by; empty without it.
     pub deciding: Vec<f32>,
-    /// Luminance that clamping took from direct and indirect light.
+    /// Luminance that clamping took from direct and indirect light, row by row: summed in their order, whichever thread
+    /// is done first.
+    pub clamped: Vec<[f64; 2]>,
+}
+
+/// A row of a tile, taken out to be worked on.
+pub struct Row {
+    /// First column, and row, in the full picture.
+    pub place: (u32, u32),
+    /// As those of [`Tile`].
+    pub pixels: Vec<Pixel>,
+    /// As those of [`Tile`].
+    pub apart: Vec<PixelApart>,
+    /// As those of [`Tile`].
+    pub costs: Vec<u64>,
+    /// As those of [`Tile`].
     pub clamped: [f64; 2],
+}
+
+impl Tile {
+    /// A copy of a row, if it lacks samples.
+    pub fn unfinished(&self, row: u32) -> Option<Row> {
+        let place = self.place_of(row);
+        let pixels = &self.pixels[place.clone()];
+        if pixels.iter().all(|pixel| pixel.samples >= pixel.until) {
+            return None;
+        }
+        Some(Row {
+            place: (self.x, self.y + row),
+            pixels: pixels.to_vec(),
+            apart: self.apart.get(place.clone()).unwrap_or(&[]).to_vec(),
+            costs: self.costs.get(place).unwrap_or(&[]).to_vec(),
+            clamped: self.clamped[row as usize],
+        })
+    }
+
+    /// Puts back what [`unfinished`](Self::unfinished) has given.
+    pub fn put_back(&mut self, row: u32, done: &Row) {
+        let place = self.place_of(row);
+        self.pixels[place.clone()].copy_from_slice(&done.pixels);
+        if let Some(apart) = self.apart.get_mut(place.clone()) {
+            apart.copy_from_slice(&done.apart);
+        }
+        if let Some(costs) = self.costs.get_mut(place) {
+            costs.copy_from_slice(&done.costs);
+        }
+        self.clamped[row as usize] = done.clamped;
+    }
+
+    fn place_of(&self, row: u32) -> Range<usize> {
+        let width = self.width as usize;
+        let start = row as usize * width;
+        start..start + width
+    }
 }
 
 /// What is kept of each pixel besides its sums.
@@ -59,7 +112,7 @@ pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
                 costs: vec![0; if kept.costs { pixels } else { 0 }],
                 errors: Vec::new(),
                 deciding: Vec::new(),
-                clamped: [0.0; 2],
+                clamped: vec![[0.0; 2]; height as usize],
             })
         })
         .collect()

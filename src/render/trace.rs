@@ -1,6 +1,6 @@
 //! Samples of tiles: what each thread does.
 
-use super::tile::{Tile, locked};
+use super::tile::{Row, Tile, locked};
 use crate::camera::{CameraRay, RayMaker};
 use crate::film::apart::{PathApart, PixelApart};
 use crate::film::filter::FilterTable;
@@ -70,65 +70,61 @@ pub struct Job<'a> {
     /// The instances with triangles: what the world counts as objects. Made when somebody asks.
     pub objects: OnceLock<Vec<u32>>,
     pub stop: AtomicBool,
-    /// Threads wait before their next tile.
+    /// Threads wait before their next row.
     pub pause: AtomicBool,
 }
 
 impl Job<'_> {
-    /// Brings each pixel of a tile to the samples that it is to have, giving the tile free after each chunk for
-    /// whoever wants to look.
-    pub fn run_locked(&self, tile: &Mutex<Tile>) {
-        let mut more = true;
-        while more && !self.stop.load(Ordering::Relaxed) {
-            // Not while a tile is held: whoever asks for the pause wants to look.
+    /// Brings each pixel of a tile's row to the samples that it is to have, putting it back after each chunk for whoever
+    /// wants to look. (Rows and not tiles: adaptive sampling may want so much of one tile that all other threads would
+    /// wait for it.)
+    pub fn run_row(&self, tile: &Mutex<Tile>, row: u32) {
+        while !self.stop.load(Ordering::Relaxed) {
+            // Whoever asks for the pause wants to look, or the processor for himself.
             if self.pause.load(Ordering::Relaxed) {
                 std::thread::sleep(Duration::from_millis(1));
                 continue;
             }
-            more = self.run(&mut locked(tile));
+            let unfinished = locked(tile).unfinished(row);
+            let Some(mut pixels) = unfinished else {
+                return;
+            };
+            self.run(&mut pixels);
+            locked(tile).put_back(row, &pixels);
         }
     }
 
-    /// Takes some of the samples that pixels of a tile lack; says whether there were any.
-    fn run(&self, tile: &mut Tile) -> bool {
+    /// Takes some of the samples that pixels of a row lack.
+    fn run(&self, row: &mut Row) {
         let (mut rays, mut done) = (0u64, 0u64);
         let mut clock = self.costs.then(Instant::now);
-        for row in 0..tile.height {
-            // A tile may take long: whoever wants to stop does not wait for its end.
-            if self.stop.load(Ordering::Relaxed) {
-                break;
+        let (first, y) = row.place;
+        for (index, (x, pixel)) in (first..).zip(&mut row.pixels).enumerate() {
+            let wanted = pixel.until.saturating_sub(pixel.samples).min(CHUNK);
+            if wanted == 0 {
+                continue;
             }
-            for column in 0..tile.width {
-                let (x, y) = (tile.x + column, tile.y + row);
-                let index = (row * tile.width + column) as usize;
-                let pixel = &mut tile.pixels[index];
-                let wanted = pixel.until.saturating_sub(pixel.samples).min(CHUNK);
-                if wanted == 0 {
-                    continue;
+            if pixel.samples == 0 && self.middle {
+                pixel.middle = self.look(x, y);
+                rays += 1;
+            }
+            for _ in 0..wanted {
+                let number = self.first_sample + pixel.samples;
+                let path = self.sample(x, y, number, pixel, row.apart.get_mut(index));
+                rays += u64::from(path.rays);
+                for (sum, c) in row.clamped.iter_mut().zip(path.clamped) {
+                    *sum += f64::from(c);
                 }
-                if pixel.samples == 0 && self.middle {
-                    pixel.middle = self.look(x, y);
-                    rays += 1;
-                }
-                for _ in 0..wanted {
-                    let number = self.first_sample + pixel.samples;
-                    let path = self.sample(x, y, number, pixel, tile.apart.get_mut(index));
-                    rays += u64::from(path.rays);
-                    for (sum, c) in tile.clamped.iter_mut().zip(path.clamped) {
-                        *sum += f64::from(c);
-                    }
-                }
-                done += u64::from(wanted);
-                if let (Some(clock), Some(cost)) = (&mut clock, tile.costs.get_mut(index)) {
-                    let now = Instant::now();
-                    *cost += (now - *clock).as_nanos() as u64;
-                    *clock = now;
-                }
+            }
+            done += u64::from(wanted);
+            if let (Some(clock), Some(cost)) = (&mut clock, row.costs.get_mut(index)) {
+                let now = Instant::now();
+                *cost += (now - *clock).as_nanos() as u64;
+                *clock = now;
             }
         }
         self.rays.fetch_add(rays, Ordering::Relaxed);
         self.done.fetch_add(done, Ordering::Relaxed);
-        done > 0
     }
 
     /// The ray of a sample, at an offset from the pixel's centre.

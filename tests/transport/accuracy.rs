@@ -377,21 +377,38 @@ impl Observer for BreakOff {
     }
 }
 
-fn state_of(scene: &Scene, settings: &RenderSettings, after: u32) -> (Saved, Stop) {
+/// `None` if it was broken off before there was a sample.
+fn state_when_broken_off(
+    scene: &Scene,
+    settings: &RenderSettings,
+    after: u32,
+) -> Option<(Saved, Stop)> {
     let observer = BreakOff::after(after);
     let rendering = render(scene, settings, &observer).unwrap();
+    let state = observer.state.into_inner().unwrap();
+    assert_eq!(state.is_empty(), rendering.statistics.rays == 0);
+    if state.is_empty() {
+        return None;
+    }
     let mut file = tempfile::NamedTempFile::new().unwrap();
-    file.write_all(&observer.state.into_inner().unwrap())
-        .unwrap();
+    file.write_all(&state).unwrap();
     file.flush().unwrap();
-    (Saved::read(file.path()).unwrap(), rendering.statistics.stop)
+    let saved = Saved::read(file.path()).unwrap();
+    Some((saved, rendering.statistics.stop))
 }
 
-/// The state of a render that was broken off; earlier if it was through before it could be, as on a busy machine the
-/// thread that asks may have to wait.
+fn state_of(scene: &Scene, settings: &RenderSettings, after: u32) -> (Saved, Stop) {
+    state_when_broken_off(scene, settings, after).unwrap()
+}
+
+/// The state of a render that was broken off; earlier if it was through before it could be, and later if it had not begun, as
+/// on a busy machine either thread may have to wait.
 fn broken_off(scene: &Scene, settings: &RenderSettings, after: u32) -> Saved {
     let earlier = (0..8).map(|tries| after >> tries);
-    let mut states = earlier.map(|after| state_of(scene, settings, after));
+    let later = (1..8).map(|tries| after << tries);
+    let mut states = earlier
+        .chain(later)
+        .filter_map(|after| state_when_broken_off(scene, settings, after));
     let state = states.find(|(_, stop)| *stop == Stop::Cancelled);
     state.expect("a render that can be broken off").0
 }
@@ -532,15 +549,10 @@ fn what_there_is_no_time_for_is_left_out() {
         fn keeps_picture(&self) -> bool {
             true
         }
-        fn time_for_output(&self, _: &dyn Bands, with_seen_error: bool) -> OutputTime {
-            let time = if with_seen_error {
-                self.0
-            } else {
-                Duration::ZERO
-            };
+        fn time_for_output(&self, _: &dyn Bands) -> OutputTime {
             OutputTime {
-                full: time,
-                blank: time,
+                seen_error: self.0,
+                ..OutputTime::default()
             }
         }
     }
@@ -575,10 +587,11 @@ fn time_is_left_for_the_output() {
         fn cancelled(&self) -> bool {
             false
         }
-        fn time_for_output(&self, _: &dyn Bands, _: bool) -> OutputTime {
+        fn time_for_output(&self, _: &dyn Bands) -> OutputTime {
             OutputTime {
                 full: Duration::from_secs(3600),
                 blank: Duration::from_secs(3600),
+                ..OutputTime::default()
             }
         }
     }
