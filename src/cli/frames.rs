@@ -98,6 +98,17 @@ impl Frames {
         Ok(())
     }
 
+    /// How long a frame like this takes to write: it is written under a name that nobody is told, and removed.
+    fn rehearse(&self, picture: &dyn Bands) -> Duration {
+        let path = self.folder.join("rehearsal");
+        let begun = Instant::now();
+        // What fails here will fail again, and be told then.
+        let _ = raw::write(&path, picture);
+        let time = begun.elapsed();
+        let _ = std::fs::remove_file(&path);
+        time
+    }
+
     /// Whether the last frame came to be.
     ///
     /// # Errors
@@ -204,7 +215,16 @@ impl Observer for Watcher<'_> {
     }
 
     fn time_for_output(&self, film: &dyn Bands) -> OutputTime {
-        self.outputs.rehearse(film)
+        let mut time = OutputTime::default();
+        if self.keeps_picture() {
+            time = self.outputs.rehearse(film);
+        }
+        if let Some(frames) = self.frames {
+            let frame = frames.rehearse(film);
+            time.full += frame;
+            time.blank += frame;
+        }
+        time
     }
 
     fn wants_state(&self, last: bool) -> bool {

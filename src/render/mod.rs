@@ -110,7 +110,7 @@ pub trait Observer: Sync {
         OutputTime::default()
     }
     /// Whether the state would be welcome from which the render can go on; asked after each whole pass, and at
-    /// the `last`.
+    /// the `last`. (With a time limit also once early as if at the last: how long that takes has to be known.)
     fn wants_state(&self, _last: bool) -> bool {
         false
     }

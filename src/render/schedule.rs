@@ -220,7 +220,9 @@ struct Reserve {
     /// How often it was tried, and how long the last time took.
     tries: u32,
     trying: Duration,
-    /// What is left for it and for a last estimate of the error.
+    /// How long the state takes to write, if somebody keeps it.
+    saving: Option<Duration>,
+    /// What is left for all of this and for a last estimate of the error.
     time: Duration,
     /// Whether that is enough for telling the error of the picture as it is shown.
     seen_error: bool,
@@ -416,11 +418,16 @@ impl Run<'_> {
                 before.tries < TRIES && left > before.trying * TRY_SHARE
             }
         };
+        // Output and state tell it, and a large scene takes long.
+        self.scene_hash();
+        let some = self.job.rays.load(Ordering::Relaxed) > 0;
+        let saving = before.and_then(|before| before.saving).or_else(|| {
+            let begun = Instant::now();
+            some.then(|| self.save(true)).map(|()| begun.elapsed())
+        });
         let (output, tries, trying) = match before {
             Some(before) if !worth_it(before) => (before.output, before.tries, before.trying),
             _ => {
-                // Output tells it, and a large scene takes long.
-                self.scene_hash();
                 let begun = Instant::now();
                 let output = self.observer.time_for_output(self.film);
                 let tries = before.map_or(0, |before| before.tries);
@@ -429,14 +436,15 @@ impl Run<'_> {
             }
         };
         let estimating = *locked(&self.estimating);
+        let beside = estimating + saving.unwrap_or_default();
         // In the first pass: what of it will be there.
         let share = if samples.least > 0 {
             1.0
         } else {
-            let left = self.time_beside(estimating).unwrap_or_default();
+            let left = self.time_beside(beside).unwrap_or_default();
             output.share_at_end(samples.mean, samples.mean / traced, left.as_secs_f64())
         };
-        let least = output.at(share) + estimating;
+        let least = output.at(share) + beside;
         let with_error = least + output.seen_error;
         let is_known = locked(&self.error).is_some();
         let seen_error = before.is_some_and(|before| before.seen_error)
@@ -445,6 +453,7 @@ impl Run<'_> {
             output,
             tries,
             trying,
+            saving,
             time: if seen_error { with_error } else { least },
             seen_error,
         });

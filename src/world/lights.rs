@@ -511,12 +511,14 @@ impl Lights {
         if let Some(environment) = &self.environment
             && seen(&self.environment_rules)
         {
-            let pdf = if kind == RayKind::Camera {
-                0.0
+            let (radiance, pdf) = if kind == RayKind::Camera {
+                (environment.emitted(wi), 0.0)
             } else {
-                self.group_probability::<E>(Group::Environment, at) * environment.pdf(wi)
+                let (radiance, pdf) = environment.emitted_and_pdf(wi);
+                let chosen = self.group_probability::<E>(Group::Environment, at);
+                (radiance, chosen * pdf)
             };
-            visit(environment.emitted(wi), pdf, Source::Environment);
+            visit(radiance, pdf, Source::Environment);
         }
         for (i, (sun, rules)) in self.suns.iter().enumerate() {
             if sun.contains(wi) && seen(rules) {

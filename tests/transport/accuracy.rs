@@ -605,3 +605,32 @@ fn time_is_left_for_the_output() {
     assert_eq!(rendering.statistics.stop, Stop::Time);
     assert_eq!(rendering.statistics.samples, 1);
 }
+
+/// With a time limit the state is written once early, to know how long that takes.
+#[test]
+fn the_time_for_the_state_is_tried_out() {
+    struct Keeps(AtomicU32);
+    impl Observer for Keeps {
+        fn event(&self, _: &sundog::render::Event) {}
+        fn cancelled(&self) -> bool {
+            false
+        }
+        fn wants_state(&self, last: bool) -> bool {
+            last
+        }
+        fn state(&self, _: &State, _: bool) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+    let (_, scene) = gallery().swap_remove(0);
+    for (limit, expected) in [(None, 1), (Some(Duration::from_secs(3600)), 2)] {
+        let keeps = Keeps(AtomicU32::new(0));
+        let settings = RenderSettings {
+            time_limit: limit,
+            ..small(4, 4)
+        };
+        let rendering = render(&scene, &settings, &keeps).unwrap();
+        assert_eq!(rendering.statistics.stop, Stop::Samples);
+        assert_eq!(keeps.0.into_inner(), expected);
+    }
+}
