@@ -89,13 +89,31 @@ host_python() {
     return 1
 }
 
-# pip download with checked hashes into a folder, for CPython 3.11 on x86-64 whatever Python runs pip.
+# wheels_of PYTHON_VERSION: sets wheel_options, what pip is told so that it takes wheels for that CPython on x86-64, whatever
+# Python runs pip. (A wheel's own word on Python's version is not asked: the pins name the wheels by hash.)
+wheels_of() {
+    wheel_options=(--quiet --no-deps --require-hashes --only-binary=:all: --ignore-requires-python
+        --platform manylinux_2_28_x86_64 --platform manylinux_2_27_x86_64
+        --platform manylinux_2_17_x86_64 --platform manylinux2014_x86_64 --platform manylinux2010_x86_64
+        --python-version "$1" --implementation cp --abi "cp${1/./}" --abi abi3 --abi none)
+}
+
+# pip download with checked hashes into a folder, for CPython 3.11.
 fetch_wheels() { # REQUIREMENTS FOLDER
-    quietly "$(host_python)" -m pip --disable-pip-version-check --retries 2 download --quiet --no-deps --require-hashes \
-        --only-binary=:all: --platform manylinux_2_28_x86_64 --platform manylinux_2_27_x86_64 \
-        --platform manylinux_2_17_x86_64 --platform manylinux2014_x86_64 --platform manylinux2010_x86_64 \
-        --python-version 3.11 --implementation cp --abi cp311 --abi abi3 --abi none \
-        -r "$1" -d "$2"
+    wheels_of 3.11
+    quietly "$(host_python)" -m pip --disable-pip-version-check --retries 2 download "${wheel_options[@]}" -r "$1" -d "$2"
+}
+
+# install_wheels PYTHON_VERSION PINS VENV: pip install with checked hashes into the packages of a virtual environment. pip runs
+# in the host's Python, since Debian 12's does not run in Python 3.13; its temporary files stay on the same disk.
+install_wheels() {
+    local temporary="$3/temporary" status=0
+    wheels_of "$1"
+    mkdir "$temporary"
+    TMPDIR="$temporary" PIP_ROOT_USER_ACTION=ignore quietly "$(host_python)" -m pip --disable-pip-version-check --retries 2 install "${wheel_options[@]}" \
+        --no-compile --no-cache-dir --target "$3/lib/python$1/site-packages" -r "$2" || status=$?
+    rm -rf "$temporary"
+    return "$status"
 }
 
 # True if the file is there and has the hash.
@@ -129,18 +147,18 @@ debian_mirror() {
     printf '%s' "${mirror%/}"
 }
 
-# Python 3.11, which the pinned wheels are for: the system's, else Debian 12's unpacked into the cache folder.
-portable="$cache/python-3.11"
+# The Pythons that the pinned wheels are for: the system's, else a Debian's unpacked into the cache folder.
+portable_python() { printf '%s' "$cache/python-$1/usr/bin/python$1"; }
 
-works_as_python() {
-    "$1" -c 'import sys, ctypes, json, venv, zlib; sys.exit(sys.version_info[:2] != (3, 11))' >/dev/null 2>&1
+works_as_python() { # COMMAND VERSION
+    "$1" -c 'import sys, ctypes, json, venv, zlib; sys.exit("%d.%d" % sys.version_info[:2] != sys.argv[1])' "$2" >/dev/null 2>&1
 }
 
-# Prints a Python 3.11, or nothing.
-find_python() {
+# Prints a Python of that version, or nothing.
+find_python() { # VERSION
     local candidate
-    for candidate in /usr/bin/python3.11 python3.11 python3 "$portable/usr/bin/python3.11"; do
-        if works_as_python "$candidate"; then
+    for candidate in "/usr/bin/python$1" "python$1" python3 "$(portable_python "$1")"; do
+        if works_as_python "$candidate" "$1"; then
             command -v "$candidate"
             return 0
         fi
@@ -148,46 +166,70 @@ find_python() {
     return 1
 }
 
-# Unpacks Debian 12's Python 3.11 into the cache folder. apt fetches it with a source list, state and cache of its own, so
-# that the system's stay as they are, and checks it against Debian's signing keys.
-unpack_python() {
-    local mirror keyring=/usr/share/keyrings/debian-archive-keyring.gpg new="$portable.new" package
+# Unpacks a Debian's Python (3.11 of Debian 12, 3.13 of Debian 13) into the cache folder. apt fetches it with a source list,
+# state and cache of its own, so that the system's stay as they are, and checks it against Debian's signing keys.
+#
+# Debian 13's asks for a newer C library than Debian 12 and Ubuntu 24.04 have, so that comes along with what Python's modules
+# load, and the command python3.13 is then a script that starts the Python through that library's own loader. It hands its own
+# name on: so sys.executable is the script, children start by it, and it can be in a virtual environment. Nothing is in the
+# environment (LD_LIBRARY_PATH), so that other programs started from there keep the system's libraries.
+unpack_python() { # VERSION
+    local version=$1 mirror keyring=/usr/share/keyrings/debian-archive-keyring.gpg place="$cache/python-$1" new package debian suite
+    local packages=("python$1-minimal" "libpython$1-minimal" "libpython$1-stdlib")
+    new="$place.new"
+    case $version in
+    3.11) debian='Debian 12' suite=bookworm ;;
+    3.13)
+        debian='Debian 13' suite=trixie
+        packages+=(libc6 libgcc-s1 libstdc++6 zlib1g libexpat1 libffi8 libssl3t64 libzstd1 liblzma5 libbz2-1.0 libsqlite3-0 libuuid1)
+        ;;
+    esac
     have apt-get ||
-        fail "Python 3.11 is needed, and $(distribution) has neither that nor apt to fetch it with: install Python 3.11 (python3.11 on PATH), then run this again."
-    [ -s "$keyring" ] || install_packages "to check Debian's Python 3.11" debian-archive-keyring
+        fail "Python $version is needed, and $(distribution) has neither that nor apt to fetch it with: install Python $version (python$version on PATH), then run this again."
+    [ -s "$keyring" ] || install_packages "to check Debian's Python $version" debian-archive-keyring
     mirror=$(debian_mirror)
     if [ -z "$mirror" ]; then
         install_packages "to find a Debian mirror" python-apt-common
         mirror=$(debian_mirror)
     fi
     [ -n "$mirror" ] ||
-        fail "Python 3.11 is needed, which $(distribution) has not, and apt's sources name no Debian mirror to fetch it from: set SUNDOG_DEBIAN_MIRROR to a mirror's address, or install Python 3.11."
-    say "fetching Python 3.11 from Debian 12 (nothing is installed)" >&2
+        fail "Python $version is needed, which $(distribution) has not, and apt's sources name no Debian mirror to fetch it from: set SUNDOG_DEBIAN_MIRROR to a mirror's address, or install Python $version."
+    say "fetching Python $version from $debian (nothing is installed)" >&2
     rm -rf "$new"
     mkdir -p "$new/apt/lists/partial" "$new/apt/cache/archives/partial" "$new/apt/packages"
-    printf 'deb [signed-by=%s] %s bookworm main\n' "$keyring" "$mirror" >"$new/apt/sources.list"
+    printf 'deb [signed-by=%s] %s %s main\n' "$keyring" "$mirror" "$suite" >"$new/apt/sources.list"
     local options=(-qq -o "Dir::Etc::SourceList=$new/apt/sources.list" -o Dir::Etc::SourceParts=/dev/null
         -o "Dir::State::Lists=$new/apt/lists" -o "Dir::Cache=$new/apt/cache" -o APT::Sandbox::User=root
         -o Acquire::Languages=none -o APT::Architecture=amd64 -o APT::Architectures::=amd64)
     quietly apt-get "${options[@]}" update ||
-        fail "Debian 12's package list could not be fetched from $mirror (Python 3.11 comes from there): check the network, or install Python 3.11."
-    (cd "$new/apt/packages" && quietly apt-get "${options[@]}" download \
-        python3.11-minimal libpython3.11-minimal libpython3.11-stdlib) ||
-        fail "Debian 12's Python 3.11 could not be fetched from $mirror: check the network, or install Python 3.11."
+        fail "$debian's package list could not be fetched from $mirror (Python $version comes from there): check the network, or install Python $version."
+    (cd "$new/apt/packages" && quietly apt-get "${options[@]}" download "${packages[@]}") ||
+        fail "$debian's Python $version could not be fetched from $mirror: check the network, or install Python $version."
     for package in "$new"/apt/packages/*.deb; do
         dpkg-deb -x "$package" "$new"
     done
-    rm -rf "$new/apt" "$portable"
-    mv "$new" "$portable"
-    works_as_python "$portable/usr/bin/python3.11" ||
-        fail "Debian 12's Python 3.11 does not run on $(distribution): install Python 3.11 (python3.11 on PATH), then run this again."
+    rm -rf "$new/apt"
+    if [ -e "$new/usr/lib64/ld-linux-x86-64.so.2" ]; then
+        mv "$new/usr/bin/python$version" "$new/usr/bin/python$version-itself"
+        {
+            printf '#!/bin/sh\n'
+            # shellcheck disable=SC2016
+            printf 'exec %q --library-path %q --argv0 "$0" %q "$@"\n' "$place/usr/lib/x86_64-linux-gnu/ld-linux-x86-64.so.2" \
+                "$place/usr/lib/x86_64-linux-gnu" "$place/usr/bin/python$version-itself"
+        } >"$new/usr/bin/python$version"
+        chmod +x "$new/usr/bin/python$version"
+    fi
+    rm -rf "$place"
+    mv "$new" "$place"
+    works_as_python "$(portable_python "$version")" "$version" ||
+        fail "$debian's Python $version does not run on $(distribution): install Python $version (python$version on PATH), then run this again."
 }
 
-# Prints a Python 3.11, which is fetched if there is none.
-python_3_11() {
-    find_python && return 0
-    unpack_python >&2
-    find_python
+# Prints a Python of that version, which is fetched if there is none.
+python_of() { # VERSION
+    find_python "$1" && return 0
+    unpack_python "$1" >&2
+    find_python "$1"
 }
 
 # pinned_venv VENV PINS IMPORTS WHAT ROOM: makes a virtual environment of Python 3.11 with the packages that the file PINS
@@ -195,12 +237,12 @@ python_3_11() {
 pinned_venv() {
     local venv=$1 pins=$2 imports=$3 what=$4 room=$5 new="$1.new" stamp python
     stamp=$(sha256sum "$pins" | cut -d ' ' -f 1)
-    venv_is_complete() { [ "$(cat "$venv/stamp" 2>/dev/null)" = "$stamp" ] && works_as_python "$venv/bin/python"; }
+    venv_is_complete() { [ "$(cat "$venv/stamp" 2>/dev/null)" = "$stamp" ] && works_as_python "$venv/bin/python" 3.11; }
     venv_is_complete && return 0
     lock_cache
     venv_is_complete && return 0
     host_python >/dev/null || install_packages "to fetch packages from PyPI" python3 python3-pip ca-certificates
-    python=$(python_3_11)
+    python=$(python_of 3.11)
     say "fetching $what into $venv"
     rm -rf "$new"
     "$python" -m venv --without-pip "$new" ||

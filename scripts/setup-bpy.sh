@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Makes Blender available as a Python module, as a virtual environment in the cache folder:
 #
-#     scripts/setup-bpy.sh [VERSION]      VERSION 4.5.15 (the default), 5.0.1 or 4.2.23
+#     scripts/setup-bpy.sh [VERSION]      VERSION 4.5.15 (the default), 5.2.3, 5.1.2, 5.0.1 or 4.2.23
 #
-# The environment is then <cache>/bpy-VERSION/bin/python. bpy needs Python 3.11; where the system has none, Debian 12's
-# packages of it are unpacked into the cache folder and nothing is installed. SUNDOG_BPY_PYTHON names another Python that
-# can import bpy; then there is nothing to do.
+# The environment is then <cache>/bpy-VERSION/bin/python. bpy needs Python 3.11, from 5.1 on Python 3.13; where the system has
+# none, a Debian's packages of it are unpacked into the cache folder and nothing is installed. SUNDOG_BPY_PYTHON names another
+# Python that can import bpy; then there is nothing to do.
 
 # shellcheck source=lib.sh
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -21,6 +21,10 @@ if [ -n "${SUNDOG_BPY_PYTHON:-}" ]; then
 fi
 
 venv="$cache/bpy-$version"
+case $version in
+4.* | 5.0.*) python_version=3.11 ;;
+*) python_version=3.13 ;;
+esac
 
 # Shared libraries that bpy loads, each with the package it comes in on Debian and Ubuntu.
 install_runtime_libraries() {
@@ -47,7 +51,7 @@ LIBRARIES
 stamp() { sha256sum "$pins" | cut -d ' ' -f 1; }
 
 is_complete() {
-    [ "$(cat "$venv/stamp" 2>/dev/null)" = "$(stamp)" ] && works_as_python "$venv/bin/python"
+    [ "$(cat "$venv/stamp" 2>/dev/null)" = "$(stamp)" ] && works_as_python "$venv/bin/python" "$python_version"
 }
 
 require_supported_machine
@@ -55,15 +59,14 @@ is_complete && exit 0
 lock_cache
 is_complete && exit 0
 install_runtime_libraries
-python=$(python_3_11)
+python=$(python_of "$python_version")
 
 say "fetching Blender $version as a Python module (bpy, 400 MB) into $venv"
 new="$venv.new"
 rm -rf "$new"
 "$python" -m venv --without-pip "$new" ||
     fail "$python cannot make a virtual environment in $new: see the message above."
-quietly "$(host_python)" -m pip --disable-pip-version-check --retries 2 --python "$new/bin/python" install --quiet --no-deps \
-    --no-compile --no-cache-dir --require-hashes --only-binary=:all: -r "$pins" ||
+install_wheels "$python_version" "$pins" "$new" ||
     fail "bpy $version could not be fetched from PyPI with its pinned hashes: check the network and the room in $cache (2 GB), then run this again."
 quietly "$new/bin/python" -c 'import bpy' ||
     fail "bpy $version is there but cannot be imported on $(distribution): see the message above."
