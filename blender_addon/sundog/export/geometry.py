@@ -5,6 +5,7 @@ Vertices stay in Blender's own axes: the nodes' matrices turn them to glTF's (Y 
 of axes with signs is exact.
 """
 
+import contextlib
 import hashlib
 import json
 import os
@@ -26,6 +27,23 @@ MOST_CORNERS = 1 << 30
 
 class GeometryError(Exception):
     """A mesh that cannot be exported, in one sentence."""
+
+
+@contextlib.contextmanager
+def readable(shown):
+    """The mesh of an evaluated object, with all of its layers.
+
+    While a mesh is in Edit Mode its evaluated data are views on the edit mesh, whose layers are empty. Then this is a
+    copy for the while, as Cycles makes one; neither the mode nor the user's data change.
+    """
+    mesh = shown.data
+    if not mesh.is_editmode:
+        yield mesh
+        return
+    try:
+        yield shown.to_mesh()
+    finally:
+        shown.to_mesh_clear()
 
 
 class Demand:

@@ -120,7 +120,7 @@ class Exporter:
             slots = [override] * max(len(slots), 1)
         key = (mesh.as_pointer(), tuple(m.original.as_pointer() if m is not None else 0 for m in slots))
         if key not in self._meshes:
-            self._meshes[key] = self._read_mesh(shown, mesh, slots or [None])
+            self._meshes[key] = self._read_mesh(shown, slots or [None])
         return self._meshes[key]
 
     def _override(self, kind):
@@ -128,9 +128,10 @@ class Exporter:
         found = getattr(self.view_layer, f"{kind}_override", None)
         return None if found is None else found.evaluated_get(self.depsgraph)
 
-    def _read_mesh(self, shown, mesh, slots):
+    def _read_mesh(self, shown, slots):
         try:
-            return self._write_mesh(mesh, slots)
+            with geometry.readable(shown) as mesh:
+                return self._write_mesh(mesh, slots)
         except geometry.GeometryError as error:
             self.verdicts.add("object", shown.name, LOST, f"it is left out: {error}")
         except MemoryError:
