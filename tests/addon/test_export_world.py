@@ -199,6 +199,8 @@ class World(kit.ExportTest):
         self.join(place.outputs["Generated"], mapping.inputs["Vector"])
         self.join(mapping.outputs["Vector"], second.inputs["Vector"])
         mix = self.node("ShaderNodeMix", data_type="RGBA")
+        # A new node's own factor is 0.5 up to 5.1 and 1 from 5.2 on.
+        mix.inputs["Factor"].default_value = 0.5
         colors = [s for s in mix.inputs if s.type == "RGBA"]
         self.join(first.outputs["Color"], colors[0])
         self.join(second.outputs["Color"], colors[1])
