@@ -149,6 +149,56 @@ class Camera(kit.ExportTest):
         self.assertIn("window", self.written())
 
 
+class Others(kit.ExportTest):
+    """A scene that looks through an object that is no camera."""
+
+    def through(self, data):
+        """The SUNDOG_camera of an object with that data as the scene's camera."""
+        made = self.link("eye", data, location=(0, 0, 10))
+        self.scene.camera = made
+        found = self.export()
+        node = next(node for node in found.nodes("eye") if "camera" in node)
+        bpy.data.objects.remove(made)
+        return found, found["cameras"][node["camera"]]["extensions"]["SUNDOG_camera"]
+
+    def test_a_mesh_an_empty_and_lamps(self):
+        render = self.scene.render
+        render.resolution_x, render.resolution_y = 80, 40
+        spot = bpy.data.lights.new("spot", "SPOT")
+        spot.spot_size = 1.0
+        for data, lens in (
+            (None, 50),
+            (bpy.data.meshes.new("mesh"), 50),
+            (bpy.data.curves.new("curve", "CURVE"), 50),
+            (spot, 16 / math.tan(0.5)),
+            (bpy.data.lights.new("point", "POINT"), 16 / math.tan(math.radians(22.5))),
+        ):
+            with self.subTest(data=data):
+                half = 18 / lens
+                found, got = self.through(data)
+                self.near(got["window"], [-half, half, -half / 2, half / 2], 1e-6)
+                self.near(got["clip"], [1e-5, 1e5])
+                verdict = found.verdict("camera", "eye")
+                is_point = data is not None and data.name == "point"
+                self.assertEqual(verdict["verdict"], "approximated" if is_point else "exact", verdict)
+
+    def test_cycles_sees_the_same(self):
+        glow = kit.material("glow", Base_Color=(0, 0, 0, 1), Emission_Color=(1, 1, 1, 1), Emission_Strength=1)
+        mesh = kit.plane("plane", 3)
+        mesh.materials.append(glow)
+        self.link("plane", mesh)
+        spot = bpy.data.lights.new("spot", "SPOT")
+        spot.energy, spot.spot_size = 0, 0.8
+        for data in (bpy.data.meshes.new("mesh"), spot):
+            made = self.link("eye", data, location=(0, 0, 6), scale=(2, 2, 2))
+            self.scene.camera = made
+            expected = kit.cycles_pixels(32, 32, 16)
+            got = kit.rendered(self.export().path, 32, 32, 16)
+            self.assertGreater(expected.mean(), 0.1)
+            self.near(got.mean(), expected.mean(), 0.01)
+            bpy.data.objects.remove(made)
+
+
 class Colours(kit.ExportTest):
     """The scene's view transform, and its render settings."""
 

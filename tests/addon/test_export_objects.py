@@ -343,11 +343,6 @@ class Left(kit.ExportTest):
         found = self.export()
         self.assertIn("hair", found.verdict("object", "head")["detail"])
 
-    def test_camera_that_is_none(self):
-        self.scene.camera = self.link("cube", kit.cube())
-        with self.assertRaisesRegex(kit.export.ExportError, "\"cube\" is a mesh: choose a camera"):
-            self.export()
-
     def test_light_linking(self):
         lamp = self.link("lamp", bpy.data.lights.new("lamp", "POINT"))
         lamp.light_linking.receiver_collection = bpy.data.collections.new("lit")

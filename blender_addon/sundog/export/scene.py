@@ -246,12 +246,10 @@ class Exporter:
     def camera(self):
         """The scene's camera."""
         shown = self.scene.camera.evaluated_get(self.depsgraph)
-        if shown.type != "CAMERA":
-            raise ExportError(f"the scene's camera \"{shown.name}\" is a {shown.type.lower()}: choose a camera")
         matrix = cameras.without_scale(shown.matrix_world)
         findings = []
         extension, plain = cameras.describe(
-            shown.data, matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
+            cameras.settings_of(shown, findings), matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
         )
         if self.scene.render.use_motion_blur:
             findings.append((LOST, "motion blur is left out: everything stands still"))
