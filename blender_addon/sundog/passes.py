@@ -69,4 +69,5 @@ def wanted(view_layer):
 def left_out(view_layer):
     """Names of the passes that a view layer asks for and Sundog does not have."""
     names = [name for switch, name in UNKNOWN.items() if _is_on(view_layer, switch)]
-    return names + [aov.name for aov in view_layer.aovs]
+    groups = [f"{COMBINED.name}_{group.name}" for group in view_layer.lightgroups]
+    return names + [aov.name for aov in view_layer.aovs] + groups

@@ -57,12 +57,21 @@ def last_verdicts():
     "program"."""
     found, seen = [], set()
     for record in _layers:
-        for verdict in [*record["verdicts"], *map(_of_program, record["diagnostics"])]:
+        own = record["verdicts"]
+        for verdict in [*own, *(_of_program(d) for d in record["diagnostics"] if not _is_told(d, own))]:
             key = tuple(verdict[k] for k in ("kind", "name", "verdict", "detail"))
             if key not in seen:
                 seen.add(key)
                 found.append(dict(verdict))
     return sorted(found, key=lambda v: (_RANK.get(v["verdict"], 0), v["kind"], v["name"]))
+
+
+def _is_told(diagnostic, verdicts):
+    """Whether the export has already said of each material what the program says of all: that it does not render a feature."""
+    if diagnostic.get("code") != "unsupported-material":
+        return False
+    words = f"{diagnostic.get('feature', '')} is not rendered"
+    return any(v["kind"] == "material" and words in v["detail"] for v in verdicts)
 
 
 def _of_program(diagnostic):

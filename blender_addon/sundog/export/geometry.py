@@ -103,7 +103,7 @@ def _color(mesh, name, width):
     if attribute is None or attribute.data_type not in _FIELDS:
         return None
     field, components = _FIELDS[attribute.data_type]
-    if attribute.domain not in {"POINT", "CORNER", "FACE"}:
+    if attribute.domain not in {"POINT", "EDGE", "CORNER", "FACE"}:
         return None
     if attribute.data_type in {"INT", "INT8", "BOOLEAN"}:
         kind = bool if attribute.data_type == "BOOLEAN" else numpy.int32
@@ -150,6 +150,10 @@ class Raw:
             layer = uv_layer(mesh, name)
             if layer is not None:
                 self.uvs[name] = _read(layer.uv, "vector", numpy.float32, 2)
+            elif (found := _color(mesh, name, 3) if name else None) is not None:
+                # Coordinates by an attribute: those of geometry nodes may be of any kind. Images see the first two.
+                domain, values = found
+                self.uvs[name] = numpy.ascontiguousarray(self._by_corner(domain, values[:, :2]))
         self.colors = {}
         for name, width in sorted({(d.color, d.color_width) for d in demands.values() if d.color is not None}):
             found = _color(mesh, name, width)
@@ -180,6 +184,21 @@ class Raw:
             0 <= self.corner_vertices.min() and self.corner_vertices.max() < len(self.positions)
         ):
             raise GeometryError("some of its faces use vertices that do not exist (run Mesh > Clean Up, or mesh.validate())")
+
+    def _by_corner(self, domain, values):
+        """An attribute's values for each corner of the faces."""
+        if domain == "POINT":
+            return values[self.corner_vertices]
+        if domain == "FACE":
+            totals = numpy.diff(numpy.append(self.polygon_starts, len(self.corner_vertices)))
+            return numpy.repeat(values, totals, axis=0)
+        if domain == "EDGE":
+            # As Blender interpolates: the mean of the edges on both sides of the corner.
+            edges = _read(self.mesh.loops, "edge_index", numpy.int32)
+            before = numpy.arange(-1, len(edges) - 1)
+            before[self.polygon_starts] = numpy.append(self.polygon_starts[1:], len(edges)) - 1
+            return (values[edges] + values[edges[before]]) / 2
+        return values
 
     def _slot_of(self, slots_in_use):
         last = max(slots_in_use)
@@ -274,10 +293,7 @@ class Raw:
                 if domain == "POINT":
                     arrays["COLOR_0"] = of_vertices(values)
                 else:
-                    if domain == "FACE":
-                        totals = numpy.diff(numpy.append(self.polygon_starts, len(self.corner_vertices)))
-                        values = numpy.repeat(values, totals, axis=0)
-                    arrays["COLOR_0"] = of_corners(values)
+                    arrays["COLOR_0"] = of_corners(self._by_corner(domain, values))
         arrays["indices"] = indices.reshape(-1)
         return arrays
 

@@ -45,6 +45,41 @@ def is_whole(path):
     return {".png": b"IEND", ".jpg": b"\xff\xd9"}.get(extension, b"") in end
 
 
+class Picture:
+    """One picture of a sequence of files, with what is asked of images here."""
+
+    source, packed_file, library, is_dirty, has_data = "FILE", None, None, False, False
+
+    def __init__(self, image, path):
+        self.name, self.name_full = image.name, image.name_full
+        self.colorspace_settings, self.alpha_mode = image.colorspace_settings, image.alpha_mode
+        self.filepath_raw = path
+        start = _first_bytes(path)
+        self.is_float = kind_of(start) in {".exr", ".hdr"}
+        # Width and height stand in a PNG's header; of other kinds the pixels are read by the program alone.
+        is_png = kind_of(start) == ".png" and is_whole(path)
+        self.size = struct.unpack(">II", start[16:24]) if is_png else (0, 0)
+
+    def as_pointer(self):
+        """Another one for each picture."""
+        return hash(self.filepath_raw)
+
+
+def picture_of(image, user):
+    """The image that a node shows: of a sequence the picture of the frame, as Blender itself counts frames."""
+    if image.source != "SEQUENCE" or image.packed_file is not None or not image.filepath_raw:
+        return image
+    return Picture(image, bpy.path.abspath(image.filepath_from_user(image_user=user), library=image.library))
+
+
+def _first_bytes(path):
+    try:
+        with open(path, "rb") as file:
+            return file.read(4096)
+    except OSError:
+        return b""
+
+
 def file_of(image):
     """The image's file on disk, or None (packed, generated, or away)."""
     if image.source not in {"FILE", "SEQUENCE", "TILED", "MOVIE"} or not image.filepath_raw:
@@ -83,6 +118,8 @@ def identity(image):
 
 def _raw_pixels(image):
     width, height = image.size
+    if isinstance(image, Picture) and width and height:
+        return _decoded(image)
     if width == 0 or height == 0:
         raise ImageError(f"the image \"{image.name}\" has no pixels (its file is missing or cannot be read)")
     values = numpy.empty(width * height * image.channels, numpy.float32)
@@ -93,6 +130,64 @@ def _raw_pixels(image):
     if values.shape[2] == 3:
         values = numpy.concatenate([values, numpy.ones((height, width, 1), numpy.float32)], axis=2)
     return values
+
+
+def _decoded(picture):
+    """The numbers of a PNG, height × width × 4 from 0 to 1 as they are coded, the bottom row first (ISO/IEC 15948)."""
+    unknown = ImageError(f"the picture {picture.filepath_raw} of \"{picture.name}\" cannot be read: save it as a PNG of 8 or 16 bits")
+    with open(picture.filepath_raw, "rb") as file:
+        data = file.read()
+    chunks, place = {}, 8
+    while place + 8 <= len(data):
+        (length,) = struct.unpack(">I", data[place : place + 4])
+        kind = data[place + 4 : place + 8]
+        chunks[kind] = chunks.get(kind, b"") + data[place + 8 : place + 8 + length]
+        place += 12 + length
+    width, height, bits, kind, _, _, interlaced = struct.unpack(">IIBBBBB", chunks.get(b"IHDR", b"").ljust(13, b"\0")[:13])
+    channels = {0: 1, 2: 3, 4: 2, 6: 4}.get(kind)
+    if channels is None or bits not in {8, 16} or interlaced or b"tRNS" in chunks:
+        raise unknown
+    step = channels * bits // 8
+    line = width * step
+    try:
+        raw = zlib.decompressobj().decompress(chunks.get(b"IDAT", b""), height * (line + 1))
+    except zlib.error as error:
+        raise unknown from error
+    if len(raw) != height * (line + 1):
+        raise unknown
+    rows = numpy.frombuffer(raw, numpy.uint8).reshape(height, line + 1)
+    values = numpy.zeros((height + 1, line), numpy.uint8)
+    for number, row in enumerate(rows):
+        values[number + 1] = _unfiltered(int(row[0]), row[1:], values[number], step)
+    values = values[1:].reshape(height, width, step)
+    if bits == 16:
+        values = values.reshape(height, width, channels, 2).astype(numpy.float32) @ numpy.array([256, 1], numpy.float32) / 65535
+    else:
+        values = values.astype(numpy.float32) / 255
+    color, alpha = (values[..., :-1], values[..., -1:]) if channels in {2, 4} else (values, numpy.ones_like(values[..., :1]))
+    return numpy.concatenate([numpy.broadcast_to(color, (height, width, 3)), alpha], axis=2)[::-1].copy()
+
+
+def _unfiltered(kind, row, above, step):
+    """A row of a PNG without its filter; `step` is the width of a pixel in bytes."""
+    if kind == 0:
+        return row
+    if kind == 2:
+        return row + above
+    if kind == 1:
+        return numpy.cumsum(row.reshape(-1, step), axis=0, dtype=numpy.uint8).reshape(-1)
+    # Each pixel asks for the one before it.
+    result, wide, upper = numpy.zeros(len(row) + step, numpy.int32), row.astype(numpy.int32), numpy.zeros(len(row) + step, numpy.int32)
+    upper[step:] = above
+    for at in range(0, len(row), step):
+        left, up, corner = result[at : at + step], upper[at + step : at + 2 * step], upper[at : at + step]
+        if kind == 3:
+            guess = (left + up) // 2
+        else:
+            a, b, c = abs(up - corner), abs(left - corner), abs(left + up - 2 * corner)
+            guess = numpy.where((a <= b) & (a <= c), left, numpy.where(b <= c, up, corner))
+        result[at + step : at + 2 * step] = (wide[at : at + step] + guess) & 255
+    return result[step:].astype(numpy.uint8)
 
 
 def decode_srgb(values):
@@ -132,6 +227,9 @@ def multiplies(image):
         return False
     if not may_have_alpha(image):
         return False
+    if isinstance(image, Picture) and image.is_float:
+        # Its file holds them so, and no other is made of it.
+        return True
     key = str(identity(image))
     if key not in _opaque:
         _opaque[key] = bool((_raw_pixels(image)[..., 3] >= 1).all())

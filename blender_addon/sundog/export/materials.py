@@ -32,6 +32,8 @@ class Writer:
         self.document, self.cache = document, cache
         self.walker = nodes.Walker()
         self.version = blender_version
+        # UV maps that each material has before its own.
+        self.first_uvs = []
         self._known = {}
 
     def material(self, material):
@@ -59,7 +61,7 @@ class Writer:
             return self._build(material.name, Surface(base_color=Const(numpy.full(3, 0.8))), reader)
 
     def _build(self, name, surface, reader):
-        slots = Slots(self, reader)
+        slots = Slots(self, reader, self.first_uvs)
         pbr, extensions, exact = {}, {}, {"thin_walled": False}
         result = {"name": name, "doubleSided": True, "pbrMetallicRoughness": pbr}
 

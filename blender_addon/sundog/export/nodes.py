@@ -375,7 +375,11 @@ class Evaluator:
         return Const(blackbody.color(float(temperature.value))) if isinstance(temperature, Const) else None
 
     def _node_ambient_occlusion(self, source, node):
-        return self.color(source.input("Color")) if source.socket.name == "Color" else None
+        # Taken as open everywhere, which is nearer to the truth than a mean: most of what is seen is.
+        label = f"{node.bl_label} node, which is taken as open"
+        if source.socket.name != "Color":
+            return Unknown(numpy.ones(SAMPLES), label)
+        return multiply(self.color(source.input("Color")), Unknown(numpy.ones((SAMPLES, 3)), label))
 
     # Operations
 

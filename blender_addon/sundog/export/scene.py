@@ -9,9 +9,9 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import geometry, gltf, images, lights, materials, visibility
+from . import culling, geometry, gltf, images, lights, materials, visibility
 from . import world as worlds
-from .verdicts import APPROXIMATED, LOST
+from .verdicts import APPROXIMATED, EXACT, LOST
 
 # glTF's axes are Y up: (x, y, z) of Blender is (x, z, -y). A permutation with a sign: exact.
 TO_GLTF = numpy.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
@@ -29,9 +29,10 @@ LEFT_OUT = {
     "VOLUME": "volumes",
     "CURVES": "hair curves",
     "POINTCLOUD": "point clouds",
-    "GPENCIL": "Grease Pencil",
-    "GREASEPENCIL": "Grease Pencil",
 }
+
+# Before 4.3 and from then on.
+GREASE_PENCIL = {"GPENCIL", "GREASEPENCIL"}
 
 
 class ExportError(Exception):
@@ -55,6 +56,9 @@ class Exporter:
         version = ".".join(map(str, bpy.app.version))
         self.document = gltf.Document(folder, f"Sundog add-on for Blender {version}")
         self.materials = materials.Writer(self.document, cache, bpy.app.version)
+        # The pass shows the active UV map, which is the first that the file has.
+        self.materials.first_uvs = [None] if depsgraph.view_layer.use_pass_uv else []
+        self._culling = self._light_groups = None
         self.changed_geometry = 0
         # Evaluated data and slots -> glTF mesh, or None where there is nothing to render.
         self._meshes = {}
@@ -64,6 +68,9 @@ class Exporter:
 
     def objects(self):
         """All that the depsgraph would render."""
+        eye, matrix, view = self._eye([])
+        self._culling = culling.Culling(self.scene, eye, matrix, view)
+        self._light_groups = {group.name for group in self.view_layer.lightgroups}
         told = time.monotonic()
         for count, instance in enumerate(self.depsgraph.object_instances):
             # Whoever is told may stop the export by raising.
@@ -85,9 +92,16 @@ class Exporter:
         if kind in LEFT_OUT:
             self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out")
             return
+        if kind in GREASE_PENCIL:
+            # Before 4.3 view layers had no switch for it.
+            if getattr(self.view_layer, "use_grease_pencil", True):
+                self.verdicts.add("object", shown.name, EXACT, "Blender draws its Grease Pencil over the picture, as over Cycles'")
+            return
         self._hair(instance, shown)
         if kind != "MESH":
             # Curves, surfaces, texts and metaballs come a second time, as the meshes they amount to.
+            return
+        if self._culling.leaves_out(shown, instance.matrix_world):
             return
         mesh = self._mesh(shown)
         if mesh is None:
@@ -96,11 +110,16 @@ class Exporter:
         extension = visibility.sundog_object([shown, parent], self.view_layer)
         if extension and "shadow_catcher" in extension:
             self.verdicts.add("object", shown.name, LOST, "it is rendered as any object, not as a shadow catcher")
-        self.verdicts.extend("object", shown.name, linking(shown), untouched=False)
+        self.verdicts.extend("object", shown.name, linking(shown) + self._grouping(shown), untouched=False)
         key = (mesh, str(extension))
         place = self._placed.setdefault(key, (extension, [], []))
         place[1].append(shown.name)
         place[2].append([c for row in instance.matrix_world for c in row])
+
+    def _grouping(self, thing):
+        """Findings on the light group of an object or a world."""
+        group = getattr(thing, "lightgroup", "")
+        return [(LOST, f"its light group \"{group}\" has no pass of its own")] if group and group in self._light_groups else []
 
     def _hair(self, instance, shown):
         if instance.is_instance:
@@ -146,7 +165,8 @@ class Exporter:
         for slot, material in exported.items():
             name = slots[slot].name_full if slots[slot] is not None else None
             if name is not None:
-                self.verdicts.extend("material", name, material.findings)
+                findings = material.findings + self._clear_glass(material.index)
+                self.verdicts.extend("material", name, findings)
         stored = geometry.store(mesh, {slot: material.demand for slot, material in exported.items()}, self.cache)
         if stored is None:
             return None
@@ -163,6 +183,15 @@ class Exporter:
             for primitive in stored.layout["primitives"]
         ]
         return self.document.shared("meshes", {"name": mesh.name, "primitives": primitives})
+
+    def _clear_glass(self, index):
+        """Findings on glass where the film is transparent behind it."""
+        cycles, render = getattr(self.scene, "cycles", None), self.scene.render
+        if cycles is None or not (render.film_transparent and cycles.film_transparent_glass):
+            return []
+        if "KHR_materials_transmission" not in self.document.root["materials"][index]["extensions"]:
+            return []
+        return [(LOST, "the film's transparent glass is left out: the world is seen through it, and the picture is opaque there")]
 
     def _write_placed(self):
         for (mesh, _), (extension, names, matrices) in self._placed.items():
@@ -220,7 +249,7 @@ class Exporter:
             seen["camera"] = False
         if seen:
             described["visibility"] = seen
-        findings += linking(shown)
+        findings += linking(shown) + self._grouping(shown)
         if described.get("type") == "area" and lights.is_sheared(instance.matrix_world):
             findings.append((APPROXIMATED, "its parents shear it: it is rendered so, where Cycles mixes two other outlines"))
         self.verdicts.extend("light", shown.name, findings)
@@ -243,21 +272,26 @@ class Exporter:
 
     # Camera, world, colours
 
+    def _eye(self, findings):
+        """What the scene looks through: settings, unscaled place, window."""
+        shown = self.scene.camera.evaluated_get(self.depsgraph)
+        eye = cameras.settings_of(shown, findings)
+        return eye, cameras.without_scale(shown.matrix_world), cameras.window(eye, self.scene.render)
+
     def camera(self):
         """The scene's camera."""
-        shown = self.scene.camera.evaluated_get(self.depsgraph)
-        matrix = cameras.without_scale(shown.matrix_world)
-        findings = []
+        name, findings = self.scene.camera.name, []
+        eye, matrix, _ = self._eye(findings)
         extension, plain = cameras.describe(
-            cameras.settings_of(shown, findings), matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
+            eye, matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
         )
         if self.scene.render.use_motion_blur:
             findings.append((LOST, "motion blur is left out: everything stands still"))
-        self.verdicts.extend("camera", shown.name, findings)
-        plain["name"] = shown.name
+        self.verdicts.extend("camera", name, findings)
+        plain["name"] = name
         plain["extensions"] = {self.document.uses("SUNDOG_camera"): extension}
         index = self.document.add("cameras", plain)
-        self.document.add_node({"name": shown.name, "camera": index, "matrix": node_matrix(matrix)})
+        self.document.add_node({"name": name, "camera": index, "matrix": node_matrix(matrix)})
 
     def world(self):
         """The world and the colour management, as SUNDOG_scene."""
@@ -272,7 +306,7 @@ class Exporter:
             findings.append((LOST, f"it is rendered black: {error}"))
             extension["world"] = {"color": [0.0, 0.0, 0.0]}
         if world is not None:
-            self.verdicts.extend("world", world.name, findings)
+            self.verdicts.extend("world", world.name, findings + self._grouping(world))
         extension["color_management"] = color_management(self.scene)
         extension["render"] = render_settings(self.scene)
         top = self.document.root["scenes"][0]

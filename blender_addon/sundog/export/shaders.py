@@ -185,6 +185,11 @@ class Reader:
             strength = 1.0
         used = [leaf for leaf in color.leaves() if isinstance(leaf, Image)]
         if not used:
+            # Half a step of eight bits about the normal of the surface itself.
+            flat = isinstance(color, Const) and numpy.abs(color.value - [0.5, 0.5, 1.0]).max() <= 0.5 / 255 + 1e-7
+            if not flat and strength != 0:
+                fed = "one colour" if isinstance(color, Const) else "something else than an image"
+                self.note(LOST, f"a Normal Map node fed by {fed} is left out")
             return None
         if node.uv_map and any((leaf.texture.uv or node.uv_map) != node.uv_map for leaf in used):
             self.note(APPROXIMATED, "the normal map's tangents follow the image's own UV map")
@@ -471,7 +476,7 @@ class Reader:
 
     def texture(self, node, place):
         """The TextureSpec of an image node; a Const where the image is missing."""
-        image = node.image
+        image = images.picture_of(node.image, node.image_user)
         if images.is_missing(image):
             self.note(APPROXIMATED, f"the image \"{image.name}\" is missing or broken ({image.filepath_raw}): pink, as in Cycles")
             return images.MISSING
@@ -543,7 +548,7 @@ class Reader:
             return node.uv_map or None, transform
         if node.type == "TEX_COORD" and name == "UV":
             return None, transform
-        if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY":
+        if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY" and name in {"Vector", "Color"}:
             return node.attribute_name or None, transform
         self.note(APPROXIMATED, f"image coordinates by {node.bl_label} ({name}) are replaced by the UV map")
         return None, transform

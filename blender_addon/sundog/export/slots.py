@@ -13,9 +13,9 @@ from .verdicts import APPROXIMATED, LOST
 class Slots:
     """Turns the expressions of one material into factors and textures."""
 
-    def __init__(self, writer, reader):
+    def __init__(self, writer, reader, uvs=()):
         self.writer, self.reader = writer, reader
-        self.uvs = []
+        self.uvs = list(uvs)
         self.attributes = []
 
     def attribute_name(self):
