@@ -159,6 +159,8 @@ def add_world(image, rotation):
     values = numpy.full((32, 64, 4), 0.3, numpy.float32)
     values[18:24, 10:20, :3] = (40, 30, 20)
     values[:16, :, 2] = 0.1
+    # (From 5.1 on Cycles multiplies an image of floats that is in memory alone by its alpha; this is not about that.)
+    values[..., 3] = 1.0
     picture.pixels.foreach_set(values.ravel())
     picture.update()
     environment = tree.nodes.new("ShaderNodeTexEnvironment")

@@ -275,7 +275,9 @@ def main():
     parser.add_argument("--references-only", action="store_true", help="only render Cycles' pictures into the cache")
     parser.add_argument("--json", metavar="FILE", help="write the numbers there")
     given = parser.parse_args()
-    listed = run([sys.executable, os.path.join(SCRIPTS, "build.py"), "--list"], "listing the scenes").split()
+    listed = run([sys.executable, os.path.join(SCRIPTS, "build.py"), "--list"], "listing the scenes").splitlines()
+    # From 5.1 on Blender's own messages go to the standard output too, and they have blanks.
+    listed = [line for line in listed if line and " " not in line]
     names = given.scenes or [name for name in listed if name not in TOO_NOISY]
     os.makedirs(given.keep, exist_ok=True)
     begun = time.monotonic()

@@ -160,6 +160,9 @@ def by_cycles(samples, seed, folder):
     if hasattr(image, "media_type"):
         image.media_type = "MULTI_LAYER_IMAGE"
     image.file_format, image.color_depth, image.exr_codec = "OPEN_EXR_MULTILAYER", "32", "NONE"
+    if hasattr(image, "use_exr_interleave"):
+        # All layers in one part, as before 5.0.
+        image.use_exr_interleave = True
     render.filepath = os.path.join(folder, "cycles.exr")
     with kit.quiet():
         bpy.ops.render.render(write_still=True)

@@ -80,6 +80,19 @@ def _first_bytes(path):
         return b""
 
 
+def has_blocks(data):
+    """Whether an OpenEXR file's data says where its first lines are: Blender 5.2 packs images with nothing but zeros there."""
+    try:
+        at = 8
+        while data[at]:
+            # An attribute: its name and its type, each ended by a zero, its size, its value.
+            at = data.index(b"\0", data.index(b"\0", at) + 1) + 1
+            at += 4 + struct.unpack_from("<I", data, at)[0]
+        return any(data[at + 1 : at + 9])
+    except (IndexError, ValueError, struct.error):
+        return False
+
+
 def file_of(image):
     """The image's file on disk, or None (packed, generated, or away)."""
     if image.source not in {"FILE", "SEQUENCE", "TILED", "MOVIE"} or not image.filepath_raw:
@@ -285,6 +298,8 @@ def original(image, cache, as_data):
     if data is not None:
         extension = kind_of(data)
         if extension is None or not _read_as_blender_does(image, extension, as_data):
+            return None
+        if extension == ".exr" and not has_blocks(data):
             return None
         path = os.path.join(cache, f"image-{hashlib.sha1(data).hexdigest()}{extension}")
         if not os.path.isfile(path):

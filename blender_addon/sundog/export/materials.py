@@ -62,7 +62,7 @@ class Writer:
 
     def _build(self, name, surface, reader):
         slots = Slots(self, reader, self.first_uvs)
-        pbr, extensions, exact = {}, {}, {"thin_walled": False}
+        pbr, extensions, exact = {}, {}, {"thin_walled": surface.thin_walled}
         result = {"name": name, "doubleSided": True, "pbrMetallicRoughness": pbr}
 
         alpha = surface.alpha

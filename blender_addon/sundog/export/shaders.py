@@ -3,6 +3,7 @@
 
 import math
 
+import bpy
 import numpy
 
 from . import expressions, images, nodes
@@ -52,6 +53,8 @@ class Surface:
         for name, value in {**self.COLORS, **self.SCALARS}.items():
             setattr(self, name, inputs.pop(name, value))
         self.normal = inputs.pop("normal", None)
+        # Whether its transmission goes through a sheet instead of into a solid.
+        self.thin_walled = inputs.pop("thin_walled", False)
         # Features without a counterpart in the program, by the names of the contract.
         self.others = inputs.pop("others", {})
         assert not inputs, inputs
@@ -69,6 +72,7 @@ class Surface:
         for name in [*self.COLORS, *self.SCALARS]:
             setattr(new, name, mix(factor, getattr(self, name), getattr(other, name)))
         new.normal = self.normal or other.normal
+        new.thin_walled = self.thin_walled or other.thin_walled
         new.others = {**other.others, **self.others}
         return new
 
@@ -191,6 +195,8 @@ class Reader:
                 fed = "one colour" if isinstance(color, Const) else "something else than an image"
                 self.note(LOST, f"a Normal Map node fed by {fed} is left out")
             return None
+        if getattr(node, "convention", "OPENGL") == "DIRECTX":
+            color = expressions.operation("DirectX normals", lambda c: c * [1, -1, 1] + [0, 1, 0], [color], True)
         if node.uv_map and any((leaf.texture.uv or node.uv_map) != node.uv_map for leaf in used):
             self.note(APPROXIMATED, "the normal map's tangents follow the image's own UV map")
         return color, strength
@@ -217,22 +223,43 @@ class Reader:
             }
         if (strength := self._number(source, "Anisotropic")) != 0:
             others["anisotropy"] = {"strength": strength, "rotation": self._number(source, "Anisotropic Rotation")}
-        if (thickness := self._number(source, "Thin Film Thickness")) != 0:
-            others["thin_film"] = {"thickness": thickness, "ior": self._number(source, "Thin Film IOR", 1.33)}
+        others.update(self._thin_film(source))
         emission = multiply(self._scalar(source, "Emission Strength"), self._color(source, "Emission Color"))
+        metallic, transmission, roughness = (self._scalar(source, n) for n in ("Metallic", "Transmission Weight", "Roughness"))
+        if source.node.distribution == "GGX":
+            # In Cycles, up to these roughnesses a white sphere in white light is darker by it by 0.6 % at most; rough metal by half.
+            opaque = all(isinstance(v, Const) and v.value == 0 for v in (metallic, transmission))
+            if not (isinstance(roughness, Const) and roughness.value <= (0.5 if opaque else 0.2)):
+                self.note(APPROXIMATED, "GGX is rendered with multiple scattering")
         return Surface(
             base_color=self._color(source, "Base Color"),
-            metallic=self._scalar(source, "Metallic"),
-            roughness=self._scalar(source, "Roughness"),
+            metallic=metallic,
+            roughness=roughness,
             ior=self._scalar(source, "IOR", Const(1.5)),
             specular_level=self._scalar(source, "Specular IOR Level", Const(0.5)),
             specular_tint=self._color(source, "Specular Tint"),
-            transmission=self._scalar(source, "Transmission Weight"),
+            transmission=transmission,
             alpha=self._scalar(source, "Alpha", ONE),
             emission=emission,
             normal=self._normal(source),
             others=others,
+            thin_walled=self._thin_wall(source),
         )
+
+    def _thin_wall(self, source):
+        """Principled's Thin Wall of Blender 5.2: light goes through a sheet, without being bent."""
+        value = self._number(source, "Thin Wall")
+        if value and self._number(source, "Transmission Weight") != 0:
+            self.note(APPROXIMATED, "a thin wall is rendered as a sheet without reflections between its sides")
+        return bool(value)
+
+    def _thin_film(self, source):
+        thickness = self._number(source, "Thin Film Thickness")
+        return {"thin_film": {"thickness": thickness, "ior": self._number(source, "Thin Film IOR", 1.33)}} if thickness else {}
+
+    def _anisotropy(self, source):
+        strength = self._number(source, "Anisotropy")
+        return {"anisotropy": {"strength": strength, "rotation": self._number(source, "Rotation")}} if strength else {}
 
     def _tint(self, source, name):
         value = self._color(source, name)
@@ -251,13 +278,12 @@ class Reader:
         color = self._color(source, "Color")
         if not (isinstance(color, Const) and numpy.allclose(color.value, 1)):
             self.note(APPROXIMATED, "a Glossy BSDF is rendered as a metal of its colour, whose edges are white")
-        strength = self._number(source, "Anisotropy")
         return Surface(
             base_color=color,
             metallic=ONE,
             roughness=self._glossy_roughness(source),
             normal=self._normal(source),
-            others={"anisotropy": {"strength": strength}} if strength else {},
+            others=self._anisotropy(source),
         )
 
     def _glossy_roughness(self, source):
@@ -271,17 +297,19 @@ class Reader:
     _shader_bsdf_anisotropic = _shader_bsdf_glossy
 
     def _shader_bsdf_metallic(self, source):
+        others = {**self._anisotropy(source), **self._thin_film(source)}
         if source.node.fresnel_type != "F82":
             self.note(APPROXIMATED, "a metal by its physical conductor values is rendered with its colour of reflection")
             n, k = self._color(source, "IOR").value, self._color(source, "Extinction").value
             base = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
-            return Surface(base_color=Const(base), metallic=ONE, roughness=self._glossy_roughness(source), normal=self._normal(source))
+            return Surface(base_color=Const(base), metallic=ONE, roughness=self._glossy_roughness(source), normal=self._normal(source), others=others)
         return Surface(
             base_color=self._color(source, "Base Color"),
             specular_tint=self._color(source, "Edge Tint"),
             metallic=ONE,
             roughness=self._glossy_roughness(source),
             normal=self._normal(source),
+            others=others,
         )
 
     def _shader_bsdf_glass(self, source):
@@ -297,6 +325,7 @@ class Reader:
             ior=self._scalar(source, "IOR", Const(1.5)),
             roughness=self._glossy_roughness(source),
             normal=self._normal(source),
+            others=self._thin_film(source),
         )
 
     def _shader_bsdf_refraction(self, source):
@@ -499,6 +528,8 @@ class Reader:
         alpha = node.outputs["Alpha"].is_linked
         if image.alpha_mode == "PREMUL" and not image.is_float and images.may_have_alpha(image):
             self.note(APPROXIMATED, f"the alpha of \"{image.name}\" is taken as straight instead of premultiplied")
+        if bpy.app.version >= (5, 1, 0) and image.alpha_mode == "STRAIGHT" and image.is_float and images.multiplies(image):
+            self.note(APPROXIMATED, f"the colours of \"{image.name}\" are taken as multiplied by its alpha already")
         return TextureSpec(image, uv, transform, wraps, node.interpolation == "Closest", not alpha and images.multiplies(image))
 
     def _coordinates(self, place):
