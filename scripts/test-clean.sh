@@ -1,7 +1,11 @@
 #!/usr/bin/env bash
 # For developers: runs commands in a clean Debian with nothing but `make`, on a clean clone of the last commit.
 #
-#     sudo scripts/test-clean.sh SUITE [COMMAND]      SUITE bookworm or trixie; COMMAND 'make demo && make test' by default
+#     sudo scripts/test-clean.sh [--archive] SUITE [COMMAND]
+#                                     SUITE bookworm or trixie; COMMAND 'make demo && make test' by default
+#
+# With --archive the files of the last commit are unpacked from an archive, as somebody has them who downloads one: there is no
+# folder .git. The clean system has no git either way.
 #
 # Needs root and debootstrap. The base system is made once under SUNDOG_CLEAN_DIR (/var/tmp/sundog-clean) and copied for
 # each run; the cache folder is the clean system's own, so everything is fetched. Rust comes from this machine, read-only,
@@ -10,6 +14,11 @@
 # shellcheck source=lib.sh
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
+from=clone
+if [ "${1:-}" = --archive ]; then
+    from=archive
+    shift
+fi
 suite=${1:?the suite, bookworm or trixie}
 command=${2:-make demo && make test}
 place=${SUNDOG_CLEAN_DIR:-/var/tmp/sundog-clean}
@@ -42,7 +51,12 @@ cp /etc/resolv.conf "$root/etc/resolv.conf"
 mkdir -p "$root/usr/local/share/ca-certificates"
 cp /usr/local/share/ca-certificates/*.crt "$root/usr/local/share/ca-certificates/" 2>/dev/null || true
 
-git clone --quiet --no-hardlinks "$project_root" "$root/root/sundog"
+if [ "$from" = archive ]; then
+    mkdir "$root/root/sundog"
+    git -C "$project_root" archive HEAD | tar -x -C "$root/root/sundog"
+else
+    git clone --quiet --no-hardlinks "$project_root" "$root/root/sundog"
+fi
 inside() { chroot "$root" env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb LANG=C.UTF-8 "$@"; }
 inside sh -c 'apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends make >/dev/null 2>&1'
 say "in a clean $suite: $command"
