@@ -17,7 +17,7 @@ import sys
 import bpy
 
 # The order of registering.
-_NAMES = ("preferences", "properties", "engine", "scene_check", "effects", "ui", "compare", "export.hook")
+_NAMES = ("preferences", "properties", "engine", "scene_check", "ui", "effects", "compare", "export.hook")
 _modules = []
 
 # Blender reloads only this file when an add-on was updated: the others shall be read anew as well.

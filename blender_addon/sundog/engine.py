@@ -141,6 +141,18 @@ class _LayerRender:
             self.record["command"] = line
             self.watch(line, folder, frames)
         records.finish(self.record, self.engine.is_animation)
+        self.tell_loss()
+
+    def tell_loss(self):
+        """One line on what is not exact: as a report, and in the picture's header, where it stays."""
+        sentence = records.told(self.record, self.engine.is_animation)
+        if sentence:
+            kind = "WARNING" if " lost" in sentence else "INFO"
+            self.engine.report({kind}, f"Sundog: {self.title}{sentence}: see Scene Check")
+        # Of all that the engine says only this is still there when the render has ended; it ends or fails nothing.
+        whole = records.loss(records.last_verdicts())
+        if whole and not bpy.app.background:
+            self.engine.error_set(f"{whole}: see Scene Check")
 
     def warn(self, text):
         """Something that the user should know, once a render."""

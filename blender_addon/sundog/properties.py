@@ -23,7 +23,7 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
     samples: IntProperty(name="Samples", description="Samples of each pixel", default=256, min=1, max=1 << 20)
     time_limit: FloatProperty(
         name="Time Limit",
-        description="Be ready after this time, loading, preparing and writing included; 0 for no limit",
+        description="End after this time, of which loading and preparing are a part, but not the export; 0 for no limit",
         default=0.0, min=0.0, subtype="TIME_ABSOLUTE", unit="TIME_ABSOLUTE", step=100,
     )
     error_target: FloatProperty(
@@ -77,6 +77,22 @@ COPIED = (
     "filter_width", "seed", "use_animated_seed",
 )
 
+# Cycles stops a pixel where Σ|I − A| / √ΣI is below its threshold t, A being the mean of every other sample. Of a grey
+# pixel of light L and error s, I − A has the deviation s and 0.8 s in the mean, so that s is 0.7 t √L there; ours is
+# s / √(L² + 0.01), which is 0.7 t at L = 1 and 1.6 t at 0.1. As Cycles draws |I − A| once, it stops earlier: measured
+# on three scenes, both have the same error at 1.2 to 1.3 t for t = 0.05, and at 1.3, 2.3 and 2.7 t for t = 0.01, the default.
+PIXEL_ERROR_OF_THRESHOLD = 2.0
+
+
+def pixel_error(cycles):
+    """The pixel error that is nearest to Cycles' noise threshold; 0 where that is off."""
+    if not cycles.use_adaptive_sampling:
+        return 0.0
+    # Cycles' own, where the threshold is 0.
+    threshold = cycles.adaptive_threshold or max(0.001, 1.0 / max(cycles.samples, 1))
+    return PIXEL_ERROR_OF_THRESHOLD * threshold
+
+
 
 def copy_from_cycles(scene):
     """Copies what `scene.cycles` says; returns sentences on what has no place here. Raises AttributeError without Cycles."""
@@ -87,16 +103,32 @@ def copy_from_cycles(scene):
         layer.sundog.use_pass_albedo = layer.cycles.denoising_store_passes
         layer.sundog.use_pass_denoising_normal = layer.cycles.denoising_store_passes
         layer.sundog.use_pass_sample_count = layer.cycles.pass_debug_sample_count
-    notes = []
+    settings.pixel_error_target = pixel_error(cycles)
+    return list(_notes(scene, cycles, settings))
+
+
+def _notes(scene, cycles, settings):
     if cycles.use_adaptive_sampling:
-        notes.append("the noise threshold is another measure than the error targets, which stay as they are")
+        # What stands in the field.
+        yield f"the noise threshold has become a Pixel Error of {settings.pixel_error_target:.3g}, with Samples as the most"
+        if cycles.adaptive_min_samples:
+            yield "the least samples of adaptive sampling are Sundog's own"
+    if cycles.time_limit > 0:
+        yield "the time limit counts loading and preparing, too"
     if cycles.use_denoising:
-        notes.append("there is no denoising")
+        yield "there is no denoising"
     if cycles.volume_bounces:
-        notes.append("there are no volumes")
-    if getattr(cycles, "use_light_tree", False) or cycles.light_sampling_threshold > 0:
-        notes.append("Sundog has no light threshold")
-    return notes
+        yield "there are no volumes"
+    if cycles.use_fast_gi:
+        yield "there is no fast GI approximation: all bounces are traced"
+    if getattr(cycles, "use_guiding", False):
+        yield "there is no path guiding, which changes noise alone"
+    if scene.render.film_transparent and cycles.film_transparent_glass:
+        yield "glass is opaque in a transparent film"
+    if getattr(cycles, "use_sample_subset", False) or getattr(cycles, "sample_offset", 0):
+        yield "there are no sample subsets"
+    if cycles.use_layer_samples != "USE" and any(layer.samples for layer in scene.view_layers):
+        yield "the view layers' own samples count always"
 
 
 class SUNDOG_OT_copy_settings_from_cycles(bpy.types.Operator):

@@ -6,6 +6,10 @@ import json
 
 _RANK = {"lost": 0, "approximated": 1, "exact": 2}
 
+# What verdicts of some kinds are counted as.
+_NOUNS = {"program": "feature"}
+# By view layer, what was said last.
+_told = {}
 # One dictionary for each view layer of the last frame.
 _layers = []
 _printed = None
@@ -57,8 +61,7 @@ def last_verdicts():
     "program"."""
     found, seen = [], set()
     for record in _layers:
-        own = record["verdicts"]
-        for verdict in [*own, *(_of_program(d) for d in record["diagnostics"] if not _is_told(d, own))]:
+        for verdict in verdicts_of(record):
             key = tuple(verdict[k] for k in ("kind", "name", "verdict", "detail"))
             if key not in seen:
                 seen.add(key)
@@ -72,6 +75,12 @@ def _is_told(diagnostic, verdicts):
         return False
     words = f"{diagnostic.get('feature', '')} is not rendered"
     return any(v["kind"] == "material" and words in v["detail"] for v in verdicts)
+
+
+def verdicts_of(record):
+    """Those of one view layer, the program's own included."""
+    own = record["verdicts"]
+    return [*own, *(_of_program(d) for d in record["diagnostics"] if not _is_told(d, own))]
 
 
 def _of_program(diagnostic):
@@ -135,6 +144,29 @@ def listed(names, most=5, unnamed=0):
     """Names for a line of text; `unnamed` have none."""
     more = max(len(names) - most, 0) + unnamed
     return ", ".join(names[:most]) + (f" and {more} more" if more else "")
+
+
+def loss(verdicts):
+    """How many things of each kind are not exact: "1 object lost, 2 materials and 1 light approximated"; "" where all are."""
+    parts = []
+    for verdict in ("lost", "approximated"):
+        found = {}
+        for kind, name in sorted({(v["kind"], v["name"]) for v in verdicts if v["verdict"] == verdict}):
+            found.setdefault(_NOUNS.get(kind, kind), []).append(name)
+        words = [f"{len(names)} {noun}{'s' if len(names) > 1 else ''}" for noun, names in found.items()]
+        if words:
+            parts.append(" and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words) + f" {verdict}")
+    return ", ".join(parts)
+
+
+def told(record, animation):
+    """The sentence on what was lost of a view layer, to be reported; "" if there is none, or it was the same in the frame
+    before of an animation."""
+    layer = (record["scene"], record["layer"])
+    sentence = loss(verdicts_of(record))
+    again = animation and _told.get(layer) == sentence
+    _told[layer] = sentence
+    return "" if again else sentence
 
 
 def groups(verdicts):

@@ -18,11 +18,29 @@ HIDDEN = {
     "NODE_DATA_PT_light",
     "DATA_PT_camera_stereoscopy",
     "RENDER_PT_stereoscopy",
+    # It would stand above Sampling, which is first in Cycles.
+    "RENDER_PT_simplify",
+    "RENDER_PT_simplify_viewport",
+    "RENDER_PT_simplify_render",
+    "RENDER_PT_simplify_greasepencil",
 }
 # Of the panels that Blender keeps for its own engines: those whose data Sundog renders.
 SHOWN = {"DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT_context_material"}
 
+# Blender's panels of what is not rendered, and what they then say at their top.
+NOT_RENDERED = {
+    "DATA_PT_context_volume": "Sundog does not render volumes",
+    "DATA_PT_context_pointcloud": "Sundog does not render point clouds",
+    "DATA_PT_context_curves": "Sundog does not render hair curves",
+    "DATA_PT_lightprobe": "Light probes do nothing in Sundog",
+    "PARTICLE_PT_render_path": "Sundog does not render hair and paths",
+    "PARTICLE_PT_hair_shape": "Sundog does not render hair and paths",
+    "PHYSICS_PT_smoke": "Sundog does not render volumes",
+}
+
 _adopted = []
+# (panel, function) of those.
+_says = []
 
 
 def blenders_panels():
@@ -114,6 +132,29 @@ class SUNDOG_RENDER_PT_light_paths(_Closed, Panel):
         layout.prop(settings, "blur_glossy")
 
 
+class SUNDOG_RENDER_PT_simplify(_Closed, Panel):
+    bl_label = "Simplify"
+    bl_context = "render"
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.render, "use_simplify", text="")
+
+    def show(self, layout, context):
+        render = context.scene.render
+        layout.active = render.use_simplify
+        column = layout.column(heading="Render")
+        column.prop(render, "simplify_subdivision_render", text="Max Subdivision")
+        column.prop(render, "simplify_child_particles_render", text="Child Particles")
+        column = layout.column(heading="Viewport")
+        column.prop(render, "simplify_subdivision", text="Max Subdivision")
+        column.prop(render, "simplify_child_particles", text="Child Particles")
+        prop(column, render, "simplify_volumes", text="Volume Resolution")
+        prop(column, render, "use_simplify_normals", text="Normals")
+        cycles = getattr(context.scene, "cycles", None)
+        if getattr(cycles, "texture_limit_render", "OFF") != "OFF":
+            layout.label(text="Sundog has no texture limit", icon="INFO")
+
+
 class SUNDOG_RENDER_PT_film(_Closed, Panel):
     bl_label = "Film"
     bl_context = "render"
@@ -160,6 +201,19 @@ class SUNDOG_VIEW_LAYER_PT_passes(_Buttons, Panel):
         column = layout.column(heading="Other")
         column.prop(layer, "use_pass_emit", text="Emission")
         column.prop(layer, "use_pass_environment", text="Environment")
+
+
+class SUNDOG_VIEW_LAYER_PT_filter(_Closed, Panel):
+    bl_label = "Filter"
+    bl_context = "view_layer"
+
+    def show(self, layout, context):
+        layer = context.view_layer
+        column = layout.column(heading="Include")
+        column.prop(layer, "use_sky", text="Environment")
+        column.prop(layer, "use_solid", text="Surfaces")
+        prop(column, layer, "use_grease_pencil", text="Grease Pencil")
+        layout.label(text="Sundog does not render curves, volumes and motion blur", icon="INFO")
 
 
 class SUNDOG_VIEW_LAYER_PT_override(_Closed, Panel):
@@ -397,10 +451,12 @@ _CLASSES = (
     SUNDOG_RENDER_PT_sampling,
     SUNDOG_RENDER_PT_sampling_advanced,
     SUNDOG_RENDER_PT_light_paths,
+    SUNDOG_RENDER_PT_simplify,
     SUNDOG_RENDER_PT_film,
     SUNDOG_RENDER_PT_performance,
     SUNDOG_RENDER_PT_scene_check,
     SUNDOG_VIEW_LAYER_PT_passes,
+    SUNDOG_VIEW_LAYER_PT_filter,
     SUNDOG_VIEW_LAYER_PT_override,
     SUNDOG_LIGHT_PT_light,
     SUNDOG_LIGHT_PT_beam_shape,
@@ -417,6 +473,16 @@ _CLASSES = (
 )
 
 
+def _saying(text):
+    """Draws a line, for this engine alone: the panel is everybody's."""
+
+    def says(self, context):
+        if context.engine == ENGINE:
+            self.layout.label(text=text, icon="INFO")
+
+    return says
+
+
 def register():
     """Adds the panels, and Sundog to Blender's."""
     for panel in blenders_panels():
@@ -424,6 +490,10 @@ def register():
         if ENGINE not in panel.COMPAT_ENGINES:
             panel.COMPAT_ENGINES.add(ENGINE)
             _adopted.append(panel)
+        if panel.__name__ in NOT_RENDERED:
+            says = _saying(NOT_RENDERED[panel.__name__])
+            panel.prepend(says)
+            _says.append((panel, says))
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
 
@@ -432,5 +502,8 @@ def unregister():
     """Takes them away, and Sundog out of Blender's."""
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)
+    while _says:
+        panel, says = _says.pop()
+        panel.remove(says)
     while _adopted:
         _adopted.pop().COMPAT_ENGINES.discard(ENGINE)

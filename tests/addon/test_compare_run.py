@@ -202,6 +202,27 @@ class Compare(unittest.TestCase):
             self.assertLessEqual(numpy.abs(difference).max() * 255, 1.01)
 
 
+class Switches(unittest.TestCase):
+    """What the view layer or the settings leave out, both engines leave out."""
+
+    def agree(self, scene):
+        with tempfile.TemporaryDirectory() as folder, quiet():
+            linear = sundog.compare.run(None, folder, samples=SAMPLES)["linear"]
+        standard_error = LUMINANCE_OVER_CHANNELS * linear["rmse"] / math.sqrt(SIZE[0] * SIZE[1])
+        self.assertLess(abs(linear["mean_luminance_a"] - linear["mean_luminance_b"]), SIGMAS * standard_error + 1e-6)
+        return linear["mean_luminance_b"]
+
+    def test_view_layers(self):
+        scene = build()
+        layer = scene.view_layers[0]
+        whole = self.agree(scene)
+        for name in ("use_sky", "use_solid"):
+            with self.subTest(name):
+                setattr(layer, name, False)
+                self.assertGreater(abs(self.agree(scene) / whole - 1), 0.1)
+                setattr(layer, name, True)
+
+
 class Ways(unittest.TestCase):
     """Other ways in, and what goes wrong."""
 

@@ -12,7 +12,7 @@ import bpy
 
 import export_kit
 from engine_kit import EngineTest, engine, quiet, sundog
-from sundog import preferences, properties, scene_check, ui
+from sundog import preferences, properties, records, scene_check, ui
 
 ADDON = os.path.dirname(sundog.__file__)
 
@@ -74,7 +74,7 @@ class Panels(EngineTest):
         for name in (
             "DATA_PT_lens", "DATA_PT_camera", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "DATA_PT_context_light",
             "WORLD_PT_context_world", "EEVEE_MATERIAL_PT_context_material", "OBJECT_PT_visibility", "RENDER_PT_format",
-            "RENDER_PT_output", "RENDER_PT_color_management", "VIEWLAYER_PT_layer", "RENDER_PT_simplify",
+            "RENDER_PT_output", "RENDER_PT_color_management", "VIEWLAYER_PT_layer",
         ):  # fmt: skip
             self.assertIn(name, names)
         self.assertFalse([name for name in names if name in ui.HIDDEN])
@@ -98,6 +98,31 @@ class Panels(EngineTest):
         self.render()
         self._draw_all()
 
+    def test_the_order_is_that_of_cycles(self):
+        def labels(classes):
+            return [c.bl_label for c in classes if getattr(c, "bl_context", "") == "render" and not hasattr(c, "bl_parent_id")]
+
+        ours, theirs = labels(ui._CLASSES), labels(sys.modules["cycles.ui"].classes)
+        self.assertEqual(ours[:4], ["Sampling", "Light Paths", "Simplify", "Film"])
+        self.assertEqual([label for label in ours if label in theirs], [label for label in theirs if label in ours])
+        # Panels of one order stand as they are registered, Blender's own before all add-ons'.
+        above = [p for p in ui.blenders_panels() if getattr(p, "bl_context", "") == "render" and not getattr(p, "bl_parent_id", "") and not getattr(p, "bl_order", 0)]
+        self.assertEqual(above, [])
+        self.assertLess(sundog._NAMES.index("ui"), sundog._NAMES.index("effects"))
+
+    def test_panels_of_what_is_not_rendered_say_so(self):
+        said = {panel.__name__: says for panel, says in ui._says}
+        self.assertEqual(set(said), set(ui.NOT_RENDERED))
+        for name, says in said.items():
+            for engine_name, lines in (("SUNDOG", [ui.NOT_RENDERED[name]]), ("CYCLES", [])):
+                panel = type("Fake", (), {"layout": _Layout()})()
+                says(panel, type("Context", (), {"engine": engine_name}))
+                self.assertEqual(panel.layout.said, lines)
+        sundog.unregister()
+        self.addCleanup(sundog.register)
+        for name, says in said.items():
+            self.assertNotIn(says, getattr(getattr(bpy.types, name).draw, "_draw_funcs", []))
+
     def test_the_preferences_draw(self):
         cls = preferences.SundogPreferences
         for chosen in ("", "/nowhere/sundog"):
@@ -112,6 +137,8 @@ class Panels(EngineTest):
         drawn = 0
         for panel in ui._CLASSES:
             if panel.poll(context):
+                if hasattr(panel, "draw_header"):
+                    panel.draw_header(_Panel(panel), context)
                 panel.draw(_Panel(panel), context)
                 drawn += 1
         self.assertGreater(drawn, 5)
@@ -178,6 +205,30 @@ class Settings(EngineTest):
             self.assertEqual(getattr(self.scene.sundog, name), getattr(cycles, name), name)
         self.assertTrue(self.scene.view_layers[0].sundog.use_pass_albedo)
 
+    def test_the_noise_threshold_becomes_a_pixel_error(self):
+        cycles, settings = self.scene.cycles, self.scene.sundog
+        for on, threshold, samples, expected in (
+            (True, 0.02, 4096, 0.02), (True, 0.0, 500, 0.002), (True, 0.0, 4096, 0.001), (False, 0.02, 4096, 0.0),
+        ):  # fmt: skip
+            cycles.use_adaptive_sampling, cycles.adaptive_threshold, cycles.samples = on, threshold, samples
+            notes = properties.copy_from_cycles(self.scene)
+            self.assertAlmostEqual(settings.pixel_error_target, expected * properties.PIXEL_ERROR_OF_THRESHOLD, places=7)
+            self.assertEqual(settings.samples, samples)
+            self.assertEqual(any("noise threshold has become" in note for note in notes), on)
+
+    def test_what_has_no_place_here_is_told(self):
+        cycles = self.scene.cycles
+        cycles.use_adaptive_sampling = cycles.use_denoising = False
+        self.assertEqual(properties.copy_from_cycles(self.scene), [])
+        for name, value, word in (
+            ("time_limit", 5.0, "loading"), ("use_fast_gi", True, "fast GI"), ("use_denoising", True, "denoising"),
+            ("use_guiding", True, "guiding"), ("volume_bounces", 2, "volumes"),
+        ):  # fmt: skip
+            before = getattr(cycles, name)
+            setattr(cycles, name, value)
+            self.assertIn(word, " ".join(properties.copy_from_cycles(self.scene)))
+            setattr(cycles, name, before)
+
     def test_nothing_is_clamped_by_default(self):
         settings = self.scene.sundog
         self.assertEqual((settings.sample_clamp_direct, settings.sample_clamp_indirect, settings.blur_glossy), (0, 0, 0))
@@ -207,6 +258,45 @@ class SceneCheck(EngineTest):
         self.scene.camera = None
         with quiet(), self.assertRaisesRegex(RuntimeError, "camera"):
             bpy.ops.sundog.check_scene()
+
+    def test_a_render_says_what_it_has_lost(self):
+        """One report, and none where all is exact."""
+        def said(**options):
+            path = os.path.join(self.folder, "said")
+            with open(path, "wb") as file, quiet():
+                keep = os.dup(1)
+                os.dup2(file.fileno(), 1)
+                try:
+                    bpy.ops.render.render(**options)
+                finally:
+                    sys.stdout.flush()
+                    os.dup2(keep, 1)
+                    os.close(keep)
+            with open(path, encoding="utf-8") as file:
+                return [line.strip() for line in file if "see Scene Check" in line]
+
+        self.assertEqual(said(), [])
+        material = bpy.data.objects["Cube"].active_material
+        volume = material.node_tree.nodes.new("ShaderNodeVolumePrincipled")
+        output = material.node_tree.get_output_node("CYCLES")
+        material.node_tree.links.new(volume.outputs[0], output.inputs["Volume"])
+        lines = said()
+        self.assertEqual(len(lines), 1, lines)
+        self.assertIn("Sundog: 1 material lost: see Scene Check", lines[0])
+        self.assertIn("Warning", lines[0])
+        # In an animation once, not once a frame.
+        self.scene.frame_start, self.scene.frame_end = 1, 3
+        self.scene.render.filepath = os.path.join(self.folder, "frame_")
+        self.assertLessEqual(len(said(animation=True)), 1)
+
+    def test_counts_are_in_words(self):
+        def verdict(kind, name, verdict):
+            return {"kind": kind, "name": name, "verdict": verdict, "detail": ""}
+
+        self.assertEqual(records.loss([verdict("material", "a", "exact")]), "")
+        some = [verdict("object", "a", "lost"), verdict("material", "a", "approximated"), verdict("material", "b", "approximated"),
+                verdict("light", "a", "approximated"), verdict("program", "x", "approximated")]  # fmt: skip
+        self.assertEqual(records.loss(some), "1 object lost, 1 light, 2 materials and 1 feature approximated")
 
     def test_after_a_render_the_list_is_the_renders(self):
         self.render()

@@ -46,6 +46,22 @@ class Shown(kit.ExportTest):
         self.layer("excluded").exclude = True
         self.assertEqual(self.export().names(), ["no viewport", "plain"])
 
+    def test_a_view_layer_without_surfaces(self):
+        """As in Cycles: lamps and the world stay. Curves and volumes that it leaves out are not lost."""
+        self.link("cube", kit.cube())
+        self.link("lamp", bpy.data.lights.new("lamp", "POINT"))
+        self.link("smoke", bpy.data.volumes.new("smoke"))
+        layer = bpy.context.view_layer
+        layer.use_solid, layer.use_volumes = False, False
+        found = self.export()
+        self.assertEqual(found.names(), [])
+        self.assertIn("KHR_lights_punctual", found.node("lamp")["extensions"])
+        self.assertEqual([v["name"] for v in found.result.verdicts if v["verdict"] != "exact"], [])
+        layer.use_solid, layer.use_volumes = True, True
+        found = self.export()
+        self.assertIn("cube", found.names())
+        self.assertEqual(found.verdict("object", "smoke")["verdict"], "lost")
+
     def test_holdout_and_indirect_only_collections(self):
         for name in ("held out", "indirect", "plain"):
             self.put(name, self.collection(name))

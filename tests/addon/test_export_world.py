@@ -55,6 +55,13 @@ class World(kit.ExportTest):
     def tearDown(self):
         worlds.BAKE_WIDTH, worlds.BAKE_WIDTH_WITH_SUN, worlds.BAKE_SAMPLES = self.sizes
 
+    def test_a_view_layer_without_environment(self):
+        """As in Cycles: it is not seen, and lights nothing."""
+        self.background.inputs["Color"].default_value = (0.2, 0.5, 0.9, 1)
+        self.near(self.export().scene()["world"]["color"], [0.2, 0.5, 0.9])
+        bpy.context.view_layer.use_sky = False
+        self.assertEqual(self.export().scene()["world"]["color"], [0, 0, 0])
+
     def node(self, kind, **settings):
         made = self.tree.nodes.new(kind)
         for key, value in settings.items():

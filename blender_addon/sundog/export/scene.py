@@ -89,6 +89,8 @@ class Exporter:
         if kind == "LIGHT":
             self._light(instance, shown)
             return
+        if kind in LEFT_OUT and self._is_switched_off(kind):
+            return
         if kind in LEFT_OUT:
             self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out")
             return
@@ -102,6 +104,9 @@ class Exporter:
             # Curves, surfaces, texts and metaballs come a second time, as the meshes they amount to.
             return
         if self._culling.leaves_out(shown, instance.matrix_world):
+            return
+        if not self.view_layer.use_solid:
+            # As Cycles: lamps and the world stay.
             return
         mesh = self._mesh(shown)
         if mesh is None:
@@ -121,8 +126,13 @@ class Exporter:
         group = getattr(thing, "lightgroup", "")
         return [(LOST, f"its light group \"{group}\" has no pass of its own")] if group and group in self._light_groups else []
 
+    def _is_switched_off(self, kind):
+        """Whether the view layer leaves out all of a kind."""
+        switch = {"VOLUME": "use_volumes", "CURVES": "use_strand"}.get(kind)
+        return switch is not None and not getattr(self.view_layer, switch, True)
+
     def _hair(self, instance, shown):
-        if instance.is_instance:
+        if instance.is_instance or not self.view_layer.use_strand:
             return
         for system in getattr(shown, "particle_systems", ()):
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
@@ -285,7 +295,7 @@ class Exporter:
         extension, plain = cameras.describe(
             eye, matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
         )
-        if self.scene.render.use_motion_blur:
+        if self.scene.render.use_motion_blur and self.view_layer.use_motion_blur:
             findings.append((LOST, "motion blur is left out: everything stands still"))
         self.verdicts.extend("camera", name, findings)
         plain["name"] = name
@@ -296,6 +306,9 @@ class Exporter:
     def world(self):
         """The world and the colour management, as SUNDOG_scene."""
         world = self._override("world") or self.scene.world
+        if not self.view_layer.use_sky:
+            # As Cycles: it is not seen, and lights nothing.
+            world = None
         findings = []
         extension = {}
         if world is not None:
