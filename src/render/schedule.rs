@@ -228,6 +228,15 @@ struct Reserve {
     seen_error: bool,
 }
 
+/// Sets a flag when it goes, by a panic too: whoever waits for the flag does not wait forever.
+struct SetOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for SetOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+    }
+}
+
 impl Run<'_> {
     /// Takes all samples pass by pass; the calling thread watches the clock and the observer.
     fn all(&self, pool: &rayon::ThreadPool) -> Stop {
@@ -235,11 +244,11 @@ impl Run<'_> {
         let reason = Mutex::new(Stop::Samples);
         std::thread::scope(|scope| {
             scope.spawn(|| {
+                let _end = SetOnDrop(&finished);
                 let why = pool.install(|| self.passes());
                 if let Some(why) = why {
                     *locked(&reason) = why;
                 }
-                finished.store(true, Ordering::Release);
             });
             let mut reported = self.trace_begun;
             let mut foretold = false;

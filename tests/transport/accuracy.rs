@@ -634,3 +634,32 @@ fn the_time_for_the_state_is_tried_out() {
         assert_eq!(keeps.0.into_inner(), expected);
     }
 }
+
+/// A thread of the render panics (a debug assertion, say): the render ends by that panic. The thread that watches the clock
+/// must not wait for a pass that never ends.
+#[test]
+fn a_panic_ends_the_render() {
+    struct Breaks;
+    impl Observer for Breaks {
+        fn event(&self, _: &sundog::render::Event) {}
+        fn cancelled(&self) -> bool {
+            false
+        }
+        fn whole_pass(&self, _: &dyn Bands, _: &Passed) {
+            panic!("broken on purpose");
+        }
+    }
+    let (ended, end) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let settings = RenderSettings {
+            width: 8,
+            height: 8,
+            samples: 2,
+            ..RenderSettings::default()
+        };
+        let outcome = std::panic::catch_unwind(|| render(&fireflies(), &settings, &Breaks).is_ok());
+        ended.send(outcome.is_err()).unwrap();
+    });
+    // The minute is the way out of a hang, no measure of speed.
+    assert_eq!(end.recv_timeout(Duration::from_secs(60)), Ok(true));
+}
