@@ -43,7 +43,8 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     ("cost", &["render", "effects", "film", "scene"]),
-    ("output", &["film", "color"]),
+    // EXR files name the primaries that their numbers are amounts of.
+    ("output", &["film", "color", "math"]),
     ("measure", &["output", "math"]),
     ("report", &[]),
 ];

@@ -2,12 +2,11 @@
 
 use super::flags::EXIT_OK;
 use super::parser::Parsed;
-use super::view::View;
+use super::view::{View, wishes_of};
 use super::{Failure, console};
 use crate::color::{ColorConfig, DisplaySummary, LookSummary};
 use crate::measure::{self, Encoding};
 use crate::output::{self, Format};
-use crate::scene::ColorManagement;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -50,7 +49,7 @@ fn apply(parsed: Parsed) -> Result<u8, Failure> {
         )));
     }
     output::check_writable(result)?;
-    let view = View::new(parsed, &ColorManagement::default(), &warn)?;
+    let view = View::new(parsed, &wishes_of(input, &warn)?, &warn)?;
     let (picture, alpha) = measure::load_with_alpha(input, parsed.text("layer"))?;
     if picture.encoding != Encoding::Linear {
         return Err(Failure::new(format!(

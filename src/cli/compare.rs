@@ -47,7 +47,21 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
             path_b.display()
         ))
     };
-    let (shown_a, shown_b, seen) = seen(parsed, [&a, &b])?;
+    let warn = |warning: &str| console::message(&format!("sundog: warning: {warning}"));
+    let (wishes_a, wishes_b) = (
+        view::wishes_of(path_a, &warn)?,
+        view::wishes_of(path_b, &warn)?,
+    );
+    if wishes_a.working_space != wishes_b.working_space {
+        warn(&format!(
+            "{} holds light in {} and {} in {}: the same light has other numbers in them",
+            path_a.display(),
+            wishes_a.working_space,
+            path_b.display(),
+            wishes_b.working_space
+        ));
+    }
+    let (shown_a, shown_b, seen) = seen(parsed, [(&a, &wishes_a), (&b, &wishes_b)])?;
     let difference = measure::difference_as_shown(&a, &b, &shown_a, &shown_b).map_err(name_both)?;
     let mut scale = None;
     if let Some(path) = map_path {
@@ -104,8 +118,11 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
 }
 
 /// What one sees of both pictures, and in words how: by the flags, else by the sRGB curve.
-fn seen(parsed: Parsed, pictures: [&Picture; 2]) -> Result<(Picture, Picture, String), Failure> {
-    let [a, b] = pictures;
+fn seen(
+    parsed: Parsed,
+    pictures: [(&Picture, &ColorManagement); 2],
+) -> Result<(Picture, Picture, String), Failure> {
+    let [(a, wishes_a), (b, wishes_b)] = pictures;
     let flag = view::first_seen(parsed);
     if let Some(flag) = flag
         && a.encoding == Encoding::Display
@@ -116,12 +133,20 @@ fn seen(parsed: Parsed, pictures: [&Picture; 2]) -> Result<(Picture, Picture, St
     }
     Ok(match (flag, a.encoding) {
         (Some(_), _) => {
-            let view = View::new(parsed, &ColorManagement::default(), &|warning| {
-                console::message(&format!("sundog: warning: {warning}"))
-            })?;
-            (view.seen(a)?, view.seen(b)?, view.summary())
+            let warn = |warning: &str| console::message(&format!("sundog: warning: {warning}"));
+            let view = View::new(parsed, wishes_a, &warn)?;
+            let other = View::new(parsed, wishes_b, &|_| ())?;
+            (view.seen(a)?, other.seen(b)?, view.summary())
         }
-        (None, Encoding::Linear) => (a.shown(), b.shown(), "sRGB curve, clipped".to_owned()),
+        (None, Encoding::Linear) => {
+            let rec709 = |picture: &Picture, wishes: &ColorManagement| {
+                let mut picture = picture.clone();
+                view::to_rec709(wishes.working_space, &mut picture.pixels);
+                picture.shown()
+            };
+            let seen = "sRGB curve, clipped".to_owned();
+            (rec709(a, wishes_a), rec709(b, wishes_b), seen)
+        }
         (None, Encoding::Display) => (a.shown(), b.shown(), "as in the files".to_owned()),
     })
 }

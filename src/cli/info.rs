@@ -6,6 +6,7 @@ use super::parser::Parsed;
 use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
 use crate::effects::{Asked, EffectSet, Finding, emits};
+use crate::math::primaries::WorkingSpace;
 use crate::scene::{
     AlphaMode, AreaShape, Bounds, Diagnostics, LeftOut, LightKind, Material, Pixels, Projection,
     Scene, Window, fingerprint, simplify,
@@ -71,6 +72,8 @@ impl Needed {
 struct Info<'a> {
     file: String,
     generator: Option<&'a str>,
+    /// What the scene's colours are numbers of.
+    working_space: WorkingSpace,
     cameras: Vec<CameraInfo<'a>>,
     lights: Vec<LightInfo<'a>>,
     environment: Option<EnvironmentInfo<'a>>,
@@ -202,6 +205,7 @@ impl<'a> Info<'a> {
         Self {
             file: file.path.display().to_string(),
             generator: scene.generator.as_deref(),
+            working_space: scene.color_management.working_space,
             cameras: cameras(scene),
             lights: lights(scene),
             environment: scene
@@ -258,6 +262,9 @@ impl<'a> Info<'a> {
         page.line("file", self.file.clone());
         if let Some(generator) = self.generator {
             page.line("made by", generator.into());
+        }
+        if self.working_space != WorkingSpace::default() {
+            page.line("colours", format!("in {}", self.working_space));
         }
     }
 

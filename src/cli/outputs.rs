@@ -102,6 +102,7 @@ impl Outputs {
                 sample_type,
                 compression,
                 all_layers,
+                space: wishes.working_space,
             },
             view,
         })

@@ -9,6 +9,7 @@ use super::progress::Reporter;
 use super::tev::Viewer;
 use super::{Failure, console, interrupt, replay, scene_file, settings, summary};
 use crate::effects::EffectSet;
+use crate::math::primaries::WorkingSpace;
 use crate::output::Metadata;
 use crate::render::{RenderSettings, Statistics, Stop, left_out};
 use crate::scene::fingerprint;
@@ -68,7 +69,13 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         &json!({ "event": "effects", "effects": set.findings, "left_out": imported.left_out }),
     );
 
+    let space = scene.color_management.working_space;
     let viewer = parsed.text("tev").map(|address| {
+        if space != WorkingSpace::default() {
+            reporter.warn(&format!(
+                "tev shows numbers as linear Rec.709, and those of this scene are in {space}: its colours are not those of the picture"
+            ));
+        }
         let region = settings.region();
         let size = (region.width(), region.height());
         Viewer::open(address, &outputs.title(path), size, settings.passes)

@@ -5,7 +5,7 @@ use super::progress::Reporter;
 use super::{Failure, console};
 use crate::import::{self, ImportOptions, LightUnits, Transmission};
 use crate::scene::{Diagnostics, Environment, LeftOut, Scene, Verdict, Visibility, simplify};
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
 /// A scene, where it came from, and what did not come through.
@@ -142,6 +142,11 @@ impl<'a> EnvironmentFlags<'a> {
                 file.diagnostics.append(diagnostics);
             }
             Self::Constant(radiance) => {
+                let mut radiance = radiance;
+                if let Some(matrix) = file.scene.color_management.working_space.from_rec709() {
+                    let there = matrix * DVec3::from(radiance.map(f64::from));
+                    radiance = there.as_vec3().to_array();
+                }
                 file.scene.environment = Some(Environment {
                     image: None,
                     radiance,

@@ -5,10 +5,13 @@ use super::parser::Parsed;
 use crate::color::{
     ColorConfig, ColorError, Depth, DisplayProcessor, DisplayTransform, SceneColors,
 };
+use crate::math::primaries::WorkingSpace;
 use crate::measure::{self, Encoding};
 use crate::output::display::{self, DisplayPicture};
 use crate::output::{Format, Metadata};
 use crate::scene::ColorManagement;
+use glam::DVec3;
+use std::borrow::Cow;
 use std::path::Path;
 
 impl From<ColorError> for Failure {
@@ -35,6 +38,29 @@ pub fn first_given(parsed: Parsed) -> Option<&'static str> {
     NAMES.into_iter().find(|name| parsed.given(name))
 }
 
+/// The space of the light in a file, and what the flags then start from; a file that doesn't say, or names one that Sundog does
+/// not know, is taken for linear Rec.709 (for the latter with a warning).
+///
+/// # Errors
+/// The file cannot be read.
+pub fn wishes_of(path: &Path, warn: &dyn Fn(&str)) -> Result<ColorManagement, Failure> {
+    let space = match measure::working_space(path)? {
+        measure::LightSpace::Known(space) => space,
+        measure::LightSpace::Unsaid => WorkingSpace::default(),
+        measure::LightSpace::Other(name) => {
+            warn(&format!(
+                "{} is in a space that Sundog does not know ({name}); its numbers are taken as linear Rec.709",
+                path.display()
+            ));
+            WorkingSpace::default()
+        }
+    };
+    Ok(ColorManagement {
+        working_space: space,
+        ..ColorManagement::default()
+    })
+}
+
 /// The flag's configuration; else the scene's, if it can be read; else that of the usual search.
 fn configuration(
     parsed: Parsed,
@@ -59,6 +85,21 @@ pub struct View {
     config: String,
     depth: Depth,
     quality: u8,
+    /// What the light is numbers of. The processor takes linear Rec.709.
+    space: WorkingSpace,
+}
+
+/// Brings colours of a space to linear Rec.709; whatever stands behind the third number stays.
+pub fn to_rec709<const N: usize>(space: WorkingSpace, pixels: &mut [[f32; N]]) {
+    let Some(matrix) = space.to_rec709() else {
+        return;
+    };
+    for pixel in pixels {
+        if let [r, g, b, ..] = pixel.as_mut_slice() {
+            let light = matrix * DVec3::new(f64::from(*r), f64::from(*g), f64::from(*b));
+            [*r, *g, *b] = light.as_vec3().to_array();
+        }
+    }
 }
 
 impl View {
@@ -117,6 +158,7 @@ impl View {
                 .integer("quality")
                 .and_then(|quality| u8::try_from(quality).ok())
                 .unwrap_or(90),
+            space: wishes.working_space,
         })
     }
 
@@ -140,6 +182,7 @@ impl View {
     /// OpenColorIO fails.
     pub fn seen(&self, picture: &measure::Picture) -> Result<measure::Picture, Failure> {
         let mut pixels = picture.pixels.clone();
+        to_rec709(self.space, &mut pixels);
         self.processor.show_in_place(&mut pixels)?;
         for (shown, light) in pixels.iter_mut().zip(&picture.pixels) {
             if !light.iter().all(|value| value.is_finite()) {
@@ -154,7 +197,7 @@ impl View {
         })
     }
 
-    /// Shows linear Rec.709 pixels with associated alpha and writes them as PNG or JPEG. Alpha is kept
+    /// Shows linear pixels of the scene's space with associated alpha and writes them as PNG or JPEG. Alpha is kept
     /// in a PNG if there is any; a JPEG shows the picture on black.
     ///
     /// # Errors
@@ -168,6 +211,11 @@ impl View {
         pixels: &[[f32; 4]],
         metadata: &Metadata,
     ) -> Result<(), Failure> {
+        let mut pixels = Cow::Borrowed(pixels);
+        if self.space != WorkingSpace::default() {
+            to_rec709(self.space, pixels.to_mut());
+        }
+        let pixels = &*pixels;
         let opaque = pixels.iter().all(|pixel| pixel[3] == 1.0);
         let (colors, depth) = match format {
             Format::Jpeg => (SceneColors::RgbaOnBlack(pixels), Depth::Eight),

@@ -16,6 +16,9 @@ pub use image::{ImageFailure, decode_image};
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::DVec3;
+
+use crate::math::primaries::WorkingSpace;
 use crate::scene::{
     self, Diagnostics, Environment, Image, ImageId, Pixels, Scene, Verdict, Visibility,
 };
@@ -89,7 +92,7 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportErro
     Ok(imported)
 }
 
-/// Reads an equirectangular image (EXR, Radiance HDR; also PNG, JPEG, WebP, taken as sRGB) and
+/// Reads an equirectangular image (EXR, Radiance HDR: linear Rec.709; also PNG, JPEG, WebP, taken as sRGB) and
 /// makes it the scene's environment, in place of any that was there.
 ///
 /// `strength` scales the image to radiance in W·sr⁻¹·m⁻²; `rotation_degrees` turns it about the
@@ -120,7 +123,8 @@ pub fn load_environment(
     }
     let bytes = error::read_file(path)?;
     let mut diagnostics = Diagnostics::default();
-    let image = environment_image(&bytes, &file, &file, &mut diagnostics)?;
+    let space = scene.color_management.working_space;
+    let image = environment_image(&bytes, &file, &file, (space, false), &mut diagnostics)?;
     if let Some(old) = scene.environment.take()
         && let Some(id) = old.image
         && id.0 as usize + 1 == scene.images.len()
@@ -138,17 +142,29 @@ pub fn load_environment(
     Ok(diagnostics)
 }
 
-/// An equirectangular image as linear RGB without values that light cannot have. `file` is for errors,
-/// `name` the image's own.
+/// An equirectangular image as linear RGB of the scene's space, without values that light cannot have. `file` is for errors,
+/// `name` the image's own. `space` is the scene's, and whether images of floats are in it already; all others are in Rec.709.
 fn environment_image(
     bytes: &[u8],
     file: &str,
     name: &str,
+    (space, floats_are_in_it): (WorkingSpace, bool),
     diagnostics: &mut Diagnostics,
 ) -> Result<Image, ImportError> {
     let limit = budget::Budget::for_image(bytes.len());
     let mut image = image::decode_linear_rgb(bytes, name, &limit)
         .map_err(|failure| ImportError::image(file, "environment image", failure))?;
+    let of_floats = matches!(image::sniff(bytes), image::Format::Exr | image::Format::Hdr);
+    if let (Some(matrix), Pixels::F32(values)) = (space.from_rec709(), &mut image.pixels)
+        && !(of_floats && floats_are_in_it)
+    {
+        let (pixels, _) = Arc::make_mut(values).as_chunks_mut::<3>();
+        for pixel in pixels {
+            *pixel = (matrix * DVec3::from(pixel.map(f64::from)))
+                .as_vec3()
+                .to_array();
+        }
+    }
     if let Pixels::F32(values) = &mut image.pixels {
         let replaced = image::make_radiance(Arc::make_mut(values).as_mut_slice());
         if replaced > 0 {

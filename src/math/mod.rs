@@ -2,6 +2,7 @@
 
 pub mod float;
 pub mod frame;
+pub mod primaries;
 pub mod warp;
 
 pub use frame::Frame;

@@ -1,6 +1,7 @@
 //! What files say about their pictures.
 
 use super::MeasureError;
+use crate::math::primaries::{Primaries, WorkingSpace};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -27,6 +28,72 @@ pub fn metadata(path: &Path) -> Result<BTreeMap<String, String>, MeasureError> {
         b"\x89PNG" => of_png(file).map_err(unreadable),
         _ => Ok(BTreeMap::new()),
     }
+}
+
+/// What the light in a file is numbers of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightSpace {
+    /// One that a scene may have.
+    Known(WorkingSpace),
+    /// The file doesn't say.
+    Unsaid,
+    /// Another one, by its name or its primaries.
+    Other(String),
+}
+
+/// What an EXR file says of the space of its light: by `colorInteropID`, as Blender 5.0 and later write it, else by
+/// `chromaticities`. Other files do not say.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn working_space(path: &Path) -> Result<LightSpace, MeasureError> {
+    let unreadable = |reason: String| MeasureError::Unreadable {
+        path: path.display().to_string(),
+        reason,
+    };
+    let mut file = BufReader::new(File::open(path).map_err(|e| unreadable(e.to_string()))?);
+    let mut magic = [0; 4];
+    if file.read_exact(&mut magic).is_err() || magic != *b"\x76\x2f\x31\x01" {
+        return Ok(LightSpace::Unsaid);
+    }
+    file.seek(SeekFrom::Start(0))
+        .map_err(|error| unreadable(error.to_string()))?;
+    let headers = exr::meta::MetaData::read_from_buffered(&mut file, false)
+        .map_err(|error| unreadable(error.to_string()))?
+        .headers;
+    let id = headers.iter().find_map(|header| {
+        let shared = &header.shared_attributes.other;
+        let mut all = header.own_attributes.other.iter().chain(shared);
+        all.find_map(|(name, value)| match value {
+            exr::prelude::AttributeValue::Text(text) if name.to_string() == "colorInteropID" => {
+                Some(text.to_string())
+            }
+            _ => None,
+        })
+    });
+    if let Some(id) = id {
+        let known = WorkingSpace::ALL
+            .into_iter()
+            .find(|space| space.interop_id() == id);
+        return Ok(known.map_or(LightSpace::Other(id), LightSpace::Known));
+    }
+    let primaries = headers
+        .iter()
+        .find_map(|header| header.shared_attributes.chromaticities);
+    Ok(match primaries {
+        None => LightSpace::Unsaid,
+        Some(said) => {
+            let pair = |v: exr::prelude::Vec2<f32>| [f64::from(v.0), f64::from(v.1)];
+            let said = Primaries {
+                red: pair(said.red),
+                green: pair(said.green),
+                blue: pair(said.blue),
+                white: pair(said.white),
+            };
+            let known = WorkingSpace::with_primaries(&said);
+            known.map_or_else(|| LightSpace::Other(format!("{said:?}")), LightSpace::Known)
+        }
+    })
 }
 
 fn of_exr(mut file: BufReader<File>) -> Result<BTreeMap<String, String>, String> {
@@ -94,6 +161,33 @@ mod tests {
     use super::*;
     use crate::film;
     use crate::output::{self, png::Codes};
+
+    #[test]
+    fn an_exr_file_says_what_its_light_is_numbers_of() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = film::Picture {
+            width: 1,
+            height: 1,
+            layers: vec![film::Layer {
+                name: "Combined".into(),
+                channels: ["R", "G", "B"].map(String::from).to_vec(),
+                data: vec![0.5; 3],
+            }],
+        };
+        for space in WorkingSpace::ALL {
+            let path = folder.path().join("a.exr");
+            let options = output::exr::ExrOptions {
+                space,
+                ..Default::default()
+            };
+            output::exr::write(&path, &picture, &options, &Vec::new()).unwrap();
+            assert_eq!(working_space(&path).unwrap(), LightSpace::Known(space));
+            let read = exr::meta::MetaData::read_from_file(&path, false).unwrap();
+            let said = read.headers[0].shared_attributes.chromaticities.unwrap();
+            let red = space.primaries().red;
+            assert_eq!([said.red.0, said.red.1], red.map(|v| v as f32));
+        }
+    }
 
     #[test]
     fn texts_come_back() {

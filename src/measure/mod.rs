@@ -13,7 +13,7 @@ pub use difference::{Difference, difference, difference_as_shown, error_map, fli
 pub use heat_map::{HeatMap, heat_map};
 pub use list::Measure;
 pub use load::{load, load_with_alpha};
-pub use metadata::metadata;
+pub use metadata::{LightSpace, metadata, working_space};
 
 /// Why two pictures could not be compared. Each message is one sentence.
 #[derive(Debug, thiserror::Error)]

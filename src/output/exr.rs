@@ -2,6 +2,7 @@
 
 use super::{Metadata, OutputError, write_beside};
 use crate::film::{Layer, Picture};
+use crate::math::primaries::WorkingSpace;
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Image,
@@ -30,6 +31,8 @@ pub struct ExrOptions {
     pub compression: Compression,
     /// All layers, or the first one alone.
     pub all_layers: bool,
+    /// What the colours are numbers of.
+    pub space: WorkingSpace,
 }
 
 impl Default for ExrOptions {
@@ -38,6 +41,7 @@ impl Default for ExrOptions {
             sample_type: SampleType::Float,
             compression: Compression::ZIP16,
             all_layers: true,
+            space: WorkingSpace::default(),
         }
     }
 }
@@ -136,20 +140,34 @@ pub fn write(
         AnyChannels::sort(channels.into()),
     );
     let mut image = Image::from_layer(layer);
-    image.attributes.chromaticities = Some(REC709);
+    image.attributes.chromaticities = Some(chromaticities(options.space));
+    if let (Some(name), Some(id)) = (
+        Text::new_or_none("colorInteropID"),
+        Text::new_or_none(options.space.interop_id()),
+    ) {
+        // What Blender 5.0 and later know the space by.
+        image
+            .attributes
+            .other
+            .insert(name, AttributeValue::Text(id));
+    }
     write_beside(path, |file| image.write().to_buffered(file))?;
     Ok(Written {
         clamped: clamped.into_inner(),
     })
 }
 
-/// The primaries and white point of ITU-R BT.709.
-const REC709: Chromaticities = Chromaticities {
-    red: Vec2(0.64, 0.33),
-    green: Vec2(0.30, 0.60),
-    blue: Vec2(0.15, 0.06),
-    white: Vec2(0.3127, 0.3290),
-};
+/// The primaries and white point of a space.
+fn chromaticities(space: WorkingSpace) -> Chromaticities {
+    let vector = |[x, y]: [f64; 2]| Vec2(x as f32, y as f32);
+    let primaries = space.primaries();
+    Chromaticities {
+        red: vector(primaries.red),
+        green: vector(primaries.green),
+        blue: vector(primaries.blue),
+        white: vector(primaries.white),
+    }
+}
 
 /// The picture itself has plain `R`, `G`, `B`, `A`, so that every viewer shows it; the other layers have
 /// names like `Depth.Z`. Blender (tried with 4.5 and 5.0) reads such a file as a multilayer one, with

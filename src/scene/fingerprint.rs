@@ -1,6 +1,7 @@
 //! A number that stands for a scene's content, so that a picture can say what it shows.
 
 use super::{Pixels, Scene, Visibility};
+use crate::math::primaries::WorkingSpace;
 use sha2::{Digest, Sha256};
 
 /// SHA-256 over everything in the scene that can change the picture, as 64 hexadecimal digits.
@@ -65,6 +66,10 @@ pub fn fingerprint(scene: &Scene) -> String {
             Pixels::U16(values) => block("16", bytemuck::cast_slice(values)),
             Pixels::F32(values) => block("32", bytemuck::cast_slice(values)),
         }
+    }
+    let space = scene.color_management.working_space;
+    if space != WorkingSpace::default() {
+        block("working space", space.name().as_bytes());
     }
     // The rest is small; its debugging form has every field.
     block("materials", format!("{:?}", scene.materials).as_bytes());

@@ -1,5 +1,6 @@
 //! What a file wishes of the render and of the display, where the user says nothing.
 
+use crate::math::primaries::WorkingSpace;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -18,6 +19,9 @@ pub struct ColorManagement {
     pub exposure: Option<f64>,
     /// Gamma after the view.
     pub gamma: Option<f64>,
+    /// The space that the scene's colours, and so the picture's, are numbers of.
+    #[serde(default)]
+    pub working_space: WorkingSpace,
 }
 
 /// How the scene is to be rendered.

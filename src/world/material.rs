@@ -123,7 +123,8 @@ impl Preparer {
             .rasters
             .entry(texture.image.0)
             .or_insert_with(|| Arc::new(Raster::new(image)));
-        Some(PreparedTexture::new(texture, raster.clone(), usage))
+        let space = scene.color_management.working_space;
+        Some(PreparedTexture::new(texture, raster.clone(), usage, space))
     }
 
     /// Prepares a material; `vertex_alpha` if some mesh with it has transparent vertex colours.

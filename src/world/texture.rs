@@ -1,7 +1,8 @@
 //! Texture look-ups in the precision of the image.
 
+use crate::math::primaries::WorkingSpace;
 use crate::scene::{self, Image, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
-use glam::{Vec2, Vec4};
+use glam::{Mat3, Vec2, Vec4};
 use std::sync::Arc;
 
 /// An image as textures read it: shared by all textures that refer to it.
@@ -38,6 +39,8 @@ pub struct PreparedTexture {
     sampler: Sampler,
     /// sRGB-encoded values.
     encoded: bool,
+    /// From linear Rec.709 to the scene's space, for encoded colours of a scene in another one.
+    to_scene: Option<Mat3>,
     /// Which coordinates.
     pub uv_set: u32,
     /// uv' = a·u + b·v + c.
@@ -47,8 +50,13 @@ pub struct PreparedTexture {
 }
 
 impl PreparedTexture {
-    /// Prepares a texture of a scene.
-    pub fn new(texture: &Texture, raster: Arc<Raster>, usage: ImageUse) -> Self {
+    /// Prepares a texture of a scene whose colours are in a space.
+    pub fn new(
+        texture: &Texture,
+        raster: Arc<Raster>,
+        usage: ImageUse,
+        space: WorkingSpace,
+    ) -> Self {
         let t = &texture.transform;
         let (sin, cos) = t.rotation.sin_cos();
         // KHR_texture_transform: translation · rotation · scale, rotation with [cos, sin; −sin, cos].
@@ -57,6 +65,10 @@ impl PreparedTexture {
             raster,
             sampler: texture.sampler,
             encoded,
+            to_scene: space
+                .from_rec709()
+                .filter(|_| encoded)
+                .map(|matrix| matrix.as_mat3()),
             uv_set: texture.uv_set,
             a: Vec2::new(cos * t.scale[0], -sin * t.scale[0]),
             b: Vec2::new(sin * t.scale[1], cos * t.scale[1]),
@@ -90,10 +102,13 @@ impl PreparedTexture {
                 upper.lerp_monotonic(lower, t)
             }
         };
-        if self.encoded {
-            scene::decoded(value)
-        } else {
-            value
+        if !self.encoded {
+            return value;
+        }
+        let value = scene::decoded(value);
+        match &self.to_scene {
+            None => value,
+            Some(matrix) => (*matrix * value.truncate()).extend(value.w),
         }
     }
 }
@@ -144,7 +159,12 @@ mod tests {
                 filter,
             },
         };
-        PreparedTexture::new(&texture, Arc::new(Raster::new(&image)), usage)
+        PreparedTexture::new(
+            &texture,
+            Arc::new(Raster::new(&image)),
+            usage,
+            WorkingSpace::default(),
+        )
     }
 
     #[test]
@@ -184,6 +204,36 @@ mod tests {
             UvTransform::default(),
         );
         assert!((color.read(Vec2::new(0.75, 0.75)).x - 0.132_868).abs() < 1e-5);
+    }
+
+    #[test]
+    fn encoded_colours_are_brought_to_the_working_space_and_floats_stay() {
+        let read = |pixels: Pixels, usage| {
+            let image = Image {
+                name: "t".into(),
+                width: 1,
+                height: 1,
+                channels: 3,
+                pixels,
+            };
+            let texture = Texture {
+                image: ImageId(0),
+                uv_set: 0,
+                transform: UvTransform::default(),
+                sampler: Sampler::default(),
+            };
+            let raster = Arc::new(Raster::new(&image));
+            let texture = PreparedTexture::new(&texture, raster, usage, WorkingSpace::AcesCg);
+            texture.read(Vec2::splat(0.5)).truncate()
+        };
+        // Cycles 5.2.3's texel of these codes in ACEScg.
+        let code = read(vec![204u8, 51, 26].into(), ImageUse::Color);
+        let wanted = glam::Vec3::new(0.381_84, 0.072_81, 0.025_05);
+        assert!((code - wanted).abs().max_element() < 2e-4, "{code}");
+        let data = read(vec![255u8, 0, 51].into(), ImageUse::Data);
+        assert!((data - glam::Vec3::new(1.0, 0.0, 0.2)).length() < 1e-6);
+        let light = read(vec![0.5f32, 0.25, 4.0].into(), ImageUse::Color);
+        assert_eq!(light, glam::Vec3::new(0.5, 0.25, 4.0));
     }
 
     #[test]

@@ -8,8 +8,9 @@ from unittest import mock
 
 import bpy
 import export_kit as kit
+import mathutils
 import numpy
-from sundog.export import images, world as worlds
+from sundog.export import baker, images, world as worlds
 
 
 def directions(width, height):
@@ -49,11 +50,11 @@ class World(kit.ExportTest):
         self.tree = self.world.node_tree
         self.background = next(n for n in self.tree.nodes if n.type == "BACKGROUND")
         # Tiny pictures where the world is baked.
-        self.sizes = worlds.BAKE_WIDTH, worlds.BAKE_WIDTH_WITH_SUN, worlds.BAKE_SAMPLES
-        worlds.BAKE_WIDTH, worlds.BAKE_WIDTH_WITH_SUN, worlds.BAKE_SAMPLES = 128, 128, 16
+        self.sizes = worlds.SMOOTH_BAKE, worlds.DETAILED_BAKE
+        worlds.SMOOTH_BAKE = worlds.DETAILED_BAKE = (128, 16)
 
     def tearDown(self):
-        worlds.BAKE_WIDTH, worlds.BAKE_WIDTH_WITH_SUN, worlds.BAKE_SAMPLES = self.sizes
+        worlds.SMOOTH_BAKE, worlds.DETAILED_BAKE = self.sizes
 
     def test_a_view_layer_without_environment(self):
         """As in Cycles: it is not seen, and lights nothing."""
@@ -227,7 +228,7 @@ class World(kit.ExportTest):
         found = self.against_cycles(1e-2, "approximated")
         self.assertIn("baked", found.verdict("world", "world")["detail"])
         # The second time the picture is there: nothing is run.
-        with mock.patch.object(worlds, "_run", side_effect=AssertionError("baked again")):
+        with mock.patch.object(baker, "ask", side_effect=AssertionError("baked again")):
             again = self.export()
         self.assertIn("baked", again.verdict("world", "world")["detail"])
 
@@ -243,14 +244,24 @@ class World(kit.ExportTest):
                 self.background.inputs["Strength"].default_value = 0.1
                 self.against_cycles(1e-2, "approximated")
 
-    def test_sun_disc(self):
+    def sun(self, **settings):
+        """A sky with a disc of the sun."""
+        for before in [n for n in self.tree.nodes if n.type == "TEX_SKY"]:
+            self.tree.nodes.remove(before)
         kind = "NISHITA" if bpy.app.version < (5, 0, 0) else "MULTIPLE_SCATTERING"
         sky = self.node("ShaderNodeTexSky", sky_type=kind)
-        sky.sun_elevation, sky.sun_rotation, sky.sun_size, sky.sun_intensity = 0.5, 1.0, 0.2, 0.1
+        sky.sun_elevation, sky.sun_rotation, sky.sun_size, sky.sun_intensity = 0.5, 1.0, 0.0095, 1.0
+        for key, value in settings.items():
+            setattr(sky, key, value)
         self.join(sky.outputs["Color"], self.background.inputs["Color"])
+        return sky
+
+    def test_sun_disc(self):
+        # A disc of many degrees is seen by many texels.
+        self.sun(sun_size=0.2, sun_intensity=0.1)
         found = self.export()
-        detail = found.verdict("world", "world")["detail"]
-        self.assertIn("sun", detail)
+        self.assertIn("sun disc with them", found.verdict("world", "world")["detail"])
+        self.assertNotIn("sun", found.scene()["world"])
         got = radiance(found.scene()["world"], found.path, directions(256, 128))
         self.as_panorama()
         seen = kit.cycles_pixels(256, 128, 16)
@@ -258,6 +269,89 @@ class World(kit.ExportTest):
         toward = directions(256, 128)
         bright_got, bright_seen = (toward[p.sum(axis=-1) > 0.5 * p.sum(axis=-1).max()].mean(axis=0) for p in (got, seen))
         self.near(bright_got, bright_seen, 0.03)
+
+    def test_small_sun_is_a_light(self):
+        for elevation, rotation in ((0.5, 1.0), (1.2, -2.5)):
+            with self.subTest(elevation=elevation):
+                self.sun(sun_elevation=elevation, sun_rotation=rotation)
+                self.background.inputs["Strength"].default_value = 0.05
+                found = self.export()
+                sun = found.scene()["world"]["sun"]
+                self.assertAlmostEqual(sun["angle"], 0.0095, 6)
+                # The middle of the disc, as Cycles shows it.
+                data = self.camera.data
+                data.type, data.angle = "PERSP", 0.02
+                self.scene.render.resolution_x = self.scene.render.resolution_y = 32
+                self.camera.rotation_euler = mathutils.Vector(sun["direction"]).to_track_quat("-Z", "Y").to_euler()
+                seen, got = kit.cycles_pixels(32, 32, 16), kit.rendered(self.export().path, 32, 32, 16)
+                self.assertGreater(seen[14:18, 14:18].mean(), 100 * seen[:4, :4].mean())
+                # All of its light; its edge is darker in Cycles (by up to a half), and its radiance here is its mean.
+                self.near(got.mean(axis=(0, 1)), seen.mean(axis=(0, 1)), 0.01)
+
+    def test_light_and_shadow_of_a_small_sun(self):
+        self.sun()
+        self.background.inputs["Strength"].default_value = 0.05
+        floor, post = kit.plane("floor", 8), kit.cube("post", 1)
+        for mesh in (floor, post):
+            mesh.materials.append(kit.material(mesh.name, Base_Color=(0.5, 0.5, 0.5, 1), Specular_IOR_Level=0.0))
+        self.link("floor", floor)
+        self.link("post", post, location=(0, 0, 0.5))
+        data = self.camera.data
+        data.type, data.ortho_scale = "ORTHO", 6
+        self.scene.render.resolution_x = self.scene.render.resolution_y = 32
+        found = self.export()
+        seen, got = (p.reshape(8, 4, 8, 4, 3).mean(axis=(1, 3)) for p in (kit.cycles_pixels(32, 32, 128), kit.rendered(found.path, 32, 32, 128)))
+        # Blocks in the shadow are the sky's alone.
+        self.assertLess(seen.min(), 0.3 * seen.max())
+        self.near(got, seen, 0.02)
+
+    def test_animated_sky_is_that_of_the_frame(self):
+        sky = self.sun(sun_disc=False)
+        self.background.inputs["Strength"].default_value = 0.1
+        sky.sun_elevation = 0.05
+        sky.keyframe_insert("sun_elevation", frame=1)
+        sky.sun_elevation = 1.5
+        sky.keyframe_insert("sun_elevation", frame=20)
+        self.as_panorama()
+        means = []
+        for frame in (1, 20):
+            self.scene.frame_set(frame)
+            found = self.export()
+            got = radiance(found.scene()["world"], found.path, directions(128, 64))
+            seen = kit.cycles_pixels(128, 64, 16)
+            self.near(got.mean(axis=(0, 1)), seen.mean(axis=(0, 1)), 0.01)
+            means.append(got.mean())
+        self.assertGreater(means[1], 1.2 * means[0])
+
+    def test_one_blender_bakes_all_frames(self):
+        sky = self.sun(sun_disc=False)
+        self.export()
+        first = baker._Kept.baker.child.pid
+        sky.sun_elevation = 0.7
+        self.export()
+        self.assertEqual(baker._Kept.baker.child.pid, first)
+        # One that has ended is followed by another.
+        baker._Kept.baker.end()
+        sky.sun_elevation = 0.9
+        self.assertIn("image", self.export().scene()["world"])
+
+    def test_a_bake_that_fails_is_told(self):
+        self.sun()
+        with mock.patch.object(baker, "ask", side_effect=baker.BakeError("no reason")):
+            verdict = self.export().verdict("world", "world")
+        self.assertEqual(verdict["verdict"], "lost")
+        self.assertIn("no reason", verdict["detail"])
+
+    def test_esc_ends_the_bake(self):
+        self.sun()
+        world = self.world
+        class Stop(Exception):
+            pass
+        def report(text):
+            raise Stop
+        with self.assertRaises(Stop):
+            worlds.bake(world, world.node_tree, self.folder, report)
+        self.assertIsNone(baker._Kept.baker)
 
     def test_camera_only_branch(self):
         mix, bright = self.node("ShaderNodeMixShader"), self.node("ShaderNodeBackground")

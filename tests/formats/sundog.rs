@@ -2,6 +2,7 @@
 
 use super::kit::*;
 use ::sundog::import::ImportOptions;
+use ::sundog::math::primaries::WorkingSpace;
 use ::sundog::scene::{AreaShape, Light, LightKind, RayKind, Visibility};
 use base64::Engine as _;
 use serde_json::json;
@@ -145,6 +146,77 @@ fn the_world_is_a_colour_or_a_turned_image() {
     );
     let imported = world(json!({ "rotation": [2, 0, 0, 0, 1, 0, 0, 0, 1], "fog": 1 }));
     assert_eq!(codes(&imported), ["unknown-property", "world-rotation"]);
+}
+
+#[test]
+fn colours_are_numbers_of_the_working_space() {
+    let mut file = Builder::triangle();
+    let mut scene = |space: serde_json::Value, color: serde_json::Value| {
+        file.json["scenes"][0]["extensions"] = json!({ "SUNDOG_scene": {
+            "working_space": space, "world": { "color": color, "image": picture() } } });
+        file.load()
+    };
+    let mut imported = scene(json!("ACEScg"), json!([0.5, 1, 2]));
+    assert!(imported.diagnostics.is_empty(), "{:?}", codes(&imported));
+    let space = imported.scene.color_management.working_space;
+    assert_eq!(space, WorkingSpace::AcesCg);
+    // Factors and floats of the file stay as they are.
+    let environment = imported.scene.environment.clone().unwrap();
+    assert_eq!(environment.radiance, [0.5, 1.0, 2.0]);
+    let first = |scene: &::sundog::scene::Scene, id: u32| {
+        scene.images[id as usize].texels().next().unwrap()
+    };
+    let texel = first(&imported.scene, environment.image.unwrap().0);
+    assert_eq!(texel.truncate(), glam::Vec3::new(1.0, 0.5, 0.25));
+    // What stands outside of it is linear Rec.709.
+    let folder = tempfile::tempdir().unwrap();
+    let sky = folder.path().join("sky.hdr");
+    let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n".to_vec();
+    bytes.extend([128, 64, 32, 129]);
+    std::fs::write(&sky, bytes).unwrap();
+    ::sundog::import::load_environment(&mut imported.scene, &sky, 1.0, 0.0).unwrap();
+    let id = imported.scene.environment.as_ref().unwrap().image.unwrap();
+    let there = space.from_rec709().unwrap() * glam::DVec3::new(1.0, 0.5, 0.25);
+    let texel = first(&imported.scene, id.0).truncate();
+    assert_eq!(texel, there.as_vec3());
+
+    let imported = scene(json!("Linear Nowhere"), json!([1, 1, 1]));
+    assert_eq!(codes(&imported), ["working-space"]);
+    assert_eq!(
+        imported.scene.color_management.working_space,
+        WorkingSpace::Rec709
+    );
+}
+
+#[test]
+fn the_world_may_have_a_sun() {
+    let mut file = Builder::triangle();
+    let mut world = |sun: serde_json::Value| {
+        file.json["scenes"][0]["extensions"] = json!({ "SUNDOG_scene": { "world": {
+            "color": [0, 0, 0], "visibility": { "glossy": false }, "sun": sun } } });
+        file.load_with(&ImportOptions::default())
+    };
+    let sun = json!({ "direction": [0, -2, 2], "angle": 0.01, "strength": [3, 2, 1], "moon": 1 });
+    let imported = world(sun).unwrap();
+    assert_eq!(codes(&imported), ["unknown-property"]);
+    let light = &imported.scene.lights[0];
+    let (irradiance, angle) = (1.0, 0.01);
+    assert_eq!(light.kind, LightKind::Sun { irradiance, angle });
+    assert_eq!(light.color, [3.0, 2.0, 1.0]);
+    assert!(light.visibility.sees(RayKind::Camera) && !light.visibility.sees(RayKind::Glossy));
+    let toward = light
+        .world_from_light
+        .transform_vector3(glam::DVec3::Z)
+        .normalize();
+    let wanted = glam::DVec3::new(0.0, 1.0, 1.0).normalize();
+    assert!((toward - wanted).length() < 1e-12, "{toward}");
+    for broken in [
+        json!({ "direction": [0, 0, 0], "angle": 0.01, "strength": [1, 1, 1] }),
+        json!({ "direction": [0, 0, 1], "angle": -1, "strength": [1, 1, 1] }),
+        json!({ "direction": [0, 0, 1], "angle": 0.1 }),
+    ] {
+        assert!(world(broken).is_err());
+    }
 }
 
 #[test]

@@ -1,59 +1,189 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by a Blender of its own: renders a world as an equirectangular picture.
+"""Run by a Blender of its own: renders worlds as equirectangular pictures, one for each line that it is told.
 
-    blender --background --factory-startup --python bake_world.py -- WORLD.blend NAME OUT.exr WIDTH SAMPLES
+    blender --background --factory-startup --python bake_world.py -- IDLE_SECONDS
+
+A line is a JSON object (see `bake`); the answer is a line that begins with ANSWER. It ends with its input, or when it has been
+told nothing for so long.
 """
 
+import json
 import math
 import os
+import signal
 import sys
+import traceback
 
 import bpy
+import numpy
+
+ANSWER = "SUNDOG-BAKED "
+
+# Pixels along a side of the picture of the sun, and how much wider it is than the disc.
+SUN_PIXELS, SUN_MARGIN, SUN_SAMPLES = 32, 1.25, 4
 
 
-def main(blend, name, out, width, samples):
-    """Renders; the arguments as on the command line."""
+def serve(idle):
+    """Answers until there is nothing more to answer."""
+    while True:
+        # Whoever started it may have died in a way that keeps the input open.
+        signal.alarm(idle)
+        line = sys.stdin.readline()
+        signal.alarm(0)
+        if not line:
+            return
+        try:
+            answer = bake(**json.loads(line))
+        except BaseException as error:
+            traceback.print_exc()
+            answer = {"error": f"{type(error).__name__}: {error}"}
+        print(f"\n{ANSWER}{json.dumps(answer)}", flush=True)
+
+
+def bake(blend, name, out, width, samples, space, values, sun):
+    """Renders the world of that name in a .blend to `out`.
+
+    `values`: by tree ("" is the world's own, the others are groups) and node: properties and values of sockets as they are now.
+    `sun`: direction and angular diameter of a disc that is left out of the picture and told apart, or None.
+    """
+    scene = prepare(blend, name, space, values)
+    skies = [node for tree in trees(scene.world) for node in tree.nodes if node.type == "TEX_SKY" and getattr(node, "sun_disc", False)]
+    answer = {}
+    if sun is not None:
+        strength = disc(scene, skies, out, **sun)
+        if strength is not None:
+            answer["sun"] = {**sun, "strength": strength}
+            for node in skies:
+                node.sun_disc = False
+    camera = scene.camera
+    camera.data.type = "PANO"
+    settings = camera.data if hasattr(camera.data, "panorama_type") else camera.data.cycles
+    settings.panorama_type = "EQUIRECTANGULAR"
+    # The middle of an environment image lies in direction +X.
+    camera.rotation_euler = (math.pi / 2, 0.0, -math.pi / 2)
+    render(scene, out, width, width // 2, samples)
+    return answer
+
+
+def prepare(blend, name, space, values):
+    """A scene with the world and a camera alone."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
+    if hasattr(bpy.ops.wm, "set_working_color_space") and bpy.data.colorspace.working_space != space:
+        bpy.ops.wm.set_working_color_space(working_space=space, convert_colors=False)
     with bpy.data.libraries.load(blend) as (source, target):
         target.worlds = [name]
     scene = bpy.context.scene
     scene.world = bpy.data.worlds[name]
-    for tree in [scene.world.node_tree, *bpy.data.node_groups]:
+    for tree in trees(scene.world):
+        # Animation and drivers would have other values here.
+        tree.animation_data_clear()
         for node in tree.nodes:
+            set_values(node, values.get("" if tree == scene.world.node_tree else tree.name, {}).get(node.name, {}))
             if node.type == "LIGHT_PATH":
                 blind(tree, node)
     scene.render.engine = "CYCLES"
-    camera = bpy.data.cameras.new("panorama")
-    camera.type = "PANO"
-    settings = camera if hasattr(camera, "panorama_type") else camera.cycles
-    settings.panorama_type = "EQUIRECTANGULAR"
+    camera = bpy.data.cameras.new("camera")
     camera.clip_start = 1e-4
-    eye = bpy.data.objects.new("panorama", camera)
-    # The middle of an environment image lies in direction +X.
-    eye.rotation_euler = (math.pi / 2, 0.0, -math.pi / 2)
+    eye = bpy.data.objects.new("camera", camera)
     scene.collection.objects.link(eye)
     scene.camera = eye
-    render = scene.render
-    render.resolution_x, render.resolution_y, render.resolution_percentage = int(width), int(width) // 2, 100
-    render.pixel_aspect_x = render.pixel_aspect_y = 1.0
-    render.film_transparent = False
-    render.use_compositing = render.use_sequencer = False
+    settings = scene.render
+    settings.resolution_percentage = 100
+    settings.pixel_aspect_x = settings.pixel_aspect_y = 1.0
+    settings.film_transparent = False
+    settings.use_compositing = settings.use_sequencer = False
     cycles = scene.cycles
     cycles.device = "CPU"
-    cycles.samples = int(samples)
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     # Each texel is the mean over itself.
     cycles.pixel_filter_type = "BOX"
+    # No light falls on anything here: what makes ready for it can be left out.
+    scene.world.cycles.sampling_method = "NONE"
     for visible in ("camera", "diffuse", "glossy", "transmission", "scatter"):
         setattr(scene.world.cycles_visibility, visible, True)
-    image = render.image_settings
+    image = settings.image_settings
     image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
-    image.exr_codec = "ZIP"
-    render.filepath = out
-    render.use_file_extension = False
+    image.exr_codec = "NONE"
+    settings.use_file_extension = False
+    return scene
+
+
+def render(scene, out, width, height, samples):
+    """The camera's picture in a file."""
+    settings = scene.render
+    settings.resolution_x, settings.resolution_y = width, height
+    settings.filepath = out
+    scene.cycles.samples = samples
     bpy.ops.render.render(write_still=True)
     if not os.path.isfile(out):
-        raise SystemExit("Cycles wrote no picture")
+        raise RuntimeError("Cycles wrote no picture")
+
+
+def pixels_of(path):
+    """Height × width × 3 linear floats, the bottom row first."""
+    image = bpy.data.images.load(path)
+    try:
+        image.colorspace_settings.name = "Non-Color"
+        values = numpy.empty(image.size[0] * image.size[1] * image.channels, numpy.float32)
+        image.pixels.foreach_get(values)
+        return values.reshape(image.size[1], image.size[0], -1)[..., :3].astype(float)
+    finally:
+        bpy.data.images.remove(image)
+
+
+def disc(scene, skies, out, direction, angle):
+    """Irradiance of the sun's disc on a surface that faces it: what is more than the sky beside it; None if it isn't there."""
+    import mathutils
+
+    camera = scene.camera
+    camera.data.type = "PERSP"
+    camera.data.sensor_fit = "AUTO"
+    half = 0.5 * angle * SUN_MARGIN
+    camera.data.angle = 2 * half
+    camera.rotation_euler = mathutils.Vector(direction).to_track_quat("-Z", "Y").to_euler()
+    path = f"{out}.sun.exr"
+    render(scene, path, SUN_PIXELS, SUN_PIXELS, SUN_SAMPLES)
+    light = pixels_of(path)
+    os.remove(path)
+    # The solid angle of a pixel at tangents (x, y) is dx dy / (1 + x² + y²)^(3/2), and the cosine to the middle once more the root.
+    width = math.tan(half)
+    at = ((numpy.arange(SUN_PIXELS) + 0.5) / SUN_PIXELS * 2 - 1) * width
+    # Beside the disc there is the sky alone. (A second picture without the disc would cost the sky's table once more.)
+    light -= light[at[:, None] ** 2 + at**2 > (math.tan(half) * 1.1 / SUN_MARGIN) ** 2].mean(axis=0)
+    weight = (2 * width / SUN_PIXELS) ** 2 / (1 + at[:, None] ** 2 + at**2) ** 2
+    strength = (light * weight[..., None]).sum(axis=(0, 1))
+    # It is the disc if it stands in the middle half and not at the edges.
+    middle = slice(SUN_PIXELS // 4, -SUN_PIXELS // 4)
+    if not strength.max() > 0 or light[middle, middle].sum() < 0.2 * light.sum() or strength.min() < 0:
+        return None
+    return [float(v) for v in strength]
+
+
+def trees(world):
+    """The world's node tree and the groups in it, each once."""
+    found, open_trees = [], [world.node_tree]
+    while open_trees:
+        tree = open_trees.pop()
+        if tree is None or tree in found:
+            continue
+        found.append(tree)
+        open_trees += [node.node_tree for node in tree.nodes if node.type == "GROUP"]
+    return found
+
+
+def set_values(node, values):
+    """Sets what the node's properties and sockets are now."""
+    for identifier, value in values.get("properties", {}).items():
+        try:
+            setattr(node, identifier, value)
+        except (AttributeError, TypeError, ValueError):
+            # What the kind of the node does not use cannot always be set.
+            continue
+    for stop, (position, color) in zip(node.color_ramp.elements if values.get("stops") else (), values.get("stops", ())):
+        stop.position, stop.color = position, color
+    by_identifier = {socket.identifier: socket for socket in (*node.inputs, *node.outputs)}
+    for identifier, value in values.get("sockets", {}).items():
+        by_identifier[identifier].default_value = value
 
 
 def blind(tree, node):
@@ -67,4 +197,4 @@ def blind(tree, node):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[sys.argv.index("--") + 1 :])
+    serve(int(sys.argv[sys.argv.index("--") + 1]))

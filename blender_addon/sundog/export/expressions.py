@@ -7,8 +7,7 @@ import json
 
 import numpy
 
-# Cycles' luminance of linear Rec.709.
-LUMINANCE = numpy.array([0.2126, 0.7152, 0.0722])
+from . import colorspace
 
 # Values that no glTF can carry (procedural textures, view angles) are stood for by this many samples of their
 # range, so that what follows them (a ramp, a product) is averaged as a whole.
@@ -158,7 +157,7 @@ def as_scalar(expression, vector=False):
         return operation("mean", lambda v: v.mean(axis=-1), [expression], False)
     if isinstance(expression, Operation) and expression.name == "grey":
         return expression.arguments[0]
-    return operation("luminance", lambda v: v @ LUMINANCE, [expression], False)
+    return operation("luminance", lambda v: v @ colorspace.luminance(), [expression], False)
 
 
 def component(expression, index):

@@ -13,7 +13,7 @@ import struct
 
 import numpy
 
-from . import gltf
+from . import colorspace, gltf, images
 
 # Raised when the layout of the files changes, so that files of older versions are not taken.
 LAYOUT = 2
@@ -103,6 +103,12 @@ def _color(mesh, name, width):
     if attribute is None or attribute.data_type not in _FIELDS:
         return None
     field, components = _FIELDS[attribute.data_type]
+    # Blender's `color` is in the working space, and so Cycles (5.0.1, 5.2.3) has those of corners; all others it only decodes.
+    encoded = (
+        attribute.data_type == "BYTE_COLOR" and attribute.domain != "CORNER" and colorspace.working_space() != colorspace.REC709
+    )
+    if encoded:
+        field = "color_srgb"
     if attribute.domain not in {"POINT", "EDGE", "CORNER", "FACE"}:
         return None
     if attribute.data_type in {"INT", "INT8", "BOOLEAN"}:
@@ -111,6 +117,8 @@ def _color(mesh, name, width):
     else:
         values = _read(attribute.data, field, numpy.float32, components)
     values = values.reshape(-1, components)
+    if encoded:
+        values[:, :3] = images.decode_srgb(values[:, :3])
     if components == 1:
         values = numpy.repeat(values, 3, axis=1)
     while values.shape[1] < width:

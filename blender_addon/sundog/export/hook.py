@@ -13,7 +13,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import images, lights, nodes, shaders, visibility
+from . import colorspace, images, lights, nodes, shaders, visibility
 from . import scene as scenes
 from . import world as worlds
 from .verdicts import LOST
@@ -157,6 +157,12 @@ class glTF2ExportUserExtension:
             "color_management": scenes.color_management(blender_scene),
             "render": scenes.render_settings(blender_scene),
         }
+        if colorspace.working_space() != colorspace.REC709:
+            # The exporter writes numbers as they stand.
+            content["working_space"] = colorspace.working_space()
+        if colorspace.unknown():
+            words = f"its working space \"{colorspace.unknown()}\" is not known: its colours are taken as {colorspace.REC709}"
+            self._tell(export_settings, "scene", [(LOST, words)])
         self._add(gltf_scene, "SUNDOG_scene", content)
 
     def _tell(self, export_settings, what, findings):
@@ -174,6 +180,9 @@ def _without_turn(world):
 
     Readers take the file's axes (x, y, z) for Blender's (x, -z, y); here they are Blender's as they stand.
     """
+    if "sun" in world:
+        toward = scenes.TO_GLTF[:3, :3].T @ numpy.array(world["sun"]["direction"])
+        world["sun"] = {**world["sun"], "direction": [float(v) for v in toward]}
     if "image" not in world:
         return
     rotation = numpy.array(world.get("rotation", numpy.eye(3))).reshape(3, 3) @ scenes.TO_GLTF[:3, :3]

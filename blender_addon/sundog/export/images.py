@@ -10,7 +10,7 @@ import zlib
 import bpy
 import numpy
 
-from . import gltf
+from . import colorspace, gltf
 
 LINEAR_SPACES = {"Linear Rec.709", "Linear", "Non-Color", "Raw", "Generic Data", "scene_linear", "Linear BT.709"}
 DATA_SPACES = {"Non-Color", "Raw", "Generic Data"}
@@ -119,6 +119,9 @@ def _packed(image):
 def identity(image):
     """Equal for images with the same pixels, as far as that is known without reading them."""
     base = [image.name_full, image.colorspace_settings.name, image.alpha_mode, image.source]
+    if colorspace.working_space() != colorspace.REC709:
+        # What is made of the pixels is in that space.
+        base.append(colorspace.working_space())
     if not image.is_dirty:
         if image.packed_file is not None:
             return [*base, hashlib.sha1(_packed(image) or b"").hexdigest()]
@@ -269,21 +272,36 @@ def linear_pixels(image, multiplied=False):
             numpy.divide(values[..., :3], alpha, out=values[..., :3], where=(alpha > 0) & (alpha < 1))
     elif multiplied:
         values[..., :3] = numpy.round(values[..., :3] * alpha * 255) / 255
-    if not image.is_float and image.colorspace_settings.name not in LINEAR_SPACES:
-        values[..., :3] = decode_srgb(values[..., :3])
+    # The pixels of images of floats are in the working space already, or data.
+    space = image.colorspace_settings.name
+    if not image.is_float and space not in DATA_SPACES:
+        if space not in LINEAR_SPACES | colorspace.LINEAR:
+            values[..., :3] = decode_srgb(values[..., :3])
+        values[..., :3] = colorspace.convert(values[..., :3], _linear_space(space))
     return values
+
+
+def _linear_space(name):
+    """The linear space that the numbers of an image of integers are in after decoding."""
+    if name == "scene_linear":
+        return colorspace.working_space()
+    return name if name in colorspace.LINEAR else colorspace.REC709
 
 
 def is_exactly_known(image):
     """Whether the image's colour space is one that is followed exactly."""
     # The colour space first: asking for the kind of numbers loads the image.
-    return image.colorspace_settings.name in LINEAR_SPACES | {"sRGB"} or image.is_float
+    return image.colorspace_settings.name in LINEAR_SPACES | colorspace.LINEAR | {"sRGB"} or image.is_float
 
 
 def _read_as_blender_does(image, extension, as_data):
     space = image.colorspace_settings.name
     if extension in {".exr", ".hdr"}:
-        return space in LINEAR_SPACES
+        # The program takes the numbers of floats for those of the scene.
+        if space in DATA_SPACES | {"scene_linear"}:
+            return True
+        linear = _linear_space(space) if space in LINEAR_SPACES | colorspace.LINEAR else None
+        return linear == colorspace.working_space()
     return space in DATA_SPACES if as_data else space == "sRGB"
 
 

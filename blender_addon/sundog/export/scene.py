@@ -9,7 +9,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import culling, geometry, gltf, images, lights, materials, visibility
+from . import colorspace, culling, geometry, gltf, images, lights, materials, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST
 
@@ -71,6 +71,8 @@ class Exporter:
         eye, matrix, view = self._eye([])
         self._culling = culling.Culling(self.scene, eye, matrix, view)
         self._light_groups = {group.name for group in self.view_layer.lightgroups}
+        world = self._override("world") or self.scene.world
+        worlds.prepare(world and world.evaluated_get(self.depsgraph), self.cache, self._pixel())
         told = time.monotonic()
         for count, instance in enumerate(self.depsgraph.object_instances):
             # Whoever is told may stop the export by raising.
@@ -314,17 +316,29 @@ class Exporter:
         if world is not None:
             world = world.evaluated_get(self.depsgraph)
         try:
-            extension["world"] = worlds.describe(world, self.cache, self.document.uri, findings, self.report)
+            extension["world"] = worlds.describe(world, self.cache, self.document.uri, findings, self.report, self._pixel())
         except (images.ImageError, RecursionError) as error:
             findings.append((LOST, f"it is rendered black: {error}"))
             extension["world"] = {"color": [0.0, 0.0, 0.0]}
         if world is not None:
             self.verdicts.extend("world", world.name, findings + self._grouping(world))
+        space = colorspace.working_space()
+        if space != colorspace.REC709:
+            extension["working_space"] = space
+        if colorspace.unknown():
+            words = f"its working space \"{colorspace.unknown()}\" is not known: its colours are taken as {colorspace.REC709}"
+            self.verdicts.add("scene", self.scene.name, LOST, words)
         extension["color_management"] = color_management(self.scene)
         extension["render"] = render_settings(self.scene)
         top = self.document.root["scenes"][0]
         top["name"] = self.scene.name
         top["extensions"] = {self.document.uses("SUNDOG_scene"): extension}
+
+    def _pixel(self):
+        """Radians that a pixel of the picture sees of the world; None for parallel rays."""
+        data = self.scene.camera.data
+        across = {"PERSP": lambda: data.angle, "PANO": lambda: 2 * numpy.pi}.get(getattr(data, "type", None))
+        return across() / max(cameras.picture_size(self.scene.render)) if across else None
 
     def finish(self):
         """Writes the .gltf."""

@@ -6,7 +6,7 @@ import math
 import bpy
 import numpy
 
-from . import expressions, images, nodes
+from . import colorspace, expressions, images, nodes
 from .expressions import BLACK, ONE, WHITE, ZERO, Const, Image, Unknown, as_color, as_scalar, mix, multiply
 from .verdicts import APPROXIMATED, LOST
 
@@ -342,7 +342,7 @@ class Reader:
     def _shader_bsdf_transparent(self, source):
         color = self._color(source, "Color")
         if isinstance(color, Const):
-            level = float(color.value @ expressions.LUMINANCE)
+            level = float(color.value @ colorspace.luminance())
             if numpy.ptp(color.value) > 1e-6:
                 self.note(APPROXIMATED, "a coloured Transparent BSDF lets all colours through alike")
             return Surface(alpha=Const(1 - min(max(level, 0), 1)))

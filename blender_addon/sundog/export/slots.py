@@ -270,6 +270,9 @@ class Slots:
         values[..., :3] = expressions.evaluate(color, texels)
         values[..., 3] = expressions.evaluate(alpha, texels)
         values = numpy.nan_to_num(values[::-1], posinf=65504.0, neginf=0.0)
+        if not as_data:
+            # A colour beyond what the working space holds has negative numbers: Cycles counts them as 0.
+            values[..., :3] = numpy.maximum(values[..., :3], 0)
         opaque = isinstance(alpha, Const)
         # 16-bit floats: no less exact than the 8-bit files that the values come from.
         path = f"{stem}.exr"

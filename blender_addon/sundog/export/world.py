@@ -3,27 +3,30 @@
 
 import hashlib
 import json
+import math
 import os
-import signal
-import subprocess
-import sys
 import tempfile
-import time
 
 import bpy
 import numpy
 
-from . import expressions, images, nodes
+from . import baker, colorspace, expressions, gltf, images, nodes
 from .expressions import Const, Image, as_color, multiply
 from .shaders import TextureSpec
 from .verdicts import APPROXIMATED, LOST
 
-BAKE_WIDTH = 2048
-BAKE_WIDTH_WITH_SUN = 4096
-BAKE_SAMPLES = 16
-BAKE_SECONDS = 300
-# Seconds between two looks at whether the bake shall go on.
-BAKE_POLL = 0.05
+# Width of a baked picture in texels, and samples in each: two million in both, which take a second or less.
+SMOOTH_BAKE = (1024, 4)
+DETAILED_BAKE = (2048, 1)
+# Nodes whose values change slowly with the direction, or as their inputs do. All others may show detail.
+SMOOTH = {
+    "BACKGROUND", "BLACKBODY", "BRIGHTCONTRAST", "COMBINE_COLOR", "COMBXYZ", "CURVE_RGB", "EMISSION", "GAMMA", "GROUP", "GROUP_INPUT",
+    "GROUP_OUTPUT", "HUE_SAT", "INVERT", "LIGHT_PATH", "MAPPING", "MAP_RANGE", "MATH", "MIX", "MIX_RGB", "MIX_SHADER", "ADD_SHADER",
+    "NEW_GEOMETRY", "NORMAL", "OUTPUT_WORLD", "REROUTE", "FRAME", "RGB", "RGBTOBW", "SEPARATE_COLOR", "SEPXYZ", "TEX_COORD",
+    "TEX_GRADIENT", "TEX_SKY", "VALTORGB", "VALUE", "VECT_MATH", "VECTOR_ROTATE", "CLAMP",
+}  # fmt: skip
+# Radians up to which a sun's disc becomes a light of one radiance; greater ones are seen by many texels.
+MOST_SUN = 0.1
 
 
 class _Environments(nodes.Evaluator):
@@ -100,11 +103,11 @@ def _visibility(world):
     return {kind: False for kind, name in names.items() if not getattr(settings, name, True)}
 
 
-def describe(world, cache, uri, findings, report=None):
+def describe(world, cache, uri, findings, report=None, pixel=None):
     """The `world` object of SUNDOG_scene.
 
     `uri` turns a file into its URI; findings get what is not exact. Baking takes a child process and
-    some seconds, once for each tree.
+    some seconds, once for each tree; `pixel` is the radians that a pixel of the picture sees.
     """
     if world is None:
         return {"color": [0.0, 0.0, 0.0]}
@@ -148,8 +151,8 @@ def describe(world, cache, uri, findings, report=None):
             result["rotation"] = rotation
         return result
     try:
-        path, note = bake(world, tree, cache, report)
-    except BakeError as error:
+        path, sun, note = bake(world, tree, cache, report, pixel)
+    except baker.BakeError as error:
         findings.append((LOST, f"the world's nodes could not be baked ({error}): its mean colour is used"))
         if radiance is not None and not any(isinstance(leaf, Image) for leaf in radiance.leaves()):
             result["color"] = [float(v) for v in expressions.mean(as_color(radiance)).value]
@@ -157,6 +160,8 @@ def describe(world, cache, uri, findings, report=None):
     findings.append((APPROXIMATED, note))
     result["color"] = [1.0, 1.0, 1.0]
     result["image"] = uri(path)
+    if sun:
+        result["sun"] = sun
     return result
 
 
@@ -172,10 +177,6 @@ def environment_file(image, cache):
     if not os.path.isfile(path):
         images.write_exr(path, images.linear_pixels(image, multiplied)[::-1, :, :3])
     return path
-
-
-class BakeError(Exception):
-    """Why a world could not be baked, in one sentence."""
 
 
 def _describe_tree(tree, seen):
@@ -216,79 +217,136 @@ _LAYOUT_ONLY = {
 }
 
 
-def bake(world, tree, cache, report=None):
-    """(file, what was done): the world as an equirectangular picture, rendered by Cycles in a child."""
-    kinds = _kinds(tree, set())
-    has_sun = "sky with a sun" in kinds
-    width = BAKE_WIDTH_WITH_SUN if has_sun else BAKE_WIDTH
-    description = [_describe_tree(tree, set()), width, BAKE_SAMPLES, list(bpy.app.version), 1]
-    name = hashlib.sha1(json.dumps(description, sort_keys=True, default=str).encode()).hexdigest()
-    path = os.path.join(cache, f"world-{name}.exr")
-    note = f"its nodes are baked to a picture of {width} × {width // 2} pixels"
-    if has_sun:
-        note += ", the sky's sun disc with them"
-    if "LIGHT_PATH" in kinds:
-        note += "; what a Light Path node shows the camera alone is not seen: the light's side is baked"
-    if os.path.isfile(path):
-        return path, note
-    original = world.original
-    with tempfile.TemporaryDirectory(prefix="sundog-world-") as folder:
-        blend = os.path.join(folder, "world.blend")
-        bpy.data.libraries.write(blend, {original}, path_remap="ABSOLUTE", fake_user=True)
-        picture = os.path.join(folder, "world.exr")
-        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "bake_world.py")
-        arguments = [blend, original.name, picture, str(width), str(BAKE_SAMPLES)]
-        if bpy.app.binary_path:
-            command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1"]
-            command += ["--python", script, "--", *arguments]
-        else:
-            command = [sys.executable, script, "--", *arguments]
-        code, said = _run(command, report)
-        if code != 0 or not os.path.isfile(picture):
-            raise BakeError(said[-1] if said else f"Blender ended with {code}")
-        beside = f"{path}.{os.getpid()}.part"
-        with open(picture, "rb") as source, open(beside, "wb") as target:
-            target.write(source.read())
-        os.replace(beside, path)
-    return path, note
+class _Plan:
+    """How a tree is baked, and under which name. `pixel`: radians that a pixel of the picture sees of it, or None."""
+
+    def __init__(self, tree, pixel):
+        self.kinds, ramps = _kinds(tree, set())
+        detailed = bool(self.kinds - SMOOTH) or "CONSTANT" in ramps
+        fine = pixel is None or pixel < 2 * math.pi / SMOOTH_BAKE[0]
+        self.width, self.samples = DETAILED_BAKE if detailed and fine else SMOOTH_BAKE
+        self.sun = None
+        suns = list(_suns(tree, set()))
+        self.has_sun = bool(suns)
+        if len(suns) == 1 and suns[0].sun_size <= MOST_SUN and not any(socket.is_linked for socket in suns[0].inputs):
+            elevation, rotation = suns[0].sun_elevation, suns[0].sun_rotation
+            across = math.cos(elevation)
+            toward = [across * math.sin(rotation), across * math.cos(rotation), math.sin(elevation)]
+            self.sun = {"direction": toward, "angle": float(suns[0].sun_size)}
+        description = [_describe_tree(tree, set()), self.width, self.samples, list(bpy.app.version), colorspace.working_space(), 2]
+        self.name = hashlib.sha1(json.dumps(description, sort_keys=True, default=str).encode()).hexdigest()
+
+    def files(self, cache):
+        """The picture and what is told beside it."""
+        return os.path.join(cache, f"world-{self.name}.exr"), os.path.join(cache, f"world-{self.name}.json")
 
 
-def _run(command, report):
-    """(exit code, lines that were said last) of a child. `report` is told all the while, and may stop it by raising."""
-    deadline = time.monotonic() + BAKE_SECONDS
+def prepare(world, cache, pixel=None):
+    """Starts the Blender that will bake the world, if it is clear that it will have to."""
+    tree = world and nodes.tree_of(world)
+    if not tree:
+        return
     try:
-        child = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace",
-            start_new_session=True,
-        )  # fmt: skip
-    except OSError as error:
-        raise BakeError(str(error)) from error
-    with child:
-        try:
-            while True:
-                if report:
-                    report("baking the world")
-                if time.monotonic() > deadline:
-                    raise BakeError(f"it takes longer than {BAKE_SECONDS} s")
-                try:
-                    output, errors = child.communicate(timeout=BAKE_POLL)
-                    return child.returncode, (errors.strip() or output.strip()).splitlines()
-                except subprocess.TimeoutExpired:
-                    pass
-        except BaseException:
-            os.killpg(child.pid, signal.SIGKILL)
-            raise
+        kinds, _ = _kinds(tree, set())
+        if any(kind.startswith("TEX_") and kind != "TEX_ENVIRONMENT" for kind in kinds):
+            if not all(os.path.isfile(path) for path in _Plan(tree, pixel).files(cache)):
+                baker.start()
+    except (baker.BakeError, images.ImageError, RecursionError):
+        # It is told where the world is written.
+        return
+
+
+def bake(world, tree, cache, report=None, pixel=None):
+    """(file, the sun's disc or None, what was done): the world as an equirectangular picture, rendered by Cycles in a child."""
+    plan = _Plan(tree, pixel)
+    path, beside = plan.files(cache)
+    if os.path.isfile(path) and os.path.isfile(beside):
+        with open(beside, encoding="utf-8") as file:
+            answer = json.load(file)
+        os.utime(beside)
+    else:
+        original = world.original
+        with tempfile.TemporaryDirectory(prefix="sundog-world-") as folder:
+            blend, picture = os.path.join(folder, "world.blend"), os.path.join(folder, "world.exr")
+            bpy.data.libraries.write(blend, {original}, path_remap="ABSOLUTE", fake_user=True)
+            request = {
+                "blend": blend,
+                "name": original.name,
+                "out": picture,
+                "width": plan.width,
+                "samples": plan.samples,
+                "space": colorspace.working_space(),
+                "values": _values(tree, {}),
+                "sun": plan.sun,
+            }
+            answer = baker.ask(request, report)
+            with open(picture, "rb") as source:
+                gltf.write_whole(path, source.read())
+        gltf.write_whole(beside, json.dumps(answer).encode())
+    note = f"its nodes are baked to a picture of {plan.width} × {plan.width // 2} pixels"
+    sun = answer.get("sun")
+    if sun:
+        note += ", without the sky's sun disc, which is a light of one radiance"
+    elif plan.has_sun:
+        note += ", the sky's sun disc with them"
+    if "LIGHT_PATH" in plan.kinds:
+        note += "; what a Light Path node shows the camera alone is not seen: the light's side is baked"
+    return path, sun, note
+
+
+def _suns(tree, seen):
+    """The sky textures that show a sun."""
+    if tree.as_pointer() in seen:
+        return
+    seen.add(tree.as_pointer())
+    for node in tree.nodes:
+        if node.type == "TEX_SKY" and getattr(node, "sun_disc", False) and node.sky_type not in {"PREETHAM", "HOSEK_WILKIE"}:
+            yield node
+        if node.type == "GROUP" and node.node_tree is not None:
+            yield from _suns(node.node_tree, seen)
+
+
+def _values(tree, found, name=""):
+    """What animation and drivers have made of a tree and its groups; see bake_world."""
+    if name in found:
+        return found
+    found[name] = {}
+    for node in tree.nodes:
+        properties, sockets = {}, {}
+        for prop in node.bl_rna.properties:
+            if prop.identifier in _LAYOUT_ONLY or prop.is_readonly or prop.type not in {"FLOAT", "INT", "ENUM", "BOOLEAN"}:
+                continue
+            value = getattr(node, prop.identifier)
+            if isinstance(value, (bool, int, float, str)):
+                properties[prop.identifier] = value
+            elif prop.type != "ENUM":
+                properties[prop.identifier] = [float(v) for v in value]
+        for socket in (*node.inputs, *node.outputs):
+            value = getattr(socket, "default_value", None)
+            if isinstance(value, (bool, int, float)):
+                sockets[socket.identifier] = value
+            elif value is not None and not isinstance(value, str) and hasattr(value, "__len__"):
+                sockets[socket.identifier] = [float(v) for v in value]
+        ramp = getattr(node, "color_ramp", None)
+        stops = [[stop.position, list(stop.color)] for stop in ramp.elements] if ramp is not None else []
+        found[name][node.name] = {"properties": properties, "sockets": sockets, "stops": stops}
+        if node.type == "GROUP" and node.node_tree is not None:
+            _values(node.node_tree, found, node.node_tree.name)
+    return found
 
 
 def _kinds(tree, seen):
+    """(kinds of the nodes in a tree and its groups, interpolations of its colour ramps)."""
     if tree.as_pointer() in seen:
-        return set()
+        return set(), set()
     seen.add(tree.as_pointer())
-    kinds = set()
+    kinds, ramps = set(), set()
     for node in tree.nodes:
         kinds.add(node.type)
-        if node.type == "TEX_SKY" and getattr(node, "sun_disc", False) and node.sky_type not in {"PREETHAM", "HOSEK_WILKIE"}:
-            kinds.add("sky with a sun")
+        if node.type == "VALTORGB":
+            ramps.add(node.color_ramp.interpolation)
         if node.type == "GROUP" and node.node_tree is not None:
-            kinds |= _kinds(node.node_tree, seen)
-    return kinds
+            inner = _kinds(node.node_tree, seen)
+            kinds |= inner[0]
+            ramps |= inner[1]
+    return kinds, ramps

@@ -6,6 +6,7 @@ use super::renders::Shot;
 use super::summary::{Answer, MEASURES};
 use super::{Looks, page};
 use crate::film::{self, Layer};
+use crate::math::primaries::WorkingSpace;
 use crate::output::{self, exr, write_beside};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -108,8 +109,14 @@ impl Files {
         Ok(())
     }
 
-    /// Keeps a picture, if that is wished.
-    pub fn keep(&self, name: &str, seed: u32, shot: &Shot) -> Result<(), Failure> {
+    /// Keeps a picture of light in a space, if that is wished.
+    pub fn keep(
+        &self,
+        name: &str,
+        seed: u32,
+        shot: &Shot,
+        space: WorkingSpace,
+    ) -> Result<(), Failure> {
         let Some(folder) = &self.pictures else {
             return Ok(());
         };
@@ -125,6 +132,7 @@ impl Files {
         };
         let options = exr::ExrOptions {
             all_layers: false,
+            space,
             ..Default::default()
         };
         exr::write(&folder.join(&file), &picture, &options, &Vec::new())?;

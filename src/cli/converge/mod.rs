@@ -289,7 +289,8 @@ impl Work<'_> {
                 renders::doubling(self.scene, self.path, &settings, self.reporter)?;
             let last = shots.len().saturating_sub(1);
             for (index, shot) in shots.iter().enumerate() {
-                self.files.keep(&name, seed, shot)?;
+                let space = self.scene.color_management.working_space;
+                self.files.keep(&name, seed, shot, space)?;
                 // The page shows the first and the last picture of the first run.
                 let shown = seed == self.settings.seed && (index == 0 || index == last);
                 let look =

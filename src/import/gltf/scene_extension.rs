@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::extensions::report_properties;
 use super::schema::SundogScene;
-use crate::scene::{ColorManagement, Diagnostics, RenderDefaults, Scene};
+use crate::math::primaries::WorkingSpace;
+use crate::scene::{ColorManagement, Diagnostics, RenderDefaults, Scene, Verdict};
 
 /// Puts the extension's values into the scene. A file that it names lies beside the scene's, at `path`.
 pub(super) fn apply(
@@ -34,6 +35,7 @@ pub(super) fn apply(
             look: given(&colors.look),
             exposure: colors.exposure,
             gamma: colors.gamma,
+            working_space: WorkingSpace::default(),
         };
     }
     if let Some(render) = &extension.render {
@@ -44,5 +46,18 @@ pub(super) fn apply(
             filter_width: render.filter_width,
             transparent: render.transparent,
         };
+    }
+    if let Some(name) = &extension.working_space {
+        let known = WorkingSpace::ALL.into_iter().find(|s| s.name() == name);
+        if known.is_none() {
+            diagnostics.report(
+                "working-space",
+                Verdict::Lost,
+                format!("the working space \"{name}\""),
+                "scene",
+                "its colours are taken as linear Rec.709: Sundog knows Linear Rec.709, Linear Rec.2020 and ACEScg",
+            );
+        }
+        scene.color_management.working_space = known.unwrap_or_default();
     }
 }

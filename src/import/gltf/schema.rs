@@ -35,6 +35,7 @@ pub(super) struct SceneExtensions {
 /// What glTF has no word for in a scene. See `docs/gltf-extensions.md`.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct SundogScene {
+    pub working_space: Option<String>,
     pub world: Option<WorldJson>,
     pub color_management: Option<ColorManagementJson>,
     pub render: Option<RenderJson>,
@@ -82,8 +83,22 @@ pub(super) struct WorldJson {
     pub color: Option<[f32; 3]>,
     pub image: Option<String>,
     pub rotation: Option<[f64; 9]>,
+    pub sun: Option<WorldSunJson>,
     #[serde(default)]
     pub visibility: RaysJson,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// The disc of the sun in the world.
+#[derive(Debug, Deserialize)]
+pub(super) struct WorldSunJson {
+    /// Toward it, by Blender's axes.
+    pub direction: [f64; 3],
+    /// Angular diameter, radians.
+    pub angle: f32,
+    /// Irradiance on a surface that faces it, W/m².
+    pub strength: [f32; 3],
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }

@@ -1,12 +1,14 @@
 //! The light from all around, by SUNDOG_scene.
 
-use glam::DMat3;
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::container::{Document, Resolved};
 use super::extensions::report_property;
-use super::schema::WorldJson;
+use super::schema::{WorldJson, WorldSunJson};
 use crate::import::{ImportError, environment_image};
-use crate::scene::{Diagnostics, Environment, ImageId, Scene, Verdict};
+use crate::scene::{
+    Diagnostics, Environment, ImageId, Light, LightKind, Scene, Verdict, Visibility,
+};
 
 /// How far a rotation's columns may be from orthonormal: f32 writers are within 1e-6.
 const ORTHONORMAL: f64 = 1e-4;
@@ -37,7 +39,13 @@ pub(super) fn load(
         } else {
             uri
         };
-        let decoded = environment_image(&bytes, &document.file, name, diagnostics)?;
+        let decoded = environment_image(
+            &bytes,
+            &document.file,
+            name,
+            (scene.color_management.working_space, true),
+            diagnostics,
+        )?;
         image = Some(ImageId(
             u32::try_from(scene.images.len()).unwrap_or(u32::MAX),
         ));
@@ -51,7 +59,53 @@ pub(super) fn load(
         rotation: rotation(world, diagnostics),
         visibility,
     });
+    if let Some(sun) = &world.sun {
+        for property in sun.unknown.keys() {
+            report_property(
+                diagnostics,
+                "SUNDOG_scene",
+                &format!("sun.{property}"),
+                "world",
+            );
+        }
+        scene.lights.push(self::sun(sun, visibility, document)?);
+    }
     Ok(())
+}
+
+/// The disc of the sun, as a light that the rays see which see the world.
+fn sun(
+    sun: &WorldSunJson,
+    visibility: Visibility,
+    document: &Document,
+) -> Result<Light, ImportError> {
+    // Blender's (x, y, z) is (x, z, -y) of glTF.
+    let [x, y, z] = sun.direction;
+    let toward = DVec3::new(x, z, -y).try_normalize();
+    let legal = |v: f32| v.is_finite() && v >= 0.0;
+    let (Some(toward), true) = (
+        toward,
+        sun.strength.iter().all(|&v| legal(v)) && legal(sun.angle),
+    ) else {
+        return Err(ImportError::malformed(
+            &document.file,
+            "world",
+            "its sun needs a direction, and an angle and a strength of at least 0",
+        ));
+    };
+    // A light looks down its -Z axis.
+    let turn = DQuat::from_rotation_arc(DVec3::Z, toward);
+    Ok(Light {
+        name: "the world's sun".into(),
+        color: sun.strength,
+        kind: LightKind::Sun {
+            irradiance: 1.0,
+            angle: sun.angle,
+        },
+        world_from_light: DAffine3::from_quat(turn),
+        visibility,
+        max_bounces: Light::MAX_BOUNCES,
+    })
 }
 
 /// The rotation, made exactly orthonormal; the identity (with a diagnostic) for what is none.

@@ -1,6 +1,7 @@
 //! Materials whose images are factors in truth, or are not seen.
 
 use super::{images, parts};
+use crate::math::primaries::WorkingSpace;
 use crate::scene::{
     AlphaMode, Image, ImageUse, LeftOut, Material, MaterialId, NormalTexture, Pixels, Scene,
     Texture, decoded,
@@ -29,6 +30,8 @@ struct Folding<'a> {
     name: String,
     /// Some mesh with the material has vertices that are not opaque.
     vertex_alpha: bool,
+    /// Of the scene's colours.
+    space: WorkingSpace,
 }
 
 impl<'a> Folding<'a> {
@@ -57,7 +60,11 @@ impl<'a> Folding<'a> {
         let image = self.image(slot?)?;
         let value = images::constant(image, channels)?;
         let value = if image.pixels.is_encoded(usage) {
-            decoded(value)
+            let linear = decoded(value);
+            match self.space.from_rec709() {
+                None => linear,
+                Some(matrix) => (matrix.as_mat3() * linear.truncate()).extend(linear.w),
+            }
         } else {
             value
         };
@@ -293,6 +300,7 @@ pub fn fold(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
             left_out,
             name: material.name.clone(),
             vertex_alpha,
+            space: scene.color_management.working_space,
         };
         folding.material(material);
     }
