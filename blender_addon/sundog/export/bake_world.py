@@ -68,7 +68,8 @@ def bake(blend, name, out, width, samples, space, values, sun):
 def prepare(blend, name, space, values):
     """A scene with the world and a camera alone."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    if hasattr(bpy.ops.wm, "set_working_color_space") and bpy.data.colorspace.working_space != space:
+    # Names of operators are there whether there are such operators or not.
+    if hasattr(bpy.data, "colorspace") and bpy.data.colorspace.working_space != space:
         bpy.ops.wm.set_working_color_space(working_space=space, convert_colors=False)
     with bpy.data.libraries.load(blend) as (source, target):
         target.worlds = [name]
