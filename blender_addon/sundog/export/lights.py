@@ -5,8 +5,8 @@ import math
 
 import numpy
 
-from . import expressions, nodes, visibility
-from .expressions import Const
+from . import expressions, ies, nodes, visibility
+from .expressions import Const, multiply
 from .verdicts import APPROXIMATED, LOST
 
 # The exporter's lumens for a watt, for readers that do not know SUNDOG_light.
@@ -34,21 +34,81 @@ def _node_factor(light, findings):
     if source.node.type != "EMISSION":
         findings.append((LOST, f"its {source.node.bl_label} node is left out: the light shines by its own settings"))
         return numpy.ones(3)
-    evaluator = _LightEvaluator(walker, lambda node, place: None)
+    evaluator = _LightEvaluator(walker, light)
     color, strength = evaluator.color(source.input("Color")), evaluator.scalar(source.input("Strength"))
     for value, what in ((color, "colour"), (strength, "strength")):
         if not isinstance(value, Const):
             varying = ", ".join(sorted({leaf.what for leaf in value.leaves() if hasattr(leaf, "what")}))
             findings.append((APPROXIMATED, f"the {what} of its nodes varies ({varying}): the mean is used"))
+    for note in sorted(evaluator.notes):
+        findings.append((APPROXIMATED, note))
     return expressions.mean(color).value * float(expressions.mean(strength).value)
 
 
 class _LightEvaluator(nodes.Evaluator):
+    """What a lamp's nodes are on its axis, one metre away. `notes`: what is not so everywhere."""
+
+    def __init__(self, walker, light):
+        super().__init__(walker, lambda node, place: None)
+        self.light, self.notes = light, set()
+
+    def _taken(self, node, what="its value on the lamp's axis one metre away is used"):
+        self.notes.add(f"the {node.bl_label} node varies: {what}")
+
     def _node_light_falloff(self, source, node):
         # "Quadratic" is the physical one, and passes the strength on unless it is smoothed.
-        smooth = self.scalar(source.input("Smooth"))
-        plain = isinstance(smooth, Const) and smooth.value == 0
-        return self.scalar(source.input("Strength")) if source.socket.name == "Quadratic" and plain else None
+        smooth, strength = self.scalar(source.input("Smooth")), self.scalar(source.input("Strength"))
+        if not isinstance(smooth, Const):
+            return None
+        if smooth.value != 0 or source.socket.name != "Quadratic":
+            self._taken(node)
+        # Cycles: r² / (smooth + r²), and times r or r² for the linear and the constant one.
+        return multiply(strength, Const(1 / (1 + max(float(smooth.value), 0.0))))
+
+    def _node_tex_ies(self, source, node):
+        text = ies.text_of(node)
+        profile = ies.parse(text) if text else None
+        if profile is None:
+            self.notes.add(f"the file of the {node.bl_label} node is missing or broken: dark, as in Cycles")
+            return Const(0.0)
+        kind = self.light.type
+        half, where = {
+            "POINT": (math.pi, "all directions"),
+            "SPOT": (min(float(getattr(self.light, "spot_size", 0.0)) / 2, math.pi), "its cone"),
+            "AREA": (math.pi / 2, "the side to which it shines"),
+        }.get(kind, (0.0, "its axis"))
+        self._taken(node, f"its mean over {where} is used")
+        return multiply(Const(ies.within(profile, half)), self.scalar(source.input("Strength")))
+
+    def _node_light_path(self, source, node):
+        if source.socket.name != "Ray Length":
+            return None
+        self._taken(node)
+        return Const(1.0)
+
+    def _node_tex_coord(self, source, node):
+        if source.socket.name != "Normal":
+            return None
+        self._taken(node)
+        return Const([0.0, 0.0, -1.0])
+
+    def _node_vect_math(self, source, node):
+        found = super()._node_vect_math(source, node)
+        if found is not None:
+            return found
+        a, b = self.color(source.identified("Vector")), self.color(source.identified("Vector_001"))
+        if not (isinstance(a, Const) and isinstance(b, Const)):
+            return None
+        a, b = a.value, b.value
+        length = float(numpy.linalg.norm(a))
+        known = {
+            "DOT_PRODUCT": lambda: float(a @ b),
+            "CROSS_PRODUCT": lambda: numpy.cross(a, b),
+            "LENGTH": lambda: length,
+            "DISTANCE": lambda: float(numpy.linalg.norm(a - b)),
+            "NORMALIZE": lambda: a / length if length > 0 else a,
+        }
+        return Const(known[node.operation]()) if node.operation in known else None
 
 
 def energy(light):
