@@ -334,6 +334,12 @@ class World(kit.ExportTest):
         baker._Kept.baker.end()
         sky.sun_elevation = 0.9
         self.assertIn("image", self.export().scene()["world"])
+        # So is one that ends just when it is asked.
+        baker._Kept.baker.child.kill()
+        baker._Kept.baker.child.wait()
+        sky.sun_elevation = 1.1
+        with mock.patch.object(baker.Baker, "is_alive", return_value=True):
+            self.assertIn("image", self.export().scene()["world"])
 
     def test_a_bake_that_fails_is_told(self):
         self.sun()

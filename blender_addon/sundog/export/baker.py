@@ -27,6 +27,10 @@ class BakeError(Exception):
     """Why a world could not be baked, in one sentence."""
 
 
+class _Ended(BakeError):
+    """The child has ended, by itself or by somebody else."""
+
+
 class Baker:
     """One child process."""
 
@@ -59,7 +63,7 @@ class Baker:
             self.child.stdin.write(json.dumps(request) + "\n")
             self.child.stdin.flush()
         except OSError as error:
-            raise BakeError(f"Blender ended ({error.strerror})") from error
+            raise _Ended(f"Blender ended ({error.strerror})") from error
         last = ""
         while True:
             if report:
@@ -71,7 +75,7 @@ class Baker:
             except queue.Empty:
                 continue
             if line is None:
-                raise BakeError(last or f"Blender ended with {self.child.wait()}")
+                raise _Ended(last or f"Blender ended with {self.child.wait()}")
             if line.startswith(ANSWER):
                 answer = json.loads(line[len(ANSWER) :])
                 if "error" in answer:
@@ -119,14 +123,19 @@ def _running():
 def ask(request, report=None):
     """The answer of a Blender to a request, see bake_world.bake."""
     with _Kept.lock:
-        baker = _running()
-        try:
-            return baker.ask(request, report)
-        except BaseException:
-            # It may still be busy with what nobody waits for.
-            _Kept.baker = None
-            baker.end()
-            raise
+        kept = _Kept.baker is not None
+        while True:
+            baker = _running()
+            try:
+                return baker.ask(request, report)
+            except BaseException as error:
+                # It may still be busy with what nobody waits for.
+                _Kept.baker = None
+                baker.end()
+                # One that has waited for long may end just now.
+                if not (kept and isinstance(error, _Ended)):
+                    raise
+                kept = False
 
 
 def end():
