@@ -143,7 +143,12 @@ impl<'a> EnvironmentFlags<'a> {
             }
             Self::Constant(radiance) => {
                 let mut radiance = radiance;
-                if let Some(matrix) = file.scene.color_management.working_space.from_rec709() {
+                if let Some(matrix) = file
+                    .scene
+                    .color_management
+                    .working_space
+                    .matrix_from_rec709()
+                {
                     let there = matrix * DVec3::from(radiance.map(f64::from));
                     radiance = there.as_vec3().to_array();
                 }

@@ -91,7 +91,7 @@ pub struct View {
 
 /// Brings colours of a space to linear Rec.709; whatever stands behind the third number stays.
 pub fn to_rec709<const N: usize>(space: WorkingSpace, pixels: &mut [[f32; N]]) {
-    let Some(matrix) = space.to_rec709() else {
+    let Some(matrix) = space.matrix_to_rec709() else {
         return;
     };
     for pixel in pixels {

@@ -155,7 +155,7 @@ fn environment_image(
     let mut image = image::decode_linear_rgb(bytes, name, &limit)
         .map_err(|failure| ImportError::image(file, "environment image", failure))?;
     let of_floats = matches!(image::sniff(bytes), image::Format::Exr | image::Format::Hdr);
-    if let (Some(matrix), Pixels::F32(values)) = (space.from_rec709(), &mut image.pixels)
+    if let (Some(matrix), Pixels::F32(values)) = (space.matrix_from_rec709(), &mut image.pixels)
         && !(of_floats && floats_are_in_it)
     {
         let (pixels, _) = Arc::make_mut(values).as_chunks_mut::<3>();

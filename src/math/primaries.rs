@@ -120,13 +120,13 @@ impl WorkingSpace {
     }
 
     /// The matrix that brings linear Rec.709 to this space; `None` if it is that itself.
-    pub fn from_rec709(self) -> Option<DMat3> {
+    pub fn matrix_from_rec709(self) -> Option<DMat3> {
         (self != Self::Rec709)
             .then(|| self.primaries().xyz().inverse() * Self::Rec709.primaries().xyz())
     }
 
     /// The matrix that brings colours of this space to linear Rec.709; `None` if it is that itself.
-    pub fn to_rec709(self) -> Option<DMat3> {
+    pub fn matrix_to_rec709(self) -> Option<DMat3> {
         (self != Self::Rec709)
             .then(|| Self::Rec709.primaries().xyz().inverse() * self.primaries().xyz())
     }
@@ -156,21 +156,21 @@ mod tests {
                 DVec3::new(0.743_308_96, 0.512_136_40, 0.370_233_27),
             ),
         ] {
-            let there = space.from_rec709().unwrap() * light;
+            let there = space.matrix_from_rec709().unwrap() * light;
             // Its configuration has the matrices with seven digits and more.
             assert!(
                 (there - wanted).abs().max_element() < 2e-6,
                 "{space}: {there}"
             );
-            let back = space.to_rec709().unwrap() * there;
+            let back = space.matrix_to_rec709().unwrap() * there;
             assert!(
                 (back - light).abs().max_element() < 1e-14,
                 "{space}: {back}"
             );
-            let white = space.from_rec709().unwrap() * DVec3::ONE;
+            let white = space.matrix_from_rec709().unwrap() * DVec3::ONE;
             assert!((white - DVec3::ONE).abs().max_element() < 1e-14, "{white}");
         }
-        assert!(WorkingSpace::Rec709.from_rec709().is_none());
+        assert!(WorkingSpace::Rec709.matrix_from_rec709().is_none());
     }
 
     #[test]

@@ -65,7 +65,7 @@ pub fn working_space(path: &Path) -> Result<LightSpace, MeasureError> {
         let shared = &header.shared_attributes.other;
         let mut all = header.own_attributes.other.iter().chain(shared);
         all.find_map(|(name, value)| match value {
-            exr::prelude::AttributeValue::Text(text) if name.to_string() == "colorInteropID" => {
+            exr::prelude::AttributeValue::Text(text) if name.eq("colorInteropID") => {
                 Some(text.to_string())
             }
             _ => None,

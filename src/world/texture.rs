@@ -66,7 +66,7 @@ impl PreparedTexture {
             sampler: texture.sampler,
             encoded,
             to_scene: space
-                .from_rec709()
+                .matrix_from_rec709()
                 .filter(|_| encoded)
                 .map(|matrix| matrix.as_mat3()),
             uv_set: texture.uv_set,

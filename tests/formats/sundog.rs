@@ -176,7 +176,7 @@ fn colours_are_numbers_of_the_working_space() {
     std::fs::write(&sky, bytes).unwrap();
     ::sundog::import::load_environment(&mut imported.scene, &sky, 1.0, 0.0).unwrap();
     let id = imported.scene.environment.as_ref().unwrap().image.unwrap();
-    let there = space.from_rec709().unwrap() * glam::DVec3::new(1.0, 0.5, 0.25);
+    let there = space.matrix_from_rec709().unwrap() * glam::DVec3::new(1.0, 0.5, 0.25);
     let texel = first(&imported.scene, id.0).truncate();
     assert_eq!(texel, there.as_vec3());
 

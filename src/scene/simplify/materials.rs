@@ -61,7 +61,7 @@ impl<'a> Folding<'a> {
         let value = images::constant(image, channels)?;
         let value = if image.pixels.is_encoded(usage) {
             let linear = decoded(value);
-            match self.space.from_rec709() {
+            match self.space.matrix_from_rec709() {
                 None => linear,
                 Some(matrix) => (matrix.as_mat3() * linear.truncate()).extend(linear.w),
             }
