@@ -1,5 +1,10 @@
 //! The `sundog` program.
 
-fn main() -> std::process::ExitCode {
-    sundog::cli::main()
+use sundog::ffi::memory::Telling;
+
+#[global_allocator]
+static MEMORY: Telling = Telling(sundog::cli::memory_used_up);
+
+fn main() -> ! {
+    sundog::cli::leave(sundog::cli::main())
 }

@@ -45,7 +45,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("cost", &["render", "effects", "film", "scene"]),
     // EXR files name the primaries that their numbers are amounts of.
     ("output", &["film", "color", "math"]),
-    ("measure", &["output", "math"]),
+    // Pictures are read by the scenes' decoder, under the same budget.
+    ("measure", &["output", "import", "math"]),
     ("report", &[]),
 ];
 
@@ -247,4 +248,16 @@ fn the_reader_of_imports_reads_them() {
         "use crate::a::B;\nuse crate::{c::{D, e}, f};\nlet x = crate::g::h();\n// crate::comment\n";
     let names: Vec<_> = imported(&program(text)).into_iter().collect();
     assert_eq!(names, ["a", "c", "f", "g"]);
+}
+
+/// Exit handlers take from threads what they work with: `cli::leave` is the only way out.
+#[test]
+fn nobody_leaves_through_exit_handlers() {
+    for path in sources() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let program = program(&text);
+        for way in ["process::exit", "ExitCode::from", "-> ExitCode"] {
+            assert!(!program.contains(way), "{}: {way}", name(&path));
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 mod cost;
 mod tev;
+mod trouble;
 
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

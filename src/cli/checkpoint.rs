@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::parser::Parsed;
+use super::progress::Reporter;
 use crate::output;
 use crate::render::{Saved, State, StateError};
 use std::path::PathBuf;
@@ -19,8 +20,16 @@ pub struct Checkpoint {
     path: PathBuf,
     interval: Duration,
     written: Mutex<Instant>,
-    /// Why it could not be written at the end.
-    lost: Mutex<Option<Failure>>,
+    lost: Mutex<Lost>,
+}
+
+/// What went wrong with the file.
+#[derive(Default)]
+struct Lost {
+    /// Why the last state could not be written.
+    last: Option<Failure>,
+    /// It has been told that one could not.
+    told: bool,
 }
 
 impl Checkpoint {
@@ -58,10 +67,23 @@ impl Checkpoint {
         written.elapsed() >= self.interval
     }
 
-    /// Writes the state; what fails is told by [`finish`](Self::finish), unless a later one succeeds.
-    pub fn write(&self, state: &State) {
+    /// Writes the state. What fails is told once, and the render goes on: a later one may find room again. That the last one
+    /// failed is told by [`finish`](Self::finish).
+    pub fn write(&self, state: &State, last: bool, reporter: &Reporter) {
         let result = output::write_beside(&self.path, |file| state.write(file));
-        *self.lost.lock().unwrap_or_else(PoisonError::into_inner) = result.err().map(Failure::from);
+        let failure = result.err().map(Failure::from);
+        let mut lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(failure) = &failure
+            && !last
+            && !std::mem::replace(&mut lost.told, true)
+        {
+            reporter.warn(&format!(
+                "{}; the render goes on without it, and tries again",
+                failure.message
+            ));
+        }
+        lost.last = failure;
+        drop(lost);
         *self.written.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
     }
 
@@ -70,12 +92,8 @@ impl Checkpoint {
     /// # Errors
     /// It could not be.
     pub fn finish(&self) -> Result<(), Failure> {
-        let lost = self
-            .lost
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
-        lost.map_or(Ok(()), Err)
+        let mut lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
+        lost.last.take().map_or(Ok(()), Err)
     }
 
     /// Name of the file.

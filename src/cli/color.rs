@@ -139,11 +139,16 @@ fn list(parsed: Parsed) -> Result<u8, Failure> {
 }
 
 fn text(listing: &Listing) -> String {
-    let mut text = format!("configuration   {} ({})\n", listing.config, listing.found);
+    let word = console::one_line;
+    let mut text = format!(
+        "configuration   {} ({})\n",
+        word(&listing.config),
+        listing.found
+    );
     if !listing.name.is_empty() {
-        text.push_str(&format!("name            {}\n", listing.name));
+        text.push_str(&format!("name            {}\n", word(&listing.name)));
     }
-    text.push_str(&format!("format          {}\n", listing.format));
+    text.push_str(&format!("format          {}\n", word(&listing.format)));
     text.push_str(&format!("OpenColorIO     {}\n", listing.opencolorio));
     let mark = |is_default: bool| if is_default { " (default)" } else { "" };
     text.push_str("\nDisplays and their views\n");
@@ -152,13 +157,13 @@ fn text(listing: &Listing) -> String {
     for display in &listing.displays {
         text.push_str(&format!(
             "  {}{}\n",
-            display.name,
+            word(&display.name),
             mark(display.name == listing.default_display)
         ));
         for view in &display.views {
             text.push_str(&format!(
                 "    {}{}\n",
-                view.name,
+                word(&view.name),
                 mark(view.name == display.default_view)
             ));
             match views_of.iter_mut().find(|(looks, _)| *looks == view.looks) {
@@ -169,9 +174,9 @@ fn text(listing: &Listing) -> String {
         }
     }
     for (looks, views) in views_of {
-        text.push_str(&format!("\nLooks for {}\n", views.join(", ")));
+        text.push_str(&format!("\nLooks for {}\n", word(&views.join(", "))));
         for look in looks {
-            text.push_str(&format!("  {look}\n"));
+            text.push_str(&format!("  {}\n", word(look)));
         }
         if looks.is_empty() {
             text.push_str("  none\n");
@@ -179,7 +184,7 @@ fn text(listing: &Listing) -> String {
     }
     text.push_str("\nColour spaces\n");
     for space in &listing.color_spaces {
-        text.push_str(&format!("  {space}\n"));
+        text.push_str(&format!("  {}\n", word(space)));
     }
     text
 }

@@ -5,7 +5,7 @@ use super::flags::EXIT_OK;
 use super::parser::Parsed;
 use super::report_file::{page_path, write_text};
 use super::view::{self, View};
-use super::{Failure, console};
+use super::{Failure, console, memory};
 use crate::measure::{self, Difference, Encoding, MeasureError, Picture};
 use crate::output::{self, Format, png};
 use crate::scene::ColorManagement;
@@ -16,6 +16,10 @@ impl From<MeasureError> for Failure {
         Failure::new(error.to_string())
     }
 }
+
+/// What comparing takes beyond the first picture, in bytes a pixel: 321 MiB more for 2048 × 2048 pixels than for 64 × 64, less
+/// the 12 bytes of the first one.
+const BYTES_A_PIXEL: u64 = 70;
 
 /// Runs the command.
 ///
@@ -39,6 +43,11 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let csv_path = page_path(parsed, "csv", "csv")?;
     let layer = parsed.text("layer");
     let a = measure::load(path_a, layer)?;
+    memory::check(
+        u64::from(a.width) * u64::from(a.height) * BYTES_A_PIXEL,
+        &format!("comparing pictures of {} × {} pixels", a.width, a.height),
+        "crop them, or allow more",
+    )?;
     let b = measure::load(path_b, layer)?;
     let name_both = |error: MeasureError| {
         Failure::new(format!(
@@ -110,7 +119,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         if let (Some(path), Some(scale)) = (map_path, scale) {
             console::output(&format!(
                 "difference map   {} (brightest: {scale})\n",
-                path.display()
+                console::one_line(&path.display().to_string())
             ));
         }
     }
@@ -184,7 +193,7 @@ fn table(d: &Difference, seen: &str) -> String {
         ),
     };
     let mut text = format!(
-        "RMSE             {:.6e}\nrelMSE           {:.6e} (error {:.3} %)\nMAPE             {:.6e}\nSMAPE            {:.6e}\nmean luminance   {ratio}\nlargest          {:.6e} at {}, {}\nSSIM             {}\nFLIP             {:.6}\nHDR-FLIP         {hdr}\nseen             {seen}\n",
+        "RMSE             {:.6e}\nrelMSE           {:.6e} (error {:.3} %)\nMAPE             {:.6e}\nSMAPE            {:.6e}\nmean luminance   {ratio}\nlargest          {:.6e} at {}, {}\nSSIM             {}\nFLIP             {:.6}\nHDR-FLIP         {hdr}\nseen             {}\n",
         d.rmse,
         d.rel_mse,
         100.0 * d.rel_mse.sqrt(),
@@ -195,6 +204,7 @@ fn table(d: &Difference, seen: &str) -> String {
         d.largest_at.1,
         given(d.ssim, "none, a side has less than 11 pixels"),
         d.flip,
+        console::one_line(seen),
     );
     if d.non_finite_a + d.non_finite_b > 0 {
         text.push_str(&format!(

@@ -1,27 +1,103 @@
-//! Where words leave the program: the standard output and the standard error.
+//! Where words leave the program: the standard output and the standard error. Names come from files and may hold anything:
+//! what would command the terminal, or turn the order of letters about, is shown as what it is.
 
+use crate::report::is_unseen;
 use serde::Serialize;
-use std::io::{IsTerminal, Write};
+use std::borrow::Cow;
+use std::fmt::Write as _;
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::sync::OnceLock;
+
+/// Why the standard output did not take what was written to it.
+static LOST: OnceLock<String> = OnceLock::new();
 
 /// Writes to the standard output; false if nobody reads it any more. A reader that has gone away
-/// (`sundog info x | head`) is no error.
+/// (`sundog info x | head`) is no error; what else goes wrong is told by [`lost`].
 pub fn output(text: &str) -> bool {
+    let text = escaped(text, |symbol| is_unseen(symbol) && symbol != '\n');
     let mut stdout = std::io::stdout().lock();
     let written = stdout
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush());
-    !written.is_err_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+    match written {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => return false,
+        Err(error) => {
+            LOST.get_or_init(|| match error.kind() {
+                ErrorKind::StorageFull => "the disk is full".into(),
+                ErrorKind::QuotaExceeded => "the disk quota is used up".into(),
+                _ => error.to_string(),
+            });
+        }
+        Ok(()) => {}
+    }
+    true
+}
+
+/// Why something that was written to the standard output has not got there, if that is so.
+pub fn lost() -> Option<&'static str> {
+    LOST.get().map(String::as_str)
 }
 
 /// Writes a line to the standard error.
 pub fn message(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{text}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", one_line(text));
+}
+
+/// Writes lines to the standard error.
+pub fn page(text: &str) {
+    text.lines().for_each(message);
+}
+
+/// A text in which nothing breaks a line or commands the terminal.
+pub fn one_line(text: &str) -> Cow<'_, str> {
+    escaped(text, is_unseen)
+}
+
+/// A text with some symbols written as `\n` or `\u{1b}`.
+fn escaped(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.chars().any(&is_escaped) {
+        return text.into();
+    }
+    let mut result = String::with_capacity(text.len() + 16);
+    for symbol in text.chars() {
+        if is_escaped(symbol) {
+            result.extend(symbol.escape_default());
+        } else {
+            result.push(symbol);
+        }
+    }
+    result.into()
+}
+
+/// JSON with what it allows in texts and a terminal obeys (the controls from U+007F on) escaped its own way.
+fn escaped_json(text: String) -> String {
+    let is_escaped = |symbol: char| is_unseen(symbol) && symbol != '\n';
+    if !text.chars().any(is_escaped) {
+        return text;
+    }
+    let mut result = String::with_capacity(text.len() + 16);
+    for symbol in text.chars() {
+        if is_escaped(symbol) {
+            let mut units = [0; 2];
+            for unit in symbol.encode_utf16(&mut units) {
+                let _ = write!(result, "\\u{unit:04x}");
+            }
+        } else {
+            result.push(symbol);
+        }
+    }
+    result
+}
+
+/// Empties the line that the terminal's cursor is in. Asks for no lock: another thread may hold it for ever.
+pub fn empty_line() {
+    let _ = rustix::io::write(std::io::stderr(), b"\r\x1b[2K");
 }
 
 /// Writes one JSON object as one line to the standard output; false if nobody reads it any more.
 pub fn json_line(value: &impl Serialize) -> bool {
     match serde_json::to_string(value) {
-        Ok(line) => output(&format!("{line}\n")),
+        Ok(line) => output(&format!("{}\n", escaped_json(line))),
         Err(error) => {
             message(&format!("sundog: cannot write JSON: {error}"));
             true
@@ -33,7 +109,7 @@ pub fn json_line(value: &impl Serialize) -> bool {
 pub fn json_document(value: &impl Serialize) {
     match serde_json::to_string_pretty(value) {
         Ok(text) => {
-            output(&format!("{text}\n"));
+            output(&format!("{}\n", escaped_json(text)));
         }
         Err(error) => message(&format!("sundog: cannot write JSON: {error}")),
     }
@@ -92,6 +168,22 @@ pub fn clock(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_do_not_command_the_terminal() {
+        let evil =
+            "a\u{1b}]0;owned\u{7}\r\nsundog: all is well\u{9b}31m\u{7f}\t\u{202e}gpj.exe\u{2066}";
+        let line = one_line(evil);
+        assert_eq!(
+            line,
+            "a\\u{1b}]0;owned\\u{7}\\r\\nsundog: all is well\\u{9b}31m\\u{7f}\\t\\u{202e}gpj.exe\\u{2066}"
+        );
+        let plain = "Käse 🧀 日本 עברית – \\ \"";
+        assert_eq!(one_line(plain), plain);
+        let json = escaped_json(serde_json::to_string(evil).unwrap());
+        assert!(!json.chars().any(is_unseen), "{json}");
+        assert_eq!(serde_json::from_str::<String>(&json).unwrap(), evil);
+    }
 
     #[test]
     fn numbers_for_people() {

@@ -11,6 +11,7 @@ pub struct Page(String);
 impl Page {
     /// Adds one.
     pub fn line(&mut self, name: &str, text: String) {
+        let text = console::one_line(&text);
         self.0.push_str(&format!("{name:<13} {text}\n"));
     }
 

@@ -210,15 +210,15 @@ pub static EXIT_CODES: &[ExitCode] = &[
     },
     ExitCode {
         code: EXIT_ERROR,
-        doc: "Something could not be done (a file cannot be read, a view does not exist, …); one sentence on the standard error says what and how to go on.",
+        doc: "Something could not be done (a file cannot be read, a view does not exist, there is not enough memory, the standard output does not take what is written, …); one sentence on the standard error says what and how to go on.",
     },
     ExitCode {
         code: EXIT_USAGE,
-        doc: "The command line could not be understood; nothing was done.",
+        doc: "The command line could not be understood, or a file would be written over one that is read or over another one; nothing was done.",
     },
     ExitCode {
         code: EXIT_INTERRUPTED,
-        doc: "Ended by Ctrl-C (or SIGTERM): `sundog render` has written the picture as far as it was; a second Ctrl-C ends at once and writes nothing.",
+        doc: "Ended by Ctrl-C (or SIGTERM): `sundog render` has written the picture as far as it was; a second Ctrl-C ends at once and writes nothing. `cost` and `converge` end without an answer. All other commands end by the signal, and leave nothing half written.",
     },
 ];
 
@@ -665,7 +665,7 @@ static RENDER: Command = Command {
                 Argument::new("sample-range", Kind::Range, "A..B", "Take only the samples with the numbers from A to before B, for `sundog merge`.")
                     .details("Several machines can share a picture: each renders a range of its own and keeps it with `--checkpoint`."),
                 Argument::new("checkpoint", Kind::Path, "FILE", "Keep the state of the render here, and go on from it if it is there already.")
-                    .details("Written now and then and at the end, whatever ends the render. Going on gives the bits of a render that was never broken off, also with more `--samples` or another goal."),
+                    .details("Written now and then and at the end, whatever ends the render. Going on gives the bits of a render that was never broken off, also with more `--samples` or another goal. If it cannot be written, a warning says so once, the render goes on and the picture is written; the exit code is 1 if the last state is not there."),
                 Argument::new("checkpoint-interval", Kind::Duration, "TIME", "Time between two writings of the checkpoint, at least.")
                     .default("1m"),
                 THREADS,

@@ -101,6 +101,7 @@ impl Frames {
     /// How long a frame like this takes to write: it is written under a name that nobody is told, and removed.
     fn rehearse(&self, picture: &dyn Bands) -> Duration {
         let path = self.folder.join("rehearsal");
+        let _passing = output::Passing::file(&path);
         let begun = Instant::now();
         // What fails here will fail again, and be told then.
         let _ = raw::write(&path, picture);
@@ -202,7 +203,10 @@ impl Observer for Watcher<'_> {
             // The render goes on: the last frame may find room again, or fails with the reason.
             Err(failure) => {
                 state.failed = true;
-                self.reporter.warn(&failure.message);
+                self.reporter.warn(&format!(
+                    "{}; the render goes on, and tries again at its end",
+                    failure.message
+                ));
             }
             Ok(()) => {}
         }
@@ -231,9 +235,9 @@ impl Observer for Watcher<'_> {
         self.checkpoint.is_some_and(|file| last || file.is_due())
     }
 
-    fn state(&self, state: &render::State, _last: bool) {
+    fn state(&self, state: &render::State, last: bool) {
         if let Some(checkpoint) = self.checkpoint {
-            checkpoint.write(state);
+            checkpoint.write(state, last, self.reporter);
         }
     }
 }

@@ -169,7 +169,7 @@ struct Memory {
 
 /// What a render took beyond the scene itself: 285 bytes a triangle in a scene of 262 510 triangles (with
 /// many small meshes), 182 in one of 142 973.
-const PREPARED_BYTES_A_TRIANGLE: u64 = 300;
+pub(super) const PREPARED_BYTES_A_TRIANGLE: u64 = 300;
 
 impl<'a> Info<'a> {
     fn of(file: &'a SceneFile) -> Self {

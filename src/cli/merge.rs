@@ -30,8 +30,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let header = merged.header();
     let outputs = Outputs::new(files, parsed, &header.color_management, &reporter)?;
     if let Some(checkpoint) = &checkpoint {
-        checkpoint.write(&merged.state());
-        checkpoint.finish()?;
+        checkpoint.write(&merged.state(), true, &reporter);
     }
     if header.ranges.len() > 1 {
         let ranges: Vec<_> = header
@@ -54,6 +53,12 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         ("statistics", summary::as_json(statistics)),
     ]);
     outputs.write(&rendering.picture, &metadata, &reporter)?;
+    // A state that could not be kept takes nothing from the picture.
+    if let Some(checkpoint) = &checkpoint {
+        checkpoint
+            .finish()
+            .map_err(|failure| outputs.are_there(failure))?;
+    }
     let size = (header.region.width(), header.region.height());
     summary::tell_end(size, &rendering, &outputs, &reporter)?;
     Ok(EXIT_OK)

@@ -1,6 +1,7 @@
 //! The command line: the only room that prints.
 
 mod checkpoint;
+mod clashes;
 mod color;
 mod compare;
 mod compare_report;
@@ -12,6 +13,7 @@ pub mod flags;
 mod frames;
 mod info;
 mod interrupt;
+mod memory;
 mod merge;
 mod outputs;
 pub mod pages;
@@ -29,10 +31,12 @@ mod text;
 pub mod values;
 mod view;
 
+pub use interrupt::leave;
+pub use memory::used_up as memory_used_up;
+
 use clap::error::ErrorKind;
 use flags::{EXIT_ERROR, EXIT_OK, EXIT_USAGE};
 use parser::Parsed;
-use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
@@ -83,15 +87,48 @@ pub fn since_start() -> Duration {
     STARTED.get_or_init(Instant::now).elapsed()
 }
 
-/// Runs the program with the process's own arguments.
-pub fn main() -> ExitCode {
+/// Runs the program with the process's own arguments; gives what the process returns.
+pub fn main() -> u8 {
     since_start();
+    let code = run();
+    match console::lost() {
+        Some(reason) if code == EXIT_OK => {
+            console::message(&format!(
+                "sundog: cannot write to the standard output: {reason}"
+            ));
+            EXIT_ERROR
+        }
+        _ => code,
+    }
+}
+
+fn run() -> u8 {
     let program = parser::program(env!("CARGO_PKG_VERSION"));
     let matches = match program.try_get_matches() {
         Ok(matches) => matches,
-        Err(error) => return ExitCode::from(answer(&error)),
+        Err(error) => return answer(&error),
     };
-    let result = match matches.subcommand() {
+    // All commands: what is half written must not stay.
+    let by_signal = !matches!(
+        matches.subcommand_name(),
+        Some("render" | "cost" | "converge")
+    );
+    if let Err(reason) = interrupt::listen(by_signal) {
+        console::message(&format!("sundog: {reason}"));
+        return EXIT_ERROR;
+    }
+    let mut innermost = &matches;
+    while let Some((_, matches)) = innermost.subcommand() {
+        innermost = matches;
+    }
+    if Parsed(innermost).switch("json") {
+        memory::tell_json();
+    }
+    if let Err(failure) = start_threads(matches.subcommand_name()) {
+        console::message(&format!("sundog: {}", failure.message));
+        return failure.code;
+    }
+    let result = clashes::refuse(Parsed(innermost)).and_then(|()| match matches.subcommand() {
         Some(("render", matches)) => render::run(Parsed(matches)),
         Some(("merge", matches)) => merge::run(Parsed(matches)),
         Some(("info", matches)) => info::run(Parsed(matches)),
@@ -105,23 +142,33 @@ pub fn main() -> ExitCode {
         _ => Err(Failure::usage(
             "there is no such command; `sundog --help` lists them",
         )),
-    };
+    });
     match result {
-        Ok(code) => ExitCode::from(code),
+        Ok(code) => code,
         Err(failure) => {
-            let mut innermost = &matches;
-            while let Some((_, matches)) = innermost.subcommand() {
-                innermost = matches;
-            }
             if Parsed(innermost).switch("json") {
                 console::json_line(
                     &serde_json::json!({ "event": "error", "message": failure.message }),
                 );
             }
             console::message(&format!("sundog: {}", failure.message));
-            ExitCode::from(failure.code)
+            failure.code
         }
     }
+}
+
+/// Starts the threads that all rooms share, for the commands that work: where the system has none left, their first user
+/// would panic.
+fn start_threads(command: Option<&str>) -> Result<(), Failure> {
+    if matches!(command, Some("flags" | "completions")) {
+        return Ok(());
+    }
+    let started = rayon::ThreadPoolBuilder::new().build_global();
+    started.map_err(|error| {
+        Failure::new(format!(
+            "no threads could be started, as there is not enough memory or the user has too many of them ({error})"
+        ))
+    })
 }
 
 /// What clap has to say: help and version as they are, errors as one sentence.
@@ -138,7 +185,7 @@ fn answer(error: &clap::Error) -> u8 {
             EXIT_OK
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            console::message(error.render().to_string().trim_end());
+            console::page(error.render().to_string().trim_end());
             EXIT_USAGE
         }
         _ => {

@@ -41,17 +41,11 @@ impl Outputs {
     /// Makes sure that the files of the flags could be written.
     ///
     /// # Errors
-    /// A name does not say the format, is given twice, or can't be written.
+    /// A name does not say the format, or can't be written.
     pub fn files(parsed: Parsed) -> Result<Vec<(PathBuf, Format)>, Failure> {
         let mut files: Vec<(PathBuf, Format)> = Vec::new();
         for path in parsed.paths("output") {
             let format = Format::of(&path)?;
-            if files.iter().any(|(other, _)| *other == path) {
-                return Err(Failure::usage(format!(
-                    "--output {} is given twice",
-                    path.display()
-                )));
-            }
             output::check_writable(&path)?;
             files.push((path, format));
         }
@@ -120,12 +114,40 @@ impl Outputs {
     ) -> Result<(), Failure> {
         let paths: Vec<_> = self.files.iter().map(|(path, _)| path.clone()).collect();
         let all = self.write_all(&paths, picture, metadata, reporter);
+        let mut failures = Vec::new();
         for (path, written) in paths.iter().zip(all) {
-            written?;
-            reporter.say(&format!("{} written", path.display()));
-            reporter.tell(&json!({ "event": "written", "file": path.display().to_string() }));
+            match written {
+                Err(failure) => failures.push(failure),
+                Ok(()) => {
+                    reporter.say(&format!("{} written", path.display()));
+                    reporter
+                        .tell(&json!({ "event": "written", "file": path.display().to_string() }));
+                }
+            }
         }
-        Ok(())
+        let mut failures = failures.into_iter();
+        let Some(mut first) = failures.next() else {
+            return Ok(());
+        };
+        for failure in failures {
+            first.message = format!("{}; {}", first.message, failure.message);
+        }
+        Err(first)
+    }
+
+    /// A failure of something else than the picture, which says that the picture is there nevertheless.
+    pub fn are_there(&self, failure: Failure) -> Failure {
+        match self.names().as_slice() {
+            [] => failure,
+            [name] => Failure {
+                message: format!("{}; {name} is written", failure.message),
+                ..failure
+            },
+            names => Failure {
+                message: format!("{}; {} are written", failure.message, names.join(", ")),
+                ..failure
+            },
+        }
     }
 
     /// All files at once: some keep one thread alone busy for a while.
@@ -140,12 +162,17 @@ impl Outputs {
         std::thread::scope(|scope| {
             let files: Vec<_> = files
                 .map(|(path, (_, format))| {
-                    scope.spawn(|| self.write_one(path, *format, picture, metadata, reporter))
+                    let write = || self.write_one(path, *format, picture, metadata, reporter);
+                    let thread = std::thread::Builder::new().spawn_scoped(scope, write);
+                    // The system has no more threads: then one after the other.
+                    thread.map_err(|_| write())
                 })
                 .collect();
-            let written = files.into_iter().map(|file| {
-                let written = file.join();
-                written.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            let written = files.into_iter().map(|file| match file {
+                Ok(thread) => thread
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+                Err(written) => written,
             });
             written.collect()
         })
@@ -229,10 +256,8 @@ impl Outputs {
 
     /// How long it takes to make what is wanted of this.
     fn try_out(&self, film: &dyn Bands) -> Tried {
-        let folders = self.files.iter().map(|(path, _)| {
-            let folder = path.parent().filter(|path| !path.as_os_str().is_empty());
-            tempfile::tempdir_in(folder.unwrap_or(Path::new(".")))
-        });
+        let files = self.files.iter();
+        let folders = files.map(|(path, _)| output::Passing::folder_beside(path));
         // What fails here will fail again, and be told then.
         let Ok(folders) = folders.collect::<Result<Vec<_>, _>>() else {
             return Tried::default();
@@ -240,7 +265,7 @@ impl Outputs {
         let names = self.files.iter().map(|(path, _)| path.file_name());
         let paths = folders.iter().zip(names);
         let paths: Vec<_> = paths
-            .map(|(folder, name)| folder.path().join(name.unwrap_or_default()))
+            .map(|((folder, _), name)| folder.path().join(name.unwrap_or_default()))
             .collect();
         let begun = Instant::now();
         let picture = Picture::collect(film);

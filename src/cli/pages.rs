@@ -111,7 +111,8 @@ has a name of its own; it is written beside and renamed before its line is print
 The file holds the region's pixels (x1 − x0 columns, y1 − y0 rows; the origin of `region` is the top left of the full picture of
 `width` × `height`) as little-endian 32-bit floats: the passes one after the other, each from its `offset` in bytes, channels
 interleaved, rows from bottom to top, associated alpha. Frames before the last one have only `Combined`. The reader removes what
-it has read; while two frames lie unread, no more are written but the last one.
+it has read; while two frames lie unread, no more are written but the last one. If a frame cannot be written, a `warning` says
+so once, and only the last one is tried again; if that fails, too, the files of `--output` are written, and the exit code is 1.
 
 **Ctrl-C** (SIGINT), and SIGTERM likewise: before `prepared` the process ends at once. Afterwards the render stops, the last
 frame and the files of `--output` are written, and the exit code is 130. A second one ends the process at once. With `--json` the

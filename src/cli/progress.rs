@@ -6,9 +6,29 @@ use crate::scene::{Diagnostics, Verdict};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use serde_json::json;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Steps of the bar.
 const STEPS: u64 = 10_000;
+
+/// Whether the bar stands on the terminal.
+static BAR_STANDS: AtomicBool = AtomicBool::new(false);
+
+/// Empties the line of the bar, for the case that the process must go at once: the bar itself may be in the hands of a
+/// thread that waits.
+pub fn take_bar_off() {
+    if BAR_STANDS.load(Ordering::Relaxed) {
+        console::empty_line();
+    }
+}
+
+/// Shows the bar if somebody watches.
+fn show(bar: &ProgressBar) {
+    if console::watched() {
+        bar.set_draw_target(ProgressDrawTarget::stderr());
+        BAR_STANDS.store(true, Ordering::Relaxed);
+    }
+}
 
 /// Tells what happens.
 pub enum Reporter {
@@ -85,17 +105,16 @@ impl Reporter {
     /// A piece of work of several is about to begin.
     pub fn step(&self, done: usize, of: usize, what: &str) {
         let Self::People(bar) = self else { return };
-        if console::watched() {
-            bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
+        show(bar);
         bar.set_position(STEPS * done as u64 / of.max(1) as u64);
-        bar.set_message(what.to_owned());
+        bar.set_message(console::one_line(what).into_owned());
     }
 
     /// Takes the bar away.
     pub fn end(&self) {
         if let Self::People(bar) = self {
             bar.finish_and_clear();
+            BAR_STANDS.store(false, Ordering::Relaxed);
         }
     }
 }
@@ -127,11 +146,7 @@ impl Observer for Reporter {
         self.tell(event);
         let Self::People(bar) = self else { return };
         match event {
-            Event::Prepared { .. } => {
-                if console::watched() {
-                    bar.set_draw_target(ProgressDrawTarget::stderr());
-                }
-            }
+            Event::Prepared { .. } => show(bar),
             Event::Progress {
                 samples,
                 of,

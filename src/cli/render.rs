@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::parser::Parsed;
 use super::progress::Reporter;
 use super::tev::Viewer;
-use super::{Failure, console, interrupt, replay, scene_file, settings, summary};
+use super::{Failure, console, replay, scene_file, settings, summary};
 use crate::effects::EffectSet;
 use crate::math::primaries::WorkingSpace;
 use crate::output::Metadata;
@@ -22,7 +22,6 @@ use std::time::Duration;
 /// # Errors
 /// One sentence: what could not be done, and the way out.
 pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    interrupt::listen().map_err(Failure::new)?;
     if let Some(place) = parsed.sample("replay") {
         return replay::run(parsed, place);
     }
@@ -51,7 +50,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let outputs = Outputs::new(files, parsed, &scene.color_management, &reporter)?;
     scene_file::introduce(parsed, &imported, &reporter)?;
     let settings = settings::of(parsed, path, scene)?;
-    settings::check_memory(&settings)?;
+    settings::check_memory(&settings, scene)?;
     let frames = parsed
         .path("frames")
         .map(|folder| Frames::new(folder, (settings.width, settings.height), settings.region()));
@@ -109,14 +108,8 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
             ),
         });
     }
-    if let Some(frames) = &frames {
-        frames.finish()?;
-    }
     if statistics.non_finite > 0 {
         reporter.warn(&summary::non_finite(statistics));
-    }
-    if let Some(checkpoint) = &checkpoint {
-        checkpoint.finish()?;
     }
     let hash = rendering.scene_hash.get_or_init(|| fingerprint(scene));
     let metadata = metadata(path, hash, &settings, statistics);
@@ -127,6 +120,12 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let region = settings.region();
     let size = (region.width(), region.height());
     summary::tell_end(size, &rendering, &outputs, &reporter)?;
+    // The picture is there: a frame or a state that could not be written takes nothing from it.
+    let frames = frames.as_ref().map_or(Ok(()), Frames::finish);
+    let state = checkpoint.as_ref().map_or(Ok(()), Checkpoint::finish);
+    frames
+        .and(state)
+        .map_err(|failure| outputs.are_there(failure))?;
     if cancelled {
         return Err(Failure {
             code: EXIT_INTERRUPTED,

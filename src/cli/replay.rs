@@ -66,7 +66,7 @@ fn number(detail: &Detail) -> String {
         format!("({})", numbers.collect::<Vec<_>>().join(", "))
     };
     match detail {
-        Detail::Text(text) => text.clone(),
+        Detail::Text(text) => console::one_line(text).into_owned(),
         Detail::Flag(true) => "yes".into(),
         Detail::Flag(false) => "no".into(),
         Detail::Count(count) => count.to_string(),

@@ -1,8 +1,10 @@
 //! The settings of a render from the flags and the scene; shared by all commands that render.
 
+use super::Failure;
 use super::flags::MAX_SAMPLES;
+use super::info::PREPARED_BYTES_A_TRIANGLE;
+use super::memory;
 use super::parser::Parsed;
-use super::{Failure, console};
 use crate::film::Passes;
 use crate::film::apart::PixelApart;
 use crate::film::pixel::Pixel;
@@ -199,28 +201,24 @@ fn bytes_a_pixel(passes: Passes) -> u64 {
     (size_of::<Pixel>() + apart + estimate + 2 * size_of::<f32>() * passes.floats()) as u64
 }
 
-/// Refuses a picture that this machine cannot hold, where the system says how much that is.
-pub fn check_memory(settings: &RenderSettings) -> Result<(), Failure> {
+/// Refuses a picture of a scene for which there is not enough memory, where the system says how much there is. (The scene
+/// itself has been loaded already.)
+pub fn check_memory(settings: &RenderSettings, scene: &Scene) -> Result<(), Failure> {
     let (width, height) = (settings.region().width(), settings.region().height());
-    let needed = u64::from(width) * u64::from(height) * bytes_a_pixel(settings.passes);
-    match free_memory() {
-        Some(free) if needed > free => Err(Failure::new(format!(
-            "a picture of {width} × {height} pixels needs about {}, and {} are free; choose a smaller --width and --height",
-            console::bytes(needed),
-            console::bytes(free)
-        ))),
-        _ => Ok(()),
-    }
-}
-
-/// Bytes that programs may still take, as Linux tells it; none elsewhere.
-fn free_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text
-        .lines()
-        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(kibibytes * 1024)
+    let triangles = scene.meshes.iter().map(|mesh| mesh.triangles.len() as u64);
+    let prepared = triangles.sum::<u64>() * PREPARED_BYTES_A_TRIANGLE;
+    let picture = u64::from(width) * u64::from(height) * bytes_a_pixel(settings.passes);
+    let what = if picture >= prepared {
+        format!("a picture of {width} × {height} pixels")
+    } else {
+        format!("a picture of {width} × {height} pixels of this scene")
+    };
+    let way_out = if picture >= prepared {
+        "choose a smaller --width and --height"
+    } else {
+        "make the scene simpler, or allow more"
+    };
+    memory::check(picture + prepared, &what, way_out)
 }
 
 #[cfg(test)]

@@ -13,7 +13,10 @@ pub fn table(table: &Table) -> String {
     let heads = table.columns.iter().map(|column| column.name.clone());
     let mut lines: Vec<Vec<String>> = vec![heads.collect()];
     for row in &table.rows {
-        lines.push(row.iter().map(|cell| cell.text.clone()).collect());
+        let words = row
+            .iter()
+            .map(|cell| console::one_line(&cell.text).into_owned());
+        lines.push(words.collect());
     }
     let width = |column: usize| {
         let cells = lines.iter().filter_map(|line| line.get(column));

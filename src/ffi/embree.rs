@@ -88,8 +88,10 @@ pub const HEADERS: Version = Version {
     patch: sys::RTC_VERSION_PATCH,
 };
 
-extern "C" fn remember_error(_user: *mut c_void, _code: sys::RTCError, message: *const c_char) {
-    let text = if message.is_null() {
+extern "C" fn remember_error(_user: *mut c_void, code: sys::RTCError, message: *const c_char) {
+    let text = if code == sys::RTC_ERROR_OUT_OF_MEMORY {
+        String::from("there is not enough memory for the scene")
+    } else if message.is_null() {
         String::from("unknown error")
     } else {
         // SAFETY: Embree passes a NUL-terminated string that lives during the call.
@@ -138,9 +140,17 @@ impl Device {
         // SAFETY: `config` is NUL-terminated and read during the call only.
         let raw = unsafe { sys::rtcNewDevice(config.as_ptr()) };
         if raw.is_null() {
-            return Err(EmbreeError(
-                "Embree could not open a device on this processor".into(),
-            ));
+            // SAFETY: without a device it gives this thread's last error.
+            let code = unsafe { sys::rtcGetDeviceError(std::ptr::null_mut()) };
+            return Err(EmbreeError(match code {
+                sys::RTC_ERROR_OUT_OF_MEMORY => "there is not enough memory to begin with".into(),
+                sys::RTC_ERROR_UNSUPPORTED_CPU => {
+                    "this processor lacks the instructions that it needs (SSE2 at least)".into()
+                }
+                code => format!(
+                    "no device could be opened (error {code}): memory, threads or the address space of the process (ulimit -v) may be used up"
+                ),
+            }));
         }
         // SAFETY: the device is alive; the callback needs nothing that could go away.
         unsafe { sys::rtcSetDeviceErrorFunction(raw, Some(remember_error), std::ptr::null_mut()) };

@@ -11,7 +11,7 @@ mod gltf;
 mod image;
 
 pub use error::ImportError;
-pub use image::{ImageFailure, decode_image};
+pub use image::{ImageFailure, check_proportion, decode_image, read_exr_part};
 
 use std::path::Path;
 use std::sync::Arc;
@@ -90,6 +90,11 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportErro
     let mut imported = gltf::load(path, options)?;
     scene::validate::clean(&mut imported.scene, &mut imported.diagnostics);
     Ok(imported)
+}
+
+/// Where the files would be that a scene file names: its buffers and images. None for a file that cannot be read.
+pub fn named_files(path: &Path) -> Vec<std::path::PathBuf> {
+    gltf::named_files(path)
 }
 
 /// Reads an equirectangular image (EXR, Radiance HDR: linear Rec.709; also PNG, JPEG, WebP, taken as sRGB) and

@@ -1,9 +1,13 @@
 //! Reading pictures that are to be measured.
 
 use super::{Encoding, MeasureError, Picture};
-use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, Text, read};
-use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use crate::import::{check_proportion, read_exr_part};
+use exr::meta::MetaData;
+use exr::meta::header::Header;
+use exr::prelude::{Text, Vec2};
+use image::ImageDecoder;
+use std::collections::{BTreeMap, HashMap};
+use std::io::Cursor;
 use std::path::Path;
 
 /// A file whose header claims more values than this for each of its bytes is not believed: no
@@ -54,14 +58,12 @@ pub fn load_with_alpha(
             .into(),
         ));
     }
-    let mut file = BufReader::new(File::open(path).map_err(|error| unreadable(plain(&error)))?);
-    let mut magic = [0; 4];
-    file.read_exact(&mut magic)
-        .map_err(|_| unreadable("it is too short for a picture".into()))?;
-    file.seek(SeekFrom::Start(0))
-        .map_err(|error| unreadable(plain(&error)))?;
-    if magic == *b"\x76\x2f\x31\x01" {
-        return load_exr(path, file, metadata.len(), layer);
+    let bytes = std::fs::read(path).map_err(|error| unreadable(plain(&error)))?;
+    if bytes.len() < 4 {
+        return Err(unreadable("it is too short for a picture".into()));
+    }
+    if bytes.starts_with(b"\x76\x2f\x31\x01") {
+        return load_exr(path, &bytes, layer);
     }
     if let Some(wanted) = layer {
         return Err(MeasureError::NoSuchLayer {
@@ -70,7 +72,7 @@ pub fn load_with_alpha(
             there: "no layers, because it is not an EXR file".into(),
         });
     }
-    let mut reader = image::ImageReader::new(file)
+    let mut reader = image::ImageReader::new(Cursor::new(&bytes))
         .with_guessed_format()
         .map_err(|error| unreadable(plain(&error)))?;
     let encoding = match reader.format() {
@@ -81,11 +83,21 @@ pub fn load_with_alpha(
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
+    // (What the whole may take is asked for below; this is for the decoder's own tables.)
+    limits.max_alloc = Some(MOST_PIXELS as u64 * 24);
     reader.limits(limits);
-    let image = reader
-        .decode()
-        .map_err(|error| unreadable(error.to_string()))?;
-    let (width, height) = (image.width(), image.height());
+    let damaged = |error: image::ImageError| unreadable(error.to_string());
+    let decoder = reader.into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels > MOST_PIXELS as u64 {
+        return Err(unreadable(format!(
+            "it has {width} × {height} pixels, which is too large"
+        )));
+    }
+    check_proportion(bytes.len(), pixels, size_of::<[f32; 3]>())
+        .map_err(|failure| unreadable(failure.to_string()))?;
+    let image = image::DynamicImage::from_decoder(decoder).map_err(damaged)?;
     let pixels = image.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
     Ok((
         Picture {
@@ -106,22 +118,69 @@ fn plain(error: &std::io::Error) -> String {
     }
 }
 
-/// One channel of the file with its full name, the part's name in front.
-struct Channel {
-    /// All but the last word of the name; empty for plain `R`.
+/// One channel of the file.
+struct Channel<'a> {
+    /// All but the last word of its full name, which begins with the part's; empty for plain `R`.
     layer: String,
     /// The last word: `R`, `Z`, `X` …
     component: String,
+    /// Which part it is in.
+    part: usize,
+    /// Its name there.
+    name: &'a Text,
+}
+
+impl<'a> Channel<'a> {
+    /// Those of all flat parts that have a value for each pixel.
+    fn all(headers: &'a [Header]) -> Vec<Self> {
+        let mut channels = Vec::new();
+        for (part, header) in headers.iter().enumerate().filter(|(_, part)| !part.deep) {
+            let prefix = header
+                .own_attributes
+                .layer_name
+                .as_ref()
+                .map(Text::to_string)
+                .unwrap_or_default();
+            let several = headers.len() > 1 && !prefix.is_empty();
+            let dotted = format!("{prefix}.");
+            for channel in &header.channels.list {
+                let name = channel.name.to_string();
+                // Files with one part a layer may or may not repeat the part's name in the channels' names.
+                let full = if several && !name.starts_with(&dotted) {
+                    format!("{dotted}{name}")
+                } else {
+                    name
+                };
+                let (layer, component) = full.rsplit_once('.').unwrap_or(("", &full));
+                if channel.sampling == Vec2(1, 1) {
+                    channels.push(Self {
+                        layer: layer.into(),
+                        component: component.to_uppercase(),
+                        part,
+                        name: &channel.name,
+                    });
+                }
+            }
+        }
+        channels
+    }
+}
+
+/// The values of some channels of one part.
+struct Plane {
     /// Where the data window begins in the display window, which may be left of it or above.
     at: (i64, i64),
     /// Of the data window.
     size: (usize, usize),
-    samples: FlatSamples,
+    /// How many channels there are.
+    channels: usize,
+    /// Interleaved.
+    values: Vec<f32>,
 }
 
-impl Channel {
+impl Plane {
     /// The value of a pixel of the display window; 0 beyond the data window.
-    fn value(&self, x: usize, y: usize) -> f32 {
+    fn value(&self, x: usize, y: usize, channel: usize) -> f32 {
         let inside = |at: usize, begin: i64, size: usize| {
             usize::try_from(at as i64 - begin)
                 .ok()
@@ -130,26 +189,28 @@ impl Channel {
         let column = inside(x, self.at.0, self.size.0);
         let row = inside(y, self.at.1, self.size.1);
         match (column, row) {
-            (Some(column), Some(row)) => self
-                .samples
-                .value_by_flat_index(row * self.size.0 + column)
-                .to_f32(),
+            (Some(column), Some(row)) => {
+                let index = (row * self.size.0 + column) * self.channels + channel;
+                self.values.get(index).copied().unwrap_or(0.0)
+            }
             _ => 0.0,
         }
     }
 }
 
+/// So many layers are named to who asks for another one.
+const NAMED_LAYERS: usize = 30;
+
 fn load_exr(
     path: &Path,
-    mut file: BufReader<File>,
-    length: u64,
+    bytes: &[u8],
     layer: Option<&str>,
 ) -> Result<(Picture, Option<Vec<f32>>), MeasureError> {
     let unreadable = |reason: String| MeasureError::Unreadable {
         path: path.display().to_string(),
         reason,
     };
-    let headers = exr::meta::MetaData::read_from_buffered(&mut file, false)
+    let headers = MetaData::read_from_buffered(Cursor::new(bytes), false)
         .map_err(|error| unreadable(error.to_string()))?
         .headers;
     let values: u64 = headers
@@ -163,13 +224,12 @@ fn load_exr(
         .map(|header| header.layer_size.x().max(header.layer_size.y()))
         .max()
         .unwrap_or(0);
-    if side > MAX_SIDE as usize || values > length.saturating_mul(MOST_VALUES_A_BYTE) {
+    if side > MAX_SIDE as usize || values > (bytes.len() as u64).saturating_mul(MOST_VALUES_A_BYTE)
+    {
         return Err(unreadable(
             "its header claims a size that its content cannot have".into(),
         ));
     }
-    file.seek(SeekFrom::Start(0))
-        .map_err(|error| unreadable(plain(&error)))?;
     // (All parts share one display window.)
     let window = headers
         .first()
@@ -181,59 +241,18 @@ fn load_exr(
             "its display window has {width} × {height} pixels, which is too large"
         )));
     }
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .from_buffered(file)
-        .map_err(|error| unreadable(error.to_string()))?;
-    let mut channels = Vec::new();
-    for part in image.layer_data {
-        let prefix = part
-            .attributes
-            .layer_name
-            .as_ref()
-            .map(Text::to_string)
-            .unwrap_or_default();
-        let several = headers.len() > 1 && !prefix.is_empty();
-        let begin = part.attributes.layer_position;
-        let at = (
-            i64::from(begin.x()) - i64::from(window.position.x()),
-            i64::from(begin.y()) - i64::from(window.position.y()),
-        );
-        for channel in part.channel_data.list {
-            let name = channel.name.to_string();
-            // Files with one part a layer may or may not repeat the part's name in the channels' names.
-            let full = if several && !name.starts_with(&format!("{prefix}.")) {
-                format!("{prefix}.{name}")
-            } else {
-                name
-            };
-            let (layer, component) = full.rsplit_once('.').unwrap_or(("", &full));
-            if channel.sampling == exr::prelude::Vec2(1, 1) {
-                channels.push(Channel {
-                    layer: layer.into(),
-                    component: component.to_uppercase(),
-                    at,
-                    size: (part.size.x(), part.size.y()),
-                    samples: channel.sample_data,
-                });
-            }
-        }
-    }
+    let channels = Channel::all(&headers);
+    // The first of each name: a file may have very many.
     let mut layers: Vec<&str> = Vec::new();
+    let mut known: HashMap<&str, HashMap<&str, &Channel>> = HashMap::new();
     for channel in &channels {
-        if !layers.contains(&channel.layer.as_str()) {
+        let components = known.entry(&channel.layer).or_insert_with(|| {
             layers.push(&channel.layer);
-        }
+            HashMap::new()
+        });
+        components.entry(&channel.component).or_insert(channel);
     }
-    let find = |layer: &str, component: &str| {
-        channels
-            .iter()
-            .find(|c| c.layer == layer && c.component == component)
-    };
+    let find = |layer: &str, component: &str| known.get(layer)?.get(component).copied();
     let has_color = |layer: &str| {
         ["R", "G", "B"]
             .iter()
@@ -260,14 +279,20 @@ fn load_exr(
             .or_else(|| layers.iter().find(|name| has_color(name)))
             .or_else(|| layers.first()),
     };
-    let no_such_layer = || MeasureError::NoSuchLayer {
-        path: path.display().to_string(),
-        wanted: layer.unwrap_or("with colours").into(),
-        there: layers
-            .iter()
+    let no_such_layer = || {
+        let names = layers.iter().take(NAMED_LAYERS);
+        let mut there = names
             .map(|name| if name.is_empty() { "Combined" } else { name })
             .collect::<Vec<_>>()
-            .join(", "),
+            .join(", ");
+        if layers.len() > NAMED_LAYERS {
+            there.push_str(&format!(" and {} more", layers.len() - NAMED_LAYERS));
+        }
+        MeasureError::NoSuchLayer {
+            path: path.display().to_string(),
+            wanted: layer.unwrap_or("with colours").into(),
+            there,
+        }
     };
     let chosen = *chosen.ok_or_else(no_such_layer)?;
     let triples = [
@@ -286,11 +311,58 @@ fn load_exr(
         ])
     });
     let [red, green, blue] = found.ok_or_else(no_such_layer)?;
-    let places = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let pixels = places()
-        .map(|(x, y)| [red, green, blue].map(|channel| channel.value(x, y)))
+    let wanted: Vec<&Channel> = [red, green, blue]
+        .into_iter()
+        .chain(find(chosen, "A"))
         .collect();
-    let alpha = find(chosen, "A").map(|alpha| places().map(|(x, y)| alpha.value(x, y)).collect());
+    // What is read of the file, and the picture that it becomes.
+    let mut pixels = (width * height) as u64;
+    let mut names: BTreeMap<usize, Vec<Text>> = BTreeMap::new();
+    for channel in &wanted {
+        let names = names.entry(channel.part).or_insert_with(|| {
+            pixels = pixels.max(headers[channel.part].layer_size.area() as u64);
+            Vec::new()
+        });
+        if !names.contains(channel.name) {
+            names.push(channel.name.clone());
+        }
+    }
+    check_proportion(bytes.len(), pixels, wanted.len() * size_of::<f32>())
+        .map_err(|failure| unreadable(failure.to_string()))?;
+    let mut planes: BTreeMap<usize, Plane> = BTreeMap::new();
+    for (&part, names) in &names {
+        let header = &headers[part];
+        let begin = header.own_attributes.layer_position;
+        let plane = Plane {
+            at: (
+                i64::from(begin.x()) - i64::from(window.position.x()),
+                i64::from(begin.y()) - i64::from(window.position.y()),
+            ),
+            size: (header.layer_size.x(), header.layer_size.y()),
+            channels: names.len(),
+            values: read_exr_part(bytes, part, names)
+                .map_err(|failure| unreadable(failure.to_string()))?,
+        };
+        planes.insert(part, plane);
+    }
+    let places: Vec<(&Plane, usize)> = wanted
+        .iter()
+        .filter_map(|channel| {
+            let slot = names.get(&channel.part)?;
+            let slot = slot.iter().position(|name| name == channel.name)?;
+            Some((planes.get(&channel.part)?, slot))
+        })
+        .collect();
+    let value = |number: usize, x: usize, y: usize| {
+        places
+            .get(number)
+            .map_or(0.0, |(plane, slot)| plane.value(x, y, *slot))
+    };
+    let all = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let pixels = all()
+        .map(|(x, y)| std::array::from_fn(|number| value(number, x, y)))
+        .collect();
+    let alpha = (wanted.len() > 3).then(|| all().map(|(x, y)| value(3, x, y)).collect());
     Ok((
         Picture {
             width: width as u32,
@@ -434,6 +506,47 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Twenty thousand channels: what is looked for is found, and time does not grow with the square (this test would take
+    /// minutes).
+    #[test]
+    fn very_many_channels_are_no_trouble() {
+        use exr::prelude::*;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let channel = |name: String, value: f32| {
+            let name = Text::new_or_none(&name).unwrap();
+            AnyChannel::new(name, FlatSamples::F32(vec![value; 2]))
+        };
+        let channels = (0..20_000)
+            .map(|n| channel(format!("L{n:05}.{}", ["R", "G", "B", "A"][n % 4]), n as f32))
+            .chain(["R", "G", "B"].map(|name| channel(format!("Wanted.{name}"), 7.0)));
+        let layer = Layer::new(
+            Vec2(2, 1),
+            LayerAttributes::default(),
+            Encoding::UNCOMPRESSED,
+            AnyChannels::sort(channels.collect()),
+        );
+        Image::from_layer(layer).write().to_file(&path).unwrap();
+        assert_eq!(load(&path, None).unwrap().pixels, [[7.0; 3]; 2]);
+        let missing = load(&path, Some("Mist")).unwrap_err().to_string();
+        assert!(
+            missing.ends_with(" more") && missing.len() < 1000,
+            "{missing}"
+        );
+        let bytes = std::fs::read(&path).unwrap();
+        let image = crate::import::decode_image(&bytes, "a").unwrap();
+        assert_eq!((image.width, image.height, image.channels), (2, 1, 3));
+    }
+
+    #[test]
+    fn large_pictures_of_one_colour_are_believed_and_larger_ones_are_not() {
+        // 8K of 16 bytes a pixel in the fewest bytes, and what a small file may claim.
+        check_proportion(1000, 7680 * 4320, 16).unwrap();
+        check_proportion(4 << 20, 16_384 * 16_384, 12).unwrap();
+        assert!(check_proportion(1200, 16_384 * 16_384, 12).is_err());
+        assert!(check_proportion(33_000, 16_384 * 16_384, 12).is_err());
     }
 
     #[test]

@@ -5,38 +5,68 @@ use super::OutputError;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use tempfile::NamedTempFile;
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::{Duration, Instant};
+use tempfile::{NamedTempFile, TempDir};
 
-/// Files that are being written, for the case that the process must go at once.
+/// Files and folders that will not stay, for the case that the process must go at once. Whoever makes one holds the lock
+/// meanwhile, so that none is made that is not listed.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Removes what is half written; to be called before the process is ended by force.
-pub fn remove_unfinished() {
-    if let Ok(mut files) = UNFINISHED.lock() {
-        for file in files.drain(..) {
-            let _ = std::fs::remove_file(file);
-        }
-    }
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// An entry of [`UNFINISHED`].
-struct Registered(PathBuf);
-
-impl Registered {
-    fn new(path: &Path) -> Self {
-        if let Ok(mut files) = UNFINISHED.lock() {
-            files.push(path.into());
+/// Removes what is half written; to be called before the process is ended by force, which must follow: nobody can begin a
+/// file any more. Gives up after `patience` where another thread is making a file and the system lets it wait.
+pub fn remove_unfinished(patience: Duration) {
+    let begun = Instant::now();
+    let mut files = loop {
+        match UNFINISHED.try_lock() {
+            Ok(files) => break files,
+            Err(TryLockError::Poisoned(files)) => break files.into_inner(),
+            Err(TryLockError::WouldBlock) if begun.elapsed() >= patience => return,
+            Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(1)),
         }
+    };
+    for path in files.iter() {
+        if std::fs::remove_file(path).is_err() {
+            let _ = std::fs::remove_dir_all(path);
+        }
+    }
+    files.clear();
+    std::mem::forget(files);
+}
+
+/// An entry of [`UNFINISHED`]: what lies at a place until this is dropped is removed if the process must go at once.
+pub struct Passing(PathBuf);
+
+impl Passing {
+    /// For a file that is about to be made.
+    pub fn file(path: &Path) -> Self {
+        Self::listed(&mut unfinished(), path)
+    }
+
+    /// A new folder beside a file, which is gone when both parts are dropped.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn folder_beside(path: &Path) -> std::io::Result<(TempDir, Self)> {
+        let mut files = unfinished();
+        let folder = tempfile::tempdir_in(folder_of(path))?;
+        let listed = Self::listed(&mut files, folder.path());
+        Ok((folder, listed))
+    }
+
+    fn listed(files: &mut Vec<PathBuf>, path: &Path) -> Self {
+        files.push(path.into());
         Self(path.into())
     }
 }
 
-impl Drop for Registered {
+impl Drop for Passing {
     fn drop(&mut self) {
-        if let Ok(mut files) = UNFINISHED.lock() {
-            files.retain(|file| *file != self.0);
-        }
+        unfinished().retain(|file| *file != self.0);
     }
 }
 
@@ -71,21 +101,48 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-fn create_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
+/// A file that is being written, and its entry, which goes last.
+struct Beside {
+    file: NamedTempFile,
+    listed: Passing,
+}
+
+/// Whether the system keeps this user from replacing a file: in a folder with the sticky bit (such as /tmp) only the owners
+/// of the file and of the folder may.
+fn is_kept_by_another(file: &std::fs::Metadata, folder: &std::fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    const STICKY: u32 = 0o1000;
+    let user = rustix::process::geteuid();
+    folder.mode() & STICKY != 0
+        && !user.is_root()
+        && user.as_raw() != file.uid()
+        && user.as_raw() != folder.uid()
+}
+
+fn create_beside(path: &Path) -> Result<Beside, OutputError> {
     let not_writable = |reason: String| OutputError::NotWritable {
         path: path.display().to_string(),
         reason,
     };
-    if let Ok(metadata) = std::fs::metadata(path) {
-        if metadata.is_dir() {
+    let there = std::fs::metadata(path);
+    match &there {
+        Ok(metadata) if metadata.is_dir() => {
             return Err(not_writable(
                 "it is a folder; give the name of a file".into(),
             ));
         }
         // A rename would replace the device itself.
-        if !metadata.is_file() {
+        Ok(metadata) if !metadata.is_file() => {
             return Err(not_writable("it is not a regular file".into()));
         }
+        // The file beside has a short name: only the rename at the end would tell.
+        Err(error) if error.kind() == std::io::ErrorKind::InvalidFilename => {
+            return Err(not_writable(format!(
+                "{}; give a shorter one",
+                plain(error)
+            )));
+        }
+        _ => {}
     }
     let folder = folder_of(path);
     match std::fs::metadata(folder) {
@@ -101,7 +158,13 @@ fn create_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
                 folder.display()
             )));
         }
-        Ok(_) => {}
+        Ok(folder) => {
+            if there.is_ok_and(|file| is_kept_by_another(&file, &folder)) {
+                return Err(not_writable(
+                    "it belongs to another user, and its folder lets nobody else replace it".into(),
+                ));
+            }
+        }
     }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".sundog-").suffix(".part");
@@ -111,7 +174,8 @@ fn create_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
         // As any new file (the process's umask still applies), not as a secret temporary one.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder).map_err(|error| {
+    let mut files = unfinished();
+    let file = builder.tempfile_in(folder).map_err(|error| {
         let reason = plain(
             error
                 .get_ref()
@@ -119,15 +183,43 @@ fn create_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
                 .unwrap_or(&error),
         );
         not_writable(format!("{reason} in the folder {}", folder.display()))
-    })
+    })?;
+    let listed = Passing::listed(&mut files, file.path());
+    Ok(Beside { file, listed })
 }
 
 /// Finds out, before the work is done, whether a file could be written. Leaves nothing behind.
 ///
 /// # Errors
-/// The folder does not exist or does not let files be created; or the name is that of a folder or device.
+/// The folder does not exist or does not let files be created; the name is too long, or that of a folder or device.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     create_beside(&destination(path)).map(drop)
+}
+
+/// Where a file of this name is or would be, whichever way the name is spelled; the path itself where there is no such folder.
+fn place(path: &Path) -> PathBuf {
+    let target = destination(path);
+    match (
+        std::fs::canonicalize(folder_of(&target)),
+        target.file_name(),
+    ) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => target,
+    }
+}
+
+/// Whether two names stand for one place, so that what is written to the one replaces the other: by links and other spellings.
+pub fn same_place(one: &Path, other: &Path) -> bool {
+    place(one) == place(other)
+}
+
+/// Whether two names stand for one file that is there, also by hard links.
+pub fn same_file(one: &Path, other: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    match (std::fs::metadata(one), std::fs::metadata(other)) {
+        (Ok(one), Ok(other)) => (one.dev(), one.ino()) == (other.dev(), other.ino()),
+        _ => false,
+    }
 }
 
 /// Writes a file through `write`, makes sure that it has reached the disk, and only then gives it its name.
@@ -159,8 +251,11 @@ fn write_and_rename<E: std::fmt::Display>(
         reason,
     };
     let target = destination(path);
-    let temporary = create_beside(&target)?;
-    let _registered = Registered::new(temporary.path());
+    // (Dropped in the reverse order: the entry goes last.)
+    let Beside {
+        listed: _listed,
+        file: temporary,
+    } = create_beside(&target)?;
     let mut writer = BufWriter::new(temporary.as_file());
     write(&mut writer).map_err(|error| failed(error.to_string()))?;
     writer.flush().map_err(|error| failed(plain(&error)))?;
@@ -241,6 +336,40 @@ mod tests {
                 .to_string()
                 .contains("not a regular file")
         );
+    }
+
+    #[test]
+    fn names_of_one_place_are_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("a"), "").unwrap();
+        std::fs::create_dir(path("b")).unwrap();
+        std::fs::hard_link(path("a"), path("hard")).unwrap();
+        std::os::unix::fs::symlink("a", path("soft")).unwrap();
+        std::os::unix::fs::symlink("b", path("folder")).unwrap();
+        for other in ["./a", "b/../a", "soft", "folder/../a"] {
+            assert!(same_place(&path("a"), &path(other)), "{other}");
+            assert!(same_file(&path("a"), &path(other)), "{other}");
+        }
+        // A hard link is a place of its own: writing there leaves the other name's file as it is.
+        assert!(!same_place(&path("a"), &path("hard")));
+        assert!(same_file(&path("a"), &path("hard")));
+        assert!(same_place(&path("new"), &path("b/../new")));
+        assert!(same_place(&path("b/new"), &path("folder/new")));
+        assert!(!same_file(&path("new"), &path("new")) && !same_place(&path("new"), &path("a")));
+    }
+
+    #[test]
+    fn a_name_that_is_too_long_is_refused_before_the_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let long = folder.path().join("a".repeat(300));
+        let refused = check_writable(&long).unwrap_err().to_string();
+        assert!(
+            refused.ends_with("the name is too long; give a shorter one"),
+            "{refused}"
+        );
+        check_writable(&folder.path().join("a".repeat(255))).unwrap();
+        assert!(names(folder.path()).is_empty());
     }
 
     #[test]

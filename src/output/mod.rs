@@ -7,7 +7,7 @@ pub mod png;
 pub mod raw;
 pub mod tev;
 
-pub use beside::{check_writable, remove_unfinished, write_beside};
+pub use beside::{Passing, check_writable, remove_unfinished, same_file, same_place, write_beside};
 
 use std::path::Path;
 

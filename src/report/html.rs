@@ -4,7 +4,9 @@
 use super::draw::{self, COLORS, NARROW, WIDE};
 use super::heat_map::Shown;
 use super::picture::data_uri;
-use super::{HeatMap, HeatMaps, Line, Page, Plot, ReportError, Section, Settings, Slider, Table};
+use super::{
+    HeatMap, HeatMaps, Line, Page, Plot, ReportError, Section, Settings, Slider, Table, is_unseen,
+};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use serde_json::json;
@@ -107,8 +109,10 @@ fn escape(text: &str) -> String {
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
-            // HTML has no place for other control characters.
-            '\0'..='\u{8}' | '\u{b}'..='\u{1f}' | '\u{7f}' => escaped.push('\u{fffd}'),
+            '\t' | '\n' => escaped.push(symbol),
+            // HTML has no place for other control characters, and what turns the order of letters about would show names
+            // as what they are not.
+            symbol if is_unseen(symbol) => escaped.push('\u{fffd}'),
             symbol => escaped.push(symbol),
         }
     }
@@ -118,6 +122,7 @@ fn escape(text: &str) -> String {
 /// JSON inside of a script element, which ends at the first `</script`, whatever stands around it.
 fn json_element(value: &serde_json::Value) -> String {
     let text = value.to_string().replace('<', "\\u003c");
+    let text = text.replace(is_unseen, "\u{fffd}");
     format!("<script type=\"application/json\">{text}</script>\n")
 }
 
@@ -560,6 +565,7 @@ mod tests {
         let html = page().html().unwrap();
         assert!(!html.contains("<script>alert"));
         assert!(!html.contains('\u{1}'));
+        assert_eq!(escape("a\u{202e}b\u{9b}c\nd"), "a\u{fffd}b\u{fffd}c\nd");
         // The page's own script, one of JSON for the plot and one for the heat map.
         assert_eq!(html.matches("<script").count(), 3);
         assert_eq!(html.matches("</script").count(), 3);

@@ -15,6 +15,16 @@ pub use heat_map::HeatMap;
 pub use number::number;
 pub use picture::Picture;
 
+/// Whether a symbol is not seen as itself: a control character, an end of a line, or one that turns the order of the
+/// symbols around it about (Unicode's Bidi_Control). In a name it would let a text pass for another one.
+pub fn is_unseen(symbol: char) -> bool {
+    symbol.is_control()
+        || matches!(
+            symbol,
+            '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+        )
+}
+
 /// Why a report could not be made. Each message is one sentence.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {

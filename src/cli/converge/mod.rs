@@ -10,7 +10,7 @@ use super::flags::EXIT_OK;
 use super::parser::Parsed;
 use super::progress::Reporter;
 use super::view::View;
-use super::{Failure, console, interrupt, scene_file, settings};
+use super::{Failure, console, scene_file, settings};
 use crate::film::Passes;
 use crate::measure::convergence::Reference;
 use crate::measure::{self, Encoding, MeasureError, Picture};
@@ -63,7 +63,6 @@ struct Looks {
 /// # Errors
 /// One sentence: what could not be done, and the way out.
 pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    interrupt::listen().map_err(Failure::new)?;
     let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
     let files = Files::new(parsed)?;
     let peers: Vec<Peer> = parsed
@@ -82,7 +81,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     scene_file::introduce(parsed, &imported, &reporter)?;
     let mut settings = settings::of(parsed, path, scene)?;
     settings.passes = Passes::COMBINED;
-    settings::check_memory(&settings)?;
+    settings::check_memory(&settings, scene)?;
     let work = Work {
         parsed,
         path,

@@ -1,5 +1,6 @@
 //! Numbers of all seeds together: means and spreads, slopes, times to equal error; and the table for people.
 
+use super::super::console::one_line;
 use crate::measure::convergence::{Between, Errors, PowerLaw, TimeRatio, time_ratio, time_to};
 use crate::render::RenderSettings;
 use serde::Serialize;
@@ -370,12 +371,13 @@ impl Answer {
     pub fn table(&self) -> String {
         let mut text = format!(
             "reference   {}\nseen        {}\n",
-            self.reference, self.view
+            one_line(&self.reference),
+            one_line(&self.view)
         );
         for curve in &self.renderers {
-            text.push_str(&format!("\n{}\n", curve.name));
+            text.push_str(&format!("\n{}\n", one_line(&curve.name)));
             if self.renderers.len() > 1 && curve.reference != self.reference {
-                text.push_str(&format!("against {}\n", curve.reference));
+                text.push_str(&format!("against {}\n", one_line(&curve.reference)));
             }
             if let Some(between) = &curve.reference_apart {
                 text.push_str(&format!("{}\n", apart(between)));
@@ -403,7 +405,7 @@ impl Answer {
         }
         for against in &self.against {
             text.push('\n');
-            text.push_str(&against.sentence());
+            text.push_str(&one_line(&against.sentence()));
             text.push('\n');
             for at in &against.at {
                 text.push_str(&format!(

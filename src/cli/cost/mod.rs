@@ -31,7 +31,6 @@ struct Question<'a> {
 /// # Errors
 /// One sentence: what could not be done, and the way out.
 pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    interrupt::listen().map_err(Failure::new)?;
     if parsed.given("pixel-error") && !parsed.switch("effects") {
         return Err(Failure::usage(
             "--pixel-error asks what adaptive sampling gives, which --effects measures; add it, or ask for the time to an --error",
@@ -48,7 +47,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         time_limit: None,
         ..wanted
     };
-    settings::check_memory(&settings)?;
+    settings::check_memory(&settings, &file.scene)?;
     let shows = files.page() && parsed.switch("effects");
     let wishes = &file.scene.color_management;
     let view = shows.then(|| View::new(parsed, wishes, &|warning| reporter.warn(warning)));

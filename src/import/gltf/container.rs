@@ -215,7 +215,7 @@ pub(super) enum Resolved {
     Data(Vec<u8>),
 }
 
-fn strip_scheme<'a>(uri: &'a str, scheme: &str) -> Option<&'a str> {
+pub(super) fn strip_scheme<'a>(uri: &'a str, scheme: &str) -> Option<&'a str> {
     let head = uri.get(..scheme.len())?;
     head.eq_ignore_ascii_case(scheme)
         .then(|| &uri[scheme.len()..])

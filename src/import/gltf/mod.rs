@@ -8,6 +8,7 @@ mod extensions;
 mod lights;
 mod material;
 mod mesh;
+mod named;
 mod scene_extension;
 mod schema;
 mod tangents;
@@ -32,6 +33,8 @@ use crate::scene::validate::Dropped;
 use crate::scene::{
     Camera, Diagnostics, Instance, Light, MaterialId, Mesh, MeshId, Scene, Verdict, Visibility,
 };
+
+pub(super) use self::named::named_files;
 
 /// More placed copies than this would be an accident: each takes memory in the renderer.
 const MOST_INSTANCES: usize = 1 << 26;

@@ -11,6 +11,8 @@ use thiserror::Error;
 use crate::import::budget::Budget;
 use crate::scene::{Image, Pixels};
 
+pub use self::openexr::read_part as read_exr_part;
+
 /// Why an image cannot be decoded.
 #[derive(Debug, Error)]
 pub enum ImageFailure {
@@ -171,6 +173,21 @@ pub(crate) fn make_radiance(values: &mut [f32]) -> usize {
         replaced += usize::from(touched);
     }
     replaced
+}
+
+/// Refuses a picture of so many pixels in a file of so many bytes if its memory would be out of proportion, as for the images
+/// of a scene.
+///
+/// # Errors
+/// It would be.
+pub fn check_proportion(
+    file_bytes: usize,
+    pixels: u64,
+    bytes_a_pixel: usize,
+) -> Result<(), ImageFailure> {
+    Budget::for_image(file_bytes)
+        .take(pixels, bytes_a_pixel)
+        .map_err(ImageFailure::Memory)
 }
 
 /// Reads only the header and charges the budget with what decoding will take.

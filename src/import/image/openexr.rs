@@ -1,6 +1,7 @@
 //! OpenEXR through the crate `exr`: which of a file's many layers is the picture, and where in the
 //! display window it lies.
 
+use std::collections::HashMap;
 use std::io::Cursor;
 
 use exr::block::UncompressedBlock;
@@ -60,46 +61,41 @@ fn choose(headers: &[Header]) -> std::result::Result<(usize, Picture), ImageFail
         if header.deep {
             continue;
         }
-        let channels = &header.channels.list;
-        for channel in channels {
-            let name = channel.name.to_string();
-            let (layer, last) = name
-                .rsplit_once('.')
-                .map_or(("", name.as_str()), |(l, c)| (l, c));
-            let part_name = header
-                .own_attributes
-                .layer_name
-                .as_ref()
-                .map(Text::to_string)
-                .unwrap_or_default();
-            let combined = |s: &str| {
-                s.rsplit('.')
-                    .next()
-                    .is_some_and(|l| l.eq_ignore_ascii_case("combined"))
-            };
-            let sibling = |letter: &str, word: &str| {
-                channels
-                    .iter()
-                    .find(|c| {
-                        let other = c.name.to_string();
-                        let (l, last) = other
-                            .rsplit_once('.')
-                            .map_or(("", other.as_str()), |(l, c)| (l, c));
-                        l == layer
-                            && (last.eq_ignore_ascii_case(letter)
-                                || last.eq_ignore_ascii_case(word))
-                    })
-                    .map(|c| c.name.clone())
-            };
-            let rgb = match (
-                sibling("r", "red"),
-                sibling("g", "green"),
-                sibling("b", "blue"),
-            ) {
-                (Some(r), Some(g), Some(b)) => {
-                    let alpha = sibling("a", "alpha");
-                    Some(Picture::Color([r, g, b].into_iter().chain(alpha).collect()))
-                }
+        let part_name = header
+            .own_attributes
+            .layer_name
+            .as_ref()
+            .map(Text::to_string)
+            .unwrap_or_default();
+        let combined = |s: &str| {
+            s.rsplit('.')
+                .next()
+                .is_some_and(|l| l.eq_ignore_ascii_case("combined"))
+        };
+        let channels: Vec<(String, &Text)> = header
+            .channels
+            .list
+            .iter()
+            .map(|channel| (channel.name.to_string(), &channel.name))
+            .collect();
+        // The first channel of each layer for each colour: a file may have many of both.
+        let mut colors: HashMap<(&str, usize), &Text> = HashMap::new();
+        for (name, text) in &channels {
+            let (layer, last) = split(name);
+            if let Some(color) = COLORS
+                .iter()
+                .position(|words| words.iter().any(|word| last.eq_ignore_ascii_case(word)))
+            {
+                colors.entry((layer, color)).or_insert(text);
+            }
+        }
+        for (name, text) in &channels {
+            let (layer, last) = split(name);
+            let color = |number: usize| colors.get(&(layer, number)).map(|text| (*text).clone());
+            let rgb = match (color(0), color(1), color(2)) {
+                (Some(r), Some(g), Some(b)) => Some(Picture::Color(
+                    [r, g, b].into_iter().chain(color(3)).collect(),
+                )),
                 _ => None,
             };
             let (rank, picture) = match rgb {
@@ -108,8 +104,8 @@ fn choose(headers: &[Header]) -> std::result::Result<(usize, Picture), ImageFail
                     (1, rgb)
                 }
                 Some(rgb) => (2, rgb),
-                None if last.eq_ignore_ascii_case("y") => (3, Picture::Grey(channel.name.clone())),
-                None => (4, Picture::Grey(channel.name.clone())),
+                None if last.eq_ignore_ascii_case("y") => (3, Picture::Grey((*text).clone())),
+                None => (4, Picture::Grey((*text).clone())),
             };
             if best.as_ref().is_none_or(|(r, _, _)| rank < *r) {
                 best = Some((rank, part, picture));
@@ -122,6 +118,14 @@ fn choose(headers: &[Header]) -> std::result::Result<(usize, Picture), ImageFail
             "it has no flat picture (deep data only, or no channels)".into(),
         )),
     }
+}
+
+/// Last words of channels' names.
+const COLORS: [[&str; 2]; 4] = [["r", "red"], ["g", "green"], ["b", "blue"], ["a", "alpha"]];
+
+/// A channel's layer and what it is of it.
+fn split(name: &str) -> (&str, &str) {
+    name.rsplit_once('.').unwrap_or(("", name))
 }
 
 /// Reads the picture as one, three or four channels of `f32`, in the display window's frame; what the
@@ -198,7 +202,7 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, Ima
 ///
 /// Blocks are decompressed a batch at a time, so that a file of forty passes does not have to fit
 /// into memory beside its picture.
-fn read_part(
+pub fn read_part(
     bytes: &[u8],
     part: usize,
     wanted: &[Text],

@@ -1,0 +1,324 @@
+//! How much memory there is: by the machine, by the limits of the process, by its control group; and the end where it is used up.
+
+use super::flags::EXIT_ERROR;
+use super::{Failure, console, interrupt};
+use rustix::process::{Resource, getrlimit};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Who says how much may be taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Bound {
+    Machine,
+    AddressSpace,
+    Data,
+    Group,
+}
+
+/// Bytes that may still be taken, by whom allows the least.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Room {
+    bytes: u64,
+    bound: Bound,
+}
+
+impl std::fmt::Display for Room {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let bytes = console::bytes(self.bytes);
+        match self.bound {
+            Bound::Machine => write!(f, "{bytes} are free"),
+            Bound::AddressSpace => {
+                write!(f, "the limit of the process (ulimit -v) leaves {bytes}")
+            }
+            Bound::Data => write!(f, "the limit of the process (ulimit -d) leaves {bytes}"),
+            Bound::Group => write!(
+                f,
+                "the memory limit of its control group (container) leaves {bytes}"
+            ),
+        }
+    }
+}
+
+/// Refuses what needs more than there is, where the system says how much that is. `what` needs it; `way_out` is what to do.
+///
+/// # Errors
+/// There is less.
+pub fn check(needed: u64, what: &str, way_out: &str) -> Result<(), Failure> {
+    match room() {
+        Some(room) if needed > room.bytes => Err(Failure::new(format!(
+            "{what} needs about {}, and {room}; {way_out}",
+            console::bytes(needed),
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// What Linux tells; none elsewhere.
+fn room() -> Option<Room> {
+    let root = Path::new("/");
+    let machine = number_after(&root.join("proc/meminfo"), "MemAvailable:").map(|kib| kib * 1024);
+    let status = root.join("proc/self/status");
+    let left = |resource: Resource, used: &str| {
+        let used = number_after(&status, used)? * 1024;
+        Some(getrlimit(resource).current?.saturating_sub(used))
+    };
+    let bounds = [
+        (machine, Bound::Machine),
+        (left(Resource::As, "VmSize:"), Bound::AddressSpace),
+        (left(Resource::Data, "VmData:"), Bound::Data),
+        (group(root), Bound::Group),
+    ];
+    bounds
+        .into_iter()
+        .filter_map(|(bytes, bound)| {
+            Some(Room {
+                bytes: bytes?,
+                bound,
+            })
+        })
+        .min_by_key(|room| room.bytes)
+}
+
+/// The number in a file of lines that begins so.
+fn number_after(path: &Path, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(path).ok()?;
+    let rest = text.lines().find_map(|line| line.strip_prefix(name))?;
+    rest.split_whitespace().next()?.parse().ok()
+}
+
+/// What the control group of this process and those around it leave: the least of each limit less what is taken, without
+/// the pages of files, which the system takes back. (Both versions: the kernel's admin-guide/cgroup-v2.rst and
+/// cgroup-v1/memory.rst.)
+fn group(root: &Path) -> Option<u64> {
+    let groups = std::fs::read_to_string(root.join("proc/self/cgroup")).ok()?;
+    let mounts = std::fs::read_to_string(root.join("proc/self/mountinfo")).ok()?;
+    let mut least: Option<u64> = None;
+    for line in groups.lines() {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (Some(controllers), Some(path)) = (parts.next(), parts.next()) else {
+            continue;
+        };
+        let names = if controllers.is_empty() {
+            [
+                "memory.max",
+                "memory.current",
+                "inactive_file ",
+                "active_file ",
+            ]
+        } else if controllers.split(',').any(|name| name == "memory") {
+            [
+                "memory.limit_in_bytes",
+                "memory.usage_in_bytes",
+                "total_inactive_file ",
+                "total_active_file ",
+            ]
+        } else {
+            continue;
+        };
+        let Some((top, below)) = mounted(&mounts, controllers.is_empty(), path) else {
+            continue;
+        };
+        let top = root.join(top.trim_start_matches('/'));
+        let mut folder = top.join(below.trim_start_matches('/'));
+        // (Seen from inside of a container, the path may be that of the host.)
+        if !folder.is_dir() {
+            folder = top.clone();
+        }
+        while folder.starts_with(&top) {
+            if let Some(left) = left_of(&folder, names) {
+                least = Some(least.map_or(left, |least| least.min(left)));
+            }
+            if !folder.pop() {
+                break;
+            }
+        }
+    }
+    least
+}
+
+/// Where the hierarchy is mounted, and the group's path below that.
+fn mounted<'a>(mounts: &'a str, unified: bool, group: &'a str) -> Option<(&'a str, &'a str)> {
+    mounts.lines().find_map(|line| {
+        let (mount, kind) = line.split_once(" - ")?;
+        let mut kind = kind.split(' ');
+        let is_it = match kind.next()? {
+            "cgroup2" => unified,
+            "cgroup" => !unified && kind.nth(1)?.split(',').any(|option| option == "memory"),
+            _ => false,
+        };
+        let mut fields = mount.split(' ').skip(3);
+        let (inside, place) = (fields.next()?, fields.next()?);
+        let below = group.strip_prefix(inside.trim_end_matches('/'));
+        is_it.then(|| (place, below.unwrap_or(group)))
+    })
+}
+
+/// What one group leaves; none where it has no limit.
+fn left_of(folder: &Path, [limit, used, inactive, active]: [&str; 4]) -> Option<u64> {
+    let number = |name: &str| -> Option<u64> {
+        let text = std::fs::read_to_string(folder.join(name)).ok()?;
+        text.trim().parse().ok()
+    };
+    // "max" is no number; version 1 has a huge one instead, which bounds nothing.
+    let limit = number(limit)?;
+    let statistics: PathBuf = folder.join("memory.stat");
+    let pages = |name| number_after(&statistics, name).unwrap_or(0);
+    let used = number(used)?.saturating_sub(pages(inactive) + pages(active));
+    Some(limit.saturating_sub(used))
+}
+
+/// Whether a program reads the standard output as lines of JSON.
+static TELLS_JSON: AtomicBool = AtomicBool::new(false);
+
+/// From now on the end is told as a line of JSON, too.
+pub fn tell_json() {
+    TELLS_JSON.store(true, Ordering::Relaxed);
+}
+
+/// A text of bounded length that needs no memory.
+struct Short {
+    bytes: [u8; 512],
+    length: usize,
+}
+
+impl Write for Short {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        let end = self.length + text.len();
+        let place = self
+            .bytes
+            .get_mut(self.length..end)
+            .ok_or(std::fmt::Error)?;
+        place.copy_from_slice(text.as_bytes());
+        self.length = end;
+        Ok(())
+    }
+}
+
+/// Ends the process with a sentence: so many bytes more could not be had. Takes no memory itself.
+pub fn used_up(bytes: usize) -> ! {
+    // Another thread, or what is called here after all.
+    static SAID: AtomicBool = AtomicBool::new(false);
+    if SAID.swap(true, Ordering::SeqCst) {
+        std::thread::sleep(Duration::from_secs(2));
+        interrupt::leave(EXIT_ERROR);
+    }
+    let say = |to_programs: bool| {
+        let mut text = Short {
+            bytes: [0; 512],
+            length: 0,
+        };
+        let _ = text.write_str(if to_programs {
+            r#"{"event":"error","message":""#
+        } else {
+            "sundog: "
+        });
+        let _ = write!(
+            text,
+            "there is not enough memory: {} KiB more could not be had",
+            bytes.div_ceil(1024)
+        );
+        for (resource, flag) in [(Resource::As, "-v"), (Resource::Data, "-d")] {
+            if let Some(limit) = getrlimit(resource).current {
+                let limit = limit >> 20;
+                let _ = write!(
+                    text,
+                    ", the limit of the process (ulimit {flag}) is {limit} MiB"
+                );
+            }
+        }
+        let _ = text.write_str("; choose a smaller picture or scene, or allow it more");
+        let _ = text.write_str(if to_programs { "\"}\n" } else { "\n" });
+        let text = text.bytes.get(..text.length).unwrap_or_default();
+        if to_programs {
+            let _ = rustix::io::write(std::io::stdout(), text);
+        } else {
+            let _ = rustix::io::write(std::io::stderr(), text);
+        }
+    };
+    if TELLS_JSON.load(Ordering::Relaxed) {
+        say(true);
+    }
+    super::progress::take_bar_off();
+    say(false);
+    interrupt::leave_at_once(EXIT_ERROR)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A root with these files.
+    fn root(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let root = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            let path = root.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        root
+    }
+
+    const MOUNTS: &str = "22 1 8:1 / / rw - ext4 /dev/sda rw\n\
+        30 22 0:26 / /sys/fs/cgroup rw,nosuid shared:9 - cgroup2 cgroup2 rw\n";
+
+    #[test]
+    fn the_group_that_leaves_least_decides() {
+        let stat = "anon 5\nfile 900\ninactive_file 300\nactive_file 100\n";
+        let root = root(&[
+            ("proc/self/cgroup", "0::/user/shell\n"),
+            ("proc/self/mountinfo", MOUNTS),
+            ("sys/fs/cgroup/user/shell/memory.max", "max\n"),
+            ("sys/fs/cgroup/user/shell/memory.current", "700\n"),
+            ("sys/fs/cgroup/user/shell/memory.stat", stat),
+            ("sys/fs/cgroup/user/memory.max", "1000\n"),
+            ("sys/fs/cgroup/user/memory.current", "800\n"),
+            ("sys/fs/cgroup/user/memory.stat", stat),
+        ]);
+        // 800 of 1000 are taken, 400 of them by files.
+        assert_eq!(group(root.path()), Some(600));
+    }
+
+    #[test]
+    fn a_group_without_a_limit_leaves_everything() {
+        let root = root(&[
+            ("proc/self/cgroup", "0::/\n"),
+            ("proc/self/mountinfo", MOUNTS),
+        ]);
+        assert_eq!(group(root.path()), None);
+        assert_eq!(group(Path::new("/no/such/root")), None);
+    }
+
+    #[test]
+    fn version_1_and_a_container_that_sees_the_path_of_its_host() {
+        let mounts = "40 30 0:30 /docker/abc /sys/fs/cgroup/memory ro - cgroup cgroup rw,memory\n";
+        let files = [
+            ("sys/fs/cgroup/memory/memory.limit_in_bytes", "5000\n"),
+            ("sys/fs/cgroup/memory/memory.usage_in_bytes", "4000\n"),
+            (
+                "sys/fs/cgroup/memory/memory.stat",
+                "total_inactive_file 500\ntotal_active_file 0\n",
+            ),
+            ("proc/self/mountinfo", mounts),
+        ];
+        for path in ["/docker/abc", "/elsewhere"] {
+            let groups = format!("5:cpu,cpuacct:/docker/abc\n4:memory:{path}\n0::/docker/abc\n");
+            let root = root(&[&files[..], &[("proc/self/cgroup", groups.as_str())]].concat());
+            assert_eq!(group(root.path()), Some(1500), "{path}");
+        }
+    }
+
+    #[test]
+    fn what_is_more_than_any_machine_has_is_refused() {
+        let refused = check(u64::MAX, "a picture", "choose a smaller one").unwrap_err();
+        assert!(
+            refused
+                .message
+                .starts_with("a picture needs about 16777216.0 TiB, and "),
+            "{}",
+            refused.message
+        );
+        check(1, "a picture", "").unwrap();
+    }
+}
