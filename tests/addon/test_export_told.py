@@ -317,6 +317,35 @@ class Told(kit.ExportTest):
                     self.near(got, expected, 1 / 65535)
                 bpy.data.images.remove(loaded)
 
+    def test_fringes_of_cut_outs_are_told(self):
+        for outside, mode, linked, verdict in (
+            ((1, 0, 0), "STRAIGHT", True, "approximated"),
+            ((0.1, 0.6, 0.1), "STRAIGHT", True, "exact"),
+            ((1, 0, 0), "CHANNEL_PACKED", True, "exact"),
+            ((1, 0, 0), "STRAIGHT", False, "exact"),
+        ):
+            with self.subTest(outside=outside, mode=mode, linked=linked):
+                values = numpy.empty((16, 16, 4), numpy.float32)
+                values[..., 3] = 0
+                values[4:12, 4:12, 3] = 1
+                values[..., :3] = numpy.where(values[..., 3:] > 0, (0.1, 0.6, 0.1), outside)
+                leaf = bpy.data.images.new("leaf", 16, 16, alpha=True)
+                leaf.pixels.foreach_set(values.reshape(-1))
+                leaf.pack()
+                leaf.alpha_mode = mode
+                made = kit.material("leaf")
+                shown = self.fed(made, "ShaderNodeTexImage", "Color", "Base Color")
+                shown.image = leaf
+                if linked:
+                    made.node_tree.links.new(shown.outputs["Alpha"], made.node_tree.nodes["Principled BSDF"].inputs["Alpha"])
+                told = self.shown(made).verdict("material", "leaf")
+                self.assertEqual(told["verdict"], verdict, told["detail"])
+                shown.interpolation = "Closest"
+                self.assertEqual(self.export().verdict("material", "leaf")["verdict"], "exact")
+                bpy.data.objects.remove(bpy.data.objects["plane"])
+                bpy.data.materials.remove(made)
+                bpy.data.images.remove(leaf)
+
     def test_nothing_is_listed_twice(self):
         made = kit.material("full", Coat_Weight=1, Sheen_Weight=1, Subsurface_Weight=1, Anisotropic=0.5, Thin_Film_Thickness=300)
         if "Diffuse Roughness" in made.node_tree.nodes["Principled BSDF"].inputs:

@@ -237,11 +237,16 @@ def may_have_alpha(image):
 _opaque = {}
 
 
-def multiplies(image):
-    """Whether Cycles shows the colour of this image multiplied with its alpha where no node asks for the alpha."""
+def has_straight_alpha(image):
+    """Whether alpha says how opaque the colours of this image are, as far as its settings and the file's start tell."""
     if image.alpha_mode in {"NONE", "CHANNEL_PACKED"} or image.colorspace_settings.name in DATA_SPACES:
         return False
-    if not may_have_alpha(image):
+    return may_have_alpha(image)
+
+
+def multiplies(image):
+    """Whether Cycles shows the colour of this image multiplied with its alpha where no node asks for the alpha."""
+    if not has_straight_alpha(image):
         return False
     if isinstance(image, Picture) and image.is_float:
         # Its file holds them so, and no other is made of it.
@@ -250,6 +255,41 @@ def multiplies(image):
     if key not in _opaque:
         _opaque[key] = bool((_raw_pixels(image)[..., 3] >= 1).all())
     return not _opaque[key]
+
+
+# Texels of images that are read only to see whether they have fringes: 50 ms of work at most.
+MOST_LOOKED_AT = 1 << 20
+# What fringes may be, of all that an image shows, without a word: less than most pictures have of noise.
+LEAST_FRINGES = 0.005
+_fringes = {}
+
+
+def has_fringes(image):
+    """Whether an image whose alpha is used looks another way here than in Cycles where it is interpolated.
+
+    Cycles interpolates colours multiplied with alpha, and takes it out again; here both are interpolated for themselves.
+    Half-way between two texels what shows differs by a quarter of the colours' difference times that of the alphas.
+    """
+    if not has_straight_alpha(image):
+        return False
+    start = _start_of(image)
+    kind = kind_of(start) if start else None
+    # Files of other kinds have to be read before their size is known, and nearly all of them are read anyway.
+    is_png = kind == ".png" and len(start) >= 24
+    width, height = struct.unpack(">II", start[16:24]) if is_png else image.size
+    if not 0 < width * height <= MOST_LOOKED_AT:
+        return True
+    key = str(identity(image))
+    if key not in _fringes:
+        values = _raw_pixels(image)
+        color, alpha = values[..., :3], values[..., 3]
+        different = 0.0
+        for axis in (0, 1):
+            steps = numpy.abs(numpy.diff(color, axis=axis)).max(axis=2) * numpy.abs(numpy.diff(alpha, axis=axis))
+            different += float(steps.sum()) / 4
+        shown = float((color.max(axis=2) * alpha).sum())
+        _fringes[key] = different > LEAST_FRINGES * shown
+    return _fringes[key]
 
 
 def is_associated(image):

@@ -512,7 +512,7 @@ class Reader:
         if image.source == "TILED":
             self.note(APPROXIMATED, f"of the UDIM image \"{image.name}\" the first tile is used")
         elif image.source in {"SEQUENCE", "MOVIE"}:
-            self.note(APPROXIMATED, f"of the {image.source.lower()} \"{image.name}\" the loaded picture is used")
+            self.note(APPROXIMATED, f"the {image.source.lower()} \"{image.name}\" stands still: the picture that Blender has loaded is used")
         if node.projection != "FLAT":
             self.note(APPROXIMATED, f"the {node.projection.lower()} projection of \"{image.name}\" is rendered by UV map")
         if node.interpolation in {"Cubic", "Smart"}:
@@ -530,7 +530,10 @@ class Reader:
             self.note(APPROXIMATED, f"the alpha of \"{image.name}\" is taken as straight instead of premultiplied")
         if bpy.app.version >= (5, 1, 0) and image.alpha_mode == "STRAIGHT" and image.is_float and images.multiplies(image):
             self.note(APPROXIMATED, f"the colours of \"{image.name}\" are taken as multiplied by its alpha already")
-        return TextureSpec(image, uv, transform, wraps, node.interpolation == "Closest", not alpha and images.multiplies(image))
+        nearest = node.interpolation == "Closest"
+        if alpha and not nearest and images.has_fringes(image):
+            self.note(APPROXIMATED, f"the colours of \"{image.name}\" where it is transparent show at the edges of what is not")
+        return TextureSpec(image, uv, transform, wraps, nearest, not alpha and images.multiplies(image))
 
     def _coordinates(self, place):
         """(UV map, KHR_texture_transform, the ways that each direction is wrapped by nodes) of an image's vector."""
