@@ -1795,7 +1795,7 @@ fn the_scene_says_how_it_wants_to_be_seen() {
     let mut scene = scene();
     scene["scenes"][0]["extensions"] = json!({ "SUNDOG_scene": {
         "color_management": { "view": "Un-tone-mapped", "config": "missing.ocio", "exposure": 1.0 },
-        "render": { "width": 20, "height": 10, "filter_width": 2.0, "transparent": true }
+        "render": { "width": 20, "height": 10, "filter_width": 2.0, "transparent": true, "film_exposure": 0.5 }
     } });
     folder.write("scene.gltf", scene.to_string());
     let said = folder.works(&[
@@ -1823,6 +1823,11 @@ fn the_scene_says_how_it_wants_to_be_seen() {
     );
     assert_eq!(settings["filter"]["width"], 2.0);
     assert_eq!(settings["transparent_film"], true);
+    assert_eq!(settings["film_exposure"], 0.5);
+    assert_eq!(
+        settings["caustics"],
+        json!({ "reflective": true, "refractive": true })
+    );
     let flags = ["render", "scene.gltf", "-o", "b.png", "--samples=1"];
     folder.works(&[&flags[..], &["--width=40"]].concat());
     assert_eq!(image::image_dimensions(folder.path("b.png")).unwrap().0, 40);

@@ -1059,3 +1059,120 @@ fn a_point_out_of_focus_is_the_shape_of_the_lens() {
         );
     }
 }
+
+/// The film's exposure scales light and nothing else. By 2, which rounds nothing, so that bits can be asked for; the
+/// limits of clamping hold before it, as in Cycles.
+#[test]
+fn film_exposure_scales_the_light_and_nothing_else() {
+    // A floor that shines, of which the camera sees the edges.
+    let mut scene = Scene {
+        environment: constant_environment(1.0),
+        ..Scene::default()
+    };
+    let shining = Material {
+        emission: [0.3; 3],
+        ..diffuse([0.5; 3])
+    };
+    place(
+        &mut scene,
+        quad([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        shining,
+        &[DAffine3::IDENTITY],
+    );
+    scene.cameras.push(camera(DVec3::Z, 2.0));
+    let settings = RenderSettings {
+        clamp_direct: 0.25,
+        ..all_passes(4)
+    };
+    let plain = run(&scene, &settings);
+    let exposed = run(
+        &scene,
+        &RenderSettings {
+            film_exposure: 2.0,
+            ..settings
+        },
+    );
+    let mut scaled = Vec::new();
+    for pass in Passes::ALL.iter().map(sundog::film::Pass::name) {
+        let (a, b) = (layer(&plain, pass), layer(&exposed, pass));
+        let light = |v: &[f32]| v.iter().map(|x| 2.0 * x).collect::<Vec<_>>();
+        match pass {
+            // Of relative errors those of dark pixels are told with a floor; time is another each time.
+            "Error" | "Cost" => {}
+            "Combined" => {
+                for (a, b) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
+                    assert_eq!(light(&a[..3]), b[..3]);
+                    assert_eq!(a[3], b[3]);
+                }
+            }
+            _ if light(a) == b && a != b => scaled.push(pass),
+            _ => assert_eq!(a, b, "{pass}"),
+        }
+    }
+    assert_eq!(scaled, ["DiffDir", "Emit", "Env"]);
+    let taken = |r: &Rendering| r.statistics.clamped;
+    assert_eq!(taken(&plain), taken(&exposed));
+}
+
+/// A small grey floor under a large sheet, in a white sky: of a mirror it has its light by reflection alone, of glass
+/// without reflections by transmission alone. Without such caustics it is black, as in Cycles.
+#[test]
+fn caustics_that_are_off_leave_out_reflections_or_transmission() {
+    use sundog::render::Caustics;
+    let sheet = |material: Material| {
+        let mut scene = Scene {
+            environment: constant_environment(1.0),
+            ..Scene::default()
+        };
+        place(
+            &mut scene,
+            quad([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            diffuse([0.5; 3]),
+            &[DAffine3::IDENTITY],
+        );
+        place(
+            &mut scene,
+            quad([-1e4, -1e4, 5.0], [0.0, 2e4, 0.0], [2e4, 0.0, 0.0]),
+            material,
+            &[DAffine3::IDENTITY],
+        );
+        scene.cameras.push(camera(DVec3::Z, 0.5));
+        scene
+    };
+    let plain = Material {
+        roughness: 0.0,
+        double_sided: true,
+        ..Material::default()
+    };
+    let mirror = sheet(Material {
+        metallic: 1.0,
+        ..plain.clone()
+    });
+    let glass = sheet(Material {
+        metallic: 0.0,
+        transmission: 1.0,
+        base_color: [0.9; 3],
+        ior: 1.0,
+        ..plain
+    });
+    let floor = |scene: &Scene, reflective, refractive| {
+        let settings = RenderSettings {
+            caustics: Caustics {
+                reflective,
+                refractive,
+            },
+            ..small(16, 4)
+        };
+        mean(&run(scene, &settings))
+    };
+    // Past the sheet's edges comes (5 / 1e4)² of the light.
+    let black = |light: f64| light < 1e-6;
+    // From below, the floor hides 1/(π 10²) of what the mirror shows, and returns half of that.
+    assert!((floor(&mirror, true, true) - 0.5).abs() < 0.01);
+    assert!((floor(&mirror, true, false) - 0.5).abs() < 0.01);
+    assert!(black(floor(&mirror, false, true)));
+    assert!((floor(&glass, true, true) - 0.45).abs() < 0.01);
+    assert!((floor(&glass, false, true) - 0.45).abs() < 0.01);
+    assert!(black(floor(&glass, true, false)));
+    assert!(black(floor(&glass, false, false)));
+}

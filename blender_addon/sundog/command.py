@@ -7,6 +7,9 @@ from .export.camera import picture_size
 
 _FILTERS = {"BLACKMAN_HARRIS": "blackman-harris", "GAUSSIAN": "gauss", "BOX": "box"}
 
+# By whether there are reflective and refractive ones.
+_CAUSTICS = {(True, True): "all", (True, False): "reflective", (False, True): "refractive", (False, False): "none"}
+
 
 def border(render):
     """(x0, y0, x1, y1) of the pixels that are rendered, counted from the bottom left as Blender does; f32 as there."""
@@ -67,6 +70,11 @@ def arguments(scene, layer, abilities, warn):
     for flag, target in (("error", settings.error_target), ("pixel-error", settings.pixel_error_target)):
         if target > 0:
             result += _if_known(flag, [f"{target:.6g}"], abilities, warn)
+    if settings.film_exposure != 1:
+        result += _if_known("film-exposure", [f"{settings.film_exposure:.6g}"], abilities, warn)
+    caustics = _CAUSTICS[settings.caustics_reflective, settings.caustics_refractive]
+    if caustics != "all":
+        result += _if_known("caustics", [caustics], abilities, warn)
     if render.film_transparent:
         result += _if_known("transparent", [], abilities, warn)
     return result

@@ -56,6 +56,18 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
         name="Filter Glossy", description="Makes reflections rougher behind blurring bounces; 0 for off (Cycles has 1 by default)",
         default=0.0, min=0.0, max=1e6, soft_max=10.0,
     )
+    caustics_reflective: BoolProperty(
+        name="Reflective Caustics", default=True,
+        description="Light that reflections throw on diffuse surfaces. Off takes it away",
+    )
+    caustics_refractive: BoolProperty(
+        name="Refractive Caustics", default=True,
+        description="Light that glass throws on diffuse surfaces. Off takes it away, and makes what stands under glass darker",
+    )
+    film_exposure: FloatProperty(
+        name="Exposure", description="Factor on all light of the picture; data and colours of surfaces stay as they are",
+        default=1.0, min=0.0, max=10.0,
+    )
     pixel_filter_type: EnumProperty(name="Filter Type", description="Pixel filter", items=FILTERS, default="BLACKMAN_HARRIS")
     filter_width: FloatProperty(name="Width", description="Width of the pixel filter", default=1.5, min=0.01, max=10.0, subtype="PIXEL")
     seed: IntProperty(name="Seed", description="Selects another independent random sequence", default=0, min=0)
@@ -74,7 +86,7 @@ class SundogViewLayerSettings(bpy.types.PropertyGroup):
 COPIED = (
     "samples", "time_limit", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
     "transparent_max_bounces", "sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "pixel_filter_type",
-    "filter_width", "seed", "use_animated_seed",
+    "filter_width", "seed", "use_animated_seed", "film_exposure", "caustics_reflective", "caustics_refractive",
 )
 
 # Cycles stops a pixel where Σ|I − A| / √ΣI is below its threshold t, A being the mean of every other sample. Of a grey

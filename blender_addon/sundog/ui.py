@@ -130,6 +130,9 @@ class SUNDOG_RENDER_PT_light_paths(_Closed, Panel):
         column.prop(settings, "sample_clamp_direct")
         column.prop(settings, "sample_clamp_indirect")
         layout.prop(settings, "blur_glossy")
+        column = layout.column(align=True, heading="Caustics")
+        column.prop(settings, "caustics_reflective", text="Reflective")
+        column.prop(settings, "caustics_refractive", text="Refractive")
 
 
 class SUNDOG_RENDER_PT_simplify(_Closed, Panel):
@@ -161,6 +164,7 @@ class SUNDOG_RENDER_PT_film(_Closed, Panel):
 
     def show(self, layout, context):
         settings = context.scene.sundog
+        layout.prop(settings, "film_exposure")
         layout.prop(context.scene.render, "film_transparent")
         layout.prop(settings, "pixel_filter_type")
         if settings.pixel_filter_type != "BOX":

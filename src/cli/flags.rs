@@ -229,6 +229,8 @@ pub const PROGRAM_DOC: &str = "A CPU path tracer for Blender scenes: glTF in, li
 pub const MAX_SIDE: u64 = 65_536;
 /// Most bounces; Cycles has the same.
 pub const MAX_BOUNCES: u64 = 1024;
+/// Greatest film exposure: ten stops above Cycles' greatest.
+pub const MAX_FILM_EXPOSURE: f64 = 10_240.0;
 /// Most samples a pixel.
 pub const MAX_SAMPLES: u64 = 1 << 20;
 
@@ -451,6 +453,14 @@ const PICTURE: Group = Group {
             "Leave the world out of the picture: where the camera looks straight at it (or through alpha), alpha is 0.",
         ),
         Argument::new(
+            "film-exposure",
+            Kind::Number { min: 0.0, max: MAX_FILM_EXPOSURE },
+            "FACTOR",
+            "Factor on all light of the picture, as Cycles' film exposure; the scene's if not given.",
+        )
+        .default("1")
+        .details("Combined and the passes of light are scaled; what surfaces are like (colours, albedo, normals, depth) is not. Not the exposure of the view, which --exposure is."),
+        Argument::new(
             "passes",
             Kind::Passes,
             "LIST",
@@ -530,6 +540,21 @@ const TRANSPORT: Group = Group {
         )
         .default("0")
         .details("Biased: caustics get soft. Cycles has 1 by default."),
+        Argument::new(
+            "caustics",
+            Kind::Choice {
+                choices: &[
+                    Choice { name: "all", doc: "as light does" },
+                    Choice { name: "reflective", doc: "no caustics through glass" },
+                    Choice { name: "refractive", doc: "no caustics of reflections" },
+                    Choice { name: "none", doc: "neither" },
+                ],
+            },
+            "KINDS",
+            "Which caustics there are: what reflects or lets through where a path comes to it from a diffuse reflection.",
+        )
+        .default("all")
+        .details("Biased: all but `all` take light away, as Cycles' switches of the same names do."),
         Argument::switch(
             "backface-culling",
             "Hide the back faces of single-sided materials, as glTF viewers do and Cycles does not.",
@@ -990,7 +1015,8 @@ const SIZE: Group = Group {
         PICTURE.arguments[2],
         PICTURE.arguments[3],
         PICTURE.arguments[4],
-        PICTURE.arguments[6],
+        PICTURE.arguments[5],
+        PICTURE.arguments[7],
     ],
 };
 

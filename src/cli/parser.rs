@@ -364,6 +364,12 @@ mod tests {
             parsed.number("filter-glossy"),
             Some(f64::from(settings.filter_glossy))
         );
+        assert_eq!(
+            parsed.number("film-exposure"),
+            Some(f64::from(settings.film_exposure))
+        );
+        assert_eq!(parsed.choice("caustics"), "all");
+        assert_eq!(settings.caustics, crate::render::Caustics::default());
         assert_eq!(parsed.integer("seed"), Some(settings.seed));
         assert_eq!(parsed.filter("filter"), Some(settings.filter));
         assert_eq!(parsed.effects("effects"), Some(settings.effects));

@@ -8,7 +8,7 @@ use super::parser::Parsed;
 use crate::film::Passes;
 use crate::film::apart::PixelApart;
 use crate::film::pixel::Pixel;
-use crate::render::{BounceLimits, Filter, LightSampling, Naive, RenderSettings};
+use crate::render::{BounceLimits, Caustics, Filter, LightSampling, Naive, RenderSettings};
 use crate::scene::{Camera, Projection, Scene, Window};
 use std::path::Path;
 
@@ -82,6 +82,11 @@ pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, 
         clamp_indirect: number("clamp-indirect", defaults.clamp_indirect),
         filter_glossy: number("filter-glossy", defaults.filter_glossy),
         transparent_film: parsed.switch("transparent") || scene.render.transparent == Some(true),
+        film_exposure: match scene.render.film_exposure {
+            Some(factor) if !parsed.given("film-exposure") => factor as f32,
+            _ => number("film-exposure", defaults.film_exposure),
+        },
+        caustics: caustics(parsed),
         passes: parsed.passes("passes").unwrap_or(defaults.passes),
         error_target: parsed.share("error").unwrap_or(defaults.error_target),
         pixel_error_target: parsed
@@ -106,6 +111,14 @@ pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, 
         naive: naive(parsed),
         cull_backfaces: parsed.switch("backface-culling"),
     })
+}
+
+fn caustics(parsed: Parsed) -> Caustics {
+    let kept = parsed.choice("caustics");
+    Caustics {
+        reflective: !matches!(kept, "refractive" | "none"),
+        refractive: !matches!(kept, "reflective" | "none"),
+    }
 }
 
 fn naive(parsed: Parsed) -> Naive {

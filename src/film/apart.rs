@@ -62,6 +62,15 @@ impl PathApart {
         let alone = [self.emission, self.environment];
         light.chain(&alone).all(|v| v.is_finite()) && self.uv.is_finite()
     }
+
+    /// Scales the light; what surfaces are like stays as it is.
+    pub fn expose(&mut self, factor: f32) {
+        for light in self.light.iter_mut().flatten() {
+            *light *= factor;
+        }
+        self.emission *= factor;
+        self.environment *= factor;
+    }
 }
 
 impl Apart for PathApart {

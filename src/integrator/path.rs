@@ -35,6 +35,8 @@ pub struct PathSettings {
     pub filter_glossy: f32,
     /// The world is no part of the picture where the camera looks straight at it.
     pub transparent_film: bool,
+    /// What reflects, and what lets through, still does so behind a diffuse reflection.
+    pub caustics: [bool; 2],
     /// Light is found by sampling lights.
     pub sample_lights: bool,
     /// Light is found by sampling BSDFs.
@@ -444,14 +446,24 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         if effects::has(E, FACETS) && settings.filter_glossy > 0.0 {
             parameters.roughen(settings.least_alpha(min_pdf));
         }
+        // As Cycles leaves caustics out: the kind of the ray decides, so that a reflection seen in a mirror stays.
+        let cut = effects::has(E, FACETS)
+            && settings.caustics != [true; 2]
+            && previous.scattering == Some(Scattering::Diffuse);
+        if cut && !settings.caustics[0] {
+            parameters.specular = 0.0;
+        }
         let wo = -direction;
-        let bsdf = KernelBsdf::<E>::new(
+        let mut bsdf = KernelBsdf::<E>::new(
             &parameters,
             surface.dielectrics,
             surface.normals,
             wo,
             surface.inside,
         );
+        if cut {
+            bsdf.cut(settings.caustics);
+        }
         if bounce == 0 {
             first.albedo = bsdf.albedo();
             gathered

@@ -23,8 +23,8 @@ pub use replay::{Detail, Replay, Told, replay};
 pub use saved::{Saved, State, StateError};
 pub use schedule::{go_on, render};
 pub use settings::{
-    BounceLimits, EffectChoice, Filter, FilterKind, LightSampling, MAX_LIGHT_SAMPLES, Naive,
-    Region, RenderSettings,
+    BounceLimits, Caustics, EffectChoice, Filter, FilterKind, LightSampling, MAX_LIGHT_SAMPLES,
+    Naive, Region, RenderSettings,
 };
 
 use crate::film::error::ErrorEstimate;

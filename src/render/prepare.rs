@@ -99,6 +99,7 @@ impl<'a> Prepared<'a> {
             costs: settings.passes.has(Pass::Cost),
             first_sample: settings.first_sample,
             path: path_settings(settings),
+            exposure: settings.film_exposure,
             sequence: Sequence::new(settings.seed),
             filter: match settings.filter.kind {
                 FilterKind::Box => FilterTable::box_filter(),
@@ -167,6 +168,7 @@ fn path_settings(settings: &RenderSettings) -> PathSettings {
         clamp: [limit(settings.clamp_direct), limit(settings.clamp_indirect)],
         filter_glossy: settings.filter_glossy,
         transparent_film: settings.transparent_film,
+        caustics: [settings.caustics.reflective, settings.caustics.refractive],
         sample_lights: matches!(
             settings.light_sampling,
             LightSampling::Mis | LightSampling::Nee
@@ -204,6 +206,12 @@ fn check(settings: &RenderSettings) -> Result<(), String> {
         return Err(format!(
             "{} light samples at a surface can't be taken; their number goes from 1 to {MAX_LIGHT_SAMPLES}",
             settings.light_samples
+        ));
+    }
+    if !(settings.film_exposure.is_finite() && settings.film_exposure >= 0.0) {
+        return Err(format!(
+            "a film exposure of {} makes no picture; it is a factor from 0 on",
+            settings.film_exposure
         ));
     }
     let region = settings.region();

@@ -37,6 +37,10 @@ pub struct RenderSettings {
     pub filter_glossy: f32,
     /// The world is no part of the picture where the camera looks straight at it (or through alpha).
     pub transparent_film: bool,
+    /// Factor on all light of the picture, as Cycles' film exposure.
+    pub film_exposure: f32,
+    /// Which caustics paths may make.
+    pub caustics: Caustics,
     /// Which passes are made.
     pub passes: Passes,
     /// Stop when the estimated error of the picture is below this (0.02 is 2 %); 0 for no such target.
@@ -82,6 +86,8 @@ impl Default for RenderSettings {
             clamp_indirect: 0.0,
             filter_glossy: 0.0,
             transparent_film: false,
+            film_exposure: 1.0,
+            caustics: Caustics::default(),
             passes: Passes::default(),
             error_target: 0.0,
             pixel_error_target: 0.0,
@@ -96,6 +102,24 @@ impl Default for RenderSettings {
             roulette: Some(2),
             naive: Naive::default(),
             cull_backfaces: false,
+        }
+    }
+}
+
+/// What paths do behind a diffuse reflection, as Cycles' switches of the same names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Caustics {
+    /// They are reflected by metals, coats and glass.
+    pub reflective: bool,
+    /// They go through glass.
+    pub refractive: bool,
+}
+
+impl Default for Caustics {
+    fn default() -> Self {
+        Self {
+            reflective: true,
+            refractive: true,
         }
     }
 }

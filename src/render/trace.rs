@@ -59,6 +59,8 @@ pub struct Job<'a> {
     /// Number of the first sample of each pixel.
     pub first_sample: u32,
     pub path: PathSettings,
+    /// Factor on the light that comes to the film.
+    pub exposure: f32,
     pub sequence: Sequence,
     pub filter: FilterTable,
     pub width: u32,
@@ -155,6 +157,12 @@ impl Job<'_> {
         sums: Option<&mut PixelApart>,
     ) -> Path {
         let (mut path, mut apart) = self.path(x, y, index);
+        // Once here, so that estimates of the error, passes and states speak of the same picture.
+        path.radiance *= self.exposure;
+        path.clamped = path.clamped.map(|taken| taken * self.exposure);
+        if let Some(apart) = &mut apart {
+            apart.expose(self.exposure);
+        }
         let apart_finite = apart.as_ref().is_none_or(PathApart::is_finite);
         if !(path.radiance.is_finite() && path.first.is_finite() && apart_finite) {
             // Counted with its place and cause, black in the picture, never hidden: see `Statistics::non_finite`.

@@ -35,4 +35,6 @@ pub struct RenderDefaults {
     pub filter_width: Option<f64>,
     /// The world is not in the picture where the camera would see it.
     pub transparent: Option<bool>,
+    /// Factor on all light.
+    pub film_exposure: Option<f64>,
 }

@@ -152,6 +152,8 @@ struct Metal {
 #[derive(Clone, Copy, Debug)]
 struct Glass {
     weight: Vec3,
+    /// The weight of what it reflects.
+    reflected: Vec3,
     f0: Vec3,
     tint: Vec3,
     /// n(beyond)/n(here); the index from outside, its inverse from inside.
@@ -345,6 +347,7 @@ impl<K: Kinds> Bsdf<K> {
             };
             glass = Some(Glass {
                 weight: Vec3::splat(share / single),
+                reflected: Vec3::splat(share / single),
                 f0,
                 tint,
                 eta: if inside && !p.thin_walled {
@@ -443,6 +446,29 @@ impl<K: Kinds> Bsdf<K> {
             glass: None,
             p_facet: 0.0,
             albedo: base_color,
+        }
+    }
+
+    /// Leaves out what facets reflect, and what they let through, unless they keep it. (The coat goes with a specular
+    /// factor of 0: nothing of it is then missing from the diffuse lobe below.)
+    #[cold]
+    pub fn cut(&mut self, [reflects, transmits]: [bool; 2]) {
+        if !reflects {
+            self.metal = None;
+        }
+        if let Some(glass) = &mut self.glass {
+            if !reflects {
+                glass.reflected = Vec3::ZERO;
+            }
+            if !transmits {
+                glass.tint = Vec3::ZERO;
+            }
+        }
+        if !reflects && !transmits {
+            self.glass = None;
+        }
+        if self.metal.is_none() && self.coat.is_none() && self.glass.is_none() {
+            self.p_facet = 0.0;
         }
     }
 
@@ -584,7 +610,7 @@ impl<K: Kinds> Bsdf<K> {
             } else {
                 g.f0 + (Vec3::ONE - g.f0) * blend
             };
-            f.reflectance += g.weight * reflectance;
+            f.reflectance += g.reflected * reflectance;
             f.transmittance = g.weight * g.tint * (Vec3::ONE - reflectance);
             f.cos_t = true_f.cos_t;
         }

@@ -134,6 +134,7 @@ class Compare(unittest.TestCase):
         # Settings that a comparison has to leave as they are.
         cls.scene.cycles.samples, cls.scene.cycles.use_adaptive_sampling, cls.scene.cycles.film_exposure = 7, True, 1.5
         cls.scene.cycles.pixel_filter_type, cls.scene.cycles.filter_width, cls.scene.cycles.max_bounces = "GAUSSIAN", 2.5, 3
+        cls.scene.sundog.film_exposure = 0.5
         cls.scene.sundog.time_limit, cls.scene.sundog.use_animated_seed = 100.0, True
         cls.scene.render.filepath, cls.scene.render.use_motion_blur, cls.scene.render.dither_intensity = "//somewhere", True, 0.7
         cls.scene.render.image_settings.file_format = "JPEG"
@@ -221,6 +222,22 @@ class Switches(unittest.TestCase):
                 setattr(layer, name, False)
                 self.assertGreater(abs(self.agree(scene) / whole - 1), 0.1)
                 setattr(layer, name, True)
+
+    def test_caustics(self):
+        scene = build()
+        for index, thing in enumerate(o for o in scene.objects if o.type == "MESH"):
+            shader = thing.data.materials[0].node_tree.nodes["Principled BSDF"]
+            shader.inputs["Specular IOR Level"].default_value = 0.5
+            shader.inputs["Roughness"].default_value = 0.3
+            if index:
+                shader.inputs["Metallic"].default_value = 0.5
+                shader.inputs["Transmission Weight"].default_value = 0.5
+        found = []
+        for reflective, refractive in ((True, True), (True, False), (False, True), (False, False)):
+            scene.sundog.caustics_reflective, scene.sundog.caustics_refractive = reflective, refractive
+            with self.subTest((reflective, refractive)):
+                found.append(self.agree(scene))
+        self.assertLess(found[3], found[0])
 
 
 class Ways(unittest.TestCase):

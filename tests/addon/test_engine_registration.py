@@ -197,7 +197,8 @@ class Settings(EngineTest):
         cycles.samples, cycles.time_limit, cycles.max_bounces, cycles.diffuse_bounces = 99, 5.0, 7, 3
         cycles.sample_clamp_direct, cycles.sample_clamp_indirect, cycles.blur_glossy = 1.5, 2.5, 0.75
         cycles.pixel_filter_type, cycles.filter_width, cycles.seed = "GAUSSIAN", 2.0, 11
-        cycles.use_animated_seed = True
+        cycles.use_animated_seed, cycles.film_exposure = True, 0.5
+        cycles.caustics_reflective, cycles.caustics_refractive = False, False
         self.scene.view_layers[0].cycles.denoising_store_passes = True
         with quiet():
             self.assertEqual(bpy.ops.sundog.copy_settings_from_cycles(), {"FINISHED"})

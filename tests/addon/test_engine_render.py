@@ -122,6 +122,24 @@ class Pictures(EngineTest):
         self.assertFalse(self.render()["ViewLayer.Normal"].any())
         self.assertIn('"Normal"', " ".join(engine.last_statistics()["warnings"]))
 
+    def test_film_exposure_and_caustics(self):
+        self.scene.view_layers[0].use_pass_diffuse_color = True
+        plain = self.render()
+        self.scene.sundog.film_exposure = 0.5
+        exposed = self.render()
+        for name, values in exposed.items():
+            if name == "ViewLayer.Combined":
+                self.assertTrue(same_bits(values[..., :3], plain[name][..., :3] * 0.5))
+                self.assertTrue(same_bits(values[..., 3], plain[name][..., 3]))
+            else:
+                self.assertTrue(same_bits(values, plain[name]), name)
+        self.scene.sundog.caustics_refractive = False
+        self.assertTrue(same_bits(self.render()["ViewLayer.Combined"], self.by_command_line("--caustics", "reflective", "--film-exposure", "0.5")[""]))
+        self.scene.sundog.caustics_reflective = False
+        self.render()
+        told = engine.last_statistics()["settings"]
+        self.assertEqual((told["caustics"], told["film_exposure"]), ({"reflective": False, "refractive": False}, 0.5))
+
     def test_transparent_film(self):
         self.scene.render.film_transparent = True
         self.scene.camera.rotation_euler.x = 1.4

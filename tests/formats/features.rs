@@ -1134,7 +1134,7 @@ fn a_scene_says_how_it_wants_to_be_rendered_and_shown() {
     let mut file = Builder::triangle();
     file.json["scenes"][0]["extensions"] = json!({ "SUNDOG_scene": {
         "color_management": { "display": "sRGB", "view": "AgX", "look": "None", "exposure": 1, "gamma": 2.0, "config": "c.ocio" },
-        "render": { "width": 320, "height": 200, "filter_width": 2.5, "transparent": true }
+        "render": { "width": 320, "height": 200, "filter_width": 2.5, "transparent": true, "film_exposure": 0.5 }
     } });
     let imported = file.load();
     assert!(imported.diagnostics.is_empty());
@@ -1150,6 +1150,7 @@ fn a_scene_says_how_it_wants_to_be_rendered_and_shown() {
         (render.filter_width, render.transparent),
         (Some(2.5), Some(true))
     );
+    assert_eq!(render.film_exposure, Some(0.5));
 }
 
 #[test]

@@ -93,8 +93,9 @@ def as_sundog(kept, scene):
         min_light_bounces=0, min_transparent_bounces=0,
         sample_clamp_direct=sundog.sample_clamp_direct, sample_clamp_indirect=sundog.sample_clamp_indirect,
         blur_glossy=sundog.blur_glossy, light_sampling_threshold=0.0,
-        caustics_reflective=True, caustics_refractive=True, use_fast_gi=False, use_guiding=False,
-        pixel_filter_type=sundog.pixel_filter_type, filter_width=sundog.filter_width, film_exposure=1.0,
+        caustics_reflective=sundog.caustics_reflective, caustics_refractive=sundog.caustics_refractive,
+        use_fast_gi=False, use_guiding=False,
+        pixel_filter_type=sundog.pixel_filter_type, filter_width=sundog.filter_width, film_exposure=sundog.film_exposure,
     )  # fmt: skip
 
 

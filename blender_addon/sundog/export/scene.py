@@ -377,6 +377,10 @@ def render_settings(scene):
     cycles = getattr(scene, "cycles", None)
     if cycles is not None and cycles.pixel_filter_type != "BOX":
         result["filter_width"] = float(cycles.filter_width)
+    # Of the engine that the scene is rendered with.
+    own = scene.sundog if scene.render.engine == "SUNDOG" else cycles
+    if own is not None and own.film_exposure != 1:
+        result["film_exposure"] = float(own.film_exposure)
     return result
 
 

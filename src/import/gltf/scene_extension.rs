@@ -45,6 +45,7 @@ pub(super) fn apply(
             height: render.height,
             filter_width: render.filter_width,
             transparent: render.transparent,
+            film_exposure: render.film_exposure,
         };
     }
     if let Some(name) = &extension.working_space {

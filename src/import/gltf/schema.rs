@@ -73,6 +73,7 @@ pub(super) struct RenderJson {
     pub height: Option<u32>,
     pub filter_width: Option<f64>,
     pub transparent: Option<bool>,
+    pub film_exposure: Option<f64>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
