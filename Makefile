@@ -3,11 +3,12 @@
 # Rust is taken from PATH, else from where its installer puts it.
 export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
 
-.PHONY: help demo test setup build addon bench clean
+.PHONY: help demo test test-long setup build addon bench clean
 
 help:
 	@echo 'make demo    set up, build, and render one of the scenes (one minute once built)'
 	@echo 'make test    set up, check format and lints, run all tests'
+	@echo 'make test-long   what takes longer: the add-on in Blender 4.2, 5.0 and 5.1, pictures beside Cycles of 4.5'
 	@echo 'make build   set up and build target/release/sundog'
 	@echo 'make addon   build the Blender extension with the program inside: dist/sundog-VERSION-linux-x64.zip'
 	@echo 'make setup   system packages, Rust, Embree, OpenColorIO and libclang only'
@@ -28,6 +29,9 @@ addon: build
 
 test: setup
 	@scripts/test.sh
+
+test-long: setup
+	@scripts/test-long.sh
 
 bench: build
 	@scripts/setup-bpy.sh 4.5.15

@@ -130,6 +130,9 @@ def write_light_sizes(path):
     for data in bpy.data.lights:
         if data.type == "SUN":
             sizes[data.name] = {"angle": data.angle, "visibility": {"camera": False}}
+            if bpy.app.version >= (5, 2, 0):
+                # New lamps of 5.2 have nodes, and of a sun with nodes the exporter writes their strength, 1, without its own.
+                sizes[data.name]["strength"] = [data.energy * channel for channel in data.color]
         elif data.type in ("POINT", "SPOT"):
             sizes[data.name] = {"radius": data.shadow_soft_size, "visibility": {"camera": False}}
     for light in lights:

@@ -256,3 +256,9 @@ pinned_venv() {
     rm -rf "$venv"
     mv "$new" "$venv"
 }
+
+# Adds up the summaries of the test programs in a log: "N passed, N failed, N skipped".
+sum_of_tests() { # LOG
+    sed -n 's/^test result: .*\. \([0-9]*\) passed; \([0-9]*\) failed; \([0-9]*\) ignored;.*/\1 \2 \3/p' "$1" |
+        awk '{ passed += $1; failed += $2; skipped += $3 } END { printf "%d passed, %d failed, %d skipped\n", passed, failed, skipped }'
+}

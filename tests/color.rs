@@ -10,7 +10,7 @@ use sundog::color::{ColorConfig, Depth, DisplaySamples, DisplayTransform, SceneC
 const WIDTH: usize = 192;
 const HEIGHT: usize = 112;
 
-/// Pythons that can import `bpy`: the one of the test run, and Blender 5.0's where it is installed.
+/// Pythons that can import `bpy`: the one of the test run (5.2's), and Blender 4.5's where it is installed.
 ///
 /// Without the first one this fails; `SUNDOG_SKIP_BPY=1` says that one knows and wants the other tests only.
 pub(crate) fn blenders() -> Vec<PathBuf> {
@@ -23,7 +23,7 @@ pub(crate) fn blenders() -> Vec<PathBuf> {
     let named = std::env::var_os("SUNDOG_BPY_PYTHON")
         .filter(|path| !path.is_empty())
         .map(PathBuf::from);
-    let first = named.unwrap_or_else(|| cache.join("bpy-4.5.15/bin/python"));
+    let first = named.unwrap_or_else(|| cache.join("bpy-5.2.3/bin/python"));
     if !first.is_file() {
         if std::env::var_os("SUNDOG_SKIP_BPY").is_some_and(|value| value == "1") {
             eprintln!(
@@ -33,11 +33,11 @@ pub(crate) fn blenders() -> Vec<PathBuf> {
             return Vec::new();
         }
         panic!(
-            "no bpy at {}: `scripts/setup-bpy.sh` installs it, SUNDOG_BPY_PYTHON names another Python that has it, SUNDOG_SKIP_BPY=1 leaves these tests out",
+            "no bpy at {}: `scripts/setup-bpy.sh 5.2.3` installs it, SUNDOG_BPY_PYTHON names another Python that has it, SUNDOG_SKIP_BPY=1 leaves these tests out",
             first.display()
         );
     }
-    let second = cache.join("bpy-5.0.1/bin/python");
+    let second = cache.join("bpy-4.5.15/bin/python");
     let mut all = vec![first];
     if second.is_file() && !all.contains(&second) {
         all.push(second);

@@ -11,8 +11,8 @@ use sundog::scene::{LightKind, Projection};
 
 use super::kit::codes;
 
-/// Runs one of this folder's scripts with Blender as a Python module: `$SUNDOG_BPY_PYTHON`, as `make test`
-/// sets it, else where the set-up puts it.
+/// Runs one of this folder's scripts with Blender 4.5 as a Python module: `$SUNDOG_BPY_PYTHON`
+/// if that is set, else where the set-up puts it.
 pub fn run_script(script: &str, folder: &Path) {
     let python = std::env::var_os("SUNDOG_BPY_PYTHON")
         .map(PathBuf::from)

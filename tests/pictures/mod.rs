@@ -9,7 +9,7 @@ pub fn python() -> PathBuf {
     if let Some(python) = std::env::var_os("SUNDOG_BPY_PYTHON") {
         return python.into();
     }
-    cache().join("bpy-4.5.15/bin/python")
+    cache().join("bpy-5.2.3/bin/python")
 }
 
 /// The folder of what the set-up fetches.
@@ -32,7 +32,7 @@ fn run_python(program: &Path, arguments: &[&str]) {
     let python = python();
     assert!(
         python.exists(),
-        "{} is not there: run scripts/setup-bpy.sh 4.5.15, or name a Python that has bpy in SUNDOG_BPY_PYTHON",
+        "{} is not there: run scripts/setup-bpy.sh 5.2.3, or name a Python that has bpy in SUNDOG_BPY_PYTHON",
         python.display()
     );
     let done = Command::new(python)

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# What takes too long for each change, after scripts/setup.sh: the add-on and its package in the Blenders that scripts/test.sh leaves out,
+# with the same assertions; colours and layers as those show them; and the pictures' comparison with Cycles of 4.5 LTS.
+# Ends with "N passed, N failed, N skipped".
+
+# shellcheck source=lib.sh
+. "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+cd "$project_root"
+
+# The oldest that the add-on supports, and those between the two LTS versions of scripts/test.sh.
+bpy_versions=(4.2.23 5.0.1 5.1.2)
+unset SUNDOG_BPY_PYTHON
+for version in "${bpy_versions[@]}" 4.5.15; do
+    "$scripts/setup-bpy.sh" "$version"
+done
+
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+program="$project_root/target/debug/sundog"
+long_tests() {
+    local result=0 version python package=()
+    cargo build --locked || return 1
+    for version in "${bpy_versions[@]}"; do
+        python="$cache/bpy-$version/bin/python"
+        package+=(--bpy "$python")
+        say "the add-on in Blender $version"
+        SUNDOG_PROGRAM="$program" "$python" tests/addon/run.py || result=$?
+    done
+    say "the package in them"
+    "$cache/bpy-4.5.15/bin/python" tests/addon/test_package.py --sundog "$program" "${package[@]}" || result=$?
+    for version in 5.0.1 5.1.2; do
+        say "colours and layers in Blender $version"
+        SUNDOG_BPY_PYTHON="$cache/bpy-$version/bin/python" \
+            cargo test --locked --test sundog-tests -- color:: blender_layers:: || result=$?
+    done
+    say "pictures beside Cycles of Blender 4.5.15"
+    SUNDOG_BPY_PYTHON="$cache/bpy-4.5.15/bin/python" cargo test --locked --test sundog-tests -- pictures:: || result=$?
+    return "$result"
+}
+status=0
+long_tests 2>&1 | tee "$log" || status=$?
+sum_of_tests "$log"
+exit "$status"
