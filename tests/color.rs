@@ -290,6 +290,11 @@ fn colours_are_those_of_blender() {
         let config = ColorConfig::locate(Some(&shown.config)).unwrap();
         let mut table: BTreeMap<String, Difference> = BTreeMap::new();
         for case in &shown.cases {
+            // What a look made is taken back to scene-linear light before Raw by Blender 5.2, and not by 4.5 and 5.0, as by us
+            // (docs/color.md): those two are asked for it.
+            if shown.blender.starts_with("5.2") && case.view == "Raw" && case.look.is_some() {
+                continue;
+            }
             let processor = config.processor(&transform(case)).unwrap();
             let colours = match (case.picture.as_str(), case.mode.as_str()) {
                 ("opaque", "RGB") => SceneColors::Rgb(&opaque),
