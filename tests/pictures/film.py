@@ -167,7 +167,17 @@ def by_cycles(samples, seed, folder):
     with kit.quiet():
         bpy.ops.render.render(write_still=True)
     found = exr.passes(exr.read(render.filepath))
-    return {name.rpartition(".")[2]: values.astype(float) for name, values in found.items()}
+    found = {name.rpartition(".")[2]: values.astype(float) for name, values in found.items()}
+    return {SHORT.get(name, name): values for name, values in found.items()}
+
+
+# What passes were called before Blender 5.0.
+SHORT = {"Emission": "Emit", "Environment": "Env"}
+SHORT.update({
+    f"{long} {way}": short + way_then
+    for long, short in (("Diffuse", "Diff"), ("Glossy", "Gloss"), ("Transmission", "Trans"))
+    for way, way_then in (("Direct", "Dir"), ("Indirect", "Ind"), ("Color", "Col"))
+})
 
 
 def by_sundog(program, samples, seed, folder):
