@@ -6,10 +6,14 @@ use std::process::Command;
 
 /// The Python that has `bpy`: `SUNDOG_BPY_PYTHON`, else the one that the set-up keeps in the cache folder.
 pub fn python() -> PathBuf {
-    if let Some(python) = std::env::var_os("SUNDOG_BPY_PYTHON") {
-        return python.into();
-    }
-    cache().join("bpy-5.2.3/bin/python")
+    python_of("5.2.3")
+}
+
+fn python_of(version: &str) -> PathBuf {
+    std::env::var_os("SUNDOG_BPY_PYTHON").map_or_else(
+        || cache().join(format!("bpy-{version}/bin/python")),
+        PathBuf::from,
+    )
 }
 
 /// The folder of what the set-up fetches.
@@ -24,12 +28,11 @@ pub fn cache() -> PathBuf {
 /// Runs one of the Python programs of this folder.
 fn run(program: &str, arguments: &[&str]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pictures");
-    run_python(&folder.join(program), arguments);
+    run_python(&python(), &folder.join(program), arguments);
 }
 
 /// Runs a Python program and fails with all that it said if it does.
-fn run_python(program: &Path, arguments: &[&str]) {
-    let python = python();
+fn run_python(python: &Path, program: &Path, arguments: &[&str]) {
     assert!(
         python.exists(),
         "{} is not there: run scripts/setup-bpy.sh 5.2.3, or name a Python that has bpy in SUNDOG_BPY_PYTHON",
@@ -86,7 +89,8 @@ fn the_experiments_can_be_made() {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/experiments.py");
     let program = ["--quick", "--sundog", env!("CARGO_BIN_EXE_sundog")];
     let arguments = [&program[..], &["--out", folder.to_str().unwrap()]].concat();
-    run_python(&script, &arguments);
+    // Times are read from Cycles' log, in the words of 4.5.
+    run_python(&python_of("4.5.15"), &script, &arguments);
     let errors = |experiment: &str, table: &str| -> Vec<f64> {
         let path = folder.join(format!("{experiment}.results.json"));
         let results: serde_json::Value =
