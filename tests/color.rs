@@ -606,3 +606,51 @@ fn the_program_lists_what_can_be_chosen() {
         (&BUILT_IN.into(), &"named by $OCIO".into())
     );
 }
+
+/// A device or a pipe as a table of colours would be read for ever: it is refused before OpenColorIO opens it, wherever the
+/// configuration names it.
+#[test]
+fn tables_that_are_no_files_are_refused_before_they_are_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.cube");
+    let made = Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    std::fs::create_dir(folder.path().join("tables")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("tables/zero.spi3d")).unwrap();
+    std::fs::write(folder.path().join("tables/whole.spi1d"), "Version 1\n").unwrap();
+    let config = |search: &str, space: &str, look: &str| {
+        format!(
+            "ocio_profile_version: 2\nsearch_path: {search}\nroles:\n  default: raw\n  scene_linear: raw\n\
+             displays:\n  sRGB:\n    - !<View> {{name: Raw, colorspace: raw}}\n\
+             looks:\n  - !<Look> {{name: l, process_space: raw, transform: {look}}}\n\
+             colorspaces:\n  - !<ColorSpace> {{name: raw, isdata: true}}\n\
+             \x20 - !<ColorSpace> {{name: other, to_scene_reference: {space}}}\n"
+        )
+    };
+    let plain = "!<MatrixTransform> {offset: [0, 0, 0, 0]}";
+    let read = |text: &str| {
+        let path = folder.path().join("config.ocio");
+        std::fs::write(&path, text).unwrap();
+        ColorConfig::locate_in(Some(&path), &sundog::color::SearchPlaces::default())
+    };
+    let file = |name: &str| format!("!<FileTransform> {{src: {name}}}");
+    let group = |name: &str| format!("!<GroupTransform> {{children: [{plain}, {}]}}", file(name));
+    for (text, named) in [
+        (config("tables", &file("zero.spi3d"), plain), "zero.spi3d"),
+        (config("\"\"", &file("/dev/zero"), plain), "/dev/zero"),
+        (config("tables:.", plain, &group("pipe.cube")), "pipe.cube"),
+        (config("/dev", &group("zero"), plain), "/dev/zero"),
+    ] {
+        let error = read(&text).unwrap_err().to_string();
+        assert!(
+            error.contains(named) && error.contains("not a regular file"),
+            "{named}: {error}"
+        );
+    }
+    // One that is a file, or is not there, is looked at when it is needed.
+    for name in ["whole.spi1d", "missing.spi1d"] {
+        read(&config("tables", &file(name), plain)).unwrap();
+    }
+    let error = ColorConfig::read_named_by_scene(&pipe).unwrap_err();
+    assert!(error.to_string().contains("not a regular file"), "{error}");
+}

@@ -84,6 +84,19 @@ pub struct LookSummary {
     pub description: String,
 }
 
+/// The length of a regular file. Of folders, devices and pipes OpenColorIO would say something strange, or read on for ever.
+fn check_file(path: &Path) -> Result<u64, String> {
+    match std::fs::metadata(path) {
+        Ok(metadata) if metadata.is_file() => Ok(metadata.len()),
+        Ok(metadata) if metadata.is_dir() => Err("it is a folder and not a file".to_owned()),
+        Ok(_) => Err("it is not a regular file".to_owned()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            Err("there is no such file".to_owned())
+        }
+        Err(error) => Err(error.to_string()),
+    }
+}
+
 /// A colour configuration, and where it came from.
 #[derive(Debug)]
 pub struct ColorConfig {
@@ -143,36 +156,52 @@ impl ColorConfig {
     }
 
     fn read(origin: &ConfigOrigin) -> Result<Self, ColorError> {
-        if !is_built_in_name(origin.path()) {
-            // Folders, devices and pipes: OpenColorIO would say something strange, or read on for ever.
-            let reason = match std::fs::metadata(origin.path()) {
-                Ok(metadata) if metadata.is_file() => None,
-                Ok(metadata) if metadata.is_dir() => {
-                    Some("it is a folder and not a file".to_owned())
-                }
-                Ok(_) => Some("it is not a regular file".to_owned()),
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                    Some("there is no such file".to_owned())
-                }
-                Err(error) => Some(error.to_string()),
-            };
-            if let Some(reason) = reason {
-                return Err(ColorError::Missing {
-                    origin: origin.clone(),
-                    reason,
-                });
-            }
+        let path = origin.path();
+        if !is_built_in_name(path)
+            && let Err(reason) = check_file(path)
+        {
+            return Err(ColorError::Missing {
+                origin: origin.clone(),
+                reason,
+            });
         }
         let config =
             Config::from_file(origin.path().as_os_str()).map_err(|error| ColorError::Broken {
                 origin: origin.clone(),
                 reason: error.text,
             })?;
-        Ok(Self {
+        let config = Self {
             config,
             origin: origin.clone(),
             warnings: ocio::take_warnings(),
-        })
+        };
+        // Those of an archive lie in it.
+        let archive = path.extension().is_some_and(|e| e == "ocioz");
+        if !is_built_in_name(path) && !archive {
+            config.check_tables()?;
+        }
+        Ok(config)
+    }
+
+    /// Refuses tables that OpenColorIO would read for ever, or that would take all memory.
+    fn check_tables(&self) -> Result<(), ColorError> {
+        /// A table of 129³ colours as text has 64 MiB.
+        const LARGEST: u64 = 1 << 28;
+        for table in self.config.files().map_err(self.broken())? {
+            let reason = match check_file(&table) {
+                // Not there: an error only where it is used.
+                Err(_) if !table.exists() => continue,
+                Err(reason) => reason,
+                Ok(length) if length > LARGEST => format!("it has {} MiB", length >> 20),
+                Ok(_) => continue,
+            };
+            return Err(ColorError::Table {
+                origin: self.origin.clone(),
+                table: table.display().to_string(),
+                reason,
+            });
+        }
+        Ok(())
     }
 
     /// Where it came from.

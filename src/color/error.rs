@@ -29,6 +29,18 @@ pub enum ColorError {
         /// What OpenColorIO says, on one line.
         reason: String,
     },
+    /// A table of a configuration is nothing that can be read to its end.
+    #[error(
+        "the colour configuration {origin} refers to {table}, which cannot be its table of colours: {reason}"
+    )]
+    Table {
+        /// Which one, and who named it.
+        origin: ConfigOrigin,
+        /// The table.
+        table: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A configuration without displays.
     #[error(
         "the colour configuration {origin} has no display to show a picture on; choose another one with --ocio"

@@ -134,6 +134,23 @@ impl SearchPlaces {
         found
     }
 
+    /// Whether a configuration is one that this machine has anyway: `$OCIO` names it, or it is an installed Blender's.
+    pub fn has(&self, config: &Path) -> bool {
+        let Ok(config) = config.canonicalize() else {
+            return false;
+        };
+        let search = Self {
+            ocio: None,
+            ..self.clone()
+        };
+        search
+            .candidates(None)
+            .iter()
+            .map(ConfigOrigin::path)
+            .chain(self.ocio.as_deref().map(Path::new))
+            .any(|path| path.canonicalize().is_ok_and(|path| path == config))
+    }
+
     /// The Blender that starts when one types `blender`.
     fn blender_of_path(&self) -> Vec<PathBuf> {
         let Some(path) = &self.path else {

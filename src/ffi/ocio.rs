@@ -7,6 +7,7 @@
 use std::ffi::{CStr, CString, OsStr};
 use std::os::raw::c_char;
 use std::os::unix::ffi::OsStrExt;
+use std::path::PathBuf;
 use std::ptr::{self, NonNull};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -406,6 +407,26 @@ impl Config {
             sys::sundog_ocio_config_profile(self.pointer(), &mut major, &mut minor, error)
         })?;
         Ok((major, minor))
+    }
+
+    /// The files that its transforms refer to, as far as they are there. None is opened.
+    ///
+    /// # Errors
+    /// If the library fails.
+    pub fn files(&self) -> Result<Vec<PathBuf>, OcioError> {
+        // SAFETY: the handle is valid while `self` lives; both places live through the call.
+        let paths = self.text(|out, error| unsafe {
+            sys::sundog_ocio_config_files(self.pointer(), out, error)
+        })?;
+        let mut paths: Vec<PathBuf> = paths
+            .unwrap_or_default()
+            .lines()
+            .filter(|path| !path.is_empty())
+            .map(PathBuf::from)
+            .collect();
+        paths.sort();
+        paths.dedup();
+        Ok(paths)
     }
 
     /// All roles.

@@ -168,6 +168,27 @@ OCIO::TransformRcPtr convert(const char *source, const char *destination)
     return transform;
 }
 
+// Adds the files of a transform, with a line break behind each.
+void add_files(const OCIO::ConstTransformRcPtr &transform, const OCIO::ConstContextRcPtr &context, std::string &paths)
+{
+    if (!transform) {
+        return;
+    }
+    if (const auto file = OCIO_DYNAMIC_POINTER_CAST<const OCIO::FileTransform>(transform)) {
+        try {
+            const char *path = context->resolveFileLocation(file->getSrc());
+            paths += path == nullptr ? "" : path;
+            paths += '\n';
+        } catch (const OCIO::Exception &) {
+            // It is not there: an error only where it is used.
+        }
+    } else if (const auto group = OCIO_DYNAMIC_POINTER_CAST<const OCIO::GroupTransform>(transform)) {
+        for (int i = 0; i < group->getNumTransforms(); ++i) {
+            add_files(group->getTransform(i), context, paths);
+        }
+    }
+}
+
 // How OpenColorIO's built-in configurations call the space that Sundog computes in.
 constexpr const char *builtin_linear_rec709 = "Linear Rec.709 (sRGB)";
 
@@ -251,6 +272,45 @@ bool sundog_ocio_config_profile(const SundogOcioConfig *config, uint32_t *major,
     return guarded(error, [&] {
         *major = config->config->getMajorVersion();
         *minor = config->config->getMinorVersion();
+    });
+}
+
+bool sundog_ocio_config_files(const SundogOcioConfig *config, char **paths, char **error)
+{
+    return guarded(error, [&] {
+        const OCIO::ConstConfigRcPtr &from = config->config;
+        const OCIO::ConstContextRcPtr context = from->getCurrentContext();
+        std::string found;
+        const auto everywhere = OCIO::SEARCH_REFERENCE_SPACE_ALL;
+        const int spaces = from->getNumColorSpaces(everywhere, OCIO::COLORSPACE_ALL);
+        for (int i = 0; i < spaces; ++i) {
+            const char *name = from->getColorSpaceNameByIndex(everywhere, OCIO::COLORSPACE_ALL, i);
+            if (const OCIO::ConstColorSpaceRcPtr space = from->getColorSpace(name)) {
+                add_files(space->getTransform(OCIO::COLORSPACE_DIR_TO_REFERENCE), context, found);
+                add_files(space->getTransform(OCIO::COLORSPACE_DIR_FROM_REFERENCE), context, found);
+            }
+        }
+        for (int i = 0; i < from->getNumLooks(); ++i) {
+            if (const OCIO::ConstLookRcPtr look = from->getLook(from->getLookNameByIndex(i))) {
+                add_files(look->getTransform(), context, found);
+                add_files(look->getInverseTransform(), context, found);
+            }
+        }
+        for (int i = 0; i < from->getNumViewTransforms(); ++i) {
+            if (const OCIO::ConstViewTransformRcPtr view = from->getViewTransform(from->getViewTransformNameByIndex(i))) {
+                add_files(view->getTransform(OCIO::VIEWTRANSFORM_DIR_TO_REFERENCE), context, found);
+                add_files(view->getTransform(OCIO::VIEWTRANSFORM_DIR_FROM_REFERENCE), context, found);
+            }
+        }
+        const int named = from->getNumNamedTransforms(OCIO::NAMEDTRANSFORM_ALL);
+        for (int i = 0; i < named; ++i) {
+            const char *name = from->getNamedTransformNameByIndex(OCIO::NAMEDTRANSFORM_ALL, i);
+            if (const OCIO::ConstNamedTransformRcPtr one = from->getNamedTransform(name)) {
+                add_files(one->getTransform(OCIO::TRANSFORM_DIR_FORWARD), context, found);
+                add_files(one->getTransform(OCIO::TRANSFORM_DIR_INVERSE), context, found);
+            }
+        }
+        *paths = copy(found.c_str());
     });
 }
 

@@ -107,6 +107,9 @@ bool sundog_ocio_config_description(const SundogOcioConfig *config, char **descr
 /* Major and minor version of the configuration's format. */
 bool sundog_ocio_config_profile(const SundogOcioConfig *config, uint32_t *major, uint32_t *minor, char **error);
 
+/* The files that the configuration's transforms refer to, as far as they are there: a path a line. None is opened. */
+bool sundog_ocio_config_files(const SundogOcioConfig *config, char **paths, char **error);
+
 bool sundog_ocio_role_count(const SundogOcioConfig *config, size_t *count, char **error);
 bool sundog_ocio_role(const SundogOcioConfig *config, size_t index, SundogOcioRole *role, char **error);
 void sundog_ocio_role_free(SundogOcioRole *role);
