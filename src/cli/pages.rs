@@ -88,6 +88,7 @@ are to be passed over.
 | `diagnostic` | after loading, for each thing that is not as in the file | `verdict`, what, where, what is done instead |
 | `scene` | the scene is loaded | `file`, `settings` |
 | `effects` | the scene is loaded | `effects` and `left_out` as in `sundog info --json` (docs/effects.md) |
+| `preparing` | a million triangles or more shine: it takes long until `prepared`, and no `--time` ends it | `shining`, `seconds` (about) |
 | `prepared` | the first samples begin | `seconds`, `triangles`, `effects` |
 | `progress` | five times a second, and at the end | `samples`, `of`, `fraction`, `seconds`, `rays`, `remaining` (seconds, or null), `error` (see below, or null) |
 | `frame` | with `--frames`: a file lies in the folder | see below |

@@ -173,6 +173,11 @@ impl Observer for Reporter {
                 bar.set_message(line);
             }
             Event::Forecast { table, .. } => self.say(&foretold(table)),
+            Event::Preparing { shining, seconds } => self.say(&format!(
+                "preparing {} triangles that shine: this may take {}, before the first sample and whatever --time says",
+                console::grouped(*shining),
+                console::clock(*seconds)
+            )),
         }
     }
 

@@ -229,6 +229,23 @@ impl Tree {
     }
 }
 
+/// Branches up to this depth are built by several threads, if so many emitters are below each.
+const SHARED_BEFORE: u32 = 6;
+const WORTH_SHARING: usize = 1 << 13;
+
+/// Appends a tree whose own places begin at 0.
+fn append(nodes: &mut Vec<Node>, tree: &[Node]) {
+    let at = nodes.len() as u32;
+    nodes.extend(tree.iter().map(|node| Node {
+        index: if node.leaf {
+            node.index
+        } else {
+            node.index + at
+        },
+        ..*node
+    }));
+}
+
 /// The binary tree below `order`, appended to `nodes`.
 fn build(emitters: &[Bounds], order: &mut [u32], depth: u32, nodes: &mut Vec<Node>) -> Bounds {
     let at = nodes.len();
@@ -247,9 +264,22 @@ fn build(emitters: &[Bounds], order: &mut [u32], depth: u32, nodes: &mut Vec<Nod
         halve(emitters, order)
     };
     let (left, right) = order.split_at_mut(middle);
-    let a = build(emitters, left, depth + 1, nodes);
-    let second = nodes.len() as u32;
-    let b = build(emitters, right, depth + 1, nodes);
+    let (a, b, second);
+    if depth < SHARED_BEFORE && left.len().min(right.len()) >= WORTH_SHARING {
+        // The same nodes in the same places, made by several threads.
+        let [mut before, mut behind] = [Vec::new(), Vec::new()];
+        (a, b) = rayon::join(
+            || build(emitters, left, depth + 1, &mut before),
+            || build(emitters, right, depth + 1, &mut behind),
+        );
+        append(nodes, &before);
+        second = nodes.len() as u32;
+        append(nodes, &behind);
+    } else {
+        a = build(emitters, left, depth + 1, nodes);
+        second = nodes.len() as u32;
+        b = build(emitters, right, depth + 1, nodes);
+    }
     let bounds = Bounds::union(&a, &b);
     nodes[at] = Node {
         bounds,
@@ -593,6 +623,37 @@ mod tests {
             assert!(cell.contains(&finer_u) && finer_u < 1.0);
             assert_eq!(finer_u, finer(u, point * 1024.0));
         }
+    }
+
+    /// Built by several threads: the same tree, from which each emitter is drawn as the bounds above it say.
+    #[test]
+    fn large_trees_are_the_same_by_any_number_of_threads() {
+        let lights = emitters(1 << 15);
+        let by = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let pool = pool.build().unwrap();
+            let mut order: Vec<u32> = (0..lights.len() as u32).collect();
+            let mut nodes = Vec::new();
+            pool.install(|| build(&lights, &mut order, 0, &mut nodes));
+            let facts = nodes
+                .iter()
+                .map(|n| (n.index, n.leaf, n.bounds.min, n.bounds.max));
+            facts.collect::<Vec<_>>()
+        };
+        let (one, three) = (by(1), by(3));
+        assert_eq!(one, three);
+        // Preorder: the first child is next, the second where the node says, and every emitter is reached once.
+        let mut seen = vec![false; lights.len()];
+        let mut stack = vec![0usize];
+        while let Some(at) = stack.pop() {
+            let (index, leaf, ..) = one[at];
+            if leaf {
+                assert!(!std::mem::replace(&mut seen[index as usize], true));
+            } else {
+                stack.extend([at + 1, index as usize]);
+            }
+        }
+        assert!(seen.into_iter().all(|s| s));
     }
 
     #[test]

@@ -49,6 +49,13 @@ pub enum RenderError {
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
+    /// The scene is going to be prepared, which takes long as so many triangles shine. Not told of usual scenes.
+    Preparing {
+        /// Triangles that shine, instances expanded.
+        shining: u64,
+        /// About so many seconds, as measured on one machine.
+        seconds: f64,
+    },
     /// The scene is prepared (geometry in Embree, lights and textures ready).
     Prepared {
         /// Seconds since the render was called.

@@ -3,7 +3,7 @@
 use super::adaptive;
 use super::develop::Film;
 use super::estimate::estimate;
-use super::prepare::Prepared;
+use super::prepare::{self, Prepared};
 use super::saved::{Saved, State, Traced};
 use super::tile::{Kept, Samples, Tile, locked, tiles};
 use super::trace::Job;
@@ -64,6 +64,9 @@ pub fn go_on(
     let region = settings.region();
     if let Some(saved) = saved {
         saved.check(scene, settings).map_err(setting)?;
+    }
+    if let Some(long) = prepare::long(scene) {
+        observer.event(&long);
     }
     let prepared = Prepared::new(scene, settings)?;
     let (pool, threads) = (&prepared.pool, prepared.threads);
