@@ -5,6 +5,7 @@ mod blender;
 mod broken;
 mod features;
 mod foreign;
+mod hostile;
 mod images;
 mod kit;
 mod sundog;

@@ -47,6 +47,9 @@ def arguments(scene, layer, abilities, warn):
     x0, y0, x1, y1 = border(render)
     if (x0, y0, x1, y1) != (0, 0, width, height):
         result += ["--region", f"{x0},{height - y1},{x1},{height - y0}"]
+    # The cache and the images lie where they lie.
+    if abilities.has("allow-outside"):
+        result += ["--allow-outside"]
     if settings.time_limit > 0:
         result += ["--time", f"{settings.time_limit:.6f}s"]
     for flag, value in (

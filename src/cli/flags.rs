@@ -264,6 +264,8 @@ const IMPORT: Group = Group {
             "What glTF's transmission means where the file gives no thickness.",
         )
         .default("auto"),
+        Argument::switch("allow-outside", "Read files that the scene names and that do not lie in its folder or below it.")
+            .details("For scenes that you trust: an absolute path, `../` or a symbolic link in a file from elsewhere may lead to anything that you can read."),
         Argument::switch("strict", "Stop before rendering if anything in the scene is approximated or left out."),
     ],
 };
@@ -763,6 +765,7 @@ const IMPORT_INFO: Group = Group {
         IMPORT.arguments[0],
         IMPORT.arguments[1],
         IMPORT.arguments[2],
+        IMPORT.arguments[3],
     ],
 };
 

@@ -46,6 +46,7 @@ pub fn load_all(parsed: Parsed) -> Result<SceneFile, Failure> {
         },
         scene: parsed.text("scene").map(str::to_owned),
         without_world: !matches!(environment, EnvironmentFlags::AsInFile),
+        allow_outside: parsed.switch("allow-outside"),
     };
     let imported = import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;
     let mut file = SceneFile {

@@ -32,6 +32,18 @@ pub enum ImportError {
         /// What the system says.
         reason: String,
     },
+    /// A file that the scene names does not lie in the scene's folder.
+    #[error(
+        "{file}: {object} needs the file {needed}, which lies outside of the scene's folder: if you trust the scene, give --allow-outside"
+    )]
+    Outside {
+        /// The scene file.
+        file: String,
+        /// What in the scene needs it.
+        object: String,
+        /// The file that is needed.
+        needed: String,
+    },
     /// The file is of another format, or only part of one.
     #[error("{file} is not a glTF 2.0 file that can be read: {reason}")]
     NotGltf {

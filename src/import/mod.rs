@@ -34,6 +34,8 @@ pub struct ImportOptions {
     pub scene: Option<String>,
     /// Leaves out the light from all around that the file has: another takes its place.
     pub without_world: bool,
+    /// Reads files, too, that the scene names and that do not lie in its folder (or below it).
+    pub allow_outside: bool,
 }
 
 /// What the light intensities of a glTF file mean, named as in Blender's exporter.

@@ -1,5 +1,7 @@
 //! What could not be carried over exactly: named, counted, told once.
 
+use std::collections::HashMap;
+
 use serde::Serialize;
 
 /// How a feature of the file came through.
@@ -32,9 +34,26 @@ pub struct Diagnostic {
 }
 
 /// A list of diagnostics in which each (code, feature) stands once.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(transparent)]
-pub struct Diagnostics(Vec<Diagnostic>);
+#[derive(Clone, Debug, Default)]
+pub struct Diagnostics {
+    list: Vec<Diagnostic>,
+    /// Where each stands: a file may name any number of features.
+    places: HashMap<(&'static str, String), usize>,
+}
+
+impl PartialEq for Diagnostics {
+    fn eq(&self, other: &Self) -> bool {
+        self.list == other.list
+    }
+}
+
+impl Eq for Diagnostics {}
+
+impl Serialize for Diagnostics {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.list.serialize(serializer)
+    }
+}
 
 /// So many object names a message keeps.
 const NAMES_KEPT: usize = 4;
@@ -50,25 +69,14 @@ impl Diagnostics {
         instead: impl Into<String>,
     ) {
         let (feature, object) = (feature.into(), object.into());
-        let entry = match self
-            .0
-            .iter_mut()
-            .position(|d| d.code == code && d.feature == feature)
-        {
-            Some(index) => &mut self.0[index],
-            None => {
-                self.0.push(Diagnostic {
-                    code,
-                    verdict,
-                    feature,
-                    objects: Vec::new(),
-                    count: 0,
-                    instead: instead.into(),
-                });
-                let last = self.0.len() - 1;
-                &mut self.0[last]
-            }
-        };
+        let entry = self.entry(code, feature, |feature| Diagnostic {
+            code,
+            verdict,
+            feature,
+            objects: Vec::new(),
+            count: 0,
+            instead: instead.into(),
+        });
         entry.count += 1;
         if !object.is_empty()
             && entry.objects.len() < NAMES_KEPT
@@ -80,33 +88,47 @@ impl Diagnostics {
 
     /// The messages in the order in which they came up.
     pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.0.iter()
+        self.list.iter()
     }
 
     /// Whether there is nothing to tell.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.list.is_empty()
     }
 
     /// Takes over the messages of another list.
     pub fn append(&mut self, other: Diagnostics) {
-        for message in other.0 {
-            match self
-                .0
-                .iter_mut()
-                .find(|d| d.code == message.code && d.feature == message.feature)
-            {
-                Some(entry) => {
-                    entry.count += message.count;
-                    for object in message.objects {
-                        if entry.objects.len() < NAMES_KEPT && !entry.objects.contains(&object) {
-                            entry.objects.push(object);
-                        }
-                    }
+        for message in other.list {
+            let none = Diagnostic {
+                objects: Vec::new(),
+                count: 0,
+                ..message.clone()
+            };
+            let entry = self.entry(message.code, message.feature, |_| none);
+            entry.count += message.count;
+            for object in message.objects {
+                if entry.objects.len() < NAMES_KEPT && !entry.objects.contains(&object) {
+                    entry.objects.push(object);
                 }
-                None => self.0.push(message),
             }
         }
+    }
+
+    /// The message about a feature; a new one at the end of the list, if there is none yet.
+    fn entry(
+        &mut self,
+        code: &'static str,
+        feature: String,
+        new: impl FnOnce(String) -> Diagnostic,
+    ) -> &mut Diagnostic {
+        let Self { list, places } = self;
+        let place = *places
+            .entry((code, feature))
+            .or_insert_with_key(|(_, feature)| {
+                list.push(new(feature.clone()));
+                list.len() - 1
+            });
+        &mut list[place]
     }
 }
 

@@ -7,6 +7,7 @@ mod camera;
 mod diagnostics;
 mod fingerprint;
 mod flat;
+mod flatten;
 mod left_out;
 mod material;
 mod settings;

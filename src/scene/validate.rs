@@ -1,8 +1,9 @@
 //! Clean-up: a scene that went through [`clean`] keeps the promises of the scene types, whatever
 //! file it came from.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
+use super::flatten::directions;
 use super::{AlphaMode, Diagnostics, LightKind, Material, Mesh, Projection, Scene, Verdict, twins};
 
 /// Makes a scene fit for rendering: drops what has no meaning, repairs what has one, and says so.
@@ -15,6 +16,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     for material in &mut scene.materials {
         clean_material(material, images, diagnostics);
     }
+    super::flatten::flatten(scene);
     let mut tally = Tally::default();
     for mesh in &mut scene.meshes {
         if mesh.material.is_some_and(|m| m.0 as usize >= materials) {
@@ -61,13 +63,17 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         if mesh.triangles.is_empty() {
             return false;
         }
-        has_volume(&instance.world_from_object, &instance.name, diagnostics)
-            && is_within_reach(
-                farthest[id],
-                &instance.world_from_object,
-                &instance.name,
+        let (name, place) = (&instance.name, &instance.world_from_object);
+        let kept = has_volume(place, name, diagnostics)
+            && is_within_reach(farthest[id], place, name, diagnostics);
+        if kept {
+            report_tiny(
+                3.0 * growth(place) * f64::from(farthest[id]),
+                name,
                 diagnostics,
-            )
+            );
+        }
+        kept
     });
     twins::leave_out_across(scene).report(
         diagnostics,
@@ -119,6 +125,19 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         if !is_within_reach(extent, &light.world_from_light, &light.name, diagnostics) {
             return false;
         }
+        if let LightKind::Point { radius, .. } | LightKind::Spot { radius, .. } = &mut light.kind
+            && *radius > 0.0
+            && f64::from(*radius) < LEAST
+        {
+            *radius = 0.0;
+            diagnostics.report(
+                "tiny-lamp",
+                Verdict::Exact,
+                "lamp smaller than 10⁻¹⁷ m",
+                &light.name,
+                "rendered as a point",
+            );
+        }
         if let LightKind::Area { size: [x, y], .. } = light.kind {
             let m = light.world_from_light.matrix3;
             let edges = (m.x_axis * f64::from(x), m.y_axis * f64::from(y));
@@ -132,6 +151,8 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
                 );
                 return false;
             }
+            let extent = edges.0.length().max(edges.1.length());
+            report_tiny(extent, &light.name, diagnostics);
         }
         true
     });
@@ -291,27 +312,13 @@ fn has_volume(transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -
         );
         return false;
     }
-    let DMat3 {
-        x_axis,
-        y_axis,
-        z_axis,
-    } = transform.matrix3;
-    let flat = match (
-        x_axis.try_normalize(),
-        y_axis.try_normalize(),
-        z_axis.try_normalize(),
-    ) {
-        // A determinant of unit columns below f32's rounding means a plane or a line in f32.
-        (Some(x), Some(y), Some(z)) => {
-            DMat3::from_cols(x, y, z).determinant().abs() < f64::from(f32::EPSILON)
-        }
-        _ => true,
-    };
+    // What keeps a plane has become a mesh of its own before, if it has an area.
+    let flat = directions(&transform.matrix3) < 3;
     if flat {
         diagnostics.report(
             "singular-transform",
             Verdict::Lost,
-            "object scaled to nothing in some direction",
+            "object scaled to a line or to a point",
             name,
             "left out",
         );
@@ -322,6 +329,12 @@ fn has_volume(transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -
 /// Distances up to this many metres have squares that an f32 holds.
 const REACH: f64 = 1e18;
 
+/// The largest entry of a transform's matrix.
+fn growth(transform: &DAffine3) -> f64 {
+    let entries = transform.matrix3.to_cols_array();
+    entries.iter().fold(0.0, |m, c| m.max(c.abs()))
+}
+
 /// Whether a placed mesh is near enough to be rendered in f32.
 fn is_within_reach(
     farthest: f32,
@@ -330,13 +343,9 @@ fn is_within_reach(
     diagnostics: &mut Diagnostics,
 ) -> bool {
     // No sum of three products of entries and coordinates is larger than three times the largest.
-    let growth = transform
-        .matrix3
-        .to_cols_array()
-        .iter()
-        .fold(0.0f64, |m, c| m.max(c.abs()));
-    let near =
-        3.0 * growth * f64::from(farthest) + transform.translation.abs().max_element() < REACH;
+    let near = 3.0 * growth(transform) * f64::from(farthest)
+        + transform.translation.abs().max_element()
+        < REACH;
     if !near {
         diagnostics.report(
             "out-of-reach",
@@ -347,6 +356,22 @@ fn is_within_reach(
         );
     }
     near
+}
+
+/// Below this many metres squares of lengths and their products leave the range of f32.
+const LEAST: f64 = 1e-17;
+
+/// Tells an object of whose points none is this far from its origin.
+fn report_tiny(extent: f64, name: &str, diagnostics: &mut Diagnostics) {
+    if extent < LEAST {
+        diagnostics.report(
+            "too-small",
+            Verdict::Lost,
+            "object or light smaller than 10⁻¹⁷ m",
+            name,
+            "rays may miss it: scale the scene up",
+        );
+    }
 }
 
 /// The triangles that [`clean`] leaves out, by reason.

@@ -91,7 +91,7 @@ class EngineTest(unittest.TestCase):
 
         scene_file = export_kit.in_render(task, layer or "").path
         picture = os.path.join(folder, "picture.exr")
-        command = [self.program, "render", scene_file, "-o", picture, "--exr-compression", "none", "--quiet"]
+        command = [self.program, "render", scene_file, "-o", picture, "--exr-compression", "none", "--quiet", "--allow-outside"]
         command += ["--bounces-diffuse", "4", "--bounces-glossy", "4", "--bounces-transmission", "12"]
         command += ["--bounces-transparent", "8"]
         for name, value in (("--width", WIDTH), ("--height", HEIGHT), ("--samples", SAMPLES)):

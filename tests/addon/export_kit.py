@@ -91,7 +91,7 @@ def program():
 
 def info(path):
     """`sundog info --json` of a scene."""
-    done = subprocess.run([program(), "info", path, "--json"], capture_output=True, text=True, check=False)
+    done = subprocess.run([program(), "info", path, "--json", "--allow-outside"], capture_output=True, text=True, check=False)
     if done.returncode:
         raise AssertionError(done.stderr)
     return json.loads(done.stdout)
@@ -100,7 +100,7 @@ def info(path):
 def rendered(path, width, height, samples):
     """The program's picture of a scene, as `cycles_pixels` gives Cycles'."""
     picture = path + ".exr"
-    command = [program(), "render", path, "-o", picture, "--width", str(width), "--height", str(height), "--quiet"]
+    command = [program(), "render", path, "-o", picture, "--width", str(width), "--height", str(height), "--quiet", "--allow-outside"]
     command += ["--samples", str(samples), "--filter", "box", "--exr-layers", "combined"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

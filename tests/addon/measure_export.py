@@ -114,7 +114,7 @@ def export_seconds(folder):
 
 def preparing_seconds(path):
     """Seconds of the program from its start to the first sample."""
-    command = [kit.program(), "render", path, "--json", "--samples", "1", "--width", "16", "--height", "16", "-o", path + ".png"]
+    command = [kit.program(), "render", path, "--json", "--samples", "1", "--width", "16", "--height", "16", "-o", path + ".png", "--allow-outside"]
     begun = time.perf_counter()
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         for line in process.stdout:

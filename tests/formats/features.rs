@@ -538,6 +538,8 @@ fn skinned_meshes_follow_their_joints_and_not_their_node() {
 #[test]
 fn a_material_with_everything() {
     let mut file = Builder::square();
+    let attributes = &mut file.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"].clone();
     let texture =
         file.png_texture(image::RgbaImage::from_pixel(1, 1, image::Rgba([1, 2, 3, 4])).into());
     file.json["samplers"] =

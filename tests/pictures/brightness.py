@@ -214,7 +214,7 @@ def by_sundog(program, folder, samples, seed):
 
     path = kit.in_render(task).path
     result = os.path.join(folder, "picture.exr")
-    arguments = [program, "render", path, "-o", result, "--width", WIDTH, "--height", HEIGHT, "--samples", samples, "--seed", seed]
+    arguments = [program, "render", path, "--allow-outside", "-o", result, "--width", WIDTH, "--height", HEIGHT, "--samples", samples, "--seed", seed]
     done = subprocess.run(
         [str(a) for a in arguments] + ["--bounces", "0", "--filter", "box", "--exr-layers", "combined", "--exr-type", "float"],
         capture_output=True,

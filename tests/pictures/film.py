@@ -186,7 +186,7 @@ def by_sundog(program, samples, seed, folder):
         return export.write_scene(depsgraph, depsgraph.scene, os.path.join(folder, "scene"), os.path.join(folder, "cache"))
 
     result = os.path.join(folder, "sundog.exr")
-    arguments = [program, "render", kit.in_render(task).path, "-o", result, "--samples", samples, "--seed", seed]
+    arguments = [program, "render", kit.in_render(task).path, "--allow-outside", "-o", result, "--samples", samples, "--seed", seed]
     arguments += ["--filter", "box", "--bounces", BOUNCES, "--passes", "all", "--exr-compression", "none"]
     done = subprocess.run([str(a) for a in arguments], capture_output=True, text=True, check=False)
     if done.returncode:

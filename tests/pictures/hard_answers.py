@@ -441,7 +441,7 @@ def by_sundog(entry, program, folder):
 
     path = kit.in_render(task).path
     result = os.path.join(folder, "picture.exr")
-    command = [program, "render", path, "-o", result, "--width", WIDTH, "--height", HEIGHT, "--samples", entry["samples"], "--seed", 1, "--filter", "box",
+    command = [program, "render", path, "--allow-outside", "-o", result, "--width", WIDTH, "--height", HEIGHT, "--samples", entry["samples"], "--seed", 1, "--filter", "box",
                "--bounces", entry["bounces"], "--bounces-transparent", entry["transparent"], "--exr-layers", "combined", "--exr-type", "float"]
     done = subprocess.run([str(a) for a in command], capture_output=True, text=True, check=False)
     if done.returncode:

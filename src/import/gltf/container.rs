@@ -1,13 +1,16 @@
 //! The outer layers of a glTF file: GLB chunks, JSON, URIs, buffers.
 
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use ::gltf::json;
 use base64::Engine as _;
+use serde::Deserialize as _;
 use serde_json::{Map, Value};
 
-use super::schema::Graph;
+use super::schema::{Graph, NodeJson};
 use crate::import::ImportError;
 use crate::import::error::{read_bytes, read_file};
 
@@ -16,10 +19,14 @@ pub(super) struct Document {
     /// The file's name for messages.
     pub file: String,
     folder: PathBuf,
+    /// Files that are not in the folder may be read too.
+    allow_outside: bool,
     /// Meshes, accessors, materials, textures and images, by the `gltf` crate's schema.
     pub core: json::Root,
-    /// Nodes, cameras, lights and scenes, in the f64 precision that JSON has and that crate lacks.
+    /// Cameras, lights and scenes, in the f64 precision that JSON has and that crate lacks.
     pub graph: Graph,
+    /// How many nodes there are; [`Self::node`] reads one.
+    pub nodes: usize,
     /// Everything, for extensions.
     pub value: Value,
     bytes: Vec<u8>,
@@ -29,14 +36,15 @@ pub(super) struct Document {
 enum Buffer {
     /// Part of the file (GLB's binary chunk).
     Inside(Range<usize>),
-    Loaded(Vec<u8>),
+    /// Decoded, or a file of its own, which several buffers may share.
+    Loaded(Arc<Vec<u8>>),
     /// Not there; an error only if something needs it.
     Missing(String),
 }
 
 impl Document {
     /// Reads the file and all buffers that it names.
-    pub(super) fn open(path: &Path) -> Result<Self, ImportError> {
+    pub(super) fn open(path: &Path, allow_outside: bool) -> Result<Self, ImportError> {
         let bytes = read_file(path)?;
         let file = path.display().to_string();
         let not_gltf = |reason: String| ImportError::NotGltf {
@@ -55,7 +63,7 @@ impl Document {
         }
         let mut value: Value = serde_json::from_slice(text)
             .map_err(|e| not_gltf(format!("it is neither GLB nor JSON ({e})")))?;
-        drop_nulls(&mut value);
+        tidy(&mut value);
         let version = value.pointer("/asset/version").and_then(Value::as_str);
         match version {
             Some(v) if v == "2" || v.starts_with("2.") => {}
@@ -68,15 +76,21 @@ impl Document {
         }
         let graph = Graph::parse(&value)
             .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
+        let nodes = NodeJson::check_all(&value)
+            .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
         let core = core_json(&value);
+        check_indices(&core, "")
+            .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
         let core: json::Root = serde_json::from_value(core)
             .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let mut document = Self {
             file,
             folder,
+            allow_outside,
             core,
             graph,
+            nodes,
             value,
             bytes,
             buffers: Vec::new(),
@@ -87,12 +101,22 @@ impl Document {
 
     fn load_buffers(&mut self, binary: Option<Range<usize>>) -> Result<(), ImportError> {
         let mut buffers = Vec::with_capacity(self.core.buffers.len());
+        // A file that many buffers name is read once.
+        let mut files: HashMap<PathBuf, Arc<Vec<u8>>> = HashMap::new();
         for (index, buffer) in self.core.buffers.iter().enumerate() {
             let object = format!("buffer {index}");
             let said = buffer.byte_length.0;
             let loaded = match (&buffer.uri, &binary) {
-                (Some(uri), _) => match self.resolve(uri, &object)? {
-                    Resolved::Data(data) => Buffer::Loaded(data),
+                (Some(uri), _) => match self.locate(uri, &object)? {
+                    Located::Data(data) => Buffer::Loaded(Arc::new(data)),
+                    Located::File(path) => Buffer::Loaded(match files.get(&path) {
+                        Some(data) => data.clone(),
+                        None => {
+                            let data = Arc::new(self.read(&path, &object)?);
+                            files.insert(path, data.clone());
+                            data
+                        }
+                    }),
                 },
                 (None, Some(range)) if index == 0 => Buffer::Inside(range.clone()),
                 (None, _) => Buffer::Missing(format!("buffer {index} has no data in the file")),
@@ -115,16 +139,25 @@ impl Document {
         Ok(())
     }
 
-    /// All bytes that the scene's data come from.
+    /// All bytes that the scene's data come from, those of a file that is named often once.
     pub(super) fn input_bytes(&self) -> usize {
-        let loaded = |b: &Buffer| {
-            if let Buffer::Loaded(data) = b {
-                data.len()
-            } else {
-                0
-            }
-        };
-        self.bytes.len() + self.buffers.iter().map(loaded).sum::<usize>()
+        let mut loaded: Vec<_> = self
+            .buffers
+            .iter()
+            .filter_map(|b| match b {
+                Buffer::Loaded(data) => Some((Arc::as_ptr(data), data.len())),
+                _ => None,
+            })
+            .collect();
+        loaded.sort_unstable();
+        loaded.dedup();
+        self.bytes.len() + loaded.iter().map(|(_, n)| n).sum::<usize>()
+    }
+
+    /// Where the bytes of a buffer view lie: the address and length tell two views of the same bytes to be one.
+    pub(super) fn place(&self, index: usize) -> Result<(usize, usize), String> {
+        let (bytes, _) = self.view(index)?;
+        Ok((bytes.as_ptr() as usize, bytes.len()))
     }
 
     /// The bytes of a buffer view, with its stride.
@@ -155,10 +188,28 @@ impl Document {
     }
 
     /// The bytes behind a URI: `data:` or a file beside the scene.
-    pub(super) fn resolve(&self, uri: &str, object: &str) -> Result<Resolved, ImportError> {
+    pub(super) fn resolve(&self, uri: &str, object: &str) -> Result<Vec<u8>, ImportError> {
+        match self.locate(uri, object)? {
+            Located::Data(data) => Ok(data),
+            Located::File(path) => self.read(&path, object),
+        }
+    }
+
+    /// A file that [`Self::locate`] found.
+    pub(super) fn read(&self, path: &Path, object: &str) -> Result<Vec<u8>, ImportError> {
+        read_bytes(path).map_err(|reason| ImportError::MissingPart {
+            file: self.file.clone(),
+            object: object.into(),
+            needed: path.display().to_string(),
+            reason,
+        })
+    }
+
+    /// What a URI leads to: `data:` or a file in the scene's folder.
+    pub(super) fn locate(&self, uri: &str, object: &str) -> Result<Located, ImportError> {
         if let Some(rest) = strip_scheme(uri, "data:") {
             return decode_data_uri(rest)
-                .map(Resolved::Data)
+                .map(Located::Data)
                 .map_err(|problem| ImportError::malformed(&self.file, object, problem));
         }
         if let Some((scheme, _)) = uri.split_once(':')
@@ -178,18 +229,30 @@ impl Document {
         }
         let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
         // Some exporters forget to encode: a file that is there under the literal name counts too.
-        let mut path = self.folder.join(name.as_ref());
-        if !path.exists() && self.folder.join(uri).exists() {
-            path = self.folder.join(uri);
-        }
-        read_bytes(&path)
-            .map(Resolved::Data)
-            .map_err(|reason| ImportError::MissingPart {
+        let inside = |name: &str| {
+            let path = inside(&self.folder, Path::new(name), self.allow_outside);
+            path.map_err(|needed| ImportError::Outside {
                 file: self.file.clone(),
                 object: object.into(),
-                needed: path.display().to_string(),
-                reason,
+                needed: needed.display().to_string(),
             })
+        };
+        let path = inside(&name)?;
+        if !path.exists() && self.folder.join(uri).exists() {
+            return Ok(Located::File(inside(uri)?));
+        }
+        Ok(Located::File(path))
+    }
+
+    /// A node, read anew from the JSON.
+    pub(super) fn node(&self, index: usize) -> Option<NodeJson> {
+        NodeJson::deserialize(self.value.get("nodes")?.get(index)?).ok()
+    }
+
+    /// The nodes that skins hang on.
+    pub(super) fn joints(&self) -> HashSet<usize> {
+        let skins = self.graph.skins.iter();
+        skins.flat_map(|skin| skin.joints.iter().copied()).collect()
     }
 
     /// Whether Blender's own exporter wrote the file, and if so its major version.
@@ -209,10 +272,49 @@ impl Document {
     }
 }
 
-/// What a URI led to.
-pub(super) enum Resolved {
-    /// The bytes.
+/// What a URI leads to.
+pub(super) enum Located {
+    /// The bytes that stand in it.
     Data(Vec<u8>),
+    /// A file, by one name however it is written, if it is there.
+    File(PathBuf),
+}
+
+/// A file that a scene in a folder names; the error is a file that does not lie in that folder, by its name or by where
+/// symbolic links lead. One that is not there may be returned.
+pub(in crate::import) fn inside(
+    folder: &Path,
+    name: &Path,
+    allow_outside: bool,
+) -> Result<PathBuf, PathBuf> {
+    let path = folder.join(name);
+    let real = path.canonicalize();
+    if allow_outside {
+        return Ok(real.unwrap_or(path));
+    }
+    // By its name, so that nobody is told what there is elsewhere.
+    let mut depth = 0usize;
+    for part in name.components() {
+        match part {
+            Component::Normal(_) => depth += 1,
+            Component::CurDir => {}
+            Component::ParentDir if depth > 0 => depth -= 1,
+            _ => return Err(path),
+        }
+    }
+    let Ok(real) = real else {
+        return Ok(path);
+    };
+    let here = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    if here.canonicalize().is_ok_and(|here| real.starts_with(here)) {
+        Ok(real)
+    } else {
+        Err(path)
+    }
 }
 
 pub(super) fn strip_scheme<'a>(uri: &'a str, scheme: &str) -> Option<&'a str> {
@@ -320,15 +422,67 @@ fn core_json(value: &Value) -> Value {
     Value::Object(core)
 }
 
-/// Some exporters write `null` for what they leave out.
-fn drop_nulls(value: &mut Value) {
+/// Makes JSON as its users read it: without `null`, which some exporters write for what they leave out, and with whole
+/// numbers as such, however they are written: JSON has one kind of number, and some writers put `1.0`.
+fn tidy(value: &mut Value) {
     match value {
-        Value::Array(items) => items.iter_mut().for_each(drop_nulls),
+        Value::Array(items) => items.iter_mut().for_each(tidy),
         Value::Object(fields) => {
             fields.retain(|_, field| !field.is_null());
-            fields.values_mut().for_each(drop_nulls);
+            fields.values_mut().for_each(tidy);
+        }
+        Value::Number(number) if number.is_f64() => {
+            // Up to 2⁵³ a float is the number that was written. A negative zero is none.
+            const WHOLE: f64 = 9_007_199_254_740_992.0;
+            if let Some(n) = number.as_f64()
+                && n.fract() == 0.0
+                && n.abs() <= WHOLE
+                && !(n == 0.0 && n.is_sign_negative())
+            {
+                *number = (n as i64).into();
+            }
         }
         _ => {}
+    }
+}
+
+/// Refuses indices and enumerations above 2³² − 1, of which the `gltf` crate would keep the lower 32 bits.
+fn check_indices(value: &Value, within: &str) -> Result<(), String> {
+    const NUMBERS: [&str; 15] = [
+        "buffer",
+        "bufferView",
+        "componentType",
+        "index",
+        "indices",
+        "magFilter",
+        "material",
+        "minFilter",
+        "mode",
+        "sampler",
+        "source",
+        "target",
+        "texCoord",
+        "wrapS",
+        "wrapT",
+    ];
+    // Every value of these is an index.
+    let all = matches!(within, "attributes" | "targets");
+    match value {
+        Value::Array(items) => items
+            .iter()
+            .try_for_each(|item| check_indices(item, within)),
+        Value::Object(fields) => fields.iter().try_for_each(|(key, field)| {
+            if (all || NUMBERS.contains(&key.as_str()))
+                && field.as_u64().is_some_and(|n| n > u64::from(u32::MAX))
+            {
+                return Err(format!(
+                    "\"{key}\" is {field}, but no number of an object is above {}",
+                    u32::MAX
+                ));
+            }
+            check_indices(field, if within == "targets" { within } else { key })
+        }),
+        _ => Ok(()),
     }
 }
 

@@ -9,6 +9,7 @@ use super::accessor;
 use super::container::Document;
 use super::schema::SkinJson;
 use crate::import::budget::Budget;
+use crate::scene::{Diagnostics, Verdict};
 
 /// How a mesh is deformed before it is placed.
 #[derive(Clone, Debug, Default)]
@@ -32,13 +33,14 @@ const JOINT_SETS: u32 = 4;
 impl Pose {
     /// Reads a skin's inverse bind matrices and joins them with where its joints stand.
     ///
-    /// `world` gives the joints' places; the result maps to the frame of `object`.
+    /// `world` gives the joints' places, `affine` what a matrix means; the result maps to the frame of `object`.
     pub(super) fn joints(
         document: &Document,
         skin: &SkinJson,
         world: impl Fn(usize) -> Option<DAffine3>,
         object_from_world: DAffine3,
         budget: &Budget,
+        mut affine: impl FnMut(&[f64; 16]) -> DAffine3,
     ) -> Result<Vec<DAffine3>, String> {
         let inverse_binds = match skin.inverse_bind_matrices {
             Some(index) => accessor::read::<16>(document, index, budget)?,
@@ -58,9 +60,7 @@ impl Pose {
             .map(|(i, &joint)| {
                 let stands = world(joint)
                     .ok_or_else(|| format!("its skin's joint {joint} is not in the scene"))?;
-                let bind = inverse_binds.get(i).map_or(DAffine3::IDENTITY, |columns| {
-                    DAffine3::from_mat4(DMat4::from_cols_array(columns))
-                });
+                let bind = inverse_binds.get(i).map_or(DAffine3::IDENTITY, &mut affine);
                 Ok(object_from_world * stands * bind)
             })
             .collect()
@@ -73,7 +73,7 @@ impl Pose {
         primitive: &Primitive,
         mut shape: Shape,
         budget: &Budget,
-    ) -> Result<(), String> {
+    ) -> Result<OddWeights, String> {
         self.morph(document, primitive, &mut shape, budget)?;
         self.skin(document, primitive, &mut shape, budget)
     }
@@ -115,9 +115,10 @@ impl Pose {
         primitive: &Primitive,
         shape: &mut Shape,
         budget: &Budget,
-    ) -> Result<(), String> {
+    ) -> Result<OddWeights, String> {
+        let mut odd = OddWeights::default();
         if self.joints.is_empty() {
-            return Ok(());
+            return Ok(odd);
         }
         let attribute = |semantic: Semantic| {
             primitive
@@ -140,7 +141,7 @@ impl Pose {
             influences.push([joints, weights]);
         }
         for vertex in 0..shape.positions.len() {
-            let (mut blended, mut total) = (DMat4::ZERO, 0.0);
+            let (mut blended, mut total, mut used) = (DMat4::ZERO, 0.0, 0.0);
             for [joints, weights] in &influences {
                 for (&joint, &weight) in joints[vertex].iter().zip(&weights[vertex]) {
                     if weight != 0.0 {
@@ -149,9 +150,13 @@ impl Pose {
                         })?;
                         blended += DMat4::from(*matrix) * weight;
                         total += weight;
+                        used += 1.0;
                     }
                 }
             }
+            // Rounded to 8 bits each is off by up to half of 1/255.
+            odd.scaled |= (total - 1.0).abs() > used * 0.5 / 255.0 && total != 0.0;
+            odd.none |= total == 0.0;
             // A vertex that hangs on no joint, which the format forbids, stays with the first.
             let blended = match self.joints.first() {
                 Some(first) if total == 0.0 => *first,
@@ -177,7 +182,37 @@ impl Pose {
                 tangents[vertex] = [turned.x, turned.y, turned.z, tangents[vertex][3]];
             }
         }
-        Ok(())
+        Ok(odd)
+    }
+}
+
+/// What the format forbids of a skin's weights, and a mesh has.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OddWeights {
+    /// The weights of a vertex do not sum to 1.
+    pub scaled: bool,
+    /// A vertex has none.
+    pub none: bool,
+}
+
+impl OddWeights {
+    pub(super) fn report(self, mesh: &str, diagnostics: &mut Diagnostics) {
+        for (is_so, what, instead) in [
+            (
+                self.scaled,
+                "weights of a skin that do not sum to 1",
+                "scaled so that they do",
+            ),
+            (
+                self.none,
+                "vertices of a skin without weights",
+                "moved with its first joint",
+            ),
+        ] {
+            if is_so {
+                diagnostics.report("skin-weights", Verdict::Approximated, what, mesh, instead);
+            }
+        }
     }
 }
 

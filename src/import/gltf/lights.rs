@@ -172,6 +172,20 @@ fn cone(
     } else {
         0.0
     };
+    // Those of SUNDOG_light may be wider, and stand in the place of these.
+    // A half-space's in f32 is a little wider than one.
+    let moved = |from: f64, to: f64| (from - to).abs() > 4.0 * f64::from(f32::EPSILON);
+    if (moved(spot.outer_cone_angle, outer) || moved(spot.inner_cone_angle, inner))
+        && (sundog.half_angle.is_none() || sundog.blend.is_none())
+    {
+        diagnostics.report(
+            "spot-cone",
+            Verdict::Approximated,
+            "spot light with an impossible cone, or an inner one wider than the outer",
+            name,
+            "the nearest possible angles are used",
+        );
+    }
     if document.blender_version().is_none() && blend > 0.0 && sundog.blend.is_none() {
         diagnostics.report(
             "spot-edge",

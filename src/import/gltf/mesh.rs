@@ -18,6 +18,10 @@ pub(super) struct PrimitiveMaterial {
     pub id: Option<MaterialId>,
     /// The UV set of the normal map, if there is one: it needs tangents.
     pub normal_map_uv_set: Option<u32>,
+    /// The highest UV set of its other textures.
+    pub uv_set: Option<u32>,
+    /// Vertex colours above this would make the surface send out more light than arrives; `None` if they may.
+    pub brightest: Option<[f32; 3]>,
 }
 
 /// More texture coordinate sets than this no material of ours refers to.
@@ -104,7 +108,8 @@ pub(super) fn load_primitive(
         normals: normals.as_mut(),
         tangents: tangents.as_mut(),
     };
-    pose.apply(document, primitive, shape, budget)?;
+    let odd = pose.apply(document, primitive, shape, budget)?;
+    odd.report(name, diagnostics);
     let mut uvs = Vec::new();
     for set in 0..UV_SETS {
         let Some(index) = attribute(Semantic::TexCoords(set)) else {
@@ -116,8 +121,19 @@ pub(super) fn load_primitive(
     }
     let colors = match attribute(Semantic::Colors(0)) {
         Some(index) => {
-            let colors = read_colors(document, index, budget)?;
+            let mut colors = read_colors(document, index, budget)?;
             whole("vertex colours", colors.len())?;
+            if let Some(most) = material.brightest
+                && limit_colors(&mut colors, most)
+            {
+                diagnostics.report(
+                    "bright-vertex-colours",
+                    Verdict::Approximated,
+                    "vertex colours that make a surface brighter than white",
+                    name,
+                    "brought down to white: it would make light of nothing",
+                );
+            }
             Some(colors)
         }
         None => None,
@@ -190,6 +206,17 @@ pub(super) fn load_primitive(
             );
         }
     }
+    if let Some(set) = material.uv_set
+        && mesh.uvs.len() <= set as usize
+    {
+        diagnostics.report(
+            "texture-without-uv",
+            Verdict::Approximated,
+            format!("texture on meshes without texture coordinate set {set}"),
+            name,
+            "its texel at (0, 0) is shown everywhere, as viewers of glTF do",
+        );
+    }
     Ok(Some((mesh, dropped)))
 }
 
@@ -216,6 +243,20 @@ fn read_colors(
         let rgba = accessor::read_f32::<4>(document, index, budget)?;
         Ok(rgba.into_iter().map(|c| c.map(|v| v * scale)).collect())
     }
+}
+
+/// Brings colours down to the largest allowed; whether that changed more than rounding does.
+fn limit_colors(colors: &mut [[f32; 4]], most: [f32; 3]) -> bool {
+    let mut changed = false;
+    for color in colors {
+        for (value, most) in color.iter_mut().zip(most) {
+            if *value > most {
+                changed |= *value > most * (1.0 + 16.0 * f32::EPSILON);
+                *value = most;
+            }
+        }
+    }
+    changed
 }
 
 /// Corners in drawing order become triangles, with the winding of specification 3.7.2.1.

@@ -41,7 +41,7 @@ const MOST_INSTANCES: usize = 1 << 26;
 
 /// Reads a file; the result has not been through [`crate::scene::validate::clean`] yet.
 pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let document = Document::open(path)?;
+    let document = Document::open(path, options.allow_outside)?;
     extensions::check_required(&document)?;
     let mut diagnostics = Diagnostics::default();
     let budget = Budget::for_geometry(document.input_bytes());
@@ -51,7 +51,9 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         options,
         budget: &budget,
         diagnostics: &mut diagnostics,
-        worlds: vec![None; document.graph.nodes.len()],
+        reached: vec![false; document.nodes],
+        joints: document.joints(),
+        worlds: HashMap::new(),
         placed: Vec::new(),
         lights: Vec::new(),
         cameras: Vec::new(),
@@ -70,7 +72,14 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     report_whole_file(&document, &mut diagnostics);
     let shapes: BTreeSet<Shaped> = placed.iter().map(|p| p.mesh).collect();
     let used_meshes: BTreeSet<usize> = shapes.iter().map(|s| s.mesh).collect();
-    let poses = poses(&document, &shapes, &mut placed, &worlds, &budget)?;
+    let poses = poses(
+        &document,
+        &shapes,
+        &mut placed,
+        &worlds,
+        &budget,
+        &mut diagnostics,
+    )?;
     let materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
     let images = materials.images.decode()?;
 
@@ -119,7 +128,8 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     }
     let extension = scene_index.and_then(|i| document.graph.scenes[i].extensions.sundog.as_ref());
     if let Some(extension) = extension {
-        scene_extension::apply(extension, path, &mut scene, &mut diagnostics);
+        let place = (path, options.allow_outside);
+        scene_extension::apply(extension, place, &mut scene, &mut diagnostics);
     }
     if let Some(world) = extension.and_then(|s| s.world.as_ref())
         && !options.without_world
@@ -145,14 +155,25 @@ struct Placed {
     holdout: bool,
 }
 
+/// Nodes with one parent that are still to be visited.
+struct Siblings {
+    nodes: std::vec::IntoIter<usize>,
+    parent: DAffine3,
+    hidden: bool,
+}
+
 /// The walk over the nodes of the scene.
 struct Walk<'a> {
     document: &'a Document,
     options: &'a ImportOptions,
     budget: &'a Budget,
     diagnostics: &'a mut Diagnostics,
-    /// Where the nodes stand that were reached.
-    worlds: Vec<Option<DAffine3>>,
+    /// The nodes that were reached.
+    reached: Vec<bool>,
+    /// The nodes that some skin hangs on.
+    joints: std::collections::HashSet<usize>,
+    /// Where these stand, if they were reached.
+    worlds: HashMap<usize, DAffine3>,
     placed: Vec<Placed>,
     lights: Vec<Light>,
     cameras: Vec<Camera>,
@@ -162,14 +183,19 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn run(&mut self) -> Result<(), ImportError> {
-        let roots = self.roots()?;
-        let mut stack: Vec<(usize, DAffine3, bool)> = roots
-            .into_iter()
-            .rev()
-            .map(|n| (n, DAffine3::IDENTITY, false))
-            .collect();
-        while let Some((index, parent, hidden)) = stack.pop() {
-            let Some(node) = self.document.graph.nodes.get(index) else {
+        // Siblings that are still to be visited, of each generation; not a place for each of them, as there may be millions.
+        let mut stack = vec![Siblings {
+            nodes: self.roots()?.into_iter(),
+            parent: DAffine3::IDENTITY,
+            hidden: false,
+        }];
+        while let Some(siblings) = stack.last_mut() {
+            let Some(index) = siblings.nodes.next() else {
+                stack.pop();
+                continue;
+            };
+            let (parent, hidden) = (siblings.parent, siblings.hidden);
+            let Some(node) = self.document.node(index) else {
                 return Err(self.malformed(
                     "scene",
                     format!("it uses node {index}, which does not exist"),
@@ -177,14 +203,16 @@ impl Walk<'_> {
             };
             let name = node.name.clone().unwrap_or_else(|| format!("node {index}"));
             // The format demands a forest; anything else would be walked forever, or for very long.
-            if self.worlds[index].is_some() {
+            if std::mem::replace(&mut self.reached[index], true) {
                 return Err(self.malformed(
                     format!("node \"{name}\""),
                     "it has two parents or is its own ancestor",
                 ));
             }
-            let world = parent * local_transform(node);
-            self.worlds[index] = Some(world);
+            let world = parent * local_transform(&node, &name, self.diagnostics);
+            if self.joints.contains(&index) {
+                self.worlds.insert(index, world);
+            }
             // Hidden nodes are walked too, as joints of skins may be among them.
             let hidden = hidden
                 || node
@@ -193,14 +221,19 @@ impl Walk<'_> {
                     .as_ref()
                     .is_some_and(|v| !v.visible);
             if !hidden {
-                self.visit(index, node, &name, world)?;
+                self.visit(index, &node, &name, world)?;
             }
-            stack.extend(
-                node.children
-                    .iter()
-                    .rev()
-                    .map(|&child| (child, world, hidden)),
-            );
+            // The last of its siblings needs no place any more: a chain takes no more memory than its end.
+            if stack.last().is_some_and(|s| s.nodes.len() == 0) {
+                stack.pop();
+            }
+            if !node.children.is_empty() {
+                stack.push(Siblings {
+                    nodes: node.children.into_iter(),
+                    parent: world,
+                    hidden,
+                });
+            }
         }
         Ok(())
     }
@@ -254,13 +287,16 @@ impl Walk<'_> {
             }
             // A file without scenes is a library of parts; everything that has no parent is shown.
             None => {
-                let mut is_child = vec![false; graph.nodes.len()];
-                for &child in graph.nodes.iter().flat_map(|n| &n.children) {
-                    if let Some(flag) = is_child.get_mut(child) {
-                        *flag = true;
+                let count = self.document.nodes;
+                let mut is_child = vec![false; count];
+                for node in (0..count).filter_map(|i| self.document.node(i)) {
+                    for child in node.children {
+                        if let Some(flag) = is_child.get_mut(child) {
+                            *flag = true;
+                        }
                     }
                 }
-                if !graph.nodes.is_empty() {
+                if count > 0 {
                     self.diagnostics.report(
                         "no-scene",
                         Verdict::Exact,
@@ -269,7 +305,7 @@ impl Walk<'_> {
                         "all its nodes are rendered",
                     );
                 }
-                Ok((0..graph.nodes.len()).filter(|&i| !is_child[i]).collect())
+                Ok((0..count).filter(|&i| !is_child[i]).collect())
             }
         }
     }
@@ -454,11 +490,15 @@ impl Walk<'_> {
                 size_of::<Placed>() + size_of::<Instance>() + name.len() * 2,
             )
             .map_err(broken)?;
+        let turns: Vec<_> = rotations.into_iter().map(rotation).collect();
+        if turns.iter().any(|(_, unit)| !unit) {
+            report_rotation(name, self.diagnostics);
+        }
         Ok((0..count)
             .map(|i| {
                 DAffine3::from_scale_rotation_translation(
                     scales.get(i).map_or(DVec3::ONE, |&s| DVec3::from(s)),
-                    rotations.get(i).map_or(DQuat::IDENTITY, |&r| rotation(r)),
+                    turns.get(i).map_or(DQuat::IDENTITY, |&(turn, _)| turn),
                     translations.get(i).map_or(DVec3::ZERO, |&t| DVec3::from(t)),
                 )
             })
@@ -466,27 +506,63 @@ impl Walk<'_> {
     }
 }
 
-/// A unit quaternion from glTF's (x, y, z, w); the identity if it has no direction.
-fn rotation(xyzw: [f64; 4]) -> DQuat {
-    let quaternion = DQuat::from_array(xyzw);
-    let length = quaternion.length();
+/// A unit quaternion from glTF's (x, y, z, w); the identity if it has no direction. Says whether it had the length 1.
+fn rotation(xyzw: [f64; 4]) -> (DQuat, bool) {
+    let length = DQuat::from_array(xyzw).length();
+    // Stored in 8 bits each of the four is off by up to half of 1/127, and the length by √4 of that.
+    let unit = (length - 1.0).abs() <= 1.0 / 127.0;
     // Not-a-numbers pass, so that `scene::validate` finds them.
     if length == 0.0 {
-        DQuat::IDENTITY
+        (DQuat::IDENTITY, unit)
     } else {
-        DQuat::from_array(xyzw.map(|c| c / length))
+        (DQuat::from_array(xyzw.map(|c| c / length)), unit)
     }
 }
 
-fn local_transform(node: &NodeJson) -> DAffine3 {
+fn report_rotation(name: &str, diagnostics: &mut Diagnostics) {
+    diagnostics.report(
+        "rotation-length",
+        Verdict::Approximated,
+        "rotation by a quaternion that is not of length 1",
+        name,
+        "made that long; one of length 0 does not turn",
+    );
+}
+
+fn local_transform(node: &NodeJson, name: &str, diagnostics: &mut Diagnostics) -> DAffine3 {
     match &node.matrix {
-        Some(columns) => DAffine3::from_mat4(DMat4::from_cols_array(columns)),
+        Some(columns) => matrix(columns, name, diagnostics),
         None => DAffine3::from_scale_rotation_translation(
             node.scale.map_or(DVec3::ONE, DVec3::from),
-            node.rotation.map_or(DQuat::IDENTITY, rotation),
+            node.rotation.map_or(DQuat::IDENTITY, |xyzw| {
+                let (rotation, unit) = rotation(xyzw);
+                if !unit {
+                    report_rotation(name, diagnostics);
+                }
+                rotation
+            }),
             node.translation.map_or(DVec3::ZERO, DVec3::from),
         ),
     }
+}
+
+/// The affine part of a matrix by columns.
+fn matrix(columns: &[f64; 16], name: &str, diagnostics: &mut Diagnostics) -> DAffine3 {
+    let last = [columns[3], columns[7], columns[11], columns[15] - 1.0];
+    // What products in f32 leave of zeros and a one.
+    if last
+        .iter()
+        .any(|c| c.abs() > 16.0 * f64::from(f32::EPSILON))
+    {
+        diagnostics.report(
+            "matrix-row",
+            Verdict::Approximated,
+            "matrix whose last row is not 0, 0, 0, 1",
+            name,
+            "the row is taken as that: glTF places objects without perspective",
+        );
+    }
+    DAffine3::from_mat4(DMat4::from_cols_array(columns))
 }
 
 /// The materials that the scene's meshes use, in file order, and the images that these use.
@@ -543,6 +619,18 @@ impl<'a> Materials<'a> {
                 .as_ref()
                 .and_then(|m| m.normal_texture.as_ref())
                 .map(|n| n.texture.uv_set);
+            let uv_set = material.as_ref().and_then(|m| {
+                let textures = [
+                    &m.base_color_texture,
+                    &m.metallic_roughness_texture,
+                    &m.emission_texture,
+                    &m.specular_texture,
+                    &m.specular_color_texture,
+                    &m.transmission_texture,
+                ];
+                textures.into_iter().flatten().map(|t| t.uv_set).max()
+            });
+            let brightest = brightest(document, material.as_ref());
             let id = material.map(|material| {
                 list.push(material);
                 MaterialId((list.len() - 1) as u32)
@@ -552,6 +640,8 @@ impl<'a> Materials<'a> {
                 PrimitiveMaterial {
                     id,
                     normal_map_uv_set,
+                    uv_set,
+                    brightest,
                 },
             );
         }
@@ -561,6 +651,19 @@ impl<'a> Materials<'a> {
             images,
         })
     }
+}
+
+/// The vertex colours with which a material's base colour is 1. `None` where they may be brighter: what is unlit shines anyway,
+/// and the add-on writes what Cycles shows.
+fn brightest(document: &Document, material: Option<&crate::scene::Material>) -> Option<[f32; 3]> {
+    let generator = document.core.asset.generator.as_deref();
+    if material.is_some_and(|m| m.unlit)
+        || generator.is_some_and(|g| g.starts_with("Sundog add-on for Blender"))
+    {
+        return None;
+    }
+    let base = material.map_or([1.0; 3], |m| m.base_color);
+    Some(base.map(|c| if c < 1.0 { 1.0 / c.max(0.0) } else { 1.0 }))
 }
 
 fn mesh_name(document: &Document, index: usize) -> String {
@@ -573,8 +676,9 @@ fn poses(
     document: &Document,
     shapes: &BTreeSet<Shaped>,
     placed: &mut [Placed],
-    worlds: &[Option<DAffine3>],
+    worlds: &HashMap<usize, DAffine3>,
     budget: &Budget,
+    diagnostics: &mut Diagnostics,
 ) -> Result<BTreeMap<Shaped, Pose>, ImportError> {
     let mut poses = BTreeMap::new();
     let mut origins: HashMap<Shaped, DAffine3> = HashMap::new();
@@ -594,7 +698,7 @@ fn poses(
             joints: Vec::new(),
         };
         if let Some(index) = shape.by_node
-            && let Some(node) = document.graph.nodes.get(index)
+            && let Some(node) = document.node(index)
         {
             if let Some(weights) = &node.weights {
                 pose.weights.clone_from(weights);
@@ -608,7 +712,7 @@ fn poses(
                     document.graph.skins.get(skin).ok_or_else(|| {
                         broken(format!("it uses skin {skin}, which does not exist"))
                     })?;
-                let world = |joint: usize| worlds.get(joint).copied().flatten();
+                let world = |joint: usize| worlds.get(&joint).copied();
                 // Vertices are f32: they are kept small by measuring from the first joint.
                 let first = skin
                     .joints
@@ -616,7 +720,8 @@ fn poses(
                     .and_then(|&j| world(j))
                     .unwrap_or(DAffine3::IDENTITY);
                 let origin = DAffine3::from_translation(first.translation);
-                pose.joints = Pose::joints(document, skin, world, origin.inverse(), budget)
+                let affine = |columns: &[f64; 16]| matrix(columns, &name, diagnostics);
+                pose.joints = Pose::joints(document, skin, world, origin.inverse(), budget, affine)
                     .map_err(broken)?;
                 origins.insert(shape, origin);
             }
@@ -704,6 +809,8 @@ fn load_mesh(
         let none = PrimitiveMaterial {
             id: None,
             normal_map_uv_set: None,
+            uv_set: None,
+            brightest: Some([1.0; 3]),
         };
         let material = materials.get(&material).copied().unwrap_or(none);
         let loaded = mesh::load_primitive(

@@ -1,35 +1,31 @@
 //! SUNDOG_scene: what the file wishes of the render and of the display.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::container::inside;
 use super::extensions::report_properties;
 use super::schema::SundogScene;
+use crate::color::SearchPlaces;
 use crate::math::primaries::WorkingSpace;
 use crate::scene::{ColorManagement, Diagnostics, RenderDefaults, Scene, Verdict};
 
 /// Puts the extension's values into the scene. A file that it names lies beside the scene's, at `path`.
 pub(super) fn apply(
     extension: &SundogScene,
-    path: &Path,
+    (path, allow_outside): (&Path, bool),
     scene: &mut Scene,
     diagnostics: &mut Diagnostics,
 ) {
-    let mut unknown = |properties: &_| {
+    let unknown = |properties: &_, diagnostics: &mut Diagnostics| {
         report_properties("SUNDOG_scene", properties, "scene", diagnostics);
     };
-    unknown(&extension.unknown);
+    unknown(&extension.unknown, diagnostics);
     if let Some(colors) = &extension.color_management {
-        unknown(&colors.unknown);
+        unknown(&colors.unknown, diagnostics);
         let given = |text: &Option<String>| text.clone().filter(|text| !text.is_empty());
         scene.color_management = ColorManagement {
-            config: given(&colors.config).map(|config| {
-                if config.starts_with("ocio://") {
-                    config.into()
-                } else {
-                    // An absolute name stays what it is.
-                    path.parent().unwrap_or(Path::new("")).join(config)
-                }
-            }),
+            config: given(&colors.config)
+                .and_then(|name| find_config(&name, (path, allow_outside), diagnostics)),
             display: given(&colors.display),
             view: given(&colors.view),
             look: given(&colors.look),
@@ -39,7 +35,7 @@ pub(super) fn apply(
         };
     }
     if let Some(render) = &extension.render {
-        unknown(&render.unknown);
+        unknown(&render.unknown, diagnostics);
         scene.render = RenderDefaults {
             width: render.width,
             height: render.height,
@@ -60,5 +56,32 @@ pub(super) fn apply(
             );
         }
         scene.color_management.working_space = known.unwrap_or_default();
+    }
+}
+
+/// The configuration that a scene names. One that lies elsewhere counts only if this machine uses it anyway, as does that of
+/// the Blender which exported the scene here.
+fn find_config(
+    name: &str,
+    (path, allow_outside): (&Path, bool),
+    diagnostics: &mut Diagnostics,
+) -> Option<PathBuf> {
+    if name.starts_with("ocio://") {
+        return Some(name.into());
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    match inside(folder, Path::new(name), allow_outside) {
+        Ok(config) => Some(config),
+        Err(config) if SearchPlaces::of_this_process().has(&config) => Some(config),
+        Err(_) => {
+            diagnostics.report(
+                "outside-config",
+                Verdict::Lost,
+                "colour configuration outside of the scene's folder",
+                name,
+                "the usual search takes its place; --ocio names another, --allow-outside reads this one",
+            );
+            None
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Textures: which image, with which sampler, lying how.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 
 use ::gltf::json;
 use json::texture::{Info, MagFilter, WrappingMode};
@@ -9,7 +10,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::container::{Document, Resolved};
+use super::container::{Document, Located};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::image::{self, Format};
@@ -29,8 +30,12 @@ pub(super) struct Images<'a> {
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Source {
-    View(usize),
+    /// Address and length in the file's buffers: many views may be of the same bytes.
+    View((usize, usize)),
+    /// Data in the URI.
     Uri(String),
+    /// By its one name, however the file writes it.
+    File(PathBuf),
 }
 
 struct Pending<'a> {
@@ -202,21 +207,26 @@ impl<'a> Images<'a> {
             None => format!("image {index}"),
         };
         let broken = |problem: String| ImportError::malformed(&document.file, &object, problem);
+        let mut data = Vec::new();
         let source = match (&image.uri, &image.buffer_view) {
-            (Some(uri), _) => Source::Uri(uri.clone()),
-            (None, Some(view)) => Source::View(view.value()),
+            (Some(uri), _) => match document.locate(uri, &object)? {
+                Located::Data(decoded) => {
+                    data = decoded;
+                    Source::Uri(uri.clone())
+                }
+                Located::File(path) => Source::File(path),
+            },
+            (None, Some(view)) => Source::View(document.place(view.value()).map_err(broken)?),
             (None, None) => return Err(broken("it has neither data nor a file".into())),
         };
         if let Some(&id) = self.by_source.get(&source) {
             self.known.insert(index, Some(id));
             return Ok(Some(id));
         }
-        let bytes: std::borrow::Cow<'a, [u8]> = match &source {
-            Source::Uri(uri) => {
-                let Resolved::Data(data) = document.resolve(uri, &object)?;
-                data.into()
-            }
-            Source::View(view) => document.view(*view).map_err(broken)?.0.into(),
+        let bytes: std::borrow::Cow<'a, [u8]> = match (&source, &image.buffer_view) {
+            (Source::File(path), _) => document.read(path, &object)?.into(),
+            (Source::View(_), Some(view)) => document.view(view.value()).map_err(broken)?.0.into(),
+            _ => data.into(),
         };
         match image::sniff(&bytes) {
             Format::Unsupported(kind) => {
@@ -248,7 +258,15 @@ impl<'a> Images<'a> {
     /// Decodes all images, in parallel.
     pub(super) fn decode(self) -> Result<Vec<scene::Image>, ImportError> {
         let file = &self.document.file;
-        let input = self.pending.iter().map(|p| p.bytes.len()).sum();
+        // Views that lie over each other do not make the file larger than it is.
+        let (inside, outside) =
+            self.pending
+                .iter()
+                .fold((0usize, 0usize), |sum, p| match p.bytes {
+                    std::borrow::Cow::Borrowed(bytes) => (sum.0 + bytes.len(), sum.1),
+                    std::borrow::Cow::Owned(ref bytes) => (sum.0, sum.1 + bytes.len()),
+                });
+        let input = inside.min(self.document.input_bytes()) + outside;
         // What each may take is settled from its header before any is decoded.
         let budget = Budget::for_image(input);
         for pending in &self.pending {

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::container::{Document, Resolved};
+use super::container::Document;
 use super::extensions::report_property;
 use super::schema::{WorldJson, WorldSunJson};
 use crate::import::{ImportError, environment_image};
@@ -33,7 +33,7 @@ pub(super) fn load(
     });
     let mut image = None;
     if let Some(uri) = &world.image {
-        let Resolved::Data(bytes) = document.resolve(uri, "world")?;
+        let bytes = document.resolve(uri, "world")?;
         let name = if uri.starts_with("data:") {
             "the world's image"
         } else {

@@ -1,6 +1,7 @@
-//! Image files become [`Image`]s: PNG, JPEG and WebP through the crate `image`, Radiance HDR
-//! likewise, OpenEXR (with every compression of the format) through the crate `exr`.
+//! Image files become [`Image`]s: PNG and WebP through the crate `image`, Radiance HDR
+//! likewise, JPEG through `zune-jpeg`, OpenEXR (with every compression of the format) through the crate `exr`.
 
+mod jpeg;
 mod openexr;
 
 use std::io::Cursor;
@@ -94,6 +95,8 @@ pub fn decode_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
 pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
     match sniff(bytes) {
         Format::Exr => openexr::decode(bytes, name),
+        Format::Jpeg => jpeg::decode(bytes, name),
+        Format::Hdr => decode_with_image(&radiance(bytes), name),
         Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("a {kind} image"))),
         Format::Unknown => Err(ImageFailure::Kind("of an unknown kind".into())),
         _ => decode_with_image(bytes, name),
@@ -200,7 +203,8 @@ pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailu
         Format::Unsupported(kind) => return Err(ImageFailure::Kind(format!("a {kind} image"))),
         Format::Unknown => return Err(ImageFailure::Kind("of an unknown kind".into())),
         _ => {
-            let decoder = reader(bytes).into_decoder().map_err(damaged)?;
+            let bytes = radiance(bytes);
+            let decoder = reader(&bytes).into_decoder().map_err(damaged)?;
             let (width, height) = decoder.dimensions();
             (
                 u64::from(width),
@@ -219,6 +223,18 @@ pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailu
     budget
         .take(pixels, pixel_bytes)
         .map_err(ImageFailure::Memory)
+}
+
+/// A Radiance picture under the name that the decoder asks for: the format's own is `#?RADIANCE`, but the word after `#?` is
+/// the program's that wrote it, and `#?RGBE` is common.
+fn radiance(bytes: &[u8]) -> std::borrow::Cow<'_, [u8]> {
+    const NAME: &[u8] = b"#?RADIANCE";
+    if sniff(bytes) != Format::Hdr || bytes.starts_with(NAME) {
+        return bytes.into();
+    }
+    let line = bytes.iter().position(|&b| b == b'\n');
+    let rest = line.and_then(|end| bytes.get(end..)).unwrap_or_default();
+    [NAME, rest].concat().into()
 }
 
 fn reader(bytes: &[u8]) -> ImageReader<Cursor<&[u8]>> {

@@ -1,0 +1,306 @@
+//! JPEG: by `zune-jpeg`, strictly, as its usual way paints what is missing grey without a word.
+
+use zune_core::bytestream::ZCursor;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+
+use super::ImageFailure;
+use crate::scene::Image;
+
+/// Reads a picture whose size has been checked.
+pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
+    let layout = Layout::of(bytes);
+    if !layout.ends {
+        return Err(ImageFailure::Damaged(
+            "it is cut off: the marker of a JPEG's end is missing".into(),
+        ));
+    }
+    if layout.apart_and_subsampled() {
+        return decode_apart(bytes, name);
+    }
+    match decode_with(bytes, name, true) {
+        // Junk before the picture's data takes nothing from it.
+        Err(ImageFailure::Damaged(reason)) if reason.contains("between headers") => {
+            decode_with(bytes, name, false)
+        }
+        result => result,
+    }
+}
+
+fn decode_with(bytes: &[u8], name: &str, strict: bool) -> Result<Image, ImageFailure> {
+    let damaged = |error: zune_jpeg::errors::DecodeErrors| {
+        let words = error.to_string();
+        ImageFailure::Damaged(format!(
+            "it is damaged or cut off ({})",
+            words.split_whitespace().collect::<Vec<_>>().join(" ")
+        ))
+    };
+    let options = DecoderOptions::default()
+        .set_strict_mode(strict)
+        .set_max_width(usize::from(u16::MAX))
+        .set_max_height(usize::from(u16::MAX));
+    let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(damaged)?;
+    let unknown = || ImageFailure::Damaged("its kind of JPEG is not supported".into());
+    let (width, height) = decoder.dimensions().ok_or_else(unknown)?;
+    let grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
+    let (color, channels) = if grey {
+        (ColorSpace::Luma, 1)
+    } else {
+        (ColorSpace::RGB, 3)
+    };
+    decoder.set_options(decoder.options().jpeg_set_out_colorspace(color));
+    let values = decoder.decode().map_err(damaged)?;
+    whole(name, (width, height), channels, values)
+}
+
+/// `zune-jpeg` 0.5.15 gives stripes of wrong colours where the components stand apart in a file whose colours have fewer
+/// rows (mended in its 0.5.16, of which there is a candidate only). Such files are rare; `jpeg-decoder` reads them.
+fn decode_apart(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
+    let damaged =
+        |words: String| ImageFailure::Damaged(format!("it is damaged or cut off ({words})"));
+    let mut decoder = jpeg_decoder::Decoder::new(bytes);
+    let values = decoder.decode().map_err(|e| damaged(e.to_string()))?;
+    let info = decoder.info().ok_or_else(|| damaged("no header".into()))?;
+    let channels = match info.pixel_format {
+        jpeg_decoder::PixelFormat::L8 => 1,
+        jpeg_decoder::PixelFormat::RGB24 => 3,
+        other => {
+            return Err(ImageFailure::Damaged(format!(
+                "its kind of JPEG is not supported ({other:?} with its components apart)"
+            )));
+        }
+    };
+    let size = (usize::from(info.width), usize::from(info.height));
+    whole(name, size, channels, values)
+}
+
+fn whole(
+    name: &str,
+    (width, height): (usize, usize),
+    channels: u32,
+    values: Vec<u8>,
+) -> Result<Image, ImageFailure> {
+    if width
+        .saturating_mul(height)
+        .saturating_mul(channels as usize)
+        != values.len()
+    {
+        return Err(ImageFailure::Damaged(
+            "it is damaged (it has another size than it says)".into(),
+        ));
+    }
+    Ok(Image {
+        name: name.into(),
+        width: u32::try_from(width).unwrap_or(u32::MAX),
+        height: u32::try_from(height).unwrap_or(u32::MAX),
+        channels,
+        pixels: values.into(),
+    })
+}
+
+/// What the markers say, without decoding (ITU-T T.81, B.1 and B.2).
+#[derive(Clone, Copy, Debug, Default)]
+struct Layout {
+    /// The marker of the end is there.
+    ends: bool,
+    /// Huffman-coded in one go, not progressive.
+    sequential: bool,
+    /// Components of the picture, and of its first scan.
+    components: u8,
+    in_first_scan: Option<u8>,
+    /// Some component has more rows than another.
+    rows_differ: bool,
+}
+
+impl Layout {
+    fn apart_and_subsampled(&self) -> bool {
+        self.sequential
+            && self.rows_differ
+            && self.in_first_scan.is_some_and(|n| n < self.components)
+    }
+
+    fn of(bytes: &[u8]) -> Self {
+        let mut layout = Self::default();
+        let mut at = 2;
+        loop {
+            // Between segments, and in a scan's data: on to what is a marker and no stuffed byte, fill byte or restart.
+            let Some(&[first, marker]) = bytes.get(at..at + 2) else {
+                return layout;
+            };
+            if first != 0xff || matches!(marker, 0 | 0x01 | 0xd0..=0xd8) {
+                at += 1;
+                continue;
+            }
+            match marker {
+                0xff => {
+                    at += 1;
+                    continue;
+                }
+                0xd9 => {
+                    layout.ends = true;
+                    return layout;
+                }
+                _ => {}
+            }
+            let Some(&[high, low]) = bytes.get(at + 2..at + 4) else {
+                return layout;
+            };
+            let length = usize::from(u16::from_be_bytes([high, low])).max(2);
+            let body = bytes
+                .get(at + 4..(at + 2 + length).min(bytes.len()))
+                .unwrap_or_default();
+            match marker {
+                // Frame headers; C4, C8 and CC are others.
+                0xc0..=0xc3 | 0xc5..=0xc7 | 0xc9..=0xcb | 0xcd..=0xcf => layout.frame(marker, body),
+                0xda if layout.in_first_scan.is_none() => {
+                    layout.in_first_scan = body.first().copied();
+                }
+                _ => {}
+            }
+            at += 2 + length;
+        }
+    }
+
+    fn frame(&mut self, marker: u8, body: &[u8]) {
+        self.sequential = matches!(marker, 0xc0 | 0xc1);
+        self.components = body.get(5).copied().unwrap_or(0);
+        let mut rows = body
+            .get(6..)
+            .unwrap_or_default()
+            .chunks_exact(3)
+            .take(usize::from(self.components))
+            .map(|component| component[1] & 0x0f);
+        let first = rows.next();
+        self.rows_differ = rows.any(|other| Some(other) != first);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Pixels;
+
+    /// A baseline JPEG of 32 × 32 pixels with half the rows and columns of colour: blocks of one value each, so that what
+    /// they become is known. The components together in one scan, or in one scan each.
+    pub(crate) fn blocks(apart: bool) -> Vec<u8> {
+        let mut file = vec![0xff, 0xd8];
+        let mut segment = |marker: u8, body: &[u8]| {
+            file.extend([0xff, marker]);
+            file.extend((body.len() as u16 + 2).to_be_bytes());
+            file.extend(body);
+        };
+        // Quantisation by 8 throughout: a DC difference of one is one level.
+        segment(0xdb, &[&[0u8][..], &[8; 64]].concat());
+        segment(
+            0xc0,
+            &[8, 0, 32, 0, 32, 3, 1, 0x22, 0, 2, 0x11, 0, 3, 0x11, 0],
+        );
+        // DC: categories 0 to 11, by four bits each. AC: the end of the block, by one bit.
+        let mut lengths = [0u8; 16];
+        lengths[3] = 12;
+        let categories: Vec<u8> = (0..12).collect();
+        segment(0xc4, &[&[0x00][..], &lengths, &categories].concat());
+        let mut lengths = [0u8; 16];
+        lengths[0] = 1;
+        segment(0xc4, &[&[0x10][..], &lengths, &[0]].concat());
+
+        // Levels of luminance by 8 × 8 pixels; of colour by 16 × 16 pixels.
+        let luminance = |x: usize, y: usize| (8 * (x + 4 * y)) as i32 - 60;
+        let colors = [-30, 40];
+        let mut scan = |components: &[u8], order: &[(usize, i32)]| {
+            let mut bits = Vec::new();
+            let mut before = [0i32; 3];
+            for &(component, value) in order {
+                let difference = value - before[component];
+                before[component] = value;
+                let category = 32 - difference.unsigned_abs().leading_zeros();
+                let code = if difference < 0 {
+                    difference + (1 << category) - 1
+                } else {
+                    difference
+                };
+                bits.extend((0..4).rev().map(|b| category >> b & 1));
+                bits.extend((0..category).rev().map(|b| code as u32 >> b & 1));
+                bits.push(0);
+            }
+            let mut header = vec![components.len() as u8];
+            components.iter().for_each(|&c| header.extend([c, 0]));
+            header.extend([0, 63, 0]);
+            file.extend([0xff, 0xda]);
+            file.extend((header.len() as u16 + 2).to_be_bytes());
+            file.extend(header);
+            for byte in bits.chunks(8) {
+                let byte = (0..8).fold(0u8, |all, i| {
+                    all << 1 | byte.get(i).copied().unwrap_or(1) as u8
+                });
+                file.push(byte);
+                if byte == 0xff {
+                    file.push(0);
+                }
+            }
+        };
+        if apart {
+            let all: Vec<_> = (0..16).map(|i| (0, luminance(i % 4, i / 4))).collect();
+            scan(&[1], &all);
+            scan(&[2], &[(1, colors[0]); 4]);
+            scan(&[3], &[(2, colors[1]); 4]);
+        } else {
+            let mut order = Vec::new();
+            for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    order.push((0, luminance(2 * x + dx, 2 * y + dy)));
+                }
+                order.extend([(1, colors[0]), (2, colors[1])]);
+            }
+            scan(&[1, 2, 3], &order);
+        }
+        file.extend([0xff, 0xd9]);
+        file
+    }
+
+    fn values(image: &Image) -> &[u8] {
+        match &image.pixels {
+            Pixels::U8(values) => values,
+            _ => panic!("not 8 bit"),
+        }
+    }
+
+    #[test]
+    fn components_in_scans_of_their_own_are_the_same_picture() {
+        let (together, apart) = (decode(&blocks(false), "a"), decode(&blocks(true), "b"));
+        let (together, apart) = (together.unwrap(), apart.unwrap());
+        assert_eq!((apart.width, apart.height, apart.channels), (32, 32, 3));
+        for (i, (a, b)) in values(&together).iter().zip(values(&apart)).enumerate() {
+            // Y = 128 + level, Cb = 98, Cr = 168: JFIF's matrix.
+            let (x, y) = (i / 3 % 32 / 8, i / 96 / 8);
+            let level = 68.0 + 8.0 * (x + 4 * y) as f32;
+            let exact = level
+                + [
+                    1.402 * 40.0,
+                    0.344_136 * 30.0 - 0.714_136 * 40.0,
+                    -1.772 * 30.0,
+                ][i % 3];
+            let exact = exact.clamp(0.0, 255.0);
+            assert!(
+                (f32::from(*a) - exact).abs() <= 2.0,
+                "together, {i}: {a} {exact}"
+            );
+            assert!(
+                (f32::from(*b) - exact).abs() <= 2.0,
+                "apart, {i}: {b} {exact}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_cut_off_is_refused() {
+        for apart in [false, true] {
+            let file = blocks(apart);
+            assert!(decode(&file, "whole").is_ok());
+            for length in 4..file.len() {
+                assert!(decode(&file[..length], "cut").is_err(), "{length}");
+            }
+        }
+    }
+}
