@@ -857,7 +857,8 @@ fn the_program_describes_itself() {
     assert!(
         version.contains(env!("CARGO_PKG_VERSION"))
             && version.contains("OpenColorIO 2.")
-            && version.contains("Embree 4."),
+            && version.contains("Embree 4.")
+            && version.contains(" (avx2)\n") | version.contains(" (sse4.2)\n"),
         "{version}"
     );
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
@@ -1059,6 +1060,79 @@ fn settings_of_files_are_heeded() {
             "{half} {float}"
         );
     }
+}
+
+/// Parts by other instructions of the processor are other pictures: named everywhere, and never mixed.
+#[test]
+fn instructions_are_named_and_not_mixed() {
+    let folder = Folder::with_scene();
+    const SMALL: [&str; 6] = [
+        "render",
+        "scene.gltf",
+        "-q",
+        "--width=24",
+        "--height=16",
+        "--threads=2",
+    ];
+    let part = |set: &str, range: &str, file: &str| {
+        let more = [
+            "--instruction-set",
+            set,
+            "--sample-range",
+            range,
+            "--checkpoint",
+            file,
+        ];
+        folder.works(&[&SMALL[..], &more].concat());
+    };
+    part("sse4.2", "0..2", "a.state");
+    part("sse4.2", "2..4", "b.state");
+    folder.works(&["merge", "a.state", "b.state", "-o", "a.exr"]);
+    let header = exr::meta::MetaData::read_from_file(folder.path("a.exr"), true)
+        .unwrap()
+        .headers
+        .swap_remove(0);
+    let other = &header.own_attributes.other;
+    let name = exr::meta::attribute::Text::from("sundog/version/embree");
+    let Some(exr::meta::attribute::AttributeValue::Text(embree)) = other.get(&name) else {
+        panic!("no version of Embree")
+    };
+    assert!(embree.to_string().ends_with(" (sse4.2)"), "{embree}");
+    let version = |set: &str| {
+        let mut command = folder.command(&["--version"]);
+        let output = command.env("SUNDOG_INSTRUCTION_SET", set).output().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(version("sse4.2").contains(" (sse4.2)\n"));
+    assert!(version("mmx").contains("expected avx2 or sse4.2"));
+    if !sundog::render::InstructionSet::Avx2.is_here() {
+        let asked = [&SMALL[..], &["-o", "b.exr", "--instruction-set=avx2"]].concat();
+        folder.fails(&asked, 1, &["this processor lacks", "ask for sse4.2"]);
+        return;
+    }
+    part("avx2", "2..4", "c.state");
+    let mixed = ["merge", "a.state", "c.state", "-o", "b.exr"];
+    let words = [
+        "a.state and c.state",
+        "sse4.2, the second with avx2",
+        "--instruction-set sse4.2",
+    ];
+    folder.fails(&mixed, 1, &words);
+    let goes_on = |set| {
+        let more = [
+            "--sample-range",
+            "0..3",
+            "--checkpoint",
+            "a.state",
+            "--instruction-set",
+            set,
+        ];
+        [&SMALL[..], &more].concat()
+    };
+    folder.fails(&goes_on("avx2"), 1, &["give --instruction-set sse4.2"]);
+    let state = std::fs::read(folder.path("a.state")).unwrap();
+    folder.works(&goes_on("sse4.2"));
+    assert!(std::fs::read(folder.path("a.state")).unwrap() != state);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! `--checkpoint FILE`: the state of a render, to go on with.
 
-use super::Failure;
 use super::parser::Parsed;
 use super::progress::Reporter;
+use super::{Failure, memory};
 use crate::output;
 use crate::render::{Saved, State, StateError};
 use std::path::PathBuf;
@@ -58,7 +58,7 @@ impl Checkpoint {
         if !self.path.exists() {
             return Ok(None);
         }
-        Ok(Some(Saved::read(&self.path)?))
+        Ok(Some(Saved::read_within(&self.path, memory::free())?))
     }
 
     /// Whether it is time to write.

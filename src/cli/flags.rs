@@ -625,6 +625,19 @@ const THREADS: Argument = Argument::new(
 )
 .details("The picture does not depend on it.");
 
+const INSTRUCTIONS: Argument = Argument::new(
+    "instruction-set",
+    Kind::Choice {
+        choices: &[
+            Choice { name: "avx2", doc: "most processors since 2013; what is taken where the processor has it" },
+            Choice { name: "sse4.2", doc: "all processors since 2011; what is taken elsewhere" },
+        ],
+    },
+    "NAME",
+    "Instructions by which rays meet surfaces.",
+)
+.details("The last bits of the picture depend on it, so that machines that share a picture need the same: ask for sse4.2 where one of them lacks AVX2. Better instructions of a newer processor are not taken. The variable `SUNDOG_INSTRUCTION_SET` asks for it where no flag does.");
+
 const SEED: Argument = Argument::new(
     "seed",
     Kind::Integer {
@@ -696,6 +709,7 @@ static RENDER: Command = Command {
                 Argument::new("checkpoint-interval", Kind::Duration, "TIME", "Time between two writings of the checkpoint, at least.")
                     .default("1m"),
                 THREADS,
+                INSTRUCTIONS,
                 SEED,
             ],
         },
@@ -866,6 +880,7 @@ static COST: Command = Command {
                 )
                 .default("256"),
                 THREADS,
+                INSTRUCTIONS,
                 SEED,
             ],
         },
@@ -993,6 +1008,7 @@ static CONVERGE: Command = Command {
                     "Samples a pixel of each half of the reference; four times those of a run if not given.",
                 ),
                 THREADS,
+                INSTRUCTIONS,
                 Argument::new("name", Kind::Text, "NAME", "What this renderer is called in tables and plots.")
                     .default("Sundog"),
             ],

@@ -55,6 +55,11 @@ pub fn check(needed: u64, what: &str, way_out: &str) -> Result<(), Failure> {
     }
 }
 
+/// Bytes that may still be taken, as far as the system says.
+pub fn free() -> u64 {
+    room().map_or(u64::MAX, |room| room.bytes)
+}
+
 /// What Linux tells; none elsewhere.
 fn room() -> Option<Room> {
     let root = Path::new("/");

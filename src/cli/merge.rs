@@ -5,7 +5,7 @@ use super::flags::EXIT_OK;
 use super::outputs::Outputs;
 use super::parser::Parsed;
 use super::progress::Reporter;
-use super::{Failure, summary};
+use super::{Failure, memory, summary};
 use crate::render::{self, Saved};
 
 /// Runs the command.
@@ -21,9 +21,10 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     }
     let files = Outputs::files(parsed)?;
     let checkpoint = Checkpoint::new(parsed)?;
+    let free = memory::free();
     // One by one: only two of them are in memory.
     let parts = parsed.paths("PART").into_iter().map(|path| {
-        let part = Saved::read(&path)?;
+        let part = Saved::read_within(&path, free)?;
         Ok((path.display().to_string(), part))
     });
     let merged = render::merge(parts)?;
@@ -45,13 +46,16 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     }
     let rendering = merged.rendering();
     let statistics = &rendering.statistics;
-    let metadata = summary::metadata([
-        ("scene-hash", header.scene.clone()),
-        ("samples", statistics.samples.to_string()),
-        ("sample-ranges", summary::as_json(&header.ranges)),
-        ("settings", summary::as_json(&header.settings)),
-        ("statistics", summary::as_json(statistics)),
-    ]);
+    let metadata = summary::metadata(
+        statistics,
+        [
+            ("scene-hash", header.scene.clone()),
+            ("samples", statistics.samples.to_string()),
+            ("sample-ranges", summary::as_json(&header.ranges)),
+            ("settings", summary::as_json(&header.settings)),
+            ("statistics", summary::as_json(statistics)),
+        ],
+    );
     outputs.write(&rendering.picture, &metadata, &reporter)?;
     // A state that could not be kept takes nothing from the picture.
     if let Some(checkpoint) = &checkpoint {

@@ -203,8 +203,13 @@ fn answer(error: &clap::Error) -> u8 {
 /// Names and versions of what the program is made of, as they are when it runs. Asking checks that the
 /// libraries are those that the program was built for; what is wrong stands in brackets then.
 pub fn versions() -> Vec<(&'static str, String)> {
-    let embree =
-        crate::ffi::embree::Device::new(Some(1)).map(|device| device.version().to_string());
+    let embree = settings::instruction_set_of_environment().and_then(|asked| {
+        let device = crate::ffi::embree::Device::new(Some(1), asked);
+        let named = |device: crate::ffi::embree::Device| {
+            embree_named(&device.version().to_string(), device.instructions())
+        };
+        device.map(named).map_err(|error| error.to_string())
+    });
     let color = crate::color::library_version();
     vec![
         ("Sundog", env!("CARGO_PKG_VERSION").to_owned()),
@@ -217,6 +222,11 @@ pub fn versions() -> Vec<(&'static str, String)> {
             color.unwrap_or_else(|error| format!("({error})")),
         ),
     ]
+}
+
+/// As it is told with each picture: instructions decide the last bits just as the version may.
+pub fn embree_named(version: &str, instructions: crate::render::InstructionSet) -> String {
+    format!("{version} ({instructions})")
 }
 
 fn list_flags(parsed: Parsed) -> Result<u8, Failure> {

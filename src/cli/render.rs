@@ -164,17 +164,20 @@ fn metadata(
     let name = name.map(|name| name.to_string_lossy().into_owned());
     let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
     let seconds = |time: Duration| format!("{:.3}", time.as_secs_f64());
-    summary::metadata([
-        ("scene", name.unwrap_or_default()),
-        ("scene-hash", hash.to_owned()),
-        ("date", date.to_string()),
-        ("samples", statistics.samples.to_string()),
-        ("seconds/prepare", seconds(statistics.prepare)),
-        ("seconds/trace", seconds(statistics.trace)),
-        ("non-finite", statistics.non_finite.to_string()),
-        ("effects", summary::listed(&statistics.effects)),
-        ("effects/left-out", summary::listed(&statistics.left_out)),
-        ("settings", summary::as_json(settings)),
-        ("statistics", summary::as_json(statistics)),
-    ])
+    summary::metadata(
+        statistics,
+        [
+            ("scene", name.unwrap_or_default()),
+            ("scene-hash", hash.to_owned()),
+            ("date", date.to_string()),
+            ("samples", statistics.samples.to_string()),
+            ("seconds/prepare", seconds(statistics.prepare)),
+            ("seconds/trace", seconds(statistics.trace)),
+            ("non-finite", statistics.non_finite.to_string()),
+            ("effects", summary::listed(&statistics.effects)),
+            ("effects/left-out", summary::listed(&statistics.left_out)),
+            ("settings", summary::as_json(settings)),
+            ("statistics", summary::as_json(statistics)),
+        ],
+    )
 }

@@ -8,7 +8,9 @@ use super::parser::Parsed;
 use crate::film::Passes;
 use crate::film::apart::PixelApart;
 use crate::film::pixel::Pixel;
-use crate::render::{BounceLimits, Caustics, Filter, LightSampling, Naive, RenderSettings};
+use crate::render::{
+    BounceLimits, Caustics, Filter, InstructionSet, LightSampling, Naive, RenderSettings,
+};
 use crate::scene::{Camera, Projection, Scene, Window};
 use std::path::Path;
 
@@ -96,6 +98,7 @@ pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, 
         camera,
         seed: parsed.integer("seed").unwrap_or(defaults.seed),
         threads: parsed.integer("threads").map(|threads| threads as usize),
+        instruction_set: instruction_set(parsed)?,
         filter: filter(parsed, scene),
         effects: parsed.effects("effects").unwrap_or(defaults.effects),
         light_sampling: match parsed.choice("light-sampling") {
@@ -119,6 +122,34 @@ fn caustics(parsed: Parsed) -> Caustics {
         reflective: !matches!(kept, "refractive" | "none"),
         refractive: !matches!(kept, "reflective" | "none"),
     }
+}
+
+/// Asks for instructions where no flag does: farms that start the program through Blender can't give flags.
+const INSTRUCTION_SET: &str = "SUNDOG_INSTRUCTION_SET";
+
+/// The instructions that the flag asks for, else the environment.
+fn instruction_set(parsed: Parsed) -> Result<Option<InstructionSet>, Failure> {
+    let asked = match InstructionSet::named(parsed.choice("instruction-set")) {
+        Some(set) => Some(set),
+        None => instruction_set_of_environment().map_err(Failure::usage)?,
+    };
+    // Told before the scene is prepared, which takes its time.
+    InstructionSet::or_default(asked).map_err(|error| Failure::new(error.to_string()))?;
+    Ok(asked)
+}
+
+/// The instructions that the environment asks for.
+pub fn instruction_set_of_environment() -> Result<Option<InstructionSet>, String> {
+    let Some(value) = std::env::var_os(INSTRUCTION_SET).filter(|value| !value.is_empty()) else {
+        return Ok(None);
+    };
+    let value = value.to_string_lossy();
+    let named = InstructionSet::named(&value).map(Some);
+    named.ok_or_else(|| {
+        let names = InstructionSet::ALL.map(InstructionSet::name).join(" or ");
+        let value = value.escape_debug();
+        format!("{INSTRUCTION_SET} cannot be '{value}': expected {names}")
+    })
 }
 
 fn naive(parsed: Parsed) -> Naive {

@@ -95,8 +95,16 @@ pub fn non_finite(statistics: &Statistics) -> String {
 }
 
 /// What each picture says about how it was made: the versions, and what is added.
-pub fn metadata<const N: usize>(entries: [(&str, String); N]) -> Metadata {
+pub fn metadata<const N: usize>(statistics: &Statistics, entries: [(&str, String); N]) -> Metadata {
     let versions = super::versions().into_iter();
+    let versions = versions.map(|(name, version)| match name {
+        // The one that traced, which is not always this program's own.
+        "Embree" => (
+            name,
+            super::embree_named(&statistics.embree, statistics.instruction_set),
+        ),
+        _ => (name, version),
+    });
     let versions =
         versions.map(|(name, version)| (format!("version/{}", name.to_lowercase()), version));
     let entries = entries

@@ -138,6 +138,15 @@ impl PixelApart {
         self.covered += u64::from(path.covered);
     }
 
+    /// Whether it can be what so many paths have made: for one that comes from a file.
+    pub fn is_sound(&self, samples: u32) -> bool {
+        let light = self.light.iter().flatten().chain(&self.colors);
+        let alone = [self.emission, self.environment];
+        light.chain(&alone).all(|v| v.is_finite())
+            && self.uv.is_finite()
+            && self.covered <= u64::from(samples)
+    }
+
     /// Adds the paths of another sum.
     pub fn join(&mut self, other: &Self) {
         for kind in 0..KINDS {

@@ -101,6 +101,20 @@ impl Pixel {
         self.until = self.samples;
     }
 
+    /// Whether it can be what samples of at most this number have made: for one that comes from a file.
+    pub fn is_sound(&self, most: u32) -> bool {
+        // A sample is a f32; twice as much leaves room for what sums have rounded.
+        let bounded = |sum: DVec3, samples: u32| {
+            let most = 2.0 * f64::from(f32::MAX) * f64::from(samples);
+            sum.abs().cmple(DVec3::splat(most)).all()
+        };
+        bounded(self.radiance.total(), self.samples)
+            && bounded(self.second, self.seconds)
+            && self.samples <= most
+            && self.seconds <= self.samples
+            && self.transparent <= self.samples
+    }
+
     /// Mean radiance; black without samples.
     pub fn mean(&self) -> DVec3 {
         self.radiance.total() / f64::from(self.samples.max(1))

@@ -173,6 +173,7 @@ pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
         aspect: 1.0,
         effects: effects::ALL,
         threads: None,
+        instructions: None,
         cull_backfaces: false,
         uv_pass: false,
         roughens: false,

@@ -46,7 +46,7 @@ pub fn merge(
         costs: saved.header.costs,
     };
     let tiles = tiles(saved.header.region, kept);
-    saved.restore(&tiles);
+    saved.restore(&tiles, u32::MAX);
     // A part that was broken off goes on with its own samples, not with those of the whole.
     Ok(Merged {
         header: saved.header,
@@ -62,18 +62,16 @@ fn join(whole: &mut Saved, part: &Saved) -> Result<(), String> {
     if let Some(difference) = difference(&b.settings, &a.settings) {
         return Err(format!("the second one has {difference}"));
     }
-    for &(from, to) in &b.ranges {
-        if let Some((other_from, other_to)) = a.ranges.iter().find(|r| from < r.1 && r.0 < to) {
-            return Err(format!(
-                "both have samples of {}..{}; give each machine a --sample-range of its own, or a --seed",
-                from.max(*other_from),
-                to.min(*other_to)
-            ));
-        }
+    if let Some(why) = a.unlike(b) {
+        return Err(why);
     }
-    let length = |h: &Header| h.ranges.iter().map(|r| r.1 - r.0).sum::<u32>();
+    if let Some((from, to)) = common(&a.ranges, &b.ranges) {
+        return Err(format!(
+            "both have samples of {from}..{to}; give each machine a --sample-range of its own, or a --seed"
+        ));
+    }
     let full = |saved: &Saved| {
-        let length = length(&saved.header);
+        let length = saved.header.most_samples();
         saved.pixels.iter().all(|p| p.samples == length)
     };
     let complete = full(whole) && full(part);
@@ -84,7 +82,7 @@ fn join(whole: &mut Saved, part: &Saved) -> Result<(), String> {
         to.join(from);
     }
     for (to, from) in whole.costs.iter_mut().zip(&part.costs) {
-        *to += from;
+        *to = to.saturating_add(*from);
     }
     let header = &mut whole.header;
     header.whole = complete;
@@ -102,6 +100,23 @@ fn join(whole: &mut Saved, part: &Saved) -> Result<(), String> {
     }
     header.traced.join(&part.header.traced);
     Ok(())
+}
+
+/// The first samples that are in both lists of ranges, which are sorted.
+fn common(a: &[(u32, u32)], b: &[(u32, u32)]) -> Option<(u32, u32)> {
+    let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
+    while let (Some(&&x), Some(&&y)) = (a.peek(), b.peek()) {
+        let (from, to) = (x.0.max(y.0), x.1.min(y.1));
+        if from < to {
+            return Some((from, to));
+        }
+        if x.1 <= y.1 {
+            a.next();
+        } else {
+            b.next();
+        }
+    }
+    None
 }
 
 impl Merged {
@@ -143,6 +158,8 @@ impl Merged {
                 effects: Vec::new(),
                 left_out: header.left_out.clone(),
                 threads: 0,
+                embree: header.embree.clone(),
+                instruction_set: header.instruction_set,
             },
             scene_hash: header.scene.clone().into(),
         }

@@ -23,8 +23,8 @@ pub use replay::{Detail, Replay, Told, replay};
 pub use saved::{Saved, State, StateError};
 pub use schedule::{go_on, render};
 pub use settings::{
-    BounceLimits, Caustics, EffectChoice, Filter, FilterKind, LightSampling, MAX_LIGHT_SAMPLES,
-    Naive, Region, RenderSettings,
+    BounceLimits, Caustics, EffectChoice, Filter, FilterKind, InstructionSet, LightSampling,
+    MAX_LIGHT_SAMPLES, Naive, Region, RenderSettings,
 };
 
 use crate::film::error::ErrorEstimate;
@@ -202,6 +202,10 @@ pub struct Statistics {
     pub left_out: Vec<String>,
     /// Threads used.
     pub threads: usize,
+    /// The version of Embree, by which rays meet surfaces …
+    pub embree: String,
+    /// … and the instructions that it took: the last bits depend on both.
+    pub instruction_set: InstructionSet,
 }
 
 /// Light that clamping took away, as shares of the mean luminance that the picture would have.

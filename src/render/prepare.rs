@@ -68,6 +68,7 @@ impl<'a> Prepared<'a> {
             // What the list leaves out is left out of the world, not only of the kernel.
             effects: wanted,
             threads: Some(threads),
+            instructions: settings.instruction_set,
             cull_backfaces: settings.cull_backfaces,
             naive: settings.naive,
             uv_pass: settings.passes.has(Pass::Uv),

@@ -2,7 +2,7 @@
 
 use crate::effects::Asked;
 use crate::film::{Pass, Passes};
-pub use crate::world::Naive;
+pub use crate::world::{InstructionSet, Naive};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -55,6 +55,8 @@ pub struct RenderSettings {
     pub seed: u32,
     /// Threads; `None` uses all.
     pub threads: Option<usize>,
+    /// Instructions by which rays meet surfaces; `None` takes AVX2 where the processor has it. The last bits depend on it.
+    pub instruction_set: Option<InstructionSet>,
     /// Reconstruction filter.
     pub filter: Filter,
     /// Which effects the kernel is made for.
@@ -95,6 +97,7 @@ impl Default for RenderSettings {
             camera: None,
             seed: 0,
             threads: None,
+            instruction_set: None,
             filter: Filter::default(),
             effects: EffectChoice::Auto,
             light_sampling: LightSampling::Mis,

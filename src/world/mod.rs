@@ -10,7 +10,7 @@ mod origin;
 mod shining;
 mod texture;
 
-pub use crate::ffi::embree::Hit;
+pub use crate::ffi::embree::{Hit, InstructionSet};
 pub use crate::scene::RayKind;
 pub use geometry::{HitPoint, Surface};
 pub use interfaces::Passage;
@@ -56,6 +56,10 @@ pub struct World {
     holdouts: Vec<bool>,
     /// See [`Naive::terminator`].
     naive_terminator: bool,
+    /// The version of Embree that answers.
+    pub embree_version: String,
+    /// The instructions that it takes.
+    pub instructions: InstructionSet,
 }
 
 /// What keeps pictures stable and can be left out, to see what it is good for and what it costs. For studies.
@@ -83,6 +87,8 @@ pub struct Options<'a> {
     pub effects: Mask,
     /// Threads that build.
     pub threads: Option<usize>,
+    /// Instructions that Embree is to take, if somebody asks for some.
+    pub instructions: Option<InstructionSet>,
     /// Hide back faces of single-sided materials.
     pub cull_backfaces: bool,
     /// What is left out.
@@ -127,7 +133,7 @@ impl World {
     /// # Errors
     /// If Embree fails.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, EmbreeError> {
-        let device = Device::new(options.threads)?;
+        let device = Device::new(options.threads, options.instructions)?;
         let Origin {
             at: origin,
             distant,
@@ -290,6 +296,8 @@ impl World {
                 Vec::new()
             },
             naive_terminator: options.naive.terminator,
+            embree_version: device.version().to_string(),
+            instructions: device.instructions(),
         })
     }
 

@@ -82,6 +82,25 @@ fn cameras_and_passes_are_those_of_cycles() {
     run("film.py", &["--sundog", env!("CARGO_BIN_EXE_sundog")]);
 }
 
+/// Where there is no git, as on a fresh machine with an unpacked archive, the commit is not known, and that is all.
+#[test]
+fn what_is_measured_needs_no_git() {
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts");
+    let told = Command::new(python())
+        .args([
+            "-c",
+            "import benchmark, os; os.environ['PATH'] = ''; print('commit', benchmark.commit())",
+        ])
+        .env("PYTHONPATH", scripts)
+        .output()
+        .unwrap();
+    let (said, wrong) = (
+        String::from_utf8_lossy(&told.stdout),
+        String::from_utf8_lossy(&told.stderr),
+    );
+    assert!(said.contains("commit unknown"), "{said}{wrong}");
+}
+
 /// The script that writes docs/cost-of-accuracy.md works, and finds in tiny pictures what it finds in large ones.
 #[test]
 fn the_experiments_can_be_made() {
