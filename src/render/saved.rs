@@ -310,7 +310,9 @@ impl<'a> State<'a> {
                     *sum += c;
                 }
             }
-            most = tile.pixels.iter().map(|p| p.samples).fold(most, u32::max);
+            // A pass that is under way has begun what it is to end with: threads may go on while this is written.
+            let begun = tile.pixels.iter().map(|p| p.samples.max(p.until));
+            most = begun.fold(most, u32::max);
         }
         let first = settings.first_sample;
         Self {
@@ -479,7 +481,7 @@ impl Saved {
         check_sum(&mut file, length - CHECKSUM)
             .map_err(not_readable)?
             .then_some(())
-            .ok_or_else(|| broken("it is damaged"))?;
+            .ok_or_else(|| broken("it is damaged, or its length has changed"))?;
         file.seek(SeekFrom::Start(start)).map_err(not_readable)?;
         let mut text = vec![0; count as usize];
         file.read_exact(&mut text).map_err(cut)?;
