@@ -64,6 +64,7 @@ fn prepared(scene: &Scene, uv_pass: bool) -> World {
         aspect: 1.0,
         effects: ALL,
         threads: Some(1),
+        instructions: None,
         cull_backfaces: false,
         uv_pass,
         roughens: false,

@@ -147,6 +147,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
             aspect: 1.0,
             effects: 0,
             threads: Some(1),
+            instructions: None,
             cull_backfaces: false,
             uv_pass: false,
             roughens: false,
