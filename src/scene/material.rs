@@ -182,6 +182,9 @@ pub struct Sampler {
     pub wrap_v: Wrap,
     /// Between texels.
     pub filter: TextureFilter,
+    /// Between texels, colours count as much as they are opaque, and where there is no opacity there is no colour: what stands
+    /// in the file where it is transparent has no influence.
+    pub weighted: bool,
 }
 
 /// What lies outside the image.

@@ -43,6 +43,8 @@ pub struct PreparedTexture {
     to_scene: Option<Mat3>,
     /// Which coordinates.
     pub uv_set: u32,
+    /// Colours are weighted by opacity, which the image has.
+    weighted: bool,
     /// uv' = a·u + b·v + c.
     a: Vec2,
     b: Vec2,
@@ -61,6 +63,7 @@ impl PreparedTexture {
         let (sin, cos) = t.rotation.sin_cos();
         // KHR_texture_transform: translation · rotation · scale, rotation with [cos, sin; −sin, cos].
         let encoded = raster.pixels.is_encoded(usage);
+        let weighted = texture.sampler.weighted && matches!(raster.channels, 2 | 4);
         Self {
             raster,
             sampler: texture.sampler,
@@ -69,6 +72,7 @@ impl PreparedTexture {
                 .matrix_from_rec709()
                 .filter(|_| encoded)
                 .map(|matrix| matrix.as_mat3()),
+            weighted,
             uv_set: texture.uv_set,
             a: Vec2::new(cos * t.scale[0], -sin * t.scale[0]),
             b: Vec2::new(sin * t.scale[1], cos * t.scale[1]),
@@ -78,16 +82,27 @@ impl PreparedTexture {
 
     /// The value at texture coordinates; colours linear. Interpolation comes before decoding, as
     /// in Cycles (which keeps 8-bit images encoded too).
+    ///
+    /// Colours weighted by opacity are multiplied with it before, and divided by what comes of it after interpolation: Cycles
+    /// does so with images of straight alpha, unless they are packed by channels.
     #[inline]
     pub fn read(&self, uv: Vec2) -> Vec4 {
         let uv = self.a * uv.x + self.b * uv.y + self.c;
         let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
         let r = &*self.raster;
+        let texel = |x: usize, y: usize| {
+            let texel = r.texel(x, y);
+            if self.weighted {
+                (texel.truncate() * texel.w).extend(texel.w)
+            } else {
+                texel
+            }
+        };
         let value = match self.sampler.filter {
             TextureFilter::Nearest => {
                 let x = wrap(floor(uv.x * r.width as f32), r.width, self.sampler.wrap_u);
                 let y = wrap(floor(uv.y * r.height as f32), r.height, self.sampler.wrap_v);
-                r.texel(x, y)
+                texel(x, y)
             }
             TextureFilter::Linear => {
                 let (x, y) = (uv.x * r.width as f32 - 0.5, uv.y * r.height as f32 - 0.5);
@@ -97,10 +112,15 @@ impl PreparedTexture {
                 let (xa, xb) = (wrap(x0, r.width, wu), wrap(x0 + 1, r.width, wu));
                 let (ya, yb) = (wrap(y0, r.height, wv), wrap(y0 + 1, r.height, wv));
                 // The form a + (b − a) t: texels that are the same give their own value, to the bit.
-                let upper = r.texel(xa, ya).lerp_monotonic(r.texel(xb, ya), s);
-                let lower = r.texel(xa, yb).lerp_monotonic(r.texel(xb, yb), s);
+                let upper = texel(xa, ya).lerp_monotonic(texel(xb, ya), s);
+                let lower = texel(xa, yb).lerp_monotonic(texel(xb, yb), s);
                 upper.lerp_monotonic(lower, t)
             }
+        };
+        let value = if self.weighted && value.w != 0.0 {
+            (value.truncate() / value.w).extend(value.w)
+        } else {
+            value
         };
         if !self.encoded {
             return value;
@@ -157,6 +177,7 @@ mod tests {
                 wrap_u: wrap,
                 wrap_v: wrap,
                 filter,
+                weighted: false,
             },
         };
         PreparedTexture::new(
@@ -234,6 +255,47 @@ mod tests {
         assert!((data - glam::Vec3::new(1.0, 0.0, 0.2)).length() < 1e-6);
         let light = read(vec![0.5f32, 0.25, 4.0].into(), ImageUse::Color);
         assert_eq!(light, glam::Vec3::new(0.5, 0.25, 4.0));
+    }
+
+    #[test]
+    fn transparent_texels_lend_no_colour_where_opacity_weighs() {
+        let read = |weighted, filter, uv: f32| {
+            let image = Image {
+                name: "leaf".into(),
+                width: 2,
+                height: 1,
+                channels: 4,
+                pixels: vec![0.2f32, 0.6, 0.2, 0.5, 1.0, 0.0, 0.0, 0.0].into(),
+            };
+            let texture = Texture {
+                sampler: Sampler {
+                    wrap_u: Wrap::Clamp,
+                    wrap_v: Wrap::Clamp,
+                    filter,
+                    weighted,
+                },
+                ..Texture::from(ImageId(0))
+            };
+            let raster = Arc::new(Raster::new(&image));
+            let space = WorkingSpace::default();
+            PreparedTexture::new(&texture, raster, ImageUse::Color, space).read(Vec2::new(uv, 0.5))
+        };
+        let near = |a: Vec4, b: [f32; 4]| {
+            assert!((a - Vec4::from(b)).abs().max_element() < 1e-6, "{a}");
+        };
+        // Half-way between the leaf and what is cut off.
+        near(
+            read(false, TextureFilter::Linear, 0.5),
+            [0.6, 0.3, 0.1, 0.25],
+        );
+        near(
+            read(true, TextureFilter::Linear, 0.5),
+            [0.2, 0.6, 0.2, 0.25],
+        );
+        for filter in [TextureFilter::Linear, TextureFilter::Nearest] {
+            near(read(true, filter, 0.25), [0.2, 0.6, 0.2, 0.5]);
+            near(read(true, filter, 0.75), [0.0; 4]);
+        }
     }
 
     #[test]

@@ -21,6 +21,12 @@ class Schema(kit.ExportTest):
         made = self.link("cube", kit.cube(), visible_camera=False)
         made.data.materials.append(kit.material("m", Coat_Weight=1.0, Sheen_Weight=1.0, Subsurface_Weight=1.0, Anisotropic=0.5, Thin_Film_Thickness=300))
         self.camera.data.dof.use_dof = True
+        tree = made.data.materials[0].node_tree
+        leaf = tree.nodes.new("ShaderNodeTexImage")
+        leaf.image = bpy.data.images.new("leaf", 2, 2, alpha=True)
+        leaf.image.pack()
+        for output, name in (("Color", "Base Color"), ("Alpha", "Alpha")):
+            tree.links.new(leaf.outputs[output], tree.nodes["Principled BSDF"].inputs[name])
         return self.export().root
 
     def test_every_extension_is_in_the_file_and_valid(self):
@@ -54,6 +60,7 @@ class Schema(kit.ExportTest):
             lambda d: lamp(d).update(max_bounces=1.5),
             lambda d: lamp(d).update(soft_falloff=1),
             lambda d: d["scenes"][0]["extensions"]["SUNDOG_scene"]["world"].update(color="black"),
+            lambda d: d["samplers"][0]["extensions"]["SUNDOG_sampler"].update(weighted_by_alpha=1),
             lambda d: d["materials"][0]["extensions"]["SUNDOG_material"].update(coat=1),
             lambda d: next(n for n in d["nodes"] if "SUNDOG_light" in n.get("extensions", {}))["extensions"]["SUNDOG_light"].update(type="round"),
         ]

@@ -257,41 +257,6 @@ def multiplies(image):
     return not _opaque[key]
 
 
-# Texels of images that are read only to see whether they have fringes: 50 ms of work at most.
-MOST_LOOKED_AT = 1 << 20
-# What fringes may be, of all that an image shows, without a word: less than most pictures have of noise.
-LEAST_FRINGES = 0.005
-_fringes = {}
-
-
-def has_fringes(image):
-    """Whether an image whose alpha is used looks another way here than in Cycles where it is interpolated.
-
-    Cycles interpolates colours multiplied with alpha, and takes it out again; here both are interpolated for themselves.
-    Half-way between two texels what shows differs by a quarter of the colours' difference times that of the alphas.
-    """
-    if not has_straight_alpha(image):
-        return False
-    start = _start_of(image)
-    kind = kind_of(start) if start else None
-    # Files of other kinds have to be read before their size is known, and nearly all of them are read anyway.
-    is_png = kind == ".png" and len(start) >= 24
-    width, height = struct.unpack(">II", start[16:24]) if is_png else image.size
-    if not 0 < width * height <= MOST_LOOKED_AT:
-        return True
-    key = str(identity(image))
-    if key not in _fringes:
-        values = _raw_pixels(image)
-        color, alpha = values[..., :3], values[..., 3]
-        different = 0.0
-        for axis in (0, 1):
-            steps = numpy.abs(numpy.diff(color, axis=axis)).max(axis=2) * numpy.abs(numpy.diff(alpha, axis=axis))
-            different += float(steps.sum()) / 4
-        shown = float((color.max(axis=2) * alpha).sum())
-        _fringes[key] = different > LEAST_FRINGES * shown
-    return _fringes[key]
-
-
 def is_associated(image):
     """Whether the file holds colours multiplied with alpha, as OpenEXR does."""
     start = _start_of(image)

@@ -19,10 +19,12 @@ LEAST_ALPHA = 1 / 16
 class TextureSpec:
     """An image and how it lies on the surface; `wrap` holds glTF's numbers for both directions."""
 
-    def __init__(self, image, uv, transform, wrap, nearest, multiplied=False):
+    def __init__(self, image, uv, transform, wrap, nearest, multiplied=False, weighted=False):
         self.image, self.uv, self.transform, self.wrap, self.nearest = image, uv, transform, wrap, nearest
         # Whether its colour is that of the file times its alpha.
         self.multiplied = multiplied
+        # Whether its colours count as much as they are opaque, between texels.
+        self.weighted = weighted
         self._identity = None
 
     def mapping(self):
@@ -33,7 +35,7 @@ class TextureSpec:
         """See Expression.key."""
         if self._identity is None:
             self._identity = images.identity(self.image)
-        return [self._identity, self.mapping(), self.multiplied]
+        return [self._identity, self.mapping(), self.multiplied, self.weighted]
 
 
 class Surface:
@@ -530,10 +532,10 @@ class Reader:
             self.note(APPROXIMATED, f"the alpha of \"{image.name}\" is taken as straight instead of premultiplied")
         if bpy.app.version >= (5, 1, 0) and image.alpha_mode == "STRAIGHT" and image.is_float and images.multiplies(image):
             self.note(APPROXIMATED, f"the colours of \"{image.name}\" are taken as multiplied by its alpha already")
-        nearest = node.interpolation == "Closest"
-        if alpha and not nearest and images.has_fringes(image):
-            self.note(APPROXIMATED, f"the colours of \"{image.name}\" where it is transparent show at the edges of what is not")
-        return TextureSpec(image, uv, transform, wraps, nearest, not alpha and images.multiplies(image))
+        # Where a node asks for the alpha, Cycles takes it out of the colours again, but only after interpolating them with it.
+        weighted = alpha and images.has_straight_alpha(image)
+        multiplied = not alpha and images.multiplies(image)
+        return TextureSpec(image, uv, transform, wraps, node.interpolation == "Closest", multiplied, weighted)
 
     def _coordinates(self, place):
         """(UV map, KHR_texture_transform, the ways that each direction is wrapped by nodes) of an image's vector."""

@@ -216,22 +216,22 @@ class Slots:
             return self._mean(expression).value, None
         return numpy.ones(3), self._bake(expression, ONE, as_data=used_as_data)
 
-    def _texture(self, path, texture):
-        """A textureInfo for a file."""
+    def _texture(self, path, texture, weighted=None):
+        """A textureInfo for a file; `weighted`: as in TextureSpec, which it is by default."""
         if texture.uv not in self.uvs:
             self.uvs.append(texture.uv)
         document = self.writer.document
         image = document.shared("images", {"uri": document.uri(path)})
         nearest = texture.nearest
-        sampler = document.shared(
-            "samplers",
-            {
-                "magFilter": 9728 if nearest else 9729,
-                "minFilter": 9728 if nearest else 9987,
-                "wrapS": texture.wrap[0],
-                "wrapT": texture.wrap[1],
-            },
-        )
+        sampler = {
+            "magFilter": 9728 if nearest else 9729,
+            "minFilter": 9728 if nearest else 9987,
+            "wrapS": texture.wrap[0],
+            "wrapT": texture.wrap[1],
+        }
+        if texture.weighted if weighted is None else weighted:
+            sampler["extensions"] = {document.uses("SUNDOG_sampler"): {"weighted_by_alpha": True}}
+        sampler = document.shared("samplers", sampler)
         info = {"index": document.shared("textures", {"sampler": sampler, "source": image})}
         number = self.uvs.index(texture.uv)
         if number:
@@ -246,13 +246,18 @@ class Slots:
         if not used:
             return None
         first = used[0].texture
+        # The written alpha weighs where it is that of all of the colours.
+        shown = [leaf for leaf in color.leaves() if isinstance(leaf, Image)]
+        opacity = expressions.factors(alpha)
+        own = opacity[1][0].texture.key() if opacity and len(opacity[1]) == 1 and opacity[1][0].alpha else None
+        weighted = bool(shown) and all(leaf.texture.weighted and leaf.texture.key() == own for leaf in shown)
         if any(leaf.texture.mapping() != first.mapping() for leaf in used):
             self.reader.note(APPROXIMATED, "images that lie differently on the surface are combined as the first lies")
         name = expressions.Operation("baked", None, [color, alpha, Const(float(as_data))], True).digest()
         stem = os.path.join(self.writer.cache, f"baked-{name}")
         for path in (f"{stem}.png", f"{stem}.exr"):
             if os.path.isfile(path):
-                return self._texture(path, first)
+                return self._texture(path, first, weighted)
         pixels = {}
         for leaf in used:
             key = (leaf.texture.image.as_pointer(), leaf.texture.multiplied)
@@ -277,4 +282,4 @@ class Slots:
         # 16-bit floats: no less exact than the 8-bit files that the values come from.
         path = f"{stem}.exr"
         images.write_exr(path, values[..., :3] if opaque else values)
-        return self._texture(path, first)
+        return self._texture(path, first, weighted)

@@ -268,6 +268,7 @@ fn texture(scene: &mut Scene, seed: u64) -> Texture {
             wrap_u: dice.pick(&wraps),
             wrap_v: dice.pick(&wraps),
             filter: dice.pick(&[TextureFilter::Linear, TextureFilter::Nearest]),
+            weighted: dice.chance(0.2),
         },
     }
 }

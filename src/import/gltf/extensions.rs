@@ -28,6 +28,7 @@ fn may_be_required(name: &str) -> bool {
                 | "SUNDOG_scene"
                 | "SUNDOG_camera"
                 | "SUNDOG_material"
+                | "SUNDOG_sampler"
         )
 }
 

@@ -95,11 +95,18 @@ impl<'a> Images<'a> {
             .ok_or_else(|| broken(format!("it uses texture {index}, which does not exist")))?;
         let sampler = match &texture.sampler {
             Some(sampler) => {
-                read_sampler(document.core.samplers.get(sampler.value()).ok_or_else(|| {
+                let number = sampler.value();
+                let sampler = document.core.samplers.get(number).ok_or_else(|| {
                     broken(format!(
                         "texture {index} uses a sampler that does not exist"
                     ))
-                })?)
+                })?;
+                Sampler {
+                    weighted: self
+                        .is_weighted(number, owner, diagnostics)
+                        .map_err(broken)?,
+                    ..read_sampler(sampler)
+                }
             }
             None => Sampler::default(),
         };
@@ -131,6 +138,31 @@ impl<'a> Images<'a> {
             },
             sampler,
         }))
+    }
+
+    /// What SUNDOG_sampler says of a sampler.
+    fn is_weighted(
+        &self,
+        sampler: usize,
+        owner: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<bool, String> {
+        let name = "SUNDOG_sampler";
+        let place = format!("/samplers/{sampler}/extensions/{name}");
+        let Some(extension) = self.document.value.pointer(&place) else {
+            return Ok(false);
+        };
+        let broken = || format!("the {name} of sampler {sampler} cannot be read");
+        let Value::Object(properties) = extension else {
+            return Err(broken());
+        };
+        for property in properties.keys().filter(|p| *p != "weighted_by_alpha") {
+            super::extensions::report_property(diagnostics, name, property, owner);
+        }
+        match properties.get("weighted_by_alpha") {
+            None => Ok(false),
+            Some(said) => said.as_bool().ok_or_else(broken),
+        }
     }
 
     /// The image that a texture means: an extension's, if we read its kind, else the fallback.
@@ -298,5 +330,6 @@ fn read_sampler(sampler: &json::texture::Sampler) -> Sampler {
             Some(Checked::Valid(MagFilter::Nearest)) => TextureFilter::Nearest,
             _ => TextureFilter::Linear,
         },
+        weighted: false,
     }
 }

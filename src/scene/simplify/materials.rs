@@ -57,7 +57,12 @@ impl<'a> Folding<'a> {
     /// The value that a texture has everywhere in some channels, as look-ups give it: interpolating what is the same gives
     /// the same bits.
     fn constant(&self, slot: Option<&Texture>, usage: ImageUse, channels: BVec4A) -> Option<Vec4> {
-        let image = self.image(slot?)?;
+        let texture = slot?;
+        let image = self.image(texture)?;
+        // Weighted by opacity, colours are rounded once more, and there are none where there is no opacity.
+        if texture.sampler.weighted && images::least_alpha(image) != Some(1.0) {
+            return None;
+        }
         let value = images::constant(image, channels)?;
         let value = if image.pixels.is_encoded(usage) {
             let linear = decoded(value);
