@@ -376,6 +376,49 @@ fn strict_refuses_what_is_not_exact() {
 }
 
 #[test]
+fn a_black_picture_is_told_with_its_cause_and_a_way_out() {
+    let folder = Folder::with_scene();
+    let warnings = |file: &str, more: &[&str]| -> Vec<String> {
+        let mut arguments = vec!["render", file, "-o", "x.exr", "--json", "--samples", "2"];
+        arguments.extend(["--width", "16", "--height", "8"]);
+        arguments.extend(more);
+        let lines = folder.works(&arguments);
+        let events = lines
+            .lines()
+            .map(|line| serde_json::from_str::<Value>(line).unwrap());
+        let warnings = events.filter(|event| event["event"] == "warning");
+        warnings
+            .map(|event| event["message"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    let told = |warnings: Vec<String>, words: &[&str]| {
+        let [warning] = &warnings[..] else {
+            panic!("{warnings:?}")
+        };
+        assert!(warning.contains("black"), "{warning}");
+        for word in words {
+            assert!(warning.contains(word), "no {word} in: {warning}");
+        }
+    };
+    assert_eq!(warnings("scene.gltf", &[]), [""; 0]);
+    // As lux and candela, a lamp that was meant without units gives next to nothing.
+    let mut weak = scene();
+    weak["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = json!(1.0);
+    folder.write("weak.gltf", weak.to_string());
+    assert_eq!(warnings("weak.gltf", &[]), [""; 0]);
+    let dark = warnings("weak.gltf", &["--light-units", "standard"]);
+    told(dark, &["lamps", "--light-units unitless"]);
+    let mut away = scene();
+    away["nodes"][1]["rotation"] = json!([0.0, 0.0, 0.0, 1.0]);
+    folder.write("away.gltf", away.to_string());
+    told(warnings("away.gltf", &[]), &["camera sees nothing"]);
+    let mut none = scene();
+    none["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = json!(0.0);
+    folder.write("none.gltf", none.to_string());
+    told(warnings("none.gltf", &[]), &["--environment-color"]);
+}
+
+#[test]
 fn an_error_is_a_line_of_json_too() {
     let folder = Folder::new();
     let output = folder.run(&["render", "missing.glb", "-o", "a.exr", "--json"]);

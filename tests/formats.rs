@@ -3,6 +3,7 @@
 
 mod blender;
 mod broken;
+mod compressed;
 mod features;
 mod foreign;
 mod hostile;

@@ -242,6 +242,7 @@ const IMPORT: Group = Group {
             "light-units",
             Kind::Choice {
                 choices: &[
+                    Choice { name: "auto", doc: "\"standard\" or \"unitless\", by the program that wrote the file and by how bright its lamps come out; which, and why, is told" },
                     Choice { name: "standard", doc: "photometric, as KHR_lights_punctual has it: 683 lm are a watt" },
                     Choice { name: "unitless", doc: "radiometric: Blender's \"Unitless\"" },
                     Choice { name: "raw", doc: "Blender's own numbers: its \"Raw\"" },
@@ -250,7 +251,7 @@ const IMPORT: Group = Group {
             "UNITS",
             "What the light intensities of the file mean: the \"Lighting Mode\" it was exported with.",
         )
-        .default("standard"),
+        .default("auto"),
         Argument::new(
             "transmission",
             Kind::Choice {

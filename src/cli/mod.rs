@@ -1,5 +1,6 @@
 //! The command line: the only room that prints.
 
+mod black;
 mod checkpoint;
 mod clashes;
 mod color;

@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::parser::Parsed;
 use super::progress::Reporter;
 use super::tev::Viewer;
-use super::{Failure, console, replay, scene_file, settings, summary};
+use super::{Failure, black, console, replay, scene_file, settings, summary};
 use crate::effects::EffectSet;
 use crate::math::primaries::WorkingSpace;
 use crate::output::Metadata;
@@ -116,6 +116,9 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     outputs.write(&rendering.picture, &metadata, &reporter)?;
     if let Some(viewer) = &viewer {
         viewer.finish(&rendering.picture, &reporter);
+    }
+    if let Some(warning) = black::warning(&rendering, &imported, &black::Asked::of(parsed)) {
+        reporter.warn(&warning);
     }
     let region = settings.region();
     let size = (region.width(), region.height());

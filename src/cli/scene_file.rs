@@ -37,7 +37,8 @@ pub fn load_all(parsed: Parsed) -> Result<SceneFile, Failure> {
         light_units: match parsed.choice("light-units") {
             "unitless" => LightUnits::Unitless,
             "raw" => LightUnits::Raw,
-            _ => LightUnits::Standard,
+            "standard" => LightUnits::Standard,
+            _ => LightUnits::Auto,
         },
         transmission: match parsed.choice("transmission") {
             "solid" => Transmission::Solid,

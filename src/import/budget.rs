@@ -19,18 +19,33 @@ const FREE_TEXELS: u64 = 512 << 20;
 /// the position, 12 for a normal, 16 for a tangent and 8 for each UV set (×12), each split once for
 /// the tangents (×3); the rest is for accessors that several primitives share.
 const GEOMETRY_PER_BYTE: u64 = 256;
+/// Geometry per byte of a Draco or meshopt stream. The most that honest ones make of a byte is two triangles of Draco
+/// (half a byte each): 160 bytes each while they are decoded, 24 as indices, 180 where tangents split their corners, and
+/// half a vertex of at most 200 bytes (×2 × 464).
+const GEOMETRY_PER_PACKED_BYTE: u64 = 1024;
 /// Deflate, inside PNG, EXR and WebP's sibling formats, makes at most 1032 bytes of one.
 const TEXELS_PER_BYTE: u64 = 1100;
 
 impl Budget {
-    /// For the geometry of a file with so many bytes in its buffers.
-    pub(crate) fn for_geometry(input_bytes: usize) -> Self {
-        Self::new(FREE_GEOMETRY + GEOMETRY_PER_BYTE.saturating_mul(input_bytes as u64))
+    /// For the geometry of a file with so many bytes in its buffers, of which some are compressed.
+    pub(crate) fn for_geometry(input_bytes: usize, packed_bytes: u64) -> Self {
+        let packed = packed_bytes.min(input_bytes as u64);
+        let plain = input_bytes as u64 - packed;
+        Self::new(
+            FREE_GEOMETRY
+                .saturating_add(GEOMETRY_PER_BYTE.saturating_mul(plain))
+                .saturating_add(GEOMETRY_PER_PACKED_BYTE.saturating_mul(packed)),
+        )
     }
 
     /// For the images of so many encoded bytes.
     pub(crate) fn for_image(input_bytes: usize) -> Self {
         Self::new(FREE_TEXELS + TEXELS_PER_BYTE.saturating_mul(input_bytes as u64))
+    }
+
+    /// What may still be taken.
+    pub(crate) fn left(&self) -> u64 {
+        self.left.load(Ordering::Relaxed)
     }
 
     fn new(total: u64) -> Self {

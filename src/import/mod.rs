@@ -8,6 +8,7 @@
 mod budget;
 mod error;
 mod gltf;
+mod guard;
 mod image;
 
 pub use error::ImportError;
@@ -19,6 +20,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::math::primaries::WorkingSpace;
+use crate::math::words::counted;
 use crate::scene::{
     self, Diagnostics, Environment, Image, ImageId, Pixels, Scene, Verdict, Visibility,
 };
@@ -40,6 +42,8 @@ pub struct ImportOptions {
 
 /// What the light intensities of a glTF file mean, named as in Blender's exporter.
 ///
+/// `Auto` decides between `Standard` and `Unitless` by who wrote the file and by how bright its numbers make it.
+///
 /// For a lamp of `P` watts (point and spot) or `E` W/m² (sun) Blender 4.5 writes
 /// (`io_scene_gltf2/blender/exp/lights.py`), and we undo:
 ///
@@ -54,8 +58,10 @@ pub struct ImportOptions {
 /// scene are W/sr and W/m² in all three modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightUnits {
-    /// Photometric, as KHR_lights_punctual has it; 683 lm are a watt.
+    /// By what wrote the file, and by plausibility: most programs write other numbers than the extension says.
     #[default]
+    Auto,
+    /// Photometric, as KHR_lights_punctual has it; 683 lm are a watt.
     Standard,
     /// Blender's "Unitless" (COMPAT).
     Unitless,
@@ -178,7 +184,10 @@ fn environment_image(
             diagnostics.report(
                 "environment-values",
                 Verdict::Approximated,
-                format!("{replaced} texels of the environment are negative or not finite"),
+                format!(
+                    "{} of the environment negative or not finite",
+                    counted(replaced, "texel", "texels")
+                ),
                 name,
                 "negative and not-a-number values count as 0, infinite ones as the largest finite value of the image",
             );

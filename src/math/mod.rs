@@ -4,6 +4,7 @@ pub mod float;
 pub mod frame;
 pub mod primaries;
 pub mod warp;
+pub mod words;
 
 pub use frame::Frame;
 

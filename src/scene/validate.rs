@@ -5,6 +5,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::flatten::directions;
 use super::{AlphaMode, Diagnostics, LightKind, Material, Mesh, Projection, Scene, Verdict, twins};
+use crate::math::words::counted;
 
 /// Makes a scene fit for rendering: drops what has no meaning, repairs what has one, and says so.
 ///
@@ -282,7 +283,7 @@ impl Dropped {
             diagnostics.report(
                 code,
                 verdict,
-                format!("{total} triangles {why}"),
+                format!("{} {why}", counted(total, "triangle", "triangles")),
                 mesh,
                 "left out",
             );

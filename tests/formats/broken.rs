@@ -163,6 +163,7 @@ fn the_rich_file_is_whole() {
         [
             "animation",
             "light-range",
+            "light-units",
             "skin",
             "spot-edge",
             "unsupported-material"
@@ -206,12 +207,46 @@ fn missing_files_are_named() {
     file.json["images"] = json!([{ "name": "oak", "uri": "oak.png" }]);
     file.json["textures"] = json!([{ "source": 0 }]);
     file.json["materials"][0]["pbrMetallicRoughness"] =
-        json!({ "baseColorTexture": { "index": 0 } });
+        json!({ "baseColorTexture": { "index": 0 }, "baseColorFactor": [0.5, 0.25, 0.125, 1.0] });
+    file.json["materials"][0]["emissiveTexture"] = json!({ "index": 0 });
+    file.json["materials"][0]["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
+    // A texture is not the scene: the factor alone is used, but for light that it was to give.
+    let imported = file.load();
+    let lost = &found(&imported, "image-lost")[0];
+    assert_eq!(lost.verdict, Verdict::Lost);
+    assert!(
+        lost.feature.contains("oak.png") && lost.feature.contains("there is no such file"),
+        "{lost}"
+    );
+    assert_eq!(lost.objects, ["image 0 (\"oak\")"]);
+    let material = &imported.scene.materials[0];
+    assert_eq!(material.base_color, [0.5, 0.25, 0.125]);
+    assert!(material.base_color_texture.is_none() && material.emission_texture.is_none());
+    assert_eq!(material.emission, [0.0; 3]);
+}
+
+#[test]
+fn what_lacks_something_is_named_in_the_json() {
+    let mut file = Builder::triangle();
+    file.json["meshes"][0]["primitives"] = json!([{ "mode": 4 }]);
     let error = file.error();
     assert!(
-        error.contains("oak.png") && error.contains("(\"oak\")"),
+        error.contains("meshes[0].primitives[0]")
+            && error.contains("\"tri\"")
+            && error.contains("attributes"),
         "{error}"
     );
+}
+
+#[test]
+fn degenerate_coordinates_give_tangents_without_a_complaint() {
+    let mut file = Builder::square();
+    let texture =
+        file.png_texture(image::RgbImage::from_pixel(1, 1, image::Rgb([128, 128, 255])).into());
+    file.json["materials"][0]["normalTexture"] = json!({ "index": texture });
+    let uvs = file.floats("VEC2", &[0.5; 8]);
+    file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
+    assert!(file.load().diagnostics.is_empty());
 }
 
 #[test]
@@ -551,7 +586,7 @@ fn clean_up_copes_with_scenes_from_anywhere() {
 // --- images inside scenes ---
 
 #[test]
-fn broken_and_absurd_images_are_errors_that_name_them() {
+fn broken_and_absurd_images_are_lost_and_named() {
     let with_image = |bytes: &[u8]| {
         let mut file = Builder::square();
         let view = file.view(bytes);
@@ -560,11 +595,14 @@ fn broken_and_absurd_images_are_errors_that_name_them() {
         file.json["textures"] = json!([{ "source": 0 }]);
         file.json["materials"][0]["pbrMetallicRoughness"] =
             json!({ "baseColorTexture": { "index": 0 } });
-        file.error()
+        let imported = file.load();
+        assert!(imported.scene.images.is_empty());
+        assert!(imported.scene.materials[0].base_color_texture.is_none());
+        found(&imported, "image-lost")[0].to_string()
     };
     let whole = png(image::RgbImage::from_pixel(64, 64, image::Rgb([5, 6, 7])).into());
     assert!(with_image(&whole[..whole.len() / 2]).contains("image \"oak\""));
-    assert!(with_image(b"not an image").contains("image of a known kind"));
+    assert!(with_image(b"not an image").contains("image of an unknown kind"));
     // 60000 × 60000 pixels in a header of a few bytes.
     let mut header = whole[..33].to_vec();
     header[16..20].copy_from_slice(&60_000u32.to_be_bytes());

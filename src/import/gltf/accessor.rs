@@ -35,6 +35,30 @@ fn decode(bytes: &[u8], kind: ComponentType, normalized: bool) -> f64 {
     }
 }
 
+/// Values decoded from a compressed stream: they stand in the place of an accessor's own.
+pub(super) struct Unpacked {
+    pub component: ComponentType,
+    /// Components of an element; elements follow one another without gaps.
+    pub components: usize,
+    pub bytes: Vec<u8>,
+}
+
+/// An accessor to read, and where its values are if they are not where it says.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub index: usize,
+    pub unpacked: Option<&'a Unpacked>,
+}
+
+impl From<usize> for Source<'_> {
+    fn from(index: usize) -> Self {
+        Self {
+            index,
+            unpacked: None,
+        }
+    }
+}
+
 /// A strided run of elements whose every byte is known to be there.
 struct Run<'a> {
     data: &'a [u8],
@@ -76,6 +100,19 @@ impl<'a> Run<'a> {
         Ok(Self {
             data,
             stride,
+            element,
+            count,
+        })
+    }
+
+    /// Over elements without gaps.
+    fn packed(data: &'a [u8], element: usize, count: usize) -> Result<Self, String> {
+        if count.checked_mul(element).is_none_or(|n| n > data.len()) {
+            return Err(format!("its {count} elements are more than were decoded"));
+        }
+        Ok(Self {
+            data,
+            stride: element,
             element,
             count,
         })
@@ -131,7 +168,11 @@ pub(super) struct Shape {
 }
 
 /// Looks at an accessor without reading it.
-pub(super) fn shape(document: &Document, index: usize) -> Result<Shape, String> {
+pub(super) fn shape<'a>(
+    document: &Document,
+    source: impl Into<Source<'a>>,
+) -> Result<Shape, String> {
+    let Source { index, unpacked } = source.into();
     let accessor = document
         .core
         .accessors
@@ -146,23 +187,27 @@ pub(super) fn shape(document: &Document, index: usize) -> Result<Shape, String> 
         .map_err(|_| format!("accessor {index} has an absurd count"))?;
     Ok(Shape {
         kind,
-        component: component.0,
+        component: unpacked.map_or(component.0, |u| u.component),
         normalized: accessor.normalized,
         count,
     })
 }
 
 /// Reads an accessor of `N` components as `f64`, normalised integers decoded, sparse ones filled in.
-pub(super) fn read<const N: usize>(
+pub(super) fn read<'a, const N: usize>(
     document: &Document,
-    index: usize,
+    source: impl Into<Source<'a>>,
     budget: &Budget,
 ) -> Result<Vec<[f64; N]>, String> {
-    let shape = shape(document, index)?;
-    if components(shape.kind) != N {
+    let source = source.into();
+    let index = source.index;
+    let shape = shape(document, source)?;
+    let there = source
+        .unpacked
+        .map_or(components(shape.kind), |u| u.components);
+    if there != N {
         return Err(format!(
-            "accessor {index} has {} components where {N} are needed",
-            components(shape.kind)
+            "accessor {index} has {there} components where {N} are needed"
         ));
     }
     let size = shape.component.size();
@@ -178,17 +223,17 @@ pub(super) fn read<const N: usize>(
         }
         values
     };
-    gather(document, index, shape.count, element, budget, convert)
+    gather(document, source, shape.count, element, budget, convert)
         .map_err(|problem| format!("accessor {index}: {problem}"))
 }
 
 /// Reads an accessor of `N` components as `f32`.
-pub(super) fn read_f32<const N: usize>(
+pub(super) fn read_f32<'a, const N: usize>(
     document: &Document,
-    index: usize,
+    source: impl Into<Source<'a>>,
     budget: &Budget,
 ) -> Result<Vec<[f32; N]>, String> {
-    Ok(read::<N>(document, index, budget)?
+    Ok(read::<N>(document, source, budget)?
         .into_iter()
         .map(|v| v.map(|c| c as f32))
         .collect())
@@ -219,32 +264,33 @@ pub(super) fn read_indices(
         _ => 0,
     };
     let size = shape.component.size();
-    gather(document, index, shape.count, size, budget, convert)
+    gather(document, index.into(), shape.count, size, budget, convert)
         .map_err(|problem| format!("accessor {index}: {problem}"))
 }
 
 /// Converts an accessor's elements in order, then puts its sparse substitutes in their places.
 fn gather<T: Copy>(
     document: &Document,
-    index: usize,
+    source: Source,
     total: usize,
     element: usize,
     budget: &Budget,
     convert: impl Fn(&[u8]) -> T,
 ) -> Result<Vec<T>, String> {
-    let Some(accessor) = document.core.accessors.get(index) else {
+    let Some(accessor) = document.core.accessors.get(source.index) else {
         return Err("it does not exist".into());
     };
     // Everything is checked before memory is asked for.
-    let dense = match &accessor.buffer_view {
-        Some(view) => Some(Run::new(
+    let dense = match (source.unpacked, &accessor.buffer_view) {
+        (Some(unpacked), _) => Some(Run::packed(&unpacked.bytes, element, total)?),
+        (None, Some(view)) => Some(Run::new(
             document,
             view.value(),
             accessor.byte_offset.map_or(0, |o| o.0),
             element,
             total,
         )?),
-        None => None,
+        (None, None) => None,
     };
     let sparse = match &accessor.sparse {
         Some(sparse) => {

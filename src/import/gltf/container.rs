@@ -1,9 +1,9 @@
 //! The outer layers of a glTF file: GLB chunks, JSON, URIs, buffers.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use ::gltf::json;
 use base64::Engine as _;
@@ -11,7 +11,9 @@ use serde::Deserialize as _;
 use serde_json::{Map, Value};
 
 use super::schema::{Graph, NodeJson};
+use super::{draco, meshopt};
 use crate::import::ImportError;
+use crate::import::budget::Budget;
 use crate::import::error::{read_bytes, read_file};
 
 /// A parsed file: its JSON in three readings, and its buffers.
@@ -29,8 +31,12 @@ pub(super) struct Document {
     pub nodes: usize,
     /// Everything, for extensions.
     pub value: Value,
+    /// What the geometry of the file may take.
+    pub budget: Budget,
     bytes: Vec<u8>,
     buffers: Vec<Buffer>,
+    /// The buffer views with compressed data, once they are needed.
+    unpacked: Vec<OnceLock<Result<Vec<u8>, String>>>,
 }
 
 enum Buffer {
@@ -81,8 +87,13 @@ impl Document {
         let core = core_json(&value);
         check_indices(&core, "")
             .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
-        let core: json::Root = serde_json::from_value(core)
-            .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
+        let core: json::Root = serde_path_to_error::deserialize(core).map_err(|e| {
+            let object = named(&value, &e.path().to_string());
+            let problem = e.inner();
+            not_gltf(format!(
+                "its JSON does not follow the format ({object}: {problem})"
+            ))
+        })?;
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let mut document = Self {
             file,
@@ -92,10 +103,15 @@ impl Document {
             graph,
             nodes,
             value,
+            budget: Budget::for_geometry(0, 0),
             bytes,
             buffers: Vec::new(),
+            unpacked: Vec::new(),
         };
         document.load_buffers(binary)?;
+        let views = document.core.buffer_views.len();
+        document.unpacked.resize_with(views, OnceLock::new);
+        document.budget = Budget::for_geometry(document.input_bytes(), document.packed_bytes());
         Ok(document)
     }
 
@@ -106,7 +122,12 @@ impl Document {
         for (index, buffer) in self.core.buffers.iter().enumerate() {
             let object = format!("buffer {index}");
             let said = buffer.byte_length.0;
+            let json = self.value.pointer(&format!("/buffers/{index}"));
             let loaded = match (&buffer.uri, &binary) {
+                // Its views are compressed, and the compressed data are what is read.
+                _ if json.is_some_and(meshopt::is_fallback) => {
+                    Buffer::Missing(format!("buffer {index} is a fallback, which is not read"))
+                }
                 (Some(uri), _) => match self.locate(uri, &object)? {
                     Located::Data(data) => Buffer::Loaded(Arc::new(data)),
                     Located::File(path) => Buffer::Loaded(match files.get(&path) {
@@ -160,31 +181,76 @@ impl Document {
         Ok((bytes.as_ptr() as usize, bytes.len()))
     }
 
-    /// The bytes of a buffer view, with its stride.
+    /// Bytes of compressed geometry, by what the file says: views that several use count once.
+    fn packed_bytes(&self) -> u64 {
+        let views = (0..self.core.buffer_views.len())
+            .filter_map(|view| Some(self.packed_view(view)?.ok()?.byte_length));
+        let primitives = self.value.get("meshes").and_then(Value::as_array);
+        let streams: BTreeSet<usize> = primitives
+            .into_iter()
+            .flatten()
+            .filter_map(|mesh| mesh.get("primitives")?.as_array())
+            .flatten()
+            .filter_map(|p| {
+                draco::buffer_view(p.get("extensions")?.get("KHR_draco_mesh_compression")?)
+            })
+            .collect();
+        let streams = streams
+            .into_iter()
+            .filter_map(|view| Some(self.core.buffer_views.get(view)?.byte_length.0));
+        views.chain(streams).fold(0, u64::saturating_add)
+    }
+
+    /// What a buffer view says of its compressed data; `None` if they are not compressed.
+    fn packed_view(&self, index: usize) -> Option<Result<meshopt::Packed, String>> {
+        meshopt::of_view(self.value.get("bufferViews")?.get(index)?)
+    }
+
+    /// The bytes of a buffer view, decoded if they are compressed, with its stride.
     pub(super) fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), String> {
         let view = self
             .core
             .buffer_views
             .get(index)
             .ok_or_else(|| format!("there is no buffer view {index}"))?;
-        let data: &[u8] = match self.buffers.get(view.buffer.value()) {
+        let stride = view.byte_stride.map(|s| s.0);
+        let object = format!("buffer view {index}");
+        if let (Some(packed), Some(slot)) = (self.packed_view(index), self.unpacked.get(index)) {
+            let unpacked = slot.get_or_init(|| {
+                let packed = packed.map_err(|problem| format!("{object}: {problem}"))?;
+                let (start, length) = (packed.byte_offset, packed.byte_length);
+                let source = self.slice(packed.buffer, start, length, &object)?;
+                meshopt::decode(&packed, source, &self.budget)
+                    .map_err(|problem| format!("{object}: {problem}"))
+            });
+            return unpacked
+                .as_ref()
+                .map(|data| (data.as_slice(), stride))
+                .map_err(Clone::clone);
+        }
+        let start = view.byte_offset.map_or(0, |o| o.0);
+        let slice = self.slice(view.buffer.value(), start, view.byte_length.0, &object)?;
+        Ok((slice, stride))
+    }
+
+    /// Part of a buffer, for what messages call `object`.
+    fn slice(&self, buffer: usize, start: u64, length: u64, object: &str) -> Result<&[u8], String> {
+        let data: &[u8] = match self.buffers.get(buffer) {
             Some(Buffer::Inside(range)) => self.bytes.get(range.clone()).unwrap_or_default(),
             Some(Buffer::Loaded(data)) => data,
             Some(Buffer::Missing(reason)) => return Err(reason.clone()),
-            None => return Err(format!("there is no buffer {}", view.buffer.value())),
+            None => return Err(format!("there is no buffer {buffer}")),
         };
-        let start = view.byte_offset.map_or(0, |o| o.0);
-        let end = start.checked_add(view.byte_length.0);
-        let slice = end
+        start
+            .checked_add(length)
             .and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?))
             .and_then(|range| data.get(range))
             .ok_or_else(|| {
                 format!(
-                    "buffer view {index} reaches beyond the end of its buffer ({} bytes)",
+                    "{object} reaches beyond the end of its buffer ({} bytes)",
                     data.len()
                 )
-            })?;
-        Ok((slice, view.byte_stride.map(|s| s.0)))
+            })
     }
 
     /// The bytes behind a URI: `data:` or a file beside the scene.
@@ -350,6 +416,18 @@ fn decode_data_uri(rest: &str) -> Result<Vec<u8>, String> {
     engine
         .decode(compact)
         .map_err(|e| format!("its base64 data are damaged ({e})"))
+}
+
+/// A place in the JSON, such as `meshes[3].primitives[0]`, with the name of the object where it has one.
+fn named(value: &Value, path: &str) -> String {
+    let name = path.split_once('[').and_then(|(list, rest)| {
+        let index: usize = rest.split_once(']')?.0.parse().ok()?;
+        value.get(list)?.get(index)?.get("name")?.as_str()
+    });
+    match name {
+        Some(name) => format!("{path} of \"{}\"", shorten(name)),
+        None => path.into(),
+    }
 }
 
 /// Byte ranges of the JSON chunk and, where there is one, of the binary chunk (specification 4.4).

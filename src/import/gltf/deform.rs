@@ -2,11 +2,11 @@
 
 use ::gltf::json;
 use glam::{DAffine3, DMat4, DVec3};
-use json::mesh::{Primitive, Semantic};
-use json::validation::Checked;
+use json::mesh::Semantic;
 
 use super::accessor;
 use super::container::Document;
+use super::mesh::Attributes;
 use super::schema::SkinJson;
 use crate::import::budget::Budget;
 use crate::scene::{Diagnostics, Verdict};
@@ -70,22 +70,22 @@ impl Pose {
     pub(super) fn apply(
         &self,
         document: &Document,
-        primitive: &Primitive,
+        attributes: &Attributes,
         mut shape: Shape,
         budget: &Budget,
     ) -> Result<OddWeights, String> {
-        self.morph(document, primitive, &mut shape, budget)?;
-        self.skin(document, primitive, &mut shape, budget)
+        self.morph(document, attributes, &mut shape, budget)?;
+        self.skin(document, attributes, &mut shape, budget)
     }
 
     fn morph(
         &self,
         document: &Document,
-        primitive: &Primitive,
+        attributes: &Attributes,
         shape: &mut Shape,
         budget: &Budget,
     ) -> Result<(), String> {
-        let targets = primitive.targets.iter().flatten();
+        let targets = attributes.primitive.targets.iter().flatten();
         for (target, &weight) in targets.zip(&self.weights).filter(|(_, w)| **w != 0.0) {
             let weight = weight as f32;
             if let Some(index) = &target.positions {
@@ -112,7 +112,7 @@ impl Pose {
     fn skin(
         &self,
         document: &Document,
-        primitive: &Primitive,
+        attributes: &Attributes,
         shape: &mut Shape,
         budget: &Budget,
     ) -> Result<OddWeights, String> {
@@ -120,17 +120,11 @@ impl Pose {
         if self.joints.is_empty() {
             return Ok(odd);
         }
-        let attribute = |semantic: Semantic| {
-            primitive
-                .attributes
-                .get(&Checked::Valid(semantic))
-                .map(|i| i.value())
-        };
         let mut influences: Vec<[Vec<[f64; 4]>; 2]> = Vec::new();
         for set in 0..JOINT_SETS {
             let (Some(joints), Some(weights)) = (
-                attribute(Semantic::Joints(set)),
-                attribute(Semantic::Weights(set)),
+                attributes.get(Semantic::Joints(set)),
+                attributes.get(Semantic::Weights(set)),
             ) else {
                 break;
             };

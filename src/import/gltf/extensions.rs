@@ -17,8 +17,12 @@ fn may_be_required(name: &str) -> bool {
             "KHR_lights_punctual"
                 | "KHR_texture_transform"
                 | "KHR_mesh_quantization"
+                | "KHR_draco_mesh_compression"
+                | "EXT_meshopt_compression"
+                | "KHR_meshopt_compression"
                 | "EXT_mesh_gpu_instancing"
                 | "EXT_texture_webp"
+                | "KHR_texture_basisu"
                 | "KHR_node_visibility"
                 | "KHR_animation_pointer"
                 | "KHR_xmp"
@@ -39,13 +43,12 @@ pub(super) fn check_required(document: &Document) -> Result<(), ImportError> {
             continue;
         }
         let remedy = match name.as_str() {
-            "KHR_draco_mesh_compression"
-            | "EXT_meshopt_compression"
-            | "KHR_meshopt_compression" => "export it again from Blender with compression off",
-            "KHR_texture_basisu" | "EXT_texture_avif" | "MSFT_texture_dds" => {
-                "export it again with PNG, JPEG or WebP textures"
+            "EXT_texture_avif" | "MSFT_texture_dds" => {
+                "get or make a copy of the file with PNG, JPEG, WebP or KTX2 textures"
             }
-            _ => "export it again without it",
+            _ => {
+                "get a copy of the file without it, or open the file in a program that has it and export it from there"
+            }
         };
         return Err(ImportError::Unsupported {
             file: document.file.clone(),
@@ -126,13 +129,6 @@ pub(super) fn report_others(
                 name.clone(),
                 owner,
                 "the default materials are used",
-            ),
-            "KHR_draco_mesh_compression" => diagnostics.report(
-                "compression-fallback",
-                Verdict::Exact,
-                name.clone(),
-                owner,
-                "the file's uncompressed copy of the mesh is used",
             ),
             "MSFT_lod" => diagnostics.report(
                 "level-of-detail",

@@ -2,13 +2,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use super::container::Document;
 use super::extensions::report_property;
 use super::schema::{LightJson, SpotJson, SundogLight};
 use crate::import::{ImportOptions, LightUnits};
-use crate::scene::{AreaShape, Diagnostics, Light, LightKind, Verdict, Visibility};
+use crate::scene::{AreaShape, Diagnostics, Light, LightKind, Mesh, Scene, Verdict, Visibility};
 
 /// Lumens a watt of Blender's exporter (`PBR_WATTS_TO_LUMENS`): 555 nm light, as in the definition
 /// of the candela.
@@ -139,9 +139,191 @@ fn by_intensity(light: &LightJson, options: &ImportOptions) -> f32 {
     let strength = match (options.light_units, light.kind.as_str()) {
         (LightUnits::Standard, _) => light.intensity / LUMENS_PER_WATT,
         (LightUnits::Raw, "point" | "spot") => light.intensity / (4.0 * PI),
-        (LightUnits::Raw | LightUnits::Unitless, _) => light.intensity,
+        // What `choose_units` leaves or divides.
+        (LightUnits::Raw | LightUnits::Unitless | LightUnits::Auto, _) => light.intensity,
     };
     strength as f32
+}
+
+/// A lamp whose units the file leaves open: its index in the scene, and its number in the file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OpenUnits {
+    light: usize,
+    intensity: f64,
+}
+
+impl OpenUnits {
+    /// Of the light that will have this index, if its strength hangs on units that nobody has said.
+    pub(super) fn of(light: usize, json: &LightJson, options: &ImportOptions) -> Option<Self> {
+        let said = json.extensions.sundog.as_ref();
+        let open = options.light_units == LightUnits::Auto
+            && said.and_then(|s| s.strength).is_none()
+            && json.intensity.is_finite()
+            && json.intensity > 0.0;
+        open.then_some(Self {
+            light,
+            intensity: json.intensity,
+        })
+    }
+}
+
+/// Between the two readings lies a factor of 683. A picture is well exposed where a few W/m² fall on what is seen; from
+/// 3 W/m² the root of that factor, 26, leads to the border: 0.115 W/m², which are 78 lx.
+const LEAST_LUX: f64 = 78.0;
+/// Blender's exporter writes "Standard" unless it is told otherwise: lamps of a few watts are to stay so.
+const LEAST_LUX_OF_BLENDER: f64 = 20.0;
+/// Programs that write their renderer's numbers, of which 1 to 10 are usual, write lux by accident only.
+const LEAST_LUX_OF_UNITLESS: f64 = 1000.0;
+/// So near to the border (as a factor) either may be meant.
+const DOUBT: f64 = 4.0;
+
+/// Programs (in lower case, as part of their name) that write numbers without units.
+const UNITLESS: [&str; 9] = [
+    "three.js",
+    "three.gltfexporter",
+    "playcanvas",
+    "babylon",
+    "maya2gltf",
+    "sketchfab",
+    "unitygltf",
+    "cinema 4d",
+    "godot",
+];
+
+/// The illuminance from which a program's numbers are taken as photometric, and why.
+fn least_lux(generator: &str) -> (f64, &'static str) {
+    let generator = generator.to_lowercase();
+    // The lighting modes came with Blender 3.6.
+    let modes = generator
+        .split_once("khronos gltf blender i/o v")
+        .and_then(|(_, version)| {
+            let mut numbers = version.split(|c: char| !c.is_ascii_digit());
+            let mut next = || numbers.next()?.parse::<u32>().ok();
+            Some((next()?, next()?))
+        })
+        .is_some_and(|version| version >= (3, 6));
+    if modes {
+        (
+            LEAST_LUX_OF_BLENDER,
+            "Blender's exporter writes lux and candela unless it is told otherwise",
+        )
+    } else if UNITLESS.iter().any(|name| generator.contains(name)) {
+        (
+            LEAST_LUX_OF_UNITLESS,
+            "the program that wrote the file is known for numbers without units",
+        )
+    } else {
+        (
+            LEAST_LUX,
+            "the program that wrote the file is not known for either",
+        )
+    }
+}
+
+/// Decides what the numbers of a file's lamps mean, and says so.
+pub(super) fn choose_units(open: &[OpenUnits], scene: &mut Scene, diagnostics: &mut Diagnostics) {
+    if open.is_empty() {
+        return;
+    }
+    let lux = illuminance(open, scene);
+    let (least, why) = least_lux(scene.generator.as_deref().unwrap_or_default());
+    let (factor, read, other) = if lux >= least {
+        let factor = LUMENS_PER_WATT.recip();
+        (factor, "as lux and candela (\"standard\")", "unitless")
+    } else {
+        (1.0, "as W/m² and W/sr (\"unitless\")", "standard")
+    };
+    let doubtful = (lux / least).ln().abs() < DOUBT.ln();
+    let (verdict, doubt) = if doubtful {
+        (Verdict::Approximated, ", though the other may be meant")
+    } else {
+        (Verdict::Exact, "")
+    };
+    let digits = |value: f64| match value {
+        v if v >= 100.0 => format!("{v:.0}"),
+        v if v >= 0.1 => format!("{v:.1}"),
+        v => format!("{v:.1e}"),
+    };
+    let instead = format!(
+        "read {read}{doubt}: in lux they light the objects with {}, which would be {} W/m²; {why}; --light-units {other} decides otherwise",
+        digits(lux),
+        digits(lux / LUMENS_PER_WATT),
+    );
+    for lamp in open {
+        let Some(light) = scene.lights.get_mut(lamp.light) else {
+            continue;
+        };
+        diagnostics.report(
+            "light-units",
+            verdict,
+            "intensities of lamps",
+            &light.name,
+            &instead,
+        );
+        if let LightKind::Point { intensity, .. }
+        | LightKind::Spot { intensity, .. }
+        | LightKind::Sun {
+            irradiance: intensity,
+            ..
+        } = &mut light.kind
+        {
+            *intensity = (lamp.intensity * factor) as f32;
+        }
+    }
+}
+
+/// So many placed meshes are asked at most, evenly over the list; and so many lamps.
+const ASKED: usize = 512;
+
+/// How brightly the lamps' numbers, taken as lux and candela, light the scene: the median over its objects, each taken at
+/// its middle as far away as that and half its diagonal, without shadows and angles.
+fn illuminance(open: &[OpenUnits], scene: &Scene) -> f64 {
+    let step = scene.instances.len().div_ceil(ASKED).max(1);
+    let mut levels: Vec<f64> = scene
+        .instances
+        .iter()
+        .step_by(step)
+        .filter_map(|instance| {
+            let (middle, radius) = ball(scene.meshes.get(instance.mesh.0 as usize)?)?;
+            let place = instance.world_from_object;
+            let scale = place.matrix3.determinant().abs().cbrt();
+            let at = place.transform_point3(middle);
+            let level = level_at(open, scene, at, radius * scale);
+            level.is_finite().then_some(level)
+        })
+        .collect();
+    if levels.is_empty() {
+        // Nothing to light: what falls on a surface at a metre.
+        return open.iter().map(|lamp| lamp.intensity).sum();
+    }
+    let half = levels.len() / 2;
+    *levels.select_nth_unstable_by(half, f64::total_cmp).1
+}
+
+fn level_at(open: &[OpenUnits], scene: &Scene, at: DVec3, radius: f64) -> f64 {
+    let lights = open.iter().take(ASKED).filter_map(|lamp| {
+        let light = scene.lights.get(lamp.light)?;
+        Some(match light.kind {
+            LightKind::Sun { .. } => lamp.intensity,
+            _ => {
+                let from = light.world_from_light.translation;
+                lamp.intensity / (from.distance_squared(at) + radius * radius)
+            }
+        })
+    });
+    lights.sum()
+}
+
+/// Middle and half the diagonal of a mesh's box.
+fn ball(mesh: &Mesh) -> Option<(DVec3, f64)> {
+    let mut points = mesh
+        .positions
+        .iter()
+        .map(|p| DVec3::from(p.map(f64::from)))
+        .filter(|p| p.is_finite());
+    let first = points.next()?;
+    let (low, high) = points.fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
+    Some((0.5 * (low + high), 0.5 * low.distance(high)))
 }
 
 /// A colour whose brightest channel is 1, and what it is multiplied with.

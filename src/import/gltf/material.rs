@@ -95,6 +95,10 @@ pub(super) fn load_material(
     material.emission = source.emissive_factor.0;
     material.emission_texture = texture(&source.emissive_texture, "/emissiveTexture", diagnostics)?;
 
+    // Without the texture that says where, the factor would make all of it shine.
+    if source.emissive_texture.is_some() && material.emission_texture.is_none() {
+        material.emission = [0.0; 3];
+    }
     let known = source.extensions.as_ref();
     if let Some(strength) = known.and_then(|e| e.emissive_strength.as_ref()) {
         material.emission = material.emission.map(|c| c * strength.emissive_strength.0);

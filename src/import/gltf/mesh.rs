@@ -5,9 +5,10 @@ use json::accessor::{ComponentType, Type};
 use json::mesh::{Mode, Semantic};
 use json::validation::Checked;
 
-use super::accessor;
+use super::accessor::{self, Source};
 use super::container::Document;
 use super::deform::{self, Pose};
+use super::draco::Decoded;
 use super::tangents;
 use crate::import::budget::Budget;
 use crate::scene::{Diagnostics, MaterialId, Mesh, Verdict};
@@ -24,6 +25,26 @@ pub(super) struct PrimitiveMaterial {
     pub brightest: Option<[f32; 3]>,
 }
 
+/// A primitive and where its values are.
+pub(super) struct Attributes<'a> {
+    pub primitive: &'a json::mesh::Primitive,
+    /// What came out of its compressed stream, if it has one.
+    pub decoded: Option<Decoded>,
+}
+
+impl Attributes<'_> {
+    /// An attribute's accessor, with its values if they were compressed.
+    pub(super) fn get(&self, semantic: Semantic) -> Option<Source<'_>> {
+        let semantic = Checked::Valid(semantic);
+        let index = self.primitive.attributes.get(&semantic)?.value();
+        let decoded = self.decoded.as_ref();
+        Some(Source {
+            index,
+            unpacked: decoded.and_then(|d| d.attributes.get(&semantic)),
+        })
+    }
+}
+
 /// More texture coordinate sets than this no material of ours refers to.
 const UV_SETS: u32 = 8;
 
@@ -32,12 +53,13 @@ const UV_SETS: u32 = 8;
 pub(super) fn load_primitive(
     document: &Document,
     name: &str,
-    primitive: &json::mesh::Primitive,
+    attributes: &Attributes,
     material: PrimitiveMaterial,
     pose: &Pose,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
 ) -> Result<Option<(Mesh, usize)>, String> {
+    let primitive = attributes.primitive;
     let Checked::Valid(mode) = primitive.mode else {
         return Err("its primitive mode is none that glTF knows".into());
     };
@@ -59,12 +81,7 @@ pub(super) fn load_primitive(
         );
         return Ok(None);
     }
-    let attribute = |semantic: Semantic| {
-        primitive
-            .attributes
-            .get(&Checked::Valid(semantic))
-            .map(|i| i.value())
-    };
+    let attribute = |semantic| attributes.get(semantic);
     let Some(positions) = attribute(Semantic::Positions) else {
         diagnostics.report(
             "no-positions",
@@ -108,7 +125,7 @@ pub(super) fn load_primitive(
         normals: normals.as_mut(),
         tangents: tangents.as_mut(),
     };
-    let odd = pose.apply(document, primitive, shape, budget)?;
+    let odd = pose.apply(document, attributes, shape, budget)?;
     odd.report(name, diagnostics);
     let mut uvs = Vec::new();
     for set in 0..UV_SETS {
@@ -148,9 +165,19 @@ pub(super) fn load_primitive(
         );
     }
 
-    let corners = match &primitive.indices {
-        Some(index) => accessor::read_indices(document, index.value(), budget)?,
-        None => {
+    // A compressed stream holds triangles, whatever the mode.
+    let mode = if attributes.decoded.is_some() {
+        Mode::Triangles
+    } else {
+        mode
+    };
+    let corners = match (&attributes.decoded, &primitive.indices) {
+        (Some(decoded), _) => {
+            budget.take(decoded.corners.len() as u64, 4)?;
+            decoded.corners.clone()
+        }
+        (None, Some(index)) => accessor::read_indices(document, index.value(), budget)?,
+        (None, None) => {
             budget.take(u64::from(count), 4)?;
             (0..count).collect()
         }
@@ -223,7 +250,7 @@ pub(super) fn load_primitive(
 /// RGB or RGBA; missing alpha is 1.
 fn read_colors(
     document: &Document,
-    index: usize,
+    index: Source,
     budget: &Budget,
 ) -> Result<Vec<[f32; 4]>, String> {
     let shape = accessor::shape(document, index)?;

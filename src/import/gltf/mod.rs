@@ -4,10 +4,12 @@ mod accessor;
 mod camera;
 mod container;
 mod deform;
+mod draco;
 mod extensions;
 mod lights;
 mod material;
 mod mesh;
+mod meshopt;
 mod named;
 mod scene_extension;
 mod schema;
@@ -24,7 +26,8 @@ use serde_json::Value;
 
 use self::container::Document;
 use self::deform::Pose;
-use self::mesh::PrimitiveMaterial;
+use self::lights::OpenUnits;
+use self::mesh::{Attributes, PrimitiveMaterial};
 use self::schema::{InstancingJson, NodeJson};
 use self::textures::Images;
 use super::budget::Budget;
@@ -44,18 +47,18 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     let document = Document::open(path, options.allow_outside)?;
     extensions::check_required(&document)?;
     let mut diagnostics = Diagnostics::default();
-    let budget = Budget::for_geometry(document.input_bytes());
 
     let mut walk = Walk {
         document: &document,
         options,
-        budget: &budget,
+        budget: &document.budget,
         diagnostics: &mut diagnostics,
         reached: vec![false; document.nodes],
         joints: document.joints(),
         worlds: HashMap::new(),
         placed: Vec::new(),
         lights: Vec::new(),
+        open_units: Vec::new(),
         cameras: Vec::new(),
         scene: None,
     };
@@ -65,6 +68,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         scene: scene_index,
         mut placed,
         lights,
+        open_units,
         cameras,
         ..
     } = walk;
@@ -77,17 +81,19 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         &shapes,
         &mut placed,
         &worlds,
-        &budget,
+        &document.budget,
         &mut diagnostics,
     )?;
-    let materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
-    let images = materials.images.decode()?;
+    let mut materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
+    let images = materials
+        .images
+        .decode(&mut materials.list, &mut diagnostics);
 
     let meshes = load_meshes(
         &document,
         &poses,
         &materials.by_primitive,
-        &budget,
+        &document.budget,
         &mut diagnostics,
     )?;
     let mut scene = Scene {
@@ -126,6 +132,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             });
         }
     }
+    lights::choose_units(&open_units, &mut scene, &mut diagnostics);
     let extension = scene_index.and_then(|i| document.graph.scenes[i].extensions.sundog.as_ref());
     if let Some(extension) = extension {
         let place = (path, options.allow_outside);
@@ -176,6 +183,7 @@ struct Walk<'a> {
     worlds: HashMap<usize, DAffine3>,
     placed: Vec<Placed>,
     lights: Vec<Light>,
+    open_units: Vec<OpenUnits>,
     cameras: Vec<Camera>,
     /// Number of the scene that is walked.
     scene: Option<usize>,
@@ -372,6 +380,7 @@ impl Walk<'_> {
                 &["SUNDOG_light"],
                 self.diagnostics,
             );
+            let open = OpenUnits::of(self.lights.len(), light, self.options);
             let light = lights::load_light(
                 document,
                 light,
@@ -380,6 +389,7 @@ impl Walk<'_> {
                 self.options,
                 self.diagnostics,
             );
+            self.open_units.extend(light.as_ref().and(open));
             self.lights.extend(light);
         }
         if let Some(area) = &node.extensions.area {
@@ -793,18 +803,30 @@ fn load_mesh(
     let mut result = Vec::with_capacity(mesh.primitives.len());
     for (number, primitive) in mesh.primitives.iter().enumerate() {
         let pointer = format!("/meshes/{index}/primitives/{number}");
-        extensions::report_others(document, &pointer, &object, &[], diagnostics);
-        if document
-            .extension(&pointer, "KHR_draco_mesh_compression")
-            .is_some()
-            && !has_plain_copy(document, primitive)
-        {
-            return Err(ImportError::Unsupported {
-                file: document.file.clone(),
-                extension: "KHR_draco_mesh_compression".into(),
-                remedy: "export it again from Blender with compression off".into(),
-            });
-        }
+        extensions::report_others(
+            document,
+            &pointer,
+            &object,
+            &["KHR_draco_mesh_compression"],
+            diagnostics,
+        );
+        let stream = document.extension(&pointer, "KHR_draco_mesh_compression");
+        let decoded = match stream.map(|s| draco::decode(document, s, primitive, budget)) {
+            Some(Ok(decoded)) => Some(decoded),
+            Some(Err(problem)) if has_plain_copy(document, primitive) => {
+                diagnostics.report(
+                    "compression-fallback",
+                    Verdict::Exact,
+                    format!("mesh of which {problem}"),
+                    &object,
+                    "the file's uncompressed copy of it is used",
+                );
+                None
+            }
+            Some(Err(problem)) => return Err(broken(problem)),
+            None => None,
+        };
+        let attributes = Attributes { primitive, decoded };
         let material = primitive.material.map(|m| m.value());
         let none = PrimitiveMaterial {
             id: None,
@@ -816,7 +838,7 @@ fn load_mesh(
         let loaded = mesh::load_primitive(
             document,
             &name,
-            primitive,
+            &attributes,
             material,
             pose,
             budget,

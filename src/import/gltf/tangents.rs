@@ -74,7 +74,8 @@ pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
         .iter()
         .enumerate()
         .map(|(i, tangent)| match tangent {
-            Some(t) if t.iter().all(|c| c.is_finite()) => *t,
+            // The algorithm gives zeros, too, which are no direction.
+            Some(t) if Vec3::new(t[0], t[1], t[2]).try_normalize().is_some() => *t,
             // No tangent (degenerate UVs): any frame about the normal is as good.
             _ => {
                 let normal = Vec3::from(corners.normal(i / 3, i % 3));

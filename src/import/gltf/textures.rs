@@ -15,7 +15,8 @@ use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::image::{self, Format};
 use crate::scene::{
-    self, Diagnostics, ImageId, Sampler, Texture, TextureFilter, UvTransform, Verdict, Wrap,
+    self, Diagnostics, ImageId, Material, NormalTexture, Sampler, Texture, TextureFilter,
+    UvTransform, Verdict, Wrap,
 };
 
 /// The images that materials turned out to need, each once.
@@ -193,7 +194,7 @@ impl<'a> Images<'a> {
         let mut chosen = plain;
         for (name, value) in extensions {
             match name.as_str() {
-                "EXT_texture_webp" => {
+                "EXT_texture_webp" | "KHR_texture_basisu" => {
                     if let Some(source) = value.get("source").and_then(Value::as_u64) {
                         chosen = usize::try_from(source).ok();
                     }
@@ -210,7 +211,7 @@ impl<'a> Images<'a> {
                     Verdict::Lost,
                     name.clone(),
                     owner,
-                    "the texture is left out: export with PNG, JPEG or WebP textures",
+                    "the texture is left out: export with PNG, JPEG, WebP or KTX2 textures",
                 ),
             }
         }
@@ -256,7 +257,16 @@ impl<'a> Images<'a> {
             return Ok(Some(id));
         }
         let bytes: std::borrow::Cow<'a, [u8]> = match (&source, &image.buffer_view) {
-            (Source::File(path), _) => document.read(path, &object)?.into(),
+            (Source::File(path), _) => match document.read(path, &object) {
+                Ok(data) => data.into(),
+                Err(ImportError::MissingPart { needed, reason, .. }) => {
+                    let told = format!("image file {needed}, which cannot be read ({reason})");
+                    lose(diagnostics, told, &object);
+                    self.known.insert(index, None);
+                    return Ok(None);
+                }
+                Err(error) => return Err(error),
+            },
             (Source::View(_), Some(view)) => document.view(view.value()).map_err(broken)?.0.into(),
             _ => data.into(),
         };
@@ -267,12 +277,16 @@ impl<'a> Images<'a> {
                     Verdict::Lost,
                     format!("{kind} images"),
                     &object,
-                    "the textures that use them are left out: export with PNG, JPEG or WebP textures",
+                    "the textures that use them are left out: export with PNG, JPEG, WebP or KTX2 textures",
                 );
                 self.known.insert(index, None);
                 return Ok(None);
             }
-            Format::Unknown => return Err(broken("its data are no image of a known kind".into())),
+            Format::Unknown => {
+                lose(diagnostics, "image of an unknown kind".into(), &object);
+                self.known.insert(index, None);
+                return Ok(None);
+            }
             _ => {}
         }
         let name = image
@@ -287,9 +301,12 @@ impl<'a> Images<'a> {
         Ok(Some(id))
     }
 
-    /// Decodes all images, in parallel.
-    pub(super) fn decode(self) -> Result<Vec<scene::Image>, ImportError> {
-        let file = &self.document.file;
+    /// Decodes all images, in parallel. Textures of those that cannot be decoded are taken from the materials, and told.
+    pub(super) fn decode(
+        self,
+        materials: &mut [Material],
+        diagnostics: &mut Diagnostics,
+    ) -> Vec<scene::Image> {
         // Views that lie over each other do not make the file larger than it is.
         let (inside, outside) =
             self.pending
@@ -301,20 +318,76 @@ impl<'a> Images<'a> {
         let input = inside.min(self.document.input_bytes()) + outside;
         // What each may take is settled from its header before any is decoded.
         let budget = Budget::for_image(input);
-        for pending in &self.pending {
-            image::check_size(&pending.bytes, &budget).map_err(|reason| {
-                ImportError::image(file, format!("image \"{}\"", pending.name), reason)
-            })?;
-        }
-        self.pending
+        let sizes: Vec<_> = self
+            .pending
+            .iter()
+            .map(|pending| image::check_size(&pending.bytes, &budget))
+            .collect();
+        let decoded: Vec<_> = self
+            .pending
             .into_par_iter()
-            .map(|pending| {
-                image::decode_checked(&pending.bytes, &pending.name).map_err(|reason| {
-                    ImportError::image(file, format!("image \"{}\"", pending.name), reason)
-                })
+            .zip(sizes)
+            .map(|(pending, size)| {
+                let image =
+                    size.and_then(|()| image::decode_checked(&pending.bytes, &pending.name));
+                image.map_err(|reason| (pending.name, reason))
             })
-            .collect()
+            .collect();
+        let mut images = Vec::with_capacity(decoded.len());
+        let mut places = Vec::with_capacity(decoded.len());
+        for image in decoded {
+            match image {
+                Ok(image) => {
+                    let place = u32::try_from(images.len()).unwrap_or(u32::MAX);
+                    places.push(Some(ImageId(place)));
+                    images.push(image);
+                }
+                Err((name, reason)) => {
+                    let told = format!("image that cannot be decoded ({reason})");
+                    lose(diagnostics, told, &format!("image \"{name}\""));
+                    places.push(None);
+                }
+            }
+        }
+        for material in materials {
+            renumber(material, &places);
+        }
+        images
     }
+}
+
+/// Says that an image cannot be had, and what becomes of its textures.
+fn lose(diagnostics: &mut Diagnostics, feature: String, object: &str) {
+    diagnostics.report(
+        "image-lost",
+        Verdict::Lost,
+        feature,
+        object,
+        "its textures are left out: the factors alone count, and what it was to make shine is dark",
+    );
+}
+
+/// Gives the images of a material their new places; textures without one go.
+fn renumber(material: &mut Material, places: &[Option<ImageId>]) {
+    let place = |image: ImageId| places.get(image.0 as usize).copied().flatten();
+    let shone = material.emission_texture.is_some();
+    for slot in material.textures_mut() {
+        *slot = slot.take().and_then(|texture| {
+            let image = place(texture.image)?;
+            Some(Texture { image, ..texture })
+        });
+    }
+    if shone && material.emission_texture.is_none() {
+        material.emission = [0.0; 3];
+    }
+    material.normal_texture = material.normal_texture.take().and_then(|normal| {
+        let image = place(normal.texture.image)?;
+        let texture = Texture {
+            image,
+            ..normal.texture
+        };
+        Some(NormalTexture { texture, ..normal })
+    });
 }
 
 fn read_sampler(sampler: &json::texture::Sampler) -> Sampler {

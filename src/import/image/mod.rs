@@ -2,6 +2,7 @@
 //! likewise, JPEG through `zune-jpeg`, OpenEXR (with every compression of the format) through the crate `exr`.
 
 mod jpeg;
+mod ktx2;
 mod openexr;
 
 use std::io::Cursor;
@@ -18,7 +19,9 @@ pub use self::openexr::read_part as read_exr_part;
 #[derive(Debug, Error)]
 pub enum ImageFailure {
     /// Of no kind that Sundog reads.
-    #[error("it is {0}, which Sundog does not read: use PNG, JPEG, WebP, OpenEXR or Radiance HDR")]
+    #[error(
+        "it is {0}, which Sundog does not read: use PNG, JPEG, WebP, KTX2, OpenEXR or Radiance HDR"
+    )]
     Kind(String),
     /// Larger than any picture.
     #[error("it says that it has {width} × {height} pixels, but at most {MOST_PIXELS} are read")]
@@ -47,6 +50,7 @@ pub(crate) enum Format {
     WebP,
     Hdr,
     Exr,
+    Ktx2,
     /// Known, but not read.
     Unsupported(&'static str),
     Unknown,
@@ -65,8 +69,10 @@ pub(crate) fn sniff(bytes: &[u8]) -> Format {
         Format::Hdr
     } else if at(0, b"\x76\x2f\x31\x01") {
         Format::Exr
+    } else if at(0, b"\xabKTX 20\xbb\r\n\x1a\n") {
+        Format::Ktx2
     } else if at(0, b"\xabKTX") {
-        Format::Unsupported("KTX")
+        Format::Unsupported("KTX 1")
     } else if at(0, b"DDS ") {
         Format::Unsupported("DDS")
     } else if at(4, b"ftypavif") || at(4, b"ftypavis") {
@@ -97,6 +103,7 @@ pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFai
         Format::Exr => openexr::decode(bytes, name),
         Format::Jpeg => jpeg::decode(bytes, name),
         Format::Hdr => decode_with_image(&radiance(bytes), name),
+        Format::Ktx2 => ktx2::decode(bytes, name),
         Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("a {kind} image"))),
         Format::Unknown => Err(ImageFailure::Kind("of an unknown kind".into())),
         _ => decode_with_image(bytes, name),
@@ -200,6 +207,7 @@ pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailu
             let (width, height) = openexr::dimensions(bytes)?;
             (width, height, 16)
         }
+        Format::Ktx2 => ktx2::dimensions(bytes)?,
         Format::Unsupported(kind) => return Err(ImageFailure::Kind(format!("a {kind} image"))),
         Format::Unknown => return Err(ImageFailure::Kind("of an unknown kind".into())),
         _ => {
