@@ -202,6 +202,14 @@ fn read(texture: &Option<PreparedTexture>, at: &impl Coordinates) -> Option<Vec4
     texture.as_ref().map(|t| t.read(at.uv(t.uv_set)))
 }
 
+/// The colour of what is reflected: files of floats may hold negative ones, which count as 0, as in Cycles. What is not a
+/// number stays so, and is counted where it arises.
+#[inline]
+fn reflected(texel: Vec4) -> Vec3 {
+    let color = texel.truncate();
+    Vec3::select(color.cmplt(Vec3::ZERO), Vec3::ZERO, color)
+}
+
 impl PreparedMaterial {
     /// Whether no ray gets through, nor beside it. By value, so that it is the same with the effects that are called for and
     /// with all: below metal there is no glass.
@@ -220,7 +228,7 @@ impl PreparedMaterial {
         let mut p = self.base;
         p.base_color *= vertex_color.truncate();
         if let Some(t) = read(&self.base_color_texture, at) {
-            p.base_color *= t.truncate();
+            p.base_color *= reflected(t);
         }
         if let Some(t) = read(&self.metallic_roughness_texture, at) {
             p.roughness *= t.y;
@@ -230,7 +238,7 @@ impl PreparedMaterial {
             p.specular *= t.w;
         }
         if let Some(t) = read(&self.specular_color_texture, at) {
-            p.specular_color *= t.truncate();
+            p.specular_color *= reflected(t);
         }
         if let Some(t) = read(&self.transmission_texture, at) {
             p.transmission *= t.x;
@@ -299,5 +307,17 @@ impl PreparedMaterial {
             AlphaMode::Mask { cutoff } => f32::from(alpha() >= cutoff),
             AlphaMode::Blend => alpha(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_below_zero_reflect_nothing() {
+        let below = reflected(Vec4::new(-0.25, 0.5, -0.0, -1.0));
+        assert_eq!(below, Vec3::new(0.0, 0.5, 0.0));
+        assert!(reflected(Vec4::new(f32::NAN, 2.0, 0.0, 1.0)).x.is_nan());
     }
 }

@@ -18,7 +18,7 @@ pub fn is_whole(image: &Image) -> bool {
 }
 
 /// The stored value of an image that has the same one everywhere in some channels; of others it is any.
-pub fn constant(image: &Image, channels: BVec4A) -> Option<Vec4> {
+fn constant(image: &Image, channels: BVec4A) -> Option<Vec4> {
     if !is_whole(image) {
         return None;
     }
@@ -30,7 +30,7 @@ pub fn constant(image: &Image, channels: BVec4A) -> Option<Vec4> {
 }
 
 /// The least opacity of an image.
-pub fn least_alpha(image: &Image) -> Option<f32> {
+fn least_alpha(image: &Image) -> Option<f32> {
     if !is_whole(image) {
         return None;
     }
@@ -41,6 +41,28 @@ pub fn least_alpha(image: &Image) -> Option<f32> {
     texels.try_fold(f32::INFINITY, |least, texel| {
         texel.w.is_finite().then(|| least.min(texel.w))
     })
+}
+
+/// What was found of images: one that many materials share is looked through once for each question.
+#[derive(Default)]
+pub struct Answers {
+    constants: HashMap<(ImageId, u32), Option<Vec4>>,
+    least_alphas: HashMap<ImageId, Option<f32>>,
+}
+
+impl Answers {
+    /// As [`constant`], of image `id`.
+    pub fn constant(&mut self, id: ImageId, image: &Image, channels: BVec4A) -> Option<Vec4> {
+        let question = (id, channels.bitmask());
+        let answer = self.constants.entry(question);
+        *answer.or_insert_with(|| constant(image, channels))
+    }
+
+    /// As [`least_alpha`], of image `id`.
+    pub fn least_alpha(&mut self, id: ImageId, image: &Image) -> Option<f32> {
+        let answer = self.least_alphas.entry(id);
+        *answer.or_insert_with(|| least_alpha(image))
+    }
 }
 
 /// Whether all values of an image are finite: nothing times 0 is anything but 0.

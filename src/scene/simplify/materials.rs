@@ -26,6 +26,7 @@ const UNLIT: &str = "not seen on an unlit surface";
 /// One material on its way.
 struct Folding<'a> {
     images: &'a [Image],
+    answers: &'a mut images::Answers,
     left_out: &'a mut Vec<LeftOut>,
     name: String,
     /// Some mesh with the material has vertices that are not opaque.
@@ -56,14 +57,19 @@ impl<'a> Folding<'a> {
 
     /// The value that a texture has everywhere in some channels, as look-ups give it: interpolating what is the same gives
     /// the same bits.
-    fn constant(&self, slot: Option<&Texture>, usage: ImageUse, channels: BVec4A) -> Option<Vec4> {
+    fn constant(
+        &mut self,
+        slot: Option<&Texture>,
+        usage: ImageUse,
+        channels: BVec4A,
+    ) -> Option<Vec4> {
         let texture = slot?;
-        let image = self.image(texture)?;
+        let (id, image) = (texture.image, self.image(texture)?);
         // Weighted by opacity, colours are rounded once more, and there are none where there is no opacity.
-        if texture.sampler.weighted && images::least_alpha(image) != Some(1.0) {
+        if texture.sampler.weighted && self.answers.least_alpha(id, image) != Some(1.0) {
             return None;
         }
-        let value = images::constant(image, channels)?;
+        let value = self.answers.constant(id, image, channels)?;
         let value = if image.pixels.is_encoded(usage) {
             let linear = decoded(value);
             match self.space.matrix_from_rec709() {
@@ -150,7 +156,10 @@ impl<'a> Folding<'a> {
         }
         let least = match &m.base_color_texture {
             None => Some(1.0),
-            Some(texture) => self.image(texture).and_then(images::least_alpha),
+            Some(texture) => {
+                let image = self.image(texture);
+                image.and_then(|image| self.answers.least_alpha(texture.image, image))
+            }
         };
         let Some(least) = least else {
             return;
@@ -299,9 +308,11 @@ pub fn fold(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
             *has = true;
         }
     }
+    let mut answers = images::Answers::default();
     for (material, &vertex_alpha) in scene.materials.iter_mut().zip(&vertex_alpha) {
         let mut folding = Folding {
             images: &scene.images,
+            answers: &mut answers,
             left_out,
             name: material.name.clone(),
             vertex_alpha,
