@@ -40,7 +40,7 @@ pub fn warning(rendering: &Rendering, file: &SceneFile, asked: &Asked) -> Option
     } else {
         "the picture is black".to_owned()
     };
-    Some(format!("{how}: {}", cause(rendering, file, asked)))
+    Some(format!("{how}: {}", cause(mean, rendering, file, asked)))
 }
 
 /// So many pixels at most the reconstruction filter adds to a side of the picture, at both ends.
@@ -60,7 +60,7 @@ fn brightness(rendering: &Rendering) -> f64 {
     sum / light.pixels.len().max(1) as f64
 }
 
-fn cause(rendering: &Rendering, file: &SceneFile, asked: &Asked) -> String {
+fn cause(mean: f64, rendering: &Rendering, file: &SceneFile, asked: &Asked) -> String {
     let scene = &file.scene;
     let statistics = &rendering.statistics;
     // Pixels that get light from samples beyond the picture's edge make it some wider to the rays.
@@ -70,8 +70,8 @@ fn cause(rendering: &Rendering, file: &SceneFile, asked: &Asked) -> String {
     if !scene.shines() {
         "nothing in the scene shines; light it with --environment FILE or --environment-color 1,1,1"
             .into()
-    } else if statistics.rays as f64 <= pixels * statistics.mean_samples {
-        // A ray that meets something is followed by others.
+    } else if mean == 0.0 && statistics.rays as f64 <= pixels * statistics.mean_samples {
+        // A ray that meets something is followed by others, or brings light.
         "the camera sees nothing; --camera chooses another, and --environment-color 1,1,1 shows a background".into()
     } else if scene.lights.is_empty() {
         "what shines does not reach what the camera sees; --environment-color 1,1,1 lights it, --exposure brightens it".into()
