@@ -1400,7 +1400,7 @@ fn people_read_the_standard_error() {
         "2 triangles",
         "1 light,",
         "a.exr written",
-        "24 × 12 pixels, 1 samples a pixel",
+        "24 × 12 pixels, 1 sample a pixel,",
         "--view does nothing",
     ] {
         assert!(text.contains(expected), "{expected}: {text}");

@@ -5,6 +5,7 @@ use super::parser::Parsed;
 use super::view::{View, wishes_of};
 use super::{Failure, console};
 use crate::color::{ColorConfig, DisplaySummary, LookSummary};
+use crate::math::words::counted;
 use crate::measure::{self, Encoding};
 use crate::output::{self, Format};
 use serde::Serialize;
@@ -76,9 +77,9 @@ fn apply(parsed: Parsed) -> Result<u8, Failure> {
         .count();
     if odd > 0 {
         warn(&format!(
-            "{} pixels of {} are infinite or no numbers; what they show has no meaning",
-            console::grouped(odd as u64),
-            input.display()
+            "in {} the values of {} are infinite or no numbers; what that shows has no meaning",
+            input.display(),
+            counted(console::grouped(odd as u64), "pixel", "pixels")
         ));
     }
     let metadata = vec![("sundog/from".to_owned(), input.display().to_string())];

@@ -10,6 +10,7 @@ use super::tev::Viewer;
 use super::{Failure, black, console, replay, scene_file, settings, summary};
 use crate::effects::EffectSet;
 use crate::math::primaries::WorkingSpace;
+use crate::math::words::counted;
 use crate::output::Metadata;
 use crate::render::{RenderSettings, Statistics, Stop, left_out};
 use crate::scene::fingerprint;
@@ -88,8 +89,12 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     };
     if let Some(saved) = &saved {
         reporter.say(&format!(
-            "going on from {} samples a pixel",
-            console::grouped(saved.samples().into())
+            "going on from {} a pixel",
+            counted(
+                console::grouped(saved.samples().into()),
+                "sample",
+                "samples"
+            )
         ));
     }
     let rendering = crate::render::go_on(scene, &settings, saved.as_ref(), &watcher);
@@ -133,13 +138,13 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         return Err(Failure {
             code: EXIT_INTERRUPTED,
             message: format!(
-                "interrupted; {} written with the {} samples a pixel there were",
+                "interrupted; {} written with {} a pixel, as far as it came",
                 match (outputs.files.is_empty(), &checkpoint) {
                     (false, _) => outputs.names().join(", "),
                     (true, Some(checkpoint)) => checkpoint.name(),
                     (true, None) => "the last frame".to_owned(),
                 },
-                statistics.samples
+                counted(statistics.samples, "sample", "samples")
             ),
         });
     }

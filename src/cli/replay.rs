@@ -4,6 +4,7 @@ use super::flags::EXIT_OK;
 use super::parser::Parsed;
 use super::progress::Reporter;
 use super::{Failure, console, scene_file, settings};
+use crate::math::words::counted;
 use crate::render::{Detail, Replay, replay};
 
 /// Runs it.
@@ -48,9 +49,9 @@ fn text(replay: &Replay) -> String {
         }
     }
     text.push_str(&format!(
-        "radiance   {} by {} rays\n",
+        "radiance   {} by {}\n",
         number(&replay.radiance),
-        replay.rays
+        counted(replay.rays, "ray", "rays")
     ));
     if !replay.same_bits {
         text.push_str("           the kernel that makes the picture has other bits here: please report it with the scene\n");

@@ -3,6 +3,7 @@
 use super::outputs::Outputs;
 use super::progress::Reporter;
 use super::{Failure, console, text};
+use crate::math::words::counted;
 use crate::output::Metadata;
 use crate::render::{Rendering, Statistics};
 use serde::Serialize;
@@ -19,8 +20,8 @@ fn end_line(
 ) -> String {
     let seconds = statistics.trace.as_secs_f64();
     let mut line = format!(
-        "{width} × {height} pixels, {} samples a pixel, {} to prepare, {} to trace, {:.2} Mray/s",
-        samples(statistics),
+        "{width} × {height} pixels, {} a pixel, {} to prepare, {} to trace, {:.2} Mray/s",
+        counted(samples(statistics), "sample", "samples"),
         console::clock(statistics.prepare.as_secs_f64()),
         console::clock(seconds),
         if seconds > 0.0 {
@@ -45,8 +46,8 @@ fn end_line(
     }
     if statistics.non_finite > 0 {
         line.push_str(&format!(
-            "; {} samples were not finite",
-            console::grouped(statistics.non_finite)
+            "; not finite: {}",
+            counted(console::grouped(statistics.non_finite), "sample", "samples")
         ));
     }
     line
@@ -87,8 +88,12 @@ pub fn non_finite(statistics: &Statistics) -> String {
         )
     });
     format!(
-        "{} samples were not finite and count as black ({}){}",
-        console::grouped(statistics.non_finite),
+        "{} as black ({}){}",
+        counted(
+            console::grouped(statistics.non_finite),
+            "sample was not finite and counts",
+            "samples were not finite and count"
+        ),
         told.join(", "),
         example.unwrap_or_default()
     )

@@ -1,11 +1,10 @@
 //! Counts in words.
 
-/// `1 triangle`, `2 triangles`.
-pub fn counted(count: usize, one: &str, many: &str) -> String {
-    match count {
-        1 => format!("1 {one}"),
-        n => format!("{n} {many}"),
-    }
+/// `1 triangle`, `2 triangles`, `1.5 samples`; the count as it is written.
+pub fn counted(count: impl std::fmt::Display, one: &str, many: &str) -> String {
+    let count = count.to_string();
+    let noun = if count == "1" { one } else { many };
+    format!("{count} {noun}")
 }
 
 #[cfg(test)]
@@ -17,5 +16,7 @@ mod tests {
         assert_eq!(counted(0, "mesh", "meshes"), "0 meshes");
         assert_eq!(counted(1, "mesh", "meshes"), "1 mesh");
         assert_eq!(counted(2, "mesh", "meshes"), "2 meshes");
+        assert_eq!(counted(1.5, "sample", "samples"), "1.5 samples");
+        assert_eq!(counted("1 000", "sample", "samples"), "1 000 samples");
     }
 }

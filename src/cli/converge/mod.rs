@@ -12,6 +12,7 @@ use super::progress::Reporter;
 use super::view::View;
 use super::{Failure, console, scene_file, settings};
 use crate::film::Passes;
+use crate::math::words::counted;
 use crate::measure::convergence::Reference;
 use crate::measure::{self, Encoding, MeasureError, Picture};
 use crate::render::RenderSettings;
@@ -277,8 +278,8 @@ impl Work<'_> {
         let mut points = Vec::new();
         for seed in self.settings.seed..self.settings.seed + seeds {
             self.reporter.say(&format!(
-                "seed {seed}, {} samples a pixel",
-                self.settings.samples
+                "seed {seed}, {} a pixel",
+                counted(self.settings.samples, "sample", "samples")
             ));
             let settings = RenderSettings {
                 seed,
@@ -292,8 +293,12 @@ impl Work<'_> {
                 self.files.keep(&name, seed, shot, space)?;
                 // The page shows the first and the last picture of the first run.
                 let shown = seed == self.settings.seed && (index == 0 || index == last);
-                let look =
-                    shown.then(|| (&mut *looks, format!("{name}, {} samples", shot.samples)));
+                let look = shown.then(|| {
+                    (
+                        &mut *looks,
+                        format!("{name}, {}", counted(shot.samples, "sample", "samples")),
+                    )
+                });
                 let point = self.measured(truth, u64::from(seed), shot, look)?;
                 if shown && index == last {
                     looks.add_flip(truth, &name);
@@ -333,7 +338,12 @@ impl Work<'_> {
                 picture: load(&entry.path, self.size())?,
             };
             let shown = Some(entry.samples) == longest && Some(entry.seed) == first_seed;
-            let look = shown.then(|| (&mut *looks, format!("{name}, {} samples", entry.samples)));
+            let look = shown.then(|| {
+                (
+                    &mut *looks,
+                    format!("{name}, {}", counted(entry.samples, "sample", "samples")),
+                )
+            });
             let point = self
                 .measured(truth, entry.seed, &shot, look)
                 .map_err(|failure| Failure {

@@ -3,6 +3,7 @@
 use super::super::Failure;
 use super::summary::{Answer, Curve, MAIN, MEASURES, Measure, apart, slope, words};
 use super::{Looks, Shown};
+use crate::math::words::counted;
 use crate::report::{
     Axis, Cell, Column, HeatMap, HeatMaps, Page, Picture, Plot, Point, ReportError, Section,
     Series, Settings, Slider, Table,
@@ -104,7 +105,7 @@ fn points(curve: &Curve, measure: &Measure, against_time: bool) -> Vec<Point> {
                 f64::from(row.samples)
             };
             // A logarithmic axis has no place for what is not above 0.
-            let point = Point::new(x, error).labelled(format!("{} samples", row.samples));
+            let point = Point::new(x, error).labelled(counted(row.samples, "sample", "samples"));
             let point = match spread.deviation {
                 Some(deviation) if deviation < error => {
                     point.spread(error - deviation, error + deviation)

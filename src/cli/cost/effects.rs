@@ -5,6 +5,7 @@ use crate::cli::text::{self, percent, time};
 use crate::cli::view::View;
 use crate::cli::{Failure, console};
 use crate::cost::{self, Clock, CostError, EffectCost, Study, Worth};
+use crate::math::words::counted;
 use crate::measure::{self, Encoding};
 use crate::render::{RenderSettings, render};
 use crate::report::{
@@ -111,10 +112,10 @@ fn measured_settings(question: &Question) -> Result<RenderSettings, Failure> {
 /// What all of it is about.
 fn headline(study: &Study) -> String {
     format!(
-        "{} × {} pixels with {} samples: about {} ({} Mrays, {:.0} ns each), noise {}.\n{}{}",
+        "{} × {} pixels with {}: about {} ({} Mrays, {:.0} ns each), noise {}.\n{}{}",
         study.size[0],
         study.size[1],
-        study.samples,
+        counted(study.samples, "sample", "samples"),
         time(study.full.seconds),
         console::grouped((study.full.rays / 1e6).round() as u64),
         study.full.nanoseconds_per_ray,

@@ -4,6 +4,7 @@ use super::{Question, Unseen};
 use crate::cli::text::{self, interval, percent, time};
 use crate::cli::{Failure, console};
 use crate::cost::{self, Probe};
+use crate::math::words::counted;
 use crate::render::{Expected, Forecast, Known, RenderSettings, Row};
 use crate::report::{Axis, Cell, Column, Page, Plot, Point, Section, Series, Table};
 use serde::Serialize;
@@ -149,7 +150,8 @@ fn sentence(reply: &Reply) -> String {
             seconds,
             error,
         } => format!(
-            "{samples} samples: {} in {}",
+            "{}: {} in {}",
+            counted(samples, "sample", "samples"),
             interval(*error, percent),
             interval(*seconds, time)
         ),
@@ -222,7 +224,7 @@ fn table(rows: &[Row]) -> Table {
 fn measured(pass: &Known) -> Point {
     Point::new(pass.seconds, 100.0 * pass.error)
         .spread(100.0 * pass.low, 100.0 * pass.high)
-        .labelled(format!("{} samples", pass.samples))
+        .labelled(counted(pass.samples, "sample", "samples"))
 }
 
 /// Measured passes, and the curve ahead with its interval.
