@@ -44,6 +44,18 @@ pub enum ImportError {
         /// The file that is needed.
         needed: String,
     },
+    /// A part of the scene lies at an address on the network.
+    #[error(
+        "{file}: {object}: its address \"{address}\" is not a file beside the scene: download it, put it there, and name that file instead"
+    )]
+    Remote {
+        /// The scene file.
+        file: String,
+        /// What in the scene needs it.
+        object: String,
+        /// Where it is, shortened.
+        address: String,
+    },
     /// The file is of another format, or only part of one.
     #[error("{file} is not a glTF 2.0 file that can be read: {reason}")]
     NotGltf {

@@ -211,6 +211,10 @@ fn missing_files_are_named() {
     file.json["materials"][0]["emissiveTexture"] = json!({ "index": 0 });
     file.json["materials"][0]["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
     // A texture is not the scene: the factor alone is used, but for light that it was to give.
+    let mut remote = file.clone();
+    remote.json["images"][0]["uri"] = json!("https://example.org/oak.png");
+    let told = found(&remote.load(), "image-lost")[0].to_string();
+    assert!(told.contains("https://example.org/oak.png"), "{told}");
     let imported = file.load();
     let lost = &found(&imported, "image-lost")[0];
     assert_eq!(lost.verdict, Verdict::Lost);

@@ -284,14 +284,11 @@ impl Document {
                 .bytes()
                 .all(|b| b.is_ascii_alphanumeric() || matches!(b, b'+' | b'-' | b'.'))
         {
-            return Err(ImportError::malformed(
-                &self.file,
-                object,
-                format!(
-                    "its address \"{}\" is not a file beside the scene: download it and export again",
-                    shorten(uri)
-                ),
-            ));
+            return Err(ImportError::Remote {
+                file: self.file.clone(),
+                object: object.into(),
+                address: shorten(uri),
+            });
         }
         let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
         // Some exporters forget to encode: a file that is there under the literal name counts too.

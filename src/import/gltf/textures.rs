@@ -242,12 +242,19 @@ impl<'a> Images<'a> {
         let broken = |problem: String| ImportError::malformed(&document.file, &object, problem);
         let mut data = Vec::new();
         let source = match (&image.uri, &image.buffer_view) {
-            (Some(uri), _) => match document.locate(uri, &object)? {
-                Located::Data(decoded) => {
+            (Some(uri), _) => match document.locate(uri, &object) {
+                Ok(Located::Data(decoded)) => {
                     data = decoded;
                     Source::Uri(uri.clone())
                 }
-                Located::File(path) => Source::File(path),
+                Ok(Located::File(path)) => Source::File(path),
+                Err(ImportError::Remote { address, .. }) => {
+                    let told = format!("image at {address}, which is not a file beside the scene");
+                    lose(diagnostics, told, &object);
+                    self.known.insert(index, None);
+                    return Ok(None);
+                }
+                Err(error) => return Err(error),
             },
             (None, Some(view)) => Source::View(document.place(view.value()).map_err(broken)?),
             (None, None) => return Err(broken("it has neither data nor a file".into())),
