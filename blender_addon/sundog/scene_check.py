@@ -28,7 +28,9 @@ def check(context):
     with Folder(bpy.app.tempdir) as folder:
         done = export.write_scene(depsgraph, scene, folder.path, place)
         cache.mark_used(cache.used_by(done.path), place)
-        told = json.loads(program.ask(path, "info", done.path, "--json", seconds=_LOOK))
+        # The cache and the images lie where they lie.
+        outside = ["--allow-outside"] if program.abilities(path).has("allow-outside", "info") else []
+        told = json.loads(program.ask(path, "info", done.path, "--json", *outside, seconds=_LOOK))
     record = records.begin_alone(scene, depsgraph.view_layer)
     record.update(verdicts=done.verdicts, export=done.timings, diagnostics=told.get("diagnostics", []))
     record.update(called_for=told.get("effects", []))

@@ -28,8 +28,12 @@ impl Asked {
 /// Linear light that sRGB shows as 1 of 255: its curve begins with a slope of 12.92 (IEC 61966-2-1).
 const ONE_OF_255: f64 = 1.0 / (255.0 * 12.92);
 
-/// A sentence with the probable cause and the way out, if the mean of the picture shows as black.
+/// A sentence with the probable cause and the way out, if the mean of the picture shows as black. Of a picture that was not
+/// kept (only frames were asked for) nothing is known: who reads them sees it.
 pub fn warning(rendering: &Rendering, file: &SceneFile, asked: &Asked) -> Option<String> {
+    if rendering.picture.layers.is_empty() {
+        return None;
+    }
     let stops = asked.exposure.or(file.scene.color_management.exposure);
     let mean = brightness(rendering) * stops.unwrap_or(0.0).exp2();
     if mean >= ONE_OF_255 {

@@ -144,10 +144,12 @@ class Scenes(EngineTest):
         self.scene.camera = bpy.data.objects["Camera"]
         self.still_renders()
 
-    def test_a_camera_that_is_none(self):
-        self.scene.camera = bpy.data.objects["Cube"]
-        self.fails("Cube", "camera")
-        self.scene.camera = bpy.data.objects["Camera"]
+    def test_a_camera_that_is_another_object(self):
+        # As in Cycles, which looks through it with 50 mm.
+        target = bpy.data.objects.new("empty", None)
+        self.scene.collection.objects.link(target)
+        target.matrix_world = bpy.data.objects["Camera"].matrix_world
+        self.scene.camera = target
         self.still_renders()
 
     def test_an_empty_mesh(self):
