@@ -138,13 +138,17 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         return Err(Failure {
             code: EXIT_INTERRUPTED,
             message: format!(
-                "interrupted; {} written with {} a pixel, as far as it came",
+                "interrupted; {} written with the {}",
                 match (outputs.files.is_empty(), &checkpoint) {
                     (false, _) => outputs.names().join(", "),
                     (true, Some(checkpoint)) => checkpoint.name(),
                     (true, None) => "the last frame".to_owned(),
                 },
-                counted(statistics.samples, "sample", "samples")
+                counted(
+                    statistics.samples,
+                    "sample a pixel there was",
+                    "samples a pixel there were"
+                )
             ),
         });
     }
