@@ -105,7 +105,6 @@ def pixel_error(cycles):
     return PIXEL_ERROR_OF_THRESHOLD * threshold
 
 
-
 def copy_from_cycles(scene):
     """Copies what `scene.cycles` says; returns sentences on what has no place here. Raises AttributeError without Cycles."""
     cycles, settings = scene.cycles, scene.sundog

@@ -2,10 +2,10 @@
 
 use super::flags::EXIT_OK;
 use super::parser::Parsed;
+use super::scene_file::count;
 use super::view::{View, wishes_of};
 use super::{Failure, console};
 use crate::color::{ColorConfig, DisplaySummary, LookSummary};
-use crate::math::words::counted;
 use crate::measure::{self, Encoding};
 use crate::output::{self, Format};
 use serde::Serialize;
@@ -79,7 +79,7 @@ fn apply(parsed: Parsed) -> Result<u8, Failure> {
         warn(&format!(
             "in {} the values of {} are infinite or no numbers; what that shows has no meaning",
             input.display(),
-            counted(console::grouped(odd as u64), "pixel", "pixels")
+            count(odd as u64, "pixel")
         ));
     }
     let metadata = vec![("sundog/from".to_owned(), input.display().to_string())];

@@ -56,7 +56,6 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
             path_b.display()
         ))
     };
-    let warn = |warning: &str| console::message(&format!("sundog: warning: {warning}"));
     let (wishes_a, wishes_b) = (
         view::wishes_of(path_a, &warn)?,
         view::wishes_of(path_b, &warn)?,
@@ -126,6 +125,10 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     Ok(EXIT_OK)
 }
 
+fn warn(warning: &str) {
+    console::message(&format!("sundog: warning: {warning}"));
+}
+
 /// What one sees of both pictures, and in words how: by the flags, else by the sRGB curve.
 fn seen(
     parsed: Parsed,
@@ -142,7 +145,6 @@ fn seen(
     }
     Ok(match (flag, a.encoding) {
         (Some(_), _) => {
-            let warn = |warning: &str| console::message(&format!("sundog: warning: {warning}"));
             let view = View::new(parsed, wishes_a, &warn)?;
             let other = View::new(parsed, wishes_b, &|_| ())?;
             (view.seen(a)?, other.seen(b)?, view.summary())

@@ -14,7 +14,7 @@ static LOST: OnceLock<String> = OnceLock::new();
 /// Writes to the standard output; false if nobody reads it any more. A reader that has gone away
 /// (`sundog info x | head`) is no error; what else goes wrong is told by [`lost`].
 pub fn output(text: &str) -> bool {
-    let text = escaped(text, |symbol| is_unseen(symbol) && symbol != '\n');
+    let text = escaped(text, is_unseen_in_lines, by_rust);
     let mut stdout = std::io::stdout().lock();
     let written = stdout
         .write_all(text.as_bytes())
@@ -50,18 +50,39 @@ pub fn page(text: &str) {
 
 /// A text in which nothing breaks a line or commands the terminal.
 pub fn one_line(text: &str) -> Cow<'_, str> {
-    escaped(text, is_unseen)
+    escaped(text, is_unseen, by_rust)
 }
 
-/// A text with some symbols written as `\n` or `\u{1b}`.
-fn escaped(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
+/// What would command the terminal where lines may end.
+fn is_unseen_in_lines(symbol: char) -> bool {
+    is_unseen(symbol) && symbol != '\n'
+}
+
+/// A symbol as `\n` or `\u{1b}`.
+fn by_rust(result: &mut String, symbol: char) {
+    result.extend(symbol.escape_default());
+}
+
+/// A symbol as JSON writes it, by its units of UTF-16.
+fn by_json(result: &mut String, symbol: char) {
+    for unit in symbol.encode_utf16(&mut [0; 2]) {
+        let _ = write!(result, "\\u{unit:04x}");
+    }
+}
+
+/// A text with some symbols written in another way.
+fn escaped(
+    text: &str,
+    is_escaped: impl Fn(char) -> bool,
+    write: impl Fn(&mut String, char),
+) -> Cow<'_, str> {
     if !text.chars().any(&is_escaped) {
         return text.into();
     }
     let mut result = String::with_capacity(text.len() + 16);
     for symbol in text.chars() {
         if is_escaped(symbol) {
-            result.extend(symbol.escape_default());
+            write(&mut result, symbol);
         } else {
             result.push(symbol);
         }
@@ -70,23 +91,8 @@ fn escaped(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
 }
 
 /// JSON with what it allows in texts and a terminal obeys (the controls from U+007F on) escaped its own way.
-fn escaped_json(text: String) -> String {
-    let is_escaped = |symbol: char| is_unseen(symbol) && symbol != '\n';
-    if !text.chars().any(is_escaped) {
-        return text;
-    }
-    let mut result = String::with_capacity(text.len() + 16);
-    for symbol in text.chars() {
-        if is_escaped(symbol) {
-            let mut units = [0; 2];
-            for unit in symbol.encode_utf16(&mut units) {
-                let _ = write!(result, "\\u{unit:04x}");
-            }
-        } else {
-            result.push(symbol);
-        }
-    }
-    result
+fn escaped_json(text: &str) -> Cow<'_, str> {
+    escaped(text, is_unseen_in_lines, by_json)
 }
 
 /// Empties the line that the terminal's cursor is in. Asks for no lock: another thread may hold it for ever.
@@ -97,7 +103,7 @@ pub fn empty_line() {
 /// Writes one JSON object as one line to the standard output; false if nobody reads it any more.
 pub fn json_line(value: &impl Serialize) -> bool {
     match serde_json::to_string(value) {
-        Ok(line) => output(&format!("{}\n", escaped_json(line))),
+        Ok(line) => output(&format!("{}\n", escaped_json(&line))),
         Err(error) => {
             message(&format!("sundog: cannot write JSON: {error}"));
             true
@@ -109,7 +115,7 @@ pub fn json_line(value: &impl Serialize) -> bool {
 pub fn json_document(value: &impl Serialize) {
     match serde_json::to_string_pretty(value) {
         Ok(text) => {
-            output(&format!("{}\n", escaped_json(text)));
+            output(&format!("{}\n", escaped_json(&text)));
         }
         Err(error) => message(&format!("sundog: cannot write JSON: {error}")),
     }
@@ -180,7 +186,8 @@ mod tests {
         );
         let plain = "Käse 🧀 日本 עברית – \\ \"";
         assert_eq!(one_line(plain), plain);
-        let json = escaped_json(serde_json::to_string(evil).unwrap());
+        let json = serde_json::to_string(evil).unwrap();
+        let json = escaped_json(&json);
         assert!(!json.chars().any(is_unseen), "{json}");
         assert_eq!(serde_json::from_str::<String>(&json).unwrap(), evil);
     }

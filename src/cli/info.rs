@@ -7,6 +7,7 @@ use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
 use crate::effects::{Asked, EffectSet, Finding, emits};
 use crate::math::primaries::WorkingSpace;
+use crate::math::words::counted;
 use crate::scene::{
     AlphaMode, AreaShape, Bounds, Diagnostics, LeftOut, LightKind, Material, Pixels, Projection,
     Scene, Window, fingerprint, simplify,
@@ -342,11 +343,7 @@ impl<'a> Info<'a> {
             format!(
                 "{} in {}, placed {}: {}",
                 count(self.triangles, "triangle"),
-                if self.meshes == 1 {
-                    "1 mesh".into()
-                } else {
-                    format!("{} meshes", self.meshes)
-                },
+                counted(self.meshes, "mesh", "meshes"),
                 if self.instances == 1 {
                     "once".into()
                 } else {

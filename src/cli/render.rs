@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::parser::Parsed;
 use super::progress::Reporter;
 use super::tev::Viewer;
-use super::{Failure, black, console, replay, scene_file, settings, summary};
+use super::{Failure, black, replay, scene_file, settings, summary};
 use crate::effects::EffectSet;
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
@@ -90,11 +90,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     if let Some(saved) = &saved {
         reporter.say(&format!(
             "going on from {} a pixel",
-            counted(
-                console::grouped(saved.samples().into()),
-                "sample",
-                "samples"
-            )
+            scene_file::count(saved.samples().into(), "sample")
         ));
     }
     let rendering = crate::render::go_on(scene, &settings, saved.as_ref(), &watcher);

@@ -4,6 +4,7 @@ use super::parser::Parsed;
 use super::progress::Reporter;
 use super::{Failure, console};
 use crate::import::{self, ImportOptions, LightUnits, Transmission};
+use crate::math::words::counted;
 use crate::scene::{Diagnostics, Environment, LeftOut, Scene, Verdict, Visibility, simplify};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
@@ -227,9 +228,5 @@ pub fn summary(scene: &Scene) -> String {
 
 /// `1 light`, `2 lights`.
 pub fn count(number: u64, thing: &str) -> String {
-    format!(
-        "{} {thing}{}",
-        console::grouped(number),
-        if number == 1 { "" } else { "s" }
-    )
+    counted(console::grouped(number), thing, &format!("{thing}s"))
 }

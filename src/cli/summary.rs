@@ -2,6 +2,7 @@
 
 use super::outputs::Outputs;
 use super::progress::Reporter;
+use super::scene_file::count;
 use super::{Failure, console, text};
 use crate::math::words::counted;
 use crate::output::Metadata;
@@ -47,7 +48,7 @@ fn end_line(
     if statistics.non_finite > 0 {
         line.push_str(&format!(
             "; not finite: {}",
-            counted(console::grouped(statistics.non_finite), "sample", "samples")
+            count(statistics.non_finite, "sample")
         ));
     }
     line

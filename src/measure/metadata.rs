@@ -162,10 +162,8 @@ mod tests {
     use crate::film;
     use crate::output::{self, png::Codes};
 
-    #[test]
-    fn an_exr_file_says_what_its_light_is_numbers_of() {
-        let folder = tempfile::tempdir().unwrap();
-        let picture = film::Picture {
+    fn one_pixel() -> film::Picture {
+        film::Picture {
             width: 1,
             height: 1,
             layers: vec![film::Layer {
@@ -173,7 +171,13 @@ mod tests {
                 channels: ["R", "G", "B"].map(String::from).to_vec(),
                 data: vec![0.5; 3],
             }],
-        };
+        }
+    }
+
+    #[test]
+    fn an_exr_file_says_what_its_light_is_numbers_of() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = one_pixel();
         for space in WorkingSpace::ALL {
             let path = folder.path().join("a.exr");
             let options = output::exr::ExrOptions {
@@ -194,15 +198,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (exr, png) = (folder.path().join("a.exr"), folder.path().join("a.png"));
         let written = vec![("sundog/samples".to_owned(), "64 Käse".to_owned())];
-        let picture = film::Picture {
-            width: 1,
-            height: 1,
-            layers: vec![film::Layer {
-                name: "Combined".into(),
-                channels: ["R", "G", "B"].map(String::from).to_vec(),
-                data: vec![0.0; 3],
-            }],
-        };
+        let picture = one_pixel();
         output::exr::write(&exr, &picture, &Default::default(), &written).unwrap();
         output::png::write(&png, 1, 1, Codes::Eight(&[0; 3]), &written).unwrap();
         for path in [exr, png] {
