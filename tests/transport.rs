@@ -8,7 +8,7 @@ mod studies;
 mod visibility;
 
 use glam::{DAffine3, DVec3, Vec3};
-use sundog::effects;
+use sundog::effects::{self, Matte};
 use sundog::film::Passes;
 use sundog::hard::kit::{camera, constant_environment, diffuse, glass, light, place, quad, sphere};
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
@@ -161,7 +161,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 (Vec3::ZERO, warp::sphere(sampler.pair(Dimension::Filter, 0)));
             let mut last = None;
             for bounce in 0..12 {
-                let Some(hit) = world.intersect::<0>(
+                let Some(hit) = world.intersect::<Matte>(
                     origin,
                     direction,
                     (0.0, f32::INFINITY),
@@ -175,7 +175,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 let id = (hit.instance, hit.geometry, hit.primitive);
                 self_hits += u32::from(last == Some(id));
                 last = Some(id);
-                let surface = world.surface::<{ effects::STRUCTURE }>(&hit, origin, direction);
+                let surface = world.surface::<Matte>(&hit, origin, direction);
                 let n = surface.normals.geometric;
                 direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(
                     sampler.pair(Dimension::Bsdf, bounce),

@@ -1,6 +1,6 @@
 //! What each effect costs each scene: instructions of a sample by callgrind, times of a sample in turn.
 //!
-//!     cargo bench --bench effects -- [SCENE.glb[:ENVIRONMENT]…] [--added] [--time] [--check | --write]
+//!     cargo bench --bench effects -- [SCENE.glb[:ENVIRONMENT]…] [--time] [--check | --write]
 //!
 //! Without a scene it takes the Cornell box that it makes itself. docs/effects.md says what the tables mean.
 
@@ -153,10 +153,10 @@ fn median(values: &[f64]) -> f64 {
 }
 
 /// The kernels to look at on a scene with the worlds made for them.
-fn prepared(scene: &Scene, added: bool) -> Outcome<Vec<(Candidate, World)>> {
+fn prepared(scene: &Scene) -> Outcome<Vec<(Candidate, World)>> {
     let needed = EffectSet::detect(scene).mask;
     let mut list = Vec::new();
-    for candidate in candidates(needed, added) {
+    for candidate in candidates(needed) {
         // The general kernel is given what it is given with `--effects all`.
         let effects = if candidate.mask == effects::PATHS {
             ALL
@@ -170,11 +170,11 @@ fn prepared(scene: &Scene, added: bool) -> Outcome<Vec<(Candidate, World)>> {
 }
 
 /// Traces once with each kernel and says nothing: callgrind counts, and writes a file after each.
-fn count(word: &str, added: bool) -> Outcome<()> {
+fn count(word: &str) -> Outcome<()> {
     let (_, scene) = load(word)?;
     let mut first = None;
     let filter = FilterTable::box_filter();
-    for (candidate, world) in prepared(&scene, added)? {
+    for (candidate, world) in prepared(&scene)? {
         // Not counted: tables that are made when they are first asked for are no sample's, and a few samples do not ask for all.
         std::hint::black_box(samples(&world, candidate.kernel, &filter, COUNTED));
         let sums = counted_samples(&world, candidate.kernel, &filter, COUNTED);
@@ -186,7 +186,7 @@ fn count(word: &str, added: bool) -> Outcome<()> {
 }
 
 /// Instructions of a sample by each of so many kernels, by this program under callgrind.
-fn instructions(word: &str, added: bool, kernels: usize) -> Outcome<Vec<f64>> {
+fn instructions(word: &str, kernels: usize) -> Outcome<Vec<f64>> {
     let folder = std::env::temp_dir().join(format!("sundog-effects-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     let out = folder.join("callgrind");
@@ -200,9 +200,6 @@ fn instructions(word: &str, added: bool, kernels: usize) -> Outcome<Vec<f64>> {
     command
         .arg(std::env::current_exe()?)
         .args(["--count", word]);
-    if added {
-        command.arg("--added");
-    }
     let done = command
         .output()
         .map_err(|e| format!("valgrind could not be run: {e}"))?;
@@ -224,10 +221,10 @@ fn instructions(word: &str, added: bool, kernels: usize) -> Outcome<Vec<f64>> {
     figures
 }
 
-fn figures(word: &str, added: bool, time: bool) -> Outcome<(String, Vec<Figure>)> {
+fn figures(word: &str, time: bool) -> Outcome<(String, Vec<Figure>)> {
     let (name, scene) = load(word)?;
-    let worlds = prepared(&scene, added)?;
-    let counts = instructions(word, added, worlds.len())?;
+    let worlds = prepared(&scene)?;
+    let counts = instructions(word, worlds.len())?;
     let times = if time {
         times(&worlds)
     } else {
@@ -338,12 +335,12 @@ fn run() -> Outcome<()> {
         scenes.push("cornell");
     }
     if has("--count") {
-        return count(scenes[0], has("--added"));
+        return count(scenes[0]);
     }
     println!("{}", toolchain());
     let mut reference = Reference::new();
     for word in scenes {
-        let (name, figures) = figures(word, has("--added"), !has("--check"))?;
+        let (name, figures) = figures(word, !has("--check"))?;
         print(&name, &figures);
         let kept = figures.iter().filter(|f| !f.name.starts_with('+'));
         let kernels = kept

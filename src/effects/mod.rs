@@ -8,6 +8,7 @@
 mod asked;
 mod census;
 mod detect;
+mod features;
 mod kept;
 mod lacking;
 mod mask;
@@ -17,6 +18,7 @@ pub use asked::Asked;
 pub use detect::{
     Cause, EffectSet, Finding, State, Thing, emits, is_translucent, tells_rays_apart,
 };
+pub use features::{Box, Features, General, Matte, Opaque};
 pub use kept::{keeps, keeps_environment, kept};
 pub use mask::{
     ALL, ALPHA, ALPHA_BLEND, ALPHA_CLIP, AREA_LIGHTS, BASE_COLOR_TEXTURE, CLEAR_GLASS, COMPILED,

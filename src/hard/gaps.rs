@@ -4,7 +4,7 @@ use super::kit::{
     Bench, camera, constant_environment, diffuse, glass, mean, place, prepared, quad, small, sphere,
 };
 use super::{Case, Effort, Finding};
-use crate::effects::{self, Mask};
+use crate::effects::Matte;
 use crate::ffi::embree::Hit;
 use crate::math::{Frame, float, warp};
 use crate::render::RenderError;
@@ -58,12 +58,10 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// No effects: the queries alone.
-const PLAIN: Mask = effects::STRUCTURE;
 const FOREVER: (f32, f32) = (float::RAY_START, f32::INFINITY);
 
 fn meet(world: &World, origin: Vec3, direction: Vec3) -> Option<Hit> {
-    world.intersect::<PLAIN>(origin, direction, FOREVER, RayKind::Diffuse, || 0)
+    world.intersect::<Matte>(origin, direction, FOREVER, RayKind::Diffuse, || 0)
 }
 
 /// What became of rays that should have stayed inside.
@@ -123,7 +121,7 @@ fn follow(world: &World, inside: Vec3, path: u32) -> Leaks {
         if left == Some(triangle) {
             leaks.onto_itself += 1;
         }
-        let surface = world.surface::<PLAIN>(&hit, origin, direction);
+        let surface = world.surface::<Matte>(&hit, origin, direction);
         if !surface.inside {
             leaks.from_outside += 1;
             break;
@@ -132,7 +130,7 @@ fn follow(world: &World, inside: Vec3, path: u32) -> Leaks {
         let n = surface.normals.geometric;
         direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(random(bounce)));
         // One direction in 1e8 is below the wall when it is rounded: none of the renderer's paths goes on then.
-        let Some(start) = world.leave::<PLAIN>(&hit, &surface, direction, false) else {
+        let Some(start) = world.leave::<Matte>(&hit, &surface, direction, false) else {
             break;
         };
         origin = start;
@@ -421,7 +419,7 @@ fn planes_through_the_camera(effort: Effort) -> Result<Vec<Finding>, RenderError
                 continue;
             };
             met += 1;
-            let surface = world.surface::<PLAIN>(&hit, from, to - from);
+            let surface = world.surface::<Matte>(&hit, from, to - from);
             let n = surface.normals.geometric;
             let direction = Frame::from_normal(n)
                 .to_world(warp::cosine_hemisphere(Vec2::new(number(4), number(5))));
@@ -494,7 +492,7 @@ fn close_sheets(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                     let Some(hit) = meet(&world, Vec3::ZERO, direction) else {
                         return (1, 0);
                     };
-                    let surface = world.surface::<PLAIN>(&hit, Vec3::ZERO, direction);
+                    let surface = world.surface::<Matte>(&hit, Vec3::ZERO, direction);
                     let origin = float::ray_origin(surface.point, -surface.normals.geometric);
                     let next = meet(&world, origin, direction);
                     let skipped = next.is_none_or(|next| next.geometry != 1);

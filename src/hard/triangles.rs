@@ -6,7 +6,7 @@ use super::kit::{
     small, sphere,
 };
 use super::{Case, Effort, Finding};
-use crate::effects::{self, Mask};
+use crate::effects::Matte;
 use crate::import::{self, ImportOptions};
 use crate::math::float;
 use crate::render::{LightSampling, RenderError, RenderSettings};
@@ -56,8 +56,6 @@ pub const CASES: &[Case] = &[
         run: one_triangle_and_millions,
     },
 ];
-
-const PLAIN: Mask = effects::STRUCTURE;
 
 /// Directions as the surface scatters, and no light samples: under a sky of 1 each sample of a plane that reflects half
 /// of it is 1/2, but for the roundings of its weight.
@@ -282,7 +280,7 @@ fn slivers(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             let from = Vec3::new(2.0 * number(2), number(3), 0.0);
             let ends = (float::RAY_START, f32::INFINITY);
             world
-                .intersect::<PLAIN>(from, to - from, ends, RayKind::Camera, || 0)
+                .intersect::<Matte>(from, to - from, ends, RayKind::Camera, || 0)
                 .is_none()
         })
         .count() as u64;
@@ -594,7 +592,7 @@ fn one_triangle_and_millions(effort: Effort) -> Result<Vec<Finding>, RenderError
         let inwards =
             ((b - a).cross(c - a)).normalize() * (b - a).length().max((c - a).length()) * -0.1;
         let ends = (float::RAY_START, f32::INFINITY);
-        let hit = world.intersect::<PLAIN>(middle + inwards, -inwards, ends, RayKind::Camera, || 0);
+        let hit = world.intersect::<Matte>(middle + inwards, -inwards, ends, RayKind::Camera, || 0);
         wrong += u64::from(hit.is_none_or(|hit| u64::from(hit.primitive) != triangle));
     }
     findings.push(Finding::none("triangles of 1000 that were not met", wrong));

@@ -8,7 +8,8 @@ pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step,
 
 use crate::camera::CameraRay;
 use crate::effects::{
-    ENVIRONMENT, GLOSS, INSTANCES, LAMPS, MESH_LIGHTS, METAL, Mask, PATHS, SMOOTH_NORMALS, SUNS,
+    Box, ENVIRONMENT, GLOSS, General, INSTANCES, LAMPS, MESH_LIGHTS, METAL, Mask, Matte, Opaque,
+    PATHS, SMOOTH_NORMALS, SUNS,
 };
 use crate::film::apart::PathApart;
 use crate::sampler::Sampler;
@@ -21,16 +22,16 @@ pub type Kernel = fn(&World, &PathSettings, &Sampler, &CameraRay) -> Path;
 pub type ApartKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut PathApart) -> Path;
 
 /// The one for all scenes.
-pub const APART: ApartKernel = trace_apart::<PATHS, PathApart>;
+pub const APART: ApartKernel = trace_apart::<General, PathApart>;
 
 /// A kernel that tells each step.
 pub type RecordingKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut Recorder) -> Path;
 
 /// The one for all scenes: its radiance has the bits of every other kernel that has what a scene calls for.
-pub const RECORDING: RecordingKernel = trace_apart::<PATHS, Recorder>;
+pub const RECORDING: RecordingKernel = trace_apart::<General, Recorder>;
 
 /// The one that has everything.
-pub const GENERAL: (Mask, Kernel) = (PATHS, trace::<PATHS>);
+pub const GENERAL: (Mask, Kernel) = (PATHS, trace::<General>);
 
 const LIGHTS: Mask = LAMPS | MESH_LIGHTS | SUNS | ENVIRONMENT;
 const MATTE: Mask = LIGHTS | SMOOTH_NORMALS | INSTANCES;
@@ -39,9 +40,9 @@ const MATTE: Mask = LIGHTS | SMOOTH_NORMALS | INSTANCES;
 /// not in it. Each saves at least 2 % of the instructions on scenes that call for no more: what saves less is a branch in the
 /// general one (textures, cut-outs, normal maps and glass beside facets: 0.4 to 1.5 %; docs/effects.md has the table).
 pub const KERNELS: [(Mask, Kernel); 4] = [
-    (MESH_LIGHTS, trace::<MESH_LIGHTS>),
-    (MATTE, trace::<MATTE>),
-    (MATTE | METAL | GLOSS, trace::<{ MATTE | METAL | GLOSS }>),
+    (MESH_LIGHTS, trace::<Box>),
+    (MATTE, trace::<Matte>),
+    (MATTE | METAL | GLOSS, trace::<Opaque>),
     GENERAL,
 ];
 

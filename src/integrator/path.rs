@@ -4,10 +4,7 @@
 
 use super::record::{End, Lit, Record, Scattered, Step};
 use crate::camera::CameraRay;
-use crate::effects::{
-    self, ALPHA, ENVIRONMENT, FACETS, LAMPS, MESH_LIGHTS, Mask, NORMAL_MAPS, PATHS, SMOOTH_NORMALS,
-    SUNS, TRANSMISSION, VISIBILITY,
-};
+use crate::effects::{Features, General};
 use crate::film::apart::{Apart, Together};
 use crate::film::pixel::{FirstHit, Middle};
 use crate::light::power_heuristic;
@@ -17,6 +14,7 @@ use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, Kinds, Scattering};
 use crate::world::{Hit, Met, Passage, RayKind, Shaded, Source, Surface, World};
 use glam::{Vec2, Vec3};
+use std::marker::PhantomData;
 
 /// What a path takes from the settings.
 #[derive(Clone, Copy, Debug)]
@@ -223,20 +221,20 @@ impl PathSettings {
 
 /// Surfaces as a kernel has them.
 #[derive(Clone, Copy, Debug)]
-struct Compiled<const E: Mask>;
+struct Compiled<E>(PhantomData<E>);
 
-impl<const E: Mask> Kinds for Compiled<E> {
-    const FACETS: bool = effects::has(E, FACETS);
-    const TRANSMISSION: bool = effects::has(E, TRANSMISSION);
-    const SMOOTH: bool = effects::has(E, SMOOTH_NORMALS);
-    const BUMPS: bool = effects::has(E, NORMAL_MAPS);
+impl<E: Features> Kinds for Compiled<E> {
+    const FACETS: bool = E::FACETS;
+    const TRANSMISSION: bool = E::EVERYTHING;
+    const SMOOTH: bool = E::CURVED;
+    const BUMPS: bool = E::EVERYTHING;
 }
 
 /// The BSDF of a kernel.
-type KernelBsdf<const E: Mask> = Bsdf<Compiled<E>>;
+type KernelBsdf<E> = Bsdf<Compiled<E>>;
 
 /// Traces the path that begins with a ray of the camera.
-pub fn trace<const E: Mask>(
+pub fn trace<E: Features>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
@@ -246,7 +244,7 @@ pub fn trace<const E: Mask>(
 }
 
 /// The same, telling `apart` where the light comes from.
-pub fn trace_apart<const E: Mask, A: Apart + Record>(
+pub fn trace_apart<E: Features, A: Apart + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
@@ -282,11 +280,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
     let mut bounce = 0;
     loop {
         // ---- The next surface, and the lamps on the way to it ----
-        let again = if effects::has(E, SMOOTH_NORMALS) {
-            own.take()
-        } else {
-            None
-        };
+        let again = if E::CURVED { own.take() } else { None };
         rays += u32::from(again.is_none());
         gathered.apart.step(|| Step::Ray {
             bounce,
@@ -300,7 +294,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         let mut ended = false;
         let hit = if let Some((hit, _)) = again {
             Some(hit)
-        } else if effects::has(E, ALPHA) && settings.transparent != u32::MAX {
+        } else if E::EVERYTHING && settings.transparent != u32::MAX {
             match world.intersect_limited::<E>(
                 origin,
                 direction,
@@ -325,14 +319,13 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         } else {
             world.intersect::<E>(origin, direction, (near, far), previous.kind(), key)
         };
-        let hit =
-            if effects::has(E, TRANSMISSION) && world.has_close_interfaces() && again.is_none() {
-                world.first_in_order(hit, &mut passage, (origin, direction), previous.kind())
-            } else {
-                hit
-            };
+        let hit = if E::EVERYTHING && world.has_close_interfaces() && again.is_none() {
+            world.first_in_order(hit, &mut passage, (origin, direction), previous.kind())
+        } else {
+            hit
+        };
         let ray = (previous.kind(), bounce.saturating_sub(1));
-        if effects::has(E, LAMPS) && (bounce > 0 || world.lights.camera_sees_lamps()) {
+        if E::LIGHTS && (bounce > 0 || world.lights.camera_sees_lamps()) {
             let end = hit.map_or(far, |h| h.distance);
             world.lights.lamps_along::<E>(
                 &previous.at,
@@ -352,7 +345,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
             if bounce == 0 {
                 first.transparent = settings.transparent_film;
             }
-            if effects::has(E, ENVIRONMENT | SUNS) {
+            if E::LIGHTS {
                 world.lights.from_infinity::<E>(
                     &previous.at,
                     direction,
@@ -395,7 +388,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         });
 
         // ---- Emission ----
-        if effects::has(E, MESH_LIGHTS) && surface.emission != Vec3::ZERO {
+        if surface.emission != Vec3::ZERO {
             let unsampled = bounce == 0 || again.is_some() || surface.shining == u32::MAX;
             let light_pdf = if unsampled || !settings.sample_lights {
                 0.0
@@ -443,11 +436,11 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         }
 
         let mut parameters = *parameters;
-        if effects::has(E, FACETS) && settings.filter_glossy > 0.0 {
+        if E::FACETS && settings.filter_glossy > 0.0 {
             parameters.roughen(settings.least_alpha(min_pdf));
         }
         // As Cycles leaves caustics out: the kind of the ray decides, so that a reflection seen in a mirror stays.
-        let cut = effects::has(E, FACETS)
+        let cut = E::FACETS
             && settings.caustics != [true; 2]
             && previous.scattering == Some(Scattering::Diffuse);
         if cut && !settings.caustics[0] {
@@ -495,7 +488,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
         // ---- Onwards ----
         let u = sampler.triple(Dimension::Bsdf, bounce);
         // In the general kernel alone: the choice costs half a percent of the instructions.
-        let drawn = if E == PATHS && settings.uniform {
+        let drawn = if E::EVERYTHING && settings.uniform {
             bsdf.sample_uniform(u)
         } else {
             bsdf.sample(u)
@@ -509,7 +502,7 @@ pub fn trace_apart<const E: Mask, A: Apart + Record>(
             break;
         };
         // Where some kinds of rays see less than others, each kind is an estimate of its own.
-        let alone = effects::has(E, VISIBILITY) && world.by_kind;
+        let alone = E::EVERYTHING && world.by_kind;
         let (weight, pdf) = if alone { s.alone } else { (s.weight, s.pdf) };
         debug_assert!(is_unit(s.wi), "direction {}", s.wi);
         debug_assert!(
@@ -605,14 +598,14 @@ const NAIVE_OFFSET: f32 = 1e-4;
 
 /// Where a ray starts that leaves a surface; `None` where the surface is in its way.
 #[inline]
-fn leave<const E: Mask>(
+fn leave<E: Features>(
     world: &World,
     settings: &PathSettings,
     (hit, surface): (&Hit, &Surface),
     direction: Vec3,
     beyond: bool,
 ) -> Option<Vec3> {
-    if E == PATHS && settings.naive_offsets {
+    if E::EVERYTHING && settings.naive_offsets {
         let normal = surface.normals.geometric;
         let offset = normal * NAIVE_OFFSET.copysign(direction.dot(normal));
         return Some(surface.point.point + offset);
@@ -621,7 +614,7 @@ fn leave<const E: Mask>(
 }
 
 /// A surface that light falls on, and the path to it.
-struct Vertex<'a, const E: Mask> {
+struct Vertex<'a, E: Features> {
     bounce: u32,
     hit: &'a Hit,
     surface: &'a Surface<'a>,
@@ -636,7 +629,7 @@ struct Vertex<'a, const E: Mask> {
 /// one.
 #[cold]
 #[inline(never)]
-fn direct_lights<const E: Mask, A: Apart + Record>(
+fn direct_lights<E: Features, A: Apart + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
@@ -654,7 +647,7 @@ fn direct_lights<const E: Mask, A: Apart + Record>(
 
 /// Adds the light of one of some light samples; returns the rays it took.
 #[inline(always)]
-fn direct_light<const E: Mask, A: Apart + Record>(
+fn direct_light<E: Features, A: Apart + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
@@ -696,7 +689,7 @@ fn direct_light<const E: Mask, A: Apart + Record>(
         value.value.min_element() >= 0.0 && value.value.is_finite() && value.pdf >= 0.0,
         "{value:?}"
     );
-    let by_kind = effects::has(E, VISIBILITY) && world.by_kind;
+    let by_kind = E::EVERYTHING && world.by_kind;
     let casts_shadow = !by_kind || light.rules.visibility.sees(RayKind::Shadow);
     let delta = light.delta || !casts_shadow;
     let beyond = bsdf.is_beyond(light.wi);
@@ -764,7 +757,7 @@ fn direct_light<const E: Mask, A: Apart + Record>(
 /// What a ray of the camera meets; a holdout counts as nothing, as in Cycles.
 pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> Middle {
     let key = || sampler.key(Dimension::Opacity, 0);
-    let hit = world.intersect::<PATHS>(
+    let hit = world.intersect::<General>(
         ray.origin,
         ray.direction,
         (ray.near, ray.far),

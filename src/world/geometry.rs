@@ -1,7 +1,7 @@
 //! Meshes, placed meshes, and the surface at a hit.
 
 use super::material::{Coordinates, PreparedMaterial};
-use crate::effects::{self, Mask, PATHS};
+use crate::effects::{Features, General};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
 use crate::scene::{Mesh, Visibility};
@@ -252,8 +252,8 @@ impl Entry {
 
     /// The placement of an instance.
     #[inline(always)]
-    fn placement<const E: Mask>(&self) -> Option<&Placement> {
-        if effects::has(E, effects::INSTANCES) {
+    fn placement<E: Features>(&self) -> Option<&Placement> {
+        if E::CURVED {
             self.instance.as_deref()
         } else {
             None
@@ -267,7 +267,7 @@ impl Entry {
 
     /// The placement (identity for a flat mesh).
     pub fn transform(&self) -> Affine {
-        self.placement::<PATHS>().map_or(
+        self.placement::<General>().map_or(
             Affine {
                 x: Vec3::X,
                 y: Vec3::Y,
@@ -279,7 +279,7 @@ impl Entry {
     }
 
     #[inline]
-    fn normal<const E: Mask>(&self, n: Vec3) -> Vec3 {
+    fn normal<E: Features>(&self, n: Vec3) -> Vec3 {
         match self.placement::<E>() {
             None => n,
             Some(p) => p.normal[0] * n.x + p.normal[1] * n.y + p.normal[2] * n.z,
@@ -304,7 +304,7 @@ impl Entry {
 
     /// A point of a triangle in world space, with its error bound, which does not reach over an edge.
     #[inline]
-    pub fn point<const E: Mask>(
+    pub fn point<E: Features>(
         &self,
         mesh: &MeshData,
         triangle: u32,
@@ -322,7 +322,7 @@ impl Entry {
     }
 
     #[inline]
-    fn placed<const E: Mask>(&self, local: BoundedPoint) -> BoundedPoint {
+    fn placed<E: Features>(&self, local: BoundedPoint) -> BoundedPoint {
         match self.placement::<E>() {
             None => local,
             Some(p) => p.world_from_object.bounded_point(local),
@@ -331,7 +331,7 @@ impl Entry {
 
     /// A direction of the mesh in world space.
     #[inline]
-    fn vector<const E: Mask>(&self, v: Vec3) -> Vec3 {
+    fn vector<E: Features>(&self, v: Vec3) -> Vec3 {
         match self.placement::<E>() {
             None => v,
             Some(p) => p.world_from_object.vector(v),
@@ -340,7 +340,7 @@ impl Entry {
 
     /// Unit normal of a triangle by its winding in world space (outside by glTF's rule).
     #[inline]
-    pub fn geometric_normal<const E: Mask>(&self, mesh: &MeshData, triangle: u32) -> Vec3 {
+    pub fn geometric_normal<E: Features>(&self, mesh: &MeshData, triangle: u32) -> Vec3 {
         let [a, b, c] = mesh.corners(triangle);
         let n = (b - a).cross(c - a);
         // Unit first: the cross product of tiny edges leaves f32's range under a transform.
@@ -385,7 +385,7 @@ pub struct Surface<'a> {
 }
 
 #[inline]
-pub fn surface<'a, const E: Mask>(
+pub fn surface<'a, E: Features>(
     entry: &Entry,
     mesh: &MeshData,
     material: &'a PreparedMaterial,
@@ -401,7 +401,7 @@ pub fn surface<'a, const E: Mask>(
     let at = mesh.at(hit.primitive, hit.u, hit.v);
 
     let mut smooth_outside = outside;
-    if effects::has(E, effects::SMOOTH_NORMALS)
+    if E::CURVED
         && let Some(normals) = &mesh.normals
     {
         let n = unit_or_zero(entry.normal::<E>(at.vector(normals)));
@@ -411,12 +411,12 @@ pub fn surface<'a, const E: Mask>(
     }
     let mut smooth = side(smooth_outside);
     // Normals that point to the other side of the triangle than its winding are turned over.
-    if effects::has(E, effects::SMOOTH_NORMALS) && smooth.dot(geometric) < 0.0 {
+    if E::CURVED && smooth.dot(geometric) < 0.0 {
         smooth = -smooth;
         smooth_outside = -smooth_outside;
     }
     let mut shading = smooth;
-    if effects::has(E, effects::NORMAL_MAPS)
+    if E::EVERYTHING
         && let Some((texture, scale)) = &material.normal_texture
     {
         let texel = texture.read(at.uv(texture.uv_set)).truncate() * 2.0 - 1.0;
@@ -438,13 +438,9 @@ pub fn surface<'a, const E: Mask>(
             .all(|n| n == Vec3::ZERO || is_unit(n)),
         "normals {geometric} {smooth} {shading}"
     );
-    let textures = effects::has(E, effects::TEXTURES);
+    let textures = E::EVERYTHING;
     let color = if textures { at.color() } else { Vec4::ONE };
-    let emission = if effects::has(E, effects::MESH_LIGHTS) {
-        material.emitted(&at, color)
-    } else {
-        Vec3::ZERO
-    };
+    let emission = material.emitted(&at, color);
     let parameters = (!material.unlit).then(|| {
         if textures {
             material.parameters(&at, color)
@@ -481,7 +477,7 @@ pub fn lift(entry: &Entry, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec3 {
         return Vec3::ZERO;
     };
     let at = mesh.at(hit.primitive, hit.u, hit.v);
-    let sign = if entry.normal::<PATHS>(at.vector(normals)).dot(side) < 0.0 {
+    let sign = if entry.normal::<General>(at.vector(normals)).dot(side) < 0.0 {
         -1.0
     } else {
         1.0
@@ -536,7 +532,7 @@ fn mapped_normal(
             )
         }
     };
-    let world = entry.vector::<PATHS>(tangent);
+    let world = entry.vector::<General>(tangent);
     // Given tangents of a mesh in world space have their sign turned over already.
     let mirror = if entry.flipped && (entry.instance.is_some() || mesh.tangents.is_none()) {
         -1.0

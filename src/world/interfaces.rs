@@ -10,7 +10,7 @@
 
 use super::geometry::{Entry, MeshData};
 use super::{Hit, RayKind, World};
-use crate::effects::PATHS;
+use crate::effects::General;
 use crate::ffi::embree::Ray;
 use crate::math::float::{self, BoundedPoint};
 use glam::{DVec3, Vec3};
@@ -221,8 +221,8 @@ impl World {
     fn interfaces_about(&self, hit: &Hit, kind: RayKind) -> Vec<Hit> {
         let entry = &self.entries[hit.object() as usize];
         let mesh = &self.meshes[entry.mesh as usize];
-        let at: BoundedPoint = entry.point::<PATHS>(mesh, hit.primitive, hit.u, hit.v);
-        let normal = entry.geometric_normal::<PATHS>(mesh, hit.primitive);
+        let at: BoundedPoint = entry.point::<General>(mesh, hit.primitive, hit.u, hit.v);
+        let normal = entry.geometric_normal::<General>(mesh, hit.primitive);
         let beyond = (float::ray_origin(at, normal) - at.point).length() * REACH;
         let mut found: Vec<Hit> = Vec::new();
         self.embree.visit(

@@ -4,7 +4,7 @@ use super::geometry::{Entry, MeshData};
 use super::lamps::{self, Lamps, Rules};
 use super::material::PreparedMaterial;
 use super::shining::{Eye, Facet, Places, Shining};
-use crate::effects::{self, Mask, PATHS};
+use crate::effects::{self, Features, General, Mask};
 use crate::ffi::embree::{Device, EmbreeError};
 use crate::light::choice::{Chooser, Shares};
 use crate::light::environment::{Environment, Texels};
@@ -126,12 +126,6 @@ fn by_power(bounds: &mut [Bounds]) {
             front: None,
         };
     }
-}
-
-/// Whether a kernel chooses between groups of lights. Without it the one that there is has probability 0.8 + 0.2, which in f32
-/// too is 1.
-const fn has_groups(set: Mask) -> bool {
-    effects::has(set, effects::SUNS | effects::ENVIRONMENT)
 }
 
 /// Something that shines, for those who look at a single path.
@@ -259,8 +253,8 @@ impl Lights {
 
     /// A point that is to be lit.
     #[inline]
-    pub fn shaded<const E: Mask>(&self, point: Vec3, normal: Option<Vec3>) -> Shaded {
-        let compared = has_groups(E) && !(self.suns.is_empty() && self.environment.is_none());
+    pub fn shaded<E: Features>(&self, point: Vec3, normal: Option<Vec3>) -> Shaded {
+        let compared = E::LIGHTS && !(self.suns.is_empty() && self.environment.is_none());
         let shares = self.finite.shares(point, normal, compared);
         let groups = if compared {
             let finite = shares.sum.min(MOST);
@@ -289,8 +283,9 @@ impl Lights {
     /// Probability of a group, by the estimated irradiance, a part of it evenly so that no
     /// estimate can starve a group.
     #[inline]
-    fn group_probability<const E: Mask>(&self, group: Group, at: &Shaded) -> f32 {
-        if !has_groups(E) {
+    fn group_probability<E: Features>(&self, group: Group, at: &Shaded) -> f32 {
+        // Without groups, the one that there is has probability 0.8 + 0.2, which in f32 too is 1.
+        if !E::LIGHTS {
             return 1.0;
         }
         let Groups { sum, count, finite } = at.groups;
@@ -306,8 +301,8 @@ impl Lights {
     }
 
     #[inline]
-    fn choose_group<const E: Mask>(&self, at: &Shaded, u: f32) -> Option<(Group, f32, f32)> {
-        if !has_groups(E) {
+    fn choose_group<E: Features>(&self, at: &Shaded, u: f32) -> Option<(Group, f32, f32)> {
+        if !E::LIGHTS {
             return Some((Group::Finite, 1.0, u));
         }
         let mut u = u;
@@ -332,7 +327,7 @@ impl Lights {
 
     /// Draws a light and a direction to it.
     #[inline]
-    pub fn sample<const E: Mask>(
+    pub fn sample<E: Features>(
         &self,
         world: &super::World,
         at: &Shaded,
@@ -370,7 +365,7 @@ impl Lights {
                 let choice = self.finite.sample(&at.shares, at.place(), u_light)?;
                 let p = p * choice.probability;
                 match self.emitters[choice.emitter as usize] {
-                    Emitter::Lamp(_) if !effects::has(E, effects::LAMPS) => None,
+                    Emitter::Lamp(_) if !E::LIGHTS => None,
                     Emitter::Lamp(index) => {
                         let (s, rules) = self.lamps.sample(index, at, u)?;
                         let pdf = s.direction.pdf * p;
@@ -408,7 +403,7 @@ impl Lights {
     /// What [`Self::sample`] draws with a number.
     #[cold]
     pub fn drawn(&self, at: &Shaded, u_light: f32) -> Option<Source> {
-        let (group, _, u_light) = self.choose_group::<PATHS>(at, u_light)?;
+        let (group, _, u_light) = self.choose_group::<General>(at, u_light)?;
         Some(match group {
             Group::Environment => Source::Environment,
             Group::Sun(i) => Source::Sun(i as u32),
@@ -436,12 +431,7 @@ impl Lights {
 
     /// Density with which [`Self::sample`] finds a point of an emissive triangle, by its number among those that shine.
     #[inline]
-    pub fn triangle_pdf<const E: Mask>(
-        &self,
-        at: &Shaded,
-        triangle: u32,
-        on: &BoundedPoint,
-    ) -> f32 {
+    pub fn triangle_pdf<E: Features>(&self, at: &Shaded, triangle: u32, on: &BoundedPoint) -> f32 {
         let p = self.group_probability::<E>(Group::Finite, at);
         if p <= 0.0 {
             return 0.0;
@@ -467,7 +457,7 @@ impl Lights {
     /// with which light sampling from `at` finds the direction (infinite where nothing else may find it). The
     /// ray is of a kind and left after so many bounces.
     #[inline]
-    pub fn lamps_along<const E: Mask>(
+    pub fn lamps_along<E: Features>(
         &self,
         at: &Shaded,
         (origin, wi, far): (Vec3, Vec3, f32),
@@ -479,7 +469,7 @@ impl Lights {
         }
         self.lamps
             .along(at, origin, wi, far, |emitter, rules, meeting| {
-                if kind == RayKind::Camera || effects::has(E, effects::VISIBILITY) {
+                if kind == RayKind::Camera || E::EVERYTHING {
                     if !rules.allow(kind, bounces) {
                         return;
                     }
@@ -497,7 +487,7 @@ impl Lights {
     /// Radiance from infinity with the density of light sampling, for each light there; as in
     /// [`Self::lamps_along`].
     #[inline]
-    pub fn from_infinity<const E: Mask>(
+    pub fn from_infinity<E: Features>(
         &self,
         at: &Shaded,
         wi: Vec3,
@@ -505,8 +495,7 @@ impl Lights {
         mut visit: impl FnMut(Vec3, f32, Source),
     ) {
         let seen = |rules: &Rules| {
-            !(kind == RayKind::Camera || effects::has(E, effects::VISIBILITY))
-                || rules.allow(kind, bounces)
+            !(kind == RayKind::Camera || E::EVERYTHING) || rules.allow(kind, bounces)
         };
         if let Some(environment) = &self.environment
             && seen(&self.environment_rules)
@@ -522,9 +511,7 @@ impl Lights {
         }
         for (i, (sun, rules)) in self.suns.iter().enumerate() {
             if sun.contains(wi) && seen(rules) {
-                let pdf = if effects::has(E, effects::VISIBILITY)
-                    && !rules.visibility.sees(RayKind::Shadow)
-                {
+                let pdf = if E::EVERYTHING && !rules.visibility.sees(RayKind::Shadow) {
                     f32::INFINITY
                 } else {
                     self.group_probability::<E>(Group::Sun(i), at) * sun.pdf()

@@ -18,7 +18,7 @@ pub use lamps::Rules;
 pub use lights::{LightSample, Lights, Shaded, Source};
 
 use crate::camera::Camera;
-use crate::effects::{self, Mask, PATHS};
+use crate::effects::{self, Features, General, Mask};
 use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray};
 use crate::math::float;
 use crate::sampler;
@@ -353,21 +353,21 @@ impl World {
         let mesh = &self.meshes[entry.mesh as usize];
         self.materials[mesh.material as usize].single_sided
             && entry
-                .geometric_normal::<PATHS>(mesh, hit.primitive)
+                .geometric_normal::<General>(mesh, hit.primitive)
                 .dot(direction)
                 > 0.0
     }
 
     /// Opacity of a hit (0 for a back face that is hidden).
     #[inline]
-    fn opacity<const E: Mask>(&self, hit: &Hit, direction: Vec3) -> f32 {
+    fn opacity<E: Features>(&self, hit: &Hit, direction: Vec3) -> f32 {
         if self.is_hidden(hit, direction) {
             return 0.0;
         }
         let entry = &self.entries[hit.object() as usize];
         let mesh = &self.meshes[entry.mesh as usize];
         let material = &self.materials[mesh.material as usize];
-        if !effects::has(E, effects::ALPHA) || !material.translucent {
+        if !E::EVERYTHING || !material.translucent {
             return 1.0;
         }
         let at = mesh.at(hit.primitive, hit.u, hit.v);
@@ -377,15 +377,15 @@ impl World {
     /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at
     /// the same distance the query that asks may find another than the one that does not.
     #[inline]
-    fn filters<const E: Mask>(&self) -> bool {
-        self.filtered && (effects::has(E, effects::ALPHA) || self.cull_backfaces)
+    fn filters<E: Features>(&self) -> bool {
+        self.filtered && (E::EVERYTHING || self.cull_backfaces)
     }
 
     /// The nearest surface that the ray does not pass. Blended surfaces are met with the
     /// probability of their opacity, drawn from `key` and what is met, so that the order in which
     /// Embree asks does not matter.
     #[inline]
-    pub fn intersect<const E: Mask>(
+    pub fn intersect<E: Features>(
         &self,
         origin: Vec3,
         direction: Vec3,
@@ -411,7 +411,7 @@ impl World {
 
     /// As [`Self::intersect`], passing at most `left` surfaces.
     /// As Cycles counts: surfaces without any opacity too, but not back faces that are hidden.
-    pub fn intersect_limited<const E: Mask>(
+    pub fn intersect_limited<E: Features>(
         &self,
         origin: Vec3,
         direction: Vec3,
@@ -471,7 +471,7 @@ impl World {
     /// Share of light that comes from `origin + direction · share` to `origin`, 0..=1. Light that would
     /// have to pass more than `limit` surfaces does not come.
     #[inline]
-    pub fn transmittance<const E: Mask>(
+    pub fn transmittance<E: Features>(
         &self,
         origin: Vec3,
         direction: Vec3,
@@ -506,13 +506,13 @@ impl World {
     /// Share of light between two points with error bounds that see each other along `wi` (from
     /// `a` to `b`): both ends leave their surfaces by their bounds.
     #[inline]
-    pub fn transmittance_to<const E: Mask>(&self, origin: Vec3, target: Vec3, limit: u32) -> f32 {
+    pub fn transmittance_to<E: Features>(&self, origin: Vec3, target: Vec3, limit: u32) -> f32 {
         self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE, limit)
     }
 
     /// Where a ray leaves a surface along `wi`; `beyond`: it goes through. `None` where the surface is in its way.
     #[inline]
-    pub fn leave<const E: Mask>(
+    pub fn leave<E: Features>(
         &self,
         hit: &Hit,
         surface: &Surface,
@@ -526,7 +526,7 @@ impl World {
         if beyond {
             return Some(float::ray_origin(surface.point, -normal));
         }
-        if !effects::has(E, effects::SMOOTH_NORMALS) {
+        if !E::CURVED {
             return None; // The surface is its triangles.
         }
         self.leave_over_the_horizon(hit, surface)
@@ -565,14 +565,14 @@ impl World {
     /// close by, at the other end of a chord, under the same angle. That end is taken to be like this one: what is
     /// returned is how the ray arrives, turned with the surface to here. `kind`: of the ray.
     #[inline]
-    pub fn meets_itself<const E: Mask>(
+    pub fn meets_itself<E: Features>(
         &self,
         hit: &Hit,
         surface: &Surface,
         wi: Vec3,
         kind: RayKind,
     ) -> Option<Vec3> {
-        if !effects::has(E, effects::SMOOTH_NORMALS) {
+        if !E::CURVED {
             return None;
         }
         self.arrives_again(hit, surface, wi, kind)
@@ -594,8 +594,8 @@ impl World {
 
     /// The surface at a hit of the ray that begins at `origin`.
     #[inline]
-    pub fn surface<const E: Mask>(&self, hit: &Hit, origin: Vec3, direction: Vec3) -> Surface<'_> {
-        let index = if effects::has(E, effects::INSTANCES) {
+    pub fn surface<E: Features>(&self, hit: &Hit, origin: Vec3, direction: Vec3) -> Surface<'_> {
+        let index = if E::CURVED {
             hit.object()
         } else {
             hit.geometry

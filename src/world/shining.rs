@@ -3,7 +3,7 @@
 use super::World;
 use super::geometry::{Entry, MeshData};
 use super::material::PreparedMaterial;
-use crate::effects::{self, Mask};
+use crate::effects::Features;
 use crate::light::closed::{self, Outside, place_bits};
 use crate::light::estimate::{Angle, Bounds, Front};
 use crate::light::quad::Quad;
@@ -140,19 +140,19 @@ fn mean_emission(mesh: &MeshData, material: &PreparedMaterial, triangle: u32) ->
 
 /// Radiance of a place on a triangle, as far as the triangle is there.
 #[inline]
-fn radiance<const E: Mask>(
+fn radiance<E: Features>(
     mesh: &MeshData,
     material: &PreparedMaterial,
     triangle: u32,
     weights: Vec2,
 ) -> Vec3 {
-    if !effects::has(E, effects::TEXTURES | effects::ALPHA) {
+    if !E::EVERYTHING {
         return material.emission;
     }
     let place = mesh.at(triangle, weights.x, weights.y);
     let color = place.color();
     let radiance = material.emitted(&place, color);
-    if effects::has(E, effects::ALPHA) && material.translucent {
+    if E::EVERYTHING && material.translucent {
         radiance * material.opacity(&place, color)
     } else {
         radiance
@@ -235,7 +235,7 @@ impl Shining {
 
     /// Draws a point of a facet.
     #[inline]
-    pub fn sample<const E: Mask>(
+    pub fn sample<E: Features>(
         &self,
         world: &World,
         facet: &Facet,
