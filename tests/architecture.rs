@@ -16,7 +16,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("medium", &["math", "color", "sampler"]),
     ("camera", &["math", "color", "sampler"]),
     ("film", &["math", "sampler"]),
-    ("effects", &["scene"]),
+    ("effects", &["scene", "math"]),
     (
         "world",
         &[

@@ -51,8 +51,8 @@ fn causes(finding: &Finding) -> String {
 pub fn left_out_lines(left_out: &[LeftOut], page: &mut Page) {
     for entry in left_out {
         let mut text = match entry.effect {
-            "" => entry.to_string(),
-            effect => format!("{effect}: {entry}"),
+            None => entry.to_string(),
+            Some(effect) => format!("{effect}: {entry}"),
         };
         if entry.bytes > 0 {
             text.push_str(&format!(" ({})", console::bytes(entry.bytes)));
@@ -61,7 +61,7 @@ pub fn left_out_lines(left_out: &[LeftOut], page: &mut Page) {
     }
 }
 
-/// A line for each effect that is called for or lacking, and one for each reason why others are not.
+/// A line for each effect that is called for or unsupported, and one for each reason why others are not.
 pub fn effect_lines(findings: &[Finding], page: &mut Page) {
     for finding in findings {
         let line = || {
@@ -74,7 +74,7 @@ pub fn effect_lines(findings: &[Finding], page: &mut Page) {
         };
         match finding.state {
             State::Needed => page.line("effect", line()),
-            State::Lacking => page.line("lacking", line()),
+            State::Unsupported => page.line("lacking", line()),
             State::LeftOut => {}
         }
     }
@@ -82,8 +82,8 @@ pub fn effect_lines(findings: &[Finding], page: &mut Page) {
     for finding in findings.iter().filter(|f| f.state == State::LeftOut) {
         for reason in &finding.reasons {
             match reasons.iter_mut().find(|(known, _)| known == reason) {
-                Some((_, effects)) => effects.push(finding.effect),
-                None => reasons.push((reason, vec![finding.effect])),
+                Some((_, effects)) => effects.push(finding.effect.id()),
+                None => reasons.push((reason, vec![finding.effect.id()])),
             }
         }
     }

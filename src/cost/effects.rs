@@ -13,10 +13,9 @@ use super::clock::Clock;
 use super::pixels;
 use super::price::{Price, Scatter};
 use super::variants::{Variant, Worth};
-use crate::effects::Effect;
 use crate::film::Picture;
 use crate::render::{Observer, RenderSettings, Rendering, Stop, render};
-use crate::scene::Scene;
+use crate::scene::{Effect, Scene};
 use serde::Serialize;
 
 /// Nanoseconds of a second.
@@ -294,7 +293,7 @@ impl Taking<'_> {
         rounds: u32,
         scatter: Scatter,
     ) -> Result<(EffectCost, Vec<f32>), CostError> {
-        let name = Effect::AdaptiveSampling.name();
+        let name = Effect::AdaptiveSampling.id();
         let (mut with, mut without) = (Rounds::default(), Rounds::default());
         let mut found = adaptive::Found::default();
         for round in 0..rounds {

@@ -45,7 +45,7 @@ fn without_effects(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> 
         .iter()
         .filter(|row| effects::has(called_for & !effects::STRUCTURE, row.bit))
         .map(|row| Variant {
-            name: row.name.into(),
+            name: row.effect.id().into(),
             // Triangles shine where paths meet them without it too.
             about: match row.bit {
                 MESH_LIGHTS => "emissive triangles looked for, not only met".into(),

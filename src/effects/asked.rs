@@ -1,6 +1,6 @@
 //! What a render asks for beyond the scene.
 
-use super::table::Effect;
+use crate::scene::Effect;
 
 /// What of the settings of a render is an effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

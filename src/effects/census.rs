@@ -1,7 +1,8 @@
 //! What there is in a scene to be looked at, and so why an effect is not called for.
 
-use super::table::{Decided, Effect};
-use crate::scene::{LightKind, Projection, Scene};
+use super::table::{Decided, row};
+use crate::math::words;
+use crate::scene::{Effect, Projection, Scene};
 
 /// How many there are of what effects come from.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,11 +42,11 @@ fn in_all(count: usize, thing: &str) -> String {
 }
 
 fn counted(n: usize, thing: &str) -> String {
-    match (n, thing) {
-        (1, _) => format!("1 {thing}"),
-        (_, "mesh") => format!("{n} meshes"),
-        _ => format!("{n} {thing}s"),
-    }
+    let many = match thing {
+        "mesh" => "meshes".into(),
+        _ => format!("{thing}s"),
+    };
+    words::counted(n, thing, &many)
 }
 
 /// The camera's kind.
@@ -55,16 +56,6 @@ pub fn camera(scene: &Scene, number: usize) -> &'static str {
         Some(Projection::Perspective { .. }) => "perspective",
         Some(Projection::Orthographic { .. }) => "orthographic",
         Some(Projection::Equirectangular { .. }) => "a panorama",
-    }
-}
-
-/// The effect that a light is.
-pub fn kind(kind: &LightKind) -> Effect {
-    match kind {
-        LightKind::Point { .. } => Effect::PointLights,
-        LightKind::Spot { .. } => Effect::SpotLights,
-        LightKind::Area { .. } => Effect::AreaLights,
-        LightKind::Sun { .. } => Effect::Suns,
     }
 }
 
@@ -108,7 +99,7 @@ impl Census {
                 _ => "there is but one lamp or emissive triangle".into(),
             },
             Effect::Instances => meshes("one place"),
-            Effect::Visibility => "all rays see all objects and lights that any sees".into(),
+            Effect::RayVisibility => "all rays see all objects and lights that any sees".into(),
             Effect::Holdouts => format!("none {}", all(self.objects, "object")),
             Effect::DepthOfField => "the camera that renders has no aperture".into(),
             Effect::OrthographicCamera | Effect::PanoramaCamera => {
@@ -126,7 +117,7 @@ impl Census {
             Effect::Media => "there is none in the file".into(),
             Effect::MotionBlur => "nothing moves in the file".into(),
             Effect::ShadowCatcher => format!("none {}", all(self.objects, "object")),
-            _ => match effect.row().decided {
+            _ => match row(effect).decided {
                 Decided::Settings | Decided::Branch => "not asked for".into(),
                 _ => "not called for".into(),
             },
@@ -149,7 +140,12 @@ mod tests {
         assert_eq!(census.reason(Effect::Coat), "weight 0 in all 14 materials");
         assert_eq!(census.reason(Effect::Holdouts), "none of the only object");
         for row in &TABLE {
-            assert_ne!(census.reason(row.effect), "not called for", "{}", row.name);
+            assert_ne!(
+                census.reason(row.effect),
+                "not called for",
+                "{}",
+                row.effect
+            );
         }
     }
 }

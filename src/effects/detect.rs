@@ -2,12 +2,11 @@
 
 use super::asked::Asked;
 use super::census::{self, Census};
-use super::lacking;
 use super::mask::Mask;
-use super::table::{COUNT, Decided, Effect, TABLE};
+use super::table::{COUNT, Decided, TABLE, row};
 use crate::scene::{
-    AlphaMode, Diagnostics, Environment, Instance, LeftOut, Light, LightKind, Material, Mesh,
-    Projection, RayKind, Scene, Visibility,
+    AlphaMode, Diagnostics, Effect, Environment, Instance, LeftOut, Light, LightKind, Material,
+    Mesh, Projection, RayKind, Scene, Subject, Visibility,
 };
 use serde::Serialize;
 
@@ -53,6 +52,17 @@ impl Cause {
     }
 }
 
+impl From<&Subject> for Cause {
+    fn from(subject: &Subject) -> Self {
+        let kind = match subject {
+            Subject::Material(_) => Thing::Material,
+            Subject::Object(_) => Thing::Object,
+            Subject::Other(_) => Thing::File,
+        };
+        Self::new(kind, subject.name())
+    }
+}
+
 /// What becomes of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -62,14 +72,15 @@ pub enum State {
     /// Nothing calls for it.
     LeftOut,
     /// The scene calls for it, but the program does not have it yet.
-    Lacking,
+    #[serde(rename = "lacking")]
+    Unsupported,
 }
 
 /// One effect of a scene with what calls for it, or with why nothing does.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// Name in [`TABLE`].
-    pub effect: &'static str,
+    /// Which one.
+    pub effect: Effect,
     /// What it is.
     pub about: &'static str,
     /// Where it is decided.
@@ -194,7 +205,7 @@ impl Findings {
     fn instances(&mut self, scene: &Scene) {
         for instance in &scene.instances {
             if limits_paths(instance.visibility) {
-                self.object(Effect::Visibility, &instance.name);
+                self.object(Effect::RayVisibility, &instance.name);
             }
             if instance.holdout && instance.visibility.sees(RayKind::Camera) {
                 self.object(Effect::Holdouts, &instance.name);
@@ -266,18 +277,18 @@ impl Findings {
     fn lights(&mut self, scene: &Scene) {
         for light in scene.lights.iter().filter(|light| shines(light)) {
             let cause = || Cause::new(Thing::Light, light.name.clone());
-            self.add(census::kind(&light.kind), cause);
+            self.add(light.kind.effect(), cause);
             if is_limited(light) {
-                self.add(Effect::Visibility, cause);
+                self.add(Effect::RayVisibility, cause);
             }
         }
         let Some(environment) = scene.environment.as_ref().filter(|e| is_bright(e)) else {
             return;
         };
         let cause = || Cause::new(Thing::World, "the environment");
-        self.add(environment_kind(environment), cause);
+        self.add(environment.effect(), cause);
         if limits_paths(environment.visibility) {
-            self.add(Effect::Visibility, cause);
+            self.add(Effect::RayVisibility, cause);
         }
     }
 
@@ -296,6 +307,22 @@ impl Findings {
         }
     }
 
+    /// What the importer has met and the program does not have.
+    fn unsupported(&mut self, told: &Diagnostics) {
+        for message in told.iter() {
+            let Some(effect) = message.effect else {
+                continue;
+            };
+            if row(effect).decided != Decided::Absent {
+                continue;
+            }
+            for subject in &message.objects {
+                self.add(effect, || Cause::from(subject));
+            }
+            self.counts[effect as usize] += message.count - message.objects.len();
+        }
+    }
+
     /// Materials that transmit, and meshes whose opacity is below 1.
     fn see_through(&self) -> [usize; 2] {
         let sum = |effects: &[Effect]| effects.iter().map(|&e| self.counts[e as usize]).sum();
@@ -310,10 +337,12 @@ impl Findings {
         for ((row, because_of), count) in TABLE.iter().zip(self.causes).zip(self.counts) {
             let state = match (count, row.decided) {
                 (0, _) => State::LeftOut,
-                (_, Decided::Absent) => State::Lacking,
+                (_, Decided::Absent) => State::Unsupported,
                 _ => State::Needed,
             };
-            let left_out = left_out.iter().filter(|entry| entry.effect == row.name);
+            let left_out = left_out
+                .iter()
+                .filter(|entry| entry.effect == Some(row.effect));
             let mut reasons: Vec<String> = left_out.map(ToString::to_string).collect();
             if state == State::Needed {
                 set |= row.bit;
@@ -321,7 +350,7 @@ impl Findings {
                 reasons.push(census.reason(row.effect));
             }
             findings.push(Finding {
-                effect: row.name,
+                effect: row.effect,
                 about: row.about,
                 decided: row.decided,
                 state,
@@ -345,13 +374,6 @@ pub(super) fn kind_of_glass(m: &Material) -> Effect {
         Effect::ClearGlass
     } else {
         Effect::RoughGlass
-    }
-}
-
-pub(super) fn environment_kind(environment: &Environment) -> Effect {
-    match environment.image {
-        Some(_) => Effect::ImageEnvironment,
-        None => Effect::ConstantEnvironment,
     }
 }
 
@@ -427,15 +449,7 @@ impl EffectSet {
                 found.add(effect, || Cause::new(Thing::Settings, flag));
             }
         }
-        for message in told.iter() {
-            if let Some(effect) = lacking::effect(message) {
-                for name in &message.objects {
-                    let name = lacking::name(name);
-                    found.add(effect, || Cause::new(lacking::kind(message), name));
-                }
-                found.counts[effect as usize] += message.count - message.objects.len();
-            }
-        }
+        found.unsupported(told);
         let census = Census {
             materials: users.iter().flatten().count(),
             see_through: found.see_through(),
@@ -453,6 +467,7 @@ impl EffectSet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Verdict;
 
     #[test]
     fn an_empty_scene_calls_for_nothing() {
@@ -461,5 +476,39 @@ mod tests {
         assert_eq!(set.findings.len(), TABLE.len());
         assert!(set.findings.iter().all(|f| f.state == State::LeftOut));
         assert!(set.findings.iter().all(|f| f.reasons.len() == 1));
+    }
+    #[test]
+    fn what_the_importer_says_is_unsupported_with_its_names() {
+        let mut told = Diagnostics::default();
+        for i in 0..5 {
+            let (code, material) = ("any", Subject::Material(format!("Paint {i}")));
+            told.report_effect(
+                Effect::Coat,
+                code,
+                Verdict::Lost,
+                "words",
+                material,
+                "other words",
+            );
+        }
+        // What the program has is found in the scene, whatever is said of it.
+        told.report_effect(
+            Effect::Suns,
+            "any",
+            Verdict::Exact,
+            "a sun",
+            "Sun",
+            "rendered",
+        );
+        let set = EffectSet::of(&Scene::default(), &Asked::default(), &[], &told);
+        let coat = &set.findings[Effect::Coat as usize];
+        assert_eq!((coat.state, coat.count), (State::Unsupported, 5));
+        let first = &coat.because_of[0];
+        assert_eq!(
+            (first.kind, first.name.as_str()),
+            (Thing::Material, "Paint 0")
+        );
+        assert_eq!(set.findings[Effect::Suns as usize].state, State::LeftOut);
+        assert_eq!(set.mask, 0);
     }
 }

@@ -1,23 +1,22 @@
 //! What a scene's parts are when some effects are left out.
 
-use super::census;
-use super::detect::{environment_kind, kind_of_glass};
+use super::detect::kind_of_glass;
 use super::mask::{self, Mask, has};
-use super::table::Effect;
-use crate::scene::{AlphaMode, Environment, Light, Material};
+use super::table::row;
+use crate::scene::{AlphaMode, Effect, Environment, Light, Material};
 
 /// Whether a light of this kind is kept.
 pub fn keeps(set: Mask, light: &Light) -> bool {
-    keeps_effect(set, census::kind(&light.kind))
+    keeps_effect(set, light.kind.effect())
 }
 
 /// Whether light from all around of this kind is kept.
 pub fn keeps_environment(set: Mask, environment: &Environment) -> bool {
-    keeps_effect(set, environment_kind(environment))
+    keeps_effect(set, environment.effect())
 }
 
 fn keeps_effect(set: Mask, effect: Effect) -> bool {
-    has(set, effect.row().bit)
+    has(set, row(effect).bit)
 }
 
 /// A material without the effects that a set lacks: images leave their factors, opacity is 1, glass is opaque, metal a dielectric

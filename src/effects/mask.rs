@@ -140,7 +140,7 @@ pub fn names(set: Mask) -> Vec<String> {
         let group = GROUPS
             .iter()
             .find(|(group, _)| has(*group, row.bit) && set & group == *group);
-        let (bits, name) = group.map_or((row.bit, row.name), |&(bits, name)| (bits, name));
+        let (bits, name) = group.map_or((row.bit, row.effect.id()), |&(bits, name)| (bits, name));
         names.push(name.to_owned());
         left &= !bits;
     }
@@ -156,13 +156,16 @@ pub fn parse(list: &[String]) -> Result<Mask, String> {
         if let Some((bits, _)) = GROUPS.iter().find(|(_, n)| n == name) {
             return Ok(set | bits);
         }
-        match TABLE.iter().find(|row| row.name == name) {
+        match TABLE.iter().find(|row| row.effect.id() == name) {
             Some(row) if row.decided == Decided::Absent => Err(format!(
                 "the effect '{name}' is not in the program yet: leave it out of the list"
             )),
             Some(row) => Ok(set | row.bit),
             None => {
-                let single = TABLE.iter().filter(|row| row.bit != 0).map(|row| row.name);
+                let single = TABLE
+                    .iter()
+                    .filter(|row| row.bit != 0)
+                    .map(|row| row.effect.id());
                 let all: Vec<_> = GROUPS.iter().map(|(_, n)| *n).chain(single).collect();
                 Err(format!(
                     "there is no effect '{name}'; there are: {}",

@@ -10,7 +10,6 @@ mod census;
 mod detect;
 mod features;
 mod kept;
-mod lacking;
 mod mask;
 mod table;
 
@@ -29,4 +28,6 @@ pub use mask::{
     TEXTURES, THIN_GLASS, TRANSMISSION, TRANSMISSION_TEXTURE, VERTEX_COLORS, VISIBILITY, has,
     names, parse,
 };
-pub use table::{COUNT, Decided, Effect, Row, TABLE, markdown};
+pub use table::{COUNT, Decided, Row, TABLE, markdown};
+
+pub use crate::scene::Effect;

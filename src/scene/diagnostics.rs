@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
+use super::Effect;
+
 /// How a feature of the file came through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -16,6 +18,55 @@ pub enum Verdict {
     Lost,
 }
 
+/// What a message is about, by its name in the file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// A material.
+    Material(String),
+    /// A placed object.
+    Object(String),
+    /// Anything else, as the message calls it.
+    Other(String),
+}
+
+impl Subject {
+    /// Its name alone.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Material(name) | Self::Object(name) | Self::Other(name) => name,
+        }
+    }
+}
+
+impl std::fmt::Display for Subject {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Material(name) => write!(f, "material \"{name}\""),
+            Self::Object(name) | Self::Other(name) => f.write_str(name),
+        }
+    }
+}
+
+impl Serialize for Subject {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// Compares what is written.
+impl PartialEq<&str> for Subject {
+    fn eq(&self, words: &&str) -> bool {
+        let written = self.to_string();
+        written == *words
+    }
+}
+
+impl<T: Into<String>> From<T> for Subject {
+    fn from(name: T) -> Self {
+        Self::Other(name.into())
+    }
+}
+
 /// One message about one feature.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Diagnostic {
@@ -26,11 +77,14 @@ pub struct Diagnostic {
     /// The feature, for example `KHR_materials_sheen`.
     pub feature: String,
     /// The first objects concerned (at most a few; `count` has them all).
-    pub objects: Vec<String>,
+    pub objects: Vec<Subject>,
     /// How many objects are concerned.
     pub count: usize,
     /// What is done instead: one clause.
     pub instead: String,
+    /// The effect that it is about, where it is about one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub effect: Option<Effect>,
 }
 
 /// A list of diagnostics in which each (code, feature) stands once.
@@ -65,10 +119,35 @@ impl Diagnostics {
         code: &'static str,
         verdict: Verdict,
         feature: impl Into<String>,
-        object: impl Into<String>,
+        object: impl Into<Subject>,
+        instead: impl Into<String>,
+    ) {
+        self.add(None, code, verdict, feature.into(), object.into(), instead);
+    }
+
+    /// As [`Self::report`], of an effect.
+    pub fn report_effect(
+        &mut self,
+        effect: Effect,
+        code: &'static str,
+        verdict: Verdict,
+        feature: impl Into<String>,
+        object: impl Into<Subject>,
         instead: impl Into<String>,
     ) {
         let (feature, object) = (feature.into(), object.into());
+        self.add(Some(effect), code, verdict, feature, object, instead);
+    }
+
+    fn add(
+        &mut self,
+        effect: Option<Effect>,
+        code: &'static str,
+        verdict: Verdict,
+        feature: String,
+        object: Subject,
+        instead: impl Into<String>,
+    ) {
         let entry = self.entry(code, feature, |feature| Diagnostic {
             code,
             verdict,
@@ -76,14 +155,10 @@ impl Diagnostics {
             objects: Vec::new(),
             count: 0,
             instead: instead.into(),
+            effect,
         });
         entry.count += 1;
-        if !object.is_empty()
-            && entry.objects.len() < NAMES_KEPT
-            && !entry.objects.contains(&object)
-        {
-            entry.objects.push(object);
-        }
+        entry.keep(object);
     }
 
     /// The messages in the order in which they came up.
@@ -107,9 +182,7 @@ impl Diagnostics {
             let entry = self.entry(message.code, message.feature, |_| none);
             entry.count += message.count;
             for object in message.objects {
-                if entry.objects.len() < NAMES_KEPT && !entry.objects.contains(&object) {
-                    entry.objects.push(object);
-                }
+                entry.keep(object);
             }
         }
     }
@@ -129,6 +202,18 @@ impl Diagnostics {
                 list.len() - 1
             });
         &mut list[place]
+    }
+}
+
+impl Diagnostic {
+    /// Keeps the name of an object, if it is one of the first.
+    fn keep(&mut self, object: Subject) {
+        if !object.name().is_empty()
+            && self.objects.len() < NAMES_KEPT
+            && !self.objects.contains(&object)
+        {
+            self.objects.push(object);
+        }
     }
 }
 
@@ -172,5 +257,29 @@ mod tests {
             messages[0].to_string(),
             "KHR_y (material 0, material 1, material 2, material 3 and 6 more): left out"
         );
+    }
+
+    #[test]
+    fn an_effect_and_the_names_of_its_materials_come_through_when_lists_are_joined() {
+        let mut list = Diagnostics::default();
+        for name in ["Paint", "a \"b\""] {
+            let mut one = Diagnostics::default();
+            let material = Subject::Material(name.into());
+            one.report_effect(
+                Effect::Coat,
+                "x",
+                Verdict::Lost,
+                "the coat",
+                material,
+                "none",
+            );
+            list.append(one);
+        }
+        let message = list.iter().next().unwrap();
+        assert_eq!((message.effect, message.count), (Some(Effect::Coat), 2));
+        assert_eq!(message.objects[1].name(), "a \"b\"");
+        let json = serde_json::to_value(&list).unwrap();
+        assert_eq!(json[0]["effect"], "coat");
+        assert_eq!(json[0]["objects"][0], "material \"Paint\"");
     }
 }

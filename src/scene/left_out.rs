@@ -2,11 +2,14 @@
 
 use serde::Serialize;
 
+use super::Effect;
+
 /// One kind of thing that was left out for one reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LeftOut {
-    /// The effect that it is part of, by its name in `effects::TABLE`; empty for what is part of none.
-    pub effect: &'static str,
+    /// The effect that it is part of, if it is part of one. (In JSON without one: an empty text.)
+    #[serde(serialize_with = "id_or_empty")]
+    pub effect: Option<Effect>,
     /// What it is, and why it is not needed: `image the same everywhere, taken as a factor`.
     pub why: &'static str,
     /// The first objects concerned (at most a few; `count` has them all).
@@ -17,6 +20,13 @@ pub struct LeftOut {
     pub bytes: u64,
 }
 
+fn id_or_empty<S: serde::Serializer>(
+    effect: &Option<Effect>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(effect.map_or("", Effect::id))
+}
+
 /// So many names an entry keeps.
 const NAMES_KEPT: usize = 4;
 
@@ -24,11 +34,12 @@ impl LeftOut {
     /// Adds one object to a list in which each (effect, why) stands once.
     pub fn add(
         list: &mut Vec<Self>,
-        effect: &'static str,
+        effect: impl Into<Option<Effect>>,
         why: &'static str,
         object: &str,
         bytes: u64,
     ) {
+        let effect = effect.into();
         let known = list.iter().position(|e| e.effect == effect && e.why == why);
         let at = known.unwrap_or(list.len());
         if known.is_none() {
@@ -69,7 +80,7 @@ mod tests {
         for i in 0..6 {
             LeftOut::add(
                 &mut list,
-                "alpha-clip",
+                Effect::AlphaClip,
                 "opacity is 1 everywhere",
                 &format!("m{i}"),
                 10,

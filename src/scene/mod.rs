@@ -5,6 +5,7 @@
 
 mod camera;
 mod diagnostics;
+mod effect;
 mod fingerprint;
 mod flat;
 mod flatten;
@@ -19,7 +20,8 @@ mod visibility;
 mod whole;
 
 pub use camera::{Aperture, Camera, Projection, Window};
-pub use diagnostics::{Diagnostic, Diagnostics, Verdict};
+pub use diagnostics::{Diagnostic, Diagnostics, Subject, Verdict};
+pub use effect::Effect;
 pub use fingerprint::fingerprint;
 pub use left_out::LeftOut;
 pub use material::{
@@ -27,7 +29,7 @@ pub use material::{
     Wrap,
 };
 pub use settings::{ColorManagement, RenderDefaults};
-pub use simplify::{PARTS, simplify};
+pub use simplify::simplify;
 pub use texel::decoded;
 
 pub use visibility::{RayKind, Visibility};
@@ -232,6 +234,16 @@ impl LightKind {
             Self::Area { power, .. } => power,
         }
     }
+
+    /// The effect that a light of this kind is.
+    pub fn effect(&self) -> Effect {
+        match self {
+            Self::Point { .. } => Effect::PointLights,
+            Self::Spot { .. } => Effect::SpotLights,
+            Self::Area { .. } => Effect::AreaLights,
+            Self::Sun { .. } => Effect::Suns,
+        }
+    }
 }
 
 /// Outlines of area lights.
@@ -260,6 +272,14 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// The effect that light from all around of this kind is.
+    pub fn effect(&self) -> Effect {
+        match self.image {
+            Some(_) => Effect::ImageEnvironment,
+            None => Effect::ConstantEnvironment,
+        }
+    }
+
     /// The rotation of Blender's Mapping node about its Z axis, the up axis.
     pub fn turned_about_up(radians: f32) -> DMat3 {
         DMat3::from_rotation_z(f64::from(radians))

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::container::Document;
 use crate::import::ImportError;
-use crate::scene::{Diagnostics, Verdict};
+use crate::scene::{Diagnostics, Effect, Subject, Verdict};
 
 /// What a file may demand (`extensionsRequired`) without being refused.
 ///
@@ -60,7 +60,7 @@ pub(super) fn check_required(document: &Document) -> Result<(), ImportError> {
 }
 
 /// An extension that nobody here knows.
-pub(super) fn report_unknown(diagnostics: &mut Diagnostics, name: &str, owner: &str) {
+pub(super) fn report_unknown(diagnostics: &mut Diagnostics, name: &str, owner: impl Into<Subject>) {
     diagnostics.report(
         "unknown-extension",
         Verdict::Lost,
@@ -149,13 +149,14 @@ pub(super) fn report_others(
     }
 }
 
-/// Reports a material extension that is not rendered, if it has an effect by value.
+/// Reports an extension of a material that is not rendered, if it changes the picture by value.
 pub(super) fn report_material(
     name: &str,
     value: &Value,
-    owner: &str,
+    material: &str,
     diagnostics: &mut Diagnostics,
 ) {
+    let owner = Subject::Material(material.into());
     let number =
         |key: &str, default: f64| value.get(key).and_then(Value::as_f64).unwrap_or(default);
     let positive = |key: &str, default: f64| number(key, default) > 0.0;
@@ -163,49 +164,65 @@ pub(super) fn report_material(
         Some(items) => items.iter().any(|v| v.as_f64().is_some_and(|v| v > 0.0)),
         None => default > 0.0,
     };
-    let (effect, instead) = match name {
+    let (effect, there, instead) = match name {
         "KHR_materials_clearcoat" => (
+            Effect::Coat,
             positive("clearcoatFactor", 0.0),
             "rendered without the coat",
         ),
-        "KHR_materials_sheen" => (color("sheenColorFactor", 0.0), "rendered without the sheen"),
+        "KHR_materials_sheen" => (
+            Effect::Sheen,
+            color("sheenColorFactor", 0.0),
+            "rendered without the sheen",
+        ),
         "KHR_materials_iridescence" => (
+            Effect::ThinFilm,
             positive("iridescenceFactor", 0.0),
             "rendered without the thin film",
         ),
         "KHR_materials_anisotropy" => (
+            Effect::Anisotropy,
             positive("anisotropyStrength", 0.0),
             "rendered with an isotropic highlight",
         ),
-        "KHR_materials_dispersion" => {
-            (positive("dispersion", 0.0), "all wavelengths refract alike")
-        }
+        "KHR_materials_dispersion" => (
+            Effect::Dispersion,
+            positive("dispersion", 0.0),
+            "all wavelengths refract alike",
+        ),
         "KHR_materials_diffuse_transmission" => (
+            Effect::DiffuseTransmission,
             positive("diffuseTransmissionFactor", 0.0),
             "no light is scattered through the surface",
         ),
-        "KHR_materials_volume_scatter" => (true, "the inside does not scatter"),
-        "KHR_materials_subsurface" => (true, "rendered without subsurface scattering"),
-        "KHR_materials_pbrSpecularGlossiness" => (
+        "KHR_materials_volume_scatter" => (Effect::Media, true, "the inside does not scatter"),
+        "KHR_materials_subsurface" => (
+            Effect::Subsurface,
             true,
-            "the file's metallic-roughness values are used; convert the material in Blender",
+            "rendered without subsurface scattering",
         ),
+        "KHR_materials_pbrSpecularGlossiness" => {
+            return diagnostics.report(
+                "unsupported-material",
+                Verdict::Lost,
+                name,
+                owner,
+                "the file's metallic-roughness values are used; convert the material in Blender",
+            );
+        }
         "KHR_xmp" | "KHR_xmp_json_ld" => {
-            diagnostics.report(
+            return diagnostics.report(
                 "metadata",
                 Verdict::Exact,
                 name,
                 owner,
                 "metadata; has no effect on the picture",
             );
-            return;
         }
-        _ => {
-            report_unknown(diagnostics, name, owner);
-            return;
-        }
+        _ => return report_unknown(diagnostics, name, owner),
     };
-    if effect {
-        diagnostics.report("unsupported-material", Verdict::Lost, name, owner, instead);
+    if there {
+        let (code, verdict) = ("unsupported-material", Verdict::Lost);
+        diagnostics.report_effect(effect, code, verdict, name, owner, instead);
     }
 }

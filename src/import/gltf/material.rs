@@ -11,7 +11,7 @@ use super::extensions;
 use super::schema::SundogMaterial;
 use super::textures::Images;
 use crate::import::{ImportError, ImportOptions, Transmission};
-use crate::scene::{AlphaMode, Diagnostics, Material, NormalTexture, Verdict};
+use crate::scene::{AlphaMode, Diagnostics, Effect, Material, NormalTexture, Subject, Verdict};
 
 /// What a mesh without a material looks like, if it is not glTF's own default.
 ///
@@ -205,7 +205,7 @@ pub(super) fn load_material(
         })?;
         apply_sundog(&extension, options, &owner, &mut material, diagnostics);
     }
-    report_unrendered(at("/extensions"), &owner, diagnostics);
+    report_unrendered(at("/extensions"), &material.name, diagnostics);
     Ok(material)
 }
 
@@ -225,26 +225,40 @@ fn legal_factor(factor: [f32; 3], name: &str, diagnostics: &mut Diagnostics) -> 
 }
 
 /// Inputs of Blender's Principled BSDF that are not rendered yet, and what is shown in their place.
-const UNRENDERED: [(&str, &str, &str); 6] = [
+const UNRENDERED: [(&str, Effect, &str, &str); 6] = [
     (
         "diffuse_roughness",
+        Effect::DiffuseRoughness,
         "diffuse roughness",
         "rendered as a Lambertian surface",
     ),
     (
         "subsurface",
+        Effect::Subsurface,
         "subsurface scattering",
         "rendered as a diffuse surface",
     ),
-    ("sheen", "sheen", "rendered without the sheen"),
-    ("coat", "the coat", "rendered without the coat"),
+    (
+        "sheen",
+        Effect::Sheen,
+        "sheen",
+        "rendered without the sheen",
+    ),
+    (
+        "coat",
+        Effect::Coat,
+        "the coat",
+        "rendered without the coat",
+    ),
     (
         "anisotropy",
+        Effect::Anisotropy,
         "anisotropy",
         "rendered with an isotropic highlight",
     ),
     (
         "thin_film",
+        Effect::ThinFilm,
         "the thin film",
         "rendered without the thin film",
     ),
@@ -271,9 +285,16 @@ fn apply_sundog(
         material.thin_walled = thin;
     }
     let mut unknown = extension.unknown.clone();
-    for (key, what, instead) in UNRENDERED {
+    for (key, effect, what, instead) in UNRENDERED {
         if unknown.remove(key).is_some() {
-            diagnostics.report("unsupported-material", Verdict::Lost, what, owner, instead);
+            diagnostics.report_effect(
+                effect,
+                "unsupported-material",
+                Verdict::Lost,
+                what,
+                Subject::Material(material.name.clone()),
+                instead,
+            );
         }
     }
     extensions::report_properties("SUNDOG_material", &unknown, owner, diagnostics);
@@ -316,17 +337,18 @@ fn volume(
         && volume.attenuation_distance.0.is_finite()
         && volume.attenuation_color.0.iter().any(|&c| c != 1.0)
     {
-        diagnostics.report(
+        diagnostics.report_effect(
+            Effect::Absorption,
             "attenuation",
             Verdict::Lost,
             "attenuation of KHR_materials_volume",
-            owner,
+            Subject::Material(material.name.clone()),
             "the inside is rendered clear",
         );
     }
 }
 
-fn report_unrendered(extensions: Option<&Value>, owner: &str, diagnostics: &mut Diagnostics) {
+fn report_unrendered(extensions: Option<&Value>, material: &str, diagnostics: &mut Diagnostics) {
     let Some(Value::Object(extensions)) = extensions else {
         return;
     };
@@ -339,7 +361,7 @@ fn report_unrendered(extensions: Option<&Value>, owner: &str, diagnostics: &mut 
             | "KHR_materials_unlit"
             | "KHR_materials_volume"
             | "SUNDOG_material" => {}
-            _ => extensions::report_material(name, value, owner, diagnostics),
+            _ => extensions::report_material(name, value, material, diagnostics),
         }
     }
 }

@@ -34,7 +34,8 @@ use super::budget::Budget;
 use super::{ImportError, ImportOptions, Imported};
 use crate::scene::validate::Dropped;
 use crate::scene::{
-    Camera, Diagnostics, Instance, Light, MaterialId, Mesh, MeshId, Scene, Verdict, Visibility,
+    Camera, Diagnostics, Effect, Instance, Light, MaterialId, Mesh, MeshId, Scene, Subject,
+    Verdict, Visibility,
 };
 
 pub(super) use self::named::named_files;
@@ -431,11 +432,12 @@ impl Walk<'_> {
             extensions::report_property(self.diagnostics, "SUNDOG_object", property, name);
         }
         if object.shadow_catcher {
-            self.diagnostics.report(
+            self.diagnostics.report_effect(
+                Effect::ShadowCatcher,
                 "shadow-catcher",
                 Verdict::Lost,
                 "shadow catchers",
-                name,
+                Subject::Object(name.into()),
                 "rendered as any object",
             );
         }
@@ -875,7 +877,8 @@ fn report_whole_file(document: &Document, diagnostics: &mut Diagnostics) {
                 .get("name")
                 .and_then(Value::as_str)
                 .map(str::to_owned);
-            diagnostics.report(
+            diagnostics.report_effect(
+                Effect::MotionBlur,
                 "animation",
                 Verdict::Lost,
                 "animations",

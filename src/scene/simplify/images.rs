@@ -1,7 +1,6 @@
 //! Images that are the same as another, or the same everywhere.
 
-use super::parts;
-use crate::scene::{Image, ImageId, LeftOut, Pixels, Scene};
+use crate::scene::{Effect, Image, ImageId, LeftOut, Pixels, Scene};
 use glam::{BVec4A, Vec4};
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -114,13 +113,7 @@ pub fn join(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
     let firsts = firsts(&scene.images);
     for (number, (image, first)) in scene.images.iter().zip(&firsts).enumerate() {
         if first.0 as usize != number {
-            LeftOut::add(
-                left_out,
-                parts::NONE,
-                "images identical to others",
-                &image.name,
-                0,
-            );
+            LeftOut::add(left_out, None, "images identical to others", &image.name, 0);
         }
     }
     super::unused::rename_images(scene, |id| firsts[id.0 as usize]);
@@ -150,7 +143,7 @@ pub fn fold_environment(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
     }
     LeftOut::add(
         left_out,
-        parts::IMAGE_ENVIRONMENT,
+        Effect::ImageEnvironment,
         "the image is the same everywhere and becomes a colour",
         &image.name,
         0,

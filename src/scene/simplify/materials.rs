@@ -1,10 +1,10 @@
 //! Materials whose images are factors in truth, or are not seen.
 
-use super::{images, parts};
+use super::images;
 use crate::math::primaries::WorkingSpace;
 use crate::scene::{
-    AlphaMode, Image, ImageUse, LeftOut, Material, MaterialId, NormalTexture, Pixels, Scene,
-    Texture, decoded,
+    AlphaMode, Effect, Image, ImageUse, LeftOut, Material, MaterialId, NormalTexture, Pixels,
+    Scene, Texture, decoded,
 };
 use glam::{BVec4A, Vec4};
 use std::collections::HashMap;
@@ -40,12 +40,12 @@ impl<'a> Folding<'a> {
         self.images.get(texture.image.0 as usize)
     }
 
-    fn tell(&mut self, effect: &'static str, why: &'static str) {
+    fn tell(&mut self, effect: Effect, why: &'static str) {
         LeftOut::add(self.left_out, effect, why, &self.name, 0);
     }
 
     /// Takes a texture away, unless a value of it is not finite: that times nothing is not nothing.
-    fn drop(&mut self, slot: &mut Option<Texture>, effect: &'static str, why: &'static str) {
+    fn drop(&mut self, slot: &mut Option<Texture>, effect: Effect, why: &'static str) {
         let Some(texture) = slot.as_ref() else {
             return;
         };
@@ -85,12 +85,7 @@ impl<'a> Folding<'a> {
     }
 
     /// Folds the colours of a texture into a factor.
-    fn fold_color(
-        &mut self,
-        slot: &mut Option<Texture>,
-        factor: &mut [f32; 3],
-        effect: &'static str,
-    ) {
+    fn fold_color(&mut self, slot: &mut Option<Texture>, factor: &mut [f32; 3], effect: Effect) {
         if let Some(value) = self.constant(slot.as_ref(), ImageUse::Color, RGB) {
             multiply(factor, value);
             *slot = None;
@@ -104,7 +99,7 @@ impl<'a> Folding<'a> {
         slot: &mut Option<Texture>,
         factor: &mut f32,
         (channel, index): (BVec4A, usize),
-        effect: &'static str,
+        effect: Effect,
     ) {
         if let Some(value) = self.constant(slot.as_ref(), ImageUse::Data, channel) {
             *factor *= value[index];
@@ -125,7 +120,7 @@ impl<'a> Folding<'a> {
             return;
         };
         m.normal_texture = None;
-        self.tell(parts::NORMAL_MAPS, why);
+        self.tell(Effect::NormalMaps, why);
     }
 
     /// Whether a normal map is flat as far as its bits can say: 0 lies between two codes, and half a step of 8 bits is 0.22°.
@@ -148,8 +143,8 @@ impl<'a> Folding<'a> {
     fn opacity(&mut self, m: &mut Material) {
         let effect = match m.alpha_mode {
             AlphaMode::Opaque => return,
-            AlphaMode::Mask { .. } => parts::ALPHA_CLIP,
-            AlphaMode::Blend => parts::ALPHA_BLEND,
+            AlphaMode::Mask { .. } => Effect::AlphaClip,
+            AlphaMode::Blend => Effect::AlphaBlend,
         };
         if self.vertex_alpha {
             return;
@@ -187,18 +182,18 @@ impl<'a> Folding<'a> {
                 multiply(&mut m.base_color, value);
                 m.alpha *= value.w;
                 *slot = None;
-                self.tell(parts::BASE_COLOR_TEXTURE, FOLDED);
+                self.tell(Effect::BaseColorTexture, FOLDED);
                 self.opacity(m);
             }
         } else if m.base_color == [0.0; 3] {
-            self.drop(slot, parts::BASE_COLOR_TEXTURE, BY_FACTOR);
+            self.drop(slot, Effect::BaseColorTexture, BY_FACTOR);
         } else {
-            self.fold_color(slot, &mut m.base_color, parts::BASE_COLOR_TEXTURE);
+            self.fold_color(slot, &mut m.base_color, Effect::BaseColorTexture);
         }
     }
 
     fn emission(&mut self, m: &mut Material) {
-        let effect = parts::EMISSION_TEXTURE;
+        let effect = Effect::EmissionTexture;
         if m.emission == [0.0; 3] {
             self.drop(&mut m.emission_texture, effect, BY_FACTOR);
         } else {
@@ -207,7 +202,7 @@ impl<'a> Folding<'a> {
     }
 
     fn metal_and_roughness(&mut self, m: &mut Material) {
-        let effect = parts::METALLIC_ROUGHNESS_TEXTURE;
+        let effect = Effect::MetallicRoughnessTexture;
         let slot = &mut m.metallic_roughness_texture;
         let needed = match (m.roughness > 0.0, m.metallic > 0.0) {
             (false, false) => return self.drop(slot, effect, BY_FACTOR),
@@ -232,7 +227,7 @@ impl<'a> Folding<'a> {
     }
 
     fn transmission(&mut self, m: &mut Material) {
-        let effect = parts::TRANSMISSION_TEXTURE;
+        let effect = Effect::TransmissionTexture;
         let slot = &mut m.transmission_texture;
         if m.transmission == 0.0 {
             self.drop(slot, effect, BY_FACTOR);
@@ -242,14 +237,14 @@ impl<'a> Folding<'a> {
     }
 
     fn specular(&mut self, m: &mut Material) {
-        let effect = parts::SPECULAR_TEXTURE;
+        let effect = Effect::SpecularTexture;
         let slot = &mut m.specular_texture;
         if m.specular == 0.0 {
             self.drop(slot, effect, BY_FACTOR);
         } else {
             self.fold_channel(slot, &mut m.specular, (A, 3), effect);
         }
-        let effect = parts::SPECULAR_COLOR_TEXTURE;
+        let effect = Effect::SpecularColorTexture;
         let slot = &mut m.specular_color_texture;
         // Glass is tinted by it whatever the strength.
         let seen = m.specular > 0.0 || m.transmission > 0.0;
@@ -262,11 +257,11 @@ impl<'a> Folding<'a> {
 
     /// Images of what is below the metal, or of what no light falls on.
     fn hidden(&mut self, m: &mut Material, why: &'static str) {
-        self.drop(&mut m.specular_texture, parts::SPECULAR_TEXTURE, why);
+        self.drop(&mut m.specular_texture, Effect::SpecularTexture, why);
         let tint = &mut m.specular_color_texture;
-        self.drop(tint, parts::SPECULAR_COLOR_TEXTURE, why);
+        self.drop(tint, Effect::SpecularColorTexture, why);
         let transmission = &mut m.transmission_texture;
-        self.drop(transmission, parts::TRANSMISSION_TEXTURE, why);
+        self.drop(transmission, Effect::TransmissionTexture, why);
     }
 
     fn material(&mut self, m: &mut Material) {
@@ -274,8 +269,8 @@ impl<'a> Folding<'a> {
         self.normal_map(m);
         if m.unlit {
             let metal = &mut m.metallic_roughness_texture;
-            self.drop(metal, parts::METALLIC_ROUGHNESS_TEXTURE, UNLIT);
-            self.drop(&mut m.emission_texture, parts::EMISSION_TEXTURE, UNLIT);
+            self.drop(metal, Effect::MetallicRoughnessTexture, UNLIT);
+            self.drop(&mut m.emission_texture, Effect::EmissionTexture, UNLIT);
             return self.hidden(m, UNLIT);
         }
         self.emission(m);
@@ -285,7 +280,7 @@ impl<'a> Folding<'a> {
         }
         self.transmission(m);
         if m.is_glass_everywhere() {
-            self.drop(&mut m.specular_texture, parts::SPECULAR_TEXTURE, ALL_GLASS);
+            self.drop(&mut m.specular_texture, Effect::SpecularTexture, ALL_GLASS);
         }
         self.specular(m);
     }
@@ -336,7 +331,7 @@ pub fn join(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
         let first = *known.entry(format!("{nameless:?}")).or_insert(number);
         if first != number {
             let why = "materials identical to others";
-            LeftOut::add(left_out, parts::NONE, why, &material.name, 0);
+            LeftOut::add(left_out, None, why, &material.name, 0);
         }
         firsts.push(MaterialId(first));
     }

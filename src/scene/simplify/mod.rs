@@ -7,11 +7,8 @@
 
 mod images;
 mod materials;
-mod parts;
 mod unseen;
 mod unused;
-
-pub use parts::PARTS;
 
 use super::{LeftOut, Scene};
 

@@ -1,7 +1,7 @@
 use super::*;
 use crate::scene::{
-    AlphaMode, Environment, Image, ImageId, Instance, Light, LightKind, Material, MaterialId, Mesh,
-    MeshId, NormalTexture, RayKind, Texture, Visibility,
+    AlphaMode, Effect, Environment, Image, ImageId, Instance, Light, LightKind, Material,
+    MaterialId, Mesh, MeshId, NormalTexture, RayKind, Texture, Visibility,
 };
 use glam::DAffine3;
 
@@ -59,7 +59,8 @@ fn scene(materials: Vec<Material>, images: Vec<Image>) -> Scene {
     scene
 }
 
-fn told(left_out: &[LeftOut], effect: &str) -> Vec<String> {
+fn told(left_out: &[LeftOut], effect: impl Into<Option<Effect>>) -> Vec<String> {
+    let effect = effect.into();
     let of = left_out.iter().filter(|entry| entry.effect == effect);
     of.map(ToString::to_string).collect()
 }
@@ -92,7 +93,7 @@ fn an_image_that_is_the_same_everywhere_is_a_factor() {
     assert_eq!(m.emission_texture, Some(texture(0)));
     assert_eq!(scene.images.len(), 1);
     assert_eq!(
-        told(&left_out, "base-color-texture"),
+        told(&left_out, Effect::BaseColorTexture),
         ["the image is the same everywhere and becomes a factor: m"]
     );
     let bytes: u64 = left_out.iter().map(|entry| entry.bytes).sum();
@@ -163,7 +164,7 @@ fn flat_normal_maps_are_none() {
         let left_out = simplify(&mut scene);
         assert_eq!(scene.materials[0].normal_texture.is_none(), gone);
         assert_eq!(scene.meshes[0].tangents.is_none(), gone);
-        assert_eq!(!told(&left_out, "normal-maps").is_empty(), gone);
+        assert_eq!(!told(&left_out, Effect::NormalMaps).is_empty(), gone);
     }
 }
 
@@ -222,7 +223,7 @@ fn the_same_twice_is_once() {
     let used: Vec<_> = scene.meshes.iter().map(|mesh| mesh.material).collect();
     assert_eq!(used, [0, 0, 1].map(|n| Some(MaterialId(n))));
     assert_eq!(scene.materials[1].base_color_texture, Some(texture(1)));
-    let nothing = told(&left_out, "");
+    let nothing = told(&left_out, None);
     assert!(nothing.contains(&"images identical to others: image of 3".to_owned()));
     assert!(nothing.contains(&"materials identical to others: b".to_owned()));
 }
@@ -275,7 +276,7 @@ fn what_no_ray_sees_is_gone() {
     assert_eq!((environment.image, environment.radiance), (None, [0.5; 3]));
     assert!(scene.images.is_empty());
     assert_eq!(
-        told(&left_out, "point-lights"),
+        told(&left_out, Effect::PointLights),
         ["the light is black: lamp and 1 more"]
     );
     // Nothing is left to be taken out.

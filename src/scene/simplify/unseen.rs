@@ -1,7 +1,6 @@
 //! Objects that no ray can reach, lights that are black, colours that are white.
 
-use super::parts;
-use crate::scene::{LeftOut, Light, LightKind, RayKind, Scene, Visibility};
+use crate::scene::{Effect, LeftOut, Light, RayKind, Scene, Visibility};
 
 /// Kinds of rays that there are.
 const KINDS: [RayKind; 4] = [
@@ -23,7 +22,7 @@ pub fn objects(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
         if !seen {
             LeftOut::add(
                 left_out,
-                parts::RAY_VISIBILITY,
+                Effect::RayVisibility,
                 "no ray sees the object",
                 &instance.name,
                 0,
@@ -31,15 +30,6 @@ pub fn objects(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
         }
         seen
     });
-}
-
-fn kind(light: &Light) -> &'static str {
-    match light.kind {
-        LightKind::Point { .. } => parts::POINT_LIGHTS,
-        LightKind::Spot { .. } => parts::SPOT_LIGHTS,
-        LightKind::Area { .. } => parts::AREA_LIGHTS,
-        LightKind::Sun { .. } => parts::SUNS,
-    }
 }
 
 fn is_black(light: &Light) -> bool {
@@ -56,7 +46,7 @@ pub fn lights(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
         } else {
             return true;
         };
-        LeftOut::add(left_out, kind(light), why, &light.name, 0);
+        LeftOut::add(left_out, light.kind.effect(), why, &light.name, 0);
         false
     });
 }
@@ -73,10 +63,7 @@ pub fn environment(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
     } else {
         return;
     };
-    let effect = match environment.image {
-        Some(_) => parts::IMAGE_ENVIRONMENT,
-        None => parts::CONSTANT_ENVIRONMENT,
-    };
+    let effect = environment.effect();
     LeftOut::add(left_out, effect, why, "the environment", 0);
     scene.environment = None;
 }
@@ -88,7 +75,7 @@ pub fn colors(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
         if let Some(colors) = mesh.colors.take_if(|colors| white(colors)) {
             LeftOut::add(
                 left_out,
-                parts::VERTEX_COLORS,
+                Effect::VertexColors,
                 "white and opaque everywhere",
                 &mesh.name,
                 size_of_val(colors.as_slice()) as u64,

@@ -1,7 +1,6 @@
 //! What nothing refers to any more.
 
-use super::parts;
-use crate::scene::{ImageId, LeftOut, Material, MaterialId, Mesh, MeshId, Scene};
+use crate::scene::{Effect, ImageId, LeftOut, Material, MaterialId, Mesh, MeshId, Scene};
 
 /// The numbers that things have when those that are not `kept` are gone.
 fn numbers(kept: &[bool]) -> Vec<u32> {
@@ -40,7 +39,7 @@ pub fn meshes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
     }
     for (mesh, _) in scene.meshes.iter().zip(&kept).filter(|(_, kept)| !**kept) {
         let why = "meshes that are placed nowhere";
-        LeftOut::add(left_out, parts::NONE, why, &mesh.name, mesh_bytes(mesh));
+        LeftOut::add(left_out, None, why, &mesh.name, mesh_bytes(mesh));
     }
     let numbers = numbers(&kept);
     retain(&mut scene.meshes, &kept);
@@ -62,7 +61,7 @@ pub fn materials(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
     let materials = scene.materials.iter().zip(&kept);
     for (material, _) in materials.filter(|(_, kept)| !**kept) {
         let why = "materials that nothing has";
-        LeftOut::add(left_out, parts::NONE, why, &material.name, 0);
+        LeftOut::add(left_out, None, why, &material.name, 0);
     }
     keep_materials(scene, &kept);
 }
@@ -99,13 +98,7 @@ pub fn images(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
     });
     for (image, _) in scene.images.iter().zip(&kept).filter(|(_, kept)| !**kept) {
         let why = "images that nothing needs";
-        LeftOut::add(
-            left_out,
-            parts::NONE,
-            why,
-            &image.name,
-            image.pixels.bytes(),
-        );
+        LeftOut::add(left_out, None, why, &image.name, image.pixels.bytes());
     }
     let numbers = numbers(&kept);
     retain(&mut scene.images, &kept);
@@ -154,7 +147,7 @@ pub fn attributes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
         {
             LeftOut::add(
                 left_out,
-                parts::NORMAL_MAPS,
+                Effect::NormalMaps,
                 "tangents without a normal map",
                 &mesh.name,
                 size_of_val(tangents.as_slice()) as u64,
@@ -164,7 +157,7 @@ pub fn attributes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
         for set in mesh.uvs.drain(read.min(mesh.uvs.len())..) {
             LeftOut::add(
                 left_out,
-                parts::NONE,
+                None,
                 "texture coordinates that no image reads",
                 &mesh.name,
                 size_of_val(set.as_slice()) as u64,
