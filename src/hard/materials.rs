@@ -6,8 +6,8 @@ use crate::math::float::gamma;
 use crate::render::{Filter, FilterKind, LightSampling, RenderError, RenderSettings};
 use crate::sampler::{Dimension, Sequence};
 use crate::scene::{AlphaMode, LightKind, Material, Scene};
-use crate::shading::bsdf::Normals;
-use crate::shading::{AllKinds, Bsdf, Dielectrics, SurfaceParameters};
+use crate::shading::Normals;
+use crate::shading::{AllKinds, Bsdf, Dielectrics, Principled};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// The cases.
@@ -40,8 +40,8 @@ pub const CASES: &[Case] = &[
 ];
 
 /// A white dielectric.
-fn white() -> SurfaceParameters {
-    SurfaceParameters {
+fn white() -> Principled {
+    Principled {
         base_color: Vec3::ONE,
         metallic: 0.0,
         roughness: 0.5,
@@ -50,21 +50,22 @@ fn white() -> SurfaceParameters {
         specular_color: Vec3::ONE,
         transmission: 0.0,
         thin_walled: false,
+        ..Principled::default()
     }
 }
 
 /// Lobes by name, and whether they are seen from inside.
-pub(super) fn lobes(ior: f32) -> [(&'static str, SurfaceParameters, bool); 5] {
-    let base = SurfaceParameters { ior, ..white() };
-    let metal = SurfaceParameters {
+pub(super) fn lobes(ior: f32) -> [(&'static str, Principled, bool); 5] {
+    let base = Principled { ior, ..white() };
+    let metal = Principled {
         metallic: 1.0,
         ..base
     };
-    let glass = SurfaceParameters {
+    let glass = Principled {
         transmission: 1.0,
         ..base
     };
-    let thin = SurfaceParameters {
+    let thin = Principled {
         thin_walled: true,
         ..glass
     };
@@ -120,8 +121,8 @@ fn white_surfaces(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             for roughness in [0.0f32, 1e-8, 3.7e-3, 3.9e-3, 0.03, 0.3, 1.0] {
                 for cos in [1.0f32, 0.7, 0.2] {
                     let (normals, wo) = seen_at(cos);
-                    let p = SurfaceParameters { roughness, ..p };
-                    let bsdf = Bsdf::<AllKinds>::new(&p, &tables, normals, wo, inside);
+                    let p = Principled { roughness, ..p };
+                    let bsdf = Bsdf::<AllKinds>::principled(&p, &tables, normals, wo, inside);
                     let (mean, not_fine) = albedo(&bsdf, samples);
                     // What is told beyond the noise of the samples.
                     let noise = 4.0 * mean.deviation();

@@ -143,9 +143,10 @@ fn microfacets(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let [mut d, mut lambda, mut masking] = [(); 3].map(|()| Worst::default());
     for i in 0..count(effort) {
         let alpha = between(1.415e-5, 1.0, 5, i);
-        let a = f64::from(alpha);
+        let a = &exact::Alpha::isotropic(f64::from(alpha));
+        let (width, alpha) = (alpha, &ggx::Alpha::isotropic(alpha));
         let (wo, wi) = (direction(i, 6), direction(i, 8));
-        let at = || format!("alpha {alpha:e}, cosine {:e}", wo.z);
+        let at = || format!("alpha {width:e}, cosine {:e}", wo.z);
         d.add(
             ggx::d(wo, alpha),
             exact::d(wo.as_dvec3(), a),

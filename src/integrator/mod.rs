@@ -1,10 +1,14 @@
 //! The path loop, generic over the effects compiled into it.
 
+mod accumulator;
+mod direct;
 mod path;
 mod record;
+mod settings;
 
-pub use path::{Path, PathSettings, meet, trace, trace_apart};
+pub use path::{Path, meet, trace, trace_apart};
 pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step, first_fault};
+pub use settings::PathSettings;
 
 use crate::camera::CameraRay;
 use crate::effects::{

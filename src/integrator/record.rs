@@ -3,8 +3,8 @@
 
 use crate::film::apart::{Apart, PathApart, Together};
 use crate::math::float::BoundedPoint;
+use crate::shading::Normals;
 pub use crate::shading::Scattering;
-use crate::shading::bsdf::Normals;
 use crate::world::{RayKind, Source};
 use glam::{Vec2, Vec3};
 

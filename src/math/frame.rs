@@ -27,6 +27,18 @@ impl Frame {
         }
     }
 
+    /// A frame about a unit vector with x along a tangent, or any if the tangent has no part across the vector.
+    pub fn from_normal_and_tangent(z: Vec3, tangent: Vec3) -> Self {
+        match (tangent - z * z.dot(tangent)).try_normalize() {
+            Some(x) => Self {
+                x,
+                y: z.cross(x),
+                z,
+            },
+            None => Self::from_normal(z),
+        }
+    }
+
     /// World to local.
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))

@@ -82,6 +82,42 @@ pub fn grazing_blend(reflectance: f32, f0: f32) -> f32 {
     ((reflectance - f0) / (1.0 - f0).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
 }
 
+/// The reflectance of a lobe's facets.
+#[derive(Clone, Copy, Debug)]
+pub enum Fresnel {
+    /// The same at all angles.
+    Constant,
+    /// A metal, by Schlick's approximation.
+    Schlick {
+        /// Reflectance at normal incidence.
+        f0: Vec3,
+    },
+    /// A dielectric by the true equations, blended from a tint at normal incidence to white.
+    Dielectric {
+        /// Reflectance at normal incidence, tinted.
+        f0: Vec3,
+        /// The index.
+        eta: f32,
+        /// Reflectance of `eta` at normal incidence.
+        true_f0: f32,
+    },
+}
+
+impl Fresnel {
+    /// Reflectance under an angle to the facet.
+    #[inline]
+    pub fn reflectance(&self, cos: f32) -> Vec3 {
+        match *self {
+            Self::Constant => Vec3::ONE,
+            Self::Schlick { f0 } => schlick(f0, cos),
+            Self::Dielectric { f0, eta, true_f0 } => {
+                let blend = grazing_blend(dielectric(cos, eta).reflectance, true_f0);
+                f0 + (Vec3::ONE - f0) * blend
+            }
+        }
+    }
+}
+
 /// The index of refraction that is calculated with: 0 stands for a reflectance of 1
 /// (KHR_materials_ior), and beyond 1e4, where F0 is within 4e-4 of 1, f32 has no digits left for
 /// what is transmitted.

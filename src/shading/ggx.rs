@@ -1,4 +1,4 @@
-//! The isotropic GGX microfacet distribution with Smith's masking, in the local frame of the normal.
+//! The GGX microfacet distribution with Smith's masking, in the local frame of the normal and the tangent.
 
 use crate::math::sqr;
 use glam::{Vec2, Vec3};
@@ -8,23 +8,76 @@ use std::f32::consts::{PI, TAU};
 /// D's peak 1/(π α²) still squares without overflow in f32.
 pub const SMOOTH_ALPHA: f32 = 1.414e-5;
 
+/// The widths α of the slopes' distribution along the frame's x and y, with what is calculated from them.
+#[derive(Clone, Copy, Debug)]
+pub struct Alpha {
+    /// α along x and y.
+    pub xy: Vec2,
+    squared: Vec2,
+    /// α_y/α_x, α_x/α_y and α_x·α_y.
+    stretch: Vec3,
+}
+
+impl Alpha {
+    /// The same α in all directions.
+    #[inline]
+    pub fn isotropic(alpha: f32) -> Self {
+        Self {
+            xy: Vec2::splat(alpha),
+            squared: Vec2::splat(alpha * alpha),
+            stretch: Vec3::new(1.0, 1.0, alpha * alpha),
+        }
+    }
+
+    /// One α along the tangent and one across it. The smaller is at least a ten-thousandth of the larger, which bounds the
+    /// ratios far inside f32.
+    #[inline]
+    pub fn anisotropic(xy: Vec2) -> Self {
+        let xy = xy.max(Vec2::splat(1e-4 * xy.max_element()));
+        if xy.x == xy.y {
+            return Self::isotropic(xy.x);
+        }
+        Self {
+            xy,
+            squared: xy * xy,
+            stretch: Vec3::new(xy.y / xy.x, xy.x / xy.y, xy.x * xy.y),
+        }
+    }
+
+    /// Whether the lobe is a mirror; see [`SMOOTH_ALPHA`].
+    #[inline]
+    pub fn is_smooth(&self) -> bool {
+        self.stretch.z <= SMOOTH_ALPHA * SMOOTH_ALPHA
+    }
+
+    /// The roughness (a root of α) under which the tables of albedos have this distribution, as in Cycles.
+    #[inline]
+    pub fn mean_roughness(&self) -> f32 {
+        if self.xy.x == self.xy.y {
+            self.xy.x.sqrt()
+        } else {
+            self.stretch.z.sqrt().sqrt()
+        }
+    }
+}
+
 /// Normal distribution for a unit half vector `h` (`h.z` > 0).
 ///
 /// sin² is taken from x and y: 1 − z² would cancel for sharp lobes.
 #[inline]
-pub fn d(h: Vec3, alpha: f32) -> f32 {
-    let a2 = alpha * alpha;
-    let s = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
-    a2 / (PI * s * s)
+pub fn d(h: Vec3, alpha: &Alpha) -> f32 {
+    let Alpha { stretch, .. } = alpha;
+    let s = h.x * h.x * stretch.x + h.y * h.y * stretch.y + stretch.z * h.z * h.z;
+    stretch.z / (PI * s * s)
 }
 
 /// Smith's Λ (Heitz, *Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs*,
 /// JCGT 3(2), 2014, eq. 72) as a²/(1 + √(1 + a²))/2, which does not cancel for small a = α·tanθ,
 /// multiplied through by cos²θ, so that grazing directions overflow to infinity and not to NaN.
 #[inline]
-pub fn lambda(v: Vec3, alpha: f32) -> f32 {
+pub fn lambda(v: Vec3, alpha: &Alpha) -> f32 {
     let z = v.z.abs();
-    let s = alpha * alpha * (v.x * v.x + v.y * v.y);
+    let s = alpha.squared.x * (v.x * v.x) + alpha.squared.y * (v.y * v.y);
     0.5 * s / (z * (z + (z * z + s).sqrt()))
 }
 
@@ -34,21 +87,22 @@ pub fn lambda(v: Vec3, alpha: f32) -> f32 {
 pub struct View {
     /// Direction to the viewer.
     pub wo: Vec3,
-    /// Length of `wo` with its horizontal part scaled by α.
+    /// Length of `wo` with its horizontal parts scaled by α.
     pub stretched: f32,
 }
 
 impl View {
     /// For a unit vector in the local frame, above the surface.
     #[inline]
-    pub fn new(wo: Vec3, alpha: f32) -> Self {
-        let stretched = (sqr(alpha) * (wo.x * wo.x + wo.y * wo.y) + wo.z * wo.z).sqrt();
+    pub fn new(wo: Vec3, alpha: &Alpha) -> Self {
+        let horizontal = alpha.squared.x * (wo.x * wo.x) + alpha.squared.y * (wo.y * wo.y);
+        let stretched = (horizontal + wo.z * wo.z).sqrt();
         Self { wo, stretched }
     }
 
     /// Height-correlated masking and shadowing (Heitz, eq. 99) over cosθ of the view.
     #[inline]
-    pub fn g2_over_cos(&self, wi: Vec3, alpha: f32) -> f32 {
+    pub fn g2_over_cos(&self, wi: Vec3, alpha: &Alpha) -> f32 {
         1.0 / (0.5 * (self.wo.z + self.stretched) + self.wo.z * lambda(wi, alpha))
     }
 
@@ -70,24 +124,25 @@ impl View {
 /// (Eto and Tokuyoshi, *Bounding VNDF Sampling for Smith-GGX Reflections*, SIGGRAPH Asia 2023,
 /// eq. 4); 1 keeps all normals.
 #[inline]
-pub fn reflection_bound(wo: Vec3, alpha: f32) -> f32 {
+pub fn reflection_bound(wo: Vec3, alpha: &Alpha) -> f32 {
     let s2 = sqr(1.0 + (wo.x * wo.x + wo.y * wo.y).sqrt());
-    let a2 = alpha.min(1.0) * alpha.min(1.0);
+    let a2 = alpha.squared.min_element().min(1.0);
     (1.0 - a2) * s2 / (s2 + a2 * wo.z * wo.z)
 }
 
 /// A visible normal, by spherical caps (Dupuy and Benyoub, *Sampling Visible GGX Normals with
 /// Spherical Caps*, CGF 42(8), 2023), the cap bounded by `bound`.
 #[inline]
-pub fn sample_visible_normal(wo: Vec3, alpha: f32, bound: f32, u: Vec2) -> Vec3 {
-    let standard = Vec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
+pub fn sample_visible_normal(wo: Vec3, alpha: &Alpha, bound: f32, u: Vec2) -> Vec3 {
+    let Vec2 { x, y } = alpha.xy;
+    let standard = Vec3::new(x * wo.x, y * wo.y, wo.z).normalize();
     let phi = TAU * u.x;
     let b = bound * standard.z;
     let z = (1.0 - u.y) * (1.0 + b) - b;
     let sin = (1.0 - z * z).max(0.0).sqrt();
     let (sin_phi, cos_phi) = phi.sin_cos();
     let h = Vec3::new(sin * cos_phi, sin * sin_phi, z) + standard;
-    let n = Vec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0));
+    let n = Vec3::new(x * h.x, y * h.y, h.z.max(0.0));
     // At exactly grazing view the sum can vanish: any horizontal normal is visible then.
     n.try_normalize().unwrap_or(Vec3::Z)
 }
@@ -115,7 +170,7 @@ mod tests {
                 // dω = 2π sinθ dθ = π cos⁴ d(tan²θ) / cosθ; times cosθ.
                 let jacobian = std::f64::consts::PI * cos2 * cos2 * f64::from(alpha).powi(2)
                     / (1.0 - t).powi(2);
-                sum += f64::from(d(h, alpha)) * jacobian / n as f64;
+                sum += f64::from(d(h, &Alpha::isotropic(alpha))) * jacobian / n as f64;
             }
             assert!((sum - 1.0).abs() < 1e-3, "{alpha}: {sum}");
         }
@@ -126,13 +181,17 @@ mod tests {
     fn reflections_follow_their_density() {
         use crate::sampler::{Dimension, Sequence};
         for (alpha, cos, bounded) in [
-            (0.3f32, 0.6f32, true),
-            (0.3, 0.6, false),
-            (0.8, 0.2, true),
-            (1.0, 0.9, true),
-            (0.1, 0.3, false),
+            (Vec2::splat(0.3), 0.6f32, true),
+            (Vec2::splat(0.3), 0.6, false),
+            (Vec2::splat(0.8), 0.2, true),
+            (Vec2::splat(1.0), 0.9, true),
+            (Vec2::splat(0.1), 0.3, false),
+            (Vec2::new(0.6, 0.2), 0.5, true),
+            (Vec2::new(0.2, 0.9), 0.3, true),
+            (Vec2::new(0.2, 0.9), 0.3, false),
         ] {
             let wo = direction(cos);
+            let alpha = &Alpha::anisotropic(alpha);
             let bound = if bounded {
                 reflection_bound(wo, alpha)
             } else {
@@ -187,10 +246,10 @@ mod tests {
             let bound_chi2 = f64::from(cells) + 6.0 * (2.0 * f64::from(cells)).sqrt();
             assert!(
                 chi2 < bound_chi2,
-                "α {alpha} cos {cos}: χ² {chi2} > {bound_chi2}"
+                "α {alpha:?} cos {cos}: χ² {chi2} > {bound_chi2}"
             );
             let missing = 1.0 - inside - below / f64::from(n);
-            assert!(missing.abs() < 5e-3, "α {alpha} cos {cos}: {missing}");
+            assert!(missing.abs() < 5e-3, "α {alpha:?} cos {cos}: {missing}");
         }
     }
 
@@ -201,7 +260,7 @@ mod tests {
                 let v = direction(cos);
                 let (x, z, a) = (f64::from(v.x), f64::from(v.z), f64::from(alpha));
                 let exact = 0.5 * ((1.0 + (a * x / z).powi(2)).sqrt() - 1.0);
-                let found = f64::from(lambda(v, alpha));
+                let found = f64::from(lambda(v, &Alpha::isotropic(alpha)));
                 // Below 1e-9 the f64 oracle itself cancels.
                 assert!(
                     (found - exact).abs() <= 1e-6 * exact + 1e-15,

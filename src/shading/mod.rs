@@ -1,9 +1,15 @@
-//! BSDF lobes and the material made of them.
+//! BSDFs: lobes ([`closure`]), the list of them at a point ([`Bsdf`]), and what shader nodes make of them.
 
 pub mod bsdf;
+pub mod closure;
+pub mod dielectrics;
 pub mod fresnel;
 pub mod ggx;
 pub mod normal;
+pub mod principled;
 pub mod tables;
 
-pub use bsdf::{AllKinds, Bsdf, BsdfSample, Dielectrics, Kinds, Scattering, SurfaceParameters};
+pub use bsdf::{Bsdf, BsdfSample, Changes, Scattering};
+pub use closure::{AllKinds, Kinds, Normals};
+pub use dielectrics::Dielectrics;
+pub use principled::Principled;

@@ -5,8 +5,8 @@ use crate::effects::{Features, General};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
 use crate::scene::{Mesh, Visibility};
-use crate::shading::bsdf::Normals;
-use crate::shading::{Dielectrics, SurfaceParameters};
+use crate::shading::Normals;
+use crate::shading::{Dielectrics, Principled};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -379,7 +379,7 @@ pub struct Surface<'a> {
     /// Emitted radiance towards the ray's origin.
     pub emission: Vec3,
     /// `None` if it only emits.
-    pub parameters: Option<SurfaceParameters>,
+    pub parameters: Option<Principled>,
     /// Tables of its dielectric.
     pub dielectrics: &'a Dielectrics,
 }

@@ -4,7 +4,7 @@ use super::texture::{PreparedTexture, Raster};
 use crate::effects;
 use crate::scene::{AlphaMode, ImageUse, Material, Scene, Texture};
 use crate::shading::tables::Rows;
-use crate::shading::{Dielectrics, SurfaceParameters, ggx};
+use crate::shading::{Dielectrics, Principled, ggx};
 use glam::{Vec2, Vec3, Vec4};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A material ready for rays.
 #[derive(Debug)]
 pub struct PreparedMaterial {
-    base: SurfaceParameters,
+    base: Principled,
     alpha: f32,
     alpha_mode: AlphaMode,
     /// Emitted radiance before textures.
@@ -143,7 +143,7 @@ impl Preparer {
         });
         let base_color = Vec3::from(m.base_color);
         PreparedMaterial {
-            base: SurfaceParameters {
+            base: Principled {
                 base_color,
                 metallic: m.metallic,
                 roughness: m.roughness,
@@ -152,6 +152,7 @@ impl Preparer {
                 specular_color: Vec3::from(m.specular_color),
                 transmission: m.transmission,
                 thin_walled: m.thin_walled,
+                ..Principled::default()
             },
             alpha: m.alpha,
             alpha_mode: m.alpha_mode,
@@ -224,7 +225,7 @@ impl PreparedMaterial {
 
     /// What the material says at a point.
     #[inline]
-    pub fn parameters(&self, at: &impl Coordinates, vertex_color: Vec4) -> SurfaceParameters {
+    pub fn parameters(&self, at: &impl Coordinates, vertex_color: Vec4) -> Principled {
         let mut p = self.base;
         p.base_color *= vertex_color.truncate();
         if let Some(t) = read(&self.base_color_texture, at) {
@@ -248,7 +249,7 @@ impl PreparedMaterial {
 
     /// What the material says where it has no textures.
     #[inline]
-    pub fn constant_parameters(&self) -> SurfaceParameters {
+    pub fn constant_parameters(&self) -> Principled {
         self.base
     }
 

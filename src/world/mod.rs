@@ -23,7 +23,7 @@ use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray};
 use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
-use crate::shading::bsdf::Normals;
+use crate::shading::Normals;
 use geometry::{Attributes, Entry, MeshData};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use material::{Coordinates, PreparedMaterial, Preparer};

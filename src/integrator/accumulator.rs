@@ -1,0 +1,82 @@
+//! The light that a path gathers, clamped and kept apart for passes.
+
+use super::path::Previous;
+use super::record::{Record, Step};
+use super::settings::PathSettings;
+use crate::film::apart::Apart;
+use crate::math::luminance;
+use crate::world::Source;
+use glam::Vec3;
+
+/// Light that a path has gathered.
+pub(super) struct Accumulator<'a, A> {
+    pub radiance: Vec3,
+    /// Luminance that clamping took from direct and from indirect light.
+    pub clamped: [f32; 2],
+    /// Told where the light comes from.
+    pub apart: &'a mut A,
+}
+
+impl<A: Apart + Record> Accumulator<'_, A> {
+    /// Adds one contribution. `bounces`: scatterings between the camera and the surface that the light
+    /// falls on, so that 0 is direct light; light that the camera sees itself counts as direct.
+    ///
+    /// As Cycles clamps: each contribution by itself, weights of multiple importance sampling included,
+    /// scaled as a whole so that the mean of its channels is at most the limit.
+    #[inline]
+    pub fn add(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) -> Vec3 {
+        let indirect = usize::from(bounces > 0);
+        let mean = light.element_sum() * (1.0 / 3.0);
+        let limit = settings.clamp[indirect];
+        let kept = if mean > limit {
+            let kept = light * (limit / mean);
+            self.clamped[indirect] += luminance(light - kept);
+            kept
+        } else {
+            light
+        };
+        self.radiance += kept;
+        self.apart.step(|| Step::Added { light, kept });
+        kept
+    }
+
+    /// Weight of radiance that a ray has found and that light sampling finds with density `light_pdf`.
+    #[inline]
+    pub fn weigh(
+        &mut self,
+        settings: &PathSettings,
+        previous: &Previous,
+        source: Source,
+        radiance: Vec3,
+        light_pdf: f32,
+    ) -> f32 {
+        let weight = settings.weight_of_found(previous, light_pdf);
+        self.apart.step(|| Step::Found {
+            source,
+            radiance,
+            bsdf_pdf: previous.pdf,
+            light_pdf,
+            weight,
+        });
+        weight
+    }
+
+    /// Adds light of something that shines and that a ray has found after so many bounces: it falls on the
+    /// surface before, or the camera sees it itself.
+    #[inline]
+    pub fn add_found(&mut self, settings: &PathSettings, light: Vec3, bounce: u32) {
+        if bounce == 0 {
+            let kept = self.add(settings, light, 0);
+            self.apart.emission(kept);
+        } else {
+            self.add_scattered(settings, light, bounce - 1);
+        }
+    }
+
+    /// Adds light that comes by way of at least one surface.
+    #[inline]
+    pub fn add_scattered(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) {
+        let kept = self.add(settings, light, bounces);
+        self.apart.scattered(kept, bounces > 0);
+    }
+}

@@ -1,0 +1,149 @@
+//! The boundary of a transmitting solid (Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007).
+
+use super::microfacet::{Facet, Facets, transmitting_facet};
+use super::{LobeSample, LobeValue};
+use crate::shading::tables::{self, refract};
+use glam::{Vec2, Vec3};
+
+/// Reflection and refraction at facets.
+#[derive(Clone, Copy, Debug)]
+pub struct Glass {
+    /// Weight of what goes through, with what further scatterings give back.
+    pub weight: Vec3,
+    /// Weight of what is reflected.
+    pub reflected: Vec3,
+    /// Reflectance at normal incidence, tinted.
+    pub f0: Vec3,
+    /// Colour of what goes through.
+    pub tint: Vec3,
+    /// n(beyond)/n(here): the index from outside, its inverse from inside.
+    pub eta: f32,
+    /// Reflectance of `eta` at normal incidence.
+    pub true_f0: f32,
+    /// The facets.
+    pub facets: Facets,
+}
+
+impl Glass {
+    /// Whether light goes straight through.
+    #[inline]
+    pub(super) fn is_straight(&self) -> bool {
+        tables::is_straight(self.eta)
+    }
+
+    #[inline]
+    pub(super) fn facet(&self, cos_h: f32) -> Facet {
+        transmitting_facet(
+            cos_h,
+            (self.eta, self.f0, self.true_f0),
+            (self.reflected, self.weight * self.tint),
+        )
+    }
+
+    /// Value and density.
+    #[inline]
+    pub fn evaluate(&self, smooth: Vec3, wi_world: Vec3, transmitted: bool) -> LobeValue {
+        let facets = &self.facets;
+        let (wo, wi) = (facets.wo(), facets.local(wi_world));
+        if (wi.z < 0.0) != transmitted
+            || wi.z == 0.0
+            || facets.is_behind_smooth(smooth, wi_world, transmitted)
+        {
+            return LobeValue::ZERO;
+        }
+        if !transmitted {
+            return match (wo + wi).try_normalize() {
+                Some(h) => self.reflect(&self.facet(wo.dot(h)), h, wi),
+                None => LobeValue::ZERO,
+            };
+        }
+        if self.is_straight() {
+            return LobeValue::ZERO;
+        }
+        // Half vector of refraction (Walter et al., eq. 16), turned to the side of the viewer.
+        let Some(mut h) = (wo + wi * self.eta).try_normalize() else {
+            return LobeValue::ZERO;
+        };
+        if h.z < 0.0 {
+            h = -h;
+        }
+        let cos_o = wo.dot(h);
+        if cos_o <= 0.0 || wi.dot(h) >= 0.0 {
+            return LobeValue::ZERO;
+        }
+        self.refract(&self.facet(cos_o), h, wi)
+    }
+
+    #[inline]
+    fn reflect(&self, f: &Facet, h: Vec3, wi: Vec3) -> LobeValue {
+        let (value, pdf) = self.facets.reflect(h, wi);
+        LobeValue {
+            value: f.reflectance * value,
+            pdf: f.p_reflect() * pdf,
+        }
+    }
+
+    #[inline]
+    fn refract(&self, f: &Facet, h: Vec3, wi: Vec3) -> LobeValue {
+        let (value, pdf) = self.facets.refract(h, wi, self.eta);
+        LobeValue {
+            value: f.transmittance * value,
+            pdf: (1.0 - f.p_reflect()) * pdf,
+        }
+    }
+
+    /// Draws a direction.
+    #[inline]
+    pub fn sample(&self, smooth: Vec3, u: Vec2, choice: f32) -> Option<LobeSample> {
+        let facets = &self.facets;
+        let wo = facets.wo();
+        let (h, cos_h) = facets.sample_normal(u)?;
+        let f = self.facet(cos_h);
+        let p_reflect = f.p_reflect();
+        let transmitted = choice >= p_reflect;
+        let straight = transmitted && self.is_straight();
+        let local = if !transmitted {
+            h * (2.0 * cos_h) - wo
+        } else if straight {
+            -wo
+        } else {
+            refract(wo, h, f.cos_t, self.eta)
+        };
+        if (local.z < 0.0) != transmitted || local.z == 0.0 {
+            return None;
+        }
+        let wi = facets.world(local);
+        let delta = straight || facets.is_smooth();
+        let of = if delta {
+            chosen(&f, p_reflect, transmitted)
+        } else if facets.is_behind_smooth(smooth, wi, transmitted) {
+            return None;
+        } else if transmitted {
+            self.refract(&f, h, local)
+        } else {
+            self.reflect(&f, h, local)
+        };
+        Some(LobeSample {
+            wi,
+            transmitted,
+            delta,
+            of,
+        })
+    }
+}
+
+/// Colour and probability of one of a facet's two ways.
+#[inline]
+pub(super) fn chosen(f: &Facet, p_reflect: f32, transmitted: bool) -> LobeValue {
+    if transmitted {
+        LobeValue {
+            value: f.transmittance,
+            pdf: 1.0 - p_reflect,
+        }
+    } else {
+        LobeValue {
+            value: f.reflectance,
+            pdf: p_reflect,
+        }
+    }
+}

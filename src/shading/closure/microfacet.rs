@@ -1,0 +1,276 @@
+//! GGX facets, and the reflection from them.
+
+use super::{LobeSample, LobeValue, Normals};
+use crate::math::{Frame, average};
+use crate::shading::fresnel::{self, Fresnel};
+use crate::shading::ggx::{self, Alpha};
+use crate::shading::normal;
+use glam::{Vec2, Vec3};
+
+/// Facets about a lobe's own normal, seen from a view.
+#[derive(Clone, Copy, Debug)]
+pub struct Facets {
+    /// About the mean normal, x along the tangent.
+    frame: Frame,
+    /// The normal that was asked for; `frame.z` is bent so that reflections leave the surface.
+    normal: Vec3,
+    view: ggx::View,
+    alpha: Alpha,
+    bound: f32,
+}
+
+/// Reflectance and transmittance of the facets at one angle.
+#[derive(Clone, Copy, Debug)]
+pub struct Facet {
+    pub(super) reflectance: Vec3,
+    pub(super) transmittance: Vec3,
+    pub(super) cos_t: f32,
+}
+
+impl Facet {
+    /// Share of reflection among what a facet scatters.
+    #[inline]
+    pub(super) fn p_reflect(&self) -> f32 {
+        let (r, t) = (average(self.reflectance), average(self.transmittance));
+        if r + t > 0.0 { r / (r + t) } else { 1.0 }
+    }
+}
+
+impl Facets {
+    /// About a normal, with the tangent for anisotropic ones. What they reflect below the surface is not drawn.
+    #[inline]
+    pub fn new(
+        normals: &Normals,
+        normal: Vec3,
+        tangent: Option<Vec3>,
+        wo: Vec3,
+        alpha: Alpha,
+    ) -> Self {
+        let bent = if normal == normals.geometric {
+            normal
+        } else {
+            normal::bend_for_reflection(normals.geometric, wo, normal)
+        };
+        let frame = match tangent {
+            Some(tangent) => Frame::from_normal_and_tangent(bent, tangent),
+            None => Frame::from_normal(bent),
+        };
+        let local = frame.to_local(wo);
+        Self {
+            frame,
+            normal,
+            view: ggx::View::new(local, &alpha),
+            alpha,
+            bound: ggx::reflection_bound(local, &alpha),
+        }
+    }
+
+    /// The same with all visible facets, for what lets light through.
+    #[inline]
+    pub fn unbounded(mut self) -> Self {
+        self.bound = 1.0;
+        self
+    }
+
+    /// Cosine of the view.
+    #[inline]
+    pub fn cos(&self) -> f32 {
+        self.view.wo.z
+    }
+
+    /// The facets' mean normal.
+    #[inline]
+    pub fn normal(&self) -> Vec3 {
+        self.frame.z
+    }
+
+    /// Whether the facets are a mirror.
+    #[inline]
+    pub fn is_smooth(&self) -> bool {
+        self.alpha.is_smooth()
+    }
+
+    /// A bumped normal must not see light from behind the smooth surface, nor transmit to before it.
+    #[inline]
+    pub(super) fn is_behind_smooth(&self, smooth: Vec3, wi: Vec3, transmitted: bool) -> bool {
+        self.normal != smooth && (wi.dot(smooth) < 0.0) != transmitted
+    }
+
+    /// The view in the facets' frame.
+    #[inline]
+    pub(super) fn wo(&self) -> Vec3 {
+        self.view.wo
+    }
+
+    /// To the facets' frame.
+    #[inline]
+    pub(super) fn local(&self, v: Vec3) -> Vec3 {
+        self.frame.to_local(v)
+    }
+
+    /// From the facets' frame.
+    #[inline]
+    pub(super) fn world(&self, v: Vec3) -> Vec3 {
+        self.frame.to_world(v).normalize()
+    }
+
+    /// Draws a visible facet: its normal and the cosine of the view to it.
+    #[inline]
+    pub(super) fn sample_normal(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        let h = if self.is_smooth() {
+            Vec3::Z
+        } else {
+            ggx::sample_visible_normal(self.view.wo, &self.alpha, self.bound, u)
+        };
+        let cos_h = self.view.wo.dot(h);
+        (cos_h > 0.0).then_some((h, cos_h))
+    }
+
+    /// D·G₂/(4 cosθ) and the density for the reflection at facets with normal `h` to `wi`.
+    #[inline]
+    pub(super) fn reflect(&self, h: Vec3, wi: Vec3) -> (f32, f32) {
+        let d = ggx::d(h, &self.alpha);
+        (
+            0.25 * d * self.view.g2_over_cos(wi, &self.alpha),
+            d * self.view.reflection_density(self.bound),
+        )
+    }
+
+    /// The same for refraction by the relative index `eta`.
+    #[inline]
+    pub(super) fn refract(&self, h: Vec3, wi: Vec3, eta: f32) -> (f32, f32) {
+        let (cos_o, cos_i) = (self.view.wo.dot(h), wi.dot(h));
+        // Walter et al., eq. 17: the Jacobian of the half vector. Radiance is not scaled by η², as in
+        // Cycles: what enters a solid leaves it again.
+        let sum = cos_o + eta * cos_i;
+        let jacobian = eta * eta * -cos_i / (sum * sum);
+        let common = ggx::d(h, &self.alpha) * cos_o * jacobian;
+        (
+            common * self.view.g2_over_cos(wi, &self.alpha),
+            common * self.view.g1_over_cos(),
+        )
+    }
+
+    /// Shares of an albedo that are reflected and that go through, by means over some of the angles under which facets are
+    /// seen, the more the rougher the surface: so neither is zero where such light can be.
+    pub(super) fn colors(
+        &self,
+        albedo: Vec3,
+        tint: Vec3,
+        facet: impl Fn(f32) -> Facet,
+    ) -> [Vec3; 2] {
+        let (mut reflected, mut transmitted) = (Vec3::ZERO, Vec3::ZERO);
+        let alpha = self.alpha.xy.max_element();
+        for (cos, share) in [
+            (self.view.wo.z.max(0.0), 1.0 - alpha),
+            (0.5, 0.5 * alpha),
+            (1.0, 0.5 * alpha),
+        ] {
+            let f = facet(cos);
+            reflected += f.reflectance * share;
+            transmitted += f.transmittance * share;
+        }
+        for i in 0..3 {
+            // Albedos know of no tint.
+            let untinted = if tint[i] > 0.0 {
+                transmitted[i] / tint[i]
+            } else {
+                0.0
+            };
+            let sum = reflected[i] + untinted;
+            if sum > 0.0 {
+                reflected[i] *= albedo[i] / sum;
+                transmitted[i] *= albedo[i] / sum;
+            }
+        }
+        [reflected, transmitted]
+    }
+}
+
+/// Light reflected by facets: a metal, a glossy surface, or the dielectric layer over a diffuse base.
+#[derive(Clone, Copy, Debug)]
+pub struct Reflection {
+    /// Weight of the lobe, with what further scatterings give back.
+    pub weight: Vec3,
+    /// The facets.
+    pub facets: Facets,
+    /// How much a facet reflects.
+    pub fresnel: Fresnel,
+}
+
+impl Reflection {
+    /// Value and density.
+    #[inline]
+    pub fn evaluate(&self, smooth: Vec3, wi_world: Vec3) -> LobeValue {
+        let facets = &self.facets;
+        let (wo, wi) = (facets.wo(), facets.local(wi_world));
+        if wi.z <= 0.0 || facets.is_behind_smooth(smooth, wi_world, false) {
+            return LobeValue::ZERO;
+        }
+        match (wo + wi).try_normalize() {
+            Some(h) => self.at(h, wo.dot(h), wi),
+            None => LobeValue::ZERO,
+        }
+    }
+
+    #[inline]
+    fn at(&self, h: Vec3, cos_h: f32, wi: Vec3) -> LobeValue {
+        let (value, pdf) = self.facets.reflect(h, wi);
+        LobeValue {
+            value: self.weight * self.fresnel.reflectance(cos_h) * value,
+            pdf,
+        }
+    }
+
+    /// Draws a direction.
+    #[inline]
+    pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
+        let facets = &self.facets;
+        let wo = facets.wo();
+        let (h, cos_h) = facets.sample_normal(u)?;
+        let local = h * (2.0 * cos_h) - wo;
+        if local.z <= 0.0 {
+            return None;
+        }
+        let wi = facets.world(local);
+        let delta = facets.is_smooth();
+        let of = if delta {
+            LobeValue {
+                value: self.weight * self.fresnel.reflectance(cos_h),
+                pdf: 1.0,
+            }
+        } else if facets.is_behind_smooth(smooth, wi, false) {
+            return None;
+        } else {
+            self.at(h, cos_h, local)
+        };
+        Some(LobeSample {
+            wi,
+            transmitted: false,
+            delta,
+            of,
+        })
+    }
+}
+
+/// A facet of a transmitting boundary at one angle: what it reflects, by the true Fresnel equations blended to a tint at
+/// normal incidence, and what it lets through.
+#[inline]
+pub(super) fn transmitting_facet(
+    cos_h: f32,
+    (eta, f0, true_f0): (f32, Vec3, f32),
+    (reflected, transmitted): (Vec3, Vec3),
+) -> Facet {
+    let true_f = fresnel::dielectric(cos_h, eta);
+    let blend = fresnel::grazing_blend(true_f.reflectance, true_f0);
+    let reflectance = if true_f.reflectance >= 1.0 {
+        Vec3::ONE
+    } else {
+        f0 + (Vec3::ONE - f0) * blend
+    };
+    Facet {
+        reflectance: reflected * reflectance,
+        transmittance: transmitted * (Vec3::ONE - reflectance),
+        cos_t: true_f.cos_t,
+    }
+}

@@ -1,0 +1,194 @@
+//! Closures: the lobes of BSDFs, one file each. [`super::Bsdf`] mixes them.
+//!
+//! A lobe knows its weight, its own normal and its view. Directions `wo` (to the viewer) and `wi` (to the light) point away
+//! from the surface, in world space. A new lobe is a file here, a variant of [`Lobe`], and a case of its test.
+
+pub mod diffuse;
+pub mod glass;
+pub mod microfacet;
+pub mod sheet;
+
+#[cfg(test)]
+mod tests;
+
+pub use diffuse::Diffuse;
+pub use glass::Glass;
+pub use microfacet::{Facets, Reflection};
+pub use sheet::Sheet;
+
+use super::Scattering;
+use glam::{Vec2, Vec3};
+
+/// The normals at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Normals {
+    /// Of the triangle, on the side of the viewer.
+    pub geometric: Vec3,
+    /// Interpolated, on the same side.
+    pub smooth: Vec3,
+    /// With the normal map.
+    pub shading: Vec3,
+}
+
+/// Value and density of a lobe for two directions.
+#[derive(Clone, Copy, Debug)]
+pub struct LobeValue {
+    /// The lobe's weight · BSDF · |cos|.
+    pub value: Vec3,
+    /// Density with which the lobe's sampling finds the direction, per solid angle.
+    pub pdf: f32,
+}
+
+impl LobeValue {
+    /// No light.
+    pub const ZERO: Self = Self {
+        value: Vec3::ZERO,
+        pdf: 0.0,
+    };
+}
+
+/// A direction drawn from a lobe.
+#[derive(Clone, Copy, Debug)]
+pub struct LobeSample {
+    /// Direction to go on.
+    pub wi: Vec3,
+    /// It goes through the surface.
+    pub transmitted: bool,
+    /// The direction could not have been found otherwise. Then `of` has the weight times the probability of this choice, and
+    /// that probability.
+    pub delta: bool,
+    /// Value and density.
+    pub of: LobeValue,
+}
+
+/// What a kernel knows of the surfaces of its scenes when it is compiled; the bits are the same with and without.
+pub trait Kinds {
+    /// Anything but Lambertian lobes.
+    const FACETS: bool;
+    /// Lobes that let light through.
+    const TRANSMISSION: bool;
+    /// Normals of vertices.
+    const SMOOTH: bool;
+    /// Normals that differ from the smooth one: normal maps, and lobes with normals of their own.
+    const BUMPS: bool;
+}
+
+/// Surfaces of all kinds.
+#[derive(Clone, Copy, Debug)]
+pub struct AllKinds;
+
+impl Kinds for AllKinds {
+    const FACETS: bool = true;
+    const TRANSMISSION: bool = true;
+    const SMOOTH: bool = true;
+    const BUMPS: bool = true;
+}
+
+/// A lobe beside the Lambertian one.
+#[derive(Clone, Copy, Debug)]
+pub enum Lobe {
+    /// Lambertian reflection about another normal.
+    Diffuse(Diffuse),
+    /// Reflection from facets: metals, glossy surfaces, the dielectric layer over a diffuse base.
+    Reflection(Reflection),
+    /// The boundary of a transmitting solid.
+    Glass(Glass),
+    /// A thin transmitting sheet.
+    Sheet(Sheet),
+}
+
+impl Lobe {
+    /// Value and density for a direction to the light; `transmitted` if it is beyond the surface. None of a mirror's.
+    #[inline]
+    pub fn evaluate<K: Kinds>(&self, smooth: Vec3, wi: Vec3, transmitted: bool) -> LobeValue {
+        match self {
+            Self::Diffuse(l) if !transmitted => l.evaluate((smooth, l.normal != smooth), wi),
+            Self::Reflection(l) if !transmitted => l.evaluate(smooth, wi),
+            Self::Glass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
+            Self::Sheet(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
+            _ => LobeValue::ZERO,
+        }
+    }
+
+    /// Draws a direction; `choice` in 0..1 decides between reflection and transmission.
+    #[inline]
+    pub fn sample<K: Kinds>(&self, smooth: Vec3, u: Vec2, choice: f32) -> Option<LobeSample> {
+        match self {
+            Self::Diffuse(l) => l.sample(smooth, u),
+            Self::Reflection(l) => l.sample(smooth, u),
+            Self::Glass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
+            Self::Sheet(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
+            _ => None,
+        }
+    }
+
+    /// The kind of what the lobe does on the viewer's side.
+    #[inline]
+    pub fn is_diffuse(&self) -> bool {
+        matches!(self, Self::Diffuse(_))
+    }
+
+    /// What a sample of the lobe did to its path.
+    #[inline]
+    pub fn scattering(&self, transmitted: bool) -> Scattering {
+        match self {
+            _ if transmitted => Scattering::Transmission,
+            Self::Diffuse(_) => Scattering::Diffuse,
+            _ => Scattering::Glossy,
+        }
+    }
+
+    /// Whether all directions are found by sampling the lobe alone.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        match self {
+            Self::Diffuse(_) => false,
+            Self::Reflection(l) => l.facets.is_smooth(),
+            Self::Glass(l) => l.facets.is_smooth(),
+            Self::Sheet(l) => l.facets.is_smooth(),
+        }
+    }
+
+    /// Whether light goes through straight on, or bent by one angle alone, although what is reflected does not.
+    #[inline]
+    pub fn is_straight(&self) -> bool {
+        matches!(self, Self::Glass(l) if l.is_straight())
+    }
+
+    /// Whether light goes through.
+    #[inline]
+    pub fn transmits(&self) -> bool {
+        matches!(self, Self::Glass(_) | Self::Sheet(_))
+    }
+
+    /// The lobe's own normal.
+    #[inline]
+    pub fn normal(&self) -> Vec3 {
+        match self {
+            Self::Diffuse(l) => l.normal,
+            Self::Reflection(l) => l.facets.normal(),
+            Self::Glass(l) => l.facets.normal(),
+            Self::Sheet(l) => l.facets.normal(),
+        }
+    }
+
+    /// Share of the albedo that is reflected, and that goes through; both without tint if `albedo` is.
+    pub fn colors(&self, albedo: Vec3) -> [Vec3; 2] {
+        match self {
+            Self::Diffuse(_) | Self::Reflection(_) => [albedo, Vec3::ZERO],
+            Self::Glass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
+            Self::Sheet(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
+        }
+    }
+
+    /// Bound of the value over the density of samples, each choice by its probability.
+    pub fn max_sample_weight(&self) -> f32 {
+        match self {
+            Self::Diffuse(l) => l.color.max_element(),
+            Self::Reflection(l) => l.weight.max_element(),
+            // The choice is by the mean of the channels, of which each is at most three times the mean.
+            Self::Glass(l) => 3.0 * l.weight.max(l.reflected).max_element(),
+            Self::Sheet(l) => 3.0 * l.weight.max(l.reflected).max_element(),
+        }
+    }
+}

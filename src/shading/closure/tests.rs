@@ -1,0 +1,233 @@
+//! One test for all lobes: what is drawn follows the density, the density integrates to what comes back, the value
+//! integrates to the mean weight, light goes both ways alike, and no white lobe gives more than it takes.
+
+use super::*;
+use crate::sampler::{Dimension, Sequence};
+use crate::shading::fresnel::{self, Fresnel};
+use crate::shading::ggx::Alpha;
+use std::f32::consts::TAU;
+
+const UP: Normals = Normals {
+    geometric: Vec3::Z,
+    smooth: Vec3::Z,
+    shading: Vec3::Z,
+};
+
+/// A lobe for a view.
+type Make = Box<dyn Fn(Vec3) -> Lobe>;
+
+struct Case {
+    name: String,
+    make: Make,
+}
+
+fn case(name: &str, make: impl Fn(Vec3) -> Lobe + 'static) -> Case {
+    Case {
+        name: name.into(),
+        make: Box::new(make),
+    }
+}
+
+fn facets(wo: Vec3, alpha: Vec2) -> Facets {
+    let tangent = (alpha.x != alpha.y).then_some(Vec3::new(0.6, 0.8, 0.0));
+    Facets::new(&UP, Vec3::Z, tangent, wo, Alpha::anisotropic(alpha))
+}
+
+/// Every lobe, with weights of 1 and without compensation.
+fn cases() -> Vec<Case> {
+    let mut cases = vec![case("diffuse", |_| {
+        Lobe::Diffuse(Diffuse {
+            color: Vec3::ONE,
+            normal: Vec3::Z,
+        })
+    })];
+    for alpha in [Vec2::splat(0.4), Vec2::new(0.25, 0.7), Vec2::new(0.9, 0.3)] {
+        let (f0, eta) = (Vec3::new(0.9, 0.5, 0.1), 1.5);
+        let true_f0 = fresnel::f0_from_ior(eta);
+        for fresnel in [
+            Fresnel::Constant,
+            Fresnel::Schlick { f0 },
+            Fresnel::Dielectric { f0, eta, true_f0 },
+        ] {
+            cases.push(case(
+                &format!("reflection {alpha} {fresnel:?}"),
+                move |wo| {
+                    Lobe::Reflection(Reflection {
+                        weight: Vec3::ONE,
+                        facets: facets(wo, alpha),
+                        fresnel,
+                    })
+                },
+            ));
+        }
+    }
+    for eta in [1.5, 1.0 / 1.5] {
+        let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
+        cases.push(case(&format!("glass {eta}"), move |wo| {
+            Lobe::Glass(Glass {
+                weight: Vec3::ONE,
+                reflected: Vec3::ONE,
+                f0,
+                tint: Vec3::ONE,
+                eta,
+                true_f0: f0.x,
+                facets: facets(wo, Vec2::splat(0.4)).unbounded(),
+            })
+        }));
+        cases.push(case(&format!("sheet {eta}"), move |wo| {
+            Lobe::Sheet(Sheet {
+                weight: Vec3::ONE,
+                reflected: Vec3::ONE,
+                f0,
+                tint: Vec3::ONE,
+                eta,
+                true_f0: f0.x,
+                facets: facets(wo, Vec2::splat(0.4)).unbounded(),
+            })
+        }));
+    }
+    cases
+}
+
+fn view(cos: f32, phi: f32) -> Vec3 {
+    let sin = (1.0 - cos * cos).sqrt();
+    Vec3::new(sin * phi.cos(), sin * phi.sin(), cos)
+}
+
+/// Value and density as the mixture asks for them.
+fn evaluate(lobe: &Lobe, wi: Vec3) -> LobeValue {
+    lobe.evaluate::<AllKinds>(Vec3::Z, wi, wi.z < 0.0)
+}
+
+#[test]
+fn samples_follow_the_density_and_their_weights_the_value() {
+    const CELLS: usize = 16;
+    for Case { name, make } in cases() {
+        for (cos, phi) in [(0.9, 0.4), (0.35, 2.0)] {
+            let lobe = make(view(cos, phi));
+            let n = 1u32 << 16;
+            let mut counts = vec![0f64; CELLS * CELLS];
+            let (mut lost, mut weights, mut squares) = (0f64, 0f64, 0f64);
+            let sequence = Sequence::new(3);
+            for s in 0..n {
+                // One sample of each of many pixels: independent enough for a χ² that only has to be small.
+                let u = sequence
+                    .sampler(s % 256, s / 256, 0)
+                    .triple(Dimension::Bsdf, 0);
+                let Some(x) = lobe.sample::<AllKinds>(Vec3::Z, u.truncate(), u.z) else {
+                    lost += 1.0;
+                    continue;
+                };
+                let again = evaluate(&lobe, x.wi);
+                assert!(
+                    (again.pdf / x.of.pdf - 1.0).abs() < 2e-3,
+                    "{name}: {again:?} {x:?}"
+                );
+                let weight = f64::from((x.of.value / x.of.pdf).x);
+                assert!(
+                    weight <= 1.001 * f64::from(lobe.max_sample_weight()),
+                    "{name}: {weight}"
+                );
+                weights += weight;
+                squares += weight * weight;
+                let at = |x: f32| ((x * CELLS as f32) as usize).min(CELLS - 1);
+                let turn = x.wi.y.atan2(x.wi.x).rem_euclid(TAU) / TAU;
+                counts[at(0.5 * (x.wi.z + 1.0)) * CELLS + at(turn)] += 1.0;
+            }
+            let n = f64::from(n);
+            let (mut chi2, mut cells, mut density, mut value) = (0f64, 0, 0f64, 0f64);
+            for (cell, &count) in counts.iter().enumerate() {
+                let m = 24;
+                let mut inside = 0f64;
+                for k in 0..m * m {
+                    let part = |i: usize, k: usize| {
+                        (i as f32 + (k as f32 + 0.5) / m as f32) / CELLS as f32
+                    };
+                    let z = 2.0 * part(cell / CELLS, k / m) - 1.0;
+                    let wi = view(z, TAU * part(cell % CELLS, k % m));
+                    let of = evaluate(&lobe, wi);
+                    inside += f64::from(of.pdf);
+                    value += f64::from(of.value.x);
+                }
+                let area = 2.0 * f64::from(TAU) / (CELLS * CELLS * m * m) as f64;
+                density += inside * area;
+                if cell + 1 == counts.len() {
+                    value *= area;
+                }
+                let expected = inside * area * n;
+                if expected > 20.0 {
+                    chi2 += (count - expected).powi(2) / expected;
+                    cells += 1;
+                }
+            }
+            // Mean + 6 σ of χ² with `cells` degrees of freedom.
+            let bound = f64::from(cells) + 6.0 * (2.0 * f64::from(cells)).sqrt();
+            assert!(chi2 < bound, "{name} {cos}: χ² {chi2} > {bound}");
+            // Binomial and normal errors within 5 σ, and the quadrature's.
+            let lost = lost / n;
+            let error = 5.0 * (lost * (1.0 - lost) / n).sqrt() + 3e-3;
+            assert!(
+                (density + lost - 1.0).abs() < error,
+                "{name} {cos}: {density} + {lost}"
+            );
+            let mean = weights / n;
+            let error = 5.0 * ((squares / n - mean * mean).max(0.0) / n).sqrt() + 3e-3;
+            assert!((value - mean).abs() < error, "{name} {cos}: {value} {mean}");
+            assert!(
+                mean <= 1.0 + error,
+                "{name} {cos}: a furnace of 1 gives {mean}"
+            );
+        }
+    }
+}
+
+#[test]
+fn light_goes_both_ways_alike() {
+    let directions = [view(0.8, 0.3), view(0.3, 1.7), view(0.55, 4.0)];
+    for Case { name, make } in cases() {
+        for a in directions {
+            for b in directions {
+                for side in [1.0, -1.0] {
+                    let there = evaluate(&make(a), b * side);
+                    if side < 0.0 && name.starts_with("glass") {
+                        // The way back starts within the solid: another lobe.
+                        continue;
+                    }
+                    let back = evaluate(&make(b), a * side);
+                    let (there, back) = (there.value * a.z, back.value * b.z);
+                    let error = (there - back).abs().max_element();
+                    assert!(
+                        error <= 2e-5 * there.max_element() + 1e-7,
+                        "{name}: {there} {back}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Refraction at a boundary and back: f·cosθ·cosθ' is the same but for η², which radiance is not scaled by.
+#[test]
+fn light_goes_through_glass_both_ways_alike() {
+    let glass = |eta: f32, wo: Vec3| {
+        let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
+        Lobe::Glass(Glass {
+            weight: Vec3::ONE,
+            reflected: Vec3::ONE,
+            f0,
+            tint: Vec3::ONE,
+            eta,
+            true_f0: f0.x,
+            facets: facets(wo, Vec2::splat(0.5)).unbounded(),
+        })
+    };
+    for (a, b) in [(0.8, 0.9), (0.5, 0.8), (0.3, 0.75)] {
+        let (a, b) = (view(a, 0.2), view(b, 0.25));
+        let there = evaluate(&glass(1.5, a), -b).value.x * a.z;
+        // Seen from within, upside down.
+        let within = Vec3::new(-b.x, -b.y, b.z);
+        let back = evaluate(&glass(1.0 / 1.5, within), Vec3::new(a.x, a.y, -a.z));
+        let back = back.value.x * b.z;
+        assert!((there / back / 2.25 - 1.0).abs() < 1e-4, "{there} {back}");
+    }
+}

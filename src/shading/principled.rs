@@ -1,0 +1,304 @@
+//! Blender's Principled BSDF, and glTF's metallic-roughness as a case of it: which lobes lie on which, and how much light
+//! each leaves to those below (CYCLES.md has the order; albedos by tables).
+
+use super::bsdf::Bsdf;
+use super::closure::{Facets, Glass, Kinds, Lobe, Reflection, Sheet};
+use super::dielectrics::{Dielectrics, layer_ior};
+use super::fresnel::{self, Fresnel};
+use super::ggx::Alpha;
+use super::tables::{Place, Reflection as Albedos};
+use crate::math::sqr;
+use glam::{Vec2, Vec3};
+use std::f32::consts::TAU;
+
+/// The sockets of a Principled BSDF at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Principled {
+    /// Linear base colour.
+    pub base_color: Vec3,
+    /// 0..=1.
+    pub metallic: f32,
+    /// Perceptual roughness 0..=1 (α = roughness²).
+    pub roughness: f32,
+    /// Index of refraction of the solid.
+    pub ior: f32,
+    /// Scales the reflectance at normal incidence.
+    pub specular: f32,
+    /// Tints the reflectance at normal incidence.
+    pub specular_color: Vec3,
+    /// Share of transmission instead of diffusion.
+    pub transmission: f32,
+    /// Transmits without refraction.
+    pub thin_walled: bool,
+    /// How much longer highlights are along the tangent, 0..=1. What is transmitted has none of it.
+    pub anisotropy: f32,
+    /// Turns of the tangent about the normal.
+    pub anisotropy_rotation: f32,
+}
+
+impl Default for Principled {
+    /// Blender's default values.
+    fn default() -> Self {
+        Self {
+            base_color: Vec3::splat(0.8),
+            metallic: 0.0,
+            roughness: 0.5,
+            ior: 1.5,
+            specular: 1.0,
+            specular_color: Vec3::ONE,
+            transmission: 0.0,
+            thin_walled: false,
+            anisotropy: 0.0,
+            anisotropy_rotation: 0.0,
+        }
+    }
+}
+
+/// α along and across the tangent, for a perceptual roughness, as in the Principled BSDF of Blender and of Burley 2012.
+#[inline]
+fn principled_alpha(roughness: f32, anisotropy: f32) -> Alpha {
+    let alpha = sqr(roughness);
+    if anisotropy == 0.0 {
+        return Alpha::isotropic(alpha);
+    }
+    let aspect = (1.0 - 0.9 * anisotropy.clamp(0.0, 1.0)).sqrt();
+    Alpha::anisotropic(Vec2::new(
+        (alpha / aspect).min(1.0),
+        (alpha * aspect).min(1.0),
+    ))
+}
+
+/// α along and across the tangent of Blender's Glossy BSDF; `anisotropy` −1..=1.
+#[inline]
+fn glossy_alpha(roughness: f32, anisotropy: f32) -> Alpha {
+    let alpha = sqr(roughness);
+    let a = anisotropy.clamp(-0.99, 0.99);
+    if a.abs() <= 1e-4 {
+        return Alpha::isotropic(alpha);
+    }
+    let (x, y) = if a < 0.0 {
+        (alpha / (1.0 + a), alpha * (1.0 + a))
+    } else {
+        (alpha * (1.0 - a), alpha / (1.0 - a))
+    };
+    Alpha::anisotropic(Vec2::new(x, y).min(Vec2::ONE))
+}
+
+/// A tangent turned about the normal.
+#[inline]
+fn turned(tangent: Vec3, normal: Vec3, turns: f32) -> Vec3 {
+    if turns == 0.0 {
+        return tangent;
+    }
+    let (sin, cos) = (turns * TAU).sin_cos();
+    tangent * cos + normal.cross(tangent) * sin + normal * (normal.dot(tangent) * (1.0 - cos))
+}
+
+impl<K: Kinds> Bsdf<K> {
+    /// A surface of one Principled BSDF.
+    #[inline]
+    pub fn principled(
+        p: &Principled,
+        tables: &Dielectrics,
+        normals: super::Normals,
+        wo: Vec3,
+        inside: bool,
+    ) -> Self {
+        let mut bsdf = Self::new(normals, wo, inside);
+        bsdf.add_principled(1.0, p, tables, None);
+        bsdf.finish();
+        bsdf
+    }
+
+    /// Adds the lobes of a Principled BSDF whose weight is not zero.
+    #[inline]
+    pub fn add_principled(
+        &mut self,
+        weight: f32,
+        p: &Principled,
+        tables: &Dielectrics,
+        tangent: Option<Vec3>,
+    ) {
+        let normal = self.normals().shading;
+        if !K::FACETS {
+            self.add_lambert(p.base_color * weight, normal);
+            return;
+        }
+        let roughness = self.roughened(p.roughness);
+        let specular = if self.keeps_reflections() {
+            p.specular
+        } else {
+            0.0
+        };
+        let tangent = tangent
+            .filter(|_| p.anisotropy != 0.0)
+            .map(|t| turned(t, normal, p.anisotropy_rotation));
+        let alpha = match tangent {
+            Some(_) => self.roughened_alpha(principled_alpha(p.roughness, p.anisotropy)),
+            None => Alpha::isotropic(sqr(roughness)),
+        };
+        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), alpha);
+        let cos = facets.cos().max(0.0);
+        let ior = fresnel::bounded_ior(p.ior);
+        // A mirror loses nothing, and reflects as the tables' interface at its own cosine.
+        let place = (!alpha.is_smooth()).then(|| Place::new(cos, roughness));
+        // A dielectric without specular reflects nothing.
+        let has_lobe = p.metallic > 0.0 || p.transmission > 0.0 || specular > 0.0;
+        let albedos = place.filter(|_| has_lobe).map(Albedos::at);
+        let compensation =
+            |f_average: Vec3| albedos.map_or(Vec3::ONE, |r| r.compensation(f_average));
+        let single_scattering = || albedos.map_or(1.0, |r| r.directional);
+
+        let mut rest = weight * (1.0 - p.metallic);
+        if p.metallic > 0.0 {
+            let f0 = p.base_color.min(Vec3::ONE);
+            let share = weight * p.metallic;
+            self.add_reflection(
+                Reflection {
+                    weight: compensation(fresnel::schlick_average(f0)) * share,
+                    facets,
+                    fresnel: Fresnel::Schlick { f0 },
+                },
+                fresnel::schlick(f0, cos) * share,
+            );
+        }
+        if K::TRANSMISSION && p.transmission > 0.0 && rest > 0.0 {
+            let share = p.transmission * rest;
+            let clear = match tangent {
+                // Anisotropy is of what reflects alone.
+                Some(_) => {
+                    let alpha = Alpha::isotropic(sqr(roughness));
+                    Facets::new(self.normals(), normal, None, self.wo(), alpha)
+                }
+                None => facets,
+            };
+            let single = if p.thin_walled {
+                single_scattering()
+            } else {
+                let solid = tables.solid.as_ref().zip(place);
+                solid.map_or(1.0, |(t, at)| t.both(at, self.is_inside()))
+            };
+            self.add_transmission(share, p, (ior, clear.unbounded()), single);
+            rest *= 1.0 - p.transmission;
+        }
+        if rest <= 0.0 {
+            return;
+        }
+        let mut below = rest;
+        let eta = layer_ior(ior, specular);
+        if eta != 1.0 {
+            let true_f0 = fresnel::f0_from_ior(eta);
+            let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
+            let (effective_cosine, average_blend) = tables.layer(specular, cos, place);
+            let blend = fresnel::grazing_blend(
+                fresnel::dielectric(effective_cosine, eta).reflectance,
+                true_f0,
+            );
+            let compensation = compensation(f0 + (Vec3::ONE - f0) * average_blend);
+            // Mean reflectance of this view: single scattering times compensation.
+            let albedo = (f0 + (Vec3::ONE - f0) * blend) * (compensation * single_scattering());
+            self.add_reflection(
+                Reflection {
+                    weight: compensation * rest,
+                    facets,
+                    fresnel: Fresnel::Dielectric { f0, eta, true_f0 },
+                },
+                albedo * rest,
+            );
+            below *= (1.0 - albedo.max_element()).max(0.0);
+        }
+        self.add_lambert(p.base_color * below, normal);
+    }
+
+    /// Adds the boundary of a solid, or a sheet. `single`: its albedo without compensation.
+    #[inline]
+    fn add_transmission(
+        &mut self,
+        share: f32,
+        p: &Principled,
+        (ior, facets): (f32, Facets),
+        single: f32,
+    ) {
+        let base = p.base_color.min(Vec3::ONE);
+        let true_f0 = fresnel::f0_from_ior(ior);
+        let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
+        let [reflects, transmits] = self.keeps_caustics();
+        let weight = Vec3::splat(share / single);
+        let reflected = if reflects { weight } else { Vec3::ZERO };
+        let kept = |tint: Vec3| if transmits { tint } else { Vec3::ZERO };
+        if (!reflects && !transmits) || facets.cos() <= 0.0 {
+            return;
+        }
+        let lobe = if p.thin_walled {
+            Lobe::Sheet(Sheet {
+                weight,
+                reflected,
+                f0,
+                tint: kept(base),
+                eta: ior,
+                true_f0,
+                facets,
+            })
+        } else {
+            Lobe::Glass(Glass {
+                weight,
+                reflected,
+                f0,
+                // Light crosses the boundary of a solid twice: half the tint each time.
+                tint: kept(Vec3::new(base.x.sqrt(), base.y.sqrt(), base.z.sqrt())),
+                eta: if self.is_inside() { 1.0 / ior } else { ior },
+                true_f0,
+                facets,
+            })
+        };
+        self.add(lobe, Vec3::splat(share));
+    }
+
+    /// Adds Blender's Glossy BSDF: facets of one colour at all angles. `compensated`: further scatterings are there, as in its
+    /// "Multiscatter GGX".
+    #[inline]
+    pub fn add_glossy(
+        &mut self,
+        weight: f32,
+        color: Vec3,
+        (roughness, anisotropy): (f32, f32),
+        (normal, tangent): (Vec3, Option<Vec3>),
+        compensated: bool,
+    ) {
+        if !K::FACETS || color == Vec3::ZERO || weight <= 0.0 {
+            return;
+        }
+        let alpha = if tangent.is_some() {
+            glossy_alpha(roughness, anisotropy)
+        } else {
+            Alpha::isotropic(sqr(roughness))
+        };
+        let alpha = self.roughened_alpha(alpha);
+        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), alpha);
+        let (mut gain, mut single) = (Vec3::ONE, 1.0);
+        if !alpha.is_smooth() {
+            let at = Albedos::at(Place::new(facets.cos().max(0.0), alpha.mean_roughness()));
+            single = at.directional;
+            if compensated {
+                gain = at.compensation(color.min(Vec3::ONE));
+            }
+        }
+        self.add_reflection(
+            Reflection {
+                weight: color * gain * weight,
+                facets,
+                fresnel: Fresnel::Constant,
+            },
+            color * gain * (single * weight),
+        );
+    }
+
+    /// Adds a reflecting lobe, unless this path leaves caustics out.
+    #[inline]
+    fn add_reflection(&mut self, lobe: Reflection, albedo: Vec3) {
+        // A view below the bent normal sees no facet.
+        if self.keeps_reflections() && lobe.facets.cos() > 0.0 {
+            self.add(Lobe::Reflection(lobe), albedo);
+        }
+    }
+}
