@@ -1,0 +1,112 @@
+//! The materials of a scene, and what its meshes have to know of them.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::container::Document;
+use super::material;
+use super::mesh::PrimitiveMaterial;
+use super::shapes::mesh_name;
+use super::textures::Images;
+use crate::import::{ImportError, ImportOptions};
+use crate::scene::{Diagnostics, MaterialId, Verdict};
+
+/// The materials that the scene's meshes use, in file order, and the images that these use.
+pub(super) struct Materials<'a> {
+    pub(super) list: Vec<crate::scene::Material>,
+    /// By glTF material index (or none).
+    pub(super) by_primitive: HashMap<Option<usize>, PrimitiveMaterial>,
+    pub(super) images: Images<'a>,
+}
+
+impl<'a> Materials<'a> {
+    pub(super) fn load(
+        document: &'a Document,
+        used_meshes: &BTreeSet<usize>,
+        options: &ImportOptions,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Self, ImportError> {
+        let mut used: BTreeSet<Option<usize>> = BTreeSet::new();
+        let mut bare: Option<String> = None;
+        for &index in used_meshes {
+            let Some(mesh) = document.core.meshes.get(index) else {
+                continue;
+            };
+            for primitive in &mesh.primitives {
+                used.insert(primitive.material.map(|m| m.value()));
+                if primitive.material.is_none() {
+                    bare.get_or_insert_with(|| mesh_name(document, index));
+                }
+            }
+        }
+        let mut images = Images::new(document);
+        let mut list = Vec::new();
+        let mut by_primitive = HashMap::new();
+        for index in used {
+            let material = match index {
+                Some(index) => Some(material::load_material(
+                    document,
+                    index,
+                    options,
+                    &mut images,
+                    diagnostics,
+                )?),
+                None => material::without_material(document).inspect(|_| {
+                    diagnostics.report(
+                        "no-material",
+                        Verdict::Exact,
+                        "mesh without a material in a file from Blender",
+                        bare.clone().unwrap_or_default(),
+                        "looks as in that version's Cycles; glTF itself would mean white metal",
+                    );
+                }),
+            };
+            let normal_map_uv_set = material
+                .as_ref()
+                .and_then(|m| m.normal_texture.as_ref())
+                .map(|n| n.texture.uv_set);
+            let uv_set = material.as_ref().and_then(|m| {
+                let textures = [
+                    &m.base_color_texture,
+                    &m.metallic_roughness_texture,
+                    &m.emission_texture,
+                    &m.specular_texture,
+                    &m.specular_color_texture,
+                    &m.transmission_texture,
+                ];
+                textures.into_iter().flatten().map(|t| t.uv_set).max()
+            });
+            let brightest = brightest(document, material.as_ref());
+            let id = material.map(|material| {
+                list.push(material);
+                MaterialId((list.len() - 1) as u32)
+            });
+            by_primitive.insert(
+                index,
+                PrimitiveMaterial {
+                    id,
+                    normal_map_uv_set,
+                    uv_set,
+                    brightest,
+                },
+            );
+        }
+        Ok(Self {
+            list,
+            by_primitive,
+            images,
+        })
+    }
+}
+
+/// The vertex colours with which a material's base colour is 1. `None` where they may be brighter: what is unlit shines anyway,
+/// and the add-on writes what Cycles shows.
+fn brightest(document: &Document, material: Option<&crate::scene::Material>) -> Option<[f32; 3]> {
+    let generator = document.core.asset.generator.as_deref();
+    if material.is_some_and(|m| m.unlit)
+        || generator.is_some_and(|g| g.starts_with("Sundog add-on for Blender"))
+    {
+        return None;
+    }
+    let base = material.map_or([1.0; 3], |m| m.base_color);
+    Some(base.map(|c| if c < 1.0 { 1.0 / c.max(0.0) } else { 1.0 }))
+}

@@ -1,0 +1,201 @@
+//! Meshes in the shapes in which the scene places them: posed, read, several at a time.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use glam::DAffine3;
+use rayon::prelude::*;
+
+use super::container::Document;
+use super::deform::Pose;
+use super::mesh::{Attributes, PrimitiveMaterial};
+use super::placement::matrix;
+use super::walk::{Placed, Shaped};
+use super::{draco, extensions, mesh};
+use crate::import::ImportError;
+use crate::import::budget::Budget;
+use crate::scene::validate::Dropped;
+use crate::scene::{Diagnostics, Mesh, Verdict};
+
+pub(super) fn mesh_name(document: &Document, index: usize) -> String {
+    let name = document.core.meshes.get(index).and_then(|m| m.name.clone());
+    name.unwrap_or_else(|| format!("mesh {index}"))
+}
+
+/// The pose of each shape. Skinned meshes are placed anew: only their joints say where they are.
+pub(super) fn poses(
+    document: &Document,
+    shapes: &BTreeSet<Shaped>,
+    placed: &mut [Placed],
+    worlds: &HashMap<usize, DAffine3>,
+    budget: &Budget,
+    diagnostics: &mut Diagnostics,
+) -> Result<BTreeMap<Shaped, Pose>, ImportError> {
+    let mut poses = BTreeMap::new();
+    let mut origins: HashMap<Shaped, DAffine3> = HashMap::new();
+    for &shape in shapes {
+        let mesh_weights = document
+            .core
+            .meshes
+            .get(shape.mesh)
+            .and_then(|m| m.weights.as_ref());
+        let mut pose = Pose {
+            weights: mesh_weights
+                .into_iter()
+                .flatten()
+                .copied()
+                .map(f64::from)
+                .collect(),
+            joints: Vec::new(),
+        };
+        if let Some(index) = shape.by_node
+            && let Some(node) = document.node(index)
+        {
+            if let Some(weights) = &node.weights {
+                pose.weights.clone_from(weights);
+            }
+            if let Some(skin) = node.skin {
+                let name = node.name.clone().unwrap_or_else(|| format!("node {index}"));
+                let broken = |problem: String| {
+                    ImportError::malformed(&document.file, format!("node \"{name}\""), problem)
+                };
+                let skin =
+                    document.graph.skins.get(skin).ok_or_else(|| {
+                        broken(format!("it uses skin {skin}, which does not exist"))
+                    })?;
+                let world = |joint: usize| worlds.get(&joint).copied();
+                // Vertices are f32: they are kept small by measuring from the first joint.
+                let first = skin
+                    .joints
+                    .first()
+                    .and_then(|&j| world(j))
+                    .unwrap_or(DAffine3::IDENTITY);
+                let origin = DAffine3::from_translation(first.translation);
+                let affine = |columns: &[f64; 16]| matrix(columns, &name, diagnostics);
+                pose.joints = Pose::joints(document, skin, world, origin.inverse(), budget, affine)
+                    .map_err(broken)?;
+                origins.insert(shape, origin);
+            }
+        }
+        poses.insert(shape, pose);
+    }
+    for place in placed {
+        if let Some(&origin) = origins.get(&place.mesh) {
+            place.world_from_object = origin;
+        }
+    }
+    Ok(poses)
+}
+
+/// Reads the meshes, several at a time; the order is the file's.
+pub(super) fn load_meshes(
+    document: &Document,
+    shapes: &BTreeMap<Shaped, Pose>,
+    materials: &HashMap<Option<usize>, PrimitiveMaterial>,
+    budget: &Budget,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<(Shaped, Vec<Mesh>)>, ImportError> {
+    let loaded: Vec<Result<_, ImportError>> = shapes
+        .par_iter()
+        .map(|(&shape, pose)| {
+            let mut messages = Diagnostics::default();
+            let meshes = load_mesh(document, shape.mesh, pose, materials, budget, &mut messages)?;
+            Ok((shape, meshes, messages))
+        })
+        .collect();
+    let mut meshes = Vec::with_capacity(loaded.len());
+    let mut dropped = Dropped::default();
+    for result in loaded {
+        let (shape, primitives, messages) = result?;
+        diagnostics.append(messages);
+        for (mesh, triangles) in &primitives {
+            dropped.add(&mesh.name, *triangles);
+        }
+        meshes.push((
+            shape,
+            primitives.into_iter().map(|(mesh, _)| mesh).collect(),
+        ));
+    }
+    dropped.report_bad_indices(diagnostics);
+    Ok(meshes)
+}
+
+fn load_mesh(
+    document: &Document,
+    index: usize,
+    pose: &Pose,
+    materials: &HashMap<Option<usize>, PrimitiveMaterial>,
+    budget: &Budget,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<(Mesh, usize)>, ImportError> {
+    let name = mesh_name(document, index);
+    let object = format!("mesh \"{name}\"");
+    let broken = |problem: String| ImportError::malformed(&document.file, &object, problem);
+    let Some(mesh) = document.core.meshes.get(index) else {
+        return Err(broken("a node uses it, but it does not exist".into()));
+    };
+    extensions::report_others(
+        document,
+        &format!("/meshes/{index}"),
+        &object,
+        &[],
+        diagnostics,
+    );
+    let mut result = Vec::with_capacity(mesh.primitives.len());
+    for (number, primitive) in mesh.primitives.iter().enumerate() {
+        let pointer = format!("/meshes/{index}/primitives/{number}");
+        extensions::report_others(
+            document,
+            &pointer,
+            &object,
+            &["KHR_draco_mesh_compression"],
+            diagnostics,
+        );
+        let stream = document.extension(&pointer, "KHR_draco_mesh_compression");
+        let decoded = match stream.map(|s| draco::decode(document, s, primitive, budget)) {
+            Some(Ok(decoded)) => Some(decoded),
+            Some(Err(problem)) if has_plain_copy(document, primitive) => {
+                diagnostics.report(
+                    "compression-fallback",
+                    Verdict::Exact,
+                    format!("mesh of which {problem}"),
+                    &object,
+                    "the file's uncompressed copy of it is used",
+                );
+                None
+            }
+            Some(Err(problem)) => return Err(broken(problem)),
+            None => None,
+        };
+        let attributes = Attributes { primitive, decoded };
+        let material = primitive.material.map(|m| m.value());
+        let none = PrimitiveMaterial {
+            id: None,
+            normal_map_uv_set: None,
+            uv_set: None,
+            brightest: Some([1.0; 3]),
+        };
+        let material = materials.get(&material).copied().unwrap_or(none);
+        let loaded = mesh::load_primitive(
+            document,
+            &name,
+            &attributes,
+            material,
+            pose,
+            budget,
+            diagnostics,
+        );
+        result.extend(loaded.map_err(broken)?);
+    }
+    Ok(result)
+}
+
+/// Whether a Draco primitive also has its data uncompressed.
+fn has_plain_copy(document: &Document, primitive: &::gltf::json::mesh::Primitive) -> bool {
+    let positions =
+        ::gltf::json::validation::Checked::Valid(::gltf::json::mesh::Semantic::Positions);
+    let accessor = primitive
+        .attributes
+        .get(&positions)
+        .and_then(|i| document.core.accessors.get(i.value()));
+    accessor.is_some_and(|a| a.buffer_view.is_some() || a.sparse.is_some())
+}
