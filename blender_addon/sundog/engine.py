@@ -28,7 +28,7 @@ class _Stopped(Exception):
 
 
 def last_verdicts():
-    """What became of each thing in the last render or scene check: dictionaries with kind, name, verdict and detail."""
+    """What became of each thing in the last render or scene check: dictionaries with kind, name, verdict, detail and effects."""
     return records.last_verdicts()
 
 

@@ -70,11 +70,9 @@ def last_verdicts():
 
 
 def _is_told(diagnostic, verdicts):
-    """Whether the export has already said of each material what the program says of all: that it does not render a feature."""
-    if diagnostic.get("code") != "unsupported-material":
-        return False
-    words = f"{diagnostic.get('feature', '')} is not rendered"
-    return any(v["kind"] == "material" and words in v["detail"] for v in verdicts)
+    """Whether the export has already said of each material what the program says of all: that it does not render an effect."""
+    effect = diagnostic.get("effect")
+    return effect is not None and any(v["kind"] == "material" and effect in v.get("effects", ()) for v in verdicts)
 
 
 def verdicts_of(record):
@@ -85,12 +83,14 @@ def verdicts_of(record):
 
 def _of_program(diagnostic):
     objects = diagnostic.get("objects") or []
+    effect = diagnostic.get("effect")
     shown = ", ".join(map(str, objects[:5])) + (f" and {len(objects) - 5} more" if len(objects) > 5 else "")
     return {
         "kind": "program",
         "name": str(diagnostic.get("feature", "")),
         "verdict": str(diagnostic.get("verdict", "lost")),
         "detail": f"{diagnostic.get('instead', '')}{f' ({shown})' if shown else ''}",
+        "effects": [effect] if effect else [],
     }
 
 

@@ -88,6 +88,7 @@ class Shown(kit.ExportTest):
         bpy.data.objects["camera.001"].name = "camera"
         found = self.export()
         self.assertIn("shadow catcher", found.verdict("object", "catcher")["detail"])
+        self.assertEqual(found.verdict("object", "catcher")["effects"], ["shadow-catcher"])
         for name in ("camera", "diffuse", "glossy", "transmission", "volume", "shadow"):
             self.assertEqual(found.node(name)["extensions"]["SUNDOG_object"], {"visibility": {name: False}})
         self.assertEqual(found.node("held")["extensions"]["SUNDOG_object"], {"holdout": True})
@@ -351,6 +352,7 @@ class Left(kit.ExportTest):
         self.assertEqual(found.names(), ["thing"])
         self.assertIn("volumes are left out", found.verdict("object", "cloud")["detail"])
         self.assertIn("hair curves are left out", found.verdict("object", "fur")["detail"])
+        self.assertEqual([found.verdict("object", name)["effects"] for name in ("cloud", "fur")], [["media"], []])
 
     def test_hair_particles(self):
         made = self.link("head", kit.plane())

@@ -377,6 +377,11 @@ class Told(kit.ExportTest):
         told = records.last_verdicts()
         self.assertEqual([v for v in told if v["kind"] == "program"], [])
         self.assertEqual(len([v for v in told if "coat" in v["detail"]]), 1)
+        # By the ids of the effects, whatever the words are.
+        self.assertEqual(set(found.verdict("material", "full")["effects"]), {d["effect"] for d in diagnostics})
+        for each in diagnostics:
+            each["feature"] = "other words"
+        self.assertEqual([v for v in records.last_verdicts() if v["kind"] == "program"], [])
         # What the export has not said is told.
         record["verdicts"] = []
         self.assertEqual(len(records.last_verdicts()), len(diagnostics))

@@ -167,7 +167,7 @@ class glTF2ExportUserExtension:
 
     def _tell(self, export_settings, what, findings):
         log = export_settings.get("log")
-        for verdict, detail in findings:
+        for verdict, detail, *_ in findings:
             sentence = f"Sundog, {what}: {verdict}: {detail}"
             if log is not None:
                 log.warning(sentence)

@@ -17,6 +17,16 @@ from .shaders import Reader, Surface
 from .slots import Slots
 from .verdicts import APPROXIMATED, LOST
 
+# Inputs that SUNDOG_material has and the program does not render: the id of their effect, and what they are called.
+UNRENDERED = {
+    "diffuse_roughness": ("diffuse-roughness", "diffuse roughness"),
+    "subsurface": ("subsurface", "subsurface scattering"),
+    "sheen": ("sheen", "sheen"),
+    "coat": ("coat", "the coat"),
+    "anisotropy": ("anisotropy", "anisotropy"),
+    "thin_film": ("thin-film", "the thin film"),
+}
+
 
 class Exported:
     """A glTF material: index in the document, what it needs of meshes, findings."""
@@ -102,15 +112,8 @@ class Writer:
 
         for key, value in surface.others.items():
             exact[key] = value
-            words = {
-                "diffuse_roughness": "diffuse roughness",
-                "subsurface": "subsurface scattering",
-                "sheen": "sheen",
-                "coat": "the coat",
-                "anisotropy": "anisotropy",
-                "thin_film": "the thin film",
-            }
-            reader.note(LOST, f"{words[key]} is not rendered yet")
+            effect, words = UNRENDERED[key]
+            reader.note(LOST, f"{words} is not rendered yet", effect)
         extensions["SUNDOG_material"] = exact
         result["extensions"] = {self.document.uses(k): v for k, v in extensions.items()}
         index = self.document.shared("materials", result)

@@ -11,7 +11,7 @@ import numpy
 from . import camera as cameras
 from . import colorspace, culling, geometry, gltf, images, lights, materials, visibility
 from . import world as worlds
-from .verdicts import APPROXIMATED, EXACT, LOST
+from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
 # glTF's axes are Y up: (x, y, z) of Blender is (x, z, -y). A permutation with a sign: exact.
 TO_GLTF = numpy.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
@@ -94,7 +94,8 @@ class Exporter:
         if kind in LEFT_OUT and self._is_switched_off(kind):
             return
         if kind in LEFT_OUT:
-            self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out")
+            effect = "media" if kind == "VOLUME" else None
+            self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out", effect)
             return
         if kind in GREASE_PENCIL:
             # Before 4.3 view layers had no switch for it.
@@ -116,7 +117,7 @@ class Exporter:
         parent = instance.parent if instance.is_instance else None
         extension = visibility.sundog_object([shown, parent], self.view_layer)
         if extension and "shadow_catcher" in extension:
-            self.verdicts.add("object", shown.name, LOST, "it is rendered as any object, not as a shadow catcher")
+            self.verdicts.add("object", shown.name, LOST, "it is rendered as any object, not as a shadow catcher", "shadow-catcher")
         self.verdicts.extend("object", shown.name, linking(shown) + self._grouping(shown), untouched=False)
         key = (mesh, str(extension))
         place = self._placed.setdefault(key, (extension, [], []))
@@ -298,7 +299,7 @@ class Exporter:
             eye, matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
         )
         if self.scene.render.use_motion_blur and self.view_layer.use_motion_blur:
-            findings.append((LOST, "motion blur is left out: everything stands still"))
+            findings.append(Finding(LOST, "motion blur is left out: everything stands still", "motion-blur"))
         self.verdicts.extend("camera", name, findings)
         plain["name"] = name
         plain["extensions"] = {self.document.uses("SUNDOG_camera"): extension}

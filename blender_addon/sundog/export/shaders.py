@@ -8,7 +8,7 @@ import numpy
 
 from . import colorspace, expressions, images, nodes
 from .expressions import BLACK, ONE, WHITE, ZERO, Const, Image, Unknown, as_color, as_scalar, mix, multiply
-from .verdicts import APPROXIMATED, LOST
+from .verdicts import APPROXIMATED, LOST, Finding
 
 
 # What glows shows only as far as it is opaque: so much at least, and then it glows so many times brighter. Less would hide less
@@ -88,17 +88,18 @@ class Surface:
 
 
 class Reader:
-    """Reads one material's tree. Findings are (verdict, detail)."""
+    """Reads one material's tree."""
 
     def __init__(self, walker):
         self.walker = walker
         self.evaluator = nodes.Evaluator(walker, self.texture)
         self.findings = []
 
-    def note(self, verdict, detail):
+    def note(self, verdict, detail, effect=None):
         """Adds a finding once."""
-        if (verdict, detail) not in self.findings:
-            self.findings.append((verdict, detail))
+        finding = Finding(verdict, detail, effect)
+        if finding not in self.findings:
+            self.findings.append(finding)
 
     def read(self, material):
         """The surface of a material."""
@@ -125,7 +126,7 @@ class Reader:
     def _volume(self, place, surface):
         source = self.walker.source(place)
         if source.socket.is_output:
-            self.note(LOST, f"the volume ({source.node.bl_label}) is left out")
+            self.note(LOST, f"the volume ({source.node.bl_label}) is left out", "media")
 
     # Shaders
 
@@ -358,21 +359,21 @@ class Reader:
         self.note(APPROXIMATED, "a Background shader on a surface is rendered as an emission")
         return self._shader_emission(source)
 
-    def _diffuse_instead(self, source, what):
-        self.note(LOST, f"{what} is rendered as a diffuse surface of its colour")
+    def _diffuse_instead(self, source, what, effect=None):
+        self.note(LOST, f"{what} is rendered as a diffuse surface of its colour", effect)
         return Surface(base_color=self._color(source, "Color"), normal=self._normal(source))
 
     def _shader_subsurface_scattering(self, source):
-        return self._diffuse_instead(source, "subsurface scattering")
+        return self._diffuse_instead(source, "subsurface scattering", "subsurface")
 
     def _shader_bsdf_translucent(self, source):
-        return self._diffuse_instead(source, "a Translucent BSDF")
+        return self._diffuse_instead(source, "a Translucent BSDF", "diffuse-transmission")
 
     def _shader_bsdf_toon(self, source):
         return self._diffuse_instead(source, "a Toon BSDF")
 
     def _shader_bsdf_sheen(self, source):
-        return self._diffuse_instead(source, "a Sheen BSDF")
+        return self._diffuse_instead(source, "a Sheen BSDF", "sheen")
 
     def _shader_bsdf_hair(self, source):
         return self._diffuse_instead(source, "a Hair BSDF")

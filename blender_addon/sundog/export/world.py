@@ -13,7 +13,7 @@ import numpy
 from . import baker, colorspace, expressions, gltf, images, nodes
 from .expressions import Const, Image, as_color, multiply
 from .shaders import TextureSpec
-from .verdicts import APPROXIMATED, LOST
+from .verdicts import APPROXIMATED, LOST, Finding
 
 # Width of a baked picture in texels, and samples in each: two million in both, which take a second or less.
 SMOOTH_BAKE = (1024, 4)
@@ -124,7 +124,7 @@ def describe(world, cache, uri, findings, report=None, pixel=None):
         return result
     walker = nodes.Walker()
     if walker.source(nodes.Place(output.inputs["Volume"])).socket.is_output:
-        findings.append((LOST, "the world's volume is left out"))
+        findings.append(Finding(LOST, "the world's volume is left out", "media"))
     source = walker.source(nodes.Place(output.inputs["Surface"]))
     if not source.socket.is_output:
         result["color"] = [0.0, 0.0, 0.0]
