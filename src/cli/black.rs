@@ -1,40 +1,22 @@
 //! A picture that shows as black, and why that may be.
 
+use super::args::Render;
 use super::outputs;
-use super::parser::Parsed;
 use super::scene_file::SceneFile;
+use crate::import::LightUnits;
 use crate::render::Rendering;
-
-/// What the user said that bears on it.
-pub struct Asked {
-    /// Stops that brighten the picture where it is shown, if they were given.
-    exposure: Option<f64>,
-    /// What the intensities of lamps were to mean.
-    light_units: String,
-}
-
-impl Asked {
-    /// By the flags.
-    pub fn of(parsed: Parsed) -> Self {
-        Self {
-            exposure: parsed
-                .number("exposure")
-                .filter(|_| parsed.given("exposure")),
-            light_units: parsed.choice("light-units").to_owned(),
-        }
-    }
-}
 
 /// Linear light that sRGB shows as 1 of 255: its curve begins with a slope of 12.92 (IEC 61966-2-1).
 const ONE_OF_255: f64 = 1.0 / (255.0 * 12.92);
 
 /// A sentence with the probable cause and the way out, if the mean of the picture shows as black. Of a picture that was not
 /// kept (only frames were asked for) nothing is known: who reads them sees it.
-pub fn warning(rendering: &Rendering, file: &SceneFile, asked: &Asked) -> Option<String> {
+pub fn warning(rendering: &Rendering, file: &SceneFile, args: &Render) -> Option<String> {
     if rendering.picture.layers.is_empty() {
         return None;
     }
-    let stops = asked.exposure.or(file.scene.color_management.exposure);
+    let stops = args.view.seen.exposure;
+    let stops = stops.or(file.scene.color_management.exposure);
     let mean = brightness(rendering) * stops.unwrap_or(0.0).exp2();
     if mean >= ONE_OF_255 {
         return None;
@@ -44,7 +26,15 @@ pub fn warning(rendering: &Rendering, file: &SceneFile, asked: &Asked) -> Option
     } else {
         "the picture is black".to_owned()
     };
-    Some(format!("{how}: {}", cause(mean, rendering, file, asked)))
+    Some(format!(
+        "{how}: {}",
+        cause(
+            mean,
+            rendering,
+            file,
+            args.options.loading.import.light_units
+        )
+    ))
 }
 
 /// So many pixels at most the reconstruction filter adds to a side of the picture, at both ends.
@@ -64,7 +54,7 @@ fn brightness(rendering: &Rendering) -> f64 {
     sum / light.pixels.len().max(1) as f64
 }
 
-fn cause(mean: f64, rendering: &Rendering, file: &SceneFile, asked: &Asked) -> String {
+fn cause(mean: f64, rendering: &Rendering, file: &SceneFile, light_units: LightUnits) -> String {
     let scene = &file.scene;
     let statistics = &rendering.statistics;
     // Pixels that get light from samples beyond the picture's edge make it some wider to the rays.
@@ -80,8 +70,8 @@ fn cause(mean: f64, rendering: &Rendering, file: &SceneFile, asked: &Asked) -> S
     } else if scene.lights.is_empty() {
         "what shines does not reach what the camera sees; --environment-color 1,1,1 lights it, --exposure brightens it".into()
     } else {
-        let units = match asked.light_units.as_str() {
-            "unitless" => "",
+        let units = match light_units {
+            LightUnits::Unitless => "",
             _ => " (--light-units unitless takes lux for W/m², 683 times as bright)",
         };
         format!(

@@ -1,11 +1,10 @@
 //! `--checkpoint FILE`: the state of a render, to go on with.
 
-use super::parser::Parsed;
 use super::progress::Reporter;
 use super::{Failure, memory};
 use crate::output;
 use crate::render::{Saved, State, StateError};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -37,14 +36,14 @@ impl Checkpoint {
     ///
     /// # Errors
     /// The file can't be written.
-    pub fn new(parsed: Parsed) -> Result<Option<Self>, Failure> {
-        let Some(path) = parsed.path("checkpoint") else {
+    pub fn new(path: Option<&Path>, interval: Duration) -> Result<Option<Self>, Failure> {
+        let Some(path) = path else {
             return Ok(None);
         };
         output::check_writable(path)?;
         Ok(Some(Self {
             path: path.into(),
-            interval: parsed.duration("checkpoint-interval").unwrap_or_default(),
+            interval,
             written: Mutex::new(Instant::now()),
             lost: Mutex::default(),
         }))

@@ -1,12 +1,12 @@
 //! No file is written over one that is read, and no two over each other: told before any work, by the flags of all commands.
 
 use super::Failure;
-use super::parser::Parsed;
 use crate::import;
 use crate::output::{same_file, same_place};
+use clap::ArgMatches;
 use std::path::{Path, PathBuf};
 
-/// Arguments that name files to be read.
+/// Arguments (clap's ids of them) that name files to be read.
 const READ: &[&str] = &[
     "SCENE",
     "PART",
@@ -22,7 +22,7 @@ const WRITTEN: &[&str] = &[
     "output",
     "OUT",
     "checkpoint",
-    "difference-map",
+    "difference_map",
     "report",
     "csv",
 ];
@@ -36,11 +36,11 @@ struct Named {
 }
 
 impl Named {
-    fn by(parsed: Parsed, arguments: &[&'static str]) -> Vec<Self> {
+    fn by(matches: &ArgMatches, arguments: &[&'static str]) -> Vec<Self> {
         let mut all = Vec::new();
         for &argument in arguments {
-            let texts = parsed.texts(argument).into_iter().map(PathBuf::from);
-            for path in parsed.paths(argument).into_iter().chain(texts) {
+            let values = matches.try_get_raw(argument).ok().flatten();
+            for path in values.into_iter().flatten().map(PathBuf::from) {
                 all.push(Self { argument, path });
             }
         }
@@ -53,7 +53,7 @@ impl Named {
         if self.argument.starts_with(char::is_uppercase) {
             path.to_string()
         } else {
-            format!("--{} {path}", self.argument)
+            format!("--{} {path}", self.argument.replace('_', "-"))
         }
     }
 }
@@ -62,8 +62,8 @@ impl Named {
 ///
 /// # Errors
 /// There is such a thing.
-pub fn refuse(parsed: Parsed) -> Result<(), Failure> {
-    let mut written = Named::by(parsed, WRITTEN);
+pub fn refuse(matches: &ArgMatches) -> Result<(), Failure> {
+    let mut written = Named::by(matches, WRITTEN);
     let folders: Vec<PathBuf> = written
         .iter()
         .filter(|named| named.path.is_dir())
@@ -92,7 +92,7 @@ pub fn refuse(parsed: Parsed) -> Result<(), Failure> {
     let is_over = |output: &Named, input: &Path| {
         same_place(&output.path, input) || same_file(&output.path, input)
     };
-    for input in Named::by(parsed, READ) {
+    for input in Named::by(matches, READ) {
         if let Some(output) = written.iter().find(|output| is_over(output, &input.path)) {
             return Err(Failure::usage(format!(
                 "{} would replace {}, which is read; give another name",
@@ -103,7 +103,8 @@ pub fn refuse(parsed: Parsed) -> Result<(), Failure> {
     }
     // What is not there is not read either, and the scene need not be opened for it.
     written.retain(|output| output.path.is_file());
-    let Some(scene) = parsed.path("SCENE").filter(|_| !written.is_empty()) else {
+    let scene = matches.try_get_one::<PathBuf>("SCENE").ok().flatten();
+    let Some(scene) = scene.filter(|_| !written.is_empty()) else {
         return Ok(());
     };
     for input in import::named_files(scene) {

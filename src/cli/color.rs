@@ -1,11 +1,11 @@
 //! `sundog color list` and `sundog color apply`.
 
-use super::flags::EXIT_OK;
-use super::parser::Parsed;
+use super::args::{self, ColorApply, ColorList};
+use super::exit::EXIT_OK;
 use super::scene_file::count;
 use super::view::{View, wishes_of};
 use super::{Failure, console};
-use crate::color::{ColorConfig, DisplaySummary, LookSummary};
+use crate::color::{ColorConfig, Depth, DisplaySummary, LookSummary};
 use crate::measure::{self, Encoding};
 use crate::output::{self, Format};
 use serde::Serialize;
@@ -16,13 +16,10 @@ use std::path::Path;
 ///
 /// # Errors
 /// One sentence: what could not be done, and the way out.
-pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    match parsed.0.subcommand() {
-        Some(("list", matches)) => list(Parsed(matches)),
-        Some(("apply", matches)) => apply(Parsed(matches)),
-        _ => Err(Failure::usage(
-            "there is no such command; `sundog color --help` lists them",
-        )),
+pub fn run(command: &args::Color) -> Result<u8, Failure> {
+    match command {
+        args::Color::List(args) => list(args),
+        args::Color::Apply(args) => apply(args),
     }
 }
 
@@ -30,12 +27,8 @@ fn warn(text: &str) {
     console::message(&format!("sundog: warning: {text}"));
 }
 
-fn apply(parsed: Parsed) -> Result<u8, Failure> {
-    let (Some(input), Some(result)) = (parsed.path("IN"), parsed.path("OUT")) else {
-        return Err(Failure::usage(
-            "a picture to show and a name for the result are needed",
-        ));
-    };
+fn apply(args: &ColorApply) -> Result<u8, Failure> {
+    let (input, result) = (&args.input, &args.result);
     let format = Format::of(result)?;
     if format == Format::Exr {
         return Err(Failure::usage(format!(
@@ -43,15 +36,15 @@ fn apply(parsed: Parsed) -> Result<u8, Failure> {
             result.display()
         )));
     }
-    if format == Format::Jpeg && parsed.choice("depth") == "16" {
+    if format == Format::Jpeg && args.view.depth == Some(Depth::Sixteen) {
         return Err(Failure::usage(format!(
             "{} cannot have 16 bits a channel, JPEG has 8: use .png, or leave --depth out",
             result.display()
         )));
     }
     output::check_writable(result)?;
-    let view = View::new(parsed, &wishes_of(input, &warn)?, &warn)?;
-    let (picture, alpha) = measure::load_with_alpha(input, parsed.text("layer"))?;
+    let view = View::new(&args.view, &wishes_of(input, &warn)?, &warn)?;
+    let (picture, alpha) = measure::load_with_alpha(input, args.layer.as_deref())?;
     if picture.encoding != Encoding::Linear {
         return Err(Failure::new(format!(
             "{} has display values already: give an .exr or .hdr file, which has light",
@@ -109,8 +102,8 @@ struct Listing {
     color_spaces: Vec<String>,
 }
 
-fn list(parsed: Parsed) -> Result<u8, Failure> {
-    let config = ColorConfig::locate(parsed.text("ocio").map(Path::new))?;
+fn list(args: &ColorList) -> Result<u8, Failure> {
+    let config = ColorConfig::locate(args.ocio.as_deref().map(Path::new))?;
     for warning in config.warnings() {
         warn(warning);
     }
@@ -131,7 +124,7 @@ fn list(parsed: Parsed) -> Result<u8, Failure> {
             .collect(),
         color_spaces: config.colour_spaces()?,
     };
-    if parsed.switch("json") {
+    if args.json {
         console::json_document(&listing);
     } else {
         console::output(&text(&listing));

@@ -1,9 +1,9 @@
 //! `sundog compare`: how far a picture is from a reference.
 
+use super::args::{Compare, Seen};
 use super::compare_report::{self, Compared};
-use super::flags::EXIT_OK;
-use super::parser::Parsed;
-use super::report_file::{page_path, write_text};
+use super::exit::EXIT_OK;
+use super::report_file::{check_page, write_text};
 use super::view::{self, View};
 use super::{Failure, console, memory};
 use crate::measure::{self, Difference, Encoding, MeasureError, Picture};
@@ -25,11 +25,9 @@ const BYTES_A_PIXEL: u64 = 70;
 ///
 /// # Errors
 /// One sentence: what could not be done, and the way out.
-pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    let (Some(path_a), Some(path_b)) = (parsed.path("A"), parsed.path("B")) else {
-        return Err(Failure::usage("two pictures are needed"));
-    };
-    let map_path = parsed.path("difference-map");
+pub fn run(args: &Compare) -> Result<u8, Failure> {
+    let (path_a, path_b) = (args.a.as_path(), args.b.as_path());
+    let map_path = args.difference_map.as_deref();
     if let Some(path) = map_path {
         if Format::of(path)? != Format::Png {
             return Err(Failure::usage(format!(
@@ -39,9 +37,10 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         }
         output::check_writable(path)?;
     }
-    let report_path = page_path(parsed, "report", "html")?;
-    let csv_path = page_path(parsed, "csv", "csv")?;
-    let layer = parsed.text("layer");
+    let (report_path, csv_path) = (args.report.as_deref(), args.csv.as_deref());
+    check_page("report", report_path, "html")?;
+    check_page("csv", csv_path, "csv")?;
+    let layer = args.layer.as_deref();
     let a = measure::load(path_a, layer)?;
     memory::check(
         u64::from(a.width) * u64::from(a.height) * BYTES_A_PIXEL,
@@ -69,7 +68,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
             wishes_b.working_space
         ));
     }
-    let (shown_a, shown_b, seen) = seen(parsed, [(&a, &wishes_a), (&b, &wishes_b)])?;
+    let (shown_a, shown_b, seen) = seen(&args.seen, [(&a, &wishes_a), (&b, &wishes_b)])?;
     let difference = measure::difference_as_shown(&a, &b, &shown_a, &shown_b).map_err(name_both)?;
     let mut scale = None;
     if let Some(path) = map_path {
@@ -105,7 +104,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     if let Some(path) = csv_path {
         write_text(path, &compare_report::numbers(&difference).csv())?;
     }
-    if parsed.switch("json") {
+    if args.json {
         console::json_document(&Answer {
             a: path_a.display().to_string(),
             b: path_b.display().to_string(),
@@ -131,11 +130,11 @@ fn warn(warning: &str) {
 
 /// What one sees of both pictures, and in words how: by the flags, else by the sRGB curve.
 fn seen(
-    parsed: Parsed,
+    flags: &Seen,
     pictures: [(&Picture, &ColorManagement); 2],
 ) -> Result<(Picture, Picture, String), Failure> {
     let [(a, wishes_a), (b, wishes_b)] = pictures;
-    let flag = view::first_seen(parsed);
+    let flag = flags.first_given();
     if let Some(flag) = flag
         && a.encoding == Encoding::Display
     {
@@ -145,8 +144,8 @@ fn seen(
     }
     Ok(match (flag, a.encoding) {
         (Some(_), _) => {
-            let view = View::new(parsed, wishes_a, &warn)?;
-            let other = View::new(parsed, wishes_b, &|_| ())?;
+            let view = View::seen_by(flags, wishes_a, &warn)?;
+            let other = View::seen_by(flags, wishes_b, &|_| ())?;
             (view.seen(a)?, other.seen(b)?, view.summary())
         }
         (None, Encoding::Linear) => {

@@ -1,8 +1,8 @@
 //! `sundog info`: what is in a scene.
 
+use super::args;
 use super::effect_lines::{Page, effect_lines, left_out_lines};
-use super::flags::EXIT_OK;
-use super::parser::Parsed;
+use super::exit::EXIT_OK;
 use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
 use crate::effects::{Asked, EffectSet, Finding, emits};
@@ -20,10 +20,10 @@ use serde_json::json;
 ///
 /// # Errors
 /// One sentence: what could not be done, and the way out.
-pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    let mut file = scene_file::load_all(parsed)?;
+pub fn run(args: &args::Info) -> Result<u8, Failure> {
+    let mut file = scene_file::load_all(&args.scene, &args.import, &args::Environment::default())?;
     let info = Info::of(&file);
-    if parsed.switch("json") {
+    if args.json {
         // Before the scene becomes a simpler one.
         let mut document = serde_json::to_value(&info).unwrap_or_default();
         let needed = Needed::of(&mut file);

@@ -1,7 +1,7 @@
 //! Ctrl-C and its like: the first one ends the render and keeps the picture, the second one ends the
 //! process; and how a process ends.
 
-use super::flags::EXIT_INTERRUPTED;
+use super::exit::EXIT_INTERRUPTED;
 use super::progress;
 use crate::output::remove_unfinished;
 use signal_hook::consts::{SIGINT, SIGTERM};

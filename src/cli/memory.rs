@@ -1,6 +1,6 @@
 //! How much memory there is: by the machine, by the limits of the process, by its control group; and the end where it is used up.
 
-use super::flags::EXIT_ERROR;
+use super::exit::EXIT_ERROR;
 use super::{Failure, console, interrupt};
 use rustix::process::{Resource, getrlimit};
 use std::fmt::Write;

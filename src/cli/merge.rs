@@ -1,35 +1,42 @@
 //! `sundog merge`: parts of a render become one picture.
 
+use super::args::Merge;
 use super::checkpoint::Checkpoint;
-use super::flags::EXIT_OK;
+use super::exit::EXIT_OK;
 use super::outputs::Outputs;
-use super::parser::Parsed;
 use super::progress::Reporter;
 use super::{Failure, memory, summary};
 use crate::render::{self, Saved};
+use std::time::Duration;
 
 /// Runs the command.
 ///
 /// # Errors
 /// One sentence: what could not be done, and the way out.
-pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
-    if !parsed.given("output") && !parsed.given("checkpoint") {
+pub fn run(args: &Merge) -> Result<u8, Failure> {
+    let reporter = Reporter::new(&args.reporting);
+    if args.output.is_empty() && args.checkpoint.is_none() {
         return Err(Failure::usage(
             "nothing says where the picture goes; give --output FILE (or --checkpoint FILE)",
         ));
     }
-    let files = Outputs::files(parsed)?;
-    let checkpoint = Checkpoint::new(parsed)?;
+    let files = Outputs::files(&args.output)?;
+    let checkpoint = Checkpoint::new(args.checkpoint.as_deref(), Duration::ZERO)?;
     let free = memory::free();
     // One by one: only two of them are in memory.
-    let parts = parsed.paths("PART").into_iter().map(|path| {
-        let part = Saved::read_within(&path, free)?;
+    let parts = args.part.iter().map(|path| {
+        let part = Saved::read_within(path, free)?;
         Ok((path.display().to_string(), part))
     });
     let merged = render::merge(parts)?;
     let header = merged.header();
-    let outputs = Outputs::new(files, parsed, &header.color_management, &reporter)?;
+    let outputs = Outputs::new(
+        files,
+        &args.exr,
+        &args.view,
+        &header.color_management,
+        &reporter,
+    )?;
     if let Some(checkpoint) = &checkpoint {
         checkpoint.write(&merged.state(), true, &reporter);
     }

@@ -1,5 +1,6 @@
 //! The command line: the only room that prints.
 
+mod args;
 mod black;
 mod checkpoint;
 mod clashes;
@@ -10,15 +11,13 @@ mod console;
 mod converge;
 mod cost;
 mod effect_lines;
-pub mod flags;
+mod exit;
 mod frames;
 mod info;
 mod interrupt;
 mod memory;
 mod merge;
 mod outputs;
-pub mod pages;
-pub mod parser;
 mod progress;
 mod render;
 mod replay;
@@ -29,15 +28,15 @@ mod settings;
 mod summary;
 mod tev;
 mod text;
-pub mod values;
 mod view;
 
 pub use interrupt::leave;
 pub use memory::used_up as memory_used_up;
 
+use args::{Command, Program, program, sentence};
 use clap::error::ErrorKind;
-use flags::{EXIT_ERROR, EXIT_OK, EXIT_USAGE};
-use parser::Parsed;
+use clap::{ArgMatches, FromArgMatches};
+use exit::{EXIT_ERROR, EXIT_OK, EXIT_USAGE};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
@@ -104,15 +103,19 @@ pub fn main() -> u8 {
 }
 
 fn run() -> u8 {
-    let program = parser::program(env!("CARGO_PKG_VERSION"));
-    let matches = match program.try_get_matches() {
-        Ok(matches) => matches,
+    let matches = program().try_get_matches();
+    let parsed = matches.and_then(|matches| {
+        let program = Program::from_arg_matches(&matches)?;
+        Ok((matches, program.command))
+    });
+    let (matches, command) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => return answer(&error),
     };
     // All commands: what is half written must not stay.
     let by_signal = !matches!(
-        matches.subcommand_name(),
-        Some("render" | "cost" | "converge")
+        command,
+        Command::Render(_) | Command::Cost(_) | Command::Converge(_)
     );
     if let Err(reason) = interrupt::listen(by_signal) {
         console::message(&format!("sundog: {reason}"));
@@ -122,32 +125,18 @@ fn run() -> u8 {
     while let Some((_, matches)) = innermost.subcommand() {
         innermost = matches;
     }
-    if Parsed(innermost).switch("json") {
+    let json = matches!(innermost.try_get_one("json"), Ok(Some(true)));
+    if json {
         memory::tell_json();
     }
-    if let Err(failure) = start_threads(matches.subcommand_name()) {
+    if let Err(failure) = start_threads(&command) {
         console::message(&format!("sundog: {}", failure.message));
         return failure.code;
     }
-    let result = clashes::refuse(Parsed(innermost)).and_then(|()| match matches.subcommand() {
-        Some(("render", matches)) => render::run(Parsed(matches)),
-        Some(("merge", matches)) => merge::run(Parsed(matches)),
-        Some(("info", matches)) => info::run(Parsed(matches)),
-        Some(("cost", matches)) => cost::run(Parsed(matches)),
-        Some(("compare", matches)) => compare::run(Parsed(matches)),
-        Some(("converge", matches)) => converge::run(Parsed(matches)),
-        Some(("color", matches)) => color::run(Parsed(matches)),
-        Some(("selftest", matches)) => selftest::run(Parsed(matches)),
-        Some(("flags", matches)) => list_flags(Parsed(matches)),
-        Some(("completions", matches)) => complete(Parsed(matches)),
-        _ => Err(Failure::usage(
-            "there is no such command; `sundog --help` lists them",
-        )),
-    });
-    match result {
+    match perform(&command, innermost) {
         Ok(code) => code,
         Err(failure) => {
-            if Parsed(innermost).switch("json") {
+            if json {
                 console::json_line(
                     &serde_json::json!({ "event": "error", "message": failure.message }),
                 );
@@ -158,10 +147,29 @@ fn run() -> u8 {
     }
 }
 
+fn perform(command: &Command, matches: &ArgMatches) -> Result<u8, Failure> {
+    clashes::refuse(matches)?;
+    match command {
+        Command::Render(args) => render::run(args),
+        Command::Merge(args) => merge::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Cost(args) => cost::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Converge(args) => converge::run(args),
+        Command::Color(command) => color::run(command),
+        Command::SelfTest(args) => selftest::run(args),
+        Command::Flags(args) => list_flags(args),
+        Command::Completions(args) => {
+            complete(args.shell);
+            Ok(EXIT_OK)
+        }
+    }
+}
+
 /// Starts the threads that all rooms share, for the commands that work: where the system has none left, their first user
 /// would panic.
-fn start_threads(command: Option<&str>) -> Result<(), Failure> {
-    if matches!(command, Some("flags" | "completions")) {
+fn start_threads(command: &Command) -> Result<(), Failure> {
+    if matches!(command, Command::Flags(_) | Command::Completions(_)) {
         return Ok(());
     }
     let started = rayon::ThreadPoolBuilder::new().build_global();
@@ -190,7 +198,7 @@ fn answer(error: &clap::Error) -> u8 {
             EXIT_USAGE
         }
         _ => {
-            let message = format!("{} (`sundog --help` tells more)", parser::sentence(error));
+            let message = format!("{} (`sundog --help` tells more)", sentence(error));
             // Nothing has been parsed, but a program that reads JSON should find it there.
             if std::env::args_os().any(|argument| argument == "--json") {
                 console::json_line(&serde_json::json!({ "event": "error", "message": message }));
@@ -230,33 +238,23 @@ pub fn embree_named(version: &str, instructions: crate::render::InstructionSet) 
     format!("{version} ({instructions})")
 }
 
-fn list_flags(parsed: Parsed) -> Result<u8, Failure> {
-    if parsed.switch("markdown") {
-        console::output(&pages::markdown());
-    } else if parsed.switch("man") {
+fn list_flags(args: &args::Flags) -> Result<u8, Failure> {
+    if args.markdown {
+        console::output(&args::pages::markdown());
+    } else if args.man {
         let mut page = Vec::new();
-        clap_mangen::Man::new(parser::program(env!("CARGO_PKG_VERSION")))
+        clap_mangen::Man::new(program())
             .render(&mut page)
             .map_err(|error| Failure::new(format!("cannot make the manual page: {error}")))?;
         console::output(&String::from_utf8_lossy(&page));
     } else {
-        console::json_document(&pages::listing());
+        console::json_document(&args::pages::listing());
     }
     Ok(EXIT_OK)
 }
 
-fn complete(parsed: Parsed) -> Result<u8, Failure> {
-    use clap_complete::Shell;
-    let shell = match parsed.choice("SHELL") {
-        "bash" => Shell::Bash,
-        "elvish" => Shell::Elvish,
-        "fish" => Shell::Fish,
-        "powershell" => Shell::PowerShell,
-        _ => Shell::Zsh,
-    };
+fn complete(shell: clap_complete::Shell) {
     let mut script = Vec::new();
-    let mut program = parser::program(env!("CARGO_PKG_VERSION"));
-    clap_complete::generate(shell, &mut program, "sundog", &mut script);
+    clap_complete::generate(shell, &mut program(), "sundog", &mut script);
     console::output(&String::from_utf8_lossy(&script));
-    Ok(EXIT_OK)
 }

@@ -1,15 +1,13 @@
 //! The files of a picture, as flags and scene want them.
 
-use super::parser::Parsed;
 use super::progress::Reporter;
-use super::view::{self, View};
-use super::{Failure, console};
+use super::view::View;
+use super::{Failure, args, console};
 use crate::film::{Bands, Picture};
 use crate::measure;
 use crate::output::{self, Format, Metadata, exr};
 use crate::render::{OutputTime, Rendering};
 use crate::scene::ColorManagement;
-use ::exr::compression::Compression;
 use serde_json::json;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -42,12 +40,12 @@ impl Outputs {
     ///
     /// # Errors
     /// A name does not say the format, or can't be written.
-    pub fn files(parsed: Parsed) -> Result<Vec<(PathBuf, Format)>, Failure> {
+    pub fn files(paths: &[PathBuf]) -> Result<Vec<(PathBuf, Format)>, Failure> {
         let mut files: Vec<(PathBuf, Format)> = Vec::new();
-        for path in parsed.paths("output") {
-            let format = Format::of(&path)?;
-            output::check_writable(&path)?;
-            files.push((path, format));
+        for path in paths {
+            let format = Format::of(path)?;
+            output::check_writable(path)?;
+            files.push((path.clone(), format));
         }
         Ok(files)
     }
@@ -58,27 +56,14 @@ impl Outputs {
     /// There is no such view.
     pub fn new(
         files: Vec<(PathBuf, Format)>,
-        parsed: Parsed,
+        exr: &args::Exr,
+        view: &args::View,
         wishes: &ColorManagement,
         reporter: &Reporter,
     ) -> Result<Self, Failure> {
-        let sample_type = match parsed.choice("exr-type") {
-            "half" => exr::SampleType::Half,
-            _ => exr::SampleType::Float,
-        };
-        let compression = match parsed.choice("exr-compression") {
-            "zips" => Compression::ZIP1,
-            "piz" => Compression::PIZ,
-            "rle" => Compression::RLE,
-            "none" => Compression::Uncompressed,
-            _ => Compression::ZIP16,
-        };
-        let all_layers = parsed.choice("exr-layers") != "combined";
         let shown = files.iter().any(|(_, format)| *format != Format::Exr);
-        let view = match view::first_given(parsed) {
-            _ if shown => Some(View::new(parsed, wishes, &|warning| {
-                reporter.warn(warning)
-            })?),
+        let view = match view.first_given() {
+            _ if shown => Some(View::new(view, wishes, &|warning| reporter.warn(warning))?),
             Some(flag) => {
                 reporter.warn(&format!(
                     "--{flag} does nothing to .exr files, which hold linear light"
@@ -93,9 +78,9 @@ impl Outputs {
         Ok(Self {
             files,
             exr: exr::ExrOptions {
-                sample_type,
-                compression,
-                all_layers,
+                sample_type: exr.exr_type,
+                compression: exr.exr_compression,
+                all_layers: exr.exr_layers,
                 space: wishes.working_space,
             },
             view,

@@ -1,5 +1,6 @@
 //! What a render tells, as a bar for people or as lines of JSON for programs.
 
+use super::args::Reporting;
 use super::{console, interrupt, text};
 use crate::render::{Event, Observer, Row};
 use crate::scene::{Diagnostics, Verdict};
@@ -41,12 +42,12 @@ pub enum Reporter {
 }
 
 impl Reporter {
-    /// By the flags `--quiet` and `--json`.
-    pub fn new(quiet: bool, json: bool) -> Self {
-        if json {
+    /// By the flags.
+    pub fn new(flags: &Reporting) -> Self {
+        if flags.json {
             return Self::Programs;
         }
-        if quiet {
+        if flags.quiet {
             return Self::Nobody;
         }
         let bar = ProgressBar::hidden();

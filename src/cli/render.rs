@@ -1,10 +1,10 @@
 //! `sundog render`: a scene file becomes pictures.
 
+use super::args::{MAX_SAMPLES, Render, RenderEffort};
 use super::checkpoint::Checkpoint;
-use super::flags::{EXIT_INTERRUPTED, EXIT_OK};
+use super::exit::{EXIT_INTERRUPTED, EXIT_OK};
 use super::frames::{Frames, Watcher};
 use super::outputs::Outputs;
-use super::parser::Parsed;
 use super::progress::Reporter;
 use super::tev::Viewer;
 use super::{Failure, black, replay, scene_file, settings, summary};
@@ -13,7 +13,7 @@ use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::output::Metadata;
 use crate::render::{RenderSettings, Statistics, Stop, left_out};
-use crate::scene::fingerprint;
+use crate::scene::{Scene, fingerprint};
 use serde_json::json;
 use std::path::Path;
 use std::time::Duration;
@@ -22,38 +22,46 @@ use std::time::Duration;
 ///
 /// # Errors
 /// One sentence: what could not be done, and the way out.
-pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    if let Some(place) = parsed.sample("replay") {
-        return replay::run(parsed, place);
+pub fn run(args: &Render) -> Result<u8, Failure> {
+    if let Some(place) = args.files.replay {
+        return replay::run(args, place);
     }
-    let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
-    if !["output", "frames", "checkpoint"]
-        .iter()
-        .any(|name| parsed.given(name))
-    {
+    let reporter = Reporter::new(&args.reporting);
+    let asked = &args.files;
+    if asked.output.is_empty() && asked.frames.is_none() && args.effort.checkpoint.is_none() {
         return Err(Failure::usage(
             "nothing says where the picture goes; give --output FILE (or --frames FOLDER, or --checkpoint FILE)",
         ));
     }
-    if let Some(folder) = parsed.path("frames") {
-        if !parsed.switch("json") {
+    if let Some(folder) = &asked.frames {
+        if !args.reporting.json {
             return Err(Failure::usage(
                 "--frames tells its files by lines of JSON; give --json as well",
             ));
         }
         Frames::check(folder)?;
     }
-    let files = Outputs::files(parsed)?;
-    let checkpoint = Checkpoint::new(parsed)?;
+    let files = Outputs::files(&asked.output)?;
+    let checkpoint = Checkpoint::new(
+        args.effort.checkpoint.as_deref(),
+        args.effort.checkpoint_interval,
+    )?;
     let saved = checkpoint.as_ref().map_or(Ok(None), Checkpoint::read)?;
-    let imported = scene_file::load(parsed)?;
+    let imported = scene_file::load(&asked.scene, &args.options)?;
     let (path, scene) = (&imported.path, &imported.scene);
-    let outputs = Outputs::new(files, parsed, &scene.color_management, &reporter)?;
-    scene_file::introduce(parsed, &imported, &reporter)?;
-    let settings = settings::of(parsed, path, scene)?;
+    let outputs = Outputs::new(
+        files,
+        &args.exr,
+        &args.view,
+        &scene.color_management,
+        &reporter,
+    )?;
+    scene_file::introduce(&args.options.loading, &imported, &reporter)?;
+    let settings = args.settings(path, scene)?;
     settings::check_memory(&settings, scene)?;
-    let frames = parsed
-        .path("frames")
+    let frames = asked
+        .frames
+        .as_ref()
         .map(|folder| Frames::new(folder, (settings.width, settings.height), settings.region()));
     let set = EffectSet::of(
         scene,
@@ -70,7 +78,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     );
 
     let space = scene.color_management.working_space;
-    let viewer = parsed.text("tev").map(|address| {
+    let viewer = asked.tev.as_ref().map(|address| {
         if space != WorkingSpace::default() {
             reporter.warn(&format!(
                 "tev shows numbers as linear Rec.709, and those of this scene are in {space}: its colours are not those of the picture"
@@ -78,7 +86,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         }
         let region = settings.region();
         let size = (region.width(), region.height());
-        Viewer::open(address, &outputs.title(path), size, settings.passes)
+        Viewer::open(&address.0, &outputs.title(path), size, settings.passes)
     });
     let watcher = Watcher {
         reporter: &reporter,
@@ -118,7 +126,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     if let Some(viewer) = &viewer {
         viewer.finish(&rendering.picture, &reporter);
     }
-    if let Some(warning) = black::warning(&rendering, &imported, &black::Asked::of(parsed)) {
+    if let Some(warning) = black::warning(&rendering, &imported, args) {
         reporter.warn(&warning);
     }
     let region = settings.region();
@@ -149,6 +157,45 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
         });
     }
     Ok(EXIT_OK)
+}
+
+impl Render {
+    /// The settings of the flags, and of the scene where no flag says otherwise.
+    ///
+    /// # Errors
+    /// A flag does not fit the scene, or another one.
+    pub fn settings(&self, path: &Path, scene: &Scene) -> Result<RenderSettings, Failure> {
+        let (first_sample, samples) = self.effort.samples()?;
+        Ok(RenderSettings {
+            samples,
+            first_sample,
+            time_limit: self.effort.time,
+            error_target: self.effort.error.unwrap_or(0.0),
+            pixel_error_target: self.effort.pixel_error.unwrap_or(0.0),
+            passes: self.passes.passes,
+            effects: self.effects.effects.clone(),
+            ..self.options.settings(path, scene)?
+        })
+    }
+}
+
+impl RenderEffort {
+    /// Number of the first sample, and how many there are.
+    fn samples(&self) -> Result<(u32, u32), Failure> {
+        let open_ended = self.time.is_some() || self.error.is_some() || self.pixel_error.is_some();
+        match (&self.sample_range, self.samples) {
+            (Some(_), Some(_)) => Err(Failure::usage(
+                "--sample-range says itself how many samples there are; leave --samples out",
+            )),
+            (Some(_), None) if self.pixel_error.is_some() => Err(Failure::usage(
+                "--pixel-error decides sample by sample how far to go, which parts of a render can't; leave it or --sample-range out",
+            )),
+            (Some(range), None) => Ok((range.start, range.end - range.start)),
+            (None, Some(samples)) => Ok((0, samples)),
+            (None, None) if open_ended => Ok((0, MAX_SAMPLES)),
+            (None, None) => Ok((0, RenderSettings::default().samples)),
+        }
+    }
 }
 
 /// Tells which effects the scene calls for that the user's list leaves out.

@@ -1,9 +1,9 @@
 //! `sundog render --replay`: the path of one sample, vertex by vertex.
 
-use super::flags::EXIT_OK;
-use super::parser::Parsed;
+use super::args::{Render, Sample};
+use super::exit::EXIT_OK;
 use super::progress::Reporter;
-use super::{Failure, console, scene_file, settings};
+use super::{Failure, console, scene_file};
 use crate::math::words::counted;
 use crate::render::{Detail, Replay, replay};
 
@@ -11,15 +11,15 @@ use crate::render::{Detail, Replay, replay};
 ///
 /// # Errors
 /// As rendering; and if the picture has no such pixel.
-pub fn run(parsed: Parsed, place: (u32, u32, u32)) -> Result<u8, Failure> {
-    let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
-    let imported = scene_file::load(parsed)?;
-    scene_file::introduce(parsed, &imported, &reporter)?;
+pub fn run(args: &Render, place: Sample) -> Result<u8, Failure> {
+    let reporter = Reporter::new(&args.reporting);
+    let imported = scene_file::load(&args.files.scene, &args.options)?;
+    scene_file::introduce(&args.options.loading, &imported, &reporter)?;
     let path = &imported.path;
-    let settings = settings::of(parsed, path, &imported.scene)?;
+    let settings = args.settings(path, &imported.scene)?;
     let told = replay(&imported.scene, &settings, place)
         .map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
-    if parsed.switch("json") {
+    if args.reporting.json {
         console::json_line(&serde_json::json!({ "event": "replay", "replay": told }));
     } else {
         console::output(&text(&told));

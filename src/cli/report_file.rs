@@ -1,7 +1,6 @@
 //! Files of reports: pages and tables of numbers.
 
 use super::Failure;
-use super::parser::Parsed;
 use crate::output;
 use crate::report::ReportError;
 use std::io::Write;
@@ -13,15 +12,9 @@ impl From<ReportError> for Failure {
     }
 }
 
-/// The file that a flag names, if its name ends as it must and it can be written.
-pub fn page_path<'a>(
-    parsed: Parsed<'a>,
-    flag: &str,
-    extension: &str,
-) -> Result<Option<&'a Path>, Failure> {
-    let Some(path) = parsed.path(flag) else {
-        return Ok(None);
-    };
+/// Makes sure that the name of the file that a flag names ends as it must, and that it can be written.
+pub fn check_page(flag: &str, path: Option<&Path>, extension: &str) -> Result<(), Failure> {
+    let Some(path) = path else { return Ok(()) };
     if !path
         .extension()
         .is_some_and(|given| given.eq_ignore_ascii_case(extension))
@@ -31,8 +24,7 @@ pub fn page_path<'a>(
             path.display()
         )));
     }
-    output::check_writable(path)?;
-    Ok(Some(path))
+    Ok(output::check_writable(path)?)
 }
 
 /// Writes a page or a table.

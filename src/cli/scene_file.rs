@@ -1,9 +1,9 @@
 //! Loading a scene as the flags say; shared by all commands that read one.
 
-use super::parser::Parsed;
+use super::args::{self, Import, Loading, RenderOptions};
 use super::progress::Reporter;
 use super::{Failure, console};
-use crate::import::{self, ImportOptions, LightUnits, Transmission};
+use crate::import::{self, ImportOptions};
 use crate::math::words::counted;
 use crate::scene::{Diagnostics, Environment, LeftOut, Scene, Verdict, Visibility, simplify};
 use glam::{DMat3, DVec3};
@@ -22,33 +22,25 @@ pub struct SceneFile {
 }
 
 /// Loads the scene that the flags name, without what changes nothing.
-pub fn load(parsed: Parsed) -> Result<SceneFile, Failure> {
-    let mut file = load_all(parsed)?;
+pub fn load(path: &Path, options: &RenderOptions) -> Result<SceneFile, Failure> {
+    let mut file = load_all(path, &options.loading.import, &options.environment)?;
     file.left_out = simplify(&mut file.scene);
     Ok(file)
 }
 
 /// Loads all of the scene that the flags name.
-pub fn load_all(parsed: Parsed) -> Result<SceneFile, Failure> {
-    let path = parsed
-        .path("SCENE")
-        .ok_or_else(|| Failure::usage("no scene was given"))?;
-    let environment = EnvironmentFlags::from_flags(parsed)?;
+pub fn load_all(
+    path: &Path,
+    import: &Import,
+    environment: &args::Environment,
+) -> Result<SceneFile, Failure> {
+    let environment = EnvironmentFlags::from_flags(environment)?;
     let options = ImportOptions {
-        light_units: match parsed.choice("light-units") {
-            "unitless" => LightUnits::Unitless,
-            "raw" => LightUnits::Raw,
-            "standard" => LightUnits::Standard,
-            _ => LightUnits::Auto,
-        },
-        transmission: match parsed.choice("transmission") {
-            "solid" => Transmission::Solid,
-            "thin" => Transmission::Thin,
-            _ => Transmission::Auto,
-        },
-        scene: parsed.text("scene").map(str::to_owned),
+        light_units: import.light_units,
+        transmission: import.transmission,
+        scene: import.scene_name.clone(),
         without_world: !matches!(environment, EnvironmentFlags::AsInFile),
-        allow_outside: parsed.switch("allow-outside"),
+        allow_outside: import.allow_outside,
     };
     let imported = import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;
     let mut file = SceneFile {
@@ -102,13 +94,10 @@ enum EnvironmentFlags<'a> {
 }
 
 impl<'a> EnvironmentFlags<'a> {
-    fn from_flags(parsed: Parsed<'a>) -> Result<Self, Failure> {
-        let strength = parsed.number("environment-strength").unwrap_or(1.0) as f32;
-        let rotation_degrees = parsed.number("environment-rotation").unwrap_or(0.0) as f32;
-        match (
-            parsed.path("environment"),
-            parsed.color("environment-color"),
-        ) {
+    fn from_flags(flags: &'a args::Environment) -> Result<Self, Failure> {
+        let strength = flags.environment_strength.unwrap_or(1.0) as f32;
+        let rotation_degrees = flags.environment_rotation.unwrap_or(0.0) as f32;
+        match (&flags.environment, flags.environment_color) {
             (Some(_), Some(_)) => Err(Failure::usage(
                 "--environment and --environment-color exclude each other; give one of them",
             )),
@@ -119,14 +108,14 @@ impl<'a> EnvironmentFlags<'a> {
             }),
             (None, Some(color)) => Ok(Self::Constant(color.map(|component| component * strength))),
             (None, None) => {
-                for name in ["environment-strength", "environment-rotation"] {
-                    if parsed.given(name) {
-                        return Err(Failure::usage(format!(
-                            "--{name} needs an environment; give --environment FILE or --environment-color R,G,B"
-                        )));
-                    }
-                }
-                Ok(Self::AsInFile)
+                let name = match (flags.environment_strength, flags.environment_rotation) {
+                    (Some(_), _) => "strength",
+                    (None, Some(_)) => "rotation",
+                    (None, None) => return Ok(Self::AsInFile),
+                };
+                Err(Failure::usage(format!(
+                    "--environment-{name} needs an environment; give --environment FILE or --environment-color R,G,B"
+                )))
             }
         }
     }
@@ -171,14 +160,14 @@ impl<'a> EnvironmentFlags<'a> {
 ///
 /// # Errors
 /// With `--strict`: anything did not come through exactly.
-pub fn introduce(parsed: Parsed, file: &SceneFile, reporter: &Reporter) -> Result<(), Failure> {
+pub fn introduce(flags: &Loading, file: &SceneFile, reporter: &Reporter) -> Result<(), Failure> {
     reporter.say(&format!(
         "{}: {}",
         file.path.display(),
         summary(&file.scene)
     ));
     reporter.diagnostics(&file.diagnostics);
-    if parsed.switch("strict") {
+    if flags.strict {
         demand_exact(&file.path, &file.diagnostics)?;
     }
     Ok(())

@@ -1,9 +1,9 @@
 //! `sundog selftest`: the hard cases on the user's own machine.
 
-use super::flags::{EXIT_ERROR, EXIT_OK};
-use super::parser::Parsed;
+use super::args::SelfTest;
+use super::exit::{EXIT_ERROR, EXIT_OK};
 use super::{Failure, console, text};
-use crate::hard::{Case, Effort, Finding, GROUPS, Outcome};
+use crate::hard::{Case, Finding, GROUPS, Outcome};
 use crate::report::{Cell, Column, Table};
 use serde_json::{Value, json};
 
@@ -11,22 +11,17 @@ use serde_json::{Value, json};
 ///
 /// # Errors
 /// A case that was asked for does not exist.
-pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    let cases = chosen(&parsed.texts("case"))?;
-    if parsed.switch("list") {
-        list(parsed, &cases);
+pub fn run(args: &SelfTest) -> Result<u8, Failure> {
+    let cases = chosen(&args.case)?;
+    if args.list {
+        list(args.json, &cases);
         return Ok(EXIT_OK);
     }
-    let effort = match parsed.choice("effort") {
-        "thorough" => Effort::Thorough,
-        "long" => Effort::Long,
-        _ => Effort::Quick,
-    };
     let mut told = Told::default();
     for (group, case) in &cases {
-        told.add(group, case, &case.outcome(effort));
+        told.add(group, case, &case.outcome(args.effort));
     }
-    if parsed.switch("json") {
+    if args.json {
         console::json_document(&json!({
             "holds": told.failed == 0,
             "cases": told.cases,
@@ -43,23 +38,24 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
 }
 
 /// The cases with these names, each with its group; all if there are none.
-fn chosen(names: &[&str]) -> Result<Vec<(&'static str, &'static Case)>, Failure> {
+fn chosen(names: &[String]) -> Result<Vec<(&'static str, &'static Case)>, Failure> {
     let all = GROUPS
         .iter()
         .flat_map(|group| group.cases.iter().map(|case| (group.name, case)));
     let all: Vec<_> = all.collect();
-    let known = |name: &&&str| all.iter().any(|(_, case)| case.name == **name);
+    let known = |name: &&String| all.iter().any(|(_, case)| case.name == **name);
     if let Some(unknown) = names.iter().find(|name| !known(name)) {
         return Err(Failure::usage(format!(
             "--case '{unknown}' is none of the hard cases; `sundog selftest --list` names them"
         )));
     }
-    let wanted = |(_, case): &(_, &Case)| names.is_empty() || names.contains(&case.name);
+    let wanted =
+        |(_, case): &(_, &Case)| names.is_empty() || names.iter().any(|name| name == case.name);
     Ok(all.into_iter().filter(wanted).collect())
 }
 
-fn list(parsed: Parsed, cases: &[(&str, &Case)]) {
-    if parsed.switch("json") {
+fn list(json: bool, cases: &[(&str, &Case)]) {
+    if json {
         let of = |(group, case): &(&str, &Case)| json!({ "group": group, "name": case.name, "about": case.about });
         console::json_document(&cases.iter().map(of).collect::<Vec<_>>());
         return;

@@ -1,141 +1,126 @@
 //! The settings of a render from the flags and the scene; shared by all commands that render.
 
-use super::Failure;
-use super::flags::MAX_SAMPLES;
+use super::args::{MAX_SIDE, Machine, RenderOptions, Size};
 use super::info::PREPARED_BYTES_A_TRIANGLE;
-use super::memory;
-use super::parser::Parsed;
+use super::{Failure, memory};
 use crate::film::Passes;
 use crate::film::apart::PixelApart;
 use crate::film::pixel::Pixel;
-use crate::render::{
-    BounceLimits, Caustics, Filter, InstructionSet, LightSampling, Naive, RenderSettings,
-};
+use crate::render::{BounceLimits, Filter, InstructionSet, Naive, RenderSettings};
 use crate::scene::{Camera, Projection, Scene, Window};
 use std::path::Path;
 
 /// Pixels of the longer side where the user gives no size.
 const LONGER_SIDE: u32 = 1280;
 
-/// The settings of the flags, and of the scene where no flag says otherwise. A flag that the command does not
-/// have counts as not given.
-///
-/// # Errors
-/// A flag does not fit the scene.
-pub fn of(parsed: Parsed, path: &Path, scene: &Scene) -> Result<RenderSettings, Failure> {
-    let defaults = RenderSettings::default();
-    let camera = match parsed.text("camera") {
-        Some(wanted) => Some(choose_camera(path, &scene.cameras, wanted)?),
-        None => None,
-    };
-    let aspect = scene
-        .cameras
-        .get(camera.unwrap_or(0))
-        .and_then(|camera| Some(aspect(camera)? / camera.pixel_aspect(&scene.render)));
-    let (width, height) = match (parsed.integer("width"), parsed.integer("height")) {
-        // What the file wishes is a size as a whole: half of it would be of the wrong aspect.
-        (None, None) => picture_size(aspect, scene.render.width, scene.render.height),
-        (width, height) => picture_size(aspect, width, height),
-    };
-    let time_limit = parsed.duration("time");
-    let open_ended = ["time", "error", "pixel-error"]
-        .iter()
-        .any(|name| parsed.given(name));
-    let (first_sample, samples) = match (parsed.range("sample-range"), parsed.integer("samples")) {
-        (Some(_), _) if parsed.given("samples") => {
-            return Err(Failure::usage(
-                "--sample-range says itself how many samples there are; leave --samples out",
-            ));
-        }
-        (Some(_), _) if parsed.given("pixel-error") => {
-            return Err(Failure::usage(
-                "--pixel-error decides sample by sample how far to go, which parts of a render can't; leave it or --sample-range out",
-            ));
-        }
-        (Some((from, to)), _) => (from, to - from),
-        (None, Some(samples)) if parsed.given("samples") || !open_ended => (0, samples),
-        (None, _) => (0, MAX_SAMPLES as u32),
-    };
-    let region = parsed.region("region");
-    if let Some(region) = region
-        && (region.x1 > width || region.y1 > height)
-    {
-        return Err(Failure::usage(format!(
-            "--region ends at {}, {}, outside of the picture of {width} × {height} pixels",
-            region.x1, region.y1
-        )));
+impl RenderOptions {
+    /// The settings of the flags, and of the scene (read from `path`) where no flag says otherwise. How many samples there are,
+    /// their effects and their passes are for each command to say.
+    ///
+    /// # Errors
+    /// A flag does not fit the scene.
+    pub fn settings(&self, path: &Path, scene: &Scene) -> Result<RenderSettings, Failure> {
+        let Self {
+            machine,
+            size,
+            bounces,
+            transport,
+            studies,
+            ..
+        } = self;
+        let naive = |part: &str| studies.naive.contains(&part);
+        let (camera, width, height) = size.of_camera(path, scene)?;
+        let film_exposure = size.film_exposure.or(scene.render.film_exposure);
+        let defaults = RenderSettings::default();
+        Ok(RenderSettings {
+            width,
+            height,
+            time_spent: super::since_start(),
+            bounces: bounces.bounces,
+            bounce_limits: BounceLimits {
+                diffuse: bounces.bounces_diffuse,
+                glossy: bounces.bounces_glossy,
+                transmission: bounces.bounces_transmission,
+                transparent: bounces.bounces_transparent,
+            },
+            clamp_direct: transport.clamp_direct as f32,
+            clamp_indirect: transport.clamp_indirect as f32,
+            filter_glossy: transport.filter_glossy as f32,
+            transparent_film: size.transparent || scene.render.transparent == Some(true),
+            film_exposure: film_exposure.map_or(defaults.film_exposure, |factor| factor as f32),
+            caustics: transport.caustics,
+            region: size.region,
+            camera,
+            seed: machine.seed,
+            threads: machine.threads.map(|threads| threads as usize),
+            instruction_set: machine.instruction_set()?,
+            filter: size.filter(scene),
+            light_sampling: studies.light_sampling,
+            light_samples: studies.light_samples,
+            roulette: studies.roulette,
+            naive: Naive {
+                offsets: naive("offsets"),
+                edges: naive("edges"),
+                origin: naive("origin"),
+                terminator: naive("terminator"),
+            },
+            cull_backfaces: transport.backface_culling,
+            ..defaults
+        })
     }
-    let number = |name: &str, default: f32| parsed.number(name).map_or(default, |n| n as f32);
-    Ok(RenderSettings {
-        width,
-        height,
-        samples,
-        first_sample,
-        time_limit,
-        time_spent: super::since_start(),
-        bounces: parsed.integer("bounces").unwrap_or(defaults.bounces),
-        bounce_limits: BounceLimits {
-            diffuse: parsed.integer("bounces-diffuse"),
-            glossy: parsed.integer("bounces-glossy"),
-            transmission: parsed.integer("bounces-transmission"),
-            transparent: parsed.integer("bounces-transparent"),
-        },
-        clamp_direct: number("clamp-direct", defaults.clamp_direct),
-        clamp_indirect: number("clamp-indirect", defaults.clamp_indirect),
-        filter_glossy: number("filter-glossy", defaults.filter_glossy),
-        transparent_film: parsed.switch("transparent") || scene.render.transparent == Some(true),
-        film_exposure: match scene.render.film_exposure {
-            Some(factor) if !parsed.given("film-exposure") => factor as f32,
-            _ => number("film-exposure", defaults.film_exposure),
-        },
-        caustics: caustics(parsed),
-        passes: parsed.passes("passes").unwrap_or(defaults.passes),
-        error_target: parsed.share("error").unwrap_or(defaults.error_target),
-        pixel_error_target: parsed
-            .share("pixel-error")
-            .unwrap_or(defaults.pixel_error_target),
-        region,
-        camera,
-        seed: parsed.integer("seed").unwrap_or(defaults.seed),
-        threads: parsed.integer("threads").map(|threads| threads as usize),
-        instruction_set: instruction_set(parsed)?,
-        filter: filter(parsed, scene),
-        effects: parsed.effects("effects").unwrap_or(defaults.effects),
-        light_sampling: match parsed.choice("light-sampling") {
-            "nee" => LightSampling::Nee,
-            "bsdf" => LightSampling::Bsdf,
-            "hemisphere" => LightSampling::Hemisphere,
-            _ => LightSampling::Mis,
-        },
-        light_samples: parsed
-            .integer("light-samples")
-            .unwrap_or(defaults.light_samples),
-        roulette: parsed.roulette("roulette").unwrap_or(defaults.roulette),
-        naive: naive(parsed),
-        cull_backfaces: parsed.switch("backface-culling"),
-    })
 }
 
-fn caustics(parsed: Parsed) -> Caustics {
-    let kept = parsed.choice("caustics");
-    Caustics {
-        reflective: !matches!(kept, "refractive" | "none"),
-        refractive: !matches!(kept, "reflective" | "none"),
+impl Size {
+    /// Number of the camera if one was chosen, width and height.
+    fn of_camera(&self, path: &Path, scene: &Scene) -> Result<(Option<usize>, u32, u32), Failure> {
+        let wanted = self.camera.as_deref();
+        let camera = wanted.map(|wanted| choose_camera(path, &scene.cameras, wanted));
+        let camera = camera.transpose()?;
+        let aspect = scene
+            .cameras
+            .get(camera.unwrap_or(0))
+            .and_then(|camera| Some(aspect(camera)? / camera.pixel_aspect(&scene.render)));
+        let (width, height) = match (self.width, self.height) {
+            // What the file wishes is a size as a whole: half of it would be of the wrong aspect.
+            (None, None) => picture_size(aspect, scene.render.width, scene.render.height),
+            (width, height) => picture_size(aspect, width, height),
+        };
+        if let Some(region) = self.region
+            && (region.x1 > width || region.y1 > height)
+        {
+            return Err(Failure::usage(format!(
+                "--region ends at {}, {}, outside of the picture of {width} × {height} pixels",
+                region.x1, region.y1
+            )));
+        }
+        Ok((camera, width, height))
+    }
+
+    /// The flag's filter; else the default's shape with the width that the scene wishes.
+    fn filter(&self, scene: &Scene) -> Filter {
+        let default = Filter::default();
+        let width = scene.render.filter_width;
+        self.filter.unwrap_or(Filter {
+            width: width.map_or(default.width, |width| width as f32),
+            ..default
+        })
     }
 }
 
 /// Asks for instructions where no flag does: farms that start the program through Blender can't give flags.
 const INSTRUCTION_SET: &str = "SUNDOG_INSTRUCTION_SET";
 
-/// The instructions that the flag asks for, else the environment.
-fn instruction_set(parsed: Parsed) -> Result<Option<InstructionSet>, Failure> {
-    let asked = match InstructionSet::named(parsed.choice("instruction-set")) {
-        Some(set) => Some(set),
-        None => instruction_set_of_environment().map_err(Failure::usage)?,
-    };
-    // Told before the scene is prepared, which takes its time.
-    InstructionSet::or_default(asked).map_err(|error| Failure::new(error.to_string()))?;
-    Ok(asked)
+impl Machine {
+    /// The instructions that the flag asks for, else the environment.
+    fn instruction_set(&self) -> Result<Option<InstructionSet>, Failure> {
+        let wanted = match self.instruction_set {
+            Some(set) => Some(set),
+            None => instruction_set_of_environment().map_err(Failure::usage)?,
+        };
+        // Told before the scene is prepared, which takes its time.
+        InstructionSet::or_default(wanted).map_err(|error| Failure::new(error.to_string()))?;
+        Ok(wanted)
+    }
 }
 
 /// The instructions that the environment asks for.
@@ -150,29 +135,6 @@ pub fn instruction_set_of_environment() -> Result<Option<InstructionSet>, String
         let value = value.escape_debug();
         format!("{INSTRUCTION_SET} cannot be '{value}': expected {names}")
     })
-}
-
-fn naive(parsed: Parsed) -> Naive {
-    let parts = parsed.choices("naive");
-    Naive {
-        offsets: parts.contains(&"offsets"),
-        edges: parts.contains(&"edges"),
-        origin: parts.contains(&"origin"),
-        terminator: parts.contains(&"terminator"),
-    }
-}
-
-/// The flag's filter; else the default's shape with the width that the scene wishes.
-fn filter(parsed: Parsed, scene: &Scene) -> Filter {
-    let default = Filter::default();
-    let by_flag = parsed.filter("filter").unwrap_or(default);
-    match scene.render.filter_width {
-        Some(width) if !parsed.given("filter") => Filter {
-            width: width as f32,
-            ..default
-        },
-        _ => by_flag,
-    }
 }
 
 /// A camera by name, or by number from 0 if none has that name.
@@ -224,7 +186,7 @@ fn picture_size(aspect: Option<f64>, width: Option<u32>, height: Option<u32>) ->
     let default = RenderSettings::default();
     let aspect = aspect.unwrap_or(f64::from(default.width) / f64::from(default.height));
     // `as` saturates, and one pixel is the least.
-    let side = |pixels: f64| (pixels.round() as u32).clamp(1, super::flags::MAX_SIDE as u32);
+    let side = |pixels: f64| (pixels.round() as u32).clamp(1, MAX_SIDE);
     match (width, height) {
         (Some(width), Some(height)) => (width, height),
         (Some(width), None) => (width, side(f64::from(width) / aspect)),

@@ -1,7 +1,6 @@
 //! From the flags of display, view and look to finished pictures; shared by `render` and `color apply`.
 
-use super::Failure;
-use super::parser::Parsed;
+use super::{Failure, args};
 use crate::color::{
     ColorConfig, ColorError, Depth, DisplayProcessor, DisplayTransform, SceneColors,
 };
@@ -20,22 +19,31 @@ impl From<ColorError> for Failure {
     }
 }
 
-/// The flags that only PNG and JPEG files heed.
-const NAMES: [&str; 8] = [
-    "ocio", "display", "view", "look", "exposure", "gamma", "depth", "quality",
-];
-
-/// Those of them that say what is seen.
-const SEEN: [&str; 6] = ["ocio", "display", "view", "look", "exposure", "gamma"];
-
-/// The first flag given that says what is seen.
-pub fn first_seen(parsed: Parsed) -> Option<&'static str> {
-    SEEN.into_iter().find(|name| parsed.given(name))
+impl args::Seen {
+    /// The first flag given.
+    pub fn first_given(&self) -> Option<&'static str> {
+        let flags = [
+            ("ocio", self.ocio.is_some()),
+            ("display", self.display.is_some()),
+            ("view", self.view.is_some()),
+            ("look", self.look.is_some()),
+            ("exposure", self.exposure.is_some()),
+            ("gamma", self.gamma.is_some()),
+        ];
+        flags
+            .into_iter()
+            .find_map(|(name, given)| given.then_some(name))
+    }
 }
 
-/// The first flag given that only PNG and JPEG files heed.
-pub fn first_given(parsed: Parsed) -> Option<&'static str> {
-    NAMES.into_iter().find(|name| parsed.given(name))
+impl args::View {
+    /// The first flag given; PNG and JPEG files alone heed them.
+    pub fn first_given(&self) -> Option<&'static str> {
+        let seen = self.seen.first_given();
+        let depth = || self.depth.map(|_| "depth");
+        seen.or_else(depth)
+            .or_else(|| self.quality.map(|_| "quality"))
+    }
 }
 
 /// The space of the light in a file, and what the flags then start from; a file that doesn't say, or names one that Sundog does
@@ -63,11 +71,10 @@ pub fn wishes_of(path: &Path, warn: &dyn Fn(&str)) -> Result<ColorManagement, Fa
 
 /// The flag's configuration; else the scene's, if it can be read; else that of the usual search.
 fn configuration(
-    parsed: Parsed,
+    flag: Option<&Path>,
     wishes: &ColorManagement,
     warn: &dyn Fn(&str),
 ) -> Result<ColorConfig, Failure> {
-    let flag = parsed.text("ocio").map(Path::new);
     if flag.is_none()
         && let Some(path) = &wishes.config
     {
@@ -78,6 +85,9 @@ fn configuration(
     }
     Ok(ColorConfig::locate(flag)?)
 }
+
+/// Quality of JPEG files in percent, without the flag.
+const QUALITY: u8 = 90;
 
 /// Everything that makes display values of linear light, ready.
 pub struct View {
@@ -110,33 +120,47 @@ impl View {
     /// The configuration cannot be read, or has no such display, view or look: one sentence that names
     /// those there are.
     pub fn new(
-        parsed: Parsed,
+        flags: &args::View,
         wishes: &ColorManagement,
         warn: &dyn Fn(&str),
     ) -> Result<Self, Failure> {
-        let config = configuration(parsed, wishes, warn)?;
+        Ok(Self {
+            depth: flags.depth.unwrap_or_default(),
+            quality: flags.quality.map_or(QUALITY, |quality| quality as u8),
+            ..Self::seen_by(&flags.seen, wishes, warn)?
+        })
+    }
+
+    /// The same for pictures that are looked at, of which no file is made.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn seen_by(
+        flags: &args::Seen,
+        wishes: &ColorManagement,
+        warn: &dyn Fn(&str),
+    ) -> Result<Self, Failure> {
+        let config = configuration(flags.ocio.as_deref().map(Path::new), wishes, warn)?;
         for warning in config.warnings() {
             warn(warning);
         }
         let defaults = DisplayTransform::default();
         // The scene's view is one of its display, and its look one for that view: a flag for one of them
         // ends what the scene says of those that follow from it.
-        let display = parsed.given("display");
-        let view = display || parsed.given("view");
-        let text = |flag: &str, overruled: bool, wish: &Option<String>| {
-            let wish = wish.clone().filter(|_| !overruled);
-            parsed.text(flag).map(str::to_owned).or(wish)
+        let display = flags.display.is_some();
+        let view = display || flags.view.is_some();
+        let text = |flag: &Option<String>, overruled: bool, wish: &Option<String>| {
+            let wish = wish.as_ref().filter(|_| !overruled);
+            flag.as_ref().or(wish).cloned()
         };
-        let number = |flag: &str, wish: Option<f64>, default: f64| {
-            let given = parsed.number(flag).filter(|_| parsed.given(flag));
-            given.or(wish).or(parsed.number(flag)).unwrap_or(default)
-        };
+        let number =
+            |flag: Option<f64>, wish: Option<f64>, default| flag.or(wish).unwrap_or(default);
         let wanted = DisplayTransform {
-            display: text("display", false, &wishes.display),
-            view: text("view", display, &wishes.view),
-            look: text("look", view, &wishes.look),
-            exposure: number("exposure", wishes.exposure, defaults.exposure),
-            gamma: number("gamma", wishes.gamma, defaults.gamma),
+            display: text(&flags.display, false, &wishes.display),
+            view: text(&flags.view, display, &wishes.view),
+            look: text(&flags.look, view, &wishes.look),
+            exposure: number(flags.exposure, wishes.exposure, defaults.exposure),
+            gamma: number(flags.gamma, wishes.gamma, defaults.gamma),
         };
         let processor = config.processor(&wanted)?;
         for warning in processor.warnings() {
@@ -149,15 +173,8 @@ impl View {
                 config.origin().path().display(),
                 config.origin().named_by()
             ),
-            depth: if parsed.choice("depth") == "16" {
-                Depth::Sixteen
-            } else {
-                Depth::Eight
-            },
-            quality: parsed
-                .integer("quality")
-                .and_then(|quality| u8::try_from(quality).ok())
-                .unwrap_or(90),
+            depth: Depth::default(),
+            quality: QUALITY,
             space: wishes.working_space,
         })
     }

@@ -1,7 +1,7 @@
 //! Where the answer goes: numbers, pages and plots, and the pictures themselves.
 
 use super::super::Failure;
-use super::super::parser::Parsed;
+use super::super::args::Converge;
 use super::renders::Shot;
 use super::summary::{Answer, MEASURES};
 use super::{Looks, page};
@@ -54,9 +54,9 @@ fn make_folder(path: &Path) -> Result<(), Failure> {
 
 impl Files {
     /// Makes sure that they can be written.
-    pub fn new(parsed: Parsed) -> Result<Self, Failure> {
+    pub fn new(args: &Converge) -> Result<Self, Failure> {
         let (mut files, mut folder) = (Vec::new(), None);
-        for path in parsed.paths("output") {
+        for path in args.output.iter().cloned() {
             let kind = match path.extension().and_then(|end| end.to_str()) {
                 Some("json") => Kind::Json,
                 Some("csv") => Kind::Csv,
@@ -79,7 +79,7 @@ impl Files {
             output::check_writable(&path)?;
             files.push((path, kind));
         }
-        let pictures = parsed.path("pictures").map(Path::to_path_buf);
+        let pictures = args.pictures.clone();
         if let Some(pictures) = &pictures {
             make_folder(pictures)?;
             output::check_writable(&pictures.join("times.json"))?;

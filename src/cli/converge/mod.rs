@@ -6,8 +6,8 @@ mod page;
 mod renders;
 mod summary;
 
-use super::flags::EXIT_OK;
-use super::parser::Parsed;
+use super::args::Converge;
+use super::exit::EXIT_OK;
 use super::progress::Reporter;
 use super::view::View;
 use super::{Failure, console, scene_file, settings};
@@ -43,7 +43,7 @@ struct Shown {
 
 /// What all steps need.
 struct Work<'a> {
-    parsed: Parsed<'a>,
+    args: &'a Converge,
     path: &'a Path,
     scene: &'a Scene,
     settings: RenderSettings,
@@ -63,28 +63,32 @@ struct Looks {
 ///
 /// # Errors
 /// One sentence: what could not be done, and the way out.
-pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
-    let files = Files::new(parsed)?;
-    let peers: Vec<Peer> = parsed
-        .paths("against")
+pub fn run(args: &Converge) -> Result<u8, Failure> {
+    let reporter = Reporter::new(&args.reporting);
+    let files = Files::new(args)?;
+    let peers: Vec<Peer> = args
+        .against
         .iter()
         .map(|folder| against::read(folder))
         .collect::<Result<Vec<_>, _>>()?
         .into_iter()
         .flatten()
         .collect();
-    let imported = scene_file::load(parsed)?;
+    let imported = scene_file::load(&args.scene, &args.options)?;
     let (path, scene) = (&imported.path, &imported.scene);
-    let view = View::new(parsed, &scene.color_management, &|warning| {
+    let view = View::seen_by(&args.seen, &scene.color_management, &|warning| {
         reporter.warn(warning)
     })?;
-    scene_file::introduce(parsed, &imported, &reporter)?;
-    let mut settings = settings::of(parsed, path, scene)?;
-    settings.passes = Passes::COMBINED;
+    scene_file::introduce(&args.options.loading, &imported, &reporter)?;
+    let settings = RenderSettings {
+        samples: args.effort.samples,
+        effects: args.effects.effects.clone(),
+        passes: Passes::COMBINED,
+        ..args.options.settings(path, scene)?
+    };
     settings::check_memory(&settings, scene)?;
     let work = Work {
-        parsed,
+        args,
         path,
         scene,
         settings,
@@ -99,7 +103,7 @@ pub fn run(parsed: Parsed) -> Result<u8, Failure> {
     let answer = work.measure(&peers)?;
     let names = work.files.names();
     reporter.tell(&json!({ "event": "finished", "answer": answer, "written": names }));
-    if !parsed.switch("json") {
+    if !args.reporting.json {
         console::output(&answer.table());
         for name in names {
             reporter.say(&format!("{name} written"));
@@ -184,7 +188,7 @@ impl Work<'_> {
     }
 
     fn measure(&self, peers: &[Peer]) -> Result<Answer, Failure> {
-        let seeds = self.parsed.integer("seeds").unwrap_or(1);
+        let seeds = self.args.effort.seeds;
         check_seeds(self.settings.seed, seeds)?;
         let truth = self.truth()?;
         self.reporter.say(&format!("reference: {}", truth.words));
@@ -209,9 +213,9 @@ impl Work<'_> {
     }
 
     fn truth(&self) -> Result<Truth, Failure> {
-        let given = self.parsed.paths("reference");
+        let given = &self.args.reference;
         if !given.is_empty() {
-            let reference = from_files(&given, self.size(), &self.view)?;
+            let reference = from_files(given, self.size(), &self.view)?;
             let names: Vec<_> = given
                 .iter()
                 .map(|path| path.display().to_string())
@@ -220,8 +224,9 @@ impl Work<'_> {
             return Ok(Truth { reference, words });
         }
         let samples = self
-            .parsed
-            .integer("reference-samples")
+            .args
+            .effort
+            .reference_samples
             .unwrap_or_else(|| self.settings.samples.saturating_mul(REFERENCE_FACTOR));
         let half = |number: u32| -> Result<Picture, Failure> {
             self.reporter.say(&format!(
@@ -274,7 +279,7 @@ impl Work<'_> {
     }
 
     fn own_curve(&self, seeds: u32, truth: &Truth, looks: &mut Looks) -> Result<Curve, Failure> {
-        let name = self.parsed.text("name").unwrap_or("Sundog").to_owned();
+        let name = self.args.effort.name.clone();
         let mut points = Vec::new();
         for seed in self.settings.seed..self.settings.seed + seeds {
             self.reporter.say(&format!(
@@ -320,7 +325,7 @@ impl Work<'_> {
         looks: &mut Looks,
     ) -> Result<Curve, Failure> {
         let own;
-        let truth = if peer.reference.is_empty() || self.parsed.given("reference") {
+        let truth = if peer.reference.is_empty() || !self.args.reference.is_empty() {
             common
         } else {
             let reference = from_files(&peer.reference, self.size(), &self.view)?;

@@ -92,7 +92,7 @@ pub fn last(
 
 fn unfinished(path: &Path) -> Failure {
     Failure {
-        code: super::super::flags::EXIT_INTERRUPTED,
+        code: super::super::exit::EXIT_INTERRUPTED,
         message: format!("{}: interrupted; nothing was written", path.display()),
     }
 }

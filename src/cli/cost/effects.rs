@@ -33,7 +33,7 @@ struct Answer<'a> {
 pub fn run(question: &Question) -> Result<(), Failure> {
     let measured = measured_settings(question)?;
     let variants = cost::variants(&question.file.scene, &measured);
-    let rounds = question.parsed.integer("rounds").unwrap_or(3);
+    let rounds = question.args.question.rounds;
     let study = cost::study(
         &question.file.scene,
         &question.settings,
@@ -66,7 +66,7 @@ pub fn run(question: &Question) -> Result<(), Failure> {
         .files
         .write(&answer, &table, || page(question, &study, &table))?;
     question.reporter.tell(&answer);
-    if !question.parsed.switch("json") {
+    if !question.args.reporting.json {
         console::output(&format!("{}\n\n{}", headline(&study), text::table(&table)));
     }
     for name in written {
@@ -80,7 +80,7 @@ pub fn run(question: &Question) -> Result<(), Failure> {
 
 /// A small picture with as many samples as fit into the time of one.
 fn measured_settings(question: &Question) -> Result<RenderSettings, Failure> {
-    let side = question.parsed.integer("side").unwrap_or(256);
+    let side = question.args.question.side;
     let small = RenderSettings {
         // All samples of all pixels; what adaptive sampling does is measured apart.
         error_target: 0.0,

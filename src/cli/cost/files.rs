@@ -1,8 +1,8 @@
 //! Where the answer goes: `--output FILE.json`, `--output FILE.csv`, `--report FILE.html`.
 
 use crate::cli::Failure;
-use crate::cli::parser::Parsed;
-use crate::cli::report_file::{page_path, write_text};
+use crate::cli::args::Cost;
+use crate::cli::report_file::{check_page, write_text};
 use crate::output;
 use crate::report::{Page, Settings, Table};
 use serde::Serialize;
@@ -27,9 +27,9 @@ fn ends_in(path: &Path, extension: &str) -> bool {
 
 impl Files {
     /// By the flags.
-    pub fn new(parsed: Parsed) -> Result<Self, Failure> {
+    pub fn new(args: &Cost) -> Result<Self, Failure> {
         let mut numbers = Vec::new();
-        for path in parsed.paths("output") {
+        for path in args.output.iter().cloned() {
             let form = match () {
                 () if ends_in(&path, "json") => Form::Json,
                 () if ends_in(&path, "csv") => Form::Csv,
@@ -43,7 +43,8 @@ impl Files {
             output::check_writable(&path)?;
             numbers.push((path, form));
         }
-        let page = page_path(parsed, "report", "html")?.map(Path::to_path_buf);
+        let page = args.report.clone();
+        check_page("report", page.as_deref(), "html")?;
         Ok(Self { numbers, page })
     }
 

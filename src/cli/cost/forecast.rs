@@ -77,7 +77,7 @@ pub fn run(question: &Question) -> Result<(), Failure> {
         Ok(page(question, &answer, forecast, &table))
     })?;
     question.reporter.tell(&answer);
-    if !question.parsed.switch("json") {
+    if !question.args.reporting.json {
         console::output(&format!(
             "{}\n\n{}",
             headline(question, &answer),
@@ -114,10 +114,10 @@ fn nothing(question: &Question, probe: &Probe) -> Failure {
 
 fn replies(question: &Question, forecast: &Forecast) -> Vec<Reply> {
     let mut replies = Vec::new();
-    if let Some(goal) = question.parsed.share("error") {
+    if let Some(goal) = question.args.question.error {
         replies.push(Reply::Error(forecast.row(goal)));
     }
-    if let Some(limit) = question.parsed.duration("time") {
+    if let Some(limit) = question.args.question.time {
         let seconds = limit.as_secs_f64();
         replies.push(Reply::Time {
             seconds,
@@ -125,7 +125,7 @@ fn replies(question: &Question, forecast: &Forecast) -> Vec<Reply> {
         });
     }
     let samples = question.settings.samples;
-    if question.parsed.given("samples") || replies.is_empty() {
+    if question.args.question.samples.is_some() || replies.is_empty() {
         replies.push(Reply::Samples {
             samples,
             seconds: forecast.seconds_at(f64::from(samples)),

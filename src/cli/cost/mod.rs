@@ -4,8 +4,8 @@ mod effects;
 mod files;
 mod forecast;
 
-use super::flags::{EXIT_INTERRUPTED, EXIT_OK};
-use super::parser::Parsed;
+use super::args::Cost;
+use super::exit::{EXIT_INTERRUPTED, EXIT_OK};
 use super::progress::Reporter;
 use super::scene_file::{self, SceneFile};
 use super::view::View;
@@ -16,7 +16,7 @@ use std::time::Duration;
 
 /// What all parts of the command work with.
 struct Question<'a> {
-    parsed: Parsed<'a>,
+    args: &'a Cost,
     file: SceneFile,
     /// The picture that is asked about.
     settings: RenderSettings,
@@ -30,36 +30,39 @@ struct Question<'a> {
 ///
 /// # Errors
 /// One sentence: what could not be done, and the way out.
-pub fn run(parsed: Parsed) -> Result<u8, Failure> {
-    if parsed.given("pixel-error") && !parsed.switch("effects") {
+pub fn run(args: &Cost) -> Result<u8, Failure> {
+    let asked = &args.question;
+    if asked.pixel_error.is_some() && !asked.effects {
         return Err(Failure::usage(
             "--pixel-error asks what adaptive sampling gives, which --effects measures; add it, or ask for the time to an --error",
         ));
     }
-    let reporter = Reporter::new(parsed.switch("quiet"), parsed.switch("json"));
-    let files = files::Files::new(parsed)?;
-    let file = scene_file::load(parsed)?;
-    scene_file::introduce(parsed, &file, &reporter)?;
-    let wanted = settings::of(parsed, &file.path, &file.scene)?;
+    let reporter = Reporter::new(&args.reporting);
+    let files = files::Files::new(args)?;
+    let file = scene_file::load(&args.scene, &args.options)?;
+    scene_file::introduce(&args.options.loading, &file, &reporter)?;
+    let wanted = args.options.settings(&file.path, &file.scene)?;
     let settings = RenderSettings {
-        samples: parsed.integer("samples").unwrap_or(wanted.samples),
-        // What is asked about, not when the probe ends.
-        time_limit: None,
+        samples: asked.samples.unwrap_or(wanted.samples),
+        // What is asked about, not when the probe ends: `time` is no limit here.
+        error_target: asked.error.unwrap_or(0.0),
+        pixel_error_target: asked.pixel_error.unwrap_or(0.0),
+        passes: args.passes.passes,
         ..wanted
     };
     settings::check_memory(&settings, &file.scene)?;
-    let shows = files.page() && parsed.switch("effects");
+    let shows = files.page() && asked.effects;
     let wishes = &file.scene.color_management;
-    let view = shows.then(|| View::new(parsed, wishes, &|warning| reporter.warn(warning)));
+    let view = shows.then(|| View::seen_by(&args.seen, wishes, &|warning| reporter.warn(warning)));
     let question = Question {
         view: view.transpose()?,
-        parsed,
+        args,
         file,
         settings,
         reporter,
         files,
     };
-    if parsed.switch("effects") {
+    if asked.effects {
         effects::run(&question)?;
     } else {
         forecast::run(&question)?;
@@ -84,7 +87,7 @@ impl Question<'_> {
 
     /// `--probe`, or how long is rendered without it.
     fn probe(&self, default: Duration) -> Duration {
-        self.parsed.duration("probe").unwrap_or(default)
+        self.args.question.probe.unwrap_or(default)
     }
 }
 

@@ -1,0 +1,454 @@
+//! How the text of an argument becomes a value, or a clause that says what was expected.
+
+use crate::film::Passes;
+use crate::output::tev;
+use crate::render::{EffectChoice, Filter, FilterKind, Region, RenderSettings};
+use clap::Arg;
+use clap::builder::{ArgExt, PossibleValue, PossibleValuesParser, TypedValueParser};
+use std::ops::{Range, RangeInclusive};
+use std::time::Duration;
+
+/// Largest picture side.
+pub const MAX_SIDE: u32 = 65_536;
+/// Most bounces; Cycles has the same.
+pub const MAX_BOUNCES: u32 = 1024;
+/// Most samples a pixel.
+pub const MAX_SAMPLES: u32 = 1 << 20;
+/// Widest filter in pixels; Cycles allows 10 as well.
+const MAX_FILTER_WIDTH: f32 = 10.0;
+/// Longest time that can be asked for: a hundred years.
+const MAX_SECONDS: f64 = 100.0 * 365.25 * 86_400.0;
+
+/// Linear Rec.709.
+pub type Color = [f32; 3];
+/// The first bounce at which paths may end by chance; `None` for never.
+pub type Roulette = Option<u32>;
+/// Of a pixel: column, row, number.
+pub type Sample = (u32, u32, u32);
+/// From, and the one after the last.
+pub type SampleRange = Range<u32>;
+
+/// Where a program listens: `HOST:PORT`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Address(pub String);
+
+/// The bounds of a whole number, for the list of flags.
+#[derive(Clone, Debug)]
+pub struct Whole(pub RangeInclusive<u32>);
+impl ArgExt for Whole {}
+
+/// The bounds of a number, for the list of flags.
+#[derive(Clone, Debug)]
+pub struct Number(pub RangeInclusive<f64>);
+impl ArgExt for Number {}
+
+/// What holds without the flag where the scene has no say: help shows it as a default, but whoever reads the flag learns that it
+/// was not given.
+#[derive(Clone, Debug)]
+pub struct Preset(pub &'static str);
+impl ArgExt for Preset {}
+
+/// What the derived commands call for their arguments beyond clap's own: `#[arg(whole = 1..=64)]`.
+pub trait Kinds {
+    /// A whole number within bounds, both included.
+    fn whole(self, range: RangeInclusive<u32>) -> Self;
+    /// A finite number within bounds, both included.
+    fn number(self, range: RangeInclusive<f64>) -> Self;
+    /// What holds if it is not given.
+    fn preset(self, value: &'static str) -> Self;
+}
+
+impl Kinds for Arg {
+    fn whole(self, range: RangeInclusive<u32>) -> Self {
+        let (min, max) = (*range.start(), *range.end());
+        let parse = move |text: &str| {
+            let number = text.parse().ok().filter(|n| (min..=max).contains(n));
+            number.ok_or_else(|| format!("expected a whole number from {min} to {max}"))
+        };
+        self.value_parser(parse).add(Whole(range))
+    }
+
+    fn number(self, range: RangeInclusive<f64>) -> Self {
+        let (min, max) = (*range.start(), *range.end());
+        let parse = move |text: &str| {
+            let number = text.parse().ok().filter(|n| (min..=max).contains(n));
+            number.ok_or_else(|| format!("expected a number from {min} to {max}"))
+        };
+        self.value_parser(parse)
+            .allow_negative_numbers(min < 0.0)
+            .add(Number(range))
+    }
+
+    fn preset(self, value: &'static str) -> Self {
+        self.add(Preset(value))
+    }
+}
+
+/// A word, what it means, and what it stands for.
+pub type Word<T> = (&'static str, &'static str, T);
+
+/// One of a few words.
+pub fn words<T>(table: &'static [Word<T>]) -> impl TypedValueParser<Value = T>
+where
+    T: Clone + Send + Sync + 'static,
+{
+    let shown = table
+        .iter()
+        .map(|(word, meaning, _)| PossibleValue::new(*word).help(*meaning));
+    PossibleValuesParser::new(shown).try_map(move |text| {
+        let word = table.iter().find(|(word, ..)| *word == text);
+        word.map(|(.., value)| value.clone())
+            .ok_or("there is no such word")
+    })
+}
+
+/// `a`, `a or b`, `a, b or c`.
+pub fn alternatives(names: &[String]) -> String {
+    match names.split_last() {
+        None => String::new(),
+        Some((last, [])) => last.clone(),
+        Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+    }
+}
+
+/// All numbers of a list with commas between them.
+fn list<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+    let numbers = text.split(',').map(|part| part.trim().parse().ok());
+    numbers.collect::<Option<Vec<T>>>()?.try_into().ok()
+}
+
+/// `on`, `off`, or a bounce from 1.
+pub fn roulette(text: &str) -> Result<Roulette, String> {
+    match text {
+        "on" => Ok(RenderSettings::default().roulette),
+        "off" => Ok(None),
+        _ => {
+            let bounce = text.parse().ok().filter(|n| (1..=MAX_BOUNCES).contains(n));
+            bounce
+                .map(Some)
+                .ok_or_else(|| format!("expected on, off or a bounce from 1 to {MAX_BOUNCES}"))
+        }
+    }
+}
+
+/// `HOST:PORT`, or `HOST` for tev's own port; addresses of IPv6 stand in brackets.
+pub fn address(text: &str) -> Result<Address, String> {
+    let (host, port) = match text.rsplit_once(':') {
+        Some((host, port)) if !text.ends_with(']') => (host, port.parse().ok()),
+        _ => (text, Some(tev::PORT)),
+    };
+    let bracketed = host.starts_with('[') && host.ends_with(']');
+    let plain = !host.is_empty() && !host.contains([':', ' ', '[', ']']);
+    match port {
+        Some(port @ 1..) if bracketed || plain => Ok(Address(format!("{host}:{port}"))),
+        _ => Err(format!(
+            "expected HOST:PORT such as localhost:{}, with a port from 1 to 65535",
+            tev::PORT
+        )),
+    }
+}
+
+/// `X,Y,SAMPLE`.
+pub fn sample(text: &str) -> Result<Sample, String> {
+    let numbers = list(text).map(|[x, y, sample]| (x, y, sample));
+    numbers.ok_or_else(|| "expected three whole numbers X,Y,SAMPLE, such as 12,30,5".into())
+}
+
+/// `A..B`.
+pub fn sample_range(text: &str) -> Result<SampleRange, String> {
+    let ends = text.split_once("..").and_then(|(from, to)| {
+        let range: SampleRange = from.trim().parse().ok()?..to.trim().parse().ok()?;
+        (!range.is_empty()).then_some(range)
+    });
+    ends.ok_or_else(|| "expected two whole numbers A..B with A < B, such as 0..64".into())
+}
+
+/// `90`, `90s`, `1.5m`, `1h30m`.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let seconds = seconds(text).filter(|&seconds| seconds > 0.0 && seconds <= MAX_SECONDS);
+    let duration = seconds.map(Duration::from_secs_f64);
+    duration.ok_or_else(|| "expected a length of time such as 30s, 2m or 1h30m".into())
+}
+
+fn seconds(text: &str) -> Option<f64> {
+    let mut seconds = 0.0;
+    let mut rest = text.trim();
+    let mut smallest_unit = f64::INFINITY;
+    while !rest.is_empty() {
+        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.');
+        let (number, after) = rest.split_at(digits.unwrap_or(rest.len()));
+        let letters = after.find(|c: char| !c.is_ascii_alphabetic());
+        let (unit, after) = after.split_at(letters.unwrap_or(after.len()));
+        let unit = match unit {
+            "" if smallest_unit.is_infinite() && after.is_empty() => 1.0,
+            "ms" => 1e-3,
+            "s" => 1.0,
+            "m" | "min" => 60.0,
+            "h" => 3600.0,
+            _ => return None,
+        };
+        // Units go down: `30s2m` is more likely a slip than a wish.
+        if unit >= smallest_unit {
+            return None;
+        }
+        smallest_unit = unit;
+        seconds += number.parse::<f64>().ok()? * unit;
+        rest = after;
+    }
+    Some(seconds)
+}
+
+/// `R,G,B`.
+pub fn color(text: &str) -> Result<Color, String> {
+    let color = list(text).filter(|color: &Color| color.iter().all(|&c| c.is_finite() && c >= 0.0));
+    color.ok_or_else(|| {
+        "expected three numbers of at least 0 with commas between them, such as 0.5,0.5,0.5".into()
+    })
+}
+
+/// `X0,Y0,X1,Y1`.
+pub fn region(text: &str) -> Result<Region, String> {
+    let region = list(text).map(|[x0, y0, x1, y1]| Region { x0, y0, x1, y1 });
+    region
+        .filter(|region| region.x0 < region.x1 && region.y0 < region.y1)
+        .ok_or_else(|| "expected four whole numbers X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1".into())
+}
+
+/// A share above 0, as a number or in percent.
+pub fn share(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(percent) => (percent.trim_end(), 0.01),
+        None => (text.trim(), 1.0),
+    };
+    let share = number.parse::<f64>().ok().map(|number| number * unit);
+    share
+        .filter(|&share| share > 0.0 && share.is_finite())
+        .ok_or_else(|| "expected a share above 0 such as 0.05 or 5%".into())
+}
+
+/// `all`, or names of passes with commas between them.
+pub fn passes(text: &str) -> Result<Passes, String> {
+    if text == "all" {
+        return Ok(Passes::ALL);
+    }
+    Passes::parse(text.split(',').map(str::trim))
+}
+
+/// `blackman-harris`, `gauss` or `box`, with `:WIDTH` in pixels after the first two.
+pub fn filter(text: &str) -> Result<Filter, String> {
+    let (name, width) = match text.split_once(':') {
+        Some((name, width)) => (name, Some(width)),
+        None => (text, None),
+    };
+    let kind = match name {
+        "blackman-harris" => FilterKind::BlackmanHarris,
+        "gauss" => FilterKind::Gauss,
+        "box" => FilterKind::Box,
+        _ => return Err("expected blackman-harris, gauss or box".into()),
+    };
+    let width = match (kind, width) {
+        (FilterKind::Box, Some(_)) => {
+            return Err("the box filter is one pixel wide and takes no width".into());
+        }
+        (FilterKind::Box, None) => 1.0,
+        (_, None) => Filter::default().width,
+        (_, Some(width)) => width
+            .parse()
+            .ok()
+            .filter(|width| *width >= 0.01 && *width <= MAX_FILTER_WIDTH)
+            .ok_or_else(|| {
+                format!("expected a width from 0.01 to {MAX_FILTER_WIDTH} pixels after the colon")
+            })?,
+    };
+    Ok(Filter { kind, width })
+}
+
+/// `auto`, `all`, or names of effects with commas between them.
+pub fn effects(text: &str) -> Result<EffectChoice, String> {
+    match text {
+        "auto" => Ok(EffectChoice::Auto),
+        "all" => Ok(EffectChoice::All),
+        _ => {
+            let names: Vec<String> = text.split(',').map(|name| name.trim().to_owned()).collect();
+            if names.iter().any(String::is_empty) {
+                return Err(
+                    "expected auto, all, or names of effects with commas between them".into(),
+                );
+            }
+            Ok(EffectChoice::List(names))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_of_time() {
+        let seconds = |text| duration(text).ok().map(|d| d.as_secs_f64());
+        assert_eq!(seconds("90"), Some(90.0));
+        assert_eq!(seconds("30s"), Some(30.0));
+        assert_eq!(seconds("1.5m"), Some(90.0));
+        assert_eq!(seconds("1h30m"), Some(5400.0));
+        assert_eq!(seconds("1h1m1s"), Some(3661.0));
+        assert_eq!(seconds("250ms"), Some(0.25));
+        for wrong in [
+            "", "0", "0s", "-1s", "s", "1x", "1m1h", "1s1s", "1h30", "1e999h", "nan", "inf",
+            "1.2.3s", "９s",
+        ] {
+            assert_eq!(seconds(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn colours() {
+        assert_eq!(color("1,0.5, 0"), Ok([1.0, 0.5, 0.0]));
+        for wrong in [
+            "", "1", "1,2", "1,2,3,4", "1,2,-3", "nan,1,1", "1,inf,1", "a,b,c",
+        ] {
+            assert!(color(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn addresses() {
+        for (text, expected) in [
+            ("localhost", "localhost:14158"),
+            ("viewer.example:80", "viewer.example:80"),
+            ("127.0.0.1:65535", "127.0.0.1:65535"),
+            ("[::1]", "[::1]:14158"),
+            ("[::1]:7", "[::1]:7"),
+        ] {
+            assert_eq!(address(text), Ok(Address(expected.into())), "{text}");
+        }
+        for wrong in [
+            "", ":", ":80", "a:", "a:0", "a:65536", "a:b", "::1", "a b", "[::1", "a:80:80",
+        ] {
+            assert!(address(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn roulettes() {
+        for (text, bounce) in [
+            ("on", Some(2)),
+            ("off", None),
+            ("1", Some(1)),
+            ("1024", Some(1024)),
+        ] {
+            assert_eq!(roulette(text), Ok(bounce), "{text}");
+        }
+        for wrong in ["", "0", "1025", "-1", "2.5", "On"] {
+            assert!(roulette(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn regions() {
+        let expected = Region {
+            x0: 0,
+            y0: 10,
+            x1: 5,
+            y1: 11,
+        };
+        assert_eq!(region("0,10, 5,11"), Ok(expected));
+        for wrong in [
+            "",
+            "0,0,1",
+            "0,0,1,1,1",
+            "5,0,5,1",
+            "0,2,1,1",
+            "-1,0,1,1",
+            "0,0,1.5,1",
+            "0,0,99999999999,1",
+        ] {
+            assert!(region(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn samples() {
+        assert_eq!(sample("3, 4,4294967295"), Ok((3, 4, u32::MAX)));
+        for wrong in ["", "1,2", "1,2,3,4", "-1,2,3", "1,2,4294967296"] {
+            assert!(sample(wrong).unwrap_err().contains("X,Y,SAMPLE"), "{wrong}");
+        }
+        assert_eq!(sample_range("0 .. 64"), Ok(0..64));
+        for wrong in ["", "5", "5..5", "6..5", "-1..5", "..5", "1..2..3"] {
+            assert!(sample_range(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn shares() {
+        assert_eq!(share("0.05"), Ok(0.05));
+        assert_eq!(share("50 %"), Ok(0.5));
+        for wrong in ["", "0", "-1", "nan", "inf", "1e999%", "%", "5%%", "five"] {
+            assert!(share(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn lists_of_passes() {
+        assert_eq!(passes("all"), Ok(Passes::ALL));
+        let some = passes("Depth, Debug Sample Count").unwrap();
+        assert_eq!(some.floats(), 4 + 1 + 1);
+        for wrong in ["", "Depth,", "depth", "Fog"] {
+            assert!(passes(wrong).unwrap_err().contains("there are: Combined"));
+        }
+    }
+
+    #[test]
+    fn filters() {
+        let gauss = Filter {
+            kind: FilterKind::Gauss,
+            width: 2.0,
+        };
+        assert_eq!(filter("gauss:2"), Ok(gauss));
+        assert_eq!(filter("blackman-harris"), Ok(Filter::default()));
+        let of_a_pixel = Filter {
+            kind: FilterKind::Box,
+            width: 1.0,
+        };
+        assert_eq!(filter("box"), Ok(of_a_pixel));
+        for wrong in [
+            "",
+            "sinc",
+            "box:2",
+            "gauss:",
+            "gauss:0",
+            "gauss:nan",
+            "gauss:11",
+        ] {
+            assert!(filter(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn effect_lists() {
+        assert_eq!(effects("auto"), Ok(EffectChoice::Auto));
+        assert_eq!(
+            effects("a,b"),
+            Ok(EffectChoice::List(vec!["a".into(), "b".into()]))
+        );
+        assert!(effects("a,,b").is_err());
+        assert!(effects("").is_err());
+    }
+
+    #[test]
+    fn numbers_within_bounds() {
+        let read = |arg: Arg, text: &str| {
+            let command = clap::Command::new("x").arg(arg.long("n"));
+            command.try_get_matches_from(["x", &format!("--n={text}")])
+        };
+        let number = || Arg::new("n").number(-1.0..=1.0);
+        let matches = read(number(), "-1").unwrap();
+        assert_eq!(matches.get_one("n"), Some(&-1.0));
+        for wrong in ["nan", "inf", "1.1", "", "one"] {
+            assert!(read(number(), wrong).is_err(), "{wrong}");
+        }
+        for wrong in ["0", "10", "-1", "1.5", "99999999999999999999"] {
+            assert!(read(Arg::new("n").whole(1..=9), wrong).is_err(), "{wrong}");
+        }
+    }
+}
