@@ -1,9 +1,9 @@
 //! `--checkpoint FILE`: the state of a render, to go on with.
 
+use super::Failure;
 use super::progress::Reporter;
-use super::{Failure, memory};
 use crate::output;
-use crate::render::{Saved, State, StateError};
+use crate::render::{Saved, State, StateError, memory};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};

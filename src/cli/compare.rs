@@ -5,9 +5,10 @@ use super::compare_report::{self, Compared};
 use super::exit::EXIT_OK;
 use super::report_file::{check_page, write_text};
 use super::view::{self, View};
-use super::{Failure, console, memory};
+use super::{Failure, console};
 use crate::measure::{self, Difference, Encoding, MeasureError, Picture};
 use crate::output::{self, Format, png};
+use crate::render::memory;
 use crate::scene::ColorManagement;
 use serde::Serialize;
 

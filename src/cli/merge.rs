@@ -5,8 +5,8 @@ use super::checkpoint::Checkpoint;
 use super::exit::EXIT_OK;
 use super::outputs::Outputs;
 use super::progress::Reporter;
-use super::{Failure, memory, summary};
-use crate::render::{self, Saved};
+use super::{Failure, summary};
+use crate::render::{self, Saved, memory};
 use std::time::Duration;
 
 /// Runs the command.

@@ -15,8 +15,8 @@ mod exit;
 mod frames;
 mod info;
 mod interrupt;
-mod memory;
 mod merge;
+mod out_of_memory;
 mod outputs;
 mod progress;
 mod render;
@@ -26,12 +26,11 @@ mod scene_file;
 mod selftest;
 mod settings;
 mod summary;
-mod tev;
 mod text;
 mod view;
 
 pub use interrupt::leave;
-pub use memory::used_up as memory_used_up;
+pub use out_of_memory::used_up as memory_used_up;
 
 use args::{Command, Program, program, sentence};
 use clap::error::ErrorKind;
@@ -64,6 +63,12 @@ impl Failure {
             code: EXIT_USAGE,
             message: message.into(),
         }
+    }
+}
+
+impl From<crate::render::memory::NotEnoughMemory> for Failure {
+    fn from(error: crate::render::memory::NotEnoughMemory) -> Self {
+        Self::new(error.to_string())
     }
 }
 
@@ -127,7 +132,7 @@ fn run() -> u8 {
     }
     let json = matches!(innermost.try_get_one("json"), Ok(Some(true)));
     if json {
-        memory::tell_json();
+        out_of_memory::tell_json();
     }
     if let Err(failure) = start_threads(&command) {
         console::message(&format!("sundog: {}", failure.message));

@@ -3,13 +3,12 @@
 use super::progress::Reporter;
 use super::view::View;
 use super::{Failure, args, console};
-use crate::film::{Bands, Picture};
+use crate::film::{Bands, Extract, Picture};
 use crate::measure;
 use crate::output::{self, Format, Metadata, exr};
 use crate::render::{OutputTime, Rendering};
 use crate::scene::ColorManagement;
 use serde_json::json;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -335,52 +334,5 @@ fn colors(picture: &Picture) -> Result<Vec<[f32; 4]>, Failure> {
             .map(|p| [p[0], p[1], p[2], p[3]])
             .collect()),
         _ => Err(missing()),
-    }
-}
-
-/// Some bands of a picture in their order.
-struct Extract<'a> {
-    all: &'a dyn Bands,
-    chosen: Vec<(usize, Range<u32>)>,
-}
-
-impl<'a> Extract<'a> {
-    /// So many of these bands; `None` if there are none.
-    fn of(all: &'a dyn Bands, bands: &[usize], count: usize) -> Option<Self> {
-        let rows = all.bands();
-        let step = bands.len().div_ceil(count).max(1);
-        let chosen = bands.iter().skip(step / 2).step_by(step);
-        let chosen: Vec<_> = chosen.map(|&band| (band, rows[band].clone())).collect();
-        (!chosen.is_empty()).then_some(Self { all, chosen })
-    }
-
-    fn rows(&self) -> u32 {
-        self.chosen
-            .iter()
-            .map(|(_, rows)| rows.end - rows.start)
-            .sum()
-    }
-}
-
-impl Bands for Extract<'_> {
-    fn size(&self) -> (u32, u32) {
-        (self.all.size().0, self.rows())
-    }
-
-    fn layers(&self) -> Vec<(String, String)> {
-        self.all.layers()
-    }
-
-    fn bands(&self) -> Vec<Range<u32>> {
-        let mut from = 0;
-        let mut next = |rows: &Range<u32>| {
-            let to = from + rows.end - rows.start;
-            std::mem::replace(&mut from, to)..to
-        };
-        self.chosen.iter().map(|(_, rows)| next(rows)).collect()
-    }
-
-    fn fill(&self, band: usize, layers: &mut [&mut [f32]]) {
-        self.all.fill(self.chosen[band].0, layers);
     }
 }

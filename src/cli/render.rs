@@ -3,16 +3,17 @@
 use super::args::{MAX_SAMPLES, Render, RenderEffort};
 use super::checkpoint::Checkpoint;
 use super::exit::{EXIT_INTERRUPTED, EXIT_OK};
-use super::frames::{Frames, Watcher};
+use super::frames::Watcher;
 use super::outputs::Outputs;
 use super::progress::Reporter;
-use super::tev::Viewer;
-use super::{Failure, black, replay, scene_file, settings, summary};
+use super::scene_file::{self, SceneFile};
+use super::{Failure, black, replay, summary};
 use crate::effects::EffectSet;
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
-use crate::output::Metadata;
-use crate::render::{RenderSettings, Statistics, Stop, left_out};
+use crate::output::tev::Viewer;
+use crate::output::{Frames, Metadata};
+use crate::render::{RenderSettings, Statistics, Stop, left_out, memory};
 use crate::scene::{Scene, fingerprint};
 use serde_json::json;
 use std::path::Path;
@@ -27,20 +28,8 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         return replay::run(args, place);
     }
     let reporter = Reporter::new(&args.reporting);
+    check_goals(args)?;
     let asked = &args.files;
-    if asked.output.is_empty() && asked.frames.is_none() && args.effort.checkpoint.is_none() {
-        return Err(Failure::usage(
-            "nothing says where the picture goes; give --output FILE (or --frames FOLDER, or --checkpoint FILE)",
-        ));
-    }
-    if let Some(folder) = &asked.frames {
-        if !args.reporting.json {
-            return Err(Failure::usage(
-                "--frames tells its files by lines of JSON; give --json as well",
-            ));
-        }
-        Frames::check(folder)?;
-    }
     let files = Outputs::files(&asked.output)?;
     let checkpoint = Checkpoint::new(
         args.effort.checkpoint.as_deref(),
@@ -58,14 +47,15 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
     )?;
     scene_file::introduce(&args.options.loading, &imported, &reporter)?;
     let settings = args.settings(path, scene)?;
-    settings::check_memory(&settings, scene)?;
-    let frames = asked
-        .frames
-        .as_ref()
-        .map(|folder| Frames::new(folder, (settings.width, settings.height), settings.region()));
+    memory::check_render(&settings, scene)?;
+    let region = settings.region();
+    let frames = asked.frames.as_ref().map(|folder| {
+        let corners = [region.x0, region.y0, region.x1, region.y1];
+        Frames::new(folder, (settings.width, settings.height), corners)
+    });
     let set = EffectSet::of(
         scene,
-        &settings.asked(),
+        &settings.requested(),
         &imported.left_out,
         &imported.diagnostics,
     );
@@ -77,17 +67,7 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         &json!({ "event": "effects", "effects": set.findings, "left_out": imported.left_out }),
     );
 
-    let space = scene.color_management.working_space;
-    let viewer = asked.tev.as_ref().map(|address| {
-        if space != WorkingSpace::default() {
-            reporter.warn(&format!(
-                "tev shows numbers as linear Rec.709, and those of this scene are in {space}: its colours are not those of the picture"
-            ));
-        }
-        let region = settings.region();
-        let size = (region.width(), region.height());
-        Viewer::open(&address.0, &outputs.title(path), size, settings.passes)
-    });
+    let viewer = open_viewer(args, &imported, &outputs, &settings, &reporter);
     let watcher = Watcher {
         reporter: &reporter,
         frames: frames.as_ref(),
@@ -124,39 +104,83 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
     let metadata = metadata(path, hash, &settings, statistics);
     outputs.write(&rendering.picture, &metadata, &reporter)?;
     if let Some(viewer) = &viewer {
-        viewer.finish(&rendering.picture, &reporter);
+        viewer.finish(&rendering.picture, &|warning| reporter.warn(warning));
     }
     if let Some(warning) = black::warning(&rendering, &imported, args) {
         reporter.warn(&warning);
     }
-    let region = settings.region();
     let size = (region.width(), region.height());
     summary::tell_end(size, &rendering, &outputs, &reporter)?;
     // The picture is there: a frame or a state that could not be written takes nothing from it.
     let frames = frames.as_ref().map_or(Ok(()), Frames::finish);
+    let frames = frames.map_err(Failure::from);
     let state = checkpoint.as_ref().map_or(Ok(()), Checkpoint::finish);
     frames
         .and(state)
         .map_err(|failure| outputs.are_there(failure))?;
     if cancelled {
-        return Err(Failure {
-            code: EXIT_INTERRUPTED,
-            message: format!(
-                "interrupted; {} written with the {}",
-                match (outputs.files.is_empty(), &checkpoint) {
-                    (false, _) => outputs.names().join(", "),
-                    (true, Some(checkpoint)) => checkpoint.name(),
-                    (true, None) => "the last frame".to_owned(),
-                },
-                counted(
-                    statistics.samples,
-                    "sample a pixel there was",
-                    "samples a pixel there were"
-                )
-            ),
-        });
+        let file = checkpoint.as_ref().map(Checkpoint::name);
+        return Err(interrupted(&outputs, file, statistics.samples));
     }
     Ok(EXIT_OK)
+}
+
+/// Makes sure that the picture goes somewhere.
+fn check_goals(args: &Render) -> Result<(), Failure> {
+    let asked = &args.files;
+    if asked.output.is_empty() && asked.frames.is_none() && args.effort.checkpoint.is_none() {
+        return Err(Failure::usage(
+            "nothing says where the picture goes; give --output FILE (or --frames FOLDER, or --checkpoint FILE)",
+        ));
+    }
+    if let Some(folder) = &asked.frames {
+        if !args.reporting.json {
+            return Err(Failure::usage(
+                "--frames tells its files by lines of JSON; give --json as well",
+            ));
+        }
+        Frames::check(folder)?;
+    }
+    Ok(())
+}
+
+/// The viewer that `--tev` names.
+fn open_viewer(
+    args: &Render,
+    imported: &SceneFile,
+    outputs: &Outputs,
+    settings: &RenderSettings,
+    reporter: &Reporter,
+) -> Option<Viewer> {
+    let address = args.files.tev.as_ref()?;
+    let space = imported.scene.color_management.working_space;
+    if space != WorkingSpace::default() {
+        reporter.warn(&format!(
+            "tev shows numbers as linear Rec.709, and those of this scene are in {space}: its colours are not those of the picture"
+        ));
+    }
+    let region = settings.region();
+    let size = (region.width(), region.height());
+    let title = outputs.title(&imported.path);
+    Some(Viewer::open(&address.0, &title, size, settings.passes))
+}
+
+/// What is told of a render that was interrupted and kept its picture, or its state.
+fn interrupted(outputs: &Outputs, checkpoint: Option<String>, samples: u32) -> Failure {
+    let written = match (outputs.files.is_empty(), checkpoint) {
+        (false, _) => outputs.names().join(", "),
+        (true, Some(checkpoint)) => checkpoint,
+        (true, None) => "the last frame".to_owned(),
+    };
+    let samples = counted(
+        samples,
+        "sample a pixel there was",
+        "samples a pixel there were",
+    );
+    Failure {
+        code: EXIT_INTERRUPTED,
+        message: format!("interrupted; {written} written with the {samples}"),
+    }
 }
 
 impl Render {

@@ -34,12 +34,11 @@ pub fn load_all(
     import: &Import,
     environment: &args::Environment,
 ) -> Result<SceneFile, Failure> {
-    let environment = EnvironmentFlags::from_flags(environment)?;
     let options = ImportOptions {
         light_units: import.light_units,
         transmission: import.transmission,
         scene: import.scene_name.clone(),
-        without_world: !matches!(environment, EnvironmentFlags::AsInFile),
+        without_world: environment.is_given()?,
         allow_outside: import.allow_outside,
     };
     let imported = import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;
@@ -49,7 +48,7 @@ pub fn load_all(
         left_out: Vec::new(),
         diagnostics: imported.diagnostics,
     };
-    environment.apply(&mut file)?;
+    environment.light(&mut file)?;
     file.complete();
     Ok(file)
 }
@@ -83,74 +82,48 @@ impl SceneFile {
     }
 }
 
-enum EnvironmentFlags<'a> {
-    AsInFile,
-    Image {
-        path: &'a Path,
-        strength: f32,
-        rotation_degrees: f32,
-    },
-    Constant([f32; 3]),
-}
-
-impl<'a> EnvironmentFlags<'a> {
-    fn from_flags(flags: &'a args::Environment) -> Result<Self, Failure> {
-        let strength = flags.environment_strength.unwrap_or(1.0) as f32;
-        let rotation_degrees = flags.environment_rotation.unwrap_or(0.0) as f32;
-        match (&flags.environment, flags.environment_color) {
-            (Some(_), Some(_)) => Err(Failure::usage(
-                "--environment and --environment-color exclude each other; give one of them",
-            )),
-            (Some(path), None) => Ok(Self::Image {
-                path,
-                strength,
-                rotation_degrees,
-            }),
-            (None, Some(color)) => Ok(Self::Constant(color.map(|component| component * strength))),
-            (None, None) => {
-                let name = match (flags.environment_strength, flags.environment_rotation) {
-                    (Some(_), _) => "strength",
-                    (None, Some(_)) => "rotation",
-                    (None, None) => return Ok(Self::AsInFile),
-                };
-                Err(Failure::usage(format!(
-                    "--environment-{name} needs an environment; give --environment FILE or --environment-color R,G,B"
-                )))
+impl args::Environment {
+    /// Whether the flags light the scene, instead of what the file has for it.
+    fn is_given(&self) -> Result<bool, Failure> {
+        let lit = match (&self.environment, self.environment_color) {
+            (Some(_), Some(_)) => {
+                return Err(Failure::usage(
+                    "--environment and --environment-color exclude each other; give one of them",
+                ));
             }
+            (None, None) => false,
+            _ => true,
+        };
+        let strength = self.environment_strength.map(|_| "strength");
+        match strength.or(self.environment_rotation.map(|_| "rotation")) {
+            Some(name) if !lit => Err(Failure::usage(format!(
+                "--environment-{name} needs an environment; give --environment FILE or --environment-color R,G,B"
+            ))),
+            _ => Ok(lit),
         }
     }
 
-    fn apply(&self, file: &mut SceneFile) -> Result<(), Failure> {
-        match *self {
-            Self::AsInFile => {}
-            Self::Image {
-                path,
-                strength,
-                rotation_degrees,
-            } => {
-                let diagnostics =
-                    import::load_environment(&mut file.scene, path, strength, rotation_degrees)
-                        .map_err(|error| Failure::new(error.to_string()))?;
-                file.diagnostics.append(diagnostics);
+    /// Lights the scene of a file, if that is asked for.
+    fn light(&self, file: &mut SceneFile) -> Result<(), Failure> {
+        let strength = self.environment_strength.unwrap_or(1.0) as f32;
+        let rotation_degrees = self.environment_rotation.unwrap_or(0.0) as f32;
+        let scene = &mut file.scene;
+        if let Some(path) = &self.environment {
+            let diagnostics = import::load_environment(scene, path, strength, rotation_degrees)
+                .map_err(|error| Failure::new(error.to_string()))?;
+            file.diagnostics.append(diagnostics);
+        } else if let Some(color) = self.environment_color {
+            let mut radiance = color.map(|component| component * strength);
+            if let Some(matrix) = scene.color_management.working_space.matrix_from_rec709() {
+                let there = matrix * DVec3::from(radiance.map(f64::from));
+                radiance = there.as_vec3().to_array();
             }
-            Self::Constant(radiance) => {
-                let mut radiance = radiance;
-                if let Some(matrix) = file
-                    .scene
-                    .color_management
-                    .working_space
-                    .matrix_from_rec709()
-                {
-                    let there = matrix * DVec3::from(radiance.map(f64::from));
-                    radiance = there.as_vec3().to_array();
-                }
-                file.scene.environment = Some(Environment {
-                    image: None,
-                    radiance,
-                    rotation: DMat3::IDENTITY,
-                    visibility: Visibility::ALL,
-                });
-            }
+            scene.environment = Some(Environment {
+                image: None,
+                radiance,
+                rotation: DMat3::IDENTITY,
+                visibility: Visibility::ALL,
+            });
         }
         Ok(())
     }
@@ -193,21 +166,11 @@ fn demand_exact(path: &Path, diagnostics: &Diagnostics) -> Result<(), Failure> {
     )))
 }
 
-/// Triangles with every instance counted.
-pub fn placed_triangles(scene: &Scene) -> u64 {
-    scene
-        .instances
-        .iter()
-        .filter_map(|instance| scene.meshes.get(instance.mesh.0 as usize))
-        .map(|mesh| mesh.triangles.len() as u64)
-        .sum()
-}
-
 /// What is in a scene, in one line.
 pub fn summary(scene: &Scene) -> String {
     format!(
         "{} in {}, {}, {}, {}",
-        count(placed_triangles(scene), "triangle"),
+        count(scene.placed_triangles(), "triangle"),
         count(scene.instances.len() as u64, "instance"),
         count(scene.materials.len() as u64, "material"),
         count(scene.lights.len() as u64, "light"),

@@ -1,17 +1,10 @@
 //! The settings of a render from the flags and the scene; shared by all commands that render.
 
-use super::args::{MAX_SIDE, Machine, RenderOptions, Size};
-use super::info::PREPARED_BYTES_A_TRIANGLE;
-use super::{Failure, memory};
-use crate::film::Passes;
-use crate::film::apart::PixelApart;
-use crate::film::pixel::Pixel;
-use crate::render::{BounceLimits, Filter, InstructionSet, Naive, RenderSettings};
-use crate::scene::{Camera, Projection, Scene, Window};
+use super::Failure;
+use super::args::{Machine, RenderOptions, Size};
+use crate::render::{BounceLimits, Filter, InstructionSet, Naive, RenderSettings, picture_size};
+use crate::scene::{Camera, Scene};
 use std::path::Path;
-
-/// Pixels of the longer side where the user gives no size.
-const LONGER_SIDE: u32 = 1280;
 
 impl RenderOptions {
     /// The settings of the flags, and of the scene (read from `path`) where no flag says otherwise. How many samples there are,
@@ -79,7 +72,7 @@ impl Size {
         let aspect = scene
             .cameras
             .get(camera.unwrap_or(0))
-            .and_then(|camera| Some(aspect(camera)? / camera.pixel_aspect(&scene.render)));
+            .and_then(|camera| Some(camera.aspect()? / camera.pixel_aspect(&scene.render)));
         let (width, height) = match (self.width, self.height) {
             // What the file wishes is a size as a whole: half of it would be of the wrong aspect.
             (None, None) => picture_size(aspect, scene.render.width, scene.render.height),
@@ -158,88 +151,4 @@ fn choose_camera(path: &Path, cameras: &[Camera], wanted: &str) -> Result<usize,
             names.join(", ")
         ))
     })
-}
-
-/// Width over height that a camera is meant for.
-fn aspect(camera: &Camera) -> Option<f64> {
-    let by_projection = match camera.projection {
-        Projection::Perspective { aspect, .. } => aspect,
-        Projection::Orthographic {
-            half_width,
-            half_height,
-        } => Some(half_width / half_height),
-        Projection::Equirectangular {
-            longitude: [left, right],
-            latitude: [bottom, top],
-        } => return Some(((right - left) / (top - bottom)).abs()),
-    };
-    camera
-        .window
-        .as_ref()
-        .map(Window::aspect)
-        .or(by_projection)
-        .filter(|aspect| aspect.is_finite() && *aspect > 0.0)
-}
-
-/// What the user leaves open follows from the aspect (16:9 where the camera has none).
-fn picture_size(aspect: Option<f64>, width: Option<u32>, height: Option<u32>) -> (u32, u32) {
-    let default = RenderSettings::default();
-    let aspect = aspect.unwrap_or(f64::from(default.width) / f64::from(default.height));
-    // `as` saturates, and one pixel is the least.
-    let side = |pixels: f64| (pixels.round() as u32).clamp(1, MAX_SIDE);
-    match (width, height) {
-        (Some(width), Some(height)) => (width, height),
-        (Some(width), None) => (width, side(f64::from(width) / aspect)),
-        (None, Some(height)) => (side(f64::from(height) * aspect), height),
-        (None, None) if aspect >= 1.0 => (LONGER_SIDE, side(f64::from(LONGER_SIDE) / aspect)),
-        (None, None) => (side(f64::from(LONGER_SIDE) * aspect), LONGER_SIDE),
-    }
-}
-
-/// Bytes that a pixel takes: its sums, and its floats in the finished picture and, for a moment, in the writer.
-fn bytes_a_pixel(passes: Passes) -> u64 {
-    let apart = if passes.need_light_apart() {
-        size_of::<PixelApart>()
-    } else {
-        0
-    };
-    let estimate = 6 * size_of::<f32>();
-    (size_of::<Pixel>() + apart + estimate + 2 * size_of::<f32>() * passes.floats()) as u64
-}
-
-/// Refuses a picture of a scene for which there is not enough memory, where the system says how much there is. (The scene
-/// itself has been loaded already.)
-pub fn check_memory(settings: &RenderSettings, scene: &Scene) -> Result<(), Failure> {
-    let (width, height) = (settings.region().width(), settings.region().height());
-    let triangles = scene.meshes.iter().map(|mesh| mesh.triangles.len() as u64);
-    let prepared = triangles.sum::<u64>() * PREPARED_BYTES_A_TRIANGLE;
-    let picture = u64::from(width) * u64::from(height) * bytes_a_pixel(settings.passes);
-    let what = if picture >= prepared {
-        format!("a picture of {width} × {height} pixels")
-    } else {
-        format!("a picture of {width} × {height} pixels of this scene")
-    };
-    let way_out = if picture >= prepared {
-        "choose a smaller --width and --height"
-    } else {
-        "make the scene simpler, or allow more"
-    };
-    memory::check(picture + prepared, &what, way_out)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_size_follows_the_camera() {
-        assert_eq!(picture_size(Some(2.0), None, None), (1280, 640));
-        assert_eq!(picture_size(Some(0.5), None, None), (640, 1280));
-        assert_eq!(picture_size(None, None, None), (1280, 720));
-        assert_eq!(picture_size(Some(2.0), Some(100), None), (100, 50));
-        assert_eq!(picture_size(Some(2.0), None, Some(100)), (200, 100));
-        assert_eq!(picture_size(Some(2.0), Some(7), Some(9)), (7, 9));
-        assert_eq!(picture_size(Some(1e9), None, None), (1280, 1));
-        assert_eq!(picture_size(Some(1e-9), Some(10), None), (10, 65_536));
-    }
 }

@@ -1,21 +1,26 @@
 //! From the flags of display, view and look to finished pictures; shared by `render` and `color apply`.
 
 use super::{Failure, args};
-use crate::color::{
-    ColorConfig, ColorError, Depth, DisplayProcessor, DisplayTransform, SceneColors,
-};
+use crate::color::{ColorConfig, ColorError, DisplayTransform};
 use crate::math::primaries::WorkingSpace;
 use crate::measure::{self, Encoding};
-use crate::output::display::{self, DisplayPicture};
-use crate::output::{Format, Metadata};
+use crate::output::ViewError;
+pub use crate::output::{View, to_rec709};
 use crate::scene::ColorManagement;
-use glam::DVec3;
-use std::borrow::Cow;
 use std::path::Path;
 
 impl From<ColorError> for Failure {
     fn from(error: ColorError) -> Self {
         Failure::new(error.to_string())
+    }
+}
+
+impl From<ViewError> for Failure {
+    fn from(error: ViewError) -> Self {
+        match error {
+            ViewError::Color(error) => error.into(),
+            ViewError::Output(error) => error.into(),
+        }
     }
 }
 
@@ -86,32 +91,6 @@ fn configuration(
     Ok(ColorConfig::locate(flag)?)
 }
 
-/// Quality of JPEG files in percent, without the flag.
-const QUALITY: u8 = 90;
-
-/// Everything that makes display values of linear light, ready.
-pub struct View {
-    processor: DisplayProcessor,
-    config: String,
-    depth: Depth,
-    quality: u8,
-    /// What the light is numbers of. The processor takes linear Rec.709.
-    space: WorkingSpace,
-}
-
-/// Brings colours of a space to linear Rec.709; whatever stands behind the third number stays.
-pub fn to_rec709<const N: usize>(space: WorkingSpace, pixels: &mut [[f32; N]]) {
-    let Some(matrix) = space.matrix_to_rec709() else {
-        return;
-    };
-    for pixel in pixels {
-        if let [r, g, b, ..] = pixel.as_mut_slice() {
-            let light = matrix * DVec3::new(f64::from(*r), f64::from(*g), f64::from(*b));
-            [*r, *g, *b] = light.as_vec3().to_array();
-        }
-    }
-}
-
 impl View {
     /// As the flags say, and where they say nothing as the scene wishes. What the configuration has to tell
     /// goes through `warn`, a sentence each.
@@ -124,11 +103,10 @@ impl View {
         wishes: &ColorManagement,
         warn: &dyn Fn(&str),
     ) -> Result<Self, Failure> {
-        Ok(Self {
-            depth: flags.depth.unwrap_or_default(),
-            quality: flags.quality.map_or(QUALITY, |quality| quality as u8),
-            ..Self::seen_by(&flags.seen, wishes, warn)?
-        })
+        let mut view = Self::seen_by(&flags.seen, wishes, warn)?;
+        view.depth = flags.depth.unwrap_or(view.depth);
+        view.quality = flags.quality.map_or(view.quality, |quality| quality as u8);
+        Ok(view)
     }
 
     /// The same for pictures that are looked at, of which no file is made.
@@ -162,35 +140,9 @@ impl View {
             exposure: number(flags.exposure, wishes.exposure, defaults.exposure),
             gamma: number(flags.gamma, wishes.gamma, defaults.gamma),
         };
-        let processor = config.processor(&wanted)?;
-        for warning in processor.warnings() {
-            warn(warning);
-        }
-        Ok(Self {
-            processor,
-            config: format!(
-                "{} ({})",
-                config.origin().path().display(),
-                config.origin().named_by()
-            ),
-            depth: Depth::default(),
-            quality: QUALITY,
-            space: wishes.working_space,
-        })
-    }
-
-    /// One line about what is shown how.
-    pub fn summary(&self) -> String {
-        let shown = self.processor.resolved();
-        let look = shown
-            .look
-            .as_deref()
-            .map(|look| format!(", look {look}"))
-            .unwrap_or_default();
-        format!(
-            "display {}, view {}{look}; configuration {}",
-            shown.display, shown.view, self.config
-        )
+        let view = View::through(&config, &wanted, wishes.working_space)?;
+        view.warnings().iter().for_each(|warning| warn(warning));
+        Ok(view)
     }
 
     /// What is seen of linear light, as floats, clipped to what a display shows. What is not finite stays so.
@@ -198,74 +150,10 @@ impl View {
     /// # Errors
     /// OpenColorIO fails.
     pub fn seen(&self, picture: &measure::Picture) -> Result<measure::Picture, Failure> {
-        let mut pixels = picture.pixels.clone();
-        to_rec709(self.space, &mut pixels);
-        self.processor.show_in_place(&mut pixels)?;
-        for (shown, light) in pixels.iter_mut().zip(&picture.pixels) {
-            if !light.iter().all(|value| value.is_finite()) {
-                *shown = [f32::NAN; 3];
-            }
-            *shown = shown.map(|value| value.clamp(0.0, 1.0));
-        }
         Ok(measure::Picture {
-            pixels,
+            pixels: self.show(&picture.pixels)?,
             encoding: Encoding::Display,
             ..*picture
         })
-    }
-
-    /// Shows linear pixels of the scene's space with associated alpha and writes them as PNG or JPEG. Alpha is kept
-    /// in a PNG if there is any; a JPEG shows the picture on black.
-    ///
-    /// # Errors
-    /// OpenColorIO fails, or the file cannot be written.
-    pub fn write(
-        &self,
-        path: &Path,
-        format: Format,
-        width: u32,
-        height: u32,
-        pixels: &[[f32; 4]],
-        metadata: &Metadata,
-    ) -> Result<(), Failure> {
-        let mut pixels = Cow::Borrowed(pixels);
-        if self.space != WorkingSpace::default() {
-            to_rec709(self.space, pixels.to_mut());
-        }
-        let pixels = &*pixels;
-        let opaque = pixels.iter().all(|pixel| pixel[3] == 1.0);
-        let (colors, depth) = match format {
-            Format::Jpeg => (SceneColors::RgbaOnBlack(pixels), Depth::Eight),
-            _ if opaque => (SceneColors::RgbaOnBlack(pixels), self.depth),
-            _ => (SceneColors::Rgba(pixels), self.depth),
-        };
-        let shown = self.processor.show(colors, depth)?;
-        let mut metadata = metadata.clone();
-        let resolved = self.processor.resolved();
-        for (name, value) in [
-            ("config", self.config.clone()),
-            ("display", resolved.display.clone()),
-            ("view", resolved.view.clone()),
-            (
-                "look",
-                resolved.look.clone().unwrap_or_else(|| "None".into()),
-            ),
-            ("exposure", resolved.exposure.to_string()),
-            ("gamma", resolved.gamma.to_string()),
-        ] {
-            metadata.push((format!("sundog/{name}"), value));
-        }
-        display::write(
-            path,
-            format,
-            DisplayPicture {
-                width,
-                height,
-                pixels: &shown,
-            },
-            self.quality,
-            &metadata,
-        )?;
-        Ok(())
     }
 }

@@ -1,8 +1,8 @@
 //! What a scene calls for.
 
-use super::asked::Asked;
 use super::census::{self, Census};
 use super::mask::Mask;
+use super::requested::RequestedSettings;
 use super::table::{COUNT, Decided, TABLE, row};
 use crate::scene::{
     AlphaMode, Diagnostics, Effect, Environment, Instance, LeftOut, Light, LightKind, Material,
@@ -149,12 +149,6 @@ pub fn is_translucent(material: &Material, vertex_alpha: bool) -> bool {
     }
 }
 
-/// Whether a material emits.
-pub fn emits(material: &Material) -> bool {
-    material.emission.iter().any(|&e| e > 0.0)
-        || (material.unlit && material.base_color.iter().any(|&c| c > 0.0))
-}
-
 /// Whether anything is not white and opaque. Interpolating ones gives one exactly.
 fn colors_something(mesh: &Mesh) -> bool {
     let mut colors = mesh.colors.iter().flatten().flatten();
@@ -258,7 +252,7 @@ impl Findings {
         }
         let bumpy = m.normal_texture.as_ref().is_some_and(|n| n.scale != 0.0);
         add(Effect::NormalMaps, bumpy);
-        add(Effect::MeshLights, emits(m));
+        add(Effect::MeshLights, m.emits());
         add(Effect::Unlit, m.unlit);
         if m.unlit {
             return;
@@ -404,12 +398,22 @@ fn placed(scene: &Scene) -> Vec<Placed<'_>> {
 impl EffectSet {
     /// Looks at what is placed in the scene, as the first camera sees it.
     pub fn detect(scene: &Scene) -> Self {
-        Self::of(scene, &Asked::default(), &[], &Diagnostics::default())
+        Self::of(
+            scene,
+            &RequestedSettings::default(),
+            &[],
+            &Diagnostics::default(),
+        )
     }
 
     /// Looks at what is placed in a scene, and at what the settings ask for; `left_out` is what [`crate::scene::simplify`] has
     /// left out of it, `told` what the importer has said.
-    pub fn of(scene: &Scene, asked: &Asked, left_out: &[LeftOut], told: &Diagnostics) -> Self {
+    pub fn of(
+        scene: &Scene,
+        requested: &RequestedSettings,
+        left_out: &[LeftOut],
+        told: &Diagnostics,
+    ) -> Self {
         let mut found = Findings::new();
         found.instances(scene);
         let fallback = Material::default();
@@ -426,7 +430,7 @@ impl EffectSet {
             if let Some(user) = users.get_mut(slot) {
                 user.get_or_insert(one.first);
             }
-            if emits(material) {
+            if material.emits() {
                 emitters += (one.places * one.mesh.triangles.len()) as u64;
             }
         }
@@ -436,7 +440,7 @@ impl EffectSet {
             }
         }
         found.lights(scene);
-        found.camera(scene, asked.camera);
+        found.camera(scene, requested.camera);
         let lamp = |light: &&Light| shines(light) && !matches!(light.kind, LightKind::Sun { .. });
         emitters += scene.lights.iter().filter(lamp).count() as u64;
         if emitters > 1 {
@@ -444,7 +448,7 @@ impl EffectSet {
                 Cause::new(Thing::World, format!("{emitters} lamps and triangles"))
             });
         }
-        for (effect, there, flag) in asked.settings() {
+        for (effect, there, flag) in requested.settings() {
             if there {
                 found.add(effect, || Cause::new(Thing::Settings, flag));
             }
@@ -458,7 +462,7 @@ impl EffectSet {
             lights: scene.lights.len(),
             emitters,
             environment: scene.environment.as_ref().is_some_and(is_bright),
-            camera: census::camera(scene, asked.camera),
+            camera: census::camera(scene, requested.camera),
         };
         found.into_set(&census, left_out)
     }
@@ -500,7 +504,7 @@ mod tests {
             "Sun",
             "rendered",
         );
-        let set = EffectSet::of(&Scene::default(), &Asked::default(), &[], &told);
+        let set = EffectSet::of(&Scene::default(), &RequestedSettings::default(), &[], &told);
         let coat = &set.findings[Effect::Coat as usize];
         assert_eq!((coat.state, coat.count), (State::Unsupported, 5));
         let first = &coat.because_of[0];

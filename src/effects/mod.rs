@@ -5,18 +5,15 @@
 //! without some). A finding may be wrong to one side only: an effect that is found though it changes nothing costs time, one
 //! that is missed would be another picture. docs/effects.md is about all of it.
 
-mod asked;
 mod census;
 mod detect;
 mod features;
 mod kept;
 mod mask;
+mod requested;
 mod table;
 
-pub use asked::Asked;
-pub use detect::{
-    Cause, EffectSet, Finding, State, Thing, emits, is_translucent, tells_rays_apart,
-};
+pub use detect::{Cause, EffectSet, Finding, State, Thing, is_translucent, tells_rays_apart};
 pub use features::{Box, Features, General, Matte, Opaque};
 pub use kept::{keeps, keeps_environment, kept};
 pub use mask::{
@@ -28,6 +25,7 @@ pub use mask::{
     TEXTURES, THIN_GLASS, TRANSMISSION, TRANSMISSION_TEXTURE, VERTEX_COLORS, VISIBILITY, has,
     names, parse,
 };
+pub use requested::RequestedSettings;
 pub use table::{COUNT, Decided, Row, TABLE, markdown};
 
 pub use crate::scene::Effect;

@@ -2,11 +2,13 @@
 
 pub mod apart;
 pub mod error;
+mod extract;
 pub mod filter;
 pub mod passes;
 pub mod pixel;
 pub mod sum;
 
+pub use extract::Extract;
 pub use passes::{Pass, Passes};
 
 use rayon::prelude::*;

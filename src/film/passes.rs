@@ -278,9 +278,22 @@ impl Serialize for Passes {
     }
 }
 
+impl std::str::FromStr for Passes {
+    type Err = String;
+
+    /// `all`, or Blender's names with commas between them; an error says which there are.
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "all" {
+            return Ok(Passes::ALL);
+        }
+        Passes::parse(text.split(',').map(str::trim))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::str::FromStr;
 
     #[test]
     fn the_table_is_in_order_and_names_are_found() {
@@ -298,5 +311,19 @@ mod tests {
             error.contains("Fog") && error.contains("TransInd"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn lists_of_passes() {
+        assert_eq!(Passes::from_str("all"), Ok(Passes::ALL));
+        let some = Passes::from_str("Depth, Debug Sample Count").unwrap();
+        assert_eq!(some.floats(), 4 + 1 + 1);
+        for wrong in ["", "Depth,", "depth", "Fog"] {
+            assert!(
+                Passes::from_str(wrong)
+                    .unwrap_err()
+                    .contains("there are: Combined")
+            );
+        }
     }
 }

@@ -3,11 +3,15 @@
 mod beside;
 pub mod display;
 pub mod exr;
+mod frames;
 pub mod png;
 pub mod raw;
 pub mod tev;
+mod view;
 
 pub use beside::{Passing, check_writable, remove_unfinished, same_file, same_place, write_beside};
+pub use frames::{Frame, Frames};
+pub use view::{View, ViewError, to_rec709};
 
 use std::path::Path;
 

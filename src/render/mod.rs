@@ -4,6 +4,7 @@ mod adaptive;
 mod develop;
 mod estimate;
 mod forecast;
+pub mod memory;
 mod merge;
 mod names;
 mod output_time;
@@ -24,7 +25,7 @@ pub use saved::{Saved, State, StateError};
 pub use schedule::{go_on, render};
 pub use settings::{
     BounceLimits, Caustics, EffectChoice, Filter, FilterKind, InstructionSet, LightSampling,
-    MAX_LIGHT_SAMPLES, Naive, Region, RenderSettings,
+    MAX_LIGHT_SAMPLES, MAX_SIDE, Naive, Region, RenderSettings, picture_size,
 };
 
 use crate::film::error::ErrorEstimate;

@@ -145,7 +145,7 @@ pub fn long(scene: &Scene) -> Option<Event> {
 
 /// Effects that the scene calls for as the camera of the settings sees it.
 pub fn called_for(scene: &Scene, settings: &RenderSettings) -> Mask {
-    EffectSet::of(scene, &settings.asked(), &[], &Diagnostics::default()).mask
+    EffectSet::of(scene, &settings.requested(), &[], &Diagnostics::default()).mask
 }
 
 /// Names of the effects that are called for and that a list in the settings leaves out.

@@ -1,9 +1,10 @@
 //! What a user can set.
 
-use crate::effects::Asked;
+use crate::effects::RequestedSettings;
 use crate::film::{Pass, Passes};
 pub use crate::world::{InstructionSet, Naive};
 use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 use std::time::Duration;
 
 /// Most light samples at a surface: the samples of a picture times these have numbers of 64 bits.
@@ -178,8 +179,8 @@ impl Region {
 
 impl RenderSettings {
     /// What of them is an effect.
-    pub fn asked(&self) -> Asked {
-        Asked {
+    pub fn requested(&self) -> RequestedSettings {
+        RequestedSettings {
             camera: self.camera.unwrap_or(0),
             light_passes: self.passes.need_light_apart(),
             position_passes: self.passes.need_middle(),
@@ -257,4 +258,179 @@ pub enum LightSampling {
     /// Light is met by chance alone wherever it can be: directions are drawn uniformly from the hemisphere
     /// (where light passes through, the sphere), whatever the BSDF.
     Hemisphere,
+}
+
+impl FromStr for Region {
+    type Err = String;
+
+    /// `X0,Y0,X1,Y1`; an error says what was expected.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let region = text
+            .split(',')
+            .map(|part| part.trim().parse().ok())
+            .collect::<Option<Vec<u32>>>()
+            .and_then(|numbers| <[u32; 4]>::try_from(numbers).ok())
+            .map(|[x0, y0, x1, y1]| Region { x0, y0, x1, y1 });
+        region
+            .filter(|region| region.x0 < region.x1 && region.y0 < region.y1)
+            .ok_or_else(|| {
+                "expected four whole numbers X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1".into()
+            })
+    }
+}
+
+/// Widest filter in pixels; Cycles allows 10 as well.
+const MAX_FILTER_WIDTH: f32 = 10.0;
+impl FromStr for Filter {
+    type Err = String;
+
+    /// `blackman-harris`, `gauss` or `box`, with `:WIDTH` in pixels after the first two; an error says what was expected.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, width) = match text.split_once(':') {
+            Some((name, width)) => (name, Some(width)),
+            None => (text, None),
+        };
+        let kind = match name {
+            "blackman-harris" => FilterKind::BlackmanHarris,
+            "gauss" => FilterKind::Gauss,
+            "box" => FilterKind::Box,
+            _ => return Err("expected blackman-harris, gauss or box".into()),
+        };
+        let width = match (kind, width) {
+            (FilterKind::Box, Some(_)) => {
+                return Err("the box filter is one pixel wide and takes no width".into());
+            }
+            (FilterKind::Box, None) => 1.0,
+            (_, None) => Filter::default().width,
+            (_, Some(width)) => width
+                .parse()
+                .ok()
+                .filter(|width| *width >= 0.01 && *width <= MAX_FILTER_WIDTH)
+                .ok_or_else(|| {
+                    format!(
+                        "expected a width from 0.01 to {MAX_FILTER_WIDTH} pixels after the colon"
+                    )
+                })?,
+        };
+        Ok(Filter { kind, width })
+    }
+}
+
+impl FromStr for EffectChoice {
+    type Err = String;
+
+    /// `auto`, `all`, or names of effects with commas between them; an error says what was expected.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(EffectChoice::Auto),
+            "all" => Ok(EffectChoice::All),
+            _ => {
+                let names: Vec<String> =
+                    text.split(',').map(|name| name.trim().to_owned()).collect();
+                if names.iter().any(String::is_empty) {
+                    return Err(
+                        "expected auto, all, or names of effects with commas between them".into(),
+                    );
+                }
+                Ok(EffectChoice::List(names))
+            }
+        }
+    }
+}
+
+/// Largest side of a picture in pixels.
+pub const MAX_SIDE: u32 = 65_536;
+/// Pixels of the longer side where the user gives no size.
+const LONGER_SIDE: u32 = 1280;
+
+/// What the user leaves open follows from the aspect (16:9 where the camera has none).
+pub fn picture_size(aspect: Option<f64>, width: Option<u32>, height: Option<u32>) -> (u32, u32) {
+    let default = RenderSettings::default();
+    let aspect = aspect.unwrap_or(f64::from(default.width) / f64::from(default.height));
+    // `as` saturates, and one pixel is the least.
+    let side = |pixels: f64| (pixels.round() as u32).clamp(1, MAX_SIDE);
+    match (width, height) {
+        (Some(width), Some(height)) => (width, height),
+        (Some(width), None) => (width, side(f64::from(width) / aspect)),
+        (None, Some(height)) => (side(f64::from(height) * aspect), height),
+        (None, None) if aspect >= 1.0 => (LONGER_SIDE, side(f64::from(LONGER_SIDE) / aspect)),
+        (None, None) => (side(f64::from(LONGER_SIDE) * aspect), LONGER_SIDE),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_size_follows_the_camera() {
+        assert_eq!(picture_size(Some(2.0), None, None), (1280, 640));
+        assert_eq!(picture_size(Some(0.5), None, None), (640, 1280));
+        assert_eq!(picture_size(None, None, None), (1280, 720));
+        assert_eq!(picture_size(Some(2.0), Some(100), None), (100, 50));
+        assert_eq!(picture_size(Some(2.0), None, Some(100)), (200, 100));
+        assert_eq!(picture_size(Some(2.0), Some(7), Some(9)), (7, 9));
+        assert_eq!(picture_size(Some(1e9), None, None), (1280, 1));
+        assert_eq!(picture_size(Some(1e-9), Some(10), None), (10, 65_536));
+    }
+
+    #[test]
+    fn regions() {
+        let expected = Region {
+            x0: 0,
+            y0: 10,
+            x1: 5,
+            y1: 11,
+        };
+        assert_eq!(Region::from_str("0,10, 5,11"), Ok(expected));
+        for wrong in [
+            "",
+            "0,0,1",
+            "0,0,1,1,1",
+            "5,0,5,1",
+            "0,2,1,1",
+            "-1,0,1,1",
+            "0,0,1.5,1",
+            "0,0,99999999999,1",
+        ] {
+            assert!(Region::from_str(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn filters() {
+        let gauss = Filter {
+            kind: FilterKind::Gauss,
+            width: 2.0,
+        };
+        assert_eq!(Filter::from_str("gauss:2"), Ok(gauss));
+        assert_eq!(Filter::from_str("blackman-harris"), Ok(Filter::default()));
+        let of_a_pixel = Filter {
+            kind: FilterKind::Box,
+            width: 1.0,
+        };
+        assert_eq!(Filter::from_str("box"), Ok(of_a_pixel));
+        for wrong in [
+            "",
+            "sinc",
+            "box:2",
+            "gauss:",
+            "gauss:0",
+            "gauss:nan",
+            "gauss:11",
+        ] {
+            assert!(Filter::from_str(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn effect_lists() {
+        assert_eq!(EffectChoice::from_str("auto"), Ok(EffectChoice::Auto));
+        assert_eq!(
+            EffectChoice::from_str("a,b"),
+            Ok(EffectChoice::List(vec!["a".into(), "b".into()]))
+        );
+        assert!(EffectChoice::from_str("a,,b").is_err());
+        assert!(EffectChoice::from_str("").is_err());
+    }
 }

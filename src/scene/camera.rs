@@ -120,6 +120,26 @@ impl Aperture {
 }
 
 impl Camera {
+    /// Width over height of the picture that it is meant for.
+    pub fn aspect(&self) -> Option<f64> {
+        let by_projection = match self.projection {
+            Projection::Perspective { aspect, .. } => aspect,
+            Projection::Orthographic {
+                half_width,
+                half_height,
+            } => Some(half_width / half_height),
+            Projection::Equirectangular {
+                longitude: [left, right],
+                latitude: [bottom, top],
+            } => return Some(((right - left) / (top - bottom)).abs()),
+        };
+        self.window
+            .as_ref()
+            .map(Window::aspect)
+            .or(by_projection)
+            .filter(|aspect| aspect.is_finite() && *aspect > 0.0)
+    }
+
     /// Width over height of one pixel, where the file says both what the picture's edges are and how many
     /// pixels lie between them: 1 for nearly all.
     pub fn pixel_aspect(&self, render: &RenderDefaults) -> f64 {

@@ -81,6 +81,12 @@ impl Default for Material {
 }
 
 impl Material {
+    /// Whether it emits.
+    pub fn emits(&self) -> bool {
+        self.emission.iter().any(|&e| e > 0.0)
+            || (self.unlit && self.base_color.iter().any(|&c| c > 0.0))
+    }
+
     /// Whether all of it is metal: a texture scales the factor down.
     pub fn is_metal_everywhere(&self) -> bool {
         self.metallic >= 1.0 && self.metallic_roughness_texture.is_none()

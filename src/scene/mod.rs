@@ -9,6 +9,7 @@ mod effect;
 mod fingerprint;
 mod flat;
 mod flatten;
+mod inventory;
 mod left_out;
 mod material;
 mod settings;
@@ -23,6 +24,7 @@ pub use camera::{Aperture, Camera, Projection, Window};
 pub use diagnostics::{Diagnostic, Diagnostics, Subject, Verdict};
 pub use effect::Effect;
 pub use fingerprint::fingerprint;
+pub use inventory::{BoundsInfo, Inventory};
 pub use left_out::LeftOut;
 pub use material::{
     AlphaMode, ImageUse, Material, NormalTexture, Sampler, Texture, TextureFilter, UvTransform,

@@ -2,9 +2,11 @@
 
 use super::groups::*;
 use super::pages;
-use super::values::{self, Address, Kinds, MAX_SAMPLES, MAX_SIDE, Sample, SampleRange, words};
+use super::values::{self, Kinds, MAX_SAMPLES, Sample, SampleRange, words};
 use super::words::*;
 use crate::hard::Effort;
+use crate::output::tev::Address;
+use crate::render::MAX_SIDE;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -29,7 +31,7 @@ pub struct RenderFiles {
     ///
     /// Under the name of the first file, a few times a second; all passes at the end. If nobody listens, or no
     /// longer, a warning says so and the render goes on.
-    #[arg(long, value_name = "HOST[:PORT]", value_parser = values::address)]
+    #[arg(long, value_name = "HOST[:PORT]")]
     pub tev: Option<Address>,
     /// Instead of a picture: print the path of one of its samples, vertex by vertex, with all densities and
     /// weights.

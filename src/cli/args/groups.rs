@@ -1,14 +1,15 @@
 //! Arguments that several commands share.
 
 use super::values::{self, Kinds, words};
-use super::values::{Color, MAX_BOUNCES, MAX_SIDE, Roulette};
+use super::values::{Color, MAX_BOUNCES, Roulette};
 use super::words::*;
 use crate::color::Depth;
 use crate::film::Passes;
 use crate::import::{LightUnits, Transmission};
 use crate::output::exr::SampleType;
 use crate::render::{
-    Caustics, EffectChoice, Filter, InstructionSet, LightSampling, MAX_LIGHT_SAMPLES, Region,
+    Caustics, EffectChoice, Filter, InstructionSet, LightSampling, MAX_LIGHT_SAMPLES, MAX_SIDE,
+    Region,
 };
 use clap::{ArgAction, Args};
 use exr::compression::Compression;
@@ -150,7 +151,7 @@ pub struct Size {
     /// and without X1 and Y1.
     ///
     /// The files hold these pixels alone. They are the same, bit for bit, as in the full picture.
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = values::region)]
+    #[arg(long, value_name = "X0,Y0,X1,Y1")]
     pub region: Option<Region>,
     /// The camera, by name or by number from 0; the first one if not given.
     #[arg(long, value_name = "NAME|INDEX")]
@@ -169,7 +170,7 @@ pub struct Size {
     /// One of blackman-harris, gauss and box; the box is one pixel wide. blackman-harris reaches as far as its
     /// width from the middle of the pixel; gauss has a standard deviation of a quarter of its width. If not given:
     /// the scene's own width (SUNDOG_scene).
-    #[arg(long, value_name = "FILTER[:WIDTH]", value_parser = values::filter, preset = "blackman-harris:1.5")]
+    #[arg(long, value_name = "FILTER[:WIDTH]", preset = "blackman-harris:1.5")]
     pub filter: Option<Filter>,
 }
 
@@ -180,7 +181,11 @@ pub struct ChosenPasses {
     /// Which passes the last frame and EXR files have, by Blender's names with commas between them; `all` for all.
     ///
     /// Combined is always among them. What each of them holds stands below.
-    #[arg(long, value_name = "LIST", value_parser = values::passes, default_value = "Combined,Depth,Normal,Position,Denoising Albedo,Debug Sample Count,Error")]
+    #[arg(
+        long,
+        value_name = "LIST",
+        default_value = "Combined,Depth,Normal,Position,Denoising Albedo,Debug Sample Count,Error"
+    )]
     pub passes: Passes,
 }
 
@@ -223,7 +228,7 @@ pub struct ChosenEffects {
     /// `auto` takes what the scene calls for, `all` everything there is; a list of names with commas between them
     /// takes these and leaves out what the scene calls for beyond them, which is told once and written into the
     /// picture (docs/effects.md).
-    #[arg(long, value_name = "auto|all|LIST", value_parser = values::effects, default_value = "auto")]
+    #[arg(long, value_name = "auto|all|LIST", default_value = "auto")]
     pub effects: EffectChoice,
 }
 

@@ -10,7 +10,7 @@ mod words;
 
 pub use commands::*;
 pub use groups::*;
-pub use values::{MAX_SAMPLES, MAX_SIDE, Sample};
+pub use values::{MAX_SAMPLES, Sample};
 
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};

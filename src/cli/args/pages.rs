@@ -1,7 +1,7 @@
 //! Documentation made from the commands: `docs/cli.md`, the list for programs, examples, exit codes.
 
 use super::program;
-use super::values::{Address, Color, Sample};
+use super::values::{Color, Sample};
 use super::values::{Number, Preset, Roulette, SampleRange, Whole, alternatives};
 use crate::cli::exit::EXIT_CODES;
 use crate::film::{Passes, passes};
@@ -157,7 +157,7 @@ fn kind(arg: &Arg) -> Value {
         (TypeId::of::<Sample>(), "sample"),
         (TypeId::of::<SampleRange>(), "range"),
     ];
-    if of == TypeId::of::<Address>() {
+    if of == TypeId::of::<tev::Address>() {
         return json!({ "type": "address", "port": tev::PORT });
     }
     let kind = kinds.iter().find(|(id, _)| of == *id);

@@ -1,21 +1,15 @@
 //! How the text of an argument becomes a value, or a clause that says what was expected.
 
-use crate::film::Passes;
-use crate::output::tev;
-use crate::render::{EffectChoice, Filter, FilterKind, Region, RenderSettings};
+use crate::render::RenderSettings;
 use clap::Arg;
 use clap::builder::{ArgExt, PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::ops::{Range, RangeInclusive};
 use std::time::Duration;
 
-/// Largest picture side.
-pub const MAX_SIDE: u32 = 65_536;
 /// Most bounces; Cycles has the same.
 pub const MAX_BOUNCES: u32 = 1024;
 /// Most samples a pixel.
 pub const MAX_SAMPLES: u32 = 1 << 20;
-/// Widest filter in pixels; Cycles allows 10 as well.
-const MAX_FILTER_WIDTH: f32 = 10.0;
 /// Longest time that can be asked for: a hundred years.
 const MAX_SECONDS: f64 = 100.0 * 365.25 * 86_400.0;
 
@@ -27,10 +21,6 @@ pub type Roulette = Option<u32>;
 pub type Sample = (u32, u32, u32);
 /// From, and the one after the last.
 pub type SampleRange = Range<u32>;
-
-/// Where a program listens: `HOST:PORT`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Address(pub String);
 
 /// The bounds of a whole number, for the list of flags.
 #[derive(Clone, Debug)]
@@ -131,23 +121,6 @@ pub fn roulette(text: &str) -> Result<Roulette, String> {
     }
 }
 
-/// `HOST:PORT`, or `HOST` for tev's own port; addresses of IPv6 stand in brackets.
-pub fn address(text: &str) -> Result<Address, String> {
-    let (host, port) = match text.rsplit_once(':') {
-        Some((host, port)) if !text.ends_with(']') => (host, port.parse().ok()),
-        _ => (text, Some(tev::PORT)),
-    };
-    let bracketed = host.starts_with('[') && host.ends_with(']');
-    let plain = !host.is_empty() && !host.contains([':', ' ', '[', ']']);
-    match port {
-        Some(port @ 1..) if bracketed || plain => Ok(Address(format!("{host}:{port}"))),
-        _ => Err(format!(
-            "expected HOST:PORT such as localhost:{}, with a port from 1 to 65535",
-            tev::PORT
-        )),
-    }
-}
-
 /// `X,Y,SAMPLE`.
 pub fn sample(text: &str) -> Result<Sample, String> {
     let numbers = list(text).map(|[x, y, sample]| (x, y, sample));
@@ -206,14 +179,6 @@ pub fn color(text: &str) -> Result<Color, String> {
     })
 }
 
-/// `X0,Y0,X1,Y1`.
-pub fn region(text: &str) -> Result<Region, String> {
-    let region = list(text).map(|[x0, y0, x1, y1]| Region { x0, y0, x1, y1 });
-    region
-        .filter(|region| region.x0 < region.x1 && region.y0 < region.y1)
-        .ok_or_else(|| "expected four whole numbers X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1".into())
-}
-
 /// A share above 0, as a number or in percent.
 pub fn share(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.trim().strip_suffix('%') {
@@ -224,60 +189,6 @@ pub fn share(text: &str) -> Result<f64, String> {
     share
         .filter(|&share| share > 0.0 && share.is_finite())
         .ok_or_else(|| "expected a share above 0 such as 0.05 or 5%".into())
-}
-
-/// `all`, or names of passes with commas between them.
-pub fn passes(text: &str) -> Result<Passes, String> {
-    if text == "all" {
-        return Ok(Passes::ALL);
-    }
-    Passes::parse(text.split(',').map(str::trim))
-}
-
-/// `blackman-harris`, `gauss` or `box`, with `:WIDTH` in pixels after the first two.
-pub fn filter(text: &str) -> Result<Filter, String> {
-    let (name, width) = match text.split_once(':') {
-        Some((name, width)) => (name, Some(width)),
-        None => (text, None),
-    };
-    let kind = match name {
-        "blackman-harris" => FilterKind::BlackmanHarris,
-        "gauss" => FilterKind::Gauss,
-        "box" => FilterKind::Box,
-        _ => return Err("expected blackman-harris, gauss or box".into()),
-    };
-    let width = match (kind, width) {
-        (FilterKind::Box, Some(_)) => {
-            return Err("the box filter is one pixel wide and takes no width".into());
-        }
-        (FilterKind::Box, None) => 1.0,
-        (_, None) => Filter::default().width,
-        (_, Some(width)) => width
-            .parse()
-            .ok()
-            .filter(|width| *width >= 0.01 && *width <= MAX_FILTER_WIDTH)
-            .ok_or_else(|| {
-                format!("expected a width from 0.01 to {MAX_FILTER_WIDTH} pixels after the colon")
-            })?,
-    };
-    Ok(Filter { kind, width })
-}
-
-/// `auto`, `all`, or names of effects with commas between them.
-pub fn effects(text: &str) -> Result<EffectChoice, String> {
-    match text {
-        "auto" => Ok(EffectChoice::Auto),
-        "all" => Ok(EffectChoice::All),
-        _ => {
-            let names: Vec<String> = text.split(',').map(|name| name.trim().to_owned()).collect();
-            if names.iter().any(String::is_empty) {
-                return Err(
-                    "expected auto, all, or names of effects with commas between them".into(),
-                );
-            }
-            Ok(EffectChoice::List(names))
-        }
-    }
 }
 
 #[cfg(test)]
@@ -312,24 +223,6 @@ mod tests {
     }
 
     #[test]
-    fn addresses() {
-        for (text, expected) in [
-            ("localhost", "localhost:14158"),
-            ("viewer.example:80", "viewer.example:80"),
-            ("127.0.0.1:65535", "127.0.0.1:65535"),
-            ("[::1]", "[::1]:14158"),
-            ("[::1]:7", "[::1]:7"),
-        ] {
-            assert_eq!(address(text), Ok(Address(expected.into())), "{text}");
-        }
-        for wrong in [
-            "", ":", ":80", "a:", "a:0", "a:65536", "a:b", "::1", "a b", "[::1", "a:80:80",
-        ] {
-            assert!(address(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
     fn roulettes() {
         for (text, bounce) in [
             ("on", Some(2)),
@@ -341,29 +234,6 @@ mod tests {
         }
         for wrong in ["", "0", "1025", "-1", "2.5", "On"] {
             assert!(roulette(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn regions() {
-        let expected = Region {
-            x0: 0,
-            y0: 10,
-            x1: 5,
-            y1: 11,
-        };
-        assert_eq!(region("0,10, 5,11"), Ok(expected));
-        for wrong in [
-            "",
-            "0,0,1",
-            "0,0,1,1,1",
-            "5,0,5,1",
-            "0,2,1,1",
-            "-1,0,1,1",
-            "0,0,1.5,1",
-            "0,0,99999999999,1",
-        ] {
-            assert!(region(wrong).is_err(), "{wrong}");
         }
     }
 
@@ -386,53 +256,6 @@ mod tests {
         for wrong in ["", "0", "-1", "nan", "inf", "1e999%", "%", "5%%", "five"] {
             assert!(share(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn lists_of_passes() {
-        assert_eq!(passes("all"), Ok(Passes::ALL));
-        let some = passes("Depth, Debug Sample Count").unwrap();
-        assert_eq!(some.floats(), 4 + 1 + 1);
-        for wrong in ["", "Depth,", "depth", "Fog"] {
-            assert!(passes(wrong).unwrap_err().contains("there are: Combined"));
-        }
-    }
-
-    #[test]
-    fn filters() {
-        let gauss = Filter {
-            kind: FilterKind::Gauss,
-            width: 2.0,
-        };
-        assert_eq!(filter("gauss:2"), Ok(gauss));
-        assert_eq!(filter("blackman-harris"), Ok(Filter::default()));
-        let of_a_pixel = Filter {
-            kind: FilterKind::Box,
-            width: 1.0,
-        };
-        assert_eq!(filter("box"), Ok(of_a_pixel));
-        for wrong in [
-            "",
-            "sinc",
-            "box:2",
-            "gauss:",
-            "gauss:0",
-            "gauss:nan",
-            "gauss:11",
-        ] {
-            assert!(filter(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn effect_lists() {
-        assert_eq!(effects("auto"), Ok(EffectChoice::Auto));
-        assert_eq!(
-            effects("a,b"),
-            Ok(EffectChoice::List(vec!["a".into(), "b".into()]))
-        );
-        assert!(effects("a,,b").is_err());
-        assert!(effects("").is_err());
     }
 
     #[test]

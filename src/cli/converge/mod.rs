@@ -10,12 +10,12 @@ use super::args::Converge;
 use super::exit::EXIT_OK;
 use super::progress::Reporter;
 use super::view::View;
-use super::{Failure, console, scene_file, settings};
+use super::{Failure, console, scene_file};
 use crate::film::Passes;
 use crate::math::words::counted;
 use crate::measure::convergence::Reference;
 use crate::measure::{self, Encoding, MeasureError, Picture};
-use crate::render::RenderSettings;
+use crate::render::{RenderSettings, memory};
 use crate::scene::Scene;
 use against::Peer;
 use files::Files;
@@ -86,7 +86,7 @@ pub fn run(args: &Converge) -> Result<u8, Failure> {
         passes: Passes::COMBINED,
         ..args.options.settings(path, scene)?
     };
-    settings::check_memory(&settings, scene)?;
+    memory::check_render(&settings, scene)?;
     let work = Work {
         args,
         path,

@@ -9,9 +9,9 @@ use super::exit::{EXIT_INTERRUPTED, EXIT_OK};
 use super::progress::Reporter;
 use super::scene_file::{self, SceneFile};
 use super::view::View;
-use super::{Failure, interrupt, settings};
+use super::{Failure, interrupt};
 use crate::cost::CostError;
-use crate::render::{Event, Observer, RenderSettings};
+use crate::render::{Event, Observer, RenderSettings, memory};
 use std::time::Duration;
 
 /// What all parts of the command work with.
@@ -50,7 +50,7 @@ pub fn run(args: &Cost) -> Result<u8, Failure> {
         passes: args.passes.passes,
         ..wanted
     };
-    settings::check_memory(&settings, &file.scene)?;
+    memory::check_render(&settings, &file.scene)?;
     let shows = files.page() && asked.effects;
     let wishes = &file.scene.color_management;
     let view = shows.then(|| View::seen_by(&args.seen, wishes, &|warning| reporter.warn(warning)));

@@ -4,7 +4,7 @@ use crate::scene::Effect;
 
 /// What of the settings of a render is an effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Asked {
+pub struct RequestedSettings {
     /// The camera that renders, by its number.
     pub camera: usize,
     /// Passes that keep light apart.
@@ -27,7 +27,7 @@ pub struct Asked {
     pub backface_culling: bool,
 }
 
-impl Asked {
+impl RequestedSettings {
     /// The effects of the settings, which of them are asked for, and by what.
     pub fn settings(&self) -> [(Effect, bool, &'static str); 9] {
         [

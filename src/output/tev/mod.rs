@@ -8,11 +8,40 @@
 //! Texts end with a zero byte. Operations: create an image (4), update a part of it (6, the third version:
 //! channels with offsets and strides of their own).
 
+mod viewer;
+
+pub use viewer::Viewer;
+
 use super::exr::channel_name;
 use crate::film::Bands;
 
 /// The port on which tev listens if it is not told otherwise.
 pub const PORT: u16 = 14158;
+
+/// Where a program listens: `HOST:PORT`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Address(pub String);
+
+impl std::str::FromStr for Address {
+    type Err = String;
+
+    /// `HOST:PORT`, or `HOST` for tev's own port; addresses of IPv6 stand in brackets. An error says what was expected.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (host, port) = match text.rsplit_once(':') {
+            Some((host, port)) if !text.ends_with(']') => (host, port.parse().ok()),
+            _ => (text, Some(PORT)),
+        };
+        let bracketed = host.starts_with('[') && host.ends_with(']');
+        let plain = !host.is_empty() && !host.contains([':', ' ', '[', ']']);
+        match port {
+            Some(port @ 1..) if bracketed || plain => Ok(Address(format!("{host}:{port}"))),
+            _ => Err(format!(
+                "expected HOST:PORT such as localhost:{}, with a port from 1 to 65535",
+                PORT
+            )),
+        }
+    }
+}
 
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE_V3: u8 = 6;
@@ -191,5 +220,23 @@ mod tests {
         let rgba = ["R", "G", "B", "A"].map(String::from);
         let rest = &picture.layers[0].data[256..];
         assert_eq!(packets[2], update_rows("a", &rgba, 32, 2, rest));
+    }
+
+    #[test]
+    fn addresses() {
+        for (text, expected) in [
+            ("localhost", "localhost:14158"),
+            ("viewer.example:80", "viewer.example:80"),
+            ("127.0.0.1:65535", "127.0.0.1:65535"),
+            ("[::1]", "[::1]:14158"),
+            ("[::1]:7", "[::1]:7"),
+        ] {
+            assert_eq!(text.parse(), Ok(Address(expected.into())), "{text}");
+        }
+        for wrong in [
+            "", ":", ":80", "a:", "a:0", "a:65536", "a:b", "::1", "a b", "[::1", "a:80:80",
+        ] {
+            assert!(wrong.parse::<Address>().is_err(), "{wrong}");
+        }
     }
 }

@@ -1,11 +1,9 @@
-//! `--tev HOST:PORT`: the picture in the image viewer tev while it grows.
+//! The picture in the image viewer tev while it grows.
 //!
 //! A thread of its own connects and sends. The render only ever leaves a picture for it, and only when it
 //! has nothing left to send: a viewer that is slow sees fewer pictures, one that is not there costs a warning.
 
-use super::progress::Reporter;
 use crate::film::{Bands, Passes};
-use crate::output::tev;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -175,7 +173,7 @@ impl Viewer {
             changed: Condvar::new(),
             patience,
         });
-        shared.leave(tev::create(image, size, layers));
+        shared.leave(super::create(image, size, layers));
         let viewer = Self {
             address: address.into(),
             image: image.into(),
@@ -206,13 +204,13 @@ impl Viewer {
         self.timing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether it is time for a picture and all there was is sent. Tells, once, if the viewer is lost.
-    pub fn is_due(&self, reporter: &Reporter) -> bool {
+    /// Whether it is time for a picture and all there was is sent. Warns, once, if the viewer is lost.
+    pub fn is_due(&self, warn: &dyn Fn(&str)) -> bool {
         let post = self.shared.post();
         if let Some(failure) = &post.failure {
             let told = std::mem::replace(&mut self.timing().told, true);
             if !told {
-                reporter.warn(&format!(
+                warn(&format!(
                     "--tev: {} does not show the picture: {failure}; the render does without it",
                     self.address
                 ));
@@ -224,7 +222,7 @@ impl Viewer {
 
     /// Leaves the picture so far for the viewer.
     pub fn show(&self, picture: &dyn Bands) {
-        tev::update(&self.image, picture, &mut |packet| {
+        super::update(&self.image, picture, &mut |packet| {
             self.shared.leave(packet)
         });
         let (width, height) = picture.size();
@@ -233,13 +231,13 @@ impl Viewer {
     }
 
     /// Sends the finished picture and waits until the viewer has it, as long as it takes any of it.
-    pub fn finish(&self, picture: &dyn Bands, reporter: &Reporter) {
-        tev::update(&self.image, picture, &mut |packet| {
+    pub fn finish(&self, picture: &dyn Bands, warn: &dyn Fn(&str)) {
+        super::update(&self.image, picture, &mut |packet| {
             self.shared.settle(AHEAD);
             self.shared.leave(packet)
         });
         self.shared.settle(0);
-        self.is_due(reporter);
+        self.is_due(warn);
         self.shared.post().over = true;
         self.shared.changed.notify_all();
     }
@@ -292,10 +290,9 @@ mod tests {
     fn no_picture_is_made_for_a_viewer_that_has_not_got_the_last() {
         let picture = large();
         let (viewer, _listener) = deaf(&picture, FOREVER);
-        let reporter = Reporter::Nobody;
         viewer.show(&picture);
         viewer.timing().due = Instant::now();
-        assert!(!viewer.is_due(&reporter));
+        assert!(!viewer.is_due(&|_| ()));
         assert_eq!(viewer.shared.post().failure, None);
         assert!(!viewer.timing().told);
     }
@@ -304,8 +301,7 @@ mod tests {
     fn a_viewer_that_does_not_read_is_left_alone() {
         let picture = large();
         let (viewer, _listener) = deaf(&picture, Duration::from_millis(300));
-        let reporter = Reporter::Nobody;
-        viewer.finish(&picture, &reporter);
+        viewer.finish(&picture, &|_| ());
         let failure = viewer.shared.post().failure.clone();
         assert_eq!(failure.as_deref(), Some("it does not answer"));
         assert!(viewer.timing().told);
@@ -329,10 +325,11 @@ mod tests {
         let picture = large();
         let size = (picture.width, picture.height);
         let viewer = Viewer::patient(&address, "a", size, Passes::COMBINED, FOREVER);
-        viewer.finish(&picture, &Reporter::Nobody);
+        viewer.finish(&picture, &|_| ());
         assert_eq!(viewer.shared.post().failure, None);
-        let mut sent = tev::create("a", size, [("Combined", "RGBA")].into_iter()).len();
-        tev::update("a", &picture, &mut |packet| {
+        let mut sent =
+            crate::output::tev::create("a", size, [("Combined", "RGBA")].into_iter()).len();
+        crate::output::tev::update("a", &picture, &mut |packet| {
             sent += packet.len();
             true
         });
