@@ -170,7 +170,7 @@ fn write_double(out: &Path) -> Result<(), String> {
                 }
                 Some(_) => {}
                 // Names of files that did not come along.
-                None if room == "shading" && line.starts_with("pub use ") => {}
+                None if exports_another_file(line, files) => {}
                 None => whole += &format!("{line}\n"),
             }
         }
@@ -181,6 +181,13 @@ fn write_double(out: &Path) -> Result<(), String> {
     }
     let file = out.join("double.rs");
     fs::write(&file, text).map_err(|error| format!("{} cannot be written: {error}", file.display()))
+}
+
+/// Whether a line exports names of a file that is not among these.
+fn exports_another_file(line: &str, files: &[&str]) -> bool {
+    let path = line.strip_prefix("pub use ");
+    let file = path.and_then(|path| path.split("::").next());
+    file.is_some_and(|file| !files.contains(&file))
 }
 
 /// An environment variable that cargo always sets.

@@ -12,7 +12,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("import", &["scene", "color", "math"]),
     ("sampler", &["math"]),
     ("shading", &["math", "color", "sampler"]),
-    ("light", &["math", "color", "sampler"]),
+    // Lights are made of what a scene says of them; rays find many lamps by a hierarchy of Embree's.
+    ("light", &["scene", "ffi", "math", "sampler"]),
     ("medium", &["math", "color", "sampler"]),
     ("camera", &["math", "color", "sampler"]),
     ("film", &["math", "sampler"]),

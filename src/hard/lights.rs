@@ -4,7 +4,7 @@ use super::kit::{self, Bench, Mean};
 use super::{Case, Effort, Finding};
 use crate::light::area::Area;
 use crate::light::environment::Environment;
-use crate::light::estimate::{Angle, Bounds};
+use crate::light::estimate::{Angle, LightBounds};
 use crate::light::lamp::{Cone, Lamp};
 use crate::light::sun::Sun;
 use crate::light::tree::Tree;
@@ -131,7 +131,7 @@ fn spheres(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 // The rim is a line: rays to it may pass by.
                 let inside = grid(i).distance(Vec2::splat(0.5)) < 0.45;
                 if !s.delta && inside && share >= 1e-3 {
-                    let met = lamp.meet(Vec3::ZERO, None, Vec3::ZERO, s.direction.wi);
+                    let met = lamp.le(Vec3::ZERO, Vec3::ZERO, s.direction.wi);
                     missed += u64::from(met.is_none());
                 }
             }
@@ -441,9 +441,9 @@ fn stronger_one(effort: Effort) -> Result<Vec<Finding>, RenderError> {
 }
 
 /// A plate that shines down onto the origin, or away from it.
-fn plate(center: Vec3, half: f32, intensity: f32, axis: Vec3) -> Bounds {
+fn plate(center: Vec3, half: f32, intensity: f32, axis: Vec3) -> LightBounds {
     let reach = Vec3::new(half, 0.0, half);
-    Bounds {
+    LightBounds {
         min: center - reach,
         max: center + reach,
         intensity,
@@ -465,7 +465,7 @@ fn million(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             + Vec3::Y * (10.0 + hashed(3, i, 0))
     };
     let one = count / 3;
-    let lights = |rest: f32, away: bool| -> Vec<Bounds> {
+    let lights = |rest: f32, away: bool| -> Vec<LightBounds> {
         (0..count)
             .map(|i| match i == one {
                 true => plate(Vec3::new(0.3, 1.0, 0.2), 0.1, 1.0, Vec3::NEG_Y),
@@ -490,7 +490,7 @@ fn million(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let tree = Tree::new(&facing);
     let (first, _) = tree.look(place);
     // What a small plate sends: intensity · cos · cos / d².
-    let sent = |b: &Bounds| {
+    let sent = |b: &LightBounds| {
         let d = ((b.min + b.max) * 0.5).as_dvec3();
         f64::from(b.intensity) * (d.y / d.length()).powi(2) / d.length_squared()
     };
@@ -714,7 +714,9 @@ fn environments(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             let d = found.sample(square(11, i));
             mean.add(f64::from(found.emitted(d.wi).x) / f64::from(d.pdf));
             // Directions on the border of two cells may be told to the other one.
-            unlike += f64::from(u8::from((found.pdf(d.wi) / d.pdf - 1.0).abs() > 1e-3));
+            unlike += f64::from(u8::from(
+                (found.pdf_li(found.le(d.wi).on) / d.pdf - 1.0).abs() > 1e-3,
+            ));
         }
         // Tents that reach over a pole are cut there: only where there are at least three rows is the integral this.
         let exact = if height > 2 {

@@ -4,7 +4,7 @@ use super::kit::{Bench, camera, colors, small};
 use super::{Case, Effort, Finding};
 use crate::film::pixel::{FirstHit, Pixel};
 use crate::light::environment;
-use crate::light::estimate::{Angle, Bounds};
+use crate::light::estimate::{Angle, LightBounds};
 use crate::light::tree::{Tree, WIDTH};
 use crate::render::{MAX_LIGHT_SAMPLES, RenderError, RenderSettings};
 use crate::sampler::{Dimension, REPLICATES, Sampler, Sequence, hashed};
@@ -137,10 +137,10 @@ fn firefly(effort: Effort) -> Result<Vec<Finding>, RenderError> {
 }
 
 /// Intensities 1e-15 … 1e15 in a row, some without any.
-fn wide_lights(count: u32) -> Vec<Bounds> {
+fn wide_lights(count: u32) -> Vec<LightBounds> {
     let light = |i: u32| {
         let at = Vec3::new(10.0 * hashed(1, i, 0), 10.0 * hashed(1, i, 1), 0.0);
-        Bounds {
+        LightBounds {
             min: at,
             max: at,
             intensity: if i % 7 == 3 {
@@ -231,7 +231,7 @@ fn wide_texels(draws: u32) -> Vec<Finding> {
         let drawn = world.sample(u);
         bad += u64::from(!(drawn.pdf > 0.0 && drawn.pdf.is_finite() && drawn.wi.is_finite()));
         // Back from the direction, but at the edge of a cell, where either is right.
-        let back = world.pdf(drawn.wi);
+        let back = world.pdf_li(world.le(drawn.wi).on);
         if back.to_bits() != drawn.pdf.to_bits() {
             far += 1.0;
         }

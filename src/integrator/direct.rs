@@ -4,10 +4,11 @@ use super::path::{KernelBsdf, Walk, spawn_ray};
 use super::record::{Lit, Record, Step};
 use crate::effects::Features;
 use crate::film::apart::Apart;
+use crate::light::{LightSample, LightSampleContext, Rules};
 use crate::math::float::is_unit;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::bsdf::BsdfValue;
-use crate::world::{Hit, LightSample, RayKind, Shaded, Surface};
+use crate::world::{Hit, RayKind, Surface};
 use glam::Vec3;
 
 /// A surface that light falls on.
@@ -16,7 +17,7 @@ struct Vertex<'a, E: Features> {
     hit: &'a Hit,
     surface: &'a Surface<'a>,
     bsdf: &'a KernelBsdf<E>,
-    at: &'a Shaded,
+    at: &'a LightSampleContext,
 }
 
 impl<E: Features, A: Apart + Record> Walk<'_, E, A> {
@@ -27,7 +28,7 @@ impl<E: Features, A: Apart + Record> Walk<'_, E, A> {
         hit: &Hit,
         surface: &Surface,
         bsdf: &KernelBsdf<E>,
-        at: &Shaded,
+        at: &LightSampleContext,
     ) {
         if !bsdf.is_samplable() || self.world.lights.is_empty() {
             return;
@@ -67,7 +68,7 @@ impl<E: Features, A: Apart + Record> Walk<'_, E, A> {
         } = vertex;
         let world = self.world;
         let u = sampler.triple(Dimension::Light, self.bounce);
-        let Some(light) = world.lights.sample::<E>(world, at, u.z, u.truncate()) else {
+        let Some((light, rules)) = world.lights.sample(at, u.z, u.truncate()) else {
             self.light.apart.step(|| Step::Light {
                 light: None,
                 numbers: u,
@@ -81,25 +82,26 @@ impl<E: Features, A: Apart + Record> Walk<'_, E, A> {
             "{value:?}"
         );
         let by_kind = E::EVERYTHING && world.by_kind;
-        if by_kind && self.bounce > light.rules.max_bounces {
+        if by_kind && self.bounce > rules.max_bounces {
             return;
         }
-        let casts_shadow = !by_kind || light.rules.visibility.sees(RayKind::Shadow);
+        let casts_shadow = !by_kind || !rules.shines_through();
         let beyond = bsdf.is_beyond(light.wi);
         let (reflected, diffuse) = if by_kind {
-            self.weighted_by_kind(&light, &value, samples, beyond)
+            self.weighted_by_kind((&light, &rules), &value, samples, beyond)
         } else {
             let pdf = samples * light.pdf;
             let weight = self.settings.weight_of_sampled(pdf, light.delta, value.pdf);
             (value.value * weight, value.diffuse * weight)
         };
-        let contribution = self.throughput * reflected * light.contribution / samples;
+        let arriving = light.contribution();
+        let contribution = self.throughput * reflected * arriving / samples;
         let drawn = |share| Step::Light {
             light: Some(Lit {
                 source: world.lights.drawn(at, u.z),
                 direction: light.wi,
                 pdf: light.pdf,
-                contribution: light.contribution,
+                contribution: arriving,
                 bsdf: value.value,
                 bsdf_pdf: value.pdf,
                 weighted: reflected,
@@ -137,15 +139,14 @@ impl<E: Features, A: Apart + Record> Walk<'_, E, A> {
     #[inline(always)]
     fn weighted_by_kind(
         &self,
-        light: &LightSample,
+        (light, rules): (&LightSample, &Rules),
         value: &BsdfValue,
         samples: f32,
         beyond: bool,
     ) -> (Vec3, Vec3) {
-        let visibility = light.rules.visibility;
-        let delta = light.delta || !visibility.sees(RayKind::Shadow);
+        let delta = light.delta || rules.shines_through();
         let part = |kind, part: Vec3, pdf| {
-            if visibility.sees(kind) {
+            if rules.visibility.sees(kind) {
                 part * self
                     .settings
                     .weight_of_sampled(samples * light.pdf, delta, pdf)
@@ -179,8 +180,8 @@ fn check(light: &LightSample) {
     );
     // It may be infinite: a light of 3e38 over a density below 1.
     debug_assert!(
-        light.contribution.min_element() >= 0.0,
+        light.contribution().min_element() >= 0.0,
         "light {}",
-        light.contribution
+        light.contribution()
     );
 }

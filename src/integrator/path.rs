@@ -9,10 +9,11 @@ use crate::camera::CameraRay;
 use crate::effects::{Features, General};
 use crate::film::apart::{Apart, Together};
 use crate::film::pixel::{FirstHit, Middle};
+use crate::light::LightSampleContext;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit};
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, BsdfSample, Kinds, Principled, Scattering};
-use crate::world::{Hit, Met, Passage, RayKind, Shaded, Source, Surface, World};
+use crate::world::{Hit, Met, Passage, RayKind, Source, Surface, World};
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
 
@@ -31,7 +32,7 @@ pub struct Path {
 
 /// The vertex from which a ray was sent, as the weights of what it finds need it.
 pub(super) struct Previous {
-    pub at: Shaded,
+    pub at: LightSampleContext,
     /// Density of the BSDF sample, for each light sample that was taken beside it.
     pub pdf: f32,
     /// Light sampling could not have found what the ray finds.
@@ -140,7 +141,7 @@ pub fn trace_apart<E: Features, A: Apart + Record>(
                 .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
         }
         let normal = bsdf.receiving_normal();
-        let at = world.lights.shaded::<E>(surface.point.point, normal);
+        let at = world.lights.context(surface.point.point, normal);
         walk.add_direct_light(&found.hit, &surface, &bsdf, &at);
         let Some(sample) = walk.sample(&bsdf) else {
             break;
@@ -180,7 +181,7 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
             direction: ray.direction,
             span: (ray.near, ray.far),
             previous: Previous {
-                at: Shaded::unlit(ray.origin),
+                at: LightSampleContext::new(ray.origin, None),
                 pdf: 0.0,
                 only_bsdf: true,
                 scattering: None,
@@ -290,7 +291,7 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
     fn add_lamps_on_the_way(&mut self, far: f32) {
         let ray = self.seen_by();
         let (previous, light) = (&self.previous, &mut self.light);
-        self.world.lights.lamps_along::<E>(
+        self.world.lights.le_along_ray(
             &previous.at,
             (self.origin, self.direction, far),
             ray,
@@ -313,7 +314,7 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
         }
         let ray = self.seen_by();
         let (previous, light, bounce) = (&self.previous, &mut self.light, self.bounce);
-        self.world.lights.from_infinity::<E>(
+        self.world.lights.environment_le(
             &previous.at,
             self.direction,
             ray,
@@ -360,13 +361,14 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
         if surface.emission == Vec3::ZERO {
             return;
         }
-        let unsampled = self.bounce == 0 || again.is_some() || surface.shining == u32::MAX;
+        let unsampled = self.bounce == 0 || again.is_some();
         let light_pdf = if unsampled || !self.settings.sample_lights {
             0.0
         } else {
-            self.world
-                .lights
-                .triangle_pdf::<E>(&self.previous.at, surface.shining, &surface.point)
+            let triangle = (hit.object(), hit.primitive);
+            let (at, on) = (&self.previous.at, surface.point.point);
+            let lights = &self.world.lights;
+            lights.surface_pdf(at, self.direction, triangle, on)
         };
         let source = Source::Surface(hit.object());
         let emitted = surface.emission;
@@ -492,7 +494,13 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
 
     /// Goes on in a direction; whether the path has not ended.
     #[inline(always)]
-    fn follow(&mut self, hit: &Hit, surface: &Surface, at: Shaded, s: &BsdfSample) -> bool {
+    fn follow(
+        &mut self,
+        hit: &Hit,
+        surface: &Surface,
+        at: LightSampleContext,
+        s: &BsdfSample,
+    ) -> bool {
         let beyond = s.scattering == Scattering::Transmission;
         let kind = kind_of(s.scattering);
         let start = spawn_ray::<E>(self.world, self.settings, (hit, surface), s.wi, beyond);

@@ -9,7 +9,7 @@ use super::ellipse::SphericalEllipse;
 use super::lamp::LampSample;
 use super::rectangle::SphericalRectangle;
 use super::triangle::Triangle;
-use super::{Direction, Meeting};
+use super::{Direction, LightHit};
 use crate::math::{sqr, warp};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -375,10 +375,9 @@ impl Area {
         }
     }
 
-    /// Where a ray from `origin` meets the side that shines. `from`: the lit point for which light sampling's
-    /// density is asked.
+    /// Where a ray from `origin` hits the side that shines.
     #[inline]
-    pub fn meet(&self, from: Vec3, origin: Vec3, wi: Vec3) -> Option<Meeting> {
+    pub fn le(&self, origin: Vec3, wi: Vec3) -> Option<LightHit> {
         let toward = -wi.dot(self.normal);
         if toward <= 0.0 || self.is_parallel() {
             return None;
@@ -391,18 +390,21 @@ impl Area {
             return None;
         }
         let share = self.share(lateral.length() / toward);
-        if share <= 0.0 {
-            return None;
-        }
-        let pdf = self.local(from).map_or(0.0, |lit| {
-            let lit_distance = ((on - lit.foot).length_squared() + sqr(lit.height)).sqrt();
-            self.plan(lit)
-                .map_or(0.0, |plan| self.density(from, lit, &plan, on, lit_distance))
-        });
-        Some(Meeting {
+        (share > 0.0).then_some(LightHit {
             distance,
             radiance: self.radiance * share,
-            pdf,
+            on: on.extend(0.0),
+        })
+    }
+
+    /// Density with which [`Self::sample`] finds what a ray has hit.
+    #[inline]
+    pub fn pdf_li(&self, from: Vec3, on: Vec3) -> f32 {
+        let on = on.truncate();
+        self.local(from).map_or(0.0, |lit| {
+            let distance = ((on - lit.foot).length_squared() + sqr(lit.height)).sqrt();
+            self.plan(lit)
+                .map_or(0.0, |plan| self.density(from, lit, &plan, on, distance))
         })
     }
 }
@@ -620,20 +622,20 @@ mod tests {
                         };
                         drawn += 1;
                         // Rounding may put a point of the edge outside.
-                        let Some(m) = light.meet(from, from, s.direction.wi) else {
+                        let Some(hit) = light.le(from, s.direction.wi) else {
                             continue;
                         };
                         met += 1;
                         let same = |a: f32, b: f32| (a / b - 1.0).abs() < 2e-3;
-                        assert!(same(m.distance, s.distance), "{name} {m:?} {s:?}");
+                        assert!(same(hit.distance, s.distance), "{name} {hit:?} {s:?}");
                         assert!(
-                            same(m.pdf, s.direction.pdf),
-                            "{name} {ellipse} {spread} {from} {m:?} {s:?}"
+                            same(light.pdf_li(from, hit.on), s.direction.pdf),
+                            "{name} {ellipse} {spread} {from} {hit:?} {s:?}"
                         );
                         assert!(
-                            (m.radiance.x - s.arriving.x * s.direction.pdf).abs()
+                            (hit.radiance.x - s.arriving.x * s.direction.pdf).abs()
                                 < 2e-3 * light.intensity().x,
-                            "{name} {m:?} {s:?}"
+                            "{name} {hit:?} {s:?}"
                         );
                     }
                     assert!(met * 100 >= drawn * 99, "{name} {met} of {drawn}");
@@ -652,8 +654,9 @@ mod tests {
                 for from in [Vec3::new(0.2, 0.0, 1.3), Vec3::new(-1.0, 0.4, 0.0)] {
                     let n = 1000;
                     let integral: f64 = grid(n)
-                        .filter_map(|u| light.meet(from, from, warp::sphere(u)))
-                        .map(|m| f64::from(m.pdf) * 4.0 * std::f64::consts::PI)
+                        .filter_map(|u| light.le(from, warp::sphere(u)))
+                        .map(|hit| f64::from(light.pdf_li(from, hit.on)))
+                        .map(|pdf| pdf * 4.0 * std::f64::consts::PI)
                         .sum::<f64>()
                         / f64::from(n * n);
                     let drawn = grid(200)

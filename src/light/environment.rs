@@ -4,7 +4,7 @@
 //! u = ½ − atan2(y, x)/2π and its row from the bottom v = ½ + asin(z)/π; the Mapping node turns
 //! the direction first. Sundog's axes are glTF's: x = x, y = z(up), z = −y.
 
-use super::Direction;
+use super::{Direction, LightHit};
 use crate::math::luminance;
 use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
@@ -189,16 +189,25 @@ impl Environment {
         self.radiance * image.bilinear(Self::coordinates(self.image_from_world * d))
     }
 
-    /// [`Self::emitted`] and [`Self::pdf`] of a direction, whose place in the image is looked up once.
+    /// What a ray finds. Its place in the image is looked up once, for the radiance and the density.
     #[inline]
-    pub fn emitted_and_pdf(&self, d: Vec3) -> (Vec3, f32) {
-        let Some(image) = &self.image else {
-            return (self.radiance, self.pdf(d));
+    pub fn le(&self, d: Vec3) -> LightHit {
+        let (radiance, on) = match &self.image {
+            None => (self.radiance, Vec3::ZERO),
+            Some(image) => {
+                let d = self.image_from_world * d;
+                let at = Self::coordinates(d);
+                (
+                    self.radiance * image.bilinear(at),
+                    Vec3::new(at.x, d.y, 0.0),
+                )
+            }
         };
-        let d = self.image_from_world * d;
-        let at = Self::coordinates(d);
-        let pdf = image.distribution.pdf(at.x, d.y);
-        (self.radiance * image.bilinear(at), pdf)
+        LightHit {
+            distance: f32::INFINITY,
+            radiance,
+            on,
+        }
     }
 
     /// Draws a direction in proportion to the radiance.
@@ -220,15 +229,12 @@ impl Environment {
         }
     }
 
-    /// Density of [`Self::sample`].
+    /// Density with which [`Self::sample`] finds what a ray has hit.
     #[inline]
-    pub fn pdf(&self, d: Vec3) -> f32 {
+    pub fn pdf_li(&self, on: Vec3) -> f32 {
         match &self.image {
             None => 1.0 / (4.0 * PI),
-            Some(image) => {
-                let d = self.image_from_world * d;
-                image.distribution.pdf(Self::coordinates(d).x, d.y)
-            }
+            Some(image) => image.distribution.pdf(on.x, on.y),
         }
     }
 }
@@ -431,12 +437,10 @@ mod tests {
             for u in grid(n) {
                 let s = env.sample(u);
                 assert!(s.pdf > 0.0);
-                assert_eq!(
-                    env.emitted_and_pdf(s.wi),
-                    (env.emitted(s.wi), env.pdf(s.wi))
-                );
+                let hit = env.le(s.wi);
+                assert_eq!(hit.radiance, env.emitted(s.wi));
                 // At cell borders rounding may name the neighbour; elsewhere the densities agree.
-                agree += usize::from((env.pdf(s.wi) / s.pdf - 1.0).abs() < 1e-3);
+                agree += usize::from((env.pdf_li(hit.on) / s.pdf - 1.0).abs() < 1e-3);
                 by_table += f64::from(env.emitted(s.wi).y / s.pdf);
                 uniform += f64::from(env.emitted(crate::math::warp::sphere(u)).y)
                     * 4.0

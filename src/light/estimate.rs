@@ -1,5 +1,5 @@
 //! What an emitter, or a cluster of them, can send to a point at most, and the draw by it.
-//! (Bounds of angles without trigonometry as in Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §12.6.3.)
+//! (LightBounds of angles without trigonometry as in Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §12.6.3.)
 
 use crate::math::float::gamma;
 use glam::Vec3;
@@ -41,7 +41,7 @@ impl Angle {
 
 /// What is known of an emitter for its estimate.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds {
+pub struct LightBounds {
     /// Lower corner.
     pub min: Vec3,
     /// Upper corner.
@@ -79,7 +79,7 @@ pub struct Choice {
     pub probability: f32,
 }
 
-impl Bounds {
+impl LightBounds {
     /// Middle of the box.
     pub fn center(&self) -> Vec3 {
         (self.min + self.max) * 0.5
@@ -222,8 +222,8 @@ fn sin_from_cos(cos: f32x4) -> f32x4 {
 
 impl Candidates {
     /// Of up to [`LANES`].
-    pub fn new(bounds: &[Bounds]) -> Self {
-        let empty = Bounds {
+    pub fn new(bounds: &[LightBounds]) -> Self {
+        let empty = LightBounds {
             min: Vec3::ZERO,
             max: Vec3::ZERO,
             intensity: 0.0,
@@ -233,11 +233,12 @@ impl Candidates {
             two_sided: false,
             front: None,
         };
-        let all: [Bounds; LANES] = std::array::from_fn(|lane| *bounds.get(lane).unwrap_or(&empty));
-        let lanes = |of: fn(&Bounds) -> f32| f32x4::from(all.each_ref().map(of));
-        let vectors = |of: fn(&Bounds) -> Vec3| Lanes3::of(all.each_ref().map(of));
-        let masks = |of: fn(&Bounds) -> bool| mask(all.each_ref().map(of));
-        let (center, half) = (vectors(Bounds::center), vectors(Bounds::half));
+        let all: [LightBounds; LANES] =
+            std::array::from_fn(|lane| *bounds.get(lane).unwrap_or(&empty));
+        let lanes = |of: fn(&LightBounds) -> f32| f32x4::from(all.each_ref().map(of));
+        let vectors = |of: fn(&LightBounds) -> Vec3| Lanes3::of(all.each_ref().map(of));
+        let masks = |of: fn(&LightBounds) -> bool| mask(all.each_ref().map(of));
+        let (center, half) = (vectors(LightBounds::center), vectors(LightBounds::half));
         Self {
             center,
             half,
@@ -355,7 +356,7 @@ pub fn draw(shares: &[[f32; LANES]], mut u: f64) -> Option<(usize, f64)> {
 }
 
 /// Surface area and orientation measure of bounds (Conty Estevez and Kulla, eq. 1).
-pub fn measure(b: &Bounds) -> f32 {
+pub fn measure(b: &LightBounds) -> f32 {
     let d = b.max - b.min;
     let area = (d.x * d.y + d.y * d.z + d.z * d.x).max(d.length_squared() * 1e-3);
     b.intensity * area * orientation(b.normals, b.cos_emission).max(1e-3)
@@ -403,7 +404,7 @@ mod tests {
                 (v(9) * 4.0).abs()
             };
             let (two_sided, round) = (k % 3 == 0, k % 5 == 0);
-            let bounds = Bounds {
+            let bounds = LightBounds {
                 min: center - half,
                 max: center + half,
                 intensity: 1.0 + r(12),
@@ -413,7 +414,7 @@ mod tests {
                 two_sided,
                 front: None,
             };
-            let others = [bounds; 3].map(|b| Bounds {
+            let others = [bounds; 3].map(|b| LightBounds {
                 intensity: 0.0,
                 ..b
             });

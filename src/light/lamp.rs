@@ -1,6 +1,6 @@
 //! Point and spot lights: spheres or discs of uniform radiance, or points.
 
-use super::{Direction, Meeting};
+use super::{Direction, LightHit};
 use crate::math::{Frame, sqr, warp};
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::PI;
@@ -159,18 +159,10 @@ impl Lamp {
         normal.map_or(0.25 / PI, |n| warp::cosine_hemisphere_pdf(n.dot(wi)))
     }
 
-    /// Where a ray from `origin` meets it; `from` and `normal`: the lit point for which light sampling's density is
-    /// asked, as in [`Self::sample`].
+    /// Where a ray from `origin` hits it, and the radiance that the lit point `from` sees there.
     #[inline]
-    pub fn meet(
-        &self,
-        from: Vec3,
-        normal: Option<Vec3>,
-        origin: Vec3,
-        wi: Vec3,
-    ) -> Option<Meeting> {
-        let d2 = (self.center - from).length_squared();
-        let (distance, pdf) = if self.soft_falloff {
+    pub fn le(&self, from: Vec3, origin: Vec3, wi: Vec3) -> Option<LightHit> {
+        let (distance, on) = if self.soft_falloff {
             let to_center = self.center - origin;
             let along = to_center.length();
             let axis = to_center.try_normalize()?;
@@ -180,20 +172,29 @@ impl Lamp {
                 return None;
             }
             let t = along / cos;
-            (t, self.disc_pdf(t, along))
+            (t, Vec3::new(t, along, 0.0))
         } else {
-            let pdf = if d2 > sqr(self.radius) {
-                warp::cone_pdf(warp::one_minus_cos_from_sin2(sqr(self.radius) / d2))
-            } else {
-                Self::inner_pdf(normal, wi)
-            };
-            (self.hit(origin, wi)?, pdf)
+            (self.hit(origin, wi)?, Vec3::ZERO)
         };
-        Some(Meeting {
+        Some(LightHit {
             distance,
             radiance: self.emitted(from, wi),
-            pdf,
+            on,
         })
+    }
+
+    /// Density with which [`Self::sample`] finds what a ray has hit.
+    #[inline]
+    pub fn pdf_li(&self, from: Vec3, normal: Option<Vec3>, wi: Vec3, on: Vec3) -> f32 {
+        if self.soft_falloff {
+            return self.disc_pdf(on.x, on.y);
+        }
+        let d2 = (self.center - from).length_squared();
+        if d2 > sqr(self.radius) {
+            warp::cone_pdf(warp::one_minus_cos_from_sin2(sqr(self.radius) / d2))
+        } else {
+            Self::inner_pdf(normal, wi)
+        }
     }
 
     /// Distance to the sphere along a unit direction. The discriminant comes from the
@@ -263,12 +264,14 @@ mod tests {
             let mut sum = 0f64;
             for u in grid(n) {
                 let s = lamp.sample(Vec3::ZERO, Some(Vec3::Z), u).unwrap();
-                let met = lamp
-                    .meet(Vec3::ZERO, Some(Vec3::Z), Vec3::ZERO, s.direction.wi)
+                let wi = s.direction.wi;
+                let hit = lamp
+                    .le(Vec3::ZERO, Vec3::ZERO, wi)
                     .unwrap_or_else(|| panic!("{radius}: {:?}", s.direction));
-                assert!((met.pdf / s.direction.pdf - 1.0).abs() < 1e-4);
-                assert!((met.distance / s.distance - 1.0).abs() < 1e-5);
-                let by_radiance = met.radiance.x / met.pdf;
+                let pdf = lamp.pdf_li(Vec3::ZERO, Some(Vec3::Z), wi, hit.on);
+                assert!((pdf / s.direction.pdf - 1.0).abs() < 1e-4);
+                assert!((hit.distance / s.distance - 1.0).abs() < 1e-5);
+                let by_radiance = hit.radiance.x / pdf;
                 assert!((s.arriving.x / by_radiance - 1.0).abs() < 1e-4);
                 sum += f64::from(s.arriving.x * s.direction.wi.z);
             }
@@ -291,10 +294,10 @@ mod tests {
             let mut sum = 0f64;
             for u in grid(n) {
                 let s = lamp.sample(Vec3::ZERO, normal, u).unwrap();
-                let met = lamp
-                    .meet(Vec3::ZERO, normal, Vec3::ZERO, s.direction.wi)
-                    .unwrap();
-                assert!((met.pdf / s.direction.pdf - 1.0).abs() < 1e-4);
+                let wi = s.direction.wi;
+                let hit = lamp.le(Vec3::ZERO, Vec3::ZERO, wi).unwrap();
+                let pdf = lamp.pdf_li(Vec3::ZERO, normal, wi, hit.on);
+                assert!((pdf / s.direction.pdf - 1.0).abs() < 1e-4);
                 let on = s.direction.wi * s.distance - lamp.center;
                 assert!((on.length() / 8.0 - 1.0).abs() < 1e-5);
                 sum += f64::from(s.arriving.x * s.direction.wi.z.max(0.0));

@@ -1,21 +1,31 @@
-//! Lights: sample, pdf, evaluate; the choice between them.
+//! Lights: sample, pdf, radiance; the choice between them.
 //!
-//! One file a kind. A light's geometry lives here, free of scene and textures; `world::lights`
-//! puts them together.
+//! [`Light`] is the enum of all kinds, each of which has a file. [`LightSet`] holds the lights of a scene and chooses between
+//! them. It owns all that it needs: what emissive triangles emit comes through [`emissive::EmissiveSurface`].
 
 pub mod area;
-pub mod choice;
 pub mod closed;
 pub mod ellipse;
+pub mod emissive;
 pub mod environment;
 pub mod estimate;
+pub mod finder;
+pub mod from_scene;
+pub mod kinds;
 pub mod lamp;
+pub mod light_sampler;
 pub mod quad;
 pub mod rectangle;
+pub mod rules;
+pub mod set;
 pub mod spherical_triangle;
 pub mod sun;
 pub mod tree;
 pub mod triangle;
+
+pub use kinds::{Light, LightSample, LightSampleContext};
+pub use rules::Rules;
+pub use set::{LightSet, LightSetBuilder, Source};
 
 use glam::Vec3;
 
@@ -28,15 +38,15 @@ pub struct Direction {
     pub pdf: f32,
 }
 
-/// A light that a ray meets.
+/// A point of a light that a ray hits.
 #[derive(Clone, Copy, Debug)]
-pub struct Meeting {
-    /// Along the ray.
+pub struct LightHit {
+    /// Along the ray; infinite for a light at infinity.
     pub distance: f32,
     /// Radiance towards the ray's origin.
     pub radiance: Vec3,
-    /// Density with which light sampling finds the direction from the lit point, given the light.
-    pub pdf: f32,
+    /// Where, as the light's density reads it: by coordinates of its own, on a triangle of a mesh by the world's.
+    pub on: Vec3,
 }
 
 /// The power heuristic with exponent 2 (Veach, *Robust Monte Carlo Methods for Light Transport

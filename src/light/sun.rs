@@ -1,6 +1,6 @@
 //! Sun lights: parallel, or from a disc at infinity.
 
-use super::Direction;
+use super::{Direction, LightHit};
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::warp;
 use glam::{Vec2, Vec3};
@@ -81,9 +81,19 @@ impl Sun {
         !self.is_delta() && 0.5 * (wi - self.toward).length_squared() <= self.one_minus_cos
     }
 
+    /// What a ray finds in its disc.
+    #[inline]
+    pub fn le(&self, wi: Vec3) -> Option<LightHit> {
+        self.contains(wi).then(|| LightHit {
+            distance: f32::INFINITY,
+            radiance: self.radiance(),
+            on: Vec3::ZERO,
+        })
+    }
+
     /// Density of [`Self::sample`] inside the disc.
     #[inline]
-    pub fn pdf(&self) -> f32 {
+    pub fn pdf_li(&self) -> f32 {
         if self.is_delta() {
             0.0
         } else {

@@ -2,7 +2,7 @@
 //! (Conty Estevez and Kulla, *Importance Sampling of Many Lights with Adaptive Tree Splitting*,
 //! HPG 2018).
 
-use super::estimate::{Angle, Bounds, Candidates, Choice, LANES, draw, measure, weigh};
+use super::estimate::{Angle, Candidates, Choice, LANES, LightBounds, draw, measure, weigh};
 use crate::sampler;
 use glam::Vec3;
 
@@ -15,7 +15,7 @@ pub const WIDTH: usize = 16;
 pub const GROUPS: usize = WIDTH / LANES;
 
 /// The probabilities of a turn's candidates.
-pub type Shares = [[f32; LANES]; GROUPS];
+pub type TurnPmf = [[f32; LANES]; GROUPS];
 
 /// The tree.
 #[derive(Debug, Default)]
@@ -70,7 +70,7 @@ enum To {
 /// What the binary tree of the construction consists of.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    bounds: Bounds,
+    bounds: LightBounds,
     /// The second child, the first one being the next node; or the emitter.
     index: u32,
     leaf: bool,
@@ -82,7 +82,7 @@ const DEEPEST: usize = HALVED_FROM as usize + 32;
 
 impl Tree {
     /// Builds the tree over emitters 0, 1, 2, …
-    pub fn new(emitters: &[Bounds]) -> Self {
+    pub fn new(emitters: &[LightBounds]) -> Self {
         let mut tree = Self {
             places: vec![0; emitters.len()],
             ..Self::default()
@@ -164,13 +164,13 @@ impl Tree {
     /// Looks at the first turn's candidates from a point: made once for it, for draws and probabilities. Gives the estimate for
     /// all emitters together, too.
     #[inline]
-    pub fn look(&self, place: (Vec3, Option<Vec3>)) -> (Shares, f32) {
+    pub fn look(&self, place: (Vec3, Option<Vec3>)) -> (TurnPmf, f32) {
         self.weigh(self.root, place)
     }
 
     /// Draws an emitter; `first` is what [`Self::look`] has seen.
     #[inline]
-    pub fn sample(&self, first: &Shares, place: (Vec3, Option<Vec3>), u: f32) -> Option<Choice> {
+    pub fn sample(&self, first: &TurnPmf, place: (Vec3, Option<Vec3>), u: f32) -> Option<Choice> {
         let (mut turn, mut shares) = (self.root, *first);
         let mut probability = 1.0f32;
         let mut u = finer(u, place.0);
@@ -194,7 +194,7 @@ impl Tree {
 
     /// Probability with which [`Self::sample`] draws an emitter.
     #[inline]
-    pub fn probability(&self, first: &Shares, place: (Vec3, Option<Vec3>), emitter: u32) -> f32 {
+    pub fn probability(&self, first: &TurnPmf, place: (Vec3, Option<Vec3>), emitter: u32) -> f32 {
         let (turns, path) = self.path(self.places[emitter as usize]);
         let (mut turn, mut shares) = (self.root, *first);
         let mut probability = 1.0f32;
@@ -222,7 +222,7 @@ impl Tree {
     }
 
     #[inline]
-    fn weigh(&self, turn: Turn, place: (Vec3, Option<Vec3>)) -> (Shares, f32) {
+    fn weigh(&self, turn: Turn, place: (Vec3, Option<Vec3>)) -> (TurnPmf, f32) {
         let mut shares = [[0.0; LANES]; GROUPS];
         let sum = weigh(&self.groups[turn.range()], place, &mut shares);
         (shares, sum)
@@ -247,7 +247,12 @@ fn append(nodes: &mut Vec<Node>, tree: &[Node]) {
 }
 
 /// The binary tree below `order`, appended to `nodes`.
-fn build(emitters: &[Bounds], order: &mut [u32], depth: u32, nodes: &mut Vec<Node>) -> Bounds {
+fn build(
+    emitters: &[LightBounds],
+    order: &mut [u32],
+    depth: u32,
+    nodes: &mut Vec<Node>,
+) -> LightBounds {
     let at = nodes.len();
     let first = emitters[order[0] as usize];
     nodes.push(Node {
@@ -280,7 +285,7 @@ fn build(emitters: &[Bounds], order: &mut [u32], depth: u32, nodes: &mut Vec<Nod
         second = nodes.len() as u32;
         b = build(emitters, right, depth + 1, nodes);
     }
-    let bounds = Bounds::union(&a, &b);
+    let bounds = LightBounds::union(&a, &b);
     nodes[at] = Node {
         bounds,
         index: second,
@@ -305,7 +310,7 @@ fn finer(u: f32, point: Vec3) -> f64 {
 }
 
 /// Orders `order` so that a good split is before the returned place.
-fn split(emitters: &[Bounds], order: &mut [u32]) -> usize {
+fn split(emitters: &[LightBounds], order: &mut [u32]) -> usize {
     const BINS: usize = 12;
     if order.len() == 2 {
         return 1;
@@ -393,7 +398,7 @@ impl Heap {
         count: 0.0,
     };
 
-    fn of(one: &Bounds) -> Self {
+    fn of(one: &LightBounds) -> Self {
         Self {
             min: one.min,
             max: one.max,
@@ -426,7 +431,7 @@ impl Heap {
         } else {
             (2.0 * mean - 1.0).max(-1.0)
         };
-        measure(&Bounds {
+        measure(&LightBounds {
             min: self.min,
             max: self.max,
             intensity: self.intensity,
@@ -443,7 +448,7 @@ impl Heap {
 }
 
 /// Cuts at the median of the longest axis.
-fn halve(emitters: &[Bounds], order: &mut [u32]) -> usize {
+fn halve(emitters: &[LightBounds], order: &mut [u32]) -> usize {
     let center = |i: u32| emitters[i as usize].center();
     let (min, max) = order
         .iter()
@@ -467,14 +472,14 @@ mod tests {
     use super::super::estimate::LEAST_SHARE;
     use super::*;
 
-    fn emitters(n: usize) -> Vec<Bounds> {
+    fn emitters(n: usize) -> Vec<LightBounds> {
         (0..n)
             .map(|i| {
                 let r = |k: u32| crate::sampler::hashed(k, i as u32, 17);
                 let center = Vec3::new(r(1), r(2), r(3)) * 20.0 - 10.0;
                 let sphere = i % 3 == 0;
                 let axis = (Vec3::new(r(4), r(5), r(6)) - 0.5).normalize();
-                Bounds {
+                LightBounds {
                     min: center - 0.1,
                     max: center + 0.1,
                     intensity: r(7) * 10.0 + 0.01,
@@ -499,12 +504,12 @@ mod tests {
                 let z = 1.0 - (1.0 - cos) * (i as f32 + 0.5) / n as f32;
                 let (y, x) = (i as f32 * 2.399_963).sin_cos();
                 let r = (1.0 - z * z).max(0.0).sqrt();
-                heap.and(&Heap::of(&Bounds {
+                heap.and(&Heap::of(&LightBounds {
                     axis: Vec3::new(x * r, y * r, z),
                     ..flat
                 }))
             });
-            let bounds = Bounds {
+            let bounds = LightBounds {
                 intensity: flat.intensity * n as f32,
                 normals: Angle {
                     sin: (1.0 - cos * cos).sqrt(),
@@ -583,7 +588,7 @@ mod tests {
     /// However strong the other one is, a light that may shine is drawn once in 1024 times.
     #[test]
     fn no_light_starves_beside_a_stronger_one() {
-        let at = |x: f32, intensity: f32| Bounds {
+        let at = |x: f32, intensity: f32| LightBounds {
             min: Vec3::new(x, 0.0, 0.0),
             max: Vec3::new(x, 0.0, 0.0),
             intensity,

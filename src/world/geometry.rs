@@ -10,9 +10,6 @@ use crate::shading::{Dielectrics, Principled};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
-/// "It does not shine".
-pub const NONE: u32 = u32::MAX;
-
 /// A mesh with its attributes, in object space, or in world space if it is placed once.
 pub struct MeshData {
     /// Shared with Embree.
@@ -195,18 +192,18 @@ impl Coordinates for HitPoint<'_> {
 }
 
 /// A mesh placed in the top scene; the index is Embree's number of the geometry.
+#[derive(Clone)]
 pub struct Entry {
     /// Which mesh.
     pub mesh: u32,
     instance: Option<Box<Placement>>,
     /// The placement mirrors: winding is turned over.
     flipped: bool,
-    /// Number of the first triangle among all that shine, or [`NONE`].
-    pub first_shining: u32,
     /// Which rays see it.
     pub visibility: Visibility,
 }
 
+#[derive(Clone)]
 struct Placement {
     world_from_object: Affine,
     /// For normals, with the sign that keeps them outside.
@@ -220,7 +217,6 @@ impl Entry {
             mesh,
             instance: None,
             flipped,
-            first_shining: NONE,
             visibility,
         }
     }
@@ -245,7 +241,6 @@ impl Entry {
             mesh,
             instance: Some(Box::new(placement)),
             flipped,
-            first_shining: NONE,
             visibility,
         }
     }
@@ -374,8 +369,6 @@ pub struct Surface<'a> {
     pub normals: Normals,
     /// The ray came from behind (by winding).
     pub inside: bool,
-    /// Number of the triangle among all that shine, or [`NONE`].
-    pub shining: u32,
     /// Emitted radiance towards the ray's origin.
     pub emission: Vec3,
     /// `None` if it only emits.
@@ -448,11 +441,6 @@ pub fn surface<'a, E: Features>(
             material.constant_parameters()
         }
     });
-    let shining = if entry.first_shining == NONE {
-        NONE
-    } else {
-        entry.first_shining + hit.primitive
-    };
     Surface {
         point,
         normals: Normals {
@@ -461,7 +449,6 @@ pub fn surface<'a, E: Features>(
             shading,
         },
         inside,
-        shining,
         emission,
         parameters,
         dielectrics: &material.dielectrics,

@@ -14,6 +14,7 @@ use crate::effects::General;
 use crate::ffi::embree::Ray;
 use crate::math::float::{self, BoundedPoint};
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 
 /// The way between two surfaces, in f64.
 #[derive(Default)]
@@ -56,7 +57,7 @@ fn is_same(a: &Hit, b: &Hit) -> bool {
 /// others that do. (All of them where there are too many to compare: that costs time, but changes nothing.)
 pub(super) fn close_entries(
     entries: &[Entry],
-    meshes: &[MeshData],
+    meshes: &[Arc<MeshData>],
     bounds_interface: impl Fn(&MeshData) -> bool,
 ) -> Vec<bool> {
     struct Placed {

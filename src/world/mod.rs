@@ -3,23 +3,22 @@
 mod camera;
 mod geometry;
 mod interfaces;
-mod lamps;
 mod lights;
 mod material;
 mod origin;
-mod shining;
 mod texture;
 
 pub use crate::ffi::embree::{Hit, InstructionSet};
+pub use crate::light::Source;
 pub use crate::scene::RayKind;
 pub use geometry::{HitPoint, Surface};
 pub use interfaces::Passage;
-pub use lamps::Rules;
-pub use lights::{LightSample, Lights, Shaded, Source};
 
 use crate::camera::Camera;
 use crate::effects::{self, Features, General, Mask};
 use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray};
+use crate::light::LightSet;
+use crate::light::emissive::Eye;
 use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
@@ -29,16 +28,16 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use material::{Coordinates, PreparedMaterial, Preparer};
 use origin::Origin;
 use serde::Serialize;
-use shining::Eye;
+use std::sync::Arc;
 
 /// A scene ready for rays. Positions are relative to `origin`.
 pub struct World {
     embree: CommittedScene,
-    meshes: Vec<MeshData>,
+    meshes: Vec<Arc<MeshData>>,
     entries: Vec<Entry>,
-    materials: Vec<PreparedMaterial>,
+    materials: Vec<Arc<PreparedMaterial>>,
     /// All that shines.
-    pub lights: Lights,
+    pub lights: LightSet,
     /// The camera.
     pub camera: Camera,
     /// What was subtracted from all positions, world space, metres.
@@ -167,12 +166,13 @@ impl World {
             }
         }
         let fallback = scene::Material::default();
-        let materials: Vec<PreparedMaterial> = scene
+        let materials: Vec<Arc<PreparedMaterial>> = scene
             .materials
             .iter()
             .chain([&fallback])
             .zip(&vertex_alpha)
             .map(|(m, &a)| preparer.material(scene, &effects::kept(m, options.effects), a))
+            .map(Arc::new)
             .collect();
 
         let mut top = embree::Scene::new(&device, robust)?;
@@ -222,7 +222,7 @@ impl World {
                         let mut child = embree::Scene::new(&device, robust)?;
                         child.add_triangles(&data.triangles, filtered, u32::MAX)?;
                         let child = child.commit()?;
-                        meshes.push(data);
+                        meshes.push(Arc::new(data));
                         let id = meshes.len() as u32 - 1;
                         *slot = Some((id, child.clone()));
                         (id, child)
@@ -244,7 +244,7 @@ impl World {
             } else {
                 let data = MeshData::new(source, material, Some(&transform), attributes)?;
                 top.add_triangles(&data.triangles, filtered, visibility.bits())?;
-                meshes.push(data);
+                meshes.push(Arc::new(data));
                 entries.push(Entry::flat(
                     meshes.len() as u32 - 1,
                     transform.matrix3.determinant() < 0.0,
@@ -258,17 +258,13 @@ impl World {
             let ordered = keep(effects::TRANSMISSION) && !options.naive.offsets;
             ordered && material.bounds_a_solid() && !is_filtered(material)
         });
-        let lights = Lights::new(
+        let eye = Eye::new(options.camera, origin);
+        let lights = lights::prepare(
             scene,
             options.effects,
-            (
-                origin,
-                &Eye::new(options.camera, origin),
-                options.cull_backfaces,
-            ),
-            &mut entries,
-            &meshes,
-            &materials,
+            (origin, eye, options.cull_backfaces),
+            &entries,
+            (&meshes, &materials),
             &device,
         )?;
         let camera = camera::prepare(
@@ -303,7 +299,7 @@ impl World {
 
     /// Bytes of corners and of other attributes of vertices, each mesh once; Embree's own are not in it.
     pub fn mesh_bytes(&self) -> (u64, u64) {
-        let bytes = self.meshes.iter().map(MeshData::bytes);
+        let bytes = self.meshes.iter().map(|mesh| mesh.bytes());
         bytes.fold((0, 0), |sum, mesh| (sum.0 + mesh.0, sum.1 + mesh.1))
     }
 
@@ -313,7 +309,7 @@ impl World {
         if self.entries.iter().any(Entry::is_instance) {
             set |= effects::INSTANCES;
         }
-        if self.meshes.iter().any(MeshData::has_normals) {
+        if self.meshes.iter().any(|mesh| mesh.has_normals()) {
             set |= effects::SMOOTH_NORMALS;
         }
         set

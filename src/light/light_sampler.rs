@@ -1,38 +1,38 @@
-//! The choice of a finite emitter: among few by an estimate for each of them, among many by the tree.
+//! The choice of a finite light: among few by an estimate for each of them, among many by the tree.
 
-use super::estimate::{Bounds, Candidates, Choice, LANES, draw, weigh};
+use super::estimate::{Candidates, Choice, LANES, LightBounds, draw, weigh};
 use super::tree::{self, GROUPS, Tree, WIDTH};
 use glam::Vec3;
 
 /// So many emitters are few: as many as a turn of the tree has.
 pub const FEW: usize = WIDTH;
 
-/// All finite emitters, ready to be chosen from.
+/// Draws one of the finite lights.
 #[derive(Debug)]
-pub enum Chooser {
+pub enum LightSampler {
     /// Up to [`FEW`], by their numbers; and how many they are.
     Few(Vec<Candidates>, usize),
     /// More.
     Many(Tree),
 }
 
-impl Default for Chooser {
+impl Default for LightSampler {
     fn default() -> Self {
         Self::Few(Vec::new(), 0)
     }
 }
 
-/// What emitters, or the largest clusters of them, are worth at a point: made once for it, for the light sample that is drawn
-/// there and the density of what a ray from there finds.
+/// Probabilities of lights, or of the largest clusters of them, at a point. They are made once for it: its light sample and the
+/// densities of what its ray finds need the same ones.
 #[derive(Clone, Copy, Debug)]
-pub struct Shares {
+pub struct Pmf {
     /// Estimate of the irradiance by all of them.
     pub sum: f32,
     /// Probability of each.
-    of: tree::Shares,
+    of: tree::TurnPmf,
 }
 
-impl Shares {
+impl Pmf {
     /// Where nothing is chosen.
     pub const NONE: Self = Self {
         sum: 0.0,
@@ -40,9 +40,9 @@ impl Shares {
     };
 }
 
-impl Chooser {
+impl LightSampler {
     /// For emitters 0, 1, 2, …
-    pub fn new(bounds: Vec<Bounds>) -> Self {
+    pub fn new(bounds: Vec<LightBounds>) -> Self {
         if bounds.len() <= FEW {
             let groups = bounds.chunks(LANES).map(Candidates::new).collect();
             Self::Few(groups, bounds.len())
@@ -61,40 +61,40 @@ impl Chooser {
 
     /// Looks at the emitters from a point. `compared`: their sum is asked for.
     #[inline]
-    pub fn shares(&self, point: Vec3, normal: Option<Vec3>, compared: bool) -> Shares {
-        let mut shares = Shares::NONE;
+    pub fn pmf(&self, point: Vec3, normal: Option<Vec3>, compared: bool) -> Pmf {
+        let mut pmf = Pmf::NONE;
         match self {
-            Self::Few(_, 1) if !compared => shares.of[0][0] = 1.0,
-            Self::Few(groups, _) => shares.sum = weigh(groups, (point, normal), &mut shares.of),
+            Self::Few(_, 1) if !compared => pmf.of[0][0] = 1.0,
+            Self::Few(groups, _) => pmf.sum = weigh(groups, (point, normal), &mut pmf.of),
             Self::Many(tree) => {
-                (shares.of, shares.sum) = tree.look((point, normal));
+                (pmf.of, pmf.sum) = tree.look((point, normal));
             }
         }
-        shares
+        pmf
     }
 
     /// Draws an emitter.
     #[inline]
-    pub fn sample(&self, shares: &Shares, place: (Vec3, Option<Vec3>), u: f32) -> Option<Choice> {
+    pub fn sample(&self, pmf: &Pmf, place: (Vec3, Option<Vec3>), u: f32) -> Option<Choice> {
         match self {
             Self::Few(groups, _) => {
-                let shares = &shares.of[..groups.len().min(GROUPS)];
-                let (emitter, _) = draw(shares, f64::from(u))?;
+                let probabilities = &pmf.of[..groups.len().min(GROUPS)];
+                let (emitter, _) = draw(probabilities, f64::from(u))?;
                 Some(Choice {
                     emitter: emitter as u32,
-                    probability: shares.as_flattened()[emitter],
+                    probability: probabilities.as_flattened()[emitter],
                 })
             }
-            Self::Many(tree) => tree.sample(&shares.of, place, u),
+            Self::Many(tree) => tree.sample(&pmf.of, place, u),
         }
     }
 
     /// Probability with which [`Self::sample`] draws an emitter.
     #[inline]
-    pub fn probability(&self, shares: &Shares, place: (Vec3, Option<Vec3>), emitter: u32) -> f32 {
+    pub fn probability(&self, pmf: &Pmf, place: (Vec3, Option<Vec3>), emitter: u32) -> f32 {
         match self {
-            Self::Few(..) => shares.of.as_flattened()[emitter as usize % FEW],
-            Self::Many(tree) => tree.probability(&shares.of, place, emitter),
+            Self::Few(..) => pmf.of.as_flattened()[emitter as usize % FEW],
+            Self::Many(tree) => tree.probability(&pmf.of, place, emitter),
         }
     }
 }
@@ -106,7 +106,7 @@ mod tests {
     use crate::sampler::hashed;
 
     /// Small balls and squares, these to one side or to both.
-    fn emitters(n: u32) -> Vec<Bounds> {
+    fn emitters(n: u32) -> Vec<LightBounds> {
         let emitter = |i: u32| {
             let r = |k: u32| hashed(k, i, 17);
             let center = Vec3::new(r(1), r(2), r(3)) * 20.0 - 10.0;
@@ -117,7 +117,7 @@ mod tests {
             } else {
                 (Vec3::ONE - axis.abs()) * 0.5
             };
-            Bounds {
+            LightBounds {
                 min: center - half,
                 max: center + half,
                 intensity: r(7) * 10.0 + 0.01,
@@ -147,18 +147,18 @@ mod tests {
     #[test]
     fn emitters_are_drawn_as_often_as_told() {
         for count in [1, 2, 7, FEW as u32] {
-            let chooser = Chooser::new(emitters(count));
-            assert!(matches!(chooser, Chooser::Few(..)));
+            let sampler = LightSampler::new(emitters(count));
+            assert!(matches!(sampler, LightSampler::Few(..)));
             for place in places() {
-                let shares = chooser.shares(place.0, place.1, false);
+                let pmf = sampler.pmf(place.0, place.1, false);
                 let told: Vec<f32> = (0..count)
-                    .map(|i| chooser.probability(&shares, place, i))
+                    .map(|i| sampler.probability(&pmf, place, i))
                     .collect();
                 let n = 4096;
                 let mut drawn = vec![0u32; count as usize];
                 for k in 0..n {
                     let u = (k as f32 + 0.5) / n as f32;
-                    match chooser.sample(&shares, place, u) {
+                    match sampler.sample(&pmf, place, u) {
                         Some(choice) => {
                             assert_eq!(choice.probability, told[choice.emitter as usize]);
                             drawn[choice.emitter as usize] += 1;
@@ -183,12 +183,12 @@ mod tests {
     #[test]
     fn what_can_arrive_can_be_drawn() {
         let lights = emitters(FEW as u32);
-        let chooser = Chooser::new(lights.clone());
+        let sampler = LightSampler::new(lights.clone());
         let mut dark = 0;
         for (k, (point, normal)) in places().enumerate() {
-            let shares = chooser.shares(point, normal, true);
+            let pmf = sampler.pmf(point, normal, true);
             for (i, light) in lights.iter().enumerate() {
-                let probability = chooser.probability(&shares, (point, normal), i as u32);
+                let probability = sampler.probability(&pmf, (point, normal), i as u32);
                 dark += u32::from(probability == 0.0);
                 let r = |j: u32| hashed(j, k as u32, 7 + i as u32);
                 let weight = Vec3::new(r(1), r(2), r(3));
@@ -207,16 +207,16 @@ mod tests {
     #[test]
     fn more_are_for_the_tree_and_none_is_none() {
         let place = (Vec3::ZERO, None);
-        let many = Chooser::new(emitters(FEW as u32 + 1));
-        assert!(matches!(many, Chooser::Many(_)));
-        let shares = many.shares(place.0, place.1, false);
-        let choice = many.sample(&shares, place, 0.3).unwrap();
-        let told = many.probability(&shares, place, choice.emitter);
+        let many = LightSampler::new(emitters(FEW as u32 + 1));
+        assert!(matches!(many, LightSampler::Many(_)));
+        let pmf = many.pmf(place.0, place.1, false);
+        let choice = many.sample(&pmf, place, 0.3).unwrap();
+        let told = many.probability(&pmf, place, choice.emitter);
         assert!((choice.probability / told - 1.0).abs() < 1e-6);
-        let none = Chooser::new(Vec::new());
+        let none = LightSampler::new(Vec::new());
         assert!(none.is_empty());
-        let shares = none.shares(place.0, place.1, true);
-        assert!(none.sample(&shares, place, 0.5).is_none());
+        let pmf = none.pmf(place.0, place.1, true);
+        assert!(none.sample(&pmf, place, 0.5).is_none());
     }
 
     /// However strong the other one is, even if it is infinite, a light that may shine is drawn once in 1024 times.
@@ -227,15 +227,12 @@ mod tests {
             let (mut strong, weak) = (lights[0], lights[10]);
             strong.intensity = stronger;
             lights = vec![strong, weak];
-            let chooser = Chooser::new(lights);
+            let sampler = LightSampler::new(lights);
             let place = (Vec3::ZERO, None);
-            let shares = chooser.shares(place.0, place.1, true);
-            let p = chooser.probability(&shares, place, 1);
+            let pmf = sampler.pmf(place.0, place.1, true);
+            let p = sampler.probability(&pmf, place, 1);
             assert!((LEAST_SHARE..2.0 * LEAST_SHARE).contains(&p), "{p}");
-            assert_eq!(
-                chooser.sample(&shares, place, 1.0 - 1e-4).unwrap().emitter,
-                1
-            );
+            assert_eq!(sampler.sample(&pmf, place, 1.0 - 1e-4).unwrap().emitter, 1);
         }
     }
 }

@@ -1,0 +1,484 @@
+//! Emissive triangles of meshes: which there are, which side of them shines, and points on them.
+
+use super::LightSample;
+use super::closed::{self, Outside, place_bits};
+use super::estimate::{Angle, Front, LightBounds};
+use super::kinds::Light;
+use super::quad::Quad;
+use super::rules::Rules;
+use super::triangle::Triangle;
+use crate::math::float::{self, BoundedPoint};
+use crate::scene::{Camera, Projection, Visibility};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A surface that emits, as the lights on its triangles see it. Whoever knows meshes, materials and textures implements it.
+pub trait EmissiveSurface: Send + Sync {
+    /// The point of a triangle with these weights of its second and third corner, and what it emits against `wi`. `None` from a
+    /// side that is not there.
+    fn emitted(&self, triangle: u32, weights: Vec2, wi: Vec3) -> Option<EmittedPoint>;
+
+    /// About the mean luminance of the radiance that a triangle emits.
+    fn mean_emission(&self, triangle: u32) -> f32;
+
+    /// Corners of a triangle in the world.
+    fn corners(&self, triangle: u32) -> [Vec3; 3];
+}
+
+/// A point of a surface that emits.
+#[derive(Clone, Copy, Debug)]
+pub struct EmittedPoint {
+    /// Where, with its error bound.
+    pub point: BoundedPoint,
+    /// Radiance, as far as the surface is there.
+    pub radiance: Vec3,
+}
+
+/// A placed mesh that emits.
+pub struct EmissiveMesh {
+    /// Number of the instance.
+    pub instance: u32,
+    /// Which rays see it.
+    pub visibility: Visibility,
+    /// No light gets through it, nor beside it.
+    pub is_opaque: bool,
+    /// Its material has one side.
+    pub single_sided: bool,
+    /// How many triangles it has.
+    pub triangles: u32,
+    /// What it emits.
+    pub surface: Box<dyn EmissiveSurface>,
+}
+
+/// What the triangles of a mesh share.
+struct Shared {
+    instance: u32,
+    rules: Rules,
+    surface: Box<dyn EmissiveSurface>,
+}
+
+/// Where in a mesh a light is.
+struct Part {
+    mesh: Arc<Shared>,
+    /// Its (first) triangle.
+    triangle: u32,
+    /// The side that shines, where it is one alone.
+    side: Option<Outside>,
+}
+
+/// A triangle of a mesh as a light.
+pub struct EmissiveTriangle {
+    shape: Triangle,
+    part: Part,
+}
+
+/// Two triangles of a mesh that are a rectangle, and lie behind each other in it, as one light.
+pub struct EmissiveRectangle {
+    shape: Quad,
+    part: Part,
+}
+
+impl Part {
+    /// The light of a point that was drawn.
+    #[inline]
+    fn sample(
+        &self,
+        (triangle, weights): (u32, Vec2),
+        normal: Vec3,
+        wi: Vec3,
+        pdf: f32,
+    ) -> Option<LightSample> {
+        let on = self.mesh.surface.emitted(triangle, weights, wi)?;
+        let facing = if wi.dot(normal) > 0.0 {
+            -normal
+        } else {
+            normal
+        };
+        let target = float::ray_origin(on.point, facing);
+        Some(LightSample::with_density(
+            wi,
+            on.radiance,
+            pdf,
+            Some(target),
+        ))
+    }
+
+    /// Of so many triangles.
+    fn bounds(&self, count: u32) -> LightBounds {
+        let surface = &self.mesh.surface;
+        let triangles = self.triangle..self.triangle + count;
+        let first = Triangle {
+            corners: surface.corners(self.triangle),
+        };
+        let (mut min, mut max, mut intensity) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0);
+        for triangle in triangles {
+            let corners = surface.corners(triangle);
+            intensity += Triangle { corners }.area() * surface.mean_emission(triangle);
+            for corner in corners {
+                (min, max) = (min.min(corner), max.max(corner));
+            }
+        }
+        let axis = if self.side == Some(Outside::Back) {
+            -first.normal()
+        } else {
+            first.normal()
+        };
+        let front = self.side.map(|_| Front {
+            normal: axis,
+            offset: axis.dot(first.corners[0]),
+        });
+        LightBounds {
+            min,
+            max,
+            intensity,
+            axis,
+            normals: Angle::ZERO,
+            cos_emission: 0.0,
+            two_sided: self.side.is_none(),
+            front,
+        }
+    }
+}
+
+impl EmissiveTriangle {
+    /// Draws a point.
+    #[inline]
+    pub fn sample_li(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
+        let s = self.shape.sample(from, u)?;
+        let on = (self.part.triangle, Vec2::new(s.u, s.v));
+        self.part.sample(on, self.shape.normal(), s.wi, s.pdf)
+    }
+
+    /// Density of [`Self::sample_li`] for a point of the triangle.
+    #[inline]
+    pub fn pdf_li(&self, from: Vec3, on: Vec3) -> f32 {
+        self.shape.pdf(from, on)
+    }
+
+    /// What is known of it for its estimate.
+    pub fn bounds(&self) -> LightBounds {
+        self.part.bounds(1)
+    }
+}
+
+impl EmissiveRectangle {
+    /// Draws a point.
+    #[inline]
+    pub fn sample_li(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
+        let s = self.shape.sample(from, u)?;
+        let on = (self.part.triangle + u32::from(s.second), s.weights);
+        self.part.sample(on, self.shape.normal(), s.wi, s.pdf)
+    }
+
+    /// Density of [`Self::sample_li`] for a point of the rectangle.
+    #[inline]
+    pub fn pdf_li(&self, from: Vec3, on: Vec3) -> f32 {
+        self.shape.pdf(from, on)
+    }
+
+    /// What is known of it for its estimate.
+    pub fn bounds(&self) -> LightBounds {
+        self.part.bounds(2)
+    }
+}
+
+impl std::fmt::Debug for EmissiveTriangle {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "triangle {}", self.part.triangle)
+    }
+}
+
+impl std::fmt::Debug for EmissiveRectangle {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "rectangle at triangle {}", self.part.triangle)
+    }
+}
+
+/// Which triangles of surfaces are lights.
+#[derive(Default)]
+pub struct EmissiveTriangles {
+    /// By instance, the number of its first triangle among all emissive ones; [`NONE`] where it has none.
+    first: Vec<u32>,
+    /// For each emissive triangle the light that it is, or is a part of.
+    lights: Vec<u32>,
+}
+
+const NONE: u32 = u32::MAX;
+
+/// Where triangles with one side stand, seen by which rays, and the lights that they are. One that is turned over is no light of
+/// its own where back faces are there: a ray meets one of the two. (`scene::validate` leaves out others that stand in one place,
+/// but not these, as each can be the one that is seen where back faces are not there.)
+#[derive(Default)]
+pub struct Twins(HashMap<([[u32; 3]; 3], u32), u32>);
+
+impl Twins {
+    fn key(corners: &[Vec3; 3], visibility: Visibility) -> ([[u32; 3]; 3], u32) {
+        let mut bits = corners.map(place_bits);
+        bits.sort_unstable();
+        (bits, visibility.bits())
+    }
+}
+
+/// Where paths begin: within `reach` of a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Eye {
+    at: Vec3,
+    reach: f32,
+}
+
+impl Eye {
+    /// Of a camera, relative to the origin of the world.
+    pub fn new(camera: &Camera, origin: DVec3) -> Self {
+        let across = match camera.projection {
+            Projection::Orthographic {
+                half_width,
+                half_height,
+            } => DVec2::new(half_width, half_height).length(),
+            _ => camera.aperture.map_or(0.0, |a| a.radius),
+        };
+        Self {
+            at: (camera.world_from_camera.translation - origin).as_vec3(),
+            // Twice: the near plane is farther away in the corners of a picture.
+            reach: (2.0 * camera.clip_near + across) as f32,
+        }
+    }
+
+    fn may_be_in(&self, triangles: &[[Vec3; 3]]) -> bool {
+        let corners = || triangles.iter().flatten();
+        let low = corners().fold(Vec3::INFINITY, |low, p| low.min(*p));
+        let high = corners().fold(Vec3::NEG_INFINITY, |high, p| high.max(*p));
+        (self.at - self.at.clamp(low, high)).length() <= self.reach
+    }
+}
+
+/// The side of each triangle that light can leave, where it is one alone: of an opaque closed surface with the camera outside.
+/// Paths never get into it, so that what shines on its inside is for nobody. (A camera that is inside all the same finds it by
+/// looking: the density of light sampling is 0 there.)
+pub(crate) fn outside(
+    visibility: Visibility,
+    is_opaque: bool,
+    triangles: &[[Vec3; 3]],
+    eye: &Eye,
+) -> Option<Vec<Outside>> {
+    let closing = visibility == Visibility::ALL && is_opaque;
+    (closing && !eye.may_be_in(triangles))
+        .then(|| closed::outside(triangles))
+        .flatten()
+}
+
+impl EmissiveTriangles {
+    /// Adds the triangles of a mesh to the lights. `twins`: where back faces are there.
+    pub fn add(
+        &mut self,
+        mesh: EmissiveMesh,
+        eye: &Eye,
+        mut twins: Option<&mut Twins>,
+        lights: &mut Vec<Light>,
+    ) {
+        let EmissiveMesh {
+            instance,
+            visibility,
+            is_opaque,
+            single_sided,
+            triangles,
+            surface,
+        } = mesh;
+        let triangles: Vec<[Vec3; 3]> = (0..triangles).map(|t| surface.corners(t)).collect();
+        let sides = outside(visibility, is_opaque, &triangles, eye);
+        self.lights.reserve(triangles.len());
+        if self.first.len() <= instance as usize {
+            self.first.resize(instance as usize + 1, NONE);
+        }
+        self.first[instance as usize] = self.lights.len() as u32;
+        if !single_sided || !is_opaque {
+            twins = None;
+        }
+        let twin_of = |twins: &Option<&mut Twins>, corners: &[Vec3; 3]| {
+            let light = twins.as_ref()?.0.get(&Twins::key(corners, visibility));
+            light.copied()
+        };
+        let shared = Arc::new(Shared {
+            instance,
+            rules: Rules::of_surface(visibility),
+            surface,
+        });
+        let mut at = 0;
+        while let Some(&corners) = triangles.get(at) {
+            if let Some(light) = twin_of(&twins, &corners) {
+                self.lights.push(light);
+                at += 1;
+                continue;
+            }
+            let next = triangles
+                .get(at + 1)
+                .filter(|next| twin_of(&twins, next).is_none());
+            let part = Part {
+                mesh: shared.clone(),
+                triangle: at as u32,
+                side: sides.as_ref().map(|sides| sides[at]),
+            };
+            let (light, count) = match next.and_then(|&next| Quad::new(corners, next)) {
+                Some(shape) => {
+                    let rectangle = EmissiveRectangle { shape, part };
+                    (Light::Rectangle(Box::new(rectangle)), 2)
+                }
+                None => {
+                    let shape = Triangle { corners };
+                    (Light::Triangle(EmissiveTriangle { shape, part }), 1)
+                }
+            };
+            let number = lights.len() as u32;
+            lights.push(light);
+            self.lights.extend(std::iter::repeat_n(number, count));
+            if let Some(twins) = &mut twins {
+                let here = triangles[at..at + count].iter();
+                let keys = here.map(|corners| (Twins::key(corners, visibility), number));
+                twins.0.extend(keys);
+            }
+            at += count;
+        }
+    }
+
+    /// The light that a triangle of an instance is.
+    #[inline]
+    pub fn light(&self, instance: u32, triangle: u32) -> Option<u32> {
+        let first = *self.first.get(instance as usize)?;
+        (first != NONE).then(|| self.lights[(first + triangle) as usize])
+    }
+}
+
+impl Light {
+    /// The instance whose surface it is, and who sees that.
+    #[inline]
+    pub(super) fn of_surface(&self) -> Option<(u32, Rules)> {
+        let part = match self {
+            Self::Triangle(triangle) => &triangle.part,
+            Self::Rectangle(rectangle) => &rectangle.part,
+            Self::Lamp(_) | Self::Area(_) | Self::Sun(_) | Self::Environment(_) => return None,
+        };
+        Some((part.mesh.instance, part.mesh.rules))
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::hard::kit::camera;
+
+    /// Triangles that emit the same everywhere.
+    struct Uniform(Vec<[Vec3; 3]>);
+
+    impl EmissiveSurface for Uniform {
+        fn emitted(&self, triangle: u32, weights: Vec2, _: Vec3) -> Option<EmittedPoint> {
+            let [a, b, c] = self.0[triangle as usize];
+            let point = a + (b - a) * weights.x + (c - a) * weights.y;
+            Some(EmittedPoint {
+                point: BoundedPoint {
+                    point,
+                    error: Vec3::ZERO,
+                },
+                radiance: Vec3::splat(3.0),
+            })
+        }
+
+        fn mean_emission(&self, _: u32) -> f32 {
+            3.0
+        }
+
+        fn corners(&self, triangle: u32) -> [Vec3; 3] {
+            self.0[triangle as usize]
+        }
+    }
+
+    /// Of a camera far away.
+    pub fn eye() -> Eye {
+        Eye::new(&camera(DVec3::splat(100.0), 0.8), DVec3::ZERO)
+    }
+
+    /// A mesh that is seen by all, with two sides.
+    pub fn mesh(instance: u32, triangles: Vec<[Vec3; 3]>) -> EmissiveMesh {
+        EmissiveMesh {
+            instance,
+            visibility: Visibility::ALL,
+            is_opaque: true,
+            single_sided: false,
+            triangles: triangles.len() as u32,
+            surface: Box::new(Uniform(triangles)),
+        }
+    }
+
+    /// The halves of a square with its middle at a point, in a plane of equal z.
+    pub fn halves(middle: Vec3, size: f32) -> [[Vec3; 3]; 2] {
+        let corner = |x: f32, y: f32| middle + Vec3::new(x, y, 0.0) * (0.5 * size);
+        let [a, b, c, d] =
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| corner(x, y));
+        [[a, b, c], [a, c, d]]
+    }
+
+    /// A square that emits 3 everywhere, or its half below the diagonal.
+    pub fn square(middle: Vec3, size: f32, whole: bool) -> Vec<Light> {
+        let triangles = halves(middle, size)[..if whole { 2 } else { 1 }].to_vec();
+        let mut lights = Vec::new();
+        EmissiveTriangles::default().add(mesh(0, triangles), &eye(), None, &mut lights);
+        lights
+    }
+
+    #[test]
+    fn halves_of_a_rectangle_are_one_light_and_triangles_know_theirs() {
+        let [a, b] = halves(Vec3::Z, 1.0);
+        let alone = [Vec3::X * 5.0, Vec3::X * 6.0, Vec3::new(5.0, 1.0, 3.0)];
+        let (mut lights, mut triangles) = (Vec::new(), EmissiveTriangles::default());
+        triangles.add(mesh(3, vec![alone, a, b]), &eye(), None, &mut lights);
+        triangles.add(mesh(1, vec![alone]), &eye(), None, &mut lights);
+        assert!(matches!(
+            lights[..],
+            [Light::Triangle(_), Light::Rectangle(_), Light::Triangle(_)]
+        ));
+        let of = |instance: u32| (0..3).map(move |triangle| (instance, triangle));
+        let found: Vec<_> = of(3).map(|(i, t)| triangles.light(i, t)).collect();
+        assert_eq!(found, [Some(0), Some(1), Some(1)]);
+        assert_eq!(triangles.light(1, 0), Some(2));
+        assert_eq!([0, 2, 4].map(|i| triangles.light(i, 0)), [None; 3]);
+    }
+
+    /// Of two opaque triangles with one side that stand in one place, turned over, one is a light. Without back faces, each is.
+    #[test]
+    fn twins_are_one_light() {
+        let [[a, b, c], _] = halves(Vec3::Z, 1.0);
+        for (twins, count) in [(Some(Twins::default()), 1), (None, 2)] {
+            let (mut lights, mut triangles) = (Vec::new(), EmissiveTriangles::default());
+            let mut twins = twins;
+            for (instance, corners) in [[a, b, c], [a, c, b]].into_iter().enumerate() {
+                let mut one = mesh(instance as u32, vec![corners]);
+                one.single_sided = true;
+                triangles.add(one, &eye(), twins.as_mut(), &mut lights);
+            }
+            assert_eq!(lights.len(), count);
+            assert_eq!(triangles.light(1, 0), Some(count as u32 - 1));
+        }
+    }
+
+    /// One mesh may be hidden from rays that see the other.
+    #[test]
+    fn what_other_rays_see_is_no_twin() {
+        let [[a, b, c], _] = halves(Vec3::Z, 1.0);
+        let (mut lights, mut triangles) = (Vec::new(), EmissiveTriangles::default());
+        let mut twins = Twins::default();
+        for (instance, visibility) in [
+            Visibility::ALL,
+            Visibility::ALL.without(crate::scene::RayKind::Camera),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let one = EmissiveMesh {
+                visibility,
+                single_sided: true,
+                ..mesh(instance as u32, vec![[a, b, c]])
+            };
+            triangles.add(one, &eye(), Some(&mut twins), &mut lights);
+        }
+        assert_eq!(lights.len(), 2);
+    }
+}

@@ -1,0 +1,57 @@
+//! Who sees a light.
+
+use crate::scene::{RayKind, Visibility};
+
+/// Which rays see a light, and how many bounces they may have behind them.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules {
+    /// Kinds of rays; without [`RayKind::Shadow`] it shines through everything.
+    pub visibility: Visibility,
+    /// Paths with more bounces do not see it.
+    pub max_bounces: u32,
+}
+
+impl Rules {
+    /// Seen by all.
+    pub const NONE: Self = Self {
+        visibility: Visibility::ALL,
+        max_bounces: u32::MAX,
+    };
+
+    /// `by_kind`: kinds of rays are told apart; otherwise only the camera's are.
+    pub fn new(visibility: Visibility, max_bounces: u32, by_kind: bool) -> Self {
+        if by_kind {
+            Self {
+                visibility,
+                max_bounces,
+            }
+        } else if visibility.sees(RayKind::Camera) {
+            Self::NONE
+        } else {
+            Self {
+                visibility: Visibility::ALL.without(RayKind::Camera),
+                ..Self::NONE
+            }
+        }
+    }
+
+    /// Of a surface that shines: it cannot shine through others.
+    pub fn of_surface(visibility: Visibility) -> Self {
+        Self {
+            visibility: visibility.with(RayKind::Shadow),
+            ..Self::NONE
+        }
+    }
+
+    /// Whether a ray that left after so many bounces sees it.
+    #[inline]
+    pub fn allow(&self, kind: RayKind, bounces: u32) -> bool {
+        self.visibility.sees(kind) && bounces <= self.max_bounces
+    }
+
+    /// Whether light sampling is the only way to find it: its light passes what stops a ray.
+    #[inline]
+    pub fn shines_through(&self) -> bool {
+        !self.visibility.sees(RayKind::Shadow)
+    }
+}
