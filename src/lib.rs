@@ -34,3 +34,24 @@ pub mod sampler;
 pub mod scene;
 pub mod shading;
 pub mod world;
+
+pub use film::Picture;
+pub use import::Imported;
+pub use render::{Edit, RenderSettings as Settings, Session};
+pub use scene::Scene;
+
+/// Reads a scene file (`.glb` or `.gltf`) with default choices, ready to be rendered.
+///
+/// ```no_run
+/// let loaded = sundog::load("scene.glb".as_ref())?;
+/// let settings = sundog::Settings { samples: 64, ..sundog::Settings::default() };
+/// let rendering = sundog::Session::new(&loaded.scene, settings).render(&sundog::render::Silent)?;
+/// println!("{} layers", rendering.picture.layers.len());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// The file, or one that it names, cannot be read or is malformed; the sentence names it and the way out.
+pub fn load(path: &std::path::Path) -> Result<Imported, import::ImportError> {
+    import::load(path, &import::ImportOptions::default())
+}

@@ -18,4 +18,5 @@ mod package;
 mod pictures;
 mod preparation;
 mod report;
+mod session;
 mod transport;

@@ -571,7 +571,7 @@ fn one_triangle_and_millions(effort: Effort) -> Result<Vec<Finding>, RenderError
     findings.push(Finding::new(
         "triangles",
         count as f64,
-        world.triangles as f64,
+        world.triangles() as f64,
         0.0,
     ));
     let paths = effort.of(4_000, 100_000, 1_000_000);

@@ -202,6 +202,8 @@ pub struct EmissiveTriangles {
     first: Vec<u32>,
     /// For each emissive triangle the light that it is, or is a part of.
     lights: Vec<u32>,
+    /// Boxes about the meshes that shine outwards alone if the camera is not in them.
+    closing: Vec<(Vec3, Vec3)>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -244,12 +246,22 @@ impl Eye {
         }
     }
 
-    fn may_be_in(&self, triangles: &[[Vec3; 3]]) -> bool {
-        let corners = || triangles.iter().flatten();
-        let low = corners().fold(Vec3::INFINITY, |low, p| low.min(*p));
-        let high = corners().fold(Vec3::NEG_INFINITY, |high, p| high.max(*p));
+    fn may_be_in(&self, (low, high): (Vec3, Vec3)) -> bool {
         (self.at - self.at.clamp(low, high)).length() <= self.reach
     }
+}
+
+/// The box about some triangles.
+fn bounds(triangles: &[[Vec3; 3]]) -> (Vec3, Vec3) {
+    let corners = || triangles.iter().flatten();
+    let low = corners().fold(Vec3::INFINITY, |low, p| low.min(*p));
+    let high = corners().fold(Vec3::NEG_INFINITY, |high, p| high.max(*p));
+    (low, high)
+}
+
+/// Whether a mesh may shine outwards alone: where the camera is not in it.
+fn is_closing(visibility: Visibility, is_opaque: bool) -> bool {
+    visibility == Visibility::ALL && is_opaque
 }
 
 /// The side of each triangle that light can leave, where it is one alone: of an opaque closed surface with the camera outside.
@@ -261,13 +273,18 @@ pub(crate) fn outside(
     triangles: &[[Vec3; 3]],
     eye: &Eye,
 ) -> Option<Vec<Outside>> {
-    let closing = visibility == Visibility::ALL && is_opaque;
-    (closing && !eye.may_be_in(triangles))
+    (is_closing(visibility, is_opaque) && !eye.may_be_in(bounds(triangles)))
         .then(|| closed::outside(triangles))
         .flatten()
 }
 
 impl EmissiveTriangles {
+    /// Whether the lights of another camera may be others: it is in a mesh that the one before was not in, or the reverse.
+    pub fn depend_on(&self, before: &Eye, after: &Eye) -> bool {
+        let differs = |bounds: &(Vec3, Vec3)| before.may_be_in(*bounds) != after.may_be_in(*bounds);
+        self.closing.iter().any(differs)
+    }
+
     /// Adds the triangles of a mesh to the lights. `twins`: where back faces are there.
     pub fn add(
         &mut self,
@@ -287,6 +304,9 @@ impl EmissiveTriangles {
         let triangles: Vec<[Vec3; 3]> = (0..triangles).map(|t| surface.corners(t)).collect();
         let sides = outside(visibility, is_opaque, &triangles, eye);
         self.lights.reserve(triangles.len());
+        if is_closing(visibility, is_opaque) {
+            self.closing.push(bounds(&triangles));
+        }
         if self.first.len() <= instance as usize {
             self.first.resize(instance as usize + 1, NONE);
         }

@@ -185,6 +185,11 @@ fn by_power(bounds: &mut [LightBounds]) {
 }
 
 impl LightSet {
+    /// Whether the lights of another camera may be others.
+    pub fn depends_on(&self, before: &Eye, after: &Eye) -> bool {
+        self.emissive.depend_on(before, after)
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.sampler.is_empty() && self.infinite.is_empty()

@@ -12,6 +12,7 @@ mod prepare;
 mod replay;
 mod saved;
 mod schedule;
+mod session;
 mod settings;
 mod tile;
 mod trace;
@@ -23,6 +24,7 @@ pub use prepare::{called_for, left_out};
 pub use replay::{Detail, Replay, Told, replay};
 pub use saved::{Saved, State, StateError};
 pub use schedule::{go_on, render};
+pub use session::{Edit, EditError, Session};
 pub use settings::{
     BounceLimits, Caustics, EffectChoice, Filter, FilterKind, InstructionSet, LightSampling,
     MAX_LIGHT_SAMPLES, MAX_SIDE, Naive, Region, RenderSettings, picture_size,

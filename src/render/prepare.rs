@@ -3,7 +3,8 @@
 use super::saved::Traced;
 use super::trace::{AnyKernel, BadSamples, Job};
 use super::{
-    EffectChoice, Event, FilterKind, LightSampling, MAX_LIGHT_SAMPLES, RenderError, RenderSettings,
+    EffectChoice, Event, FilterKind, InstructionSet, LightSampling, MAX_LIGHT_SAMPLES, Naive,
+    RenderError, RenderSettings,
 };
 use crate::effects::{self, EffectSet, Mask};
 use crate::film::Pass;
@@ -11,16 +12,16 @@ use crate::film::filter::FilterTable;
 use crate::integrator::{self, PathSettings};
 use crate::sampler::Sequence;
 use crate::scene::{Camera, Diagnostics, Scene};
-use crate::world::{Options, World};
+use crate::world::{Options, Stale, World};
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Mutex, OnceLock};
 
 /// A scene made ready.
-pub struct Prepared<'a> {
+pub struct Prepared {
     /// In Embree.
     pub world: World,
     /// The camera that looks.
-    pub camera: &'a Camera,
+    pub camera: Camera,
     kernel: AnyKernel,
     /// Effects that the kernel has, and those outside of it that are called for.
     pub compiled: Mask,
@@ -30,14 +31,32 @@ pub struct Prepared<'a> {
     pub pool: rayon::ThreadPool,
     /// How many they are.
     pub threads: usize,
+    made_for: MadeFor,
 }
 
-impl<'a> Prepared<'a> {
-    /// Makes a scene ready.
-    ///
-    /// # Errors
-    /// A setting makes no picture or does not fit the scene; or Embree fails.
-    pub fn new(scene: &'a Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
+/// What a world is made for beside the scene and the view: another calls for another world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MadeFor {
+    effects: Mask,
+    threads: usize,
+    instructions: Option<InstructionSet>,
+    cull_backfaces: bool,
+    naive: Naive,
+    uv_pass: bool,
+    roughens: bool,
+}
+
+/// What settings want of a scene.
+struct Wanted<'a> {
+    camera: &'a Camera,
+    aspect: f64,
+    called_for: Mask,
+    effects: Mask,
+    made_for: MadeFor,
+}
+
+impl<'a> Wanted<'a> {
+    fn new(scene: &'a Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
         let setting = RenderError::Setting;
         check(settings).map_err(setting)?;
         let number = settings.camera.unwrap_or(0);
@@ -48,7 +67,7 @@ impl<'a> Prepared<'a> {
             })
         })?;
         let called_for = called_for(scene, settings);
-        let wanted = match &settings.effects {
+        let effects = match &settings.effects {
             EffectChoice::Auto => called_for,
             EffectChoice::All => effects::ALL,
             EffectChoice::List(list) => effects::parse(list).map_err(setting)?,
@@ -57,40 +76,118 @@ impl<'a> Prepared<'a> {
             .threads
             .filter(|&n| n > 0)
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|e| setting(format!("{threads} threads could not be started: {e}")))?;
-        let options = Options {
+        Ok(Self {
             camera,
             aspect: f64::from(settings.width) / f64::from(settings.height)
                 * camera.pixel_aspect(&scene.render),
-            // What the list leaves out is left out of the world, not only of the kernel.
-            effects: wanted,
-            threads: Some(threads),
-            instructions: settings.instruction_set,
-            cull_backfaces: settings.cull_backfaces,
-            naive: settings.naive,
-            uv_pass: settings.passes.has(Pass::Uv),
-            roughens: settings.filter_glossy > 0.0,
-        };
-        let world = pool
-            .install(|| World::new(scene, &options))
-            .map_err(|e| RenderError::Embree(e.0))?;
-        let (mask, kernel) = kernel(settings, wanted | world.structure());
-        Ok(Self {
-            world,
-            camera,
-            kernel,
-            compiled: mask | (wanted & called_for & !effects::PATHS),
-            left_out: beyond(called_for, wanted),
-            pool,
-            threads,
+            called_for,
+            effects,
+            made_for: MadeFor {
+                // The lens is the view's.
+                effects: effects & !effects::DEPTH_OF_FIELD,
+                threads,
+                instructions: settings.instruction_set,
+                cull_backfaces: settings.cull_backfaces,
+                naive: settings.naive,
+                uv_pass: settings.passes.has(Pass::Uv),
+                roughens: settings.filter_glossy > 0.0,
+            },
         })
     }
 
+    fn options(&self) -> Options<'a> {
+        let MadeFor {
+            threads,
+            instructions,
+            cull_backfaces,
+            naive,
+            uv_pass,
+            roughens,
+            ..
+        } = self.made_for;
+        Options {
+            camera: self.camera,
+            aspect: self.aspect,
+            // What the list leaves out is left out of the world, not only of the kernel.
+            effects: self.effects,
+            threads: Some(threads),
+            instructions,
+            cull_backfaces,
+            naive,
+            uv_pass,
+            roughens,
+        }
+    }
+}
+
+impl Prepared {
+    /// Makes a scene ready.
+    ///
+    /// # Errors
+    /// A setting makes no picture or does not fit the scene; or Embree fails.
+    pub fn new(scene: &Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
+        let wanted = Wanted::new(scene, settings)?;
+        let threads = wanted.made_for.threads;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| {
+                RenderError::Setting(format!("{threads} threads could not be started: {e}"))
+            })?;
+        let world = pool
+            .install(|| World::new(scene, &wanted.options()))
+            .map_err(|e| RenderError::Embree(e.0))?;
+        Ok(Self::of(world, pool, settings, &wanted))
+    }
+
+    /// Makes a changed scene ready. Tells what was made anew beside the view.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn renewed(
+        mut self,
+        scene: &Scene,
+        settings: &RenderSettings,
+        stale: Stale,
+    ) -> Result<(Self, Stale), RenderError> {
+        let wanted = Wanted::new(scene, settings)?;
+        if wanted.made_for != self.made_for {
+            return Ok((Self::new(scene, settings)?, Stale::ALL));
+        }
+        let options = wanted.options();
+        let made = self
+            .pool
+            .install(|| self.world.renew(scene, &options, stale))
+            .map_err(|e| RenderError::Embree(e.0))?;
+        Ok((Self::of(self.world, self.pool, settings, &wanted), made))
+    }
+
+    fn of(
+        world: World,
+        pool: rayon::ThreadPool,
+        settings: &RenderSettings,
+        wanted: &Wanted,
+    ) -> Self {
+        let (mask, kernel) = kernel(settings, wanted.effects | world.structure());
+        Self {
+            world,
+            camera: wanted.camera.clone(),
+            kernel,
+            compiled: mask | (wanted.effects & wanted.called_for & !effects::PATHS),
+            left_out: beyond(wanted.called_for, wanted.effects),
+            pool,
+            threads: wanted.made_for.threads,
+            made_for: wanted.made_for,
+        }
+    }
+
     /// What the threads share, after what was done before.
-    pub fn job(&'a self, scene: &'a Scene, settings: &RenderSettings, before: &Traced) -> Job<'a> {
+    pub fn job<'a>(
+        &'a self,
+        scene: &'a Scene,
+        settings: &RenderSettings,
+        before: &Traced,
+    ) -> Job<'a> {
         Job {
             scene,
             world: &self.world,

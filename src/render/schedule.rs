@@ -5,6 +5,7 @@ use super::develop::Film;
 use super::estimate::estimate;
 use super::prepare::{self, Prepared};
 use super::saved::{Saved, State, Traced};
+use super::session::Session;
 use super::tile::{Kept, Samples, Tile, locked, tiles};
 use super::trace::Job;
 use super::{
@@ -65,25 +66,54 @@ pub fn go_on(
     saved: Option<&Saved>,
     observer: &dyn Observer,
 ) -> Result<Rendering, RenderError> {
-    let begun = Instant::now();
-    let setting = |text: String| RenderError::Setting(text);
-    let region = settings.region();
-    if let Some(saved) = saved {
-        saved.check(scene, settings).map_err(setting)?;
-    }
+    Session::new(scene, settings.clone()).resume(saved, observer)
+}
+
+/// What a render begins with.
+pub(super) struct Begun<'a> {
+    /// When it was called.
+    pub at: Instant,
+    /// What was saved of it before.
+    pub saved: Option<&'a Saved>,
+}
+
+/// Whether what was saved belongs to a scene and its settings.
+pub(super) fn check_saved(
+    scene: &Scene,
+    settings: &RenderSettings,
+    saved: Option<&Saved>,
+) -> Result<(), RenderError> {
+    saved.map_or(Ok(()), |saved| {
+        saved.check(scene, settings).map_err(RenderError::Setting)
+    })
+}
+
+/// Tells of what will take long.
+pub(super) fn announce(scene: &Scene, observer: &dyn Observer) {
     if let Some(long) = prepare::long(scene) {
         observer.event(&long);
     }
-    let prepared = Prepared::new(scene, settings)?;
+}
+
+/// Renders what is prepared.
+pub(super) fn run(
+    prepared: &Prepared,
+    scene: &Scene,
+    settings: &RenderSettings,
+    begun: &Begun,
+    observer: &dyn Observer,
+) -> Result<Rendering, RenderError> {
+    let &Begun { at: begun, saved } = begun;
+    let region = settings.region();
     if let Some(saved) = saved {
         let version = &prepared.world.embree_version;
-        saved.check_embree(version).map_err(setting)?;
+        saved.check_embree(version).map_err(RenderError::Setting)?;
     }
     let (pool, threads) = (&prepared.pool, prepared.threads);
     let prepare = begun.elapsed();
     observer.event(&Event::Prepared {
         seconds: prepare.as_secs_f64(),
-        triangles: prepared.world.triangles,
+        triangles: prepared.world.triangles(),
         effects: effects::names(prepared.compiled),
     });
 

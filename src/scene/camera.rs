@@ -140,6 +140,22 @@ impl Camera {
             .filter(|aspect| aspect.is_finite() && *aspect > 0.0)
     }
 
+    /// A pinhole in a place, with a vertical field of view in radians.
+    pub fn perspective(world_from_camera: DAffine3, vertical_fov: f64) -> Self {
+        Self {
+            name: "camera".into(),
+            world_from_camera,
+            projection: Projection::Perspective {
+                vertical_fov,
+                aspect: None,
+            },
+            window: None,
+            clip_near: 0.1,
+            clip_far: f64::INFINITY,
+            aperture: None,
+        }
+    }
+
     /// Width over height of one pixel, where the file says both what the picture's edges are and how many
     /// pixels lie between them: 1 for nearly all.
     pub fn pixel_aspect(&self, render: &RenderDefaults) -> f64 {

@@ -274,6 +274,16 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// The same radiance from all around, W·sr⁻¹·m⁻², seen by all rays.
+    pub fn constant(radiance: [f32; 3]) -> Self {
+        Self {
+            image: None,
+            radiance,
+            rotation: DMat3::IDENTITY,
+            visibility: Visibility::ALL,
+        }
+    }
+
     /// The effect that light from all around of this kind is.
     pub fn effect(&self) -> Effect {
         match self.image {

@@ -23,7 +23,7 @@ pub struct MeshData {
 }
 
 /// Attributes of vertices that somebody reads, besides normals, which all shading does.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Attributes {
     /// So many sets of texture coordinates.
     pub uv_sets: usize,

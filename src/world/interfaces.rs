@@ -121,7 +121,10 @@ impl World {
         let mut met = met;
         if let Some(start) = &start {
             for hit in &start.close {
-                if self.entries[hit.object() as usize].visibility.sees(kind) {
+                if self.geometry.entries[hit.object() as usize]
+                    .visibility
+                    .sees(kind)
+                {
                     meetings.extend(self.ahead(hit, from, d));
                 }
             }
@@ -134,7 +137,7 @@ impl World {
             while let Some(hit) = met
                 && behind(&hit)
             {
-                met = self.embree.intersect(&Ray {
+                met = self.geometry.embree.intersect(&Ray {
                     origin: origin.to_array(),
                     direction: direction.to_array(),
                     near: hit.distance.next_up(),
@@ -211,22 +214,22 @@ impl World {
     /// Whether interfaces have to be put in order.
     #[inline]
     pub fn has_close_interfaces(&self) -> bool {
-        !self.close.is_empty()
+        !self.geometry.close.is_empty()
     }
 
     fn is_close(&self, hit: &Hit) -> bool {
-        self.close[hit.object() as usize]
+        self.geometry.close[hit.object() as usize]
     }
 
     /// Interfaces within the errors of the point of a hit, but not its own triangle.
     fn interfaces_about(&self, hit: &Hit, kind: RayKind) -> Vec<Hit> {
-        let entry = &self.entries[hit.object() as usize];
-        let mesh = &self.meshes[entry.mesh as usize];
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
         let at: BoundedPoint = entry.point::<General>(mesh, hit.primitive, hit.u, hit.v);
         let normal = entry.geometric_normal::<General>(mesh, hit.primitive);
         let beyond = (float::ray_origin(at, normal) - at.point).length() * REACH;
         let mut found: Vec<Hit> = Vec::new();
-        self.embree.visit(
+        self.geometry.embree.visit(
             &Ray {
                 origin: (at.point - normal * beyond).to_array(),
                 direction: normal.to_array(),
@@ -276,9 +279,9 @@ impl World {
 
     /// The corners of a triangle in world space: rounded to f32 as they are stored, and placed in f64.
     fn exact_corners(&self, hit: &Hit) -> [DVec3; 3] {
-        let entry = &self.entries[hit.object() as usize];
+        let entry = &self.geometry.entries[hit.object() as usize];
         let t = entry.transform();
-        let mesh = &self.meshes[entry.mesh as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
         mesh.corners(hit.primitive).map(|corner| {
             let p = corner.as_dvec3();
             t.x.as_dvec3() * p.x

@@ -1,5 +1,6 @@
 //! Materials with their textures and tables prepared.
 
+use super::Options;
 use super::texture::{PreparedTexture, Raster};
 use crate::effects;
 use crate::scene::{AlphaMode, ImageUse, Material, Scene, Texture};
@@ -309,6 +310,31 @@ impl PreparedMaterial {
             AlphaMode::Blend => alpha(),
         }
     }
+}
+
+/// The materials of a scene, and at last the one of meshes without any.
+pub fn prepare(scene: &Scene, options: &Options) -> Vec<Arc<PreparedMaterial>> {
+    let mut is_placed = vec![false; scene.meshes.len()];
+    for instance in &scene.instances {
+        is_placed[instance.mesh.0 as usize] = true;
+    }
+    let mut vertex_alpha = vec![false; scene.materials.len() + 1];
+    let placed = scene.meshes.iter().zip(&is_placed).filter(|(_, p)| **p);
+    for (mesh, _) in placed.filter(|_| effects::has(options.effects, effects::VERTEX_COLORS)) {
+        let default = scene.materials.len();
+        let slot = mesh.material.map_or(default, |m| m.0 as usize);
+        if let (Some(colors), Some(v)) = (&mesh.colors, vertex_alpha.get_mut(slot)) {
+            *v |= colors.iter().any(|c| c[3] < 1.0);
+        }
+    }
+    let mut preparer = Preparer::new(options.roughens);
+    let fallback = Material::default();
+    let materials = scene.materials.iter().chain([&fallback]);
+    materials
+        .zip(&vertex_alpha)
+        .map(|(m, &a)| preparer.material(scene, &effects::kept(m, options.effects), a))
+        .map(Arc::new)
+        .collect()
 }
 
 #[cfg(test)]

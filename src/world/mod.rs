@@ -6,6 +6,7 @@ mod interfaces;
 mod lights;
 mod material;
 mod origin;
+mod placed;
 mod texture;
 
 pub use crate::ffi::embree::{Hit, InstructionSet};
@@ -16,49 +17,75 @@ pub use interfaces::Passage;
 
 use crate::camera::Camera;
 use crate::effects::{self, Features, General, Mask};
-use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError, Ray};
+use crate::ffi::embree::{Device, EmbreeError, Ray};
 use crate::light::LightSet;
 use crate::light::emissive::Eye;
 use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
 use crate::shading::Normals;
-use geometry::{Attributes, Entry, MeshData};
-use glam::{DAffine3, DVec3, Vec2, Vec3};
-use material::{Coordinates, PreparedMaterial, Preparer};
-use origin::Origin;
+use geometry::Entry;
+use glam::{DVec3, Vec2, Vec3};
+use material::{Coordinates, PreparedMaterial};
+use origin::{Extent, Origin};
+use placed::Geometry;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// A scene ready for rays. Positions are relative to `origin`.
+/// A scene ready for rays. Positions are relative to `origin`. Its parts are renewed each for itself ([`World::renew`]).
 pub struct World {
-    embree: CommittedScene,
-    meshes: Vec<Arc<MeshData>>,
-    entries: Vec<Entry>,
+    device: Device,
+    geometry: Geometry,
     materials: Vec<Arc<PreparedMaterial>>,
     /// All that shines.
     pub lights: LightSet,
     /// The camera.
     pub camera: Camera,
+    /// Where the paths begin, as the lights know it.
+    eye: Eye,
     /// What was subtracted from all positions, world space, metres.
     pub origin: DVec3,
-    /// Triangles, instances expanded.
-    pub triangles: u64,
+    /// Middle and radius of all there is.
+    extent: Extent,
+    /// The camera was far away from all of it when the origin was chosen.
+    distant: bool,
+    /// See [`Naive::origin`].
+    naive_origin: bool,
     cull_backfaces: bool,
-    /// For each entry whether another's interface may be close by; empty if none has one ([`interfaces`]).
-    close: Vec<bool>,
-    /// Some surfaces are asked whether they stop a ray.
-    filtered: bool,
     /// Paths take the kinds of scattering apart, as some kinds of rays see less than others.
     pub by_kind: bool,
-    /// By entry; empty where there is none.
-    holdouts: Vec<bool>,
     /// See [`Naive::terminator`].
     naive_terminator: bool,
     /// The version of Embree that answers.
     pub embree_version: String,
     /// The instructions that it takes.
     pub instructions: InstructionSet,
+}
+
+/// Parts of a world that the scene has gone beyond. The view is always made anew: it costs nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stale {
+    /// Meshes and their places.
+    pub geometry: bool,
+    /// Materials and images.
+    pub materials: bool,
+    /// Lights and the environment.
+    pub lights: bool,
+}
+
+impl Stale {
+    /// All parts.
+    pub const ALL: Self = Self {
+        geometry: true,
+        materials: true,
+        lights: true,
+    };
+    /// None but the view.
+    pub const NONE: Self = Self {
+        geometry: false,
+        materials: false,
+        lights: false,
+    };
 }
 
 /// What keeps pictures stable and can be left out, to see what it is good for and what it costs. For studies.
@@ -109,23 +136,6 @@ pub enum Met {
     Limit(f32),
 }
 
-/// Meshes that are placed once become part of the top scene in world space; others are instanced.
-fn is_shared(placements: u32) -> bool {
-    placements > 1
-}
-
-/// Which entries are holdouts, if any: entries are the instances with triangles, in their order.
-fn holdouts(scene: &Scene) -> Vec<bool> {
-    if !scene.instances.iter().any(|instance| instance.holdout) {
-        return Vec::new();
-    }
-    let placed = scene.instances.iter().filter(|instance| {
-        let mesh = &scene.meshes[instance.mesh.0 as usize];
-        !mesh.triangles.is_empty()
-    });
-    placed.map(|instance| instance.holdout).collect()
-}
-
 impl World {
     /// Prepares a scene.
     ///
@@ -141,175 +151,126 @@ impl World {
         } else {
             Origin::new(scene, options.camera)
         };
-        let robust = !options.naive.edges;
-        let keep = |effect| effects::has(options.effects, effect);
-
-        let mut placements = vec![0u32; scene.meshes.len()];
-        for instance in &scene.instances {
-            placements[instance.mesh.0 as usize] += 1;
-        }
-        let mut preparer = Preparer::new(options.roughens);
-        let mut vertex_alpha = vec![false; scene.materials.len() + 1];
-        for (mesh, _) in scene
-            .meshes
-            .iter()
-            .zip(&placements)
-            .filter(|(_, n)| **n > 0)
-        {
-            let slot = mesh
-                .material
-                .map_or(scene.materials.len(), |m| m.0 as usize);
-            if let (Some(colors), Some(v)) = (&mesh.colors, vertex_alpha.get_mut(slot))
-                && keep(effects::VERTEX_COLORS)
-            {
-                *v |= colors.iter().any(|c| c[3] < 1.0);
-            }
-        }
-        let fallback = scene::Material::default();
-        let materials: Vec<Arc<PreparedMaterial>> = scene
-            .materials
-            .iter()
-            .chain([&fallback])
-            .zip(&vertex_alpha)
-            .map(|(m, &a)| preparer.material(scene, &effects::kept(m, options.effects), a))
-            .map(Arc::new)
-            .collect();
-
-        let mut top = embree::Scene::new(&device, robust)?;
-        let mut meshes = Vec::new();
-        let mut entries = Vec::new();
-        let mut shared: Vec<Option<(u32, CommittedScene)>> = vec![None; scene.meshes.len()];
-        let mut triangles = 0u64;
-        let mut any_filtered = false;
-        // Whether it is asked if it stops a ray.
-        let is_filtered = |material: &PreparedMaterial| {
-            (material.translucent && keep(effects::ALPHA))
-                || (options.cull_backfaces && material.single_sided)
-        };
-        for instance in &scene.instances {
-            let source = &scene.meshes[instance.mesh.0 as usize];
-            if source.triangles.is_empty() {
-                continue;
-            }
-            let material = source
-                .material
-                .map_or(scene.materials.len() as u32, |m| m.0);
-            let prepared = &materials[material as usize];
-            let filtered = is_filtered(prepared);
-            any_filtered |= filtered;
-            let attributes = Attributes {
-                uv_sets: prepared.uv_sets().max(usize::from(options.uv_pass)),
-                tangents: prepared.normal_texture.is_some(),
-                colors: keep(effects::VERTEX_COLORS),
-            };
-            triangles += source.triangles.len() as u64;
-            let visibility = if keep(effects::VISIBILITY) {
-                // No ray comes from a volume: what is hidden from those alone is hidden from none, here as by the effects.
-                instance.visibility.with(RayKind::Volume)
-            } else {
-                instance.visibility.on_paths()
-            };
-            let transform = DAffine3 {
-                translation: instance.world_from_object.translation - origin,
-                ..instance.world_from_object
-            };
-            if is_shared(placements[instance.mesh.0 as usize]) {
-                let slot = &mut shared[instance.mesh.0 as usize];
-                let (mesh, child) = match slot {
-                    Some((mesh, child)) => (*mesh, child.clone()),
-                    None => {
-                        let data = MeshData::new(source, material, None, attributes)?;
-                        let mut child = embree::Scene::new(&device, robust)?;
-                        child.add_triangles(&data.triangles, filtered, u32::MAX)?;
-                        let child = child.commit()?;
-                        meshes.push(Arc::new(data));
-                        let id = meshes.len() as u32 - 1;
-                        *slot = Some((id, child.clone()));
-                        (id, child)
-                    }
-                };
-                let entry = Entry::instance(mesh, &transform, visibility);
-                let m = &entry.transform();
-                top.add_instance(
-                    &child,
-                    &[
-                        m.x.to_array(),
-                        m.y.to_array(),
-                        m.z.to_array(),
-                        m.translation.to_array(),
-                    ],
-                    visibility.bits(),
-                )?;
-                entries.push(entry);
-            } else {
-                let data = MeshData::new(source, material, Some(&transform), attributes)?;
-                top.add_triangles(&data.triangles, filtered, visibility.bits())?;
-                meshes.push(Arc::new(data));
-                entries.push(Entry::flat(
-                    meshes.len() as u32 - 1,
-                    transform.matrix3.determinant() < 0.0,
-                    visibility,
-                ));
-            }
-        }
-        let embree = top.commit()?;
-        let close = interfaces::close_entries(&entries, &meshes, |mesh| {
-            let material = &materials[mesh.material as usize];
-            let ordered = keep(effects::TRANSMISSION) && !options.naive.offsets;
-            ordered && material.bounds_a_solid() && !is_filtered(material)
-        });
+        let materials = material::prepare(scene, options);
+        let geometry = Geometry::new(scene, options, origin, &materials, &device)?;
         let eye = Eye::new(options.camera, origin);
         let lights = lights::prepare(
             scene,
             options.effects,
             (origin, eye, options.cull_backfaces),
-            &entries,
-            (&meshes, &materials),
+            &geometry.entries,
+            (&geometry.meshes, &materials),
             &device,
         )?;
-        let camera = camera::prepare(
-            options.camera,
-            options.aspect,
-            options.effects,
-            (origin, distant),
-        );
+        let view = (origin, distant);
         Ok(Self {
-            embree,
-            meshes,
-            entries,
+            geometry,
             materials,
             lights,
-            camera,
+            camera: camera::prepare(options.camera, options.aspect, options.effects, view),
+            eye,
             origin,
-            triangles,
+            extent: origin::extent(scene),
+            distant: distant.is_some(),
+            naive_origin: options.naive.origin,
             cull_backfaces: options.cull_backfaces,
-            close,
-            filtered: any_filtered,
-            by_kind: keep(effects::VISIBILITY) && effects::tells_rays_apart(scene),
-            holdouts: if keep(effects::HOLDOUTS) {
-                holdouts(scene)
-            } else {
-                Vec::new()
-            },
+            by_kind: effects::has(options.effects, effects::VISIBILITY)
+                && effects::tells_rays_apart(scene),
             naive_terminator: options.naive.terminator,
             embree_version: device.version().to_string(),
             instructions: device.instructions(),
+            device,
         })
+    }
+
+    /// Makes anew what a changed scene calls for. The options are those of before, but for the camera and the aspect. Tells
+    /// what was made anew beside the view: more than was `stale` where one part hangs on another, all where the camera has
+    /// gone too far from the origin.
+    ///
+    /// # Errors
+    /// If Embree fails; the world is then as it was.
+    pub fn renew(
+        &mut self,
+        scene: &Scene,
+        options: &Options,
+        mut stale: Stale,
+    ) -> Result<Stale, EmbreeError> {
+        if stale.geometry {
+            self.extent = origin::extent(scene);
+        }
+        if !self.keeps_origin(options.camera) {
+            *self = Self::new(scene, options)?;
+            return Ok(Stale::ALL);
+        }
+        let origin = self.origin;
+        let made = stale.materials.then(|| material::prepare(scene, options));
+        let materials = made.as_deref().unwrap_or(&self.materials);
+        stale.geometry |= stale.materials && !self.geometry.fits(options, materials);
+        let geometry = if stale.geometry {
+            Some(Geometry::new(
+                scene,
+                options,
+                origin,
+                materials,
+                &self.device,
+            )?)
+        } else {
+            None
+        };
+        let eye = Eye::new(options.camera, origin);
+        // Which way closed lamps shine hangs on where the camera is.
+        stale.lights |=
+            stale.geometry || stale.materials || self.lights.depends_on(&self.eye, &eye);
+        if stale.lights {
+            let geometry = geometry.as_ref().unwrap_or(&self.geometry);
+            self.lights = lights::prepare(
+                scene,
+                options.effects,
+                (origin, eye, options.cull_backfaces),
+                &geometry.entries,
+                (&geometry.meshes, materials),
+                &self.device,
+            )?;
+            self.eye = eye;
+        }
+        self.by_kind =
+            effects::has(options.effects, effects::VISIBILITY) && effects::tells_rays_apart(scene);
+        if let Some(made) = made {
+            self.materials = made;
+        }
+        if let Some(geometry) = geometry {
+            self.geometry = geometry;
+        }
+        let view = (origin, None);
+        self.camera = camera::prepare(options.camera, options.aspect, options.effects, view);
+        Ok(stale)
+    }
+
+    /// Whether the origin stays where it is for a camera.
+    fn keeps_origin(&self, camera: &scene::Camera) -> bool {
+        self.naive_origin
+            || !(self.distant || origin::is_far(self.extent, camera))
+                && origin::is_good(self.origin, camera)
+    }
+
+    /// Triangles, instances expanded.
+    pub fn triangles(&self) -> u64 {
+        self.geometry.triangles
     }
 
     /// Bytes of corners and of other attributes of vertices, each mesh once; Embree's own are not in it.
     pub fn mesh_bytes(&self) -> (u64, u64) {
-        let bytes = self.meshes.iter().map(|mesh| mesh.bytes());
+        let bytes = self.geometry.meshes.iter().map(|mesh| mesh.bytes());
         bytes.fold((0, 0), |sum, mesh| (sum.0 + mesh.0, sum.1 + mesh.1))
     }
 
     /// Effects that kernels must have because of how this world is built.
     pub fn structure(&self) -> Mask {
         let mut set = 0;
-        if self.entries.iter().any(Entry::is_instance) {
+        if self.geometry.entries.iter().any(Entry::is_instance) {
             set |= effects::INSTANCES;
         }
-        if self.meshes.iter().any(|mesh| mesh.has_normals()) {
+        if self.geometry.meshes.iter().any(|mesh| mesh.has_normals()) {
             set |= effects::SMOOTH_NORMALS;
         }
         set
@@ -318,20 +279,20 @@ impl World {
     /// The material of an object (by its number among those with triangles): its number in the scene, or the
     /// number after the last for the default material.
     pub fn material_of(&self, object: u32) -> Option<u32> {
-        let entry = self.entries.get(object as usize)?;
-        Some(self.meshes.get(entry.mesh as usize)?.material)
+        let entry = self.geometry.entries.get(object as usize)?;
+        Some(self.geometry.meshes.get(entry.mesh as usize)?.material)
     }
 
     /// Whether a hit is on an object that makes a hole in the picture.
     #[inline]
     pub fn is_holdout(&self, hit: &Hit) -> bool {
-        !self.holdouts.is_empty() && self.holdouts[hit.object() as usize]
+        !self.geometry.holdouts.is_empty() && self.geometry.holdouts[hit.object() as usize]
     }
 
     /// First texture coordinates at a hit, v upwards as in Blender; 0 where the mesh has none.
     pub fn texture_coordinates(&self, hit: &Hit) -> Vec2 {
-        let entry = &self.entries[hit.object() as usize];
-        let mesh = &self.meshes[entry.mesh as usize];
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
         if !mesh.has_uvs() {
             return Vec2::ZERO;
         }
@@ -345,8 +306,8 @@ impl World {
         if !self.cull_backfaces {
             return false;
         }
-        let entry = &self.entries[hit.object() as usize];
-        let mesh = &self.meshes[entry.mesh as usize];
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
         self.materials[mesh.material as usize].single_sided
             && entry
                 .geometric_normal::<General>(mesh, hit.primitive)
@@ -360,8 +321,8 @@ impl World {
         if self.is_hidden(hit, direction) {
             return 0.0;
         }
-        let entry = &self.entries[hit.object() as usize];
-        let mesh = &self.meshes[entry.mesh as usize];
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
         let material = &self.materials[mesh.material as usize];
         if !E::EVERYTHING || !material.translucent {
             return 1.0;
@@ -374,7 +335,7 @@ impl World {
     /// the same distance the query that asks may find another than the one that does not.
     #[inline]
     fn filters<E: Features>(&self) -> bool {
-        self.filtered && (E::EVERYTHING || self.cull_backfaces)
+        self.geometry.filtered && (E::EVERYTHING || self.cull_backfaces)
     }
 
     /// The nearest surface that the ray does not pass. Blended surfaces are met with the
@@ -397,10 +358,10 @@ impl World {
             mask: kind.bit(),
         };
         if !self.filters::<E>() {
-            return self.embree.intersect(&ray);
+            return self.geometry.embree.intersect(&ray);
         }
         let key = key();
-        self.embree.intersect_filtered(&ray, |hit| {
+        self.geometry.embree.intersect_filtered(&ray, |hit| {
             Self::stops(hit, self.opacity::<E>(hit, direction), key)
         })
     }
@@ -424,11 +385,11 @@ impl World {
             mask: kind.bit(),
         };
         if !self.filters::<E>() {
-            let hit = self.embree.intersect(&ray);
+            let hit = self.geometry.embree.intersect(&ray);
             return hit.map_or(Met::Nothing, |hit| Met::Surface(hit, 0));
         }
         let mut passed = Vec::new();
-        let hit = self.embree.intersect_filtered(&ray, |hit| {
+        let hit = self.geometry.embree.intersect_filtered(&ray, |hit| {
             if self.is_hidden(hit, direction) {
                 return false;
             }
@@ -482,11 +443,15 @@ impl World {
             mask: RayKind::Shadow.bit(),
         };
         if !self.filters::<E>() {
-            return if self.embree.occluded(&ray) { 0.0 } else { 1.0 };
+            return if self.geometry.embree.occluded(&ray) {
+                0.0
+            } else {
+                1.0
+            };
         }
         let mut share = 1.0f32;
         let mut left = limit;
-        let blocked = self.embree.occluded_filtered(&ray, |hit| {
+        let blocked = self.geometry.embree.occluded_filtered(&ray, |hit| {
             share *= 1.0 - self.opacity::<E>(hit, direction);
             if limit != u32::MAX && !self.is_hidden(hit, direction) {
                 if left == 0 {
@@ -537,8 +502,8 @@ impl World {
         if self.naive_terminator {
             return None;
         }
-        let entry = &self.entries[hit.instance.unwrap_or(hit.geometry) as usize];
-        let mesh = &self.meshes[entry.mesh as usize];
+        let entry = &self.geometry.entries[hit.instance.unwrap_or(hit.geometry) as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
         let normal = surface.normals.geometric;
         let lift = geometry::lift(entry, mesh, hit, normal);
         // What is not above the error of the point is no height.
@@ -553,7 +518,7 @@ impl World {
             far: 1.0,
             mask: RayKind::Shadow.bit(),
         };
-        (!self.embree.occluded(&ray)).then_some(start + lift)
+        (!self.geometry.embree.occluded(&ray)).then_some(start + lift)
     }
 
     /// For directions that the surface is in the way of, although its smooth normal sees them: the curved surface that it
@@ -582,7 +547,9 @@ impl World {
         } = surface.normals;
         let cos = wi.dot(smooth);
         let back = wi - smooth * (2.0 * cos);
-        let seen = self.entries[hit.object() as usize].visibility.sees(kind);
+        let seen = self.geometry.entries[hit.object() as usize]
+            .visibility
+            .sees(kind);
         // From above the triangle, as the ray before it.
         let fits = cos > 0.0 && back.dot(geometric) < 0.0;
         (seen && fits && !self.naive_terminator).then_some(back)
@@ -596,8 +563,8 @@ impl World {
         } else {
             hit.geometry
         };
-        let entry = &self.entries[index as usize];
-        let mesh = &self.meshes[entry.mesh as usize];
+        let entry = &self.geometry.entries[index as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
         geometry::surface::<E>(
             entry,
             mesh,

@@ -1,5 +1,6 @@
 //! Where the origin of the world is: positions are f32 about it.
 
+use crate::math::float::UNIT_ROUNDOFF;
 use crate::scene::{Camera, LightKind, Projection, Scene};
 use glam::DVec3;
 
@@ -9,6 +10,37 @@ pub struct Origin {
     pub at: DVec3,
     /// Middle (relative to `at`) and radius.
     pub distant: Option<(DVec3, f64)>,
+}
+
+/// Middle and radius of all that has a place; `None` where there is nothing.
+pub type Extent = Option<(DVec3, f64)>;
+
+/// Middle and radius of all that has a place in a scene.
+pub fn extent(scene: &Scene) -> Extent {
+    bounds(scene).map(|(low, high)| ((low + high) * 0.5, (high - low).length() * 0.5))
+}
+
+/// Whether a camera is far away from all there is.
+pub fn is_far(extent: Extent, camera: &Camera) -> bool {
+    let eye = camera.world_from_camera.translation;
+    let panorama = matches!(camera.projection, Projection::Equirectangular { .. });
+    extent.is_some_and(|(middle, radius)| !panorama && (eye - middle).length() > FAR * radius)
+}
+
+/// Whether positions about an origin are good enough for a camera that is not far away. Rounded to f32 they are within u·d of
+/// where they are, with d the camera's distance from the origin; that is at most a sixteenth of what a pixel sees at the near
+/// plane, of a picture that has 4096.
+pub fn is_good(origin: DVec3, camera: &Camera) -> bool {
+    const PIXELS: f64 = 4096.0;
+    let moved = (camera.world_from_camera.translation - origin).length();
+    let pixel = match camera.projection {
+        Projection::Perspective { vertical_fov, .. } => {
+            2.0 * (0.5 * vertical_fov).tan() * camera.clip_near / PIXELS
+        }
+        Projection::Orthographic { half_height, .. } => 2.0 * half_height / PIXELS,
+        Projection::Equirectangular { .. } => std::f64::consts::PI * camera.clip_near / PIXELS,
+    };
+    moved * f64::from(UNIT_ROUNDOFF) <= pixel / 16.0
 }
 
 /// A camera that is more radii than this from the middle of a scene is far away. From nearer by, positions about the
@@ -24,19 +56,15 @@ impl Origin {
 
     /// The camera is where precision matters, as floats are densest about it; from far away it is the scene.
     pub fn new(scene: &Scene, camera: &Camera) -> Self {
-        let eye = camera.world_from_camera.translation;
-        let panorama = matches!(camera.projection, Projection::Equirectangular { .. });
-        let distant = bounds(scene)
-            .map(|(low, high)| ((low + high) * 0.5, (high - low).length() * 0.5))
-            .filter(|&(middle, radius)| !panorama && (eye - middle).length() > FAR * radius);
-        match distant {
+        let extent = extent(scene);
+        match extent.filter(|_| is_far(extent, camera)) {
             // A little more than the radius: vertices are rounded to f32.
             Some((middle, radius)) => Self {
                 at: middle,
                 distant: Some((DVec3::ZERO, radius * (1.0 + 1e-6))),
             },
             None => Self {
-                at: eye,
+                at: camera.world_from_camera.translation,
                 distant: None,
             },
         }

@@ -1,0 +1,217 @@
+//! Meshes in their places, in Embree.
+
+use super::Options;
+use super::geometry::{Attributes, Entry, MeshData};
+use super::interfaces;
+use super::material::PreparedMaterial;
+use crate::effects;
+use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError};
+use crate::scene::{Instance, Mesh, RayKind, Scene};
+use glam::{DAffine3, DVec3};
+use std::sync::Arc;
+
+/// Meshes in their places.
+pub struct Geometry {
+    pub embree: CommittedScene,
+    pub meshes: Vec<Arc<MeshData>>,
+    pub entries: Vec<Entry>,
+    /// Triangles, instances expanded.
+    pub triangles: u64,
+    /// For each entry whether another's interface may be close by; empty if none has one ([`interfaces`]).
+    pub close: Vec<bool>,
+    /// Some surfaces are asked whether they stop a ray.
+    pub filtered: bool,
+    /// By entry whether it is a holdout; empty where none is.
+    pub holdouts: Vec<bool>,
+    /// What it was made for, by material.
+    needs: Vec<Needs>,
+}
+
+/// What a material asks of the meshes that have it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Needs {
+    attributes: Attributes,
+    /// Rays ask whether they are stopped.
+    filtered: bool,
+    /// It is an interface that close ones are put in order with.
+    ordered: bool,
+}
+
+impl Needs {
+    fn of(material: &PreparedMaterial, options: &Options) -> Self {
+        let keep = |effect| effects::has(options.effects, effect);
+        let filtered = (material.translucent && keep(effects::ALPHA))
+            || (options.cull_backfaces && material.single_sided);
+        let ordered = keep(effects::TRANSMISSION) && !options.naive.offsets;
+        Self {
+            attributes: Attributes {
+                uv_sets: material.uv_sets().max(usize::from(options.uv_pass)),
+                tangents: material.normal_texture.is_some(),
+                colors: keep(effects::VERTEX_COLORS),
+            },
+            filtered,
+            ordered: ordered && material.bounds_a_solid() && !filtered,
+        }
+    }
+
+    fn of_all(materials: &[Arc<PreparedMaterial>], options: &Options) -> Vec<Self> {
+        let materials = materials.iter();
+        materials.map(|m| Self::of(m, options)).collect()
+    }
+}
+
+/// Which entries are holdouts, if any: entries are the instances with triangles, in their order.
+fn holdouts(scene: &Scene) -> Vec<bool> {
+    if !scene.instances.iter().any(|instance| instance.holdout) {
+        return Vec::new();
+    }
+    let placed = scene.instances.iter().filter(|instance| {
+        let mesh = &scene.meshes[instance.mesh.0 as usize];
+        !mesh.triangles.is_empty()
+    });
+    placed.map(|instance| instance.holdout).collect()
+}
+
+/// A mesh in object space, in Embree, for those who place it.
+type Shared = (u32, CommittedScene);
+
+/// Geometry in the making. Meshes that are placed once become part of the top scene in world space; others are instanced.
+struct Builder<'a> {
+    device: &'a Device,
+    robust: bool,
+    origin: DVec3,
+    keeps_visibility: bool,
+    top: embree::Scene,
+    meshes: Vec<Arc<MeshData>>,
+    entries: Vec<Entry>,
+    shared: Vec<Option<Shared>>,
+}
+
+impl Builder<'_> {
+    fn place(
+        &mut self,
+        instance: &Instance,
+        mesh: &Mesh,
+        (material, needs): (u32, Needs),
+        is_shared: bool,
+    ) -> Result<(), EmbreeError> {
+        let visibility = if self.keeps_visibility {
+            // No ray comes from a volume: what is hidden from those alone is hidden from none, here as by the effects.
+            instance.visibility.with(RayKind::Volume)
+        } else {
+            instance.visibility.on_paths()
+        };
+        let transform = DAffine3 {
+            translation: instance.world_from_object.translation - self.origin,
+            ..instance.world_from_object
+        };
+        if !is_shared {
+            let data = MeshData::new(mesh, material, Some(&transform), needs.attributes)?;
+            self.top
+                .add_triangles(&data.triangles, needs.filtered, visibility.bits())?;
+            self.entries.push(Entry::flat(
+                self.meshes.len() as u32,
+                transform.matrix3.determinant() < 0.0,
+                visibility,
+            ));
+            self.meshes.push(Arc::new(data));
+            return Ok(());
+        }
+        let (number, child) = self.shared(instance.mesh.0 as usize, mesh, (material, needs))?;
+        let entry = Entry::instance(number, &transform, visibility);
+        let m = &entry.transform();
+        self.top.add_instance(
+            &child,
+            &[m.x, m.y, m.z, m.translation].map(|column| column.to_array()),
+            visibility.bits(),
+        )?;
+        self.entries.push(entry);
+        Ok(())
+    }
+
+    /// A mesh that is placed more than once: made when it is first met.
+    fn shared(
+        &mut self,
+        slot: usize,
+        mesh: &Mesh,
+        (material, needs): (u32, Needs),
+    ) -> Result<Shared, EmbreeError> {
+        if let Some(shared) = &self.shared[slot] {
+            return Ok(shared.clone());
+        }
+        let data = MeshData::new(mesh, material, None, needs.attributes)?;
+        let mut child = embree::Scene::new(self.device, self.robust)?;
+        child.add_triangles(&data.triangles, needs.filtered, u32::MAX)?;
+        let shared = (self.meshes.len() as u32, child.commit()?);
+        self.meshes.push(Arc::new(data));
+        self.shared[slot] = Some(shared.clone());
+        Ok(shared)
+    }
+}
+
+impl Geometry {
+    /// Places the meshes of a scene about an origin.
+    pub fn new(
+        scene: &Scene,
+        options: &Options,
+        origin: DVec3,
+        materials: &[Arc<PreparedMaterial>],
+        device: &Device,
+    ) -> Result<Self, EmbreeError> {
+        let keep = |effect| effects::has(options.effects, effect);
+        let needs = Needs::of_all(materials, options);
+        let mut placements = vec![0u32; scene.meshes.len()];
+        for instance in &scene.instances {
+            placements[instance.mesh.0 as usize] += 1;
+        }
+        let robust = !options.naive.edges;
+        let mut builder = Builder {
+            device,
+            robust,
+            origin,
+            keeps_visibility: keep(effects::VISIBILITY),
+            top: embree::Scene::new(device, robust)?,
+            meshes: Vec::new(),
+            entries: Vec::new(),
+            shared: vec![None; scene.meshes.len()],
+        };
+        let (mut triangles, mut filtered) = (0u64, false);
+        for instance in &scene.instances {
+            let mesh = &scene.meshes[instance.mesh.0 as usize];
+            if mesh.triangles.is_empty() {
+                continue;
+            }
+            let default = scene.materials.len() as u32;
+            let material = mesh.material.map_or(default, |m| m.0);
+            let needs = needs[material as usize];
+            triangles += mesh.triangles.len() as u64;
+            filtered |= needs.filtered;
+            let is_shared = placements[instance.mesh.0 as usize] > 1;
+            builder.place(instance, mesh, (material, needs), is_shared)?;
+        }
+        let embree = builder.top.commit()?;
+        let (meshes, entries) = (builder.meshes, builder.entries);
+        let close = interfaces::close_entries(&entries, &meshes, |mesh| {
+            needs[mesh.material as usize].ordered
+        });
+        Ok(Self {
+            embree,
+            meshes,
+            entries,
+            triangles,
+            close,
+            filtered,
+            holdouts: if keep(effects::HOLDOUTS) {
+                holdouts(scene)
+            } else {
+                Vec::new()
+            },
+            needs,
+        })
+    }
+
+    /// Whether it was made for what these materials need.
+    pub fn fits(&self, options: &Options, materials: &[Arc<PreparedMaterial>]) -> bool {
+        self.needs == Needs::of_all(materials, options)
+    }
+}
