@@ -384,7 +384,6 @@ impl Light {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::hard::kit::camera;
 
     /// Triangles that emit the same everywhere.
     struct Uniform(Vec<[Vec3; 3]>);
@@ -413,7 +412,10 @@ pub(super) mod tests {
 
     /// Of a camera far away.
     pub fn eye() -> Eye {
-        Eye::new(&camera(DVec3::splat(100.0), 0.8), DVec3::ZERO)
+        Eye {
+            at: Vec3::splat(100.0),
+            reach: 0.1,
+        }
     }
 
     /// A mesh that is seen by all, with two sides.
