@@ -12,7 +12,7 @@ help:
 	@echo 'make build   set up and build target/release/sundog'
 	@echo 'make addon   build the Blender extension with the program inside: dist/sundog-VERSION-linux-x64.zip'
 	@echo 'make setup   system packages, Rust, Embree, OpenColorIO and libclang only'
-	@echo 'make bench   measure Sundog against Cycles, into docs/benchmarks.md (long; an idle machine)'
+	@echo 'make bench   measure Sundog against Cycles, into docs/notes/benchmarks.md (long; an idle machine)'
 	@echo 'make clean   remove what was built; the cache folder and .native/ stay'
 
 setup:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Measures Sundog against Cycles, in one run, and writes docs/benchmarks.md.
+"""Measures Sundog against Cycles, in one run, and writes docs/notes/benchmarks.md.
 
     PYTHON_WITH_BPY scripts/benchmark.py [SCENE...] [--out FILE] [--repeats 3] [--samples 64] [--pixels 40000]
 
@@ -179,7 +179,7 @@ def other_parts(path):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", default=SCENES)
-    parser.add_argument("--out", default=os.path.join(ROOT, "docs", "benchmarks.md"))
+    parser.add_argument("--out", default=os.path.join(ROOT, "docs", "notes", "benchmarks.md"))
     parser.add_argument("--sundog", default=os.path.join(ROOT, "target", "release", "sundog"))
     parser.add_argument("--folder", default=os.path.join(ROOT, "target", "benchmark"))
     parser.add_argument("--repeats", type=int, default=3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Measures what accuracy costs in time, and writes docs/cost-of-accuracy.md's tables, plots and pictures.
+"""Measures what accuracy costs in time, and writes docs/notes/cost-of-accuracy.md's tables, plots and pictures.
 
     PYTHON_WITH_BPY scripts/experiments.py [--only EXPERIMENT]... [--quick] [--out FOLDER]
 
@@ -35,7 +35,7 @@ from benchmark import commit, processor  # noqa: E402
 from experiment_kit import Row, compare, np  # noqa: E402
 
 ROOT = kit.ROOT
-PAGE = os.path.join(ROOT, "docs", "cost-of-accuracy.md")
+PAGE = os.path.join(ROOT, "docs", "notes", "cost-of-accuracy.md")
 PICTURES = os.path.join(ROOT, "docs", "pictures", "accuracy")
 ENOUGH_BOUNCES = "--bounces=100"
 
@@ -67,14 +67,14 @@ class Study:
     def show(self, name, alt, pixels, **view):
         file = f"{self.name}{name}.jpg"
         kit.write_jpeg(self.bench, os.path.join(self.pictures, file), pixels, **view)
-        self.say(f"![{alt}](pictures/accuracy/{file})")
+        self.say(f"![{alt}](../pictures/accuracy/{file})")
 
     def draw(self, title, x_name, y_name, series):
         file = f"{self.name}.svg"
         os.makedirs(self.pictures, exist_ok=True)
         with open(os.path.join(self.pictures, file), "w") as out:
             out.write(kit.plot(title, x_name, y_name, series))
-        self.say(f"![{title}: {y_name} against {x_name}](pictures/accuracy/{file})")
+        self.say(f"![{title}: {y_name} against {x_name}](../pictures/accuracy/{file})")
 
     def text(self):
         return "\n\n".join(self.parts)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Renders the hard scenes of scenes/hard with Sundog, with Sundog's remedies left out, and with Cycles; writes the tables and the
-picture of docs/hard-cases.md.
+picture of docs/notes/hard-cases.md.
 
     PYTHON_WITH_BPY scripts/hard_cases.py [--only peers] [--only answers] [--only prices] [--only failures] [--out FOLDER]
 
@@ -26,7 +26,7 @@ from experiments import about  # noqa: E402
 import make as hard  # noqa: E402
 from experiment_kit import np  # noqa: E402
 
-PAGE = os.path.join(kit.ROOT, "docs", "hard-cases.md")
+PAGE = os.path.join(kit.ROOT, "docs", "notes", "hard-cases.md")
 PICTURES = os.path.join(kit.ROOT, "docs", "pictures", "hard")
 SIZE, SAMPLES = {"cornell": (96, 96), "three-objects": (128, 72)}, 64
 NAIVE = ("--naive=offsets", "--naive=edges", "--naive=origin")
@@ -63,7 +63,7 @@ def peers(bench):
     settings = bench.settings("cornell")
     kit.write_jpeg(bench, os.path.join(PICTURES, "peers.jpg"), kit.sheet(sheet, 3), view=settings["view"], exposure=settings["exposure"])
     return "\n".join([*lines, "", "![The Cornell box moved by 1e5 m, scaled by 1e-3 and by 1e6 (from top to bottom), by Sundog, by Sundog without its "
-                      "remedies, and by Cycles](pictures/hard/peers.jpg)"])
+                      "remedies, and by Cycles](../pictures/hard/peers.jpg)"])
 
 
 def answers(bench):
@@ -116,7 +116,7 @@ def failures(bench):
                              f"--samples={samples}", "--seed=1", f"--bounces={naive_scenes.BOUNCES.get(name, 4)}", "--exr-layers=combined", *flags], f"the picture of {name}")
             file = f"{name}-{kind}.jpg"
             kit.write_jpeg(bench, os.path.join(PICTURES, file), kit.compare.read_exr(picture))
-            cells.append(f"![{case}, {'without' if flags else 'with'} the remedy](pictures/hard/{file})")
+            cells.append(f"![{case}, {'without' if flags else 'with'} the remedy](../pictures/hard/{file})")
         lines.append(f"| `{case}` (`--naive {part}`) | {cells[0]} | {cells[1]} | {seen} |")
     return "\n".join(lines)
 

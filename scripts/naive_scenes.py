@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Small scenes in which code without care fails so that one sees it, for the pictures of docs/hard-cases.md."""
+"""Small scenes in which code without care fails so that one sees it, for the pictures of docs/notes/hard-cases.md."""
 
 import base64
 import json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Measures memory and time to the first sample of Sundog and of Cycles on the same scenes, into docs/effects.md.
+"""Measures memory and time to the first sample of Sundog and of Cycles on the same scenes, into docs/notes/effects.md.
 
     PYTHON_WITH_BPY scripts/preparation.py [SCENE...] [--folder FOLDER] [--sundog PROGRAM] [--repeats 3] [--write]
 
@@ -27,7 +27,7 @@ import sys
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-PAGE = os.path.join(ROOT, "docs", "effects.md")
+PAGE = os.path.join(ROOT, "docs", "notes", "effects.md")
 BEGIN, END = "<!-- preparation: made by scripts/preparation.py -->", "<!-- end of preparation -->"
 GALLERY = ["cornell", "three-objects", "window-room", "many-lights", "glass", "material-wall", "foliage"]
 # Name, what is counted, how many of it, the same with next to nothing.
@@ -214,7 +214,7 @@ def main():
     parser.add_argument("--folder", default=os.path.join(ROOT, "out", "preparation"), help="where the scenes are, or go")
     parser.add_argument("--sundog", default=os.path.join(ROOT, "target", "release", "sundog"))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--write", action="store_true", help="put the table into docs/effects.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/notes/effects.md")
     parser.add_argument("--make", help=argparse.SUPPRESS)
     parser.add_argument("--cycles", help=argparse.SUPPRESS)
     parser.add_argument("--started", type=float, default=time.time(), help=argparse.SUPPRESS)

@@ -2,7 +2,7 @@
 //!
 //!     cargo bench --bench effects -- [SCENE.glb[:ENVIRONMENT]…] [--time] [--check | --write]
 //!
-//! Without a scene it takes the Cornell box that it makes itself. docs/effects.md says what the tables mean.
+//! Without a scene it takes the Cornell box that it makes itself. docs/notes/effects.md says what the tables mean.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 

@@ -4,7 +4,7 @@ use crate::film::{Pass, Picture};
 use crate::render::{RenderSettings, Rendering};
 use serde::Serialize;
 
-/// Tiles of which the worst counts: so many are as wide as the picture (as `docs/cost-of-accuracy.md` has them).
+/// Tiles of which the worst counts: so many are as wide as the picture (as `docs/notes/cost-of-accuracy.md` has them).
 const TILES_ACROSS: usize = 20;
 /// Adaptive sampling begins with 32 samples everywhere: with twice as many it has something to give to those that need it.
 const LEAST_SAMPLES: u32 = 64;

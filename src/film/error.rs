@@ -46,7 +46,7 @@ const FIREFLY: f64 = 20.0;
 /// … if it counts less than this: a firefly has v = x² and counts 1/2.
 const UNCERTAIN: f64 = 0.8;
 /// Standard deviation of the error's square that comes of not knowing r, as a share of what the filter changed.
-/// With half of it 560 of 592 intervals held, and few of scenes with spots of light (docs/accuracy.md); with this 570.
+/// With half of it 560 of 592 intervals held, and few of scenes with spots of light (docs/notes/accuracy.md); with this 570.
 const DOUBT: f64 = 1.0;
 /// Of a normal distribution, 95 % lie within so many standard deviations.
 const TWO_SIDED_95: f64 = 1.959_964;

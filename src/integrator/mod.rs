@@ -42,7 +42,7 @@ const MATTE: Mask = LIGHTS | SMOOTH_NORMALS | INSTANCES;
 
 /// The kernels there are, smallest first. State and code of the effects that a kernel lacks are
 /// not in it. Each saves at least 2 % of the instructions on scenes that call for no more: what saves less is a branch in the
-/// general one (textures, cut-outs, normal maps and glass beside facets: 0.4 to 1.5 %; docs/effects.md has the table).
+/// general one (textures, cut-outs, normal maps and glass beside facets: 0.4 to 1.5 %; docs/notes/effects.md has the table).
 pub const KERNELS: [(Mask, Kernel); 4] = [
     (MESH_LIGHTS, trace::<Box>),
     (MATTE, trace::<Matte>),

@@ -3,7 +3,7 @@
 
     PYTHON_WITH_BPY tests/addon/measure_export.py [TRIANGLES] [REPEATS]
 
-Prints the table of docs/benchmarks.md. Cycles' time is that of its session (synchronisation, preparation, and one sample of
+Prints the table of docs/notes/benchmarks.md. Cycles' time is that of its session (synchronisation, preparation, and one sample of
 16 × 16 pixels) without Blender's own work around it; Sundog's is the export, and the program from its start to its first
 sample.
 """

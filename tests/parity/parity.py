@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sundog through the add-on against Cycles, on scenes that nobody here made: writes docs/cycles-parity.md.
+"""Sundog through the add-on against Cycles, on scenes that nobody here made: writes docs/notes/cycles-parity.md.
 
     PYTHON_WITH_BPY tests/parity/parity.py FOLDER_OF_SCENES [NAME...] [--out FILE] [--keep FOLDER] [--fresh]
 
@@ -139,7 +139,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes")
     parser.add_argument("names", nargs="*")
-    parser.add_argument("--out", default=os.path.join(ROOT, "docs", "cycles-parity.md"))
+    parser.add_argument("--out", default=os.path.join(ROOT, "docs", "notes", "cycles-parity.md"))
     parser.add_argument("--keep", default=os.path.join(ROOT, "target", "parity"))
     parser.add_argument("--sundog", default=os.path.join(ROOT, "target", "release", "sundog"))
     parser.add_argument("--samples", type=int, default=256)

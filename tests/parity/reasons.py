@@ -46,7 +46,7 @@ def of(name, told):
 
 
 def page(rows, results, given, version):
-    """docs/cycles-parity.md."""
+    """docs/notes/cycles-parity.md."""
     rendered = [told for told in results if not told.get("problem")]
     good = sum(1 for told in rendered if agrees(told) and is_quiet(told))
     noisy = sum(1 for told in rendered if agrees(told) and not is_quiet(told))

@@ -101,7 +101,7 @@ fn what_is_measured_needs_no_git() {
     assert!(said.contains("commit unknown"), "{said}{wrong}");
 }
 
-/// The script that writes docs/cost-of-accuracy.md works, and finds in tiny pictures what it finds in large ones.
+/// The script that writes docs/notes/cost-of-accuracy.md works, and finds in tiny pictures what it finds in large ones.
 #[test]
 fn the_experiments_can_be_made() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("experiments");

@@ -134,7 +134,7 @@ fn rel_mse(x: &[[f64; 3]], a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 
 /// The estimated error is within 15 % of the true one from 16 to 4096 samples, in the median over the seeds; up to 64
 /// samples of the fireflies, where that of single pictures is spread by 40 %, within 30 %, and from 256 samples on of the rough
-/// glass, whose caustics have r told too low (1.15 and 1.17: docs/accuracy.md), within 20 %. The interval of 95 % contains the
+/// glass, whose caustics have r told too low (1.15 and 1.17: docs/notes/accuracy.md), within 20 %. The interval of 95 % contains the
 /// true error of 90 to 99 % of the pictures. (The median, for where a single firefly is most of a picture's error, the
 /// square of it is as uncertain as what lies beneath that one pixel.) Where much is left to chance the median of 24 pictures
 /// is uncertain by 5 %, and references of 4096 samples share their fireflies with all of them: these scenes have more of both.
