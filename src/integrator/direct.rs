@@ -1,79 +1,90 @@
 //! Next-event estimation: light of sampled lights at a surface.
 
-use super::path::{KernelBsdf, Walk, spawn_ray};
+use super::accumulator::Accumulator;
+use super::path::{KernelBsdf, spawn_ray};
 use super::record::{Lit, Record, Step};
+use super::settings::PathSettings;
 use crate::effects::Features;
 use crate::film::apart::Apart;
 use crate::light::{LightSample, LightSampleContext, Rules};
 use crate::math::float::is_unit;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::bsdf::BsdfValue;
-use crate::world::{Hit, RayKind, Surface};
+use crate::world::{Hit, RayKind, Surface, World};
 use glam::Vec3;
 
-/// A surface that light falls on.
-#[derive(Clone, Copy)]
-struct Vertex<'a, E: Features> {
-    hit: &'a Hit,
-    surface: &'a Surface<'a>,
-    bsdf: &'a KernelBsdf<E>,
-    at: &'a LightSampleContext,
+/// A surface that light falls on, and what the path to it brings.
+pub(super) struct Vertex<'a, E: Features> {
+    pub world: &'a World,
+    pub settings: &'a PathSettings,
+    pub hit: &'a Hit,
+    pub surface: &'a Surface<'a>,
+    pub bsdf: &'a KernelBsdf<E>,
+    pub at: &'a LightSampleContext,
+    pub throughput: Vec3,
+    pub bounce: u32,
+    /// Surfaces that a shadow ray may pass.
+    pub transparent: u32,
 }
 
-impl<E: Features, A: Apart + Record> Walk<'_, E, A> {
-    /// Adds light that sampling lights finds.
+impl<E: Features> Vertex<'_, E> {
+    /// Adds light that sampling lights finds; returns the rays that it took.
     #[inline(always)]
-    pub(super) fn add_direct_light(
-        &mut self,
-        hit: &Hit,
-        surface: &Surface,
-        bsdf: &KernelBsdf<E>,
-        at: &LightSampleContext,
-    ) {
-        if !bsdf.is_samplable() || self.world.lights.is_empty() {
-            return;
-        }
-        let vertex = Vertex {
-            hit,
-            surface,
-            bsdf,
-            at,
-        };
-        if self.settings.takes_one(self.bounce) {
-            self.add_light_sample(&vertex, self.sampler, 1.0);
+    pub fn add_direct_light<A: Apart + Record>(
+        &self,
+        sampler: &Sampler,
+        light: &mut Accumulator<A>,
+    ) -> u32 {
+        if !self.bsdf.is_samplable() || self.world.lights.is_empty() {
+            0
+        } else if self.settings.takes_one(self.bounce) {
+            self.add_light_sample(sampler, 1.0, light)
         } else {
-            self.add_light_samples(&vertex);
+            self.add_light_samples(sampler, light)
         }
     }
 
     /// Adds the mean light of some light samples. Out of the way of the path that takes one.
     #[cold]
     #[inline(never)]
-    fn add_light_samples(&mut self, vertex: &Vertex<E>) {
+    fn add_light_samples<A: Apart + Record>(
+        &self,
+        sampler: &Sampler,
+        light: &mut Accumulator<A>,
+    ) -> u32 {
         let samples = self.settings.light_samples;
+        let mut rays = 0;
         for part in 0..samples {
-            let sampler = self.sampler.part(part, samples);
-            self.add_light_sample(vertex, &sampler, samples as f32);
+            let sampler = sampler.part(part, samples);
+            rays += self.add_light_sample(&sampler, samples as f32, light);
         }
+        rays
     }
 
     /// Adds the light of one of some light samples.
     #[inline(always)]
-    fn add_light_sample(&mut self, vertex: &Vertex<E>, sampler: &Sampler, samples: f32) {
-        let &Vertex {
+    fn add_light_sample<A: Apart + Record>(
+        &self,
+        sampler: &Sampler,
+        samples: f32,
+        sum: &mut Accumulator<A>,
+    ) -> u32 {
+        let &Self {
+            world,
+            settings,
             hit,
             surface,
             bsdf,
             at,
-        } = vertex;
-        let world = self.world;
+            ..
+        } = self;
         let u = sampler.triple(Dimension::Light, self.bounce);
         let Some((light, rules)) = world.lights.sample(at, u.z, u.truncate()) else {
-            self.light.apart.step(|| Step::Light {
+            sum.apart.step(|| Step::Light {
                 light: None,
                 numbers: u,
             });
-            return;
+            return 0;
         };
         check(&light);
         let value = bsdf.evaluate(light.wi);
@@ -83,7 +94,7 @@ impl<E: Features, A: Apart + Record> Walk<'_, E, A> {
         );
         let by_kind = E::EVERYTHING && world.by_kind;
         if by_kind && self.bounce > rules.max_bounces {
-            return;
+            return 0;
         }
         let casts_shadow = !by_kind || !rules.shines_through();
         let beyond = bsdf.is_beyond(light.wi);
@@ -110,28 +121,25 @@ impl<E: Features, A: Apart + Record> Walk<'_, E, A> {
             numbers: u,
         };
         if contribution == Vec3::ZERO {
-            self.light.apart.step(|| drawn(None));
-            return;
+            sum.apart.step(|| drawn(None));
+            return 0;
         }
-        let start = spawn_ray::<E>(world, self.settings, (hit, surface), light.wi, beyond);
+        let start = spawn_ray::<E>(world, settings, (hit, surface), light.wi, beyond);
         let Some(start) = start else {
-            return;
+            return 0;
         };
-        let left = self.transparent_left();
+        let left = self.transparent;
         let share = match light.target {
             _ if !casts_shadow => 1.0,
             Some(target) => world.transmittance_to::<E>(start, target, left),
             None => world.transmittance::<E>(start, light.wi, f32::INFINITY, left),
         };
-        self.light.apart.step(|| drawn(Some(share)));
+        sum.apart.step(|| drawn(Some(share)));
         if self.bounce == 0 {
-            self.light
-                .apart
-                .first_scattering(reflected, diffuse, beyond);
+            sum.apart.first_scattering(reflected, diffuse, beyond);
         }
-        self.light
-            .add_scattered(self.settings, contribution * share, self.bounce);
-        self.rays += 1;
+        sum.add_scattered(settings, contribution * share, self.bounce);
+        1
     }
 
     /// The BSDF's value, weighted, and its diffuse part, where some kinds of rays do not see a light: each kind is an estimate

@@ -3,6 +3,7 @@
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
 use super::accumulator::Accumulator;
+use super::direct::Vertex;
 use super::record::{End, Record, Scattered, Step};
 use super::settings::PathSettings;
 use crate::camera::CameraRay;
@@ -81,16 +82,16 @@ struct Found {
     again: Option<BoundedPoint>,
 }
 
-/// A path on its way.
-pub(super) struct Walk<'a, E, A> {
-    pub world: &'a World,
-    pub settings: &'a PathSettings,
-    pub sampler: &'a Sampler,
-    pub light: Accumulator<'a, A>,
-    pub throughput: Vec3,
+/// A path on its way. What functions that are not inlined change stands outside of it, so that the rest stays in registers.
+struct Walk<'a, 's, E, A> {
+    world: &'a World,
+    settings: &'a PathSettings,
+    sampler: &'a Sampler,
+    light: &'a mut Accumulator<'s, A>,
+    throughput: Vec3,
     /// Surfaces that have scattered it.
-    pub bounce: u32,
-    pub rays: u32,
+    bounce: u32,
+    rays: u32,
     origin: Vec3,
     direction: Vec3,
     span: (f32, f32),
@@ -104,7 +105,7 @@ pub(super) struct Walk<'a, E, A> {
     min_pdf: f32,
     /// The surface that a direction is below, although its smooth normal sees it: the next one, without a ray.
     own: Option<(Hit, BoundedPoint)>,
-    passage: Passage,
+    passage: &'a mut Passage,
     features: PhantomData<E>,
 }
 
@@ -126,14 +127,24 @@ pub fn trace_apart<E: Features, A: Apart + Record>(
     camera_ray: &CameraRay,
     apart: &mut A,
 ) -> Path {
-    let mut walk = Walk::<E, A>::new((world, settings, sampler), camera_ray, apart);
+    let mut light = Accumulator {
+        radiance: Vec3::ZERO,
+        clamped: [0.0; 2],
+        apart,
+    };
+    let mut passage = Passage::default();
+    let scene = (world, settings, sampler);
+    let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut passage));
     while let Some(found) = walk.next_surface() {
         let surface = walk.surface(&found);
         walk.add_emission(&found, &surface);
         let Some(parameters) = walk.goes_on(&surface) else {
             break;
         };
-        let bsdf = walk.bsdf(parameters, &surface);
+        // Lobes are added in place: a BSDF is too large to be handed over.
+        let mut bsdf = walk.bare(&surface);
+        bsdf.add_principled(1.0, parameters, surface.dielectrics, None);
+        bsdf.finish();
         if walk.bounce == 0 {
             walk.first.albedo = bsdf.albedo();
             walk.light
@@ -142,7 +153,18 @@ pub fn trace_apart<E: Features, A: Apart + Record>(
         }
         let normal = bsdf.receiving_normal();
         let at = world.lights.context(surface.point.point, normal);
-        walk.add_direct_light(&found.hit, &surface, &bsdf, &at);
+        let vertex = Vertex::<E> {
+            world,
+            settings,
+            hit: &found.hit,
+            surface: &surface,
+            bsdf: &bsdf,
+            at: &at,
+            throughput: walk.throughput,
+            bounce: walk.bounce,
+            transparent: settings.transparent_left(walk.passed),
+        };
+        walk.rays += vertex.add_direct_light(sampler, walk.light);
         let Some(sample) = walk.sample(&bsdf) else {
             break;
         };
@@ -150,30 +172,27 @@ pub fn trace_apart<E: Features, A: Apart + Record>(
             break;
         }
     }
+    let (rays, first) = (walk.rays, walk.first);
     Path {
-        radiance: walk.light.radiance,
-        clamped: walk.light.clamped,
-        rays: walk.rays,
-        first: walk.first,
+        radiance: light.radiance,
+        clamped: light.clamped,
+        rays,
+        first,
     }
 }
 
-impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
+impl<'a, 's, E: Features, A: Apart + Record> Walk<'a, 's, E, A> {
     #[inline(always)]
     fn new(
         (world, settings, sampler): (&'a World, &'a PathSettings, &'a Sampler),
         ray: &CameraRay,
-        apart: &'a mut A,
+        (light, passage): (&'a mut Accumulator<'s, A>, &'a mut Passage),
     ) -> Self {
         Self {
             world,
             settings,
             sampler,
-            light: Accumulator {
-                radiance: Vec3::ZERO,
-                clamped: [0.0; 2],
-                apart,
-            },
+            light,
             throughput: Vec3::ONE,
             bounce: 0,
             rays: 0,
@@ -192,7 +211,7 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
             passed: 0,
             min_pdf: f32::INFINITY,
             own: None,
-            passage: Passage::default(),
+            passage,
             features: PhantomData,
         }
     }
@@ -270,10 +289,10 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
             let first =
                 |hit, passage: &mut Passage| self.world.first_in_order(hit, passage, ray, kind);
             met = match met {
-                Met::Surface(hit, passed) => first(Some(hit), &mut self.passage)
+                Met::Surface(hit, passed) => first(Some(hit), self.passage)
                     .map_or(Met::Nothing, |hit| Met::Surface(hit, passed)),
                 Met::Nothing => {
-                    first(None, &mut self.passage).map_or(Met::Nothing, |hit| Met::Surface(hit, 0))
+                    first(None, self.passage).map_or(Met::Nothing, |hit| Met::Surface(hit, 0))
                 }
                 limit @ Met::Limit(_) => limit,
             };
@@ -290,7 +309,7 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
     #[inline(always)]
     fn add_lamps_on_the_way(&mut self, far: f32) {
         let ray = self.seen_by();
-        let (previous, light) = (&self.previous, &mut self.light);
+        let (previous, light) = (&self.previous, &mut *self.light);
         self.world.lights.le_along_ray(
             &previous.at,
             (self.origin, self.direction, far),
@@ -381,7 +400,7 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
 
     /// The parameters of a surface that the path goes on from; it may end there by the settings or by chance.
     #[inline(always)]
-    fn goes_on<'s>(&mut self, surface: &'s Surface) -> Option<&'s Principled> {
+    fn goes_on<'p>(&mut self, surface: &'p Surface) -> Option<&'p Principled> {
         let Some(parameters) = &surface.parameters else {
             self.end(End::Unlit);
             return None;
@@ -416,23 +435,13 @@ impl<'a, E: Features, A: Apart + Record> Walk<'a, E, A> {
         drawn < survival
     }
 
-    /// The lobes of the surface, as the path sees them.
+    /// A surface without lobes, as the path sees it.
     #[inline(always)]
-    fn bsdf(&self, parameters: &Principled, surface: &Surface) -> KernelBsdf<E> {
+    fn bare(&self, surface: &Surface) -> KernelBsdf<E> {
         let changes = self
             .settings
             .changes::<E>(self.min_pdf, self.previous.scattering);
-        let mut bsdf =
-            KernelBsdf::<E>::new(surface.normals, -self.direction, surface.inside).changed(changes);
-        bsdf.add_principled(1.0, parameters, surface.dielectrics, None);
-        bsdf.finish();
-        bsdf
-    }
-
-    /// Surfaces that a shadow ray may pass.
-    #[inline(always)]
-    pub(super) fn transparent_left(&self) -> u32 {
-        self.settings.transparent_left(self.passed)
+        KernelBsdf::<E>::new(surface.normals, -self.direction, surface.inside, changes)
     }
 
     /// Draws the next direction.

@@ -23,6 +23,9 @@ struct Entry {
     albedo: Vec3,
     /// Probability of being drawn.
     p: f32,
+    /// All of its directions are found by sampling it alone.
+    is_delta: bool,
+    is_diffuse: bool,
 }
 
 /// How paths change what surfaces do.
@@ -55,6 +58,10 @@ pub struct Bsdf<K = AllKinds> {
     others: ArrayVec<Entry, MOST_LOBES>,
     /// Some lobe lets light through.
     transmits: bool,
+    /// Some lobe in the list is found by light sampling.
+    is_samplable: bool,
+    /// All lobes in the list have the normal of the surface.
+    agrees: bool,
     /// Probability of the lobes in the list.
     p_others: f32,
     /// Sum of the lobes': what denoisers call albedo.
@@ -153,31 +160,26 @@ impl Sums {
 }
 
 impl<K: Kinds> Bsdf<K> {
-    /// A surface without any lobe; [`Self::finish`] is due when they are added.
-    #[inline]
-    pub fn new(normals: Normals, wo: Vec3, inside: bool) -> Self {
+    /// A surface without any lobe, as the path wants to see it; [`Self::finish`] is due when lobes are added.
+    #[inline(always)]
+    pub fn new(normals: Normals, wo: Vec3, inside: bool, changes: Changes) -> Self {
         Self {
             kinds: PhantomData,
             normals,
             wo,
             inside,
-            changes: Changes::NONE,
+            changes,
             lambert: Diffuse {
                 color: Vec3::ZERO,
                 normal: normals.shading,
             },
             others: ArrayVec::new_const(),
             transmits: false,
+            is_samplable: false,
+            agrees: true,
             p_others: 0.0,
             albedo: Vec3::ZERO,
         }
-    }
-
-    /// The same, changed as the path wants it.
-    #[inline]
-    pub fn changed(mut self, changes: Changes) -> Self {
-        self.changes = changes;
-        self
     }
 
     /// Adds a Lambertian lobe. Those with one normal are one.
@@ -195,11 +197,15 @@ impl<K: Kinds> Bsdf<K> {
     #[inline]
     pub(super) fn add(&mut self, lobe: Lobe, albedo: Vec3) {
         self.transmits |= lobe.transmits();
+        self.agrees &= lobe.normal() == self.normals.shading;
         let entry = Entry {
+            is_delta: lobe.is_delta(),
+            is_diffuse: lobe.is_diffuse(),
             lobe,
             albedo,
             p: 0.0,
         };
+        self.is_samplable |= !entry.is_delta;
         let left_out = self.others.try_push(entry).is_err();
         debug_assert!(!left_out, "more than {MOST_LOBES} lobes");
     }
@@ -372,16 +378,15 @@ impl<K: Kinds> Bsdf<K> {
     /// Whether some light could be found by sampling lights (not only by sampling the BSDF).
     #[inline]
     pub fn is_samplable(&self) -> bool {
-        self.lambert.color != Vec3::ZERO || self.others().iter().any(|e| !e.lobe.is_delta())
+        self.lambert.color != Vec3::ZERO || (K::FACETS && self.is_samplable)
     }
 
     /// Normal for the estimate of which lights matter: `None` where light from both sides does.
     #[inline]
     pub fn receiving_normal(&self) -> Option<Vec3> {
         let normal = self.normal();
-        let agree = !self.transmits()
-            && (!K::BUMPS || normal == self.smooth())
-            && self.others().iter().all(|e| e.lobe.normal() == normal);
+        let bent = K::BUMPS && (normal != self.smooth() || normal != self.normals.shading);
+        let agree = !self.transmits() && !bent && (!K::FACETS || self.agrees);
         agree.then_some(normal)
     }
 
@@ -411,9 +416,9 @@ impl<K: Kinds> Bsdf<K> {
             };
         }
         for (i, entry) in self.others().iter().enumerate() {
-            if i != left_out && !entry.lobe.is_delta() {
+            if i != left_out && !entry.is_delta {
                 let of = entry.lobe.evaluate::<K>(self.smooth(), wi, transmitted);
-                sums.add(of, entry.p, entry.lobe.is_diffuse());
+                sums.add(of, entry.p, entry.is_diffuse);
             }
         }
         sums
@@ -483,7 +488,7 @@ impl<K: Kinds> Bsdf<K> {
             });
         }
         let mut sums = self.sums(index, wi, transmitted);
-        sums.add(of, entry.p, entry.lobe.is_diffuse());
+        sums.add(of, entry.p, entry.is_diffuse);
         Self::weigh(wi, scattering, &sums)
     }
 
@@ -497,13 +502,11 @@ impl<K: Kinds> Bsdf<K> {
         let p_delta: f32 = self
             .others()
             .iter()
-            .map(
-                |entry| match (entry.lobe.is_delta(), entry.lobe.is_straight()) {
-                    (true, _) => entry.p,
-                    (false, true) => 0.5 * entry.p,
-                    (false, false) => 0.0,
-                },
-            )
+            .map(|entry| match (entry.is_delta, entry.lobe.is_straight()) {
+                (true, _) => entry.p,
+                (false, true) => 0.5 * entry.p,
+                (false, false) => 0.0,
+            })
             .sum();
         if u.z < p_delta {
             return self.sample_delta(u);
@@ -546,7 +549,7 @@ impl<K: Kinds> Bsdf<K> {
     fn sample_delta(&self, u: Vec3) -> Option<BsdfSample> {
         let mut choice = u.z;
         for (i, entry) in self.others().iter().enumerate() {
-            let p = match (entry.lobe.is_delta(), entry.lobe.is_straight()) {
+            let p = match (entry.is_delta, entry.lobe.is_straight()) {
                 (true, _) => entry.p,
                 (false, true) => 0.5 * entry.p,
                 (false, false) => 0.0,

@@ -1,7 +1,7 @@
 //! Blender's Principled BSDF, and glTF's metallic-roughness as a case of it: which lobes lie on which, and how much light
 //! each leaves to those below (CYCLES.md has the order; albedos by tables).
 
-use super::bsdf::Bsdf;
+use super::bsdf::{Bsdf, Changes};
 use super::closure::{Facets, Glass, Kinds, Lobe, Reflection, Sheet};
 use super::dielectrics::{Dielectrics, layer_ior};
 use super::fresnel::{self, Fresnel};
@@ -104,7 +104,7 @@ impl<K: Kinds> Bsdf<K> {
         wo: Vec3,
         inside: bool,
     ) -> Self {
-        let mut bsdf = Self::new(normals, wo, inside);
+        let mut bsdf = Self::new(normals, wo, inside, Changes::NONE);
         bsdf.add_principled(1.0, p, tables, None);
         bsdf.finish();
         bsdf
