@@ -11,7 +11,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("scene", &["math"]),
     ("import", &["scene", "color", "math"]),
     ("sampler", &["math"]),
-    ("shading", &["math", "color", "sampler"]),
+    // It compiles the scene's shader graphs, and reads the scene's images.
+    ("shading", &["scene", "math", "color", "sampler"]),
     // Lights are made of what a scene says of them; rays find many lamps by a hierarchy of Embree's.
     ("light", &["scene", "ffi", "math", "sampler"]),
     ("medium", &["math", "color", "sampler"]),

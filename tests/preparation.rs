@@ -4,8 +4,8 @@ use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 use sundog::effects::{ALL, EffectSet, INSTANCES, SMOOTH_NORMALS, has};
 use sundog::scene::{
-    Camera, Image, ImageId, Instance, Material, MaterialId, Mesh, MeshId, Pixels, Projection,
-    Sampler, Scene, Texture, UvTransform, Visibility,
+    Camera, Image, ImageId, Instance, Material, MaterialId, Mesh, MeshId, MetallicRoughness,
+    Pixels, Projection, Scene, Texture, Visibility,
 };
 use sundog::world::{Options, World};
 
@@ -102,12 +102,15 @@ fn images_are_kept_once_in_their_own_precision() {
         channels: 3,
         pixels: Pixels::U8(values.clone()),
     });
-    scene.materials[0].base_color_texture = Some(Texture {
-        image: ImageId(0),
+    let texture = Texture {
         uv_set: 1,
-        transform: UvTransform::default(),
-        sampler: Sampler::default(),
-    });
+        ..ImageId(0).into()
+    };
+    scene.materials[0] = MetallicRoughness {
+        base_color_texture: Some(texture),
+        ..MetallicRoughness::default()
+    }
+    .into();
     let world = prepared(&scene, false);
     // This test, the scene, the world: nobody has a copy.
     assert_eq!(Arc::strong_count(&values), 3);

@@ -3,7 +3,8 @@
 use glam::{DAffine3, DVec3};
 use sundog::render::{EditError, Silent};
 use sundog::scene::{
-    Camera, Environment, Instance, Light, LightKind, Material, MaterialId, Mesh, MeshId, Visibility,
+    Camera, Environment, Instance, Light, LightKind, Material, MaterialId, Mesh, MeshId,
+    MetallicRoughness, Visibility,
 };
 use sundog::world::Stale;
 use sundog::{Edit, Scene, Session, Settings};
@@ -24,14 +25,14 @@ fn square() -> Mesh {
     }
 }
 
-fn matte(color: [f32; 3]) -> Material {
-    Material {
+fn matte(color: [f32; 3]) -> MetallicRoughness {
+    MetallicRoughness {
         name: "matte".into(),
         base_color: color,
         metallic: 0.0,
         roughness: 1.0,
         double_sided: true,
-        ..Material::default()
+        ..MetallicRoughness::default()
     }
 }
 
@@ -69,7 +70,7 @@ fn scene() -> Scene {
     Scene {
         meshes: vec![square()],
         instances: vec![instance(-1.2), instance(1.2)],
-        materials: vec![matte([0.8, 0.5, 0.2])],
+        materials: vec![matte([0.8, 0.5, 0.2]).into()],
         lights: vec![lamp(0.0)],
         environment: Some(Environment::constant([0.1; 3])),
         cameras: vec![camera(0.0)],
@@ -100,7 +101,7 @@ fn an_edited_scene_has_the_bits_of_one_that_was_always_so() {
         triangles: vec![[0, 1, 2]],
         ..square()
     };
-    let (light, material) = (lamp(1.0), matte([0.1, 0.6, 0.9]));
+    let (light, material) = (lamp(1.0), Material::from(matte([0.1, 0.6, 0.9])));
     let (sky, place) = (
         Environment::constant([0.3, 0.2, 0.1]),
         instance(0.4).world_from_object,
@@ -127,12 +128,13 @@ fn an_edited_scene_has_the_bits_of_one_that_was_always_so() {
         instances: vec![instance(0.4), instance(1.2)],
         ..scene()
     };
-    let glass = Material {
+    let glass = MetallicRoughness {
         transmission: 1.0,
         thin_walled: false,
         roughness: 0.3,
         ..matte([1.0; 3])
     };
+    let glass = Material::from(glass);
     let with_glass = Scene {
         materials: vec![glass.clone()],
         ..scene()

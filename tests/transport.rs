@@ -15,7 +15,7 @@ use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Sil
 use sundog::sampler::hashed;
 use sundog::scene::{
     AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind,
-    Material, NormalTexture, Projection, RayKind, Scene, Texture, Visibility,
+    MetallicRoughness, NormalTexture, Projection, RayKind, Scene, Texture, Visibility,
 };
 
 fn small(samples: u32, bounces: u32) -> RenderSettings {
@@ -199,45 +199,45 @@ fn white_bodies_vanish_in_a_white_furnace() {
         ("diffuse", diffuse([1.0; 3])),
         (
             "metal",
-            Material {
+            MetallicRoughness {
                 metallic: 1.0,
                 roughness: 0.0,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
         ),
         (
             "rough metal",
-            Material {
+            MetallicRoughness {
                 metallic: 1.0,
                 roughness: 0.6,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
         ),
         (
             "plastic",
-            Material {
+            MetallicRoughness {
                 metallic: 0.0,
                 roughness: 0.4,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
         ),
         (
             "polished plastic",
-            Material {
+            MetallicRoughness {
                 metallic: 0.0,
                 roughness: 0.0,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
         ),
         ("glass", glass(0.0, 1.5)),
         ("rough glass", glass(0.5, 1.5)),
         (
             "thin glass",
-            Material {
+            MetallicRoughness {
                 metallic: 0.0,
                 roughness: 0.3,
                 transmission: 1.0,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
         ),
     ];
@@ -395,7 +395,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         place(
             scene,
             quad([-0.5, 2.0, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
-            Material {
+            MetallicRoughness {
                 emission: [6.0, 5.0, 4.0],
                 ..diffuse([0.0; 3])
             },
@@ -410,7 +410,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
             DAffine3::from_rotation_translation(glam::DQuat::from_rotation_x(-1.2), at),
         )
     };
-    let ball = |scene: &mut Scene, material: Material| {
+    let ball = |scene: &mut Scene, material: MetallicRoughness| {
         place(
             scene,
             sphere(24, 0.0, true),
@@ -424,10 +424,10 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     lamp(&mut scene);
     ball(
         &mut scene,
-        Material {
+        MetallicRoughness {
             base_color: [0.9, 0.7, 0.3],
             roughness: 0.3,
-            ..Material::default()
+            ..MetallicRoughness::default()
         },
     );
     list.push(("mesh light, metal", scene));
@@ -443,11 +443,11 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     ));
     ball(
         &mut scene,
-        Material {
+        MetallicRoughness {
             metallic: 0.0,
             roughness: 0.2,
             base_color: [0.2, 0.5, 0.8],
-            ..Material::default()
+            ..MetallicRoughness::default()
         },
     );
     list.push(("sky and sun, plastic", scene));
@@ -489,7 +489,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     scene.images.push(checker(false));
     ball(
         &mut scene,
-        Material {
+        MetallicRoughness {
             metallic: 0.0,
             roughness: 0.5,
             base_color_texture: Some(texture(0)),
@@ -497,7 +497,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
                 texture: texture(0),
                 scale: 0.4,
             }),
-            ..Material::default()
+            ..MetallicRoughness::default()
         },
     );
     list.push(("textures and normal map", scene));
@@ -508,7 +508,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     for alpha_mode in [AlphaMode::Mask { cutoff: 0.5 }, AlphaMode::Blend] {
         ball(
             &mut scene,
-            Material {
+            MetallicRoughness {
                 alpha_mode,
                 base_color_texture: Some(texture(0)),
                 ..diffuse([1.0; 3])
@@ -525,11 +525,11 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         focus_distance: 3.0,
     });
     list.push(("a lens", scene));
-    let plastic = Material {
+    let plastic = MetallicRoughness {
         metallic: 0.0,
         roughness: 0.35,
         base_color: [0.3, 0.6, 0.4],
-        ..Material::default()
+        ..MetallicRoughness::default()
     };
     let mut scene = base();
     scene.lights = area_lights();
@@ -552,7 +552,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     place(
         &mut scene,
         quad([-0.5, 3.0, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
-        Material {
+        MetallicRoughness {
             emission: [6.0, 5.0, 4.0],
             ..diffuse([0.0; 3])
         },
@@ -563,7 +563,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     }
     ball(
         &mut scene,
-        Material {
+        MetallicRoughness {
             transmission: 0.5,
             ..plastic.clone()
         },
@@ -586,7 +586,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     place(
         &mut scene,
         sphere(12, 0.0, true),
-        Material {
+        MetallicRoughness {
             metallic: 0.4,
             metallic_roughness_texture: Some(texture(0)),
             emission: [0.5, 0.4, 0.3],
@@ -867,7 +867,7 @@ fn a_transparent_film_leaves_out_what_it_should() {
     };
     let part = |x: f32| quad([x, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
     let grey = diffuse([0.5; 3]);
-    let hole = Material {
+    let hole = MetallicRoughness {
         alpha: 0.0,
         alpha_mode: AlphaMode::Blend,
         ..grey.clone()
@@ -963,7 +963,7 @@ fn a_point_out_of_focus_is_the_shape_of_the_lens() {
     for (blades, ratio) in [(0, 1.0), (3, 1.0), (6, 1.0), (0, 2.0)] {
         let mut scene = Scene::default();
         let e = 0.04f32;
-        let light = Material {
+        let light = MetallicRoughness {
             emission: [1.0; 3],
             ..diffuse([0.0; 3])
         };
@@ -1070,7 +1070,7 @@ fn film_exposure_scales_the_light_and_nothing_else() {
         environment: constant_environment(1.0),
         ..Scene::default()
     };
-    let shining = Material {
+    let shining = MetallicRoughness {
         emission: [0.3; 3],
         ..diffuse([0.5; 3])
     };
@@ -1120,7 +1120,7 @@ fn film_exposure_scales_the_light_and_nothing_else() {
 #[test]
 fn caustics_that_are_off_leave_out_reflections_or_transmission() {
     use sundog::render::Caustics;
-    let sheet = |material: Material| {
+    let sheet = |material: MetallicRoughness| {
         let mut scene = Scene {
             environment: constant_environment(1.0),
             ..Scene::default()
@@ -1140,16 +1140,16 @@ fn caustics_that_are_off_leave_out_reflections_or_transmission() {
         scene.cameras.push(camera(DVec3::Z, 0.5));
         scene
     };
-    let plain = Material {
+    let plain = MetallicRoughness {
         roughness: 0.0,
         double_sided: true,
-        ..Material::default()
+        ..MetallicRoughness::default()
     };
-    let mirror = sheet(Material {
+    let mirror = sheet(MetallicRoughness {
         metallic: 1.0,
         ..plain.clone()
     });
-    let glass = sheet(Material {
+    let glass = sheet(MetallicRoughness {
         metallic: 0.0,
         transmission: 1.0,
         base_color: [0.9; 3],

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use sundog::scene::{
-    Camera, Instance, Material, MaterialId, Mesh, MeshId, Projection, Scene, Visibility,
+    Camera, Instance, MaterialId, Mesh, MeshId, MetallicRoughness, Projection, Scene, Visibility,
 };
 
 const WHITE: u32 = 0;
@@ -10,14 +10,14 @@ const RED: u32 = 1;
 const GREEN: u32 = 2;
 const LIGHT: u32 = 3;
 
-fn matte(name: &str, base_color: [f32; 3]) -> Material {
-    Material {
+fn matte(name: &str, base_color: [f32; 3]) -> MetallicRoughness {
+    MetallicRoughness {
         name: name.into(),
         base_color,
         metallic: 0.0,
         roughness: 1.0,
         specular: 0.0,
-        ..Material::default()
+        ..MetallicRoughness::default()
     }
 }
 
@@ -71,15 +71,18 @@ fn add_box(
 /// The scene.
 pub fn cornell() -> Scene {
     let mut scene = Scene {
-        materials: vec![
+        materials: [
             matte("White", [0.73, 0.73, 0.73]),
             matte("Red", [0.63, 0.06, 0.05]),
             matte("Green", [0.14, 0.45, 0.09]),
-            Material {
+            MetallicRoughness {
                 emission: [18.0, 14.04, 8.64],
                 ..matte("Light", [0.0; 3])
             },
-        ],
+        ]
+        .into_iter()
+        .map(Into::into)
+        .collect(),
         ..Scene::default()
     };
     let still = DAffine3::IDENTITY;

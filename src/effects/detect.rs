@@ -4,11 +4,13 @@ use super::census::{self, Census};
 use super::mask::Mask;
 use super::requested::RequestedSettings;
 use super::table::{COUNT, Decided, TABLE, row};
+use crate::scene::graph::{Opacity, PrincipledSummary, Slot};
 use crate::scene::{
-    AlphaMode, Diagnostics, Effect, Environment, Instance, LeftOut, Light, LightKind, Material,
-    Mesh, Projection, RayKind, Scene, Subject, Visibility,
+    Diagnostics, Effect, Environment, Instance, LeftOut, Light, LightKind, Material, Mesh,
+    Projection, RayKind, Scene, Subject, Visibility,
 };
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// What can call for an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -141,12 +143,7 @@ pub fn tells_rays_apart(scene: &Scene) -> bool {
 
 /// Whether a material lets light pass beside it.
 pub fn is_translucent(material: &Material, vertex_alpha: bool) -> bool {
-    let textured = material.base_color_texture.is_some();
-    match material.alpha_mode {
-        AlphaMode::Opaque => false,
-        AlphaMode::Mask { cutoff } => material.alpha < cutoff || textured || vertex_alpha,
-        AlphaMode::Blend => material.alpha < 1.0 || textured || vertex_alpha,
-    }
+    material.graph.summary(vertex_alpha).is_translucent()
 }
 
 /// Whether anything is not white and opaque. Interpolating ones gives one exactly.
@@ -218,12 +215,10 @@ impl Findings {
         if colors_something(mesh) {
             self.object(Effect::VertexColors, name);
         }
-        if is_translucent(material, has_vertex_alpha(mesh)) {
-            let effect = match material.alpha_mode {
-                AlphaMode::Mask { .. } => Effect::AlphaClip,
-                _ => Effect::AlphaBlend,
-            };
-            self.object(effect, name);
+        match material.graph.summary(has_vertex_alpha(mesh)).opacity {
+            Opacity::Clip { holes: true, .. } => self.object(Effect::AlphaClip, name),
+            Opacity::Blend { below: true } => self.object(Effect::AlphaBlend, name),
+            _ => {}
         }
     }
 
@@ -236,35 +231,26 @@ impl Findings {
                 });
             }
         };
-        let textures = [
-            (Effect::BaseColorTexture, &m.base_color_texture),
-            (
-                Effect::MetallicRoughnessTexture,
-                &m.metallic_roughness_texture,
-            ),
-            (Effect::EmissionTexture, &m.emission_texture),
-            (Effect::SpecularTexture, &m.specular_texture),
-            (Effect::SpecularColorTexture, &m.specular_color_texture),
-            (Effect::TransmissionTexture, &m.transmission_texture),
-        ];
-        for (effect, texture) in textures {
-            add(effect, texture.is_some());
+        for slot in Slot::ALL {
+            add(slot.effect(), m.graph.has_texture(slot));
         }
-        let bumpy = m.normal_texture.as_ref().is_some_and(|n| n.scale != 0.0);
+        let bumpy = m.graph.normal_map_strengths().any(|s| s != 0.0);
+        let summary = m.summary();
         add(Effect::NormalMaps, bumpy);
-        add(Effect::MeshLights, m.emits());
-        add(Effect::Unlit, m.unlit);
-        if m.unlit {
-            return;
+        add(Effect::MeshLights, summary.emits());
+        add(Effect::Unlit, summary.unlit);
+        let mut there = BTreeSet::new();
+        for p in &summary.principled {
+            there.extend(lobes(p));
         }
-        let (all_metal, all_glass) = (m.is_metal_everywhere(), m.is_glass_everywhere());
-        let over_base = !all_metal && !all_glass;
-        let colored = m.base_color.iter().any(|&c| c > 0.0);
-        add(Effect::Metal, m.metallic > 0.0);
-        add(Effect::Diffuse, over_base && colored);
-        add(Effect::Gloss, over_base && m.specular > 0.0 && m.ior != 1.0);
-        if m.transmission > 0.0 && !all_metal {
-            add(kind_of_glass(m), true);
+        for color in &summary.diffuse {
+            there.extend((color.max_element() > 0.0).then_some(Effect::Diffuse));
+        }
+        for color in &summary.glossy {
+            there.extend((color.max_element() > 0.0).then_some(Effect::Metal));
+        }
+        for effect in there {
+            add(effect, true);
         }
     }
 
@@ -360,11 +346,26 @@ impl Findings {
     }
 }
 
+/// What a Principled BSDF calls for.
+fn lobes(p: &PrincipledSummary) -> impl Iterator<Item = Effect> {
+    let over_base = !p.is_metal_everywhere() && !p.is_glass_everywhere();
+    let colored = p.base_color.max_element() > 0.0;
+    let reflects = p.specular.1 > 0.0 && p.ior != (1.0, 1.0);
+    [
+        (Effect::Metal, p.metallic.1 > 0.0),
+        (Effect::Diffuse, over_base && colored),
+        (Effect::Gloss, over_base && reflects),
+        (kind_of_glass(p), p.transmits()),
+    ]
+    .into_iter()
+    .filter_map(|(effect, there)| there.then_some(effect))
+}
+
 /// Glass is clear where its roughness is 0; an image may make it so here and there.
-pub(super) fn kind_of_glass(m: &Material) -> Effect {
-    if m.thin_walled {
+pub(super) fn kind_of_glass(p: &PrincipledSummary) -> Effect {
+    if p.thin_wall {
         Effect::ThinGlass
-    } else if m.roughness == 0.0 {
+    } else if p.roughness.1 == 0.0 {
         Effect::ClearGlass
     } else {
         Effect::RoughGlass

@@ -3,7 +3,9 @@
 use super::detect::kind_of_glass;
 use super::mask::{self, Mask, has};
 use super::table::row;
-use crate::scene::{AlphaMode, Effect, Environment, Light, Material};
+use crate::scene::graph::node::principled;
+use crate::scene::graph::{Graph, Input, NodeKind, Opacity, Slot, SocketKind};
+use crate::scene::{Effect, Environment, Light, Material};
 
 /// Whether a light of this kind is kept.
 pub fn keeps(set: Mask, light: &Light) -> bool {
@@ -23,67 +25,104 @@ fn keeps_effect(set: Mask, effect: Effect) -> bool {
 /// of its colour, and a dielectric does not reflect. What calls for no more than the set has stays as it is.
 pub fn kept(material: &Material, set: Mask) -> Material {
     let mut m = material.clone();
-    let textures = [
-        (mask::BASE_COLOR_TEXTURE, &mut m.base_color_texture),
-        (
-            mask::METALLIC_ROUGHNESS_TEXTURE,
-            &mut m.metallic_roughness_texture,
-        ),
-        (mask::EMISSION_TEXTURE, &mut m.emission_texture),
-        (mask::SPECULAR_TEXTURE, &mut m.specular_texture),
-        (mask::SPECULAR_COLOR_TEXTURE, &mut m.specular_color_texture),
-        (mask::TRANSMISSION_TEXTURE, &mut m.transmission_texture),
-    ];
-    for (effect, texture) in textures {
-        if !has(set, effect) {
-            *texture = None;
+    for slot in Slot::ALL {
+        if !keeps_effect(set, slot.effect()) {
+            // One at a time: what is left has other places in the list afterwards.
+            while let Some((_, node, socket)) = textured(&m.graph, slot) {
+                m.graph.whiten(node, socket);
+            }
         }
     }
-    if !has(set, mask::NORMAL_MAPS) {
-        m.normal_texture = None;
-    }
-    let alpha = match m.alpha_mode {
-        AlphaMode::Opaque => mask::ALL,
-        AlphaMode::Mask { .. } => mask::ALPHA_CLIP,
-        AlphaMode::Blend => mask::ALPHA_BLEND,
+    let alpha = match m.summary().opacity {
+        Opacity::Full => mask::ALL,
+        Opacity::Clip { .. } => mask::ALPHA_CLIP,
+        Opacity::Blend { .. } => mask::ALPHA_BLEND,
     };
     if !has(set, alpha) {
-        m.alpha_mode = AlphaMode::Opaque;
+        m.graph.make_opaque();
     }
-    if m.transmission > 0.0 && !keeps_effect(set, kind_of_glass(&m)) {
-        m.transmission = 0.0;
+    let mut surfaces = m.summary().principled.into_iter();
+    for node in &mut m.graph.nodes {
+        let sockets = node.kind.sockets().iter();
+        for (input, socket) in node.inputs.iter_mut().zip(sockets) {
+            if socket.kind == SocketKind::Vector && !has(set, mask::NORMAL_MAPS) {
+                *input = Input::None;
+            }
+        }
+        if !matches!(node.kind, NodeKind::PrincipledBsdf { .. }) {
+            continue;
+        }
+        let mut without = |socket: usize| node.inputs[socket] = Input::float(0.0);
+        if let Some(p) = surfaces.next()
+            && p.transmission.1 > 0.0
+            && !keeps_effect(set, kind_of_glass(&p))
+        {
+            without(principled::TRANSMISSION_WEIGHT);
+        }
+        if !has(set, mask::METAL) {
+            without(principled::METALLIC);
+        }
+        if !has(set, mask::GLOSS) {
+            without(principled::SPECULAR_IOR_LEVEL);
+        }
     }
-    if !has(set, mask::METAL) {
-        m.metallic = 0.0;
-    }
-    if !has(set, mask::GLOSS) {
-        m.specular = 0.0;
-    }
+    m.graph.prune();
     m
+}
+
+/// A socket of a slot that has images.
+fn textured(graph: &Graph, slot: Slot) -> Option<(Slot, usize, usize)> {
+    graph.slots().into_iter().find(|&(of, node, socket)| {
+        let input = graph.nodes[node].inputs[socket];
+        of == slot && graph.textures_behind(input).next().is_some()
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{AlphaMode, ImageId, MetallicRoughness};
 
     #[test]
     fn what_is_left_out_is_gone_and_the_rest_stays() {
-        let glass = Material {
+        let glass = Material::from(MetallicRoughness {
             transmission: 1.0,
             thin_walled: false,
             roughness: 0.2,
             metallic: 0.5,
+            alpha: 0.2,
             alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
-            ..Material::default()
-        };
-        let same = |a: &Material, b: &Material| format!("{a:?}") == format!("{b:?}");
-        assert!(same(&kept(&glass, mask::ALL), &glass));
-        let less = kept(&glass, mask::ALL & !mask::ROUGH_GLASS & !mask::ALPHA_CLIP);
-        assert_eq!(less.transmission, 0.0);
-        assert_eq!(less.alpha_mode, AlphaMode::Opaque);
-        assert_eq!((less.metallic, less.specular), (0.5, 1.0));
-        assert!(same(&kept(&glass, mask::ALL & !mask::CLEAR_GLASS), &glass));
-        let plain = kept(&glass, 0);
-        assert_eq!((plain.metallic, plain.specular), (0.0, 0.0));
+            ..MetallicRoughness::default()
+        });
+        assert_eq!(kept(&glass, mask::ALL), glass);
+        let less = kept(&glass, mask::ALL & !mask::ROUGH_GLASS & !mask::ALPHA_CLIP).summary();
+        let p = less.principled[0];
+        assert_eq!(p.transmission.1, 0.0);
+        assert_eq!(less.opacity, Opacity::Full);
+        assert_eq!((p.metallic.1, p.specular.1), (0.5, 1.0));
+        assert_eq!(kept(&glass, mask::ALL & !mask::CLEAR_GLASS), glass);
+        let p = kept(&glass, 0).summary().principled[0];
+        assert_eq!((p.metallic.1, p.specular.1), (0.0, 0.0));
+    }
+
+    #[test]
+    fn images_leave_their_factors_and_stay_where_they_are_called_for() {
+        let image = Some(ImageId(0).into());
+        let m = Material::from(MetallicRoughness {
+            base_color: [0.5, 0.25, 1.0],
+            base_color_texture: image.clone(),
+            metallic: 0.75,
+            metallic_roughness_texture: image,
+            ..MetallicRoughness::default()
+        });
+        let plain = kept(&m, mask::ALL & !mask::METALLIC_ROUGHNESS_TEXTURE);
+        assert!(plain.graph.has_texture(Slot::BaseColor));
+        assert!(!plain.graph.has_texture(Slot::MetallicRoughness));
+        let p = plain.summary().principled[0];
+        assert_eq!((p.metallic, p.roughness), ((0.75, 0.75), (1.0, 1.0)));
+        let plain = kept(&m, mask::ALL & !mask::TEXTURES);
+        assert_eq!(plain.graph.textures().count(), 0);
+        let base = plain.summary().principled[0].base_color;
+        assert_eq!(base.to_array(), [0.5, 0.25, 1.0]);
     }
 }

@@ -11,7 +11,7 @@ use crate::math::float;
 use crate::render::{BounceLimits, LightSampling, RenderError, RenderSettings};
 use crate::sampler::{Sequence, hashed};
 use crate::scene::validate::clean;
-use crate::scene::{self, Diagnostics, Material, Projection, Scene};
+use crate::scene::{self, Diagnostics, MetallicRoughness, Projection, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec2};
 
 /// The cases.
@@ -261,10 +261,10 @@ fn apertures(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     place(
         &mut sky,
         sphere(8, 0.0, true),
-        Material {
+        MetallicRoughness {
             unlit: true,
             base_color: [1.0; 3],
-            ..Material::default()
+            ..MetallicRoughness::default()
         },
         &[DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0))],
     );
@@ -336,7 +336,7 @@ fn clip_planes(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     ] {
         let mut scene = Scene::default();
         let wall = quad([-9.0, -9.0, -1.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
-        let shining = Material {
+        let shining = MetallicRoughness {
             emission: [1.0; 3],
             ..diffuse([0.0; 3])
         };
@@ -359,7 +359,7 @@ fn camera_on_a_surface(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let settings = small(effort.of(4, 32, 256), 0);
     let mut bench = Bench::default();
     let mut findings = Vec::new();
-    let shining = Material {
+    let shining = MetallicRoughness {
         emission: [2.0; 3],
         ..diffuse([0.0; 3])
     };

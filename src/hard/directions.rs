@@ -5,7 +5,7 @@ use super::materials::{TABLE_ERROR, albedo, lobes, seen_at};
 use super::{Case, Effort, Finding};
 use crate::render::{Filter, FilterKind, RenderError, RenderSettings};
 use crate::sampler::hashed;
-use crate::scene::{Image, ImageId, LightKind, Material, Mesh, NormalTexture, Scene};
+use crate::scene::{Image, ImageId, LightKind, Mesh, MetallicRoughness, NormalTexture, Scene};
 use crate::shading::{AllKinds, Bsdf, Dielectrics, Principled};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::f64::consts::FRAC_PI_2;
@@ -103,7 +103,7 @@ fn settings(samples: u32, bounces: u32) -> RenderSettings {
     }
 }
 
-fn ball(rings: u32, material: Material) -> Scene {
+fn ball(rings: u32, material: MetallicRoughness) -> Scene {
     let mut scene = Scene {
         cameras: vec![kit::camera(DVec3::Z * 4.0, FIELD)],
         ..Scene::default()
@@ -169,7 +169,7 @@ fn terminator(effort: Effort) -> Result<Vec<Finding>, RenderError> {
 }
 
 /// Half a smooth sphere of so many rings whose inside is turned to the camera.
-fn bowl(rings: u32, material: Material) -> Scene {
+fn bowl(rings: u32, material: MetallicRoughness) -> Scene {
     let mut scene = ball(rings, material);
     let mesh = &mut scene.meshes[0];
     let positions = &mesh.positions;
@@ -187,17 +187,20 @@ fn coarse_furnace(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let mut bench = Bench::default();
     let settings = settings(effort.of(16, 64, 1024), 64);
     let mut findings = Vec::new();
-    for (shape, scene) in [("ball", ball as fn(u32, Material) -> Scene), ("bowl", bowl)] {
+    for (shape, scene) in [
+        ("ball", ball as fn(u32, MetallicRoughness) -> Scene),
+        ("bowl", bowl),
+    ] {
         for (name, material) in [
             ("diffuse", kit::diffuse([1.0; 3])),
             (
                 "metal of roughness 0.3",
-                Material {
+                MetallicRoughness {
                     roughness: 0.3,
-                    ..Material::default()
+                    ..MetallicRoughness::default()
                 },
             ),
-            ("metal of roughness 1", Material::default()),
+            ("metal of roughness 1", MetallicRoughness::default()),
         ] {
             let mut scene = scene(6, material);
             scene.environment = kit::constant_environment(1.0);
@@ -243,17 +246,17 @@ fn away(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         (
             "metal",
             12,
-            Material {
+            MetallicRoughness {
                 roughness: 0.3,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
         ),
         (
             "mirror",
             12,
-            Material {
+            MetallicRoughness {
                 roughness: 0.0,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
         ),
     ] {
@@ -300,24 +303,24 @@ fn normal_maps(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         let mut gain = 0f64;
         for material in [
             kit::diffuse([1.0; 3]),
-            Material {
+            MetallicRoughness {
                 roughness: 0.0,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
-            Material {
+            MetallicRoughness {
                 roughness: 0.3,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
-            Material {
+            MetallicRoughness {
                 metallic: 0.0,
                 roughness: 0.3,
-                ..Material::default()
+                ..MetallicRoughness::default()
             },
             kit::glass(0.3, 1.5),
         ] {
             let mut scene = ball(
                 24,
-                Material {
+                MetallicRoughness {
                     normal_texture: Some(NormalTexture {
                         texture: ImageId(0).into(),
                         scale,

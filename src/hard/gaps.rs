@@ -9,7 +9,7 @@ use crate::ffi::embree::Hit;
 use crate::math::{Frame, float, warp};
 use crate::render::RenderError;
 use crate::sampler::hashed;
-use crate::scene::{Material, Mesh, RayKind, Scene};
+use crate::scene::{Mesh, MetallicRoughness, RayKind, Scene};
 use crate::world::World;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
@@ -589,7 +589,7 @@ fn thin_plates(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         for thickness in [1e-1, 1e-3, 1e-5, 2e-6] {
             let mut scene = Scene::default();
             let panel = quad([-9.0, -9.0, -3.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
-            let shining = Material {
+            let shining = MetallicRoughness {
                 emission: [1.0; 3],
                 ..diffuse([0.0; 3])
             };

@@ -6,31 +6,31 @@ use crate::film::Picture;
 use crate::render::{RenderError, RenderSettings, Rendering, Silent, render};
 use crate::scene::{
     Camera, Environment, Instance, Light, LightKind, Material, MaterialId, Mesh, MeshId,
-    Projection, Scene, Visibility,
+    MetallicRoughness, Projection, Scene, Visibility,
 };
 use crate::world::{Naive, Options, World};
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
 /// A Lambertian surface.
-pub fn diffuse(color: [f32; 3]) -> Material {
-    Material {
+pub fn diffuse(color: [f32; 3]) -> MetallicRoughness {
+    MetallicRoughness {
         base_color: color,
         metallic: 0.0,
         specular: 0.0,
-        ..Material::default()
+        ..MetallicRoughness::default()
     }
 }
 
 /// Clear glass that bounds a solid.
-pub fn glass(roughness: f32, ior: f32) -> Material {
-    Material {
+pub fn glass(roughness: f32, ior: f32) -> MetallicRoughness {
+    MetallicRoughness {
         metallic: 0.0,
         roughness,
         transmission: 1.0,
         thin_walled: false,
         ior,
-        ..Material::default()
+        ..MetallicRoughness::default()
     }
 }
 
@@ -134,9 +134,14 @@ pub fn camera(position: DVec3, fov: f64) -> Camera {
 }
 
 /// Adds a mesh with a material of its own, placed as often as there are transforms.
-pub fn place(scene: &mut Scene, mesh: Mesh, material: Material, transforms: &[DAffine3]) {
+pub fn place(
+    scene: &mut Scene,
+    mesh: Mesh,
+    material: impl Into<Material>,
+    transforms: &[DAffine3],
+) {
     let material_id = MaterialId(scene.materials.len() as u32);
-    scene.materials.push(material);
+    scene.materials.push(material.into());
     let id = MeshId(scene.meshes.len() as u32);
     scene.meshes.push(Mesh {
         material: Some(material_id),

@@ -12,7 +12,7 @@ use crate::light::triangle::Triangle;
 use crate::math::float::gamma;
 use crate::render::RenderError;
 use crate::sampler::hashed;
-use crate::scene::{AreaShape, Light, LightKind, Material, Pixels, Scene};
+use crate::scene::{AreaShape, Light, LightKind, MetallicRoughness, Pixels, Scene};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -554,7 +554,7 @@ fn lit(strength: f32) -> Scene {
         kit::diffuse([0.7; 3]),
         &[up],
     );
-    let shining = crate::scene::Material {
+    let shining = crate::scene::MetallicRoughness {
         emission: [3.0 * strength; 3],
         ..kit::diffuse([0.2; 3])
     };
@@ -656,7 +656,7 @@ fn needle(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             DAffine3::from_translation(DVec3::new(x, f64::from(height), -half))
         };
         let places: Vec<DAffine3> = (0..strips).map(place).collect();
-        let glowing = Material {
+        let glowing = MetallicRoughness {
             emission: [radiance; 3],
             ..kit::diffuse([0.0; 3])
         };

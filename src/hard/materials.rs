@@ -5,7 +5,7 @@ use super::{Case, Effort, Finding};
 use crate::math::float::gamma;
 use crate::render::{Filter, FilterKind, LightSampling, RenderError, RenderSettings};
 use crate::sampler::{Dimension, Sequence};
-use crate::scene::{AlphaMode, LightKind, Material, Scene};
+use crate::scene::{AlphaMode, LightKind, MetallicRoughness, Scene};
 use crate::shading::Normals;
 use crate::shading::{AllKinds, Bsdf, Dielectrics, Principled};
 use glam::{DAffine3, DVec3, Vec3};
@@ -150,9 +150,9 @@ const BOUNCES: u32 = 1000;
 /// no picture looks: 10 bounces. Tables are right to 1e-3 as a closed white body sees itself, weighted by the cosine.
 fn white_room(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let mut bench = Bench::default();
-    let metal = |roughness| Material {
+    let metal = |roughness| MetallicRoughness {
         roughness,
-        ..Material::default()
+        ..MetallicRoughness::default()
     };
     let mut findings = Vec::new();
     for (name, material, exact) in [
@@ -179,7 +179,7 @@ fn white_room(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             environment: kit::constant_environment(1e9),
             ..Scene::default()
         };
-        let material = Material {
+        let material = MetallicRoughness {
             emission: [1.0; 3],
             double_sided: true,
             ..material
@@ -223,13 +223,13 @@ fn sharp_reflections(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             ..Scene::default()
         };
         let mirror = kit::quad([-5.0, -5.0, -2.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]);
-        let metal = Material {
+        let metal = MetallicRoughness {
             roughness: alpha.sqrt(),
-            ..Material::default()
+            ..MetallicRoughness::default()
         };
         kit::place(&mut scene, mirror, metal, &[DAffine3::IDENTITY]);
         let wall = kit::quad([-9.0, -9.0, 1.0], [0.0, 18.0, 0.0], [18.0, 0.0, 0.0]);
-        let shining = Material {
+        let shining = MetallicRoughness {
             emission: [1.0; 3],
             unlit: false,
             ..kit::diffuse([0.0; 3])
@@ -268,14 +268,14 @@ fn indices(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 environment: kit::constant_environment(1.0),
                 ..Scene::default()
             };
-            let glass = Material {
+            let glass = MetallicRoughness {
                 ior,
                 roughness,
                 transmission: 1.0,
                 thin_walled: false,
                 ..kit::diffuse([1.0; 3])
             };
-            let glass = Material {
+            let glass = MetallicRoughness {
                 specular: 1.0,
                 ..glass
             };
@@ -309,7 +309,7 @@ fn layers(alpha: f32, along: DVec3, shining: bool) -> Scene {
         ..Scene::default()
     };
     let sheet = kit::quad([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
-    let black = Material {
+    let black = MetallicRoughness {
         alpha,
         alpha_mode: AlphaMode::Blend,
         ..kit::diffuse([0.0; 3])
@@ -318,7 +318,7 @@ fn layers(alpha: f32, along: DVec3, shining: bool) -> Scene {
         .map(|i| DAffine3::from_translation(along * (1.0 + 0.01 * f64::from(i))))
         .collect();
     kit::place(&mut scene, sheet.clone(), black, &places);
-    let wall = Material {
+    let wall = MetallicRoughness {
         emission: [if shining { 1.0 } else { 0.0 }; 3],
         ..kit::diffuse([0.5; 3])
     };

@@ -8,7 +8,7 @@ use super::{Case, Effort, Finding};
 use crate::film::Picture;
 use crate::render::{RenderError, RenderSettings, Rendering, Silent, render, replay};
 use crate::scene::validate::clean;
-use crate::scene::{Diagnostics, Light, LightKind, Material, Scene};
+use crate::scene::{Diagnostics, Light, LightKind, MetallicRoughness, Scene};
 use glam::{DAffine3, DVec3};
 
 /// The cases.
@@ -35,6 +35,10 @@ const HUGE: f32 = 3e38;
 
 /// A sphere above a floor, which nothing shines on.
 fn dark() -> Scene {
+    dark_with(diffuse([0.9; 3]))
+}
+
+fn dark_with(material: MetallicRoughness) -> Scene {
     let mut scene = Scene {
         cameras: vec![camera(DVec3::new(0.0, 0.5, 4.0), 0.7)],
         ..Scene::default()
@@ -43,13 +47,13 @@ fn dark() -> Scene {
     place(
         &mut scene,
         sphere(12, 0.0, true),
-        diffuse([0.9; 3]),
+        material,
         &[DAffine3::IDENTITY],
     );
     place(
         &mut scene,
         floor,
-        Material::default(),
+        MetallicRoughness::default(),
         &[DAffine3::IDENTITY],
     );
     scene
@@ -68,7 +72,7 @@ fn too_bright() -> Vec<(&'static str, Scene)> {
     };
     let lamp =
         |kind: LightKind| with(&|scene| scene.lights.push(beacon(kind, DVec3::new(0.0, 1.5, 0.0))));
-    let panel = Material {
+    let panel = MetallicRoughness {
         name: "panel".into(),
         emission: [HUGE; 3],
         ..diffuse([0.5; 3])
@@ -182,10 +186,8 @@ const BROKEN: [f32; 8] = [
     f32::MAX,
 ];
 
-/// Puts a number into one place of a scene; there are [`PLACES`].
-fn break_number(scene: &mut Scene, number: usize, value: f32) {
-    let wide = f64::from(value);
-    let material = &mut scene.materials[0];
+/// Puts a number into one place of a material, if that is one of the first eight of [`PLACES`].
+fn break_material(material: &mut MetallicRoughness, number: usize, value: f32) {
     match number {
         0 => material.base_color[1] = value,
         1 => material.metallic = value,
@@ -195,6 +197,15 @@ fn break_number(scene: &mut Scene, number: usize, value: f32) {
         5 => material.specular_color[0] = value,
         6 => material.transmission = value,
         7 => material.alpha = value,
+        _ => {}
+    }
+}
+
+/// Puts a number into one of the other places of a scene.
+fn break_number(scene: &mut Scene, number: usize, value: f32) {
+    let wide = f64::from(value);
+    match number {
+        0..8 => {}
         8 => scene.meshes[0].positions[40][1] = value,
         9 => scene.meshes[0]
             .positions
@@ -230,7 +241,7 @@ fn break_number(scene: &mut Scene, number: usize, value: f32) {
     }
 }
 
-/// Places that [`break_number`] knows. The strengths of lights are not among them: those of 1e38 overflow, which
+/// Places that [`break_material`] and [`break_number`] know. The strengths of lights are not among them: those of 1e38 overflow, which
 /// another case is about.
 const PLACES: usize = 24;
 
@@ -252,7 +263,9 @@ fn broken_numbers(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let (mut bad_values, mut without_camera, mut rendered) = (0, 0, 0u64);
     for number in 0..PLACES {
         for value in BROKEN {
-            let mut scene = dark();
+            let mut material = diffuse([0.9; 3]);
+            break_material(&mut material, number, value);
+            let mut scene = dark_with(material);
             scene.environment = constant_environment(0.5);
             let lamp = beacon(sized(3.0, 0.1), DVec3::new(0.0, 2.5, 1.0));
             scene.lights.push(lamp);

@@ -2,8 +2,8 @@
 
 use super::kit::{self, camera, constant_environment, diffuse, place, quad, sphere};
 use crate::scene::{
-    Aperture, AreaShape, Image, ImageId, Light, LightKind, Material, MeshId, NormalTexture,
-    Projection, Scene, Texture, TextureFilter, UvTransform,
+    Aperture, AreaShape, Image, ImageId, Light, LightKind, MeshId, MetallicRoughness,
+    NormalTexture, Projection, Scene, Texture, TextureFilter, UvTransform,
 };
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -214,7 +214,7 @@ pub fn still_life(lit: Lit) -> Scene {
         ..Scene::default()
     };
     let rough = if lit == Lit::ByAll { 0.3 } else { 0.0 };
-    let floor = Material {
+    let floor = MetallicRoughness {
         base_color_texture: Some(texture(0)),
         normal_texture: Some(NormalTexture {
             texture: texture(1),
@@ -222,11 +222,11 @@ pub fn still_life(lit: Lit) -> Scene {
         }),
         ..diffuse([0.8, 0.8, 0.8])
     };
-    let metal = Material {
+    let metal = MetallicRoughness {
         base_color: [0.9, 0.7, 0.4],
         metallic: 1.0,
         roughness: rough,
-        ..Material::default()
+        ..MetallicRoughness::default()
     };
     let glass = kit::glass(0.0, 1.5);
     let here = &[DAffine3::IDENTITY];
@@ -261,7 +261,7 @@ pub fn still_life(lit: Lit) -> Scene {
     );
     if lit == Lit::ByAll {
         let panel = quad([-1.9, 0.9, -1.2], [0.6, 0.0, 0.2], [0.0, 0.5, 0.1]);
-        let shining = Material {
+        let shining = MetallicRoughness {
             emission: [4.0, 5.0, 6.0],
             ..diffuse([0.2; 3])
         };

@@ -13,7 +13,8 @@ use crate::render::{LightSampling, RenderError, RenderSettings};
 use crate::sampler::hashed;
 use crate::scene::validate::clean;
 use crate::scene::{
-    Diagnostics, Image, ImageId, Material, Mesh, NormalTexture, RayKind, Scene, Texture, Visibility,
+    Diagnostics, Image, ImageId, Mesh, MetallicRoughness, NormalTexture, RayKind, Scene, Texture,
+    Visibility,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -75,7 +76,7 @@ fn ball_at(x: f64) -> DAffine3 {
 }
 
 /// A mesh under a sky of 1, before the camera.
-fn shown(mesh: Mesh, material: Material) -> Scene {
+fn shown(mesh: Mesh, material: MetallicRoughness) -> Scene {
     let mut scene = Scene {
         environment: constant_environment(1.0),
         ..Scene::default()
@@ -161,7 +162,7 @@ fn duplicated_triangles(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         .picture;
     let plain = differing(&found, &expected);
     // As light each copy would be sampled, and one of them met: one of each is kept.
-    let shining = Material {
+    let shining = MetallicRoughness {
         emission: [1.0; 3],
         ..diffuse([0.0; 3])
     };
@@ -180,7 +181,7 @@ fn duplicated_triangles(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     // Turned over, with two sides and with one, and hidden from rays that see the other. The points of a triangle that is
     // turned over round elsewhere, and with them the densities of light that is met: γ(64) as for other radiances.
     let lamp = |double_sided, copies: &[(bool, Visibility)]| {
-        let shining = Material {
+        let shining = MetallicRoughness {
             double_sided,
             ..shining.clone()
         };
@@ -368,7 +369,7 @@ fn collapsed_uvs(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         pixels: vec![0.9f32, 0.6, 0.7].into(),
     };
     let texture = Texture::from(ImageId(0));
-    let mapped = Material {
+    let mapped = MetallicRoughness {
         normal_texture: Some(NormalTexture {
             texture,
             scale: 1.0,

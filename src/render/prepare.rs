@@ -11,7 +11,7 @@ use crate::film::Pass;
 use crate::film::filter::FilterTable;
 use crate::integrator::{self, PathSettings};
 use crate::sampler::Sequence;
-use crate::scene::{Camera, Diagnostics, Scene};
+use crate::scene::{Camera, Diagnostics, Material, Scene};
 use crate::world::{Options, Stale, World};
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Mutex, OnceLock};
@@ -227,10 +227,11 @@ pub fn long(scene: &Scene) -> Option<Event> {
     const MANY: u64 = 1 << 20;
     // Thirty million of them, placed by instances, took four minutes.
     const SECONDS_EACH: f64 = 8e-6;
+    let summaries = scene.materials.iter().map(Material::summary);
+    let shine: Vec<bool> = summaries.map(|s| s.unlit || s.emits()).collect();
     let shining = scene.instances.iter().filter_map(|instance| {
         let mesh = scene.meshes.get(instance.mesh.0 as usize)?;
-        let material = scene.materials.get(mesh.material?.0 as usize)?;
-        let shines = material.unlit || material.emission.iter().any(|&c| c > 0.0);
+        let shines = *shine.get(mesh.material?.0 as usize)?;
         shines.then_some(mesh.triangles.len() as u64)
     });
     let shining: u64 = shining.sum();
@@ -343,7 +344,7 @@ fn check(settings: &RenderSettings) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Instance, Material, MaterialId, Mesh, MeshId, Visibility};
+    use crate::scene::{Instance, MaterialId, Mesh, MeshId, MetallicRoughness, Visibility};
 
     #[test]
     fn many_triangles_that_shine_are_told_before_they_are_made_ready() {
@@ -360,10 +361,13 @@ mod tests {
                 material: Some(MaterialId(0)),
                 ..Mesh::default()
             }],
-            materials: vec![Material {
-                emission: [1.0, 0.0, 0.0],
-                ..Material::default()
-            }],
+            materials: vec![
+                MetallicRoughness {
+                    emission: [1.0, 0.0, 0.0],
+                    ..MetallicRoughness::default()
+                }
+                .into(),
+            ],
             instances: vec![instance.clone(); 1 << 10],
             ..Scene::default()
         };
@@ -374,7 +378,7 @@ mod tests {
         scene.instances.pop();
         assert!(long(&scene).is_none());
         scene.instances.push(instance);
-        scene.materials[0].emission = [0.0; 3];
+        scene.materials[0] = Material::default();
         assert!(long(&scene).is_none());
     }
 }

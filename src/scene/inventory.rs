@@ -1,6 +1,7 @@
 //! What is in a scene, for those who ask: cameras, lights, materials, images, numbers and sizes.
 
-use super::{AlphaMode, AreaShape, Bounds, LightKind, Material, Pixels, Projection, Scene, Window};
+use super::graph::{Opacity, Slot};
+use super::{AreaShape, Bounds, LightKind, Material, Pixels, Projection, Scene, Window};
 use crate::math::primaries::WorkingSpace;
 use glam::{DMat3, DVec3};
 use serde::Serialize;
@@ -309,40 +310,34 @@ fn traits(material: &Material) -> Vec<String> {
             traits.push(text);
         }
     };
-    add(material.unlit, "unlit".into());
-    add(
-        material.metallic > 0.0,
-        format!("metallic {}", material.metallic),
-    );
-    add(true, format!("roughness {}", material.roughness));
-    add(
-        material.transmission > 0.0,
-        format!("transmission {}", material.transmission),
-    );
-    add(
-        material.transmission > 0.0 && material.thin_walled,
-        "thin".into(),
-    );
-    add(
-        material.emits(),
-        format!("emission {:?}", material.emission),
-    );
-    match material.alpha_mode {
-        AlphaMode::Opaque => {}
-        AlphaMode::Mask { cutoff } => add(true, format!("holes where alpha < {cutoff}")),
-        AlphaMode::Blend => add(true, "blended by alpha".into()),
+    let summary = material.summary();
+    add(summary.unlit, "unlit".into());
+    if let Some(p) = summary.principled.first() {
+        let (metallic, roughness, transmission) = (p.metallic.1, p.roughness.1, p.transmission.1);
+        add(metallic > 0.0, format!("metallic {metallic}"));
+        add(true, format!("roughness {roughness}"));
+        add(transmission > 0.0, format!("transmission {transmission}"));
+        add(transmission > 0.0 && p.thin_wall, "thin".into());
     }
+    let emission = summary.emission.to_array();
+    add(summary.emits(), format!("emission {emission:?}"));
+    match summary.opacity {
+        Opacity::Full => {}
+        Opacity::Clip { cutoff, .. } => add(true, format!("holes where alpha < {cutoff}")),
+        Opacity::Blend { .. } => add(true, "blended by alpha".into()),
+    }
+    let graph = &material.graph;
     for (texture, name) in [
-        (material.base_color_texture.is_some(), "base colour"),
+        (graph.has_texture(Slot::BaseColor), "base colour"),
         (
-            material.metallic_roughness_texture.is_some(),
+            graph.has_texture(Slot::MetallicRoughness),
             "metallic and roughness",
         ),
-        (material.normal_texture.is_some(), "normal"),
-        (material.emission_texture.is_some(), "emission"),
-        (material.specular_texture.is_some(), "specular"),
-        (material.specular_color_texture.is_some(), "specular colour"),
-        (material.transmission_texture.is_some(), "transmission"),
+        (graph.has_normal_map(), "normal"),
+        (graph.has_texture(Slot::Emission), "emission"),
+        (graph.has_texture(Slot::Specular), "specular"),
+        (graph.has_texture(Slot::SpecularColor), "specular colour"),
+        (graph.has_texture(Slot::Transmission), "transmission"),
     ] {
         add(texture, format!("{name} texture"));
     }

@@ -1,127 +1,36 @@
-//! One material model: Blender's Principled BSDF and glTF's metallic-roughness are cases of it.
+//! Materials, and how images lie on surfaces.
 
 use super::ImageId;
+use super::graph::{Graph, Summary};
 
-/// A surface material. Scalars multiply their textures.
-#[derive(Clone, Debug)]
+/// A surface material.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name in the file.
     pub name: String,
-    /// Linear base colour.
-    pub base_color: [f32; 3],
-    /// RGB, sRGB-encoded in 8- and 16-bit files; alpha in A.
-    pub base_color_texture: Option<Texture>,
-    /// Opacity 0..=1.
-    pub alpha: f32,
-    /// How opacity is used.
-    pub alpha_mode: AlphaMode,
-    /// 0 (dielectric) to 1 (metal).
-    pub metallic: f32,
-    /// Perceptual roughness: α = roughness².
-    pub roughness: f32,
-    /// Roughness in G, metallic in B; linear.
-    pub metallic_roughness_texture: Option<Texture>,
-    /// Tangent-space normals.
-    pub normal_texture: Option<NormalTexture>,
-    /// Emitted radiance, strength included, W·sr⁻¹·m⁻².
-    pub emission: [f32; 3],
-    /// RGB, sRGB-encoded in 8- and 16-bit files.
-    pub emission_texture: Option<Texture>,
-    /// Index of refraction of the dielectric.
-    pub ior: f32,
-    /// Scales the dielectric's reflectance at normal incidence (KHR_materials_specular
-    /// `specularFactor`; Blender's specular IOR level is half of it).
-    pub specular: f32,
-    /// Factor in A.
-    pub specular_texture: Option<Texture>,
-    /// Tints the dielectric's reflectance at normal incidence.
-    pub specular_color: [f32; 3],
-    /// RGB, sRGB-encoded in 8- and 16-bit files.
-    pub specular_color_texture: Option<Texture>,
-    /// Share of light that goes through instead of being scattered diffusely, 0..=1.
-    pub transmission: f32,
-    /// Factor in R.
-    pub transmission_texture: Option<Texture>,
-    /// Transmission without refraction, as through a thin sheet (glTF without a volume);
-    /// otherwise the surface bounds a solid.
-    pub thin_walled: bool,
+    /// What it is.
+    pub graph: Graph,
     /// What the file says; see `Scene` users for what culling does.
     pub double_sided: bool,
-    /// Shows its base colour without light (KHR_materials_unlit).
-    pub unlit: bool,
 }
 
 impl Default for Material {
     /// glTF's default material: white, metallic 1, roughness 1 (specification 3.9.6).
     fn default() -> Self {
-        Self {
-            name: String::new(),
-            base_color: [1.0; 3],
-            base_color_texture: None,
-            alpha: 1.0,
-            alpha_mode: AlphaMode::Opaque,
-            metallic: 1.0,
-            roughness: 1.0,
-            metallic_roughness_texture: None,
-            normal_texture: None,
-            emission: [0.0; 3],
-            emission_texture: None,
-            ior: 1.5,
-            specular: 1.0,
-            specular_texture: None,
-            specular_color: [1.0; 3],
-            specular_color_texture: None,
-            transmission: 0.0,
-            transmission_texture: None,
-            thin_walled: true,
-            double_sided: false,
-            unlit: false,
-        }
+        super::MetallicRoughness::default().into()
     }
 }
 
 impl Material {
     /// Whether it emits.
     pub fn emits(&self) -> bool {
-        self.emission.iter().any(|&e| e > 0.0)
-            || (self.unlit && self.base_color.iter().any(|&c| c > 0.0))
+        self.summary().emits()
     }
 
-    /// Whether all of it is metal: a texture scales the factor down.
-    pub fn is_metal_everywhere(&self) -> bool {
-        self.metallic >= 1.0 && self.metallic_roughness_texture.is_none()
+    /// Says what it is where all vertices are opaque.
+    pub fn summary(&self) -> Summary {
+        self.graph.summary(false)
     }
-
-    /// Whether all of it below metal is glass.
-    pub fn is_glass_everywhere(&self) -> bool {
-        self.transmission >= 1.0 && self.transmission_texture.is_none()
-    }
-
-    /// All textures but the normal map.
-    pub fn textures_mut(&mut self) -> [&mut Option<Texture>; 6] {
-        [
-            &mut self.base_color_texture,
-            &mut self.metallic_roughness_texture,
-            &mut self.emission_texture,
-            &mut self.specular_texture,
-            &mut self.specular_color_texture,
-            &mut self.transmission_texture,
-        ]
-    }
-}
-
-/// How opacity is used.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AlphaMode {
-    /// Alpha is ignored.
-    Opaque,
-    /// Visible where alpha ≥ cutoff, otherwise a hole.
-    Mask {
-        /// Threshold.
-        cutoff: f32,
-    },
-    /// The share alpha of light meets the surface, the rest passes straight on.
-    Blend,
 }
 
 /// A reference to an image and how it lies on the surface.
@@ -149,15 +58,6 @@ impl From<ImageId> for Texture {
     }
 }
 
-/// A normal map and its strength.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NormalTexture {
-    /// The image: RGB 0..=1 stands for -1..=1 (+Y up, OpenGL's convention).
-    pub texture: Texture,
-    /// Scales x and y before normalisation.
-    pub scale: f32,
-}
-
 /// KHR_texture_transform: uv' = offset + R(rotation) · scale · uv.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvTransform {
@@ -167,6 +67,18 @@ pub struct UvTransform {
     pub rotation: f32,
     /// Applied first.
     pub scale: [f32; 2],
+}
+
+impl UvTransform {
+    /// Whether all its numbers are.
+    pub fn is_finite(&self) -> bool {
+        let mut numbers = self
+            .offset
+            .iter()
+            .chain(&self.scale)
+            .chain([&self.rotation]);
+        numbers.all(|n| n.is_finite())
+    }
 }
 
 impl Default for UvTransform {

@@ -9,9 +9,11 @@ mod effect;
 mod fingerprint;
 mod flat;
 mod flatten;
+pub mod graph;
 mod inventory;
 mod left_out;
 mod material;
+mod metallic_roughness;
 mod settings;
 mod simplify;
 mod texel;
@@ -26,10 +28,8 @@ pub use effect::Effect;
 pub use fingerprint::fingerprint;
 pub use inventory::{BoundsInfo, Inventory};
 pub use left_out::LeftOut;
-pub use material::{
-    AlphaMode, ImageUse, Material, NormalTexture, Sampler, Texture, TextureFilter, UvTransform,
-    Wrap,
-};
+pub use material::{ImageUse, Material, Sampler, Texture, TextureFilter, UvTransform, Wrap};
+pub use metallic_roughness::{AlphaMode, MetallicRoughness, NormalTexture};
 pub use settings::{ColorManagement, RenderDefaults};
 pub use simplify::simplify;
 pub use texel::decoded;

@@ -1,7 +1,8 @@
 //! Triangles that stand twice in one place.
 
+use super::graph::Opacity;
 use super::validate::Dropped;
-use super::{AlphaMode, Instance, Material, Mesh, MeshId, Scene, Visibility};
+use super::{Instance, Material, Mesh, MeshId, Scene, Visibility};
 use glam::DVec3;
 use std::collections::{BTreeMap, HashSet};
 use std::hash::{BuildHasher, RandomState};
@@ -9,7 +10,8 @@ use std::hash::{BuildHasher, RandomState};
 /// Whether twins of such triangles make light: each is sampled as a light of its own, but a ray meets one of them. (With
 /// transparency each of them counts: two layers are two.)
 pub fn make_light(material: &Material) -> bool {
-    material.emission.iter().any(|&c| c > 0.0) && material.alpha_mode == AlphaMode::Opaque
+    let summary = material.summary();
+    summary.emits() && !summary.unlit && summary.opacity == Opacity::Full
 }
 
 /// Leaves out triangles whose corners are those of one before them, bit for bit; says how many. In the same order, if they have
@@ -58,8 +60,9 @@ type Seen = BTreeMap<u32, BTreeMap<Visibility, HashSet<u32>>>;
 /// goes, of others the mesh is divided.
 pub fn leave_out_across(scene: &mut Scene) -> Dropped {
     let mut dropped = Dropped::default();
+    let lights: Vec<bool> = scene.materials.iter().map(make_light).collect();
     let shining: Vec<u32> = (0..scene.instances.len() as u32)
-        .filter(|&i| material_of(scene, i).is_some_and(make_light))
+        .filter(|&i| material_of(scene, i).is_some_and(|m| lights[m]))
         .collect();
     if shining.len() < 2 {
         return dropped;
@@ -103,9 +106,10 @@ pub fn leave_out_across(scene: &mut Scene) -> Dropped {
     dropped
 }
 
-fn material_of(scene: &Scene, instance: u32) -> Option<&Material> {
+/// The number of its material.
+fn material_of(scene: &Scene, instance: u32) -> Option<usize> {
     let mesh = &scene.meshes[scene.instances[instance as usize].mesh.0 as usize];
-    mesh.material.map(|m| &scene.materials[m.0 as usize])
+    mesh.material.map(|m| m.0 as usize)
 }
 
 /// Triangles of some instances that stand where one of an instance before them does.
@@ -123,7 +127,8 @@ fn twins_among(scene: &Scene, instances: &[u32]) -> Seen {
     for &instance in instances {
         let placed = &scene.instances[instance as usize];
         let count = scene.meshes[placed.mesh.0 as usize].triangles.len();
-        let single_sided = material_of(scene, instance).is_some_and(|m| !m.double_sided);
+        let single_sided =
+            material_of(scene, instance).is_some_and(|m| !scene.materials[m].double_sided);
         places.extend((0..count as u32).map(|triangle| {
             let place = Place {
                 hash: 0,
@@ -186,16 +191,16 @@ fn placed_corners(mesh: &Mesh, instance: &Instance, triangle: u32) -> [[u64; 3];
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{MaterialId, RayKind};
+    use crate::scene::{MaterialId, MetallicRoughness, RayKind};
     use glam::DAffine3;
 
     /// A copy of an object in its place goes, one that only shares a triangle loses it, whichever way it is turned.
     #[test]
     fn twins_of_other_objects_go() {
-        let shining = Material {
+        let shining = Material::from(MetallicRoughness {
             emission: [1.0; 3],
-            ..Material::default()
-        };
+            ..MetallicRoughness::default()
+        });
         let mesh = |triangles: &[[u32; 3]]| Mesh {
             positions: vec![
                 [0.0, 0.0, 0.0],
@@ -266,7 +271,7 @@ mod tests {
         assert_eq!(left, [whole.clone(), vec![[0, 2, 3], [0, 3, 1]], whole]);
         // The mesh itself stays what it was.
         assert_eq!(scene.meshes[1].triangles.len(), 3);
-        scene.materials[0].emission = [0.0; 3];
+        scene.materials[0] = Material::default();
         scene.instances.push(placed(0, 0.3, all));
         leave_out_across(&mut scene);
         assert_eq!(scene.instances.len(), 4);

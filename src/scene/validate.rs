@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::flatten::directions;
-use super::{AlphaMode, Diagnostics, LightKind, Material, Mesh, Projection, Scene, Verdict, twins};
+use super::{Diagnostics, LightKind, Material, Mesh, Projection, Scene, Verdict, twins};
 use crate::math::words::counted;
 
 /// Makes a scene fit for rendering: drops what has no meaning, repairs what has one, and says so.
@@ -573,88 +573,31 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
 }
 
 fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diagnostics) {
-    let mut changed = false;
-    let mut clamp = |value: &mut f32, low: f32, high: f32, otherwise: f32| {
-        let legal = if value.is_nan() {
-            otherwise
-        } else {
-            value.clamp(low, high)
-        };
-        changed |= legal != *value;
-        *value = legal;
+    let faults = material.graph.clean(images);
+    let mut tell = |there: bool, code, verdict, feature: &str, instead: &str| {
+        if there {
+            diagnostics.report(code, verdict, feature, &material.name, instead);
+        }
     };
-    const LARGEST: f32 = 1e30;
-    // Above 1 in Blender's files (SUNDOG_material): such a surface makes light. Bounded, so that a path of
-    // the default length stays within an f32.
-    const BRIGHTEST: f32 = 100.0;
-    for c in &mut material.base_color {
-        // What is no number was not meant to make light.
-        let most = if c.is_finite() { BRIGHTEST } else { 1.0 };
-        clamp(c, 0.0, most, 0.0);
-    }
-    clamp(&mut material.alpha, 0.0, 1.0, 1.0);
-    clamp(&mut material.metallic, 0.0, 1.0, 0.0);
-    clamp(&mut material.roughness, 0.0, 1.0, 1.0);
-    for c in &mut material.emission {
-        clamp(c, 0.0, LARGEST, 0.0);
-    }
-    // KHR_materials_ior: 0 stands for a reflectance of 1 at all angles, otherwise at least 1.
-    if material.ior != 0.0 {
-        clamp(&mut material.ior, 1.0, LARGEST, 1.5);
-    }
-    // Above 1 where Blender's specular level is above 1/2.
-    clamp(&mut material.specular, 0.0, LARGEST, 1.0);
-    for c in &mut material.specular_color {
-        clamp(c, 0.0, LARGEST, 1.0);
-    }
-    clamp(&mut material.transmission, 0.0, 1.0, 0.0);
-    if let AlphaMode::Mask { cutoff } = &mut material.alpha_mode {
-        // Above 1 everything is cut, which is legal.
-        clamp(cutoff, 0.0, LARGEST, 0.5);
-    }
-    if let Some(normal) = &mut material.normal_texture {
-        clamp(&mut normal.scale, -LARGEST, LARGEST, 1.0);
-    }
-    if changed {
-        diagnostics.report(
-            "material-range",
-            Verdict::Approximated,
-            "material with numbers outside of their legal range",
-            &material.name,
-            "the nearest legal number is used",
-        );
-    }
-    let mut broken = false;
-    for texture in material.textures_mut() {
-        let Some(t) = texture else { continue };
-        let transform = t.transform;
-        let numbers = transform
-            .offset
-            .iter()
-            .chain(&transform.scale)
-            .chain([&transform.rotation]);
-        if t.image.0 as usize >= images || numbers.into_iter().any(|n| !n.is_finite()) {
-            (*texture, broken) = (None, true);
-        }
-    }
-    if let Some(normal) = &material.normal_texture {
-        let transform = normal.texture.transform;
-        let mut numbers = transform
-            .offset
-            .iter()
-            .chain(&transform.scale)
-            .chain([&transform.rotation]);
-        if normal.texture.image.0 as usize >= images || numbers.any(|n| !n.is_finite()) {
-            (material.normal_texture, broken) = (None, true);
-        }
-    }
-    if broken {
-        diagnostics.report(
-            "bad-texture",
-            Verdict::Lost,
-            "texture without an image or with a transform that is not finite",
-            &material.name,
-            "left out",
-        );
-    }
+    tell(
+        faults.links,
+        "bad-link",
+        Verdict::Lost,
+        "links between nodes that go nowhere",
+        "left out",
+    );
+    tell(
+        faults.numbers,
+        "material-range",
+        Verdict::Approximated,
+        "material with numbers outside of their legal range",
+        "the nearest legal number is used",
+    );
+    tell(
+        faults.textures,
+        "bad-texture",
+        Verdict::Lost,
+        "texture without an image or with a transform that is not finite",
+        "left out",
+    );
 }

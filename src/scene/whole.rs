@@ -1,6 +1,6 @@
 //! What is asked of a scene as a whole: where it is, whether anything in it shines, and a camera that sees all of it.
 
-use super::{Camera, Mesh, Projection, Scene, Window};
+use super::{Camera, Material, Mesh, Projection, Scene, Window};
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
@@ -58,7 +58,8 @@ impl Scene {
             let material = mesh.material.map(|m| self.materials.get(m.0 as usize));
             material
                 .flatten()
-                .is_some_and(|material| material.unlit || is_some(&material.emission))
+                .map(Material::summary)
+                .is_some_and(|summary| summary.unlit || summary.emits())
         };
         world.is_some_and(|world| is_some(&world.radiance))
             || self
@@ -110,7 +111,7 @@ impl Scene {
 mod tests {
     use super::*;
     use crate::scene::{
-        Environment, Instance, Light, LightKind, Material, MaterialId, MeshId, Visibility,
+        Environment, Instance, Light, LightKind, MaterialId, MeshId, MetallicRoughness, Visibility,
     };
 
     /// One triangle, placed somewhere.
@@ -179,11 +180,19 @@ mod tests {
         assert!(!dark.shines() && !Scene::default().shines());
 
         let mut unlit = dark.clone();
-        unlit.materials[0].unlit = true;
+        unlit.materials[0] = MetallicRoughness {
+            unlit: true,
+            ..MetallicRoughness::default()
+        }
+        .into();
         assert!(unlit.shines());
 
         let mut lamp = dark.clone();
-        lamp.materials[0].emission = [0.0, 0.1, 0.0];
+        lamp.materials[0] = MetallicRoughness {
+            emission: [0.0, 0.1, 0.0],
+            ..MetallicRoughness::default()
+        }
+        .into();
         assert!(lamp.shines());
         // A material that nothing has.
         lamp.meshes[0].material = None;

@@ -7,7 +7,9 @@ pub mod fresnel;
 pub mod ggx;
 pub mod normal;
 pub mod principled;
+pub mod program;
 pub mod tables;
+pub mod texture;
 
 pub use bsdf::{Bsdf, BsdfSample, Changes, Scattering};
 pub use closure::{AllKinds, Kinds, Normals};

@@ -1,11 +1,12 @@
 //! Meshes, placed meshes, and the surface at a hit.
 
-use super::material::{Coordinates, PreparedMaterial};
+use super::material::PreparedMaterial;
 use crate::effects::{Features, General};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
 use crate::scene::{Mesh, Visibility};
 use crate::shading::Normals;
+use crate::shading::program::Place;
 use crate::shading::{Dielectrics, Principled};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -162,15 +163,6 @@ pub struct HitPoint<'a> {
 }
 
 impl HitPoint<'_> {
-    /// Vertex colour; white where there is none.
-    #[inline]
-    pub fn color(&self) -> Vec4 {
-        self.mesh.colors.as_ref().map_or(Vec4::ONE, |c| {
-            let [a, b, d] = self.corners.map(|i| Vec4::from(c[i as usize]));
-            a + (b - a) * self.u + (d - a) * self.v
-        })
-    }
-
     #[inline]
     fn vector(&self, values: &[[f32; 3]]) -> Vec3 {
         let [a, b, c] = self.corners.map(|i| Vec3::from(values[i as usize]));
@@ -178,7 +170,7 @@ impl HitPoint<'_> {
     }
 }
 
-impl Coordinates for HitPoint<'_> {
+impl Place for HitPoint<'_> {
     #[inline]
     fn uv(&self, set: u32) -> Vec2 {
         self.mesh
@@ -188,6 +180,19 @@ impl Coordinates for HitPoint<'_> {
                 let [a, b, c] = self.corners.map(|i| Vec2::from(values[i as usize]));
                 a + (b - a) * self.u + (c - a) * self.v
             })
+    }
+
+    #[inline]
+    fn color(&self) -> Vec4 {
+        self.mesh.colors.as_ref().map_or(Vec4::ONE, |c| {
+            let [a, b, d] = self.corners.map(|i| Vec4::from(c[i as usize]));
+            a + (b - a) * self.u + (d - a) * self.v
+        })
+    }
+
+    /// Opacity and emission know no normals.
+    fn mapped_normal(&self, _: Vec3, _: f32) -> Vec3 {
+        Vec3::ZERO
     }
 }
 
@@ -409,38 +414,28 @@ pub fn surface<'a, E: Features>(
         smooth_outside = -smooth_outside;
     }
     let mut shading = smooth;
-    if E::EVERYTHING
-        && let Some((texture, scale)) = &material.normal_texture
-    {
-        let texel = texture.read(at.uv(texture.uv_set)).truncate() * 2.0 - 1.0;
-        if let Some(n) = mapped_normal(
+    let parameters = if E::EVERYTHING {
+        let (parameters, normal) = material.parameters(&Shaded {
             entry,
-            mesh,
-            &at,
-            hit.primitive,
-            smooth_outside,
-            texel,
-            *scale,
-        ) {
-            shading = side(n);
+            at: &at,
+            triangle: hit.primitive,
+            normal: smooth_outside,
+        });
+        if normal != Vec3::ZERO {
+            shading = side(normal);
         }
-    }
+        parameters
+    } else {
+        material.constant_parameters()
+    };
     debug_assert!(
         [geometric, smooth, shading]
             .into_iter()
             .all(|n| n == Vec3::ZERO || is_unit(n)),
         "normals {geometric} {smooth} {shading}"
     );
-    let textures = E::EVERYTHING;
-    let color = if textures { at.color() } else { Vec4::ONE };
-    let emission = material.emitted(&at, color);
-    let parameters = (!material.unlit).then(|| {
-        if textures {
-            material.parameters(&at, color)
-        } else {
-            material.constant_parameters()
-        }
-    });
+    let emission = material.emitted(&at);
+    let parameters = (!material.unlit).then_some(parameters);
     Surface {
         point,
         normals: Normals {
@@ -486,16 +481,40 @@ pub fn lift(entry: &Entry, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec3 {
     }
 }
 
-/// The normal that a map's texel stands for, on the outside.
-fn mapped_normal(
-    entry: &Entry,
-    mesh: &MeshData,
-    at: &HitPoint,
+/// A hit whose normal is known.
+struct Shaded<'a> {
+    entry: &'a Entry,
+    at: &'a HitPoint<'a>,
     triangle: u32,
+    /// The smooth one, outside.
     normal: Vec3,
-    texel: Vec3,
-    scale: f32,
-) -> Option<Vec3> {
+}
+
+impl Place for Shaded<'_> {
+    #[inline]
+    fn uv(&self, set: u32) -> Vec2 {
+        self.at.uv(set)
+    }
+
+    #[inline]
+    fn color(&self) -> Vec4 {
+        self.at.color()
+    }
+
+    fn mapped_normal(&self, tangent_space: Vec3, strength: f32) -> Vec3 {
+        mapped_normal(self, tangent_space, strength).unwrap_or(Vec3::ZERO)
+    }
+}
+
+/// The normal that a map's texel stands for, on the outside.
+fn mapped_normal(of: &Shaded, texel: Vec3, scale: f32) -> Option<Vec3> {
+    let Shaded {
+        entry,
+        at,
+        triangle,
+        normal,
+    } = *of;
+    let mesh = at.mesh;
     let (tangent, sign) = match &mesh.tangents {
         Some(tangents) => {
             let [a, b, c] = at.corners.map(|i| Vec4::from(tangents[i as usize]));

@@ -37,10 +37,9 @@ impl EmissiveSurface for PlacedMesh {
         let mut radiance = material.emission;
         if material.emission_varies() || material.translucent {
             let at = mesh.at(triangle, weights.x, weights.y);
-            let color = at.color();
-            radiance = material.emitted(&at, color);
+            radiance = material.emitted(&at);
             if material.translucent {
-                radiance *= material.opacity(&at, color);
+                radiance *= material.opacity(&at);
             }
         }
         Some(EmittedPoint {
@@ -65,7 +64,7 @@ impl EmissiveSurface for PlacedMesh {
                     (j as f32 + 1.0 / 3.0) / N as f32,
                 );
                 let at = mesh.at(triangle, u, v);
-                sum += luminance(material.emitted(&at, at.color()));
+                sum += luminance(material.emitted(&at));
             }
         }
         let mean = sum / (N * (N + 1) / 2) as f32;
@@ -134,10 +133,10 @@ pub(super) fn prepare(
 
 #[cfg(test)]
 mod tests {
-    use super::super::material::Preparer;
+    use super::super::material::{Preparer, Vertices};
     use crate::hard::kit::{camera, diffuse, glass};
     use crate::light::emissive::{Eye, outside};
-    use crate::scene::{AlphaMode, Material, RayKind, Scene, Visibility};
+    use crate::scene::{AlphaMode, MetallicRoughness, RayKind, Scene, Visibility};
     use glam::{DVec3, Vec3};
 
     /// A tetrahedron of size 1 at the origin, wound outwards.
@@ -148,11 +147,15 @@ mod tests {
 
     fn found(
         visibility: Visibility,
-        material: &Material,
+        material: &MetallicRoughness,
         triangles: &[[Vec3; 3]],
         eye: DVec3,
     ) -> bool {
-        let material = Preparer::new(false).material(&Scene::default(), material, false);
+        let material = Preparer::new(false).material(
+            &Scene::default(),
+            &material.clone().into(),
+            Vertices::default(),
+        );
         let eye = Eye::new(&camera(eye, 0.8), DVec3::ZERO);
         outside(visibility, material.is_opaque(), triangles, &eye).is_some()
     }
@@ -177,12 +180,12 @@ mod tests {
         let hidden = Visibility::ALL.without(RayKind::Camera);
         assert!(!found(hidden, &opaque, &triangles(), away));
         // There is no glass below metal, in whichever kernel.
-        let metal = Material {
+        let metal = MetallicRoughness {
             metallic: 1.0,
             ..glass(0.0, 1.5)
         };
         assert!(found(Visibility::ALL, &metal, &triangles(), away));
-        let half_there = Material {
+        let half_there = MetallicRoughness {
             alpha: 0.5,
             alpha_mode: AlphaMode::Blend,
             ..opaque

@@ -1,21 +1,26 @@
 //! Materials with their textures and tables prepared.
 
 use super::Options;
-use super::texture::{PreparedTexture, Raster};
 use crate::effects;
-use crate::scene::{AlphaMode, ImageUse, Material, Scene, Texture};
+use crate::scene::graph::PrincipledSummary;
+use crate::scene::graph::node::principled;
+use crate::scene::{ImageUse, Material, Scene, Texture};
+use crate::shading::program::{
+    Known, Place, Programs, Root, Shader, Source, Weighted, compile, parameters,
+};
 use crate::shading::tables::Rows;
+use crate::shading::texture::{PreparedTexture, Raster};
 use crate::shading::{Dielectrics, Principled, ggx};
-use glam::{Vec2, Vec3, Vec4};
+use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A material ready for rays.
 #[derive(Debug)]
 pub struct PreparedMaterial {
+    programs: Programs,
+    /// What it is where nothing varies.
     base: Principled,
-    alpha: f32,
-    alpha_mode: AlphaMode,
     /// Emitted radiance before textures.
     pub emission: Vec3,
     /// The scattering part is missing: only emission.
@@ -24,24 +29,12 @@ pub struct PreparedMaterial {
     pub translucent: bool,
     /// Somewhere it is glass.
     lets_through: bool,
+    /// Somewhere it is solid glass.
+    bounds_a_solid: bool,
     /// Back faces can be hidden.
     pub single_sided: bool,
     /// Tables of its dielectric.
     pub dielectrics: Arc<Dielectrics>,
-    base_color_texture: Option<PreparedTexture>,
-    metallic_roughness_texture: Option<PreparedTexture>,
-    emission_texture: Option<PreparedTexture>,
-    specular_texture: Option<PreparedTexture>,
-    specular_color_texture: Option<PreparedTexture>,
-    transmission_texture: Option<PreparedTexture>,
-    /// Normal map and its scale.
-    pub normal_texture: Option<(PreparedTexture, f32)>,
-}
-
-/// Gives the texture coordinates of a set.
-pub trait Coordinates {
-    /// Coordinates of a set; (0, 0) where the mesh has none.
-    fn uv(&self, set: u32) -> Vec2;
 }
 
 /// Makes each raster once.
@@ -88,128 +81,119 @@ impl Preparer {
 
     /// Whether the tables of a material's coat and of its solid are read: smooth surfaces need none, nor does what is covered
     /// by metal or glass everywhere (textures scale the factors down).
-    fn tables_needed(&self, m: &Material) -> (bool, bool) {
-        let rough = self.roughens || m.roughness * m.roughness > ggx::SMOOTH_ALPHA;
-        if !rough || m.is_metal_everywhere() || m.unlit {
+    fn tables_needed(&self, p: &PrincipledSummary) -> (bool, bool) {
+        let roughness = p.roughness.1;
+        let rough = self.roughens || roughness * roughness > ggx::SMOOTH_ALPHA;
+        if !rough || p.is_metal_everywhere() {
             return (false, false);
         }
         (
-            !m.is_glass_everywhere() && m.specular > 0.0 && m.ior != 1.0,
-            m.transmission > 0.0 && !m.thin_walled,
+            !p.is_glass_everywhere() && p.specular.1 > 0.0 && p.ior != (1.0, 1.0),
+            p.transmission.1 > 0.0 && !p.thin_wall,
         )
     }
 
-    /// The rows of those tables that are read. Images of floats may hold more than 1.
-    fn rows_needed(&self, m: &Material) -> Rows {
-        let textured = m.metallic_roughness_texture.is_some();
-        Rows::between(
-            if textured { 0.0 } else { m.roughness },
-            if textured || self.roughens {
+    fn dielectrics(
+        &self,
+        p: Option<&PrincipledSummary>,
+        linked: &[(usize, Root)],
+    ) -> Arc<Dielectrics> {
+        let is_linked = |socket: usize| linked.iter().any(|(of, _)| *of == socket);
+        let (ior, specular) = p.map_or((1.5, 1.0), |p| (p.ior.1, p.specular.1));
+        let needs = p.map_or((false, false), |p| self.tables_needed(p));
+        let textured = needs.0 && is_linked(principled::SPECULAR_IOR_LEVEL);
+        // Images of floats may hold more than 1.
+        let rough = is_linked(principled::ROUGHNESS);
+        let roughness = p.map_or(1.0, |p| p.roughness.1);
+        let rows = Rows::between(
+            if rough { 0.0 } else { roughness },
+            if rough || self.roughens {
                 1.0
             } else {
-                m.roughness
+                roughness
             },
-        )
+        );
+        let key = (ior.to_bits(), specular.to_bits(), textured, needs, rows);
+        tables_of(key, || {
+            Dielectrics::needed(ior, specular, textured, needs, rows)
+        })
     }
 
-    fn texture(
-        &mut self,
-        scene: &Scene,
-        texture: Option<&Texture>,
-        usage: ImageUse,
-    ) -> Option<PreparedTexture> {
-        let texture = texture?;
-        let image = scene.images.get(texture.image.0 as usize)?;
-        let raster = self
-            .rasters
-            .entry(texture.image.0)
-            .or_insert_with(|| Arc::new(Raster::new(image)));
-        let space = scene.color_management.working_space;
-        Some(PreparedTexture::new(texture, raster.clone(), usage, space))
-    }
-
-    /// Prepares a material; `vertex_alpha` if some mesh with it has transparent vertex colours.
+    /// Prepares a material, for vertices with colours or without.
     pub fn material(
         &mut self,
         scene: &Scene,
         m: &Material,
-        vertex_alpha: bool,
+        vertices: Vertices,
     ) -> PreparedMaterial {
-        let needs = self.tables_needed(m);
-        let textured = needs.0 && m.specular_texture.is_some();
-        let rows = self.rows_needed(m);
-        let key = (m.ior.to_bits(), m.specular.to_bits(), textured, needs, rows);
-        let dielectrics = tables_of(key, || {
-            Dielectrics::needed(m.ior, m.specular, textured, needs, rows)
-        });
-        let base_color = Vec3::from(m.base_color);
+        let known = Known {
+            vertex_colors: vertices.colored,
+        };
+        let mut source = Textures {
+            rasters: &mut self.rasters,
+            scene,
+        };
+        let programs = compile(&m.graph, known, &mut source);
+        let summary = m.graph.summary(vertices.translucent);
+        let p = summary.principled.first();
+        let (base, linked) = match programs.shaders.first().map(|s| &s.shader) {
+            Some(Shader::Principled { base, linked, .. }) => (*base, &linked[..]),
+            _ => (MATTE, &[][..]),
+        };
+        let mut solids = summary.principled.iter().filter(|p| p.transmits());
         PreparedMaterial {
-            base: Principled {
-                base_color,
-                metallic: m.metallic,
-                roughness: m.roughness,
-                ior: m.ior,
-                specular: m.specular,
-                specular_color: Vec3::from(m.specular_color),
-                transmission: m.transmission,
-                thin_walled: m.thin_walled,
-                ..Principled::default()
-            },
-            alpha: m.alpha,
-            alpha_mode: m.alpha_mode,
-            emission: if m.unlit {
-                base_color
-            } else {
-                Vec3::from(m.emission)
-            },
-            unlit: m.unlit,
-            translucent: effects::is_translucent(m, vertex_alpha),
-            lets_through: m.transmission > 0.0 && !m.unlit && !m.is_metal_everywhere(),
+            base,
+            emission: programs.emitted.constant().unwrap_or(summary.emission),
+            unlit: summary.unlit,
+            translucent: summary.is_translucent(),
+            lets_through: solids.clone().next().is_some(),
+            bounds_a_solid: solids.any(|p| !p.thin_wall),
             single_sided: !m.double_sided,
-            dielectrics,
-            base_color_texture: self.texture(scene, m.base_color_texture.as_ref(), ImageUse::Color),
-            metallic_roughness_texture: self.texture(
-                scene,
-                m.metallic_roughness_texture.as_ref(),
-                ImageUse::Data,
-            ),
-            emission_texture: self.texture(scene, m.emission_texture.as_ref(), ImageUse::Color),
-            specular_texture: self.texture(scene, m.specular_texture.as_ref(), ImageUse::Data),
-            specular_color_texture: self.texture(
-                scene,
-                m.specular_color_texture.as_ref(),
-                ImageUse::Color,
-            ),
-            transmission_texture: self.texture(
-                scene,
-                m.transmission_texture.as_ref(),
-                ImageUse::Data,
-            ),
-            normal_texture: m
-                .normal_texture
-                .as_ref()
-                .filter(|n| n.scale != 0.0)
-                .and_then(|n| {
-                    Some((
-                        self.texture(scene, Some(&n.texture), ImageUse::Data)?,
-                        n.scale,
-                    ))
-                }),
+            dielectrics: self.dielectrics(p, linked),
+            programs,
         }
     }
 }
 
-#[inline]
-fn read(texture: &Option<PreparedTexture>, at: &impl Coordinates) -> Option<Vec4> {
-    texture.as_ref().map(|t| t.read(at.uv(t.uv_set)))
+/// A black surface, where there is no other.
+const MATTE: Principled = Principled {
+    base_color: Vec3::ZERO,
+    metallic: 0.0,
+    roughness: 1.0,
+    ior: 1.5,
+    specular: 0.0,
+    specular_color: Vec3::ONE,
+    transmission: 0.0,
+    thin_walled: true,
+    anisotropy: 0.0,
+    anisotropy_rotation: 0.0,
+};
+
+/// What the vertices of the meshes with a material have.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Vertices {
+    /// Colours.
+    pub colored: bool,
+    /// Some opacity below 1.
+    pub translucent: bool,
 }
 
-/// The colour of what is reflected: files of floats may hold negative ones, which count as 0, as in Cycles. What is not a
-/// number stays so, and is counted where it arises.
-#[inline]
-fn reflected(texel: Vec4) -> Vec3 {
-    let color = texel.truncate();
-    Vec3::select(color.cmplt(Vec3::ZERO), Vec3::ZERO, color)
+/// The images of a scene.
+struct Textures<'a> {
+    rasters: &'a mut HashMap<u32, Arc<Raster>>,
+    scene: &'a Scene,
+}
+
+impl Source for Textures<'_> {
+    fn texture(&mut self, texture: &Texture, usage: ImageUse) -> Option<PreparedTexture> {
+        let image = self.scene.images.get(texture.image.0 as usize)?;
+        let raster = self
+            .rasters
+            .entry(texture.image.0)
+            .or_insert_with(|| Arc::new(Raster::new(image)));
+        let space = self.scene.color_management.working_space;
+        Some(PreparedTexture::new(texture, raster.clone(), usage, space))
+    }
 }
 
 impl PreparedMaterial {
@@ -221,31 +205,40 @@ impl PreparedMaterial {
 
     /// Whether rays are refracted by it into a solid somewhere.
     pub fn bounds_a_solid(&self) -> bool {
-        self.lets_through && !self.base.thin_walled
+        self.bounds_a_solid
     }
 
-    /// What the material says at a point.
+    /// Whether it has a normal map.
+    pub fn has_normal_map(&self) -> bool {
+        let mut shaders = self.programs.shaders.iter();
+        shaders.any(|shader| shader.shader.normal().is_some())
+    }
+
+    /// What the material says at a point, and the normal of its map on the outside, 0 without one.
     #[inline]
-    pub fn parameters(&self, at: &impl Coordinates, vertex_color: Vec4) -> Principled {
-        let mut p = self.base;
-        p.base_color *= vertex_color.truncate();
-        if let Some(t) = read(&self.base_color_texture, at) {
-            p.base_color *= reflected(t);
+    pub fn parameters(&self, at: &impl Place) -> (Principled, Vec3) {
+        if self.programs.surface.is_constant() {
+            return (self.base, Vec3::ZERO);
         }
-        if let Some(t) = read(&self.metallic_roughness_texture, at) {
-            p.roughness *= t.y;
-            p.metallic *= t.z;
-        }
-        if let Some(t) = read(&self.specular_texture, at) {
-            p.specular *= t.w;
-        }
-        if let Some(t) = read(&self.specular_color_texture, at) {
-            p.specular_color *= reflected(t);
-        }
-        if let Some(t) = read(&self.transmission_texture, at) {
-            p.transmission *= t.x;
-        }
-        p
+        let Some(Weighted { shader, .. }) = self.programs.shaders.first() else {
+            return (self.base, Vec3::ZERO);
+        };
+        self.programs.surface.at(at, |at| {
+            let normal = shader.normal().map_or(Vec3::ZERO, |root| at.color(root));
+            match shader {
+                Shader::Principled { base, linked, .. } => (parameters(base, linked, at), normal),
+                Shader::Diffuse { color, .. } | Shader::Glossy { color, .. } => {
+                    let base_color = at.color(color);
+                    (
+                        Principled {
+                            base_color,
+                            ..MATTE
+                        },
+                        normal,
+                    )
+                }
+            }
+        })
     }
 
     /// What the material says where it has no textures.
@@ -256,58 +249,45 @@ impl PreparedMaterial {
 
     /// Sets of texture coordinates that its textures read.
     pub fn uv_sets(&self) -> usize {
-        let normal = self.normal_texture.as_ref().map(|(texture, _)| texture);
-        let textures = [
-            &self.base_color_texture,
-            &self.metallic_roughness_texture,
-            &self.emission_texture,
-            &self.specular_texture,
-            &self.specular_color_texture,
-            &self.transmission_texture,
-        ];
-        let read = textures.into_iter().flatten().chain(normal);
+        let Programs {
+            surface,
+            opacity,
+            emission,
+            ..
+        } = &self.programs;
+        let opacity = opacity.iter().flat_map(|o| o.program.textures());
+        let read = surface.textures().iter().chain(emission.textures());
         // Where there are no tangents, those of the first set take their place.
-        let bumps = usize::from(normal.is_some());
-        read.fold(bumps, |sets, texture| sets.max(texture.uv_set as usize + 1))
+        let bumps = usize::from(self.has_normal_map());
+        let sets = read
+            .chain(opacity)
+            .map(|texture| texture.uv_set as usize + 1);
+        sets.fold(bumps, usize::max)
     }
 
     /// Whether [`Self::emitted`] looks at the place.
     pub fn emission_varies(&self) -> bool {
-        self.unlit || self.emission_texture.is_some()
+        !self.programs.emission.is_constant()
     }
 
     /// Emitted radiance at a point.
     #[inline]
-    pub fn emitted(&self, at: &impl Coordinates, vertex_color: Vec4) -> Vec3 {
-        if self.emission == Vec3::ZERO {
-            return Vec3::ZERO;
+    pub fn emitted(&self, at: &impl Place) -> Vec3 {
+        if self.programs.emission.is_constant() {
+            return self.emission;
         }
-        let mut e = self.emission;
-        let texture = if self.unlit {
-            &self.base_color_texture
-        } else {
-            &self.emission_texture
-        };
-        if let Some(t) = read(texture, at) {
-            e *= t.truncate();
-        }
-        if self.unlit {
-            e *= vertex_color.truncate();
-        }
-        e
+        let Programs {
+            emission, emitted, ..
+        } = &self.programs;
+        emission.at(at, |at| at.color(emitted))
     }
 
     /// Opacity at a point, 0..=1; cut-outs are 0 or 1.
     #[inline]
-    pub fn opacity(&self, at: &impl Coordinates, vertex_color: Vec4) -> f32 {
-        let alpha = || {
-            let texture = read(&self.base_color_texture, at).map_or(1.0, |t| t.w);
-            (self.alpha * vertex_color.w * texture).clamp(0.0, 1.0)
-        };
-        match self.alpha_mode {
-            AlphaMode::Opaque => 1.0,
-            AlphaMode::Mask { cutoff } => f32::from(alpha() >= cutoff),
-            AlphaMode::Blend => alpha(),
+    pub fn opacity(&self, at: &impl Place) -> f32 {
+        match &self.programs.opacity {
+            None => 1.0,
+            Some(opacity) => opacity.program.at(at, |at| at.number(&opacity.rest)),
         }
     }
 }
@@ -318,33 +298,22 @@ pub fn prepare(scene: &Scene, options: &Options) -> Vec<Arc<PreparedMaterial>> {
     for instance in &scene.instances {
         is_placed[instance.mesh.0 as usize] = true;
     }
-    let mut vertex_alpha = vec![false; scene.materials.len() + 1];
+    let mut vertices = vec![Vertices::default(); scene.materials.len() + 1];
     let placed = scene.meshes.iter().zip(&is_placed).filter(|(_, p)| **p);
     for (mesh, _) in placed.filter(|_| effects::has(options.effects, effects::VERTEX_COLORS)) {
         let default = scene.materials.len();
         let slot = mesh.material.map_or(default, |m| m.0 as usize);
-        if let (Some(colors), Some(v)) = (&mesh.colors, vertex_alpha.get_mut(slot)) {
-            *v |= colors.iter().any(|c| c[3] < 1.0);
+        if let (Some(colors), Some(v)) = (&mesh.colors, vertices.get_mut(slot)) {
+            v.colored |= colors.iter().flatten().any(|&c| c != 1.0);
+            v.translucent |= colors.iter().any(|c| c[3] < 1.0);
         }
     }
     let mut preparer = Preparer::new(options.roughens);
     let fallback = Material::default();
     let materials = scene.materials.iter().chain([&fallback]);
     materials
-        .zip(&vertex_alpha)
-        .map(|(m, &a)| preparer.material(scene, &effects::kept(m, options.effects), a))
+        .zip(&vertices)
+        .map(|(m, &v)| preparer.material(scene, &effects::kept(m, options.effects), v))
         .map(Arc::new)
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn colours_below_zero_reflect_nothing() {
-        let below = reflected(Vec4::new(-0.25, 0.5, -0.0, -1.0));
-        assert_eq!(below, Vec3::new(0.0, 0.5, 0.0));
-        assert!(reflected(Vec4::new(f32::NAN, 2.0, 0.0, 1.0)).x.is_nan());
-    }
 }

@@ -7,7 +7,6 @@ mod lights;
 mod material;
 mod origin;
 mod placed;
-mod texture;
 
 pub use crate::ffi::embree::{Hit, InstructionSet};
 pub use crate::light::Source;
@@ -24,9 +23,10 @@ use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
 use crate::shading::Normals;
+use crate::shading::program::Place;
 use geometry::Entry;
 use glam::{DVec3, Vec2, Vec3};
-use material::{Coordinates, PreparedMaterial};
+use material::PreparedMaterial;
 use origin::{Extent, Origin};
 use placed::Geometry;
 use serde::Serialize;
@@ -328,7 +328,7 @@ impl World {
             return 1.0;
         }
         let at = mesh.at(hit.primitive, hit.u, hit.v);
-        material.opacity(&at, at.color())
+        material.opacity(&at)
     }
 
     /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at

@@ -46,7 +46,7 @@ impl Needs {
         Self {
             attributes: Attributes {
                 uv_sets: material.uv_sets().max(usize::from(options.uv_pass)),
-                tangents: material.normal_texture.is_some(),
+                tangents: material.has_normal_map(),
                 colors: keep(effects::VERTEX_COLORS),
             },
             filtered,

@@ -9,7 +9,7 @@ use glam::DVec3;
 use sundog::import::{self, ImportOptions, LightUnits};
 use sundog::scene::{LightKind, Projection};
 
-use super::kit::codes;
+use super::kit::{codes, standard};
 
 /// Runs one of this folder's scripts with Blender 4.5 as a Python module: `$SUNDOG_BPY_PYTHON`
 /// if that is set, else where the set-up puts it.
@@ -125,6 +125,7 @@ fn lamps_and_cameras_of_a_real_export() {
 
         assert_eq!(scene.instances[0].name, "bare");
         let material = &scene.materials[scene.meshes[0].material.unwrap().0 as usize];
+        let material = standard(material);
         assert_eq!((material.base_color, material.specular), ([0.8; 3], 0.0));
     }
 }

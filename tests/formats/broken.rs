@@ -124,7 +124,8 @@ fn check(scene: &Scene) {
         assert!(m.is_finite() && m.matrix3.determinant() != 0.0);
         assert!(!scene.meshes[instance.mesh.0 as usize].triangles.is_empty());
     }
-    for m in &scene.materials {
+    for material in &scene.materials {
+        let m = standard(material);
         let unit = [m.alpha, m.metallic, m.roughness, m.transmission];
         assert!(
             unit.iter()
@@ -134,8 +135,7 @@ fn check(scene: &Scene) {
         assert!(m.emission.iter().all(|v| v.is_finite() && *v >= 0.0));
         assert!(m.specular.is_finite() && m.specular >= 0.0);
         assert!(m.ior == 0.0 || m.ior >= 1.0);
-        let mut copy = m.clone();
-        for texture in copy.textures_mut().into_iter().flatten() {
+        for texture in material.graph.textures() {
             assert!((texture.image.0 as usize) < scene.images.len());
         }
     }
@@ -223,7 +223,7 @@ fn missing_files_are_named() {
         "{lost}"
     );
     assert_eq!(lost.objects, ["image 0 (\"oak\")"]);
-    let material = &imported.scene.materials[0];
+    let material = standard(&imported.scene.materials[0]);
     assert_eq!(material.base_color, [0.5, 0.25, 0.125]);
     assert!(material.base_color_texture.is_none() && material.emission_texture.is_none());
     assert_eq!(material.emission, [0.0; 3]);
@@ -548,8 +548,9 @@ fn material_numbers_are_brought_into_range() {
     });
     let imported = file.load();
     check(&imported.scene);
-    assert_eq!(imported.scene.materials[0].base_color, [1.0, 0.0, 0.5]);
-    assert_eq!(imported.scene.materials[0].ior, 1.0);
+    let material = standard(&imported.scene.materials[0]);
+    assert_eq!(material.base_color, [1.0, 0.0, 0.5]);
+    assert_eq!(material.ior, 1.0);
     assert_eq!(found(&imported, "material-range")[0].objects, ["wild"]);
 }
 
@@ -559,19 +560,11 @@ fn clean_up_copes_with_scenes_from_anywhere() {
     scene.instances[0].mesh.0 = 999;
     scene.meshes[0].material = Some(MaterialId(999));
     scene.meshes[1].normals.as_mut().unwrap().pop();
-    scene.materials[0]
-        .base_color_texture
-        .as_mut()
-        .unwrap()
-        .image
-        .0 = 999;
-    scene.materials[0]
-        .normal_texture
-        .as_mut()
-        .unwrap()
-        .texture
-        .transform
-        .offset[0] = f32::NAN;
+    let mut material = standard(&scene.materials[0]);
+    material.base_color_texture.as_mut().unwrap().image.0 = 999;
+    let normal = material.normal_texture.as_mut().unwrap();
+    normal.texture.transform.offset[0] = f32::NAN;
+    scene.materials[0] = material.into();
     let mut diagnostics = sundog::scene::Diagnostics::default();
     sundog::scene::validate::clean(&mut scene, &mut diagnostics);
     check(&scene);
@@ -601,7 +594,11 @@ fn broken_and_absurd_images_are_lost_and_named() {
             json!({ "baseColorTexture": { "index": 0 } });
         let imported = file.load();
         assert!(imported.scene.images.is_empty());
-        assert!(imported.scene.materials[0].base_color_texture.is_none());
+        assert!(
+            standard(&imported.scene.materials[0])
+                .base_color_texture
+                .is_none()
+        );
         found(&imported, "image-lost")[0].to_string()
     };
     let whole = png(image::RgbImage::from_pixel(64, 64, image::Rgb([5, 6, 7])).into());

@@ -501,7 +501,11 @@ fn ktx2_textures_are_used_and_what_they_say_of_their_size_is_checked() {
         json!({ "baseColorTexture": { "index": texture } });
     let imported = file.load();
     assert!(imported.diagnostics.is_empty());
-    assert!(imported.scene.materials[0].base_color_texture.is_some());
+    assert!(
+        standard(&imported.scene.materials[0])
+            .base_color_texture
+            .is_some()
+    );
     assert_eq!(imported.scene.images[0].width, 7);
     for (at, value) in [
         (20usize, 1u32 << 31),

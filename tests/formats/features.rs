@@ -432,7 +432,11 @@ fn tangents_come_only_with_normal_maps_and_on_their_uv_set() {
     assert_eq!(tangents(&file), [[1.0, 0.0, 0.0, 1.0]; 4]);
     let scene = file.load().scene;
     assert_eq!(
-        scene.materials[0].normal_texture.as_ref().unwrap().scale,
+        standard(&scene.materials[0])
+            .normal_texture
+            .as_ref()
+            .unwrap()
+            .scale,
         0.5
     );
     file.json["materials"][0]["normalTexture"]["texCoord"] = json!(1);
@@ -587,7 +591,7 @@ fn a_material_with_everything() {
         1,
         "one image, however often it is used"
     );
-    let m = &imported.scene.materials[0];
+    let m = &standard(&imported.scene.materials[0]);
     assert_eq!(
         (m.name.as_str(), m.double_sided, m.unlit, m.thin_walled),
         ("all", true, false, false)
@@ -633,7 +637,7 @@ fn a_specular_color_above_one_is_a_specular_factor() {
     let mut file = Builder::square();
     let read = |file: &mut Builder, specular: serde_json::Value| {
         file.json["materials"][0] = json!({ "extensions": { "KHR_materials_specular": specular } });
-        let m = &file.load().scene.materials[0];
+        let m = &standard(&file.load().scene.materials[0]);
         (m.specular, m.specular_color)
     };
     let above = json!({ "specularColorFactor": [1.6, 1.2, 0.8] });
@@ -648,7 +652,7 @@ fn materials_without_anything_are_gltfs_default() {
     file.json["materials"][0] =
         json!({ "alphaMode": "BLEND", "extensions": { "KHR_materials_unlit": {} } });
     let scene = file.load().scene;
-    let m = &scene.materials[0];
+    let m = &standard(&scene.materials[0]);
     assert_eq!(
         (m.base_color, m.metallic, m.roughness, m.ior),
         ([1.0; 3], 1.0, 1.0, 1.5)
@@ -659,7 +663,7 @@ fn materials_without_anything_are_gltfs_default() {
     );
     file.json["materials"][0] = json!({ "alphaMode": "MASK" });
     assert_eq!(
-        file.load().scene.materials[0].alpha_mode,
+        standard(&file.load().scene.materials[0]).alpha_mode,
         AlphaMode::Mask { cutoff: 0.5 }
     );
 }
@@ -674,7 +678,7 @@ fn transmission_is_solid_or_thin_by_generator_volume_and_option() {
             transmission,
             ..ImportOptions::default()
         };
-        file.load_with(&options).unwrap().scene.materials[0].thin_walled
+        standard(&file.load_with(&options).unwrap().scene.materials[0]).thin_walled
     };
     assert!(thin(&file, Transmission::Auto));
     assert!(!thin(&file, Transmission::Solid));
@@ -705,7 +709,8 @@ fn meshes_without_a_material_look_as_in_the_blender_that_wrote_them() {
     let mut file = Builder::triangle();
     file.json["asset"]["generator"] = json!(BLENDER_4_5);
     let imported = file.load();
-    let m = &imported.scene.materials[imported.scene.meshes[0].material.unwrap().0 as usize];
+    let id = imported.scene.meshes[0].material.unwrap().0;
+    let m = &standard(&imported.scene.materials[id as usize]);
     assert_eq!(
         (m.base_color, m.metallic, m.roughness, m.specular),
         ([0.8; 3], 0.0, 1.0, 0.0)
@@ -714,7 +719,7 @@ fn meshes_without_a_material_look_as_in_the_blender_that_wrote_them() {
     assert_eq!(found(&imported, "no-material")[0].verdict, Verdict::Exact);
     file.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.0.21");
     let imported = file.load();
-    let m = &imported.scene.materials[0];
+    let m = &standard(&imported.scene.materials[0]);
     assert_eq!(
         (m.base_color, m.metallic, m.roughness, m.specular),
         ([0.8; 3], 0.0, 0.5, 1.0)
@@ -833,7 +838,11 @@ fn fallbacks_are_used_and_told() {
         .remove("source");
     let imported = file.load();
     assert_eq!(codes(&imported), ["texture-kind", "compression-fallback"]);
-    assert!(imported.scene.materials[0].base_color_texture.is_none());
+    assert!(
+        standard(&imported.scene.materials[0])
+            .base_color_texture
+            .is_none()
+    );
     let positions = file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
         .as_u64()
         .unwrap() as usize;
@@ -874,7 +883,11 @@ fn webp_is_preferred_and_unreadable_kinds_are_left_out() {
     file.json["images"][image]["bufferView"] = json!(view);
     let imported = file.load();
     assert_eq!(codes(&imported), ["image-kind"]);
-    assert!(imported.scene.materials[0].base_color_texture.is_none());
+    assert!(
+        standard(&imported.scene.materials[0])
+            .base_color_texture
+            .is_none()
+    );
 }
 
 // --- lights and cameras ---
@@ -1239,7 +1252,7 @@ fn a_material_of_blender_goes_beyond_gltf() {
         }
     }]);
     let imported = file.load();
-    let material = &imported.scene.materials[0];
+    let material = standard(&imported.scene.materials[0]);
     assert_eq!(material.base_color, [1.5, 0.5, 0.0]);
     assert_eq!(material.specular, 1.8);
     assert!(!material.thin_walled);

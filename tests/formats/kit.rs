@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use sundog::import::{self, ImportError, ImportOptions, Imported};
-use sundog::scene::Diagnostic;
+use sundog::scene::graph::node::{self, principled};
+use sundog::scene::graph::{Input, Opacity, SocketKind, Unit};
+use sundog::scene::{AlphaMode, Diagnostic, Material, MetallicRoughness, NormalTexture};
 
 pub const FLOAT: u32 = 5126;
 pub const BYTE: u32 = 5120;
@@ -216,4 +218,67 @@ pub fn found<'a>(imported: &'a Imported, code: &str) -> Vec<&'a Diagnostic> {
 /// All codes, in order.
 pub fn codes(imported: &Imported) -> Vec<&'static str> {
     imported.diagnostics.iter().map(|d| d.code).collect()
+}
+
+/// What a graph made of glTF's material says, in glTF's own words.
+pub fn standard(material: &Material) -> MetallicRoughness {
+    let graph = &material.graph;
+    let results = graph.results(&mut Unit {
+        vertex_alpha: false,
+    });
+    let summary = material.summary();
+    let shader = graph.node(graph.body().unwrap());
+    let first = |input: Input| graph.textures_behind(input).next().cloned();
+    let socket = |at: usize| shader.inputs[at];
+    let mut m = MetallicRoughness {
+        name: material.name.clone(),
+        double_sided: material.double_sided,
+        unlit: summary.unlit,
+        emission: summary.emission.to_array(),
+        ..MetallicRoughness::default()
+    };
+    if summary.unlit {
+        m.base_color = m.emission;
+        m.base_color_texture = first(socket(node::emission::COLOR));
+    } else {
+        let p = &summary.principled[0];
+        m.base_color = p.base_color.to_array();
+        m.base_color_texture = first(socket(principled::BASE_COLOR));
+        (m.metallic, m.roughness) = (p.metallic.1, p.roughness.1);
+        m.metallic_roughness_texture =
+            first(socket(principled::METALLIC)).or(first(socket(principled::ROUGHNESS)));
+        m.emission_texture = first(socket(principled::EMISSION_COLOR));
+        (m.ior, m.specular, m.transmission) = (p.ior.1, p.specular.1, p.transmission.1);
+        m.specular_texture = first(socket(principled::SPECULAR_IOR_LEVEL));
+        let tint = socket(principled::SPECULAR_TINT);
+        let tint_range = graph.range_of(&results, tint, SocketKind::Color);
+        m.specular_color = tint_range.high.truncate().to_array();
+        m.specular_color_texture = first(tint);
+        m.transmission_texture = first(socket(principled::TRANSMISSION_WEIGHT));
+        m.thin_walled = p.thin_wall;
+        m.normal_texture = first(socket(principled::NORMAL)).map(|texture| NormalTexture {
+            texture,
+            scale: graph.normal_map_strengths().next().unwrap(),
+        });
+    }
+    let number = |input: Input| {
+        graph
+            .range_of(&results, input, SocketKind::Float)
+            .number()
+            .1
+    };
+    if let Some((at, ..)) = graph.transparency() {
+        let factor = graph.nodes[at].inputs[node::mix_shader::FACTOR];
+        (m.alpha_mode, m.alpha) = match summary.opacity {
+            Opacity::Clip { cutoff, .. } => {
+                let hole = graph.node(factor.link().unwrap());
+                (
+                    AlphaMode::Mask { cutoff },
+                    number(hole.inputs[node::math::A]),
+                )
+            }
+            _ => (AlphaMode::Blend, number(factor)),
+        };
+    }
+    m
 }

@@ -25,11 +25,11 @@ pub fn fireflies() -> Scene {
         walls,
         &[DAffine3::IDENTITY],
     );
-    let mirror = Material {
+    let mirror = MetallicRoughness {
         base_color: [0.95; 3],
         metallic: 1.0,
         roughness: 0.05,
-        ..Material::default()
+        ..MetallicRoughness::default()
     };
     let tilted = DAffine3::from_rotation_translation(
         glam::DQuat::from_rotation_z(0.5),
@@ -41,10 +41,10 @@ pub fn fireflies() -> Scene {
         mirror,
         &[tilted],
     );
-    let glass = Material {
+    let glass = MetallicRoughness {
         transmission: 1.0,
         roughness: 0.0,
-        ..Material::default()
+        ..MetallicRoughness::default()
     };
     let ball = DAffine3::from_scale_rotation_translation(
         DVec3::splat(0.6),
@@ -55,7 +55,7 @@ pub fn fireflies() -> Scene {
     place(
         &mut scene,
         quad([-0.1, 2.0, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2]),
-        Material {
+        MetallicRoughness {
             emission: [150.0, 120.0, 90.0],
             ..diffuse([0.0; 3])
         },

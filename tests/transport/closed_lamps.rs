@@ -28,8 +28,8 @@ fn cube() -> Mesh {
     mesh
 }
 
-fn glowing(radiance: f32) -> Material {
-    Material {
+fn glowing(radiance: f32) -> MetallicRoughness {
+    MetallicRoughness {
         emission: [radiance; 3],
         ..diffuse([0.3; 3])
     }

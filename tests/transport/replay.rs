@@ -3,6 +3,8 @@
 use super::*;
 use sundog::render::{Detail, Region, RenderSettings, Replay, replay};
 use sundog::scene::Scene;
+use sundog::scene::graph::NodeKind;
+use sundog::scene::graph::node::{mix_shader, principled};
 
 /// A room with something of everything: lamps, a sun, glass, metal, a picture of alpha, an instance.
 fn room() -> Scene {
@@ -12,19 +14,19 @@ fn room() -> Scene {
         ..Scene::default()
     };
     let at = |x: f64, y: f64| DAffine3::from_translation(DVec3::new(x, y, 0.0));
-    let glass = Material {
+    let glass = MetallicRoughness {
         name: "glass".into(),
         transmission: 1.0,
         metallic: 0.0,
         roughness: 0.2,
-        ..Material::default()
+        ..MetallicRoughness::default()
     };
-    let veil = Material {
+    let veil = MetallicRoughness {
         alpha: 0.5,
         alpha_mode: AlphaMode::Blend,
         ..diffuse([0.2, 0.8, 0.4])
     };
-    let shining = Material {
+    let shining = MetallicRoughness {
         emission: [2.0, 1.0, 0.5],
         name: "shining".into(),
         ..diffuse([0.5; 3])
@@ -137,13 +139,15 @@ fn a_replay_has_the_bits_of_its_sample() {
 #[test]
 fn small_kernels_have_the_bits_of_the_one_that_tells() {
     let mut scene = room();
-    let glass = scene
-        .materials
-        .iter_mut()
-        .find(|m| m.name == "glass")
-        .unwrap();
-    glass.transmission = 0.0;
-    scene.materials.iter_mut().for_each(|m| m.alpha = 1.0);
+    for node in scene.materials.iter_mut().flat_map(|m| &mut m.graph.nodes) {
+        match node.kind {
+            NodeKind::PrincipledBsdf { .. } => {
+                node.inputs[principled::TRANSMISSION_WEIGHT] = 0.0.into();
+            }
+            NodeKind::MixShader => node.inputs[mix_shader::FACTOR] = 1.0.into(),
+            _ => {}
+        }
+    }
     for sample in 0..20 {
         let replay = replay(&scene, &small(1, 4), (sample + 6, sample, sample)).unwrap();
         assert!(replay.same_bits, "{sample}");

@@ -76,12 +76,12 @@ fn uniform_directions_keep_the_white_furnace() {
             environment: constant_environment(1.0),
             ..Scene::default()
         };
-        let material = Material {
+        let material = MetallicRoughness {
             roughness,
             metallic,
             transmission,
             thin_walled: false,
-            ..Material::default()
+            ..MetallicRoughness::default()
         };
         place(
             &mut scene,

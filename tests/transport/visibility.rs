@@ -20,7 +20,7 @@ fn estimate(scene: &Scene, settings: &RenderSettings) -> (f64, f64) {
 }
 
 /// A wall that fills the camera's view, slanted so that light from the sides is lit and reflected.
-fn wall(material: Material) -> Scene {
+fn wall(material: MetallicRoughness) -> Scene {
     let mut scene = Scene::default();
     place(
         &mut scene,
@@ -32,14 +32,14 @@ fn wall(material: Material) -> Scene {
     scene
 }
 
-fn plastic() -> Material {
-    Material {
+fn plastic() -> MetallicRoughness {
+    MetallicRoughness {
         metallic: 0.0,
         roughness: 0.5,
         base_color: [0.3; 3],
         transmission: 0.4,
         thin_walled: true,
-        ..Material::default()
+        ..MetallicRoughness::default()
     }
 }
 
@@ -55,7 +55,7 @@ fn sources() -> Vec<(&'static str, Source)> {
             });
         }),
         ("mesh", |scene, seen| {
-            let shell = Material {
+            let shell = MetallicRoughness {
                 emission: [1.0; 3],
                 ..diffuse([0.0; 3])
             };

@@ -5,8 +5,8 @@ use super::dice::Dice;
 use crate::hard::kit::{camera as pinhole, place, quad, sphere};
 use crate::render::{BounceLimits, LightSampling, RenderSettings};
 use crate::scene::{
-    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind,
-    Material, Mesh, NormalTexture, Projection, RayKind, Sampler, Scene, Texture, TextureFilter,
+    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind, Mesh,
+    MetallicRoughness, NormalTexture, Projection, RayKind, Sampler, Scene, Texture, TextureFilter,
     UvTransform, Visibility, Wrap,
 };
 use glam::{DAffine3, DMat3, DVec3, EulerRot};
@@ -182,12 +182,12 @@ fn add(scene: &mut Scene, thing: &Value, world: &DAffine3) {
     }
 }
 
-fn material(scene: &mut Scene, of: &Value) -> Material {
+fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
     let texture = |scene: &mut Scene, name: &str| {
         let seed = of[format!("{name}_texture")].as_u64()?;
         Some(texture(scene, seed))
     };
-    Material {
+    MetallicRoughness {
         name: format!("material {}", scene.materials.len()),
         base_color: color(of, "color"),
         base_color_texture: texture(scene, "color"),

@@ -1,9 +1,11 @@
 //! Scenes with much in them that changes nothing: what `scene::simplify` and the detection of effects are to see through.
 
 use super::dice::Dice;
+use crate::scene::graph::node::{math, mix, mix_shader, normal_map, principled};
+use crate::scene::graph::{Blend, Graph, Input, Link, MathOperation, Node, NodeKind, SocketKind};
 use crate::scene::{
-    AlphaMode, Image, ImageId, Mesh, NormalTexture, Pixels, RayKind, Sampler, Scene, Texture,
-    UvTransform, Visibility,
+    Image, ImageId, ImageUse, Mesh, Pixels, RayKind, Sampler, Scene, Texture, UvTransform,
+    Visibility,
 };
 use std::sync::Arc;
 
@@ -70,7 +72,7 @@ fn images(scene: &mut Scene, dice: &mut Dice) {
         scene.images.push(last);
         let (first, second) = (scene.images.len() as u32 - 2, scene.images.len() as u32 - 1);
         for material in &mut scene.materials {
-            for texture in material.textures_mut().into_iter().flatten() {
+            for texture in material.graph.textures_mut() {
                 if texture.image.0 == first && dice.chance(0.5) {
                     texture.image = ImageId(second);
                 }
@@ -88,33 +90,156 @@ fn images(scene: &mut Scene, dice: &mut Dice) {
     }
 }
 
+/// Sockets that images are put into.
+const TEXTURED: [usize; 7] = [
+    principled::BASE_COLOR,
+    principled::METALLIC,
+    principled::ROUGHNESS,
+    principled::EMISSION_COLOR,
+    principled::SPECULAR_IOR_LEVEL,
+    principled::SPECULAR_TINT,
+    principled::TRANSMISSION_WEIGHT,
+];
+
+fn principled_of(graph: &Graph) -> Vec<usize> {
+    let is = |node: &Node| matches!(node.kind, NodeKind::PrincipledBsdf { .. });
+    let nodes = graph.nodes.iter().enumerate();
+    nodes
+        .filter_map(|(at, node)| is(node).then_some(at))
+        .collect()
+}
+
+/// Puts nodes before another one; the last of them is what its socket takes.
+fn insert(graph: &mut Graph, at: usize, socket: usize, nodes: Vec<Node>) {
+    let count = nodes.len() as u32;
+    let later = |link: &mut Link| {
+        if link.node >= at as u32 {
+            link.node += count;
+        }
+    };
+    for input in graph.nodes[at..].iter_mut().flat_map(|n| &mut n.inputs) {
+        if let Input::Link(link) = input {
+            later(link);
+        }
+    }
+    graph.surface.as_mut().into_iter().for_each(later);
+    graph.nodes.splice(at..at, nodes);
+    let node = at as u32 + count - 1;
+    graph.nodes[at + count as usize].inputs[socket] = Input::Link(Link { node, output: 0 });
+}
+
+fn link(node: usize) -> Link {
+    Link {
+        node: node as u32,
+        output: 0,
+    }
+}
+
+/// Multiplies what is in a socket with an image.
+fn multiply(graph: &mut Graph, socket: usize, texture: Texture) {
+    for at in principled_of(graph).into_iter().rev() {
+        let before = graph.nodes[at].inputs[socket];
+        let usage = match principled::SOCKETS[socket].kind {
+            SocketKind::Color => ImageUse::Color,
+            _ => ImageUse::Data,
+        };
+        let texture = texture.clone();
+        let image = Node::new(NodeKind::ImageTexture { texture, usage });
+        let product = match usage {
+            ImageUse::Color => Node::new(NodeKind::MixColor {
+                blend: Blend::Multiply,
+            })
+            .with(mix::FACTOR, 1.0)
+            .with(mix::A, before)
+            .with(mix::B, link(at)),
+            ImageUse::Data => Node::new(NodeKind::Math {
+                operation: MathOperation::Multiply,
+                clamp: false,
+            })
+            .with(math::A, before)
+            .with(math::B, link(at)),
+        };
+        insert(graph, at, socket, vec![image, product]);
+    }
+}
+
+fn bump(graph: &mut Graph, texture: Texture, strength: f32) {
+    for at in principled_of(graph).into_iter().rev() {
+        let usage = ImageUse::Data;
+        let texture = texture.clone();
+        let image = Node::new(NodeKind::ImageTexture { texture, usage });
+        let map = Node::new(NodeKind::NormalMap)
+            .with(normal_map::STRENGTH, strength)
+            .with(normal_map::COLOR, link(at));
+        insert(graph, at, principled::NORMAL, vec![image, map]);
+    }
+}
+
+/// Mixes the surface with a transparent one.
+fn thin_out(graph: &mut Graph, alpha: f32, clip: bool) {
+    let Some(surface) = graph.surface else {
+        return;
+    };
+    graph.make_opaque();
+    let surface = graph.surface.unwrap_or(surface);
+    let clear = graph.add(Node::new(NodeKind::TransparentBsdf));
+    let mixed = Node::new(NodeKind::MixShader);
+    let mixed = if clip {
+        let hole = Node::new(NodeKind::Math {
+            operation: MathOperation::LessThan,
+            clamp: false,
+        });
+        let hole = graph.add(hole.with(math::A, alpha).with(math::B, 0.5));
+        let mixed = mixed.with(mix_shader::FACTOR, hole);
+        mixed
+            .with(mix_shader::A, surface)
+            .with(mix_shader::B, clear)
+    } else {
+        let mixed = mixed.with(mix_shader::FACTOR, alpha);
+        mixed
+            .with(mix_shader::A, clear)
+            .with(mix_shader::B, surface)
+    };
+    graph.surface = Some(graph.add(mixed));
+}
+
 fn materials(scene: &mut Scene, dice: &mut Dice) {
     for number in 0..scene.materials.len() {
-        for slot in 0..6 {
+        for socket in TEXTURED {
             if dice.chance(0.2) {
                 let texture = texture(scene, dice);
-                *scene.materials[number].textures_mut()[slot] = Some(texture);
+                multiply(&mut scene.materials[number].graph, socket, texture);
             }
         }
         if dice.chance(0.2) {
             let texture = texture(scene, dice);
-            let scale = dice.pick(&[1.0, 0.5, 0.0, 3.0]);
-            scene.materials[number].normal_texture = Some(NormalTexture { texture, scale });
+            let strength = dice.pick(&[1.0, 0.5, 0.0, 3.0]);
+            bump(&mut scene.materials[number].graph, texture, strength);
         }
-        let material = &mut scene.materials[number];
+        let graph = &mut scene.materials[number].graph;
         if dice.chance(0.3) {
-            material.alpha_mode = dice.pick(&[AlphaMode::Blend, AlphaMode::Mask { cutoff: 0.5 }]);
-            material.alpha = dice.pick(&[1.0, 1.0, 0.6]);
+            let clip = dice.chance(0.5);
+            let alpha = dice.pick(&[1.0, 1.0, 0.6]);
+            thin_out(graph, alpha, clip);
+        }
+        let mut set = |socket: usize, value: f32| {
+            for node in principled_of(graph) {
+                graph.nodes[node].inputs[socket] = value.into();
+            }
+        };
+        if dice.chance(0.1) {
+            set(principled::BASE_COLOR, 0.0);
         }
         if dice.chance(0.1) {
-            material.base_color = [0.0; 3];
+            let (metallic, transmission) = dice.pick(&[(1.0, 0.4), (0.0, 1.0)]);
+            set(principled::METALLIC, metallic);
+            set(principled::TRANSMISSION_WEIGHT, transmission);
         }
         if dice.chance(0.1) {
-            (material.metallic, material.transmission) = dice.pick(&[(1.0, 0.4), (0.0, 1.0)]);
+            set(principled::SPECULAR_IOR_LEVEL, 0.0);
+            set(principled::ROUGHNESS, 0.0);
         }
-        if dice.chance(0.1) {
-            (material.specular, material.roughness) = (0.0, 0.0);
-        }
+        graph.prune();
     }
     if scene.materials.len() > 1 && dice.chance(0.3) {
         let first = scene.materials[0].clone();

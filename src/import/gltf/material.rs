@@ -11,7 +11,9 @@ use super::extensions;
 use super::schema::SundogMaterial;
 use super::textures::Images;
 use crate::import::{ImportError, ImportOptions, Transmission};
-use crate::scene::{AlphaMode, Diagnostics, Effect, Material, NormalTexture, Subject, Verdict};
+use crate::scene::{
+    AlphaMode, Diagnostics, Effect, MetallicRoughness, NormalTexture, Subject, Verdict,
+};
 
 /// What a mesh without a material looks like, if it is not glTF's own default.
 ///
@@ -19,23 +21,23 @@ use crate::scene::{AlphaMode, Diagnostics, Effect, Material, NormalTexture, Subj
 /// BSDF (measured with `bpy` 4.5.15 and 5.0.1: a plane without a material, lit at a grazing angle,
 /// has the same value to the last bit as one with a Diffuse BSDF of 0.8 and Principled BSDF).
 /// Blender writes such meshes without a material, for which glTF would show white metal.
-pub(super) fn without_material(document: &Document) -> Option<Material> {
+pub(super) fn without_material(document: &Document) -> Option<MetallicRoughness> {
     let version = document.blender_version()?;
-    let grey = Material {
+    let grey = MetallicRoughness {
         name: "(no material)".into(),
         base_color: [0.8; 3],
         metallic: 0.0,
         double_sided: true,
-        ..Material::default()
+        ..MetallicRoughness::default()
     };
     Some(if version < 5 {
-        Material {
+        MetallicRoughness {
             roughness: 1.0,
             specular: 0.0,
             ..grey
         }
     } else {
-        Material {
+        MetallicRoughness {
             roughness: 0.5,
             ..grey
         }
@@ -49,7 +51,7 @@ pub(super) fn load_material(
     options: &ImportOptions,
     images: &mut Images,
     diagnostics: &mut Diagnostics,
-) -> Result<Material, ImportError> {
+) -> Result<MetallicRoughness, ImportError> {
     let Some(source) = document.core.materials.get(index) else {
         return Err(ImportError::malformed(
             &document.file,
@@ -66,10 +68,10 @@ pub(super) fn load_material(
     let at = |pointer: &str| value.and_then(|v| v.pointer(pointer));
     let pbr = &source.pbr_metallic_roughness;
 
-    let mut material = Material {
+    let mut material = MetallicRoughness {
         name,
         double_sided: source.double_sided,
-        ..Material::default()
+        ..MetallicRoughness::default()
     };
     let [r, g, b, a] = pbr.base_color_factor.0;
     material.base_color = legal_factor([r, g, b], &material.name, diagnostics);
@@ -269,7 +271,7 @@ fn apply_sundog(
     extension: &SundogMaterial,
     options: &ImportOptions,
     owner: &str,
-    material: &mut Material,
+    material: &mut MetallicRoughness,
     diagnostics: &mut Diagnostics,
 ) {
     if let Some(color) = extension.base_color {
@@ -307,7 +309,7 @@ fn volume(
     options: &ImportOptions,
     owner: &str,
     said: bool,
-    material: &mut Material,
+    material: &mut MetallicRoughness,
     diagnostics: &mut Diagnostics,
 ) {
     if material.transmission <= 0.0 {

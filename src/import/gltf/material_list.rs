@@ -12,7 +12,7 @@ use crate::scene::{Diagnostics, MaterialId, Verdict};
 
 /// The materials that the scene's meshes use, in file order, and the images that these use.
 pub(super) struct Materials<'a> {
-    pub(super) list: Vec<crate::scene::Material>,
+    pub(super) list: Vec<crate::scene::MetallicRoughness>,
     /// By glTF material index (or none).
     pub(super) by_primitive: HashMap<Option<usize>, PrimitiveMaterial>,
     pub(super) images: Images<'a>,
@@ -100,7 +100,10 @@ impl<'a> Materials<'a> {
 
 /// The vertex colours with which a material's base colour is 1. `None` where they may be brighter: what is unlit shines anyway,
 /// and the add-on writes what Cycles shows.
-fn brightest(document: &Document, material: Option<&crate::scene::Material>) -> Option<[f32; 3]> {
+fn brightest(
+    document: &Document,
+    material: Option<&crate::scene::MetallicRoughness>,
+) -> Option<[f32; 3]> {
     let generator = document.core.asset.generator.as_deref();
     if material.is_some_and(|m| m.unlit)
         || generator.is_some_and(|g| g.starts_with("Sundog add-on for Blender"))

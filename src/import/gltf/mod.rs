@@ -94,7 +94,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     )?;
     let mut scene = Scene {
         generator: document.core.asset.generator.clone(),
-        materials: materials.list,
+        materials: materials.list.into_iter().map(Into::into).collect(),
         images,
         lights,
         cameras,

@@ -15,7 +15,7 @@ use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::image::{self, Format};
 use crate::scene::{
-    self, Diagnostics, ImageId, Material, NormalTexture, Sampler, Texture, TextureFilter,
+    self, Diagnostics, ImageId, MetallicRoughness, NormalTexture, Sampler, Texture, TextureFilter,
     UvTransform, Verdict, Wrap,
 };
 
@@ -311,7 +311,7 @@ impl<'a> Images<'a> {
     /// Decodes all images, in parallel. Textures of those that cannot be decoded are taken from the materials, and told.
     pub(super) fn decode(
         self,
-        materials: &mut [Material],
+        materials: &mut [MetallicRoughness],
         diagnostics: &mut Diagnostics,
     ) -> Vec<scene::Image> {
         // Views that lie over each other do not make the file larger than it is.
@@ -375,7 +375,7 @@ fn lose(diagnostics: &mut Diagnostics, feature: String, object: &str) {
 }
 
 /// Gives the images of a material their new places; textures without one go.
-fn renumber(material: &mut Material, places: &[Option<ImageId>]) {
+fn renumber(material: &mut MetallicRoughness, places: &[Option<ImageId>]) {
     let place = |image: ImageId| places.get(image.0 as usize).copied().flatten();
     let shone = material.emission_texture.is_some();
     for slot in material.textures_mut() {

@@ -2,130 +2,119 @@
 
 use super::images;
 use crate::math::primaries::WorkingSpace;
+use crate::scene::graph::{self, Facts, Graph, Opacity, Range, Slot, Summary, Unit};
 use crate::scene::{
-    AlphaMode, Effect, Image, ImageUse, LeftOut, Material, MaterialId, NormalTexture, Pixels,
-    Scene, Texture, decoded,
+    Effect, Image, ImageUse, LeftOut, Material, MaterialId, Pixels, Scene, Texture, decoded,
 };
-use glam::{BVec4A, Vec4};
+use glam::{BVec4A, Vec3, Vec4};
 use std::collections::HashMap;
-
-const RGB: BVec4A = BVec4A::new(true, true, true, false);
-const RGBA: BVec4A = BVec4A::new(true, true, true, true);
-const R: BVec4A = BVec4A::new(true, false, false, false);
-const G: BVec4A = BVec4A::new(false, true, false, false);
-const B: BVec4A = BVec4A::new(false, false, true, false);
-const GB: BVec4A = BVec4A::new(false, true, true, false);
-const A: BVec4A = BVec4A::new(false, false, false, true);
 
 const BY_FACTOR: &str = "the factor of the image is 0";
 const FOLDED: &str = "the image is the same everywhere and becomes a factor";
 const ALL_METAL: &str = "not seen on a surface that is all metal";
 const ALL_GLASS: &str = "not seen on a surface that is all glass";
-const UNLIT: &str = "not seen on an unlit surface";
 
-/// One material on its way.
-struct Folding<'a> {
+/// Which colours the vertices of the meshes with a material have.
+#[derive(Clone, Copy, Default)]
+struct Vertices {
+    /// Some that are not white.
+    colored: bool,
+    /// Some that are not opaque.
+    translucent: bool,
+}
+
+/// What the images and the meshes of a scene say.
+struct Known<'a> {
     images: &'a [Image],
     answers: &'a mut images::Answers,
-    left_out: &'a mut Vec<LeftOut>,
-    name: String,
-    /// Some mesh with the material has vertices that are not opaque.
-    vertex_alpha: bool,
+    vertices: Vertices,
     /// Of the scene's colours.
     space: WorkingSpace,
 }
 
-impl<'a> Folding<'a> {
-    fn image(&self, texture: &Texture) -> Option<&'a Image> {
-        self.images.get(texture.image.0 as usize)
-    }
-
-    fn tell(&mut self, effect: Effect, why: &'static str) {
-        LeftOut::add(self.left_out, effect, why, &self.name, 0);
-    }
-
-    /// Takes a texture away, unless a value of it is not finite: that times nothing is not nothing.
-    fn drop(&mut self, slot: &mut Option<Texture>, effect: Effect, why: &'static str) {
-        let Some(texture) = slot.as_ref() else {
-            return;
+impl Known<'_> {
+    /// What look-ups may give: encoded images end at 1.
+    fn bounds(&mut self, texture: &Texture, image: &Image, encoded: bool) -> Range {
+        let mut range = match &image.pixels {
+            Pixels::F32(_) if !images::is_finite(image) => return Range::UNKNOWN,
+            Pixels::F32(_) => Range::FINITE,
+            _ if encoded && self.space.matrix_from_rec709().is_some() => Range::FINITE,
+            _ => Range::SHARE,
         };
-        if self.image(texture).is_some_and(images::is_finite) {
-            *slot = None;
-            self.tell(effect, why);
+        if let Some(least) = self.answers.least_alpha(texture.image, image) {
+            range.low.w = least;
         }
+        if matches!(image.channels, 1 | 3) || !matches!(image.pixels, Pixels::F32(_)) {
+            range.high.w = 1.0;
+        }
+        range
     }
 
-    /// The value that a texture has everywhere in some channels, as look-ups give it: interpolating what is the same gives
-    /// the same bits.
-    fn constant(
-        &mut self,
-        slot: Option<&Texture>,
-        usage: ImageUse,
-        channels: BVec4A,
-    ) -> Option<Vec4> {
-        let texture = slot?;
-        let (id, image) = (texture.image, self.image(texture)?);
+    /// The value that a texture has everywhere in one channel, as it is stored: interpolating what is the same gives the
+    /// same bits.
+    fn constant(&mut self, texture: &Texture, image: &Image, channel: usize) -> Option<f32> {
         // Weighted by opacity, colours are rounded once more, and there are none where there is no opacity.
-        if texture.sampler.weighted && self.answers.least_alpha(id, image) != Some(1.0) {
+        if channel < 3
+            && texture.sampler.weighted
+            && self.answers.least_alpha(texture.image, image) != Some(1.0)
+        {
             return None;
         }
-        let value = self.answers.constant(id, image, channels)?;
-        let value = if image.pixels.is_encoded(usage) {
-            let linear = decoded(value);
-            match self.space.matrix_from_rec709() {
-                None => linear,
-                Some(matrix) => (matrix.as_mat3() * linear.truncate()).extend(linear.w),
+        let mut mask = [false; 4];
+        mask[channel] = true;
+        let mask = BVec4A::from_array(mask);
+        let value = self.answers.constant(texture.image, image, mask)?;
+        Some(value[channel])
+    }
+}
+
+impl Facts for Known<'_> {
+    fn image(&mut self, texture: &Texture, usage: ImageUse) -> Range {
+        let Some(image) = self.images.get(texture.image.0 as usize) else {
+            return Range::UNKNOWN;
+        };
+        let encoded = image.pixels.is_encoded(usage);
+        let mut range = self.bounds(texture, image, encoded);
+        if range == Range::UNKNOWN {
+            return range;
+        }
+        let mut values = [0, 1, 2, 3].map(|channel| self.constant(texture, image, channel));
+        if encoded {
+            let stored = values.map(|value| value.unwrap_or(0.0));
+            let linear = decoded(Vec4::from_array(stored));
+            let there = values;
+            values = [0, 1, 2, 3].map(|i| there[i].map(|_| linear[i]));
+            if let Some(matrix) = self.space.matrix_from_rec709() {
+                let color = matrix.as_mat3() * linear.truncate();
+                let whole = there[..3].iter().all(Option::is_some);
+                for (value, color) in values.iter_mut().zip(color.to_array()) {
+                    *value = whole.then_some(color);
+                }
             }
-        } else {
-            value
-        };
-        // Files of floats may hold what no factor may be.
-        let legal = value.cmpge(Vec4::ZERO) & value.cmple(Vec4::ONE);
-        (legal | !channels).all().then_some(value)
-    }
-
-    /// Folds the colours of a texture into a factor.
-    fn fold_color(&mut self, slot: &mut Option<Texture>, factor: &mut [f32; 3], effect: Effect) {
-        if let Some(value) = self.constant(slot.as_ref(), ImageUse::Color, RGB) {
-            multiply(factor, value);
-            *slot = None;
-            self.tell(effect, FOLDED);
         }
-    }
-
-    /// Folds one channel of a texture into a factor.
-    fn fold_channel(
-        &mut self,
-        slot: &mut Option<Texture>,
-        factor: &mut f32,
-        (channel, index): (BVec4A, usize),
-        effect: Effect,
-    ) {
-        if let Some(value) = self.constant(slot.as_ref(), ImageUse::Data, channel) {
-            *factor *= value[index];
-            *slot = None;
-            self.tell(effect, FOLDED);
+        for (i, value) in values.into_iter().enumerate() {
+            // Files of floats may hold what no factor may be.
+            if let Some(value) = value.filter(|v| (0.0..=1.0).contains(v)) {
+                (range.low[i], range.high[i]) = (value, value);
+            }
         }
+        range
     }
 
-    fn normal_map(&mut self, m: &mut Material) {
-        let Some(normal) = &m.normal_texture else {
-            return;
-        };
-        let why = if normal.scale == 0.0 {
-            "the strength of the map is 0"
-        } else if self.is_flat(normal) {
-            "the map is flat everywhere"
+    fn colors(&self) -> Range {
+        let mut range = if self.vertices.colored {
+            Range::FINITE
         } else {
-            return;
+            Range::WHITE
         };
-        m.normal_texture = None;
-        self.tell(Effect::NormalMaps, why);
+        let least = if self.vertices.translucent { 0.0 } else { 1.0 };
+        (range.low.w, range.high.w) = (least, 1.0);
+        range
     }
 
-    /// Whether a normal map is flat as far as its bits can say: 0 lies between two codes, and half a step of 8 bits is 0.22°.
-    fn is_flat(&self, normal: &NormalTexture) -> bool {
-        let Some(image) = self.image(&normal.texture) else {
+    /// As far as its bits can say: 0 lies between two codes, and half a step of 8 bits is 0.22°.
+    fn is_flat(&mut self, texture: &Texture, strength: f32) -> bool {
+        let Some(image) = self.images.get(texture.image.0 as usize) else {
             return false;
         };
         let half_step = match image.pixels {
@@ -136,184 +125,102 @@ impl<'a> Folding<'a> {
         // A strength above 1 makes the half step larger than what the bits leave open. The slack is for its rounding.
         let most = half_step * (1.0 + 1e-3);
         let flat = |t: Vec4| (t.x - 0.5).abs() <= most && (t.y - 0.5).abs() <= most && t.z > 0.75;
-        normal.scale.abs() <= 1.0 && images::is_whole(image) && image.texels().all(flat)
-    }
-
-    /// Makes a material opaque whose opacity is 1 wherever it is asked for.
-    fn opacity(&mut self, m: &mut Material) {
-        let effect = match m.alpha_mode {
-            AlphaMode::Opaque => return,
-            AlphaMode::Mask { .. } => Effect::AlphaClip,
-            AlphaMode::Blend => Effect::AlphaBlend,
-        };
-        if self.vertex_alpha {
-            return;
-        }
-        let least = match &m.base_color_texture {
-            None => Some(1.0),
-            Some(texture) => {
-                let image = self.image(texture);
-                image.and_then(|image| self.answers.least_alpha(texture.image, image))
-            }
-        };
-        let Some(least) = least else {
-            return;
-        };
-        let why = match m.alpha_mode {
-            // Three interpolations and two products of numbers up to 1, each of at most two roundings.
-            AlphaMode::Mask { cutoff } if m.alpha * least - 10.0 * f32::EPSILON >= cutoff => {
-                "opacity is above the threshold everywhere"
-            }
-            AlphaMode::Mask { cutoff } if m.alpha * least >= 1.0 && cutoff <= 1.0 => {
-                "opacity is above the threshold everywhere"
-            }
-            AlphaMode::Blend if m.alpha >= 1.0 && least >= 1.0 => "opacity is 1 everywhere",
-            _ => return,
-        };
-        m.alpha_mode = AlphaMode::Opaque;
-        self.tell(effect, why);
-    }
-
-    fn base_color(&mut self, m: &mut Material) {
-        self.opacity(m);
-        let slot = &mut m.base_color_texture;
-        if m.alpha_mode != AlphaMode::Opaque {
-            if let Some(value) = self.constant(slot.as_ref(), ImageUse::Color, RGBA) {
-                multiply(&mut m.base_color, value);
-                m.alpha *= value.w;
-                *slot = None;
-                self.tell(Effect::BaseColorTexture, FOLDED);
-                self.opacity(m);
-            }
-        } else if m.base_color == [0.0; 3] {
-            self.drop(slot, Effect::BaseColorTexture, BY_FACTOR);
-        } else {
-            self.fold_color(slot, &mut m.base_color, Effect::BaseColorTexture);
-        }
-    }
-
-    fn emission(&mut self, m: &mut Material) {
-        let effect = Effect::EmissionTexture;
-        if m.emission == [0.0; 3] {
-            self.drop(&mut m.emission_texture, effect, BY_FACTOR);
-        } else {
-            self.fold_color(&mut m.emission_texture, &mut m.emission, effect);
-        }
-    }
-
-    fn metal_and_roughness(&mut self, m: &mut Material) {
-        let effect = Effect::MetallicRoughnessTexture;
-        let slot = &mut m.metallic_roughness_texture;
-        let needed = match (m.roughness > 0.0, m.metallic > 0.0) {
-            (false, false) => return self.drop(slot, effect, BY_FACTOR),
-            (true, false) => G,
-            (false, true) => B,
-            (true, true) => GB,
-        };
-        if !slot
-            .as_ref()
-            .and_then(|texture| self.image(texture))
-            .is_some_and(images::is_finite)
-        {
-            return;
-        }
-        if let Some(value) = self.constant(slot.as_ref(), ImageUse::Data, needed) {
-            // Of 0 it stays 0.
-            m.roughness *= value.y;
-            m.metallic *= value.z;
-            *slot = None;
-            self.tell(effect, FOLDED);
-        }
-    }
-
-    fn transmission(&mut self, m: &mut Material) {
-        let effect = Effect::TransmissionTexture;
-        let slot = &mut m.transmission_texture;
-        if m.transmission == 0.0 {
-            self.drop(slot, effect, BY_FACTOR);
-        } else {
-            self.fold_channel(slot, &mut m.transmission, (R, 0), effect);
-        }
-    }
-
-    fn specular(&mut self, m: &mut Material) {
-        let effect = Effect::SpecularTexture;
-        let slot = &mut m.specular_texture;
-        if m.specular == 0.0 {
-            self.drop(slot, effect, BY_FACTOR);
-        } else {
-            self.fold_channel(slot, &mut m.specular, (A, 3), effect);
-        }
-        let effect = Effect::SpecularColorTexture;
-        let slot = &mut m.specular_color_texture;
-        // Glass is tinted by it whatever the strength.
-        let seen = m.specular > 0.0 || m.transmission > 0.0;
-        if m.specular_color == [0.0; 3] || !seen {
-            self.drop(slot, effect, BY_FACTOR);
-        } else {
-            self.fold_color(slot, &mut m.specular_color, effect);
-        }
-    }
-
-    /// Images of what is below the metal, or of what no light falls on.
-    fn hidden(&mut self, m: &mut Material, why: &'static str) {
-        self.drop(&mut m.specular_texture, Effect::SpecularTexture, why);
-        let tint = &mut m.specular_color_texture;
-        self.drop(tint, Effect::SpecularColorTexture, why);
-        let transmission = &mut m.transmission_texture;
-        self.drop(transmission, Effect::TransmissionTexture, why);
-    }
-
-    fn material(&mut self, m: &mut Material) {
-        self.base_color(m);
-        self.normal_map(m);
-        if m.unlit {
-            let metal = &mut m.metallic_roughness_texture;
-            self.drop(metal, Effect::MetallicRoughnessTexture, UNLIT);
-            self.drop(&mut m.emission_texture, Effect::EmissionTexture, UNLIT);
-            return self.hidden(m, UNLIT);
-        }
-        self.emission(m);
-        self.metal_and_roughness(m);
-        if m.is_metal_everywhere() {
-            return self.hidden(m, ALL_METAL);
-        }
-        self.transmission(m);
-        if m.is_glass_everywhere() {
-            self.drop(&mut m.specular_texture, Effect::SpecularTexture, ALL_GLASS);
-        }
-        self.specular(m);
+        strength.abs() <= 1.0 && images::is_whole(image) && image.texels().all(flat)
     }
 }
 
-fn multiply(factor: &mut [f32; 3], value: Vec4) {
-    for (factor, value) in factor.iter_mut().zip(value.to_array()) {
-        *factor *= value;
+/// Why a slot has no images any more.
+fn why_without(slot: Slot, before: &Graph, after: &Summary) -> &'static str {
+    let below_metal = matches!(
+        slot,
+        Slot::Specular | Slot::SpecularColor | Slot::Transmission
+    );
+    let mut surfaces = after.principled.iter();
+    if below_metal && surfaces.clone().any(|p| p.is_metal_everywhere()) {
+        return ALL_METAL;
+    }
+    if slot == Slot::Specular && surfaces.clone().any(|p| p.is_glass_everywhere()) {
+        return ALL_GLASS;
+    }
+    if slot == Slot::SpecularColor
+        && surfaces.all(|p| p.specular.1 <= 0.0 && p.transmission.1 <= 0.0)
+    {
+        return BY_FACTOR;
+    }
+    let results = before.results(&mut Unit {
+        vertex_alpha: false,
+    });
+    let black = before
+        .slots()
+        .into_iter()
+        .filter(|(of, ..)| *of == slot)
+        .all(|(_, node, socket)| {
+            let node = &before.nodes[node];
+            let kind = node.kind.sockets()[socket].kind;
+            let range = before.range_of(&results, node.inputs[socket], kind);
+            range.high.truncate() == Vec3::ZERO
+        });
+    if black { BY_FACTOR } else { FOLDED }
+}
+
+/// Folds one material; tells what is gone.
+fn fold_one(material: &mut Material, known: &mut Known, left_out: &mut Vec<LeftOut>) {
+    let before = material.graph.clone();
+    graph::fold(&mut material.graph, known);
+    if material.graph == before {
+        return;
+    }
+    let after = material.summary();
+    let mut tell = |effect: Effect, why| LeftOut::add(left_out, effect, why, &material.name, 0);
+    if after.opacity == Opacity::Full {
+        match before.summary(false).opacity {
+            Opacity::Full => {}
+            Opacity::Clip { .. } => tell(
+                Effect::AlphaClip,
+                "opacity is above the threshold everywhere",
+            ),
+            Opacity::Blend { .. } => tell(Effect::AlphaBlend, "opacity is 1 everywhere"),
+        }
+    }
+    for slot in Slot::ALL {
+        if before.has_texture(slot) && !material.graph.has_texture(slot) {
+            tell(slot.effect(), why_without(slot, &before, &after));
+        }
+    }
+    if before.has_normal_map() && !material.graph.has_normal_map() {
+        let why = if before
+            .normal_map_strengths()
+            .all(|strength| strength == 0.0)
+        {
+            "the strength of the map is 0"
+        } else {
+            "the map is flat everywhere"
+        };
+        tell(Effect::NormalMaps, why);
     }
 }
 
 /// Makes factors of images that are the same everywhere, and takes away what is not seen.
 pub fn fold(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
-    let mut vertex_alpha = vec![false; scene.materials.len()];
+    let mut vertices = vec![Vertices::default(); scene.materials.len()];
     for mesh in &scene.meshes {
-        let translucent = mesh.colors.iter().flatten().any(|c| c[3] != 1.0);
-        if let Some(id) = mesh.material.filter(|_| translucent)
-            && let Some(has) = vertex_alpha.get_mut(id.0 as usize)
+        if let Some(colors) = &mesh.colors
+            && let Some(id) = mesh.material
+            && let Some(vertices) = vertices.get_mut(id.0 as usize)
         {
-            *has = true;
+            vertices.colored = true;
+            vertices.translucent |= colors.iter().any(|c| c[3] != 1.0);
         }
     }
     let mut answers = images::Answers::default();
-    for (material, &vertex_alpha) in scene.materials.iter_mut().zip(&vertex_alpha) {
-        let mut folding = Folding {
+    for (material, vertices) in scene.materials.iter_mut().zip(vertices) {
+        let mut known = Known {
             images: &scene.images,
             answers: &mut answers,
-            left_out,
-            name: material.name.clone(),
-            vertex_alpha,
+            vertices,
             space: scene.color_management.working_space,
         };
-        folding.material(material);
+        fold_one(material, &mut known, left_out);
     }
 }
 

@@ -1,7 +1,8 @@
 use super::*;
+use crate::scene::graph::{Opacity, Slot};
 use crate::scene::{
-    AlphaMode, Effect, Environment, Image, ImageId, Instance, Light, LightKind, Material,
-    MaterialId, Mesh, MeshId, NormalTexture, RayKind, Texture, Visibility,
+    AlphaMode, Effect, Environment, Image, ImageId, Instance, Light, LightKind, MaterialId, Mesh,
+    MeshId, MetallicRoughness, NormalTexture, RayKind, Texture, Visibility,
 };
 use glam::DAffine3;
 
@@ -22,19 +23,19 @@ fn texture(image: u32) -> Texture {
     ImageId(image).into()
 }
 
-fn plastic(name: &str) -> Material {
-    Material {
+fn plastic(name: &str) -> MetallicRoughness {
+    MetallicRoughness {
         name: name.into(),
         metallic: 0.0,
         roughness: 0.5,
-        ..Material::default()
+        ..MetallicRoughness::default()
     }
 }
 
 /// A triangle for each material.
-fn scene(materials: Vec<Material>, images: Vec<Image>) -> Scene {
+fn scene(materials: Vec<MetallicRoughness>, images: Vec<Image>) -> Scene {
     let mut scene = Scene {
-        materials,
+        materials: materials.into_iter().map(Into::into).collect(),
         images,
         ..Scene::default()
     };
@@ -82,15 +83,17 @@ fn an_image_that_is_the_same_everywhere_is_a_factor() {
     ];
     let mut scene = scene(vec![m], images);
     let left_out = simplify(&mut scene);
-    let m = &scene.materials[0];
-    assert_eq!(m.base_color, [0.5, 0.0, 1.0]);
-    assert_eq!(
-        (m.roughness, m.metallic),
-        (0.5 * (51.0 * STEP), 102.0 * STEP)
-    );
-    assert!(m.base_color_texture.is_none() && m.metallic_roughness_texture.is_none());
+    let graph = &scene.materials[0].graph;
+    let p = graph.summary(false).principled[0];
+    assert_eq!(p.base_color.to_array(), [0.5, 0.0, 1.0]);
+    let (roughness, metallic) = (0.5 * (51.0 * STEP), 102.0 * STEP);
+    assert_eq!(p.roughness, (roughness, roughness));
+    assert_eq!(p.metallic, (metallic, metallic));
     // The one that varies is the only one left, under its new number.
-    assert_eq!(m.emission_texture, Some(texture(0)));
+    assert!(graph.has_texture(Slot::Emission));
+    assert_eq!(graph.textures().collect::<Vec<_>>(), [&texture(0)]);
+    // It, the factor on it, and the surface.
+    assert_eq!(graph.nodes.len(), 3);
     assert_eq!(scene.images.len(), 1);
     assert_eq!(
         told(&left_out, Effect::BaseColorTexture),
@@ -103,7 +106,7 @@ fn an_image_that_is_the_same_everywhere_is_a_factor() {
 
 #[test]
 fn opacity_is_1_only_where_it_is_everywhere() {
-    let with = |alpha_mode, texture: Option<Texture>, alpha| Material {
+    let with = |alpha_mode, texture: Option<Texture>, alpha| MetallicRoughness {
         alpha_mode,
         alpha,
         base_color_texture: texture,
@@ -133,19 +136,20 @@ fn opacity_is_1_only_where_it_is_everywhere() {
     for (material, opaque) in cases {
         let mut scene = scene(vec![material.clone()], images());
         simplify(&mut scene);
-        let found = scene.materials[0].alpha_mode == AlphaMode::Opaque;
+        let found = scene.materials[0].summary().opacity == Opacity::Full;
         assert_eq!(found, opaque, "{material:?}");
     }
     // Vertices count, too.
     let mut scene = scene(vec![with(AlphaMode::Blend, None, 1.0)], images());
     scene.meshes[0].colors = Some(vec![[1.0, 1.0, 1.0, 0.9]; 3]);
     simplify(&mut scene);
-    assert_eq!(scene.materials[0].alpha_mode, AlphaMode::Blend);
+    let opacity = scene.materials[0].graph.summary(true).opacity;
+    assert_eq!(opacity, Opacity::Blend { below: true });
 }
 
 #[test]
 fn flat_normal_maps_are_none() {
-    let with = |scale| Material {
+    let with = |scale| MetallicRoughness {
         normal_texture: Some(NormalTexture {
             texture: texture(0),
             scale,
@@ -162,7 +166,7 @@ fn flat_normal_maps_are_none() {
     ] {
         let mut scene = scene(vec![with(scale)], vec![image(3, texels)]);
         let left_out = simplify(&mut scene);
-        assert_eq!(scene.materials[0].normal_texture.is_none(), gone);
+        assert_eq!(!scene.materials[0].graph.has_normal_map(), gone);
         assert_eq!(scene.meshes[0].tangents.is_none(), gone);
         assert_eq!(!told(&left_out, Effect::NormalMaps).is_empty(), gone);
     }
@@ -171,20 +175,21 @@ fn flat_normal_maps_are_none() {
 #[test]
 fn what_is_below_metal_or_glass_is_not_read() {
     let images = || vec![image(4, &[&[1, 2, 3, 4], &[4, 3, 2, 1]])];
-    let all = |m: Material| Material {
+    let all = |m: MetallicRoughness| MetallicRoughness {
         specular_texture: Some(texture(0)),
         specular_color_texture: Some(texture(0)),
         transmission_texture: Some(texture(0)),
         emission_texture: Some(texture(0)),
         ..m
     };
-    let count = |m: Material| {
+    let count = |m: MetallicRoughness| {
         let mut scene = scene(vec![all(m)], images());
         simplify(&mut scene);
-        let textures = scene.materials[0].textures_mut();
-        textures.iter().filter(|t| t.is_some()).count()
+        let graph = &scene.materials[0].graph;
+        let slots = Slot::ALL.into_iter();
+        slots.filter(|slot| graph.has_texture(*slot)).count()
     };
-    let metal = |metallic| Material {
+    let metal = |metallic| MetallicRoughness {
         metallic,
         transmission: 0.5,
         ..plastic("m")
@@ -192,13 +197,13 @@ fn what_is_below_metal_or_glass_is_not_read() {
     assert_eq!(count(metal(1.0)), 0);
     assert_eq!(count(metal(0.9)), 3);
     assert_eq!(count(plastic("without transmission")), 2);
-    let unlit = Material {
+    let unlit = MetallicRoughness {
         unlit: true,
         emission: [1.0; 3],
         ..plastic("m")
     };
     assert_eq!(count(unlit), 0);
-    let dull = Material {
+    let dull = MetallicRoughness {
         specular: 0.0,
         ..plastic("m")
     };
@@ -207,7 +212,7 @@ fn what_is_below_metal_or_glass_is_not_read() {
 
 #[test]
 fn the_same_twice_is_once() {
-    let with = |name: &str, image| Material {
+    let with = |name: &str, image| MetallicRoughness {
         base_color_texture: Some(texture(image)),
         ..plastic(name)
     };
@@ -222,7 +227,8 @@ fn the_same_twice_is_once() {
     assert_eq!((scene.materials.len(), scene.images.len()), (2, 2));
     let used: Vec<_> = scene.meshes.iter().map(|mesh| mesh.material).collect();
     assert_eq!(used, [0, 0, 1].map(|n| Some(MaterialId(n))));
-    assert_eq!(scene.materials[1].base_color_texture, Some(texture(1)));
+    let textures: Vec<_> = scene.materials[1].graph.textures().collect();
+    assert_eq!(textures, [&texture(1)]);
     let nothing = told(&left_out, None);
     assert!(nothing.contains(&"images identical to others: image of 3".to_owned()));
     assert!(nothing.contains(&"materials identical to others: b".to_owned()));

@@ -110,11 +110,8 @@ pub fn images(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
 /// Gives the images other numbers wherever something refers to them.
 pub fn rename_images(scene: &mut Scene, mut name: impl FnMut(ImageId) -> ImageId) {
     for material in &mut scene.materials {
-        for texture in material.textures_mut().into_iter().flatten() {
+        for texture in material.graph.textures_mut() {
             texture.image = name(texture.image);
-        }
-        if let Some(normal) = &mut material.normal_texture {
-            normal.texture.image = name(normal.texture.image);
         }
     }
     if let Some(image) = scene.environment.as_mut().and_then(|e| e.image.as_mut()) {
@@ -124,14 +121,8 @@ pub fn rename_images(scene: &mut Scene, mut name: impl FnMut(ImageId) -> ImageId
 
 /// The number after the last set of texture coordinates that a material reads.
 fn sets_read(material: &Material) -> usize {
-    let mut copy = material.clone();
-    let textures = copy.textures_mut().into_iter().flatten();
-    let sets = textures.map(|texture| texture.uv_set);
-    let normal = material.normal_texture.iter().map(|n| n.texture.uv_set);
-    sets.chain(normal)
-        .map(|set| set as usize + 1)
-        .max()
-        .unwrap_or(0)
+    let sets = material.graph.textures().map(|texture| texture.uv_set);
+    sets.map(|set| set as usize + 1).max().unwrap_or(0)
 }
 
 /// Tangents without a normal map, and texture coordinates that no texture reads; the first ones stay, as a pass shows them.
@@ -142,7 +133,7 @@ pub fn attributes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
             .material
             .and_then(|id| scene.materials.get(id.0 as usize));
         let material = material.unwrap_or(&fallback);
-        if material.normal_texture.is_none()
+        if !material.graph.has_normal_map()
             && let Some(tangents) = mesh.tangents.take()
         {
             LeftOut::add(

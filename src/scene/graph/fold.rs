@@ -1,0 +1,152 @@
+//! Graphs without what changes nothing: constants are folded, branches that are not seen are gone.
+
+use super::node::{math, mix, mix_shader, normal_map, principled};
+use super::{
+    Blend, Facts, Graph, Input, Lane, Link, MathOperation, Node, NodeKind, Range, SocketKind, Unit,
+};
+
+/// Folds what is the same everywhere, and takes out what is not seen, as far as the facts say.
+///
+/// By value and bit for bit: what is left gives the same numbers. A surface that is not there at all keeps what it would be.
+pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
+    // What images leave when they go: their factors.
+    let factors = graph.results(&mut Unit {
+        vertex_alpha: false,
+    });
+    let mut results: Vec<Range> = Vec::with_capacity(graph.nodes.len());
+    let mut instead: Vec<Option<Input>> = vec![None; graph.nodes.len()];
+    for at in 0..graph.nodes.len() {
+        let sockets = graph.nodes[at].kind.sockets();
+        for (place, socket) in sockets.iter().enumerate() {
+            let mut input = graph.nodes[at].inputs[place];
+            if let Input::Link(link) = input {
+                input = instead[link.node as usize].unwrap_or(input);
+            }
+            if matches!(socket.kind, SocketKind::Float | SocketKind::Color)
+                && let Some(value) = graph.range_of(&results, input, socket.kind).constant()
+            {
+                input = Input::Value(value);
+            }
+            let before = std::mem::replace(&mut graph.nodes[at].inputs[place], input);
+            // What says how a surface is not there stays, so that one can say why.
+            if graph.nodes[at].kind == NodeKind::MixShader && leads_to_nothing(graph, at) {
+                graph.nodes[at].inputs[place] = before;
+            }
+        }
+        if matches!(graph.nodes[at].kind, NodeKind::PrincipledBsdf { .. }) {
+            cut_hidden(graph, at, &results, &factors);
+        }
+        instead[at] = replacement(graph, at, facts);
+        let result = graph.result(&results, at, facts);
+        results.push(result);
+    }
+    for root in graph.roots() {
+        if let Some(input) = root.and_then(|link| instead[link.node as usize]) {
+            *root = input.link();
+        }
+    }
+    graph.prune();
+}
+
+/// Sockets of a Principled BSDF that are not seen below metal or glass lose their links, unless a value there may not be
+/// finite: that times nothing is not nothing.
+fn cut_hidden(graph: &mut Graph, at: usize, results: &[Range], factors: &[Range]) {
+    use principled::{METALLIC, SPECULAR_IOR_LEVEL, SPECULAR_TINT, TRANSMISSION_WEIGHT};
+    let range = |graph: &Graph, socket: usize| {
+        let kind = principled::SOCKETS[socket].kind;
+        graph.range_of(results, graph.nodes[at].inputs[socket], kind)
+    };
+    let cut = |graph: &mut Graph, socket: usize| {
+        let input = graph.nodes[at].inputs[socket];
+        if input.link().is_some() && range(graph, socket).is_finite() {
+            let kind = principled::SOCKETS[socket].kind;
+            let factor = graph.range_of(factors, input, kind).high.truncate();
+            graph.nodes[at].inputs[socket] = Input::Value(factor.to_array());
+        }
+    };
+    let (least, most) = (
+        |graph: &Graph, socket| range(graph, socket).number().0,
+        |graph: &Graph, socket| range(graph, socket).number().1,
+    );
+    if least(graph, METALLIC) >= 1.0 {
+        for socket in [SPECULAR_IOR_LEVEL, SPECULAR_TINT, TRANSMISSION_WEIGHT] {
+            cut(graph, socket);
+        }
+        return;
+    }
+    if least(graph, TRANSMISSION_WEIGHT) >= 1.0 {
+        cut(graph, SPECULAR_IOR_LEVEL);
+    }
+    // Glass is tinted by it whatever the strength.
+    if most(graph, SPECULAR_IOR_LEVEL) <= 0.0 && most(graph, TRANSMISSION_WEIGHT) <= 0.0 {
+        cut(graph, SPECULAR_TINT);
+    }
+}
+
+/// What can stand in the place of a node, bit for bit.
+fn replacement(graph: &Graph, at: usize, facts: &mut impl Facts) -> Option<Input> {
+    let Node { kind, inputs } = &graph.nodes[at];
+    let is = |socket: usize, value: f32| inputs[socket] == Input::float(value);
+    // Of the same kind: a number is not a colour.
+    let alias = |socket: usize| match inputs[socket] {
+        Input::Link(link) => {
+            let color = matches!(kind, NodeKind::MixColor { .. });
+            let same = match graph.gives(link) {
+                (SocketKind::Color, _) => color,
+                (SocketKind::Float, Lane::One(_)) => !color,
+                _ => false,
+            };
+            same.then_some(inputs[socket])
+        }
+        _ => None,
+    };
+    match kind {
+        NodeKind::Math {
+            operation: MathOperation::Multiply,
+            clamp: false,
+        } if is(math::A, 1.0) => alias(math::B),
+        NodeKind::Math {
+            operation: MathOperation::Multiply,
+            clamp: false,
+        } if is(math::B, 1.0) => alias(math::A),
+        NodeKind::MixColor { .. } if is(mix::FACTOR, 0.0) => alias(mix::A),
+        NodeKind::MixColor { blend } if is(mix::FACTOR, 1.0) => match blend {
+            Blend::Mix => alias(mix::B),
+            Blend::Multiply if is(mix::A, 1.0) => alias(mix::B),
+            Blend::Multiply if is(mix::B, 1.0) => alias(mix::A),
+            _ => None,
+        },
+        NodeKind::NormalMap => is_flat(graph, at, facts).then_some(Input::None),
+        NodeKind::MixShader if leads_to_nothing(graph, at) => None,
+        NodeKind::MixShader if is(mix_shader::FACTOR, 0.0) => Some(inputs[mix_shader::A]),
+        NodeKind::MixShader if is(mix_shader::FACTOR, 1.0) => Some(inputs[mix_shader::B]),
+        _ => None,
+    }
+}
+
+/// Whether all of a Mix Shader is its transparent side.
+fn leads_to_nothing(graph: &Graph, at: usize) -> bool {
+    let inputs = &graph.nodes[at].inputs;
+    let side = match inputs[mix_shader::FACTOR] {
+        Input::Value([0.0, ..]) => mix_shader::A,
+        Input::Value([1.0, ..]) => mix_shader::B,
+        _ => return false,
+    };
+    let shader = inputs[side].link().map(|link| &graph.node(link).kind);
+    shader == Some(&NodeKind::TransparentBsdf)
+}
+
+fn is_flat(graph: &Graph, at: usize, facts: &mut impl Facts) -> bool {
+    let inputs = &graph.nodes[at].inputs;
+    let Input::Value([strength, ..]) = inputs[normal_map::STRENGTH] else {
+        return false;
+    };
+    match inputs[normal_map::COLOR] {
+        _ if strength == 0.0 => true,
+        Input::Link(link @ Link { output: 0, .. }) => graph
+            .node(link)
+            .texture()
+            .is_some_and(|texture| facts.is_flat(texture, strength)),
+        _ => false,
+    }
+}

@@ -1,0 +1,264 @@
+//! Shader graphs: what a material is, independent of the file format.
+//!
+//! A node's inputs come from nodes before it, so that one pass in the order of the list does whatever is to be done
+//! to all of them, and there are no cycles. Whoever builds a graph with links that go elsewhere has them cut by
+//! [`super::validate`].
+
+mod clean;
+mod fold;
+pub mod node;
+mod range;
+mod summary;
+
+pub use clean::Faults;
+pub use fold::fold;
+pub use node::{Blend, Distribution, Lane, Legal, MathOperation, NodeKind, Socket, SocketKind};
+pub use range::{Facts, Range, Unit};
+pub use summary::{Opacity, PrincipledSummary, Slot, Summary};
+
+use super::material::Texture;
+use node::ONLY;
+
+/// An output of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Link {
+    /// Its place in the list.
+    pub node: u32,
+    /// Which output.
+    pub output: u8,
+}
+
+/// What stands in a socket.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Input {
+    /// Nothing: a missing shader, or the surface's own normal.
+    None,
+    /// A colour, or a number three times.
+    Value([f32; 3]),
+    /// What a node gives.
+    Link(Link),
+}
+
+impl Input {
+    /// A number.
+    pub fn float(value: f32) -> Self {
+        Self::Value([value; 3])
+    }
+
+    /// The link, if there is one.
+    pub fn link(self) -> Option<Link> {
+        match self {
+            Self::Link(link) => Some(link),
+            _ => None,
+        }
+    }
+}
+
+impl From<Link> for Input {
+    fn from(link: Link) -> Self {
+        Self::Link(link)
+    }
+}
+
+impl From<f32> for Input {
+    fn from(value: f32) -> Self {
+        Self::float(value)
+    }
+}
+
+impl From<[f32; 3]> for Input {
+    fn from(value: [f32; 3]) -> Self {
+        Self::Value(value)
+    }
+}
+
+/// A node with what stands in its sockets, in their order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// What it is.
+    pub kind: NodeKind,
+    /// One for each of its sockets.
+    pub inputs: Vec<Input>,
+}
+
+impl Node {
+    /// With Blender's defaults in all sockets.
+    pub fn new(kind: NodeKind) -> Self {
+        let default = |socket: &Socket| match socket.kind {
+            SocketKind::Vector | SocketKind::Shader => Input::None,
+            SocketKind::Float | SocketKind::Color => Input::Value(socket.default),
+        };
+        let inputs = kind.sockets().iter().map(default).collect();
+        Self { kind, inputs }
+    }
+
+    /// With something in a socket.
+    #[must_use]
+    pub fn with(mut self, socket: usize, input: impl Into<Input>) -> Self {
+        self.inputs[socket] = input.into();
+        self
+    }
+
+    /// The image of an Image Texture.
+    pub fn texture(&self) -> Option<&Texture> {
+        match &self.kind {
+            NodeKind::ImageTexture { texture, .. } => Some(texture),
+            _ => None,
+        }
+    }
+}
+
+/// Nodes, and which of them the Material Output takes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Graph {
+    /// Each after those that it takes something from.
+    pub nodes: Vec<Node>,
+    /// Shader of the surface.
+    pub surface: Option<Link>,
+    /// Shader of what is inside.
+    pub volume: Option<Link>,
+    /// Displacement of the surface.
+    pub displacement: Option<Link>,
+}
+
+impl Graph {
+    /// Adds a node; its first output.
+    pub fn add(&mut self, node: Node) -> Link {
+        self.nodes.push(node);
+        Link {
+            node: self.nodes.len() as u32 - 1,
+            output: ONLY,
+        }
+    }
+
+    /// The node that a link comes from.
+    pub fn node(&self, link: Link) -> &Node {
+        &self.nodes[link.node as usize]
+    }
+
+    /// What the link gives: a number, a colour …
+    pub fn gives(&self, link: Link) -> (SocketKind, Lane) {
+        self.node(link).kind.outputs()[usize::from(link.output)]
+    }
+
+    fn roots(&mut self) -> [&mut Option<Link>; 3] {
+        [&mut self.surface, &mut self.volume, &mut self.displacement]
+    }
+
+    /// Which nodes some links need, themselves included.
+    pub fn behind(&self, links: impl IntoIterator<Item = Link>) -> Vec<bool> {
+        let mut needed = vec![false; self.nodes.len()];
+        for link in links {
+            needed[link.node as usize] = true;
+        }
+        for at in (0..self.nodes.len()).rev() {
+            if needed[at] {
+                for link in self.nodes[at].inputs.iter().filter_map(|i| i.link()) {
+                    needed[link.node as usize] = true;
+                }
+            }
+        }
+        needed
+    }
+
+    /// Images that what stands in a socket needs.
+    pub fn textures_behind(&self, input: Input) -> impl Iterator<Item = &Texture> {
+        let needed = self.behind(input.link());
+        let nodes = self.nodes.iter().zip(needed);
+        nodes.filter_map(|(node, needed)| needed.then(|| node.texture())?)
+    }
+
+    /// All images.
+    pub fn textures(&self) -> impl Iterator<Item = &Texture> {
+        self.nodes.iter().filter_map(Node::texture)
+    }
+
+    /// All images, to be changed.
+    pub fn textures_mut(&mut self) -> impl Iterator<Item = &mut Texture> {
+        self.nodes
+            .iter_mut()
+            .filter_map(|node| match &mut node.kind {
+                NodeKind::ImageTexture { texture, .. } => Some(texture),
+                _ => None,
+            })
+    }
+
+    /// Whether there is a normal map.
+    pub fn has_normal_map(&self) -> bool {
+        self.nodes.iter().any(|n| n.kind == NodeKind::NormalMap)
+    }
+
+    /// The strengths of the normal maps; of one that varies, 1.
+    pub fn normal_map_strengths(&self) -> impl Iterator<Item = f32> {
+        let maps = self.nodes.iter().filter(|n| n.kind == NodeKind::NormalMap);
+        maps.map(|map| match map.inputs[node::normal_map::STRENGTH] {
+            Input::Value([strength, ..]) => strength,
+            _ => 1.0,
+        })
+    }
+
+    /// Takes out nodes that nothing needs.
+    pub fn prune(&mut self) {
+        let roots: Vec<Link> = self.roots().into_iter().filter_map(|r| *r).collect();
+        let needed = self.behind(roots);
+        let mut next = 0;
+        let places: Vec<u32> = needed
+            .iter()
+            .map(|&needed| {
+                next += u32::from(needed);
+                next.wrapping_sub(1)
+            })
+            .collect();
+        let place = |link: &mut Link| link.node = places[link.node as usize];
+        let mut needed = needed.into_iter();
+        self.nodes.retain(|_| needed.next().unwrap_or(false));
+        for node in &mut self.nodes {
+            for input in &mut node.inputs {
+                if let Input::Link(link) = input {
+                    place(link);
+                }
+            }
+        }
+        self.roots().into_iter().flatten().for_each(place);
+    }
+
+    /// Makes images white where one socket reads them; others that read the same images keep them.
+    pub fn whiten(&mut self, node: usize, socket: usize) {
+        let Input::Link(link) = self.nodes[node].inputs[socket] else {
+            return;
+        };
+        let shift = node as u32;
+        // The nodes before it stand there twice: the second ones are for this socket alone.
+        let mut copies: Vec<Node> = self.nodes[..node].to_vec();
+        let white = |from: Link, nodes: &[Node]| match nodes[from.node as usize].kind {
+            NodeKind::ImageTexture { .. } => Input::float(1.0),
+            _ => Input::Link(Link {
+                node: from.node + shift,
+                ..from
+            }),
+        };
+        for input in copies.iter_mut().flat_map(|copy| &mut copy.inputs) {
+            if let Input::Link(from) = *input {
+                *input = white(from, &self.nodes);
+            }
+        }
+        let input = white(link, &self.nodes);
+        let later = |link: &mut Link| {
+            if link.node >= shift {
+                link.node += shift;
+            }
+        };
+        for input in self.nodes[node..].iter_mut().flat_map(|n| &mut n.inputs) {
+            if let Input::Link(link) = input {
+                later(link);
+            }
+        }
+        self.roots().into_iter().flatten().for_each(later);
+        self.nodes[node].inputs[socket] = input;
+        self.nodes.splice(node..node, copies);
+        self.prune();
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,431 @@
+//! The nodes of shader graphs, by Blender's names and sockets.
+//!
+//! A new node is a variant of [`NodeKind`], its list of sockets, its outputs, and what it does to numbers: here, and as an
+//! operation in `shading::program`, where it does more than arithmetic.
+
+use super::super::material::{ImageUse, Texture};
+
+/// What an input takes, or an output gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SocketKind {
+    /// A number; it stands in all three places.
+    Float,
+    /// A colour.
+    Color,
+    /// A direction. Without a link it is the surface's own.
+    Vector,
+    /// What a surface does with light. It has no value of its own.
+    Shader,
+}
+
+/// An input of a node.
+#[derive(Clone, Copy, Debug)]
+pub struct Socket {
+    /// Blender's name.
+    pub name: &'static str,
+    /// What it takes.
+    pub kind: SocketKind,
+    /// Without a link.
+    pub default: [f32; 3],
+    /// The legal range.
+    pub legal: Legal,
+}
+
+/// Which numbers make sense.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Legal {
+    /// The least number.
+    pub least: f32,
+    /// The greatest.
+    pub most: f32,
+    /// In place of what is not a number.
+    pub otherwise: f32,
+    /// In place of infinity: what is no number was not meant to make light.
+    pub infinite: f32,
+}
+
+/// Larger numbers than this have no use and would overflow in products.
+const LARGEST: f32 = 1e30;
+
+impl Legal {
+    /// Any finite number.
+    pub const ANY: Self = Self::within(-LARGEST, LARGEST, 0.0);
+    /// 0 to 1.
+    pub const fn share(otherwise: f32) -> Self {
+        Self::within(0.0, 1.0, otherwise)
+    }
+    /// Not below 0.
+    pub const fn positive(otherwise: f32) -> Self {
+        Self::within(0.0, LARGEST, otherwise)
+    }
+    const fn within(least: f32, most: f32, otherwise: f32) -> Self {
+        Self {
+            least,
+            most,
+            otherwise,
+            infinite: most,
+        }
+    }
+    /// Above 1 in Blender's files (SUNDOG_material): such a surface makes light. Bounded, so that a path of the default
+    /// length stays within an f32.
+    const ALBEDO: Self = Self {
+        infinite: 1.0,
+        ..Self::within(0.0, 100.0, 0.0)
+    };
+    /// KHR_materials_ior: 0 stands for a reflectance of 1 at all angles, otherwise at least 1.
+    const IOR: Self = Self::within(1.0, LARGEST, 1.5);
+
+    /// The nearest legal number.
+    pub fn nearest(&self, value: f32) -> f32 {
+        if value.is_nan() {
+            self.otherwise
+        } else if *self == Self::IOR && value == 0.0 {
+            0.0
+        } else if value == f32::INFINITY {
+            self.infinite
+        } else {
+            value.clamp(self.least, self.most)
+        }
+    }
+}
+
+/// Makes a list of sockets, and a constant for the place of each in it.
+macro_rules! sockets {
+    ($(#[$doc:meta])* $module:ident { $($name:ident: $kind:ident $title:literal = $default:expr, $legal:expr;)* }) => {
+        $(#[$doc])*
+        pub mod $module {
+            use super::{Legal, Socket, SocketKind};
+            #[allow(non_camel_case_types, clippy::upper_case_acronyms)]
+            enum Place { $($name),* }
+            $(
+                #[doc = concat!("\"", $title, "\".")]
+                pub const $name: usize = Place::$name as usize;
+            )*
+            /// All of them.
+            pub const SOCKETS: &[Socket] = &[$(Socket {
+                name: $title,
+                kind: SocketKind::$kind,
+                default: $default,
+                legal: $legal,
+            }),*];
+        }
+    };
+}
+
+sockets! {
+    /// Inputs of the Separate Color node.
+    separate { COLOR: Color "Color" = [0.8; 3], Legal::ANY; }
+}
+sockets! {
+    /// Inputs of the Math node.
+    math {
+        A: Float "Value" = [0.5; 3], Legal::ANY;
+        B: Float "Value" = [0.5; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Mix node for colours.
+    mix {
+        FACTOR: Float "Factor" = [0.5; 3], Legal::share(0.5);
+        A: Color "A" = [0.5; 3], Legal::ANY;
+        B: Color "B" = [0.5; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Normal Map node.
+    normal_map {
+        STRENGTH: Float "Strength" = [1.0; 3], Legal { otherwise: 1.0, ..Legal::ANY };
+        COLOR: Color "Color" = [0.5, 0.5, 1.0], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Principled BSDF.
+    principled {
+        BASE_COLOR: Color "Base Color" = [0.8; 3], Legal::ALBEDO;
+        METALLIC: Float "Metallic" = [0.0; 3], Legal::share(0.0);
+        ROUGHNESS: Float "Roughness" = [0.5; 3], Legal::share(1.0);
+        IOR: Float "IOR" = [1.5; 3], Legal::IOR;
+        NORMAL: Vector "Normal" = [0.0; 3], Legal::ANY;
+        DIFFUSE_ROUGHNESS: Float "Diffuse Roughness" = [0.0; 3], Legal::share(0.0);
+        SPECULAR_IOR_LEVEL: Float "Specular IOR Level" = [0.5; 3], Legal::positive(0.5);
+        SPECULAR_TINT: Color "Specular Tint" = [1.0; 3], Legal::positive(1.0);
+        ANISOTROPIC: Float "Anisotropic" = [0.0; 3], Legal::share(0.0);
+        ANISOTROPIC_ROTATION: Float "Anisotropic Rotation" = [0.0; 3], Legal::ANY;
+        TANGENT: Vector "Tangent" = [0.0; 3], Legal::ANY;
+        TRANSMISSION_WEIGHT: Float "Transmission Weight" = [0.0; 3], Legal::share(0.0);
+        EMISSION_COLOR: Color "Emission Color" = [1.0; 3], Legal::positive(0.0);
+        EMISSION_STRENGTH: Float "Emission Strength" = [0.0; 3], Legal::positive(0.0);
+    }
+}
+sockets! {
+    /// Inputs of the Diffuse BSDF.
+    diffuse {
+        COLOR: Color "Color" = [0.8; 3], Legal::ALBEDO;
+        ROUGHNESS: Float "Roughness" = [0.0; 3], Legal::share(0.0);
+        NORMAL: Vector "Normal" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Glossy BSDF.
+    glossy {
+        COLOR: Color "Color" = [0.8; 3], Legal::ALBEDO;
+        ROUGHNESS: Float "Roughness" = [0.5; 3], Legal::share(1.0);
+        ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
+        ROTATION: Float "Rotation" = [0.0; 3], Legal::ANY;
+        NORMAL: Vector "Normal" = [0.0; 3], Legal::ANY;
+        TANGENT: Vector "Tangent" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Transparent BSDF.
+    transparent { COLOR: Color "Color" = [1.0; 3], Legal::share(1.0); }
+}
+sockets! {
+    /// Inputs of the Emission shader.
+    emission {
+        COLOR: Color "Color" = [1.0; 3], Legal::positive(0.0);
+        STRENGTH: Float "Strength" = [1.0; 3], Legal::positive(0.0);
+    }
+}
+sockets! {
+    /// Inputs of the Mix Shader.
+    mix_shader {
+        FACTOR: Float "Fac" = [0.5; 3], Legal::share(1.0);
+        A: Shader "Shader" = [0.0; 3], Legal::ANY;
+        B: Shader "Shader" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Add Shader.
+    add_shader {
+        A: Shader "Shader" = [0.0; 3], Legal::ANY;
+        B: Shader "Shader" = [0.0; 3], Legal::ANY;
+    }
+}
+
+/// Operations of the Math node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MathOperation {
+    /// a + b.
+    Add,
+    /// a − b.
+    Subtract,
+    /// a · b.
+    Multiply,
+    /// a / b, and 0 where b is 0.
+    Divide,
+    /// a to the power of b, and 0 where that is no real number.
+    Power,
+    /// The lesser.
+    Minimum,
+    /// The greater.
+    Maximum,
+    /// 1 where a < b, otherwise 0.
+    LessThan,
+    /// 1 where a > b, otherwise 0.
+    GreaterThan,
+}
+
+impl MathOperation {
+    /// The result, as Blender defines it.
+    #[inline]
+    pub fn of(self, a: f32, b: f32) -> f32 {
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide if b == 0.0 => 0.0,
+            Self::Divide => a / b,
+            Self::Power if a < 0.0 && b != b.trunc() => 0.0,
+            Self::Power => a.powf(b),
+            Self::Minimum => a.min(b),
+            Self::Maximum => a.max(b),
+            Self::LessThan => f32::from(a < b),
+            Self::GreaterThan => f32::from(a > b),
+        }
+    }
+}
+
+/// How the Mix node for colours blends B over A.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blend {
+    /// B instead of A.
+    Mix,
+    /// A · B.
+    Multiply,
+    /// A + B.
+    Add,
+}
+
+impl Blend {
+    /// The result; with a factor of 1 all of it is B's, bit for bit.
+    #[inline]
+    pub fn of(self, factor: f32, a: glam::Vec3, b: glam::Vec3) -> glam::Vec3 {
+        let all = match self {
+            Self::Mix => b,
+            Self::Multiply => a * b,
+            Self::Add => a + b,
+        };
+        if factor == 1.0 {
+            all
+        } else {
+            a * (1.0 - factor) + all * factor
+        }
+    }
+}
+
+/// The spread of the Glossy BSDF's facets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Distribution {
+    /// GGX.
+    #[default]
+    Ggx,
+    /// GGX with the energy of multiple scattering.
+    MultiscatterGgx,
+}
+
+/// What a node is, with its properties that are no sockets.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NodeKind {
+    /// An image: Color, Alpha.
+    ImageTexture {
+        /// Which, and how it lies on the surface.
+        texture: Texture,
+        /// What its values mean.
+        usage: ImageUse,
+    },
+    /// Colours of vertices, white where there are none: Color, Alpha.
+    ColorAttribute,
+    /// A colour's numbers: Red, Green, Blue.
+    SeparateColor,
+    /// Arithmetic.
+    Math {
+        /// Which.
+        operation: MathOperation,
+        /// The result is brought to 0..=1.
+        clamp: bool,
+    },
+    /// The Mix node for colours.
+    MixColor {
+        /// How.
+        blend: Blend,
+    },
+    /// A tangent-space normal map. The strength scales x and y before normalisation, as in glTF.
+    NormalMap,
+    /// Blender's Principled BSDF.
+    PrincipledBsdf {
+        /// Transmission without refraction, as through a thin sheet; otherwise the surface bounds a solid.
+        thin_wall: bool,
+    },
+    /// Diffuse reflection.
+    DiffuseBsdf,
+    /// Reflection by facets.
+    GlossyBsdf {
+        /// Their spread.
+        distribution: Distribution,
+    },
+    /// Light passes straight on.
+    TransparentBsdf,
+    /// Emitted light.
+    Emission,
+    /// A of one factor, B of the rest.
+    MixShader,
+    /// The sum.
+    AddShader,
+}
+
+/// Which of four numbers an output is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lane {
+    /// The first three.
+    Rgb,
+    /// One of them: 0 to 3.
+    One(u8),
+}
+
+/// Outputs of nodes with one.
+pub const ONLY: u8 = 0;
+/// Output "Color" of images and attributes.
+pub const COLOR: u8 = 0;
+/// Output "Alpha" of images and attributes.
+pub const ALPHA: u8 = 1;
+/// Outputs of Separate Color.
+pub const RED: u8 = 0;
+/// Outputs of Separate Color.
+pub const GREEN: u8 = 1;
+/// Outputs of Separate Color.
+pub const BLUE: u8 = 2;
+
+impl NodeKind {
+    /// The inputs, in their order.
+    pub fn sockets(&self) -> &'static [Socket] {
+        match self {
+            Self::ImageTexture { .. } | Self::ColorAttribute => &[],
+            Self::SeparateColor => separate::SOCKETS,
+            Self::Math { .. } => math::SOCKETS,
+            Self::MixColor { .. } => mix::SOCKETS,
+            Self::NormalMap => normal_map::SOCKETS,
+            Self::PrincipledBsdf { .. } => principled::SOCKETS,
+            Self::DiffuseBsdf => diffuse::SOCKETS,
+            Self::GlossyBsdf { .. } => glossy::SOCKETS,
+            Self::TransparentBsdf => transparent::SOCKETS,
+            Self::Emission => emission::SOCKETS,
+            Self::MixShader => mix_shader::SOCKETS,
+            Self::AddShader => add_shader::SOCKETS,
+        }
+    }
+
+    /// The outputs: what they give, and which numbers of the node's result they are.
+    pub fn outputs(&self) -> &'static [(SocketKind, Lane)] {
+        use SocketKind::{Color, Float, Shader, Vector};
+        match self {
+            Self::ImageTexture { .. } | Self::ColorAttribute => {
+                &[(Color, Lane::Rgb), (Float, Lane::One(3))]
+            }
+            Self::SeparateColor => &[
+                (Float, Lane::One(0)),
+                (Float, Lane::One(1)),
+                (Float, Lane::One(2)),
+            ],
+            Self::Math { .. } => &[(Float, Lane::One(0))],
+            Self::MixColor { .. } => &[(Color, Lane::Rgb)],
+            Self::NormalMap => &[(Vector, Lane::Rgb)],
+            Self::PrincipledBsdf { .. }
+            | Self::DiffuseBsdf
+            | Self::GlossyBsdf { .. }
+            | Self::TransparentBsdf
+            | Self::Emission
+            | Self::MixShader
+            | Self::AddShader => &[(Shader, Lane::Rgb)],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_brought_to_the_nearest_legal_one() {
+        let base = principled::SOCKETS[principled::BASE_COLOR].legal;
+        assert_eq!(
+            [f32::NAN, f32::INFINITY, -1.0, 2.0, 1e38].map(|v| base.nearest(v)),
+            [0.0, 1.0, 0.0, 2.0, 100.0]
+        );
+        let ior = principled::SOCKETS[principled::IOR].legal;
+        assert_eq!([0.0, 0.5, 2.0].map(|v| ior.nearest(v)), [0.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn arithmetic_is_blenders() {
+        use MathOperation::{Divide, LessThan, Power, Subtract};
+        assert_eq!(Divide.of(1.0, 0.0), 0.0);
+        assert_eq!(Power.of(-2.0, 0.5), 0.0);
+        assert_eq!(Power.of(-2.0, 2.0), 4.0);
+        assert_eq!(Subtract.of(1.0, 3.0), -2.0);
+        assert_eq!((LessThan.of(0.5, 0.5), LessThan.of(0.4, 0.5)), (0.0, 1.0));
+        let (a, b) = (glam::Vec3::splat(0.25), glam::Vec3::splat(0.5));
+        assert_eq!(Blend::Multiply.of(1.0, a, b), a * b);
+        assert_eq!(Blend::Mix.of(0.5, a, b).x, 0.375);
+    }
+}

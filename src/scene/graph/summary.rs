@@ -1,0 +1,327 @@
+//! What can be said of a graph without looking at its images.
+
+use super::super::Effect;
+use super::node::{diffuse, emission, glossy, math, mix_shader, principled, transparent};
+use super::{Graph, Input, Link, MathOperation, NodeKind, Range, Unit};
+use glam::Vec3;
+
+/// Sockets of shaders, by what users call the images in them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Slot {
+    /// Base colour and opacity, and the colour of what is unlit.
+    BaseColor,
+    /// Metallic and roughness.
+    MetallicRoughness,
+    /// Emission.
+    Emission,
+    /// Strength of a dielectric's reflection.
+    Specular,
+    /// Its tint.
+    SpecularColor,
+    /// Transmission.
+    Transmission,
+}
+
+impl Slot {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::BaseColor,
+        Self::MetallicRoughness,
+        Self::Emission,
+        Self::Specular,
+        Self::SpecularColor,
+        Self::Transmission,
+    ];
+
+    /// The effect that images in it are.
+    pub fn effect(self) -> Effect {
+        match self {
+            Self::BaseColor => Effect::BaseColorTexture,
+            Self::MetallicRoughness => Effect::MetallicRoughnessTexture,
+            Self::Emission => Effect::EmissionTexture,
+            Self::Specular => Effect::SpecularTexture,
+            Self::SpecularColor => Effect::SpecularColorTexture,
+            Self::Transmission => Effect::TransmissionTexture,
+        }
+    }
+}
+
+/// How much of the light meets a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Opacity {
+    /// All.
+    Full,
+    /// It has holes where the opacity is below the threshold.
+    Clip {
+        /// The threshold.
+        cutoff: f32,
+        /// Whether the opacity may be below it.
+        holes: bool,
+    },
+    /// A share.
+    Blend {
+        /// Whether it may be below 1.
+        below: bool,
+    },
+}
+
+/// A Principled BSDF; pairs are the least and the greatest of a number where images are black or white.
+#[derive(Clone, Copy, Debug)]
+pub struct PrincipledSummary {
+    /// Base colour where images are white.
+    pub base_color: Vec3,
+    /// Metallic.
+    pub metallic: (f32, f32),
+    /// Roughness.
+    pub roughness: (f32, f32),
+    /// Index of refraction.
+    pub ior: (f32, f32),
+    /// Scales the dielectric's reflectance at normal incidence: twice the specular IOR level.
+    pub specular: (f32, f32),
+    /// Transmission weight.
+    pub transmission: (f32, f32),
+    /// Sheets instead of solids.
+    pub thin_wall: bool,
+}
+
+impl PrincipledSummary {
+    /// Whether all of it is metal.
+    pub fn is_metal_everywhere(&self) -> bool {
+        self.metallic.0 >= 1.0
+    }
+
+    /// Whether all of it below metal is glass.
+    pub fn is_glass_everywhere(&self) -> bool {
+        self.transmission.0 >= 1.0
+    }
+
+    /// Whether some of it is glass.
+    pub fn transmits(&self) -> bool {
+        self.transmission.1 > 0.0 && !self.is_metal_everywhere()
+    }
+}
+
+/// What a surface is.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// Its Principled BSDFs.
+    pub principled: Vec<PrincipledSummary>,
+    /// The colours of its Diffuse BSDFs.
+    pub diffuse: Vec<Vec3>,
+    /// The colours of its Glossy BSDFs.
+    pub glossy: Vec<Vec3>,
+    /// Emitted radiance where images are white.
+    pub emission: Vec3,
+    /// Nothing but emission.
+    pub unlit: bool,
+    /// How much of it is there.
+    pub opacity: Opacity,
+}
+
+impl Summary {
+    /// Whether it emits.
+    pub fn emits(&self) -> bool {
+        self.emission.max_element() > 0.0
+    }
+
+    /// Whether light can pass beside it.
+    pub fn is_translucent(&self) -> bool {
+        match self.opacity {
+            Opacity::Full => false,
+            Opacity::Clip { holes, .. } => holes,
+            Opacity::Blend { below } => below,
+        }
+    }
+}
+
+/// Which socket of a node an image stands in, by its slot.
+fn slot(kind: &NodeKind, socket: usize, unlit: bool) -> Option<Slot> {
+    match kind {
+        NodeKind::PrincipledBsdf { .. } => match socket {
+            principled::BASE_COLOR => Some(Slot::BaseColor),
+            principled::SPECULAR_IOR_LEVEL => Some(Slot::Specular),
+            principled::SPECULAR_TINT => Some(Slot::SpecularColor),
+            principled::TRANSMISSION_WEIGHT => Some(Slot::Transmission),
+            principled::EMISSION_COLOR | principled::EMISSION_STRENGTH => Some(Slot::Emission),
+            principled::NORMAL | principled::TANGENT => None,
+            _ => Some(Slot::MetallicRoughness),
+        },
+        NodeKind::DiffuseBsdf if socket == diffuse::COLOR => Some(Slot::BaseColor),
+        NodeKind::DiffuseBsdf if socket == diffuse::ROUGHNESS => Some(Slot::MetallicRoughness),
+        NodeKind::GlossyBsdf { .. } => match socket {
+            glossy::COLOR => Some(Slot::BaseColor),
+            glossy::NORMAL | glossy::TANGENT => None,
+            _ => Some(Slot::MetallicRoughness),
+        },
+        NodeKind::Emission if unlit => Some(Slot::BaseColor),
+        NodeKind::Emission => Some(Slot::Emission),
+        NodeKind::TransparentBsdf => Some(Slot::BaseColor),
+        NodeKind::MixShader if socket == mix_shader::FACTOR => Some(Slot::BaseColor),
+        _ => None,
+    }
+}
+
+impl Graph {
+    /// The sockets of shaders that have links, by their slots.
+    pub fn slots(&self) -> Vec<(Slot, usize, usize)> {
+        let unlit = self.is_unlit();
+        let mut slots = Vec::new();
+        for (at, node) in self.nodes.iter().enumerate() {
+            for (socket, input) in node.inputs.iter().enumerate() {
+                if input.link().is_some()
+                    && let Some(slot) = slot(&node.kind, socket, unlit)
+                {
+                    slots.push((slot, at, socket));
+                }
+            }
+        }
+        slots
+    }
+
+    /// Whether images stand in a slot.
+    pub fn has_texture(&self, slot: Slot) -> bool {
+        let mut of = self.slots().into_iter().filter(|(s, ..)| *s == slot);
+        of.any(|(_, node, socket)| {
+            self.textures_behind(self.nodes[node].inputs[socket])
+                .next()
+                .is_some()
+        })
+    }
+
+    /// Whether the surface shows its colour without light.
+    pub fn is_unlit(&self) -> bool {
+        let shines = |kind: &NodeKind| matches!(kind, NodeKind::Emission);
+        let scatters = |kind: &NodeKind| {
+            matches!(
+                kind,
+                NodeKind::PrincipledBsdf { .. }
+                    | NodeKind::DiffuseBsdf
+                    | NodeKind::GlossyBsdf { .. }
+            )
+        };
+        self.nodes.iter().any(|n| shines(&n.kind)) && !self.nodes.iter().any(|n| scatters(&n.kind))
+    }
+
+    /// A Mix Shader at the surface that is transparent on one side: its factor, whether the transparent one is B, and the
+    /// other one.
+    pub fn transparency(&self) -> Option<(usize, bool, Input)> {
+        let at = self.surface?.node as usize;
+        let node = &self.nodes[at];
+        if node.kind != NodeKind::MixShader {
+            return None;
+        }
+        let (a, b) = (node.inputs[mix_shader::A], node.inputs[mix_shader::B]);
+        let clear = |input: Input| {
+            let kind = input.link().map(|link| &self.node(link).kind);
+            kind == Some(&NodeKind::TransparentBsdf)
+        };
+        if clear(a) {
+            Some((at, false, b))
+        } else if clear(b) {
+            Some((at, true, a))
+        } else {
+            None
+        }
+    }
+
+    fn opacity(&self, results: &[Range]) -> Opacity {
+        let Some((at, clear_is_b, _)) = self.transparency() else {
+            let clear = |node: &super::Node| node.kind == NodeKind::TransparentBsdf;
+            return if self.nodes.iter().any(clear) {
+                Opacity::Blend { below: true }
+            } else {
+                Opacity::Full
+            };
+        };
+        let factor = self.nodes[at].inputs[mix_shader::FACTOR];
+        let (low, high) = self
+            .range_of(results, factor, super::SocketKind::Float)
+            .number();
+        let below = if clear_is_b { high > 0.0 } else { low < 1.0 };
+        match self.cutoff(factor) {
+            Some(cutoff) => Opacity::Clip {
+                cutoff,
+                holes: below,
+            },
+            None => Opacity::Blend { below },
+        }
+    }
+
+    fn cutoff(&self, factor: Input) -> Option<f32> {
+        let node = self.node(factor.link()?);
+        let NodeKind::Math { operation, .. } = node.kind else {
+            return None;
+        };
+        match (operation, node.inputs[math::B]) {
+            (MathOperation::LessThan | MathOperation::GreaterThan, Input::Value([cutoff, ..])) => {
+                Some(cutoff)
+            }
+            _ => None,
+        }
+    }
+
+    /// Says what the surface is; `vertex_alpha` if some mesh with it has vertices that are not opaque.
+    pub fn summary(&self, vertex_alpha: bool) -> Summary {
+        let results = self.results(&mut Unit { vertex_alpha });
+        let mut summary = Summary {
+            principled: Vec::new(),
+            diffuse: Vec::new(),
+            glossy: Vec::new(),
+            emission: Vec3::ZERO,
+            unlit: self.is_unlit(),
+            opacity: self.opacity(&results),
+        };
+        for node in &self.nodes {
+            let range = |socket: usize| {
+                let kind = node.kind.sockets()[socket].kind;
+                self.range_of(&results, node.inputs[socket], kind)
+            };
+            let color = |socket| range(socket).high.truncate();
+            match node.kind {
+                NodeKind::PrincipledBsdf { thin_wall } => {
+                    let strength = range(principled::EMISSION_STRENGTH).number().1;
+                    summary.emission += color(principled::EMISSION_COLOR) * strength;
+                    let level = range(principled::SPECULAR_IOR_LEVEL).number();
+                    summary.principled.push(PrincipledSummary {
+                        base_color: color(principled::BASE_COLOR),
+                        metallic: range(principled::METALLIC).number(),
+                        roughness: range(principled::ROUGHNESS).number(),
+                        ior: range(principled::IOR).number(),
+                        specular: (2.0 * level.0, 2.0 * level.1),
+                        transmission: range(principled::TRANSMISSION_WEIGHT).number(),
+                        thin_wall,
+                    });
+                }
+                NodeKind::DiffuseBsdf => summary.diffuse.push(color(diffuse::COLOR)),
+                NodeKind::GlossyBsdf { .. } => summary.glossy.push(color(glossy::COLOR)),
+                NodeKind::Emission => {
+                    let strength = range(emission::STRENGTH).number().1;
+                    summary.emission += color(emission::COLOR) * strength;
+                }
+                _ => {}
+            }
+        }
+        summary
+    }
+
+    /// The surface without what is transparent of it.
+    pub fn make_opaque(&mut self) {
+        if let Some((_, _, rest)) = self.transparency() {
+            self.surface = rest.link();
+        }
+        for node in &mut self.nodes {
+            if node.kind == NodeKind::TransparentBsdf {
+                node.inputs[transparent::COLOR] = Input::Value([0.0; 3]);
+            }
+        }
+        self.prune();
+    }
+
+    /// The link of the surface's only shader that scatters or emits, under what is transparent of it.
+    pub fn body(&self) -> Option<Link> {
+        match self.transparency() {
+            Some((_, _, rest)) => rest.link(),
+            None => self.surface,
+        }
+    }
+}

@@ -1,0 +1,291 @@
+//! glTF's metallic-roughness material with its extensions, and the shader graph that says the same.
+
+use super::graph::node::{self, emission, math, mix, mix_shader, normal_map, principled, separate};
+use super::graph::{Blend, Graph, Input, Link, MathOperation, Node, NodeKind};
+use super::{ImageUse, Material, Texture};
+
+/// A material as glTF's core and its extensions describe it. Scalars multiply their textures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MetallicRoughness {
+    /// Name in the file.
+    pub name: String,
+    /// Linear base colour.
+    pub base_color: [f32; 3],
+    /// RGB, sRGB-encoded in 8- and 16-bit files; alpha in A.
+    pub base_color_texture: Option<Texture>,
+    /// Opacity 0..=1.
+    pub alpha: f32,
+    /// How opacity is used.
+    pub alpha_mode: AlphaMode,
+    /// 0 (dielectric) to 1 (metal).
+    pub metallic: f32,
+    /// Perceptual roughness: α = roughness².
+    pub roughness: f32,
+    /// Roughness in G, metallic in B; linear.
+    pub metallic_roughness_texture: Option<Texture>,
+    /// Tangent-space normals.
+    pub normal_texture: Option<NormalTexture>,
+    /// Emitted radiance, strength included, W·sr⁻¹·m⁻².
+    pub emission: [f32; 3],
+    /// RGB, sRGB-encoded in 8- and 16-bit files.
+    pub emission_texture: Option<Texture>,
+    /// Index of refraction of the dielectric.
+    pub ior: f32,
+    /// Scales the dielectric's reflectance at normal incidence (KHR_materials_specular
+    /// `specularFactor`; Blender's specular IOR level is half of it).
+    pub specular: f32,
+    /// Factor in A.
+    pub specular_texture: Option<Texture>,
+    /// Tints the dielectric's reflectance at normal incidence.
+    pub specular_color: [f32; 3],
+    /// RGB, sRGB-encoded in 8- and 16-bit files.
+    pub specular_color_texture: Option<Texture>,
+    /// Share of light that goes through instead of being scattered diffusely, 0..=1.
+    pub transmission: f32,
+    /// Factor in R.
+    pub transmission_texture: Option<Texture>,
+    /// Transmission without refraction, as through a thin sheet (glTF without a volume);
+    /// otherwise the surface bounds a solid.
+    pub thin_walled: bool,
+    /// What the file says; see `Scene` users for what culling does.
+    pub double_sided: bool,
+    /// Shows its base colour without light (KHR_materials_unlit).
+    pub unlit: bool,
+}
+
+impl Default for MetallicRoughness {
+    /// glTF's default material: white, metallic 1, roughness 1 (specification 3.9.6).
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: [1.0; 3],
+            base_color_texture: None,
+            alpha: 1.0,
+            alpha_mode: AlphaMode::Opaque,
+            metallic: 1.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            emission: [0.0; 3],
+            emission_texture: None,
+            ior: 1.5,
+            specular: 1.0,
+            specular_texture: None,
+            specular_color: [1.0; 3],
+            specular_color_texture: None,
+            transmission: 0.0,
+            transmission_texture: None,
+            thin_walled: true,
+            double_sided: false,
+            unlit: false,
+        }
+    }
+}
+
+impl MetallicRoughness {
+    /// All textures but the normal map.
+    pub fn textures_mut(&mut self) -> [&mut Option<Texture>; 6] {
+        [
+            &mut self.base_color_texture,
+            &mut self.metallic_roughness_texture,
+            &mut self.emission_texture,
+            &mut self.specular_texture,
+            &mut self.specular_color_texture,
+            &mut self.transmission_texture,
+        ]
+    }
+}
+
+/// How opacity is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    Opaque,
+    /// Visible where alpha ≥ cutoff, otherwise a hole.
+    Mask {
+        /// Threshold.
+        cutoff: f32,
+    },
+    /// The share alpha of light meets the surface, the rest passes straight on.
+    Blend,
+}
+
+/// A normal map and its strength.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NormalTexture {
+    /// The image: RGB 0..=1 stands for -1..=1 (+Y up, OpenGL's convention).
+    pub texture: Texture,
+    /// Scales x and y before normalisation.
+    pub scale: f32,
+}
+
+/// A graph on its way.
+#[derive(Default)]
+struct Builder(Graph);
+
+impl Builder {
+    fn image(&mut self, texture: &Texture, usage: ImageUse) -> Link {
+        let texture = texture.clone();
+        self.0
+            .add(Node::new(NodeKind::ImageTexture { texture, usage }))
+    }
+
+    fn channel(&mut self, texture: &Texture, output: u8) -> Link {
+        let image = self.image(texture, ImageUse::Data);
+        self.separate(image, output)
+    }
+
+    fn separate(&mut self, color: Link, output: u8) -> Link {
+        let node = Node::new(NodeKind::SeparateColor).with(separate::COLOR, color);
+        Link {
+            output,
+            ..self.0.add(node)
+        }
+    }
+
+    fn product(&mut self, a: impl Into<Input>, b: impl Into<Input>, clamp: bool) -> Link {
+        let operation = MathOperation::Multiply;
+        let node = Node::new(NodeKind::Math { operation, clamp });
+        self.0.add(node.with(math::A, a).with(math::B, b))
+    }
+
+    fn tinted(&mut self, a: impl Into<Input>, b: impl Into<Input>) -> Link {
+        let blend = Blend::Multiply;
+        let node = Node::new(NodeKind::MixColor { blend }).with(mix::FACTOR, 1.0);
+        self.0.add(node.with(mix::A, a).with(mix::B, b))
+    }
+
+    /// A factor, times one number of an image.
+    fn number(&mut self, factor: f32, texture: Option<&Texture>, output: u8) -> Input {
+        match texture {
+            None => factor.into(),
+            Some(texture) => {
+                let channel = self.channel(texture, output);
+                self.product(factor, channel, false).into()
+            }
+        }
+    }
+
+    /// A colour, times that of an image.
+    fn color(&mut self, factor: [f32; 3], texture: Option<&Texture>) -> Input {
+        match texture {
+            None => factor.into(),
+            Some(texture) => {
+                let image = self.image(texture, ImageUse::Color);
+                self.tinted(factor, image).into()
+            }
+        }
+    }
+
+    /// A shader where the opacity lets it be.
+    fn opaque(
+        &mut self,
+        m: &MetallicRoughness,
+        base: Option<Link>,
+        vertices: Link,
+        shader: Link,
+    ) -> Link {
+        let alpha = |link: Link| Link {
+            output: node::ALPHA,
+            ..link
+        };
+        if m.alpha_mode == AlphaMode::Opaque {
+            return shader;
+        }
+        let clear = self.0.add(Node::new(NodeKind::TransparentBsdf));
+        let factor = self.product(m.alpha, alpha(vertices), base.is_none());
+        let factor = match base {
+            None => factor,
+            Some(base) => self.product(factor, alpha(base), true),
+        };
+        let mixed = Node::new(NodeKind::MixShader);
+        let mixed = match m.alpha_mode {
+            AlphaMode::Mask { cutoff } => {
+                let operation = MathOperation::LessThan;
+                let clamp = false;
+                let hole = Node::new(NodeKind::Math { operation, clamp });
+                let hole = self.0.add(hole.with(math::A, factor).with(math::B, cutoff));
+                let mixed = mixed.with(mix_shader::FACTOR, hole);
+                mixed.with(mix_shader::A, shader).with(mix_shader::B, clear)
+            }
+            _ => {
+                let mixed = mixed.with(mix_shader::FACTOR, factor);
+                mixed.with(mix_shader::A, clear).with(mix_shader::B, shader)
+            }
+        };
+        self.0.add(mixed)
+    }
+
+    fn principled(&mut self, m: &MetallicRoughness, base_color: Link) -> Link {
+        let metal = m.metallic_roughness_texture.as_ref();
+        let metal = metal.map(|texture| self.image(texture, ImageUse::Data));
+        let mut factor = |factor: f32, output: u8| match metal {
+            None => Input::from(factor),
+            Some(image) => {
+                let channel = self.separate(image, output);
+                self.product(factor, channel, false).into()
+            }
+        };
+        let metallic = factor(m.metallic, node::BLUE);
+        let roughness = factor(m.roughness, node::GREEN);
+        let specular = match &m.specular_texture {
+            None => Input::float(0.5 * m.specular),
+            Some(texture) => {
+                let output = node::ALPHA;
+                let image = self.image(texture, ImageUse::Data);
+                let alpha = Link { output, ..image };
+                self.product(0.5 * m.specular, alpha, false).into()
+            }
+        };
+        let tint = self.color(m.specular_color, m.specular_color_texture.as_ref());
+        let transmission = self.number(m.transmission, m.transmission_texture.as_ref(), node::RED);
+        let emission = self.color(m.emission, m.emission_texture.as_ref());
+        let normal = m.normal_texture.as_ref().map(|normal| {
+            let image = self.image(&normal.texture, ImageUse::Data);
+            let map = Node::new(NodeKind::NormalMap).with(normal_map::STRENGTH, normal.scale);
+            self.0.add(map.with(normal_map::COLOR, image))
+        });
+        let thin_wall = m.thin_walled;
+        self.0.add(
+            Node::new(NodeKind::PrincipledBsdf { thin_wall })
+                .with(principled::BASE_COLOR, base_color)
+                .with(principled::METALLIC, metallic)
+                .with(principled::ROUGHNESS, roughness)
+                .with(principled::IOR, m.ior)
+                .with(principled::SPECULAR_IOR_LEVEL, specular)
+                .with(principled::SPECULAR_TINT, tint)
+                .with(principled::TRANSMISSION_WEIGHT, transmission)
+                .with(principled::EMISSION_COLOR, emission)
+                .with(principled::EMISSION_STRENGTH, 1.0)
+                .with(principled::NORMAL, normal.map_or(Input::None, Input::Link)),
+        )
+    }
+}
+
+impl From<MetallicRoughness> for Material {
+    fn from(m: MetallicRoughness) -> Self {
+        let mut builder = Builder::default();
+        let vertices = builder.0.add(Node::new(NodeKind::ColorAttribute));
+        let base = m.base_color_texture.as_ref();
+        let base = base.map(|texture| builder.image(texture, ImageUse::Color));
+        let mut color = builder.tinted(m.base_color, vertices);
+        if let Some(base) = base {
+            color = builder.tinted(color, base);
+        }
+        let shader = if m.unlit {
+            let emission = Node::new(NodeKind::Emission).with(emission::COLOR, color);
+            builder.0.add(emission)
+        } else {
+            builder.principled(&m, color)
+        };
+        let surface = builder.opaque(&m, base, vertices, shader);
+        let mut graph = builder.0;
+        graph.surface = Some(surface);
+        graph.prune();
+        Self {
+            name: m.name,
+            graph,
+            double_sided: m.double_sided,
+        }
+    }
+}

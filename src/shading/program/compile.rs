@@ -1,0 +1,539 @@
+//! From graphs to programs.
+
+use super::{Opacity, Operand, Operation, Program, Programs, Root, Shader, Weighted};
+use crate::scene::graph::node::{
+    diffuse, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, transparent,
+};
+use crate::scene::graph::{
+    self, Blend, Facts, Graph, Input, Lane, Link, MathOperation, NodeKind, Range,
+};
+use crate::scene::{ImageUse, Texture};
+use crate::shading::Principled;
+use crate::shading::texture::PreparedTexture;
+use glam::{Vec3, Vec4};
+
+/// Gives textures their rasters; those without an image are white.
+pub trait Source {
+    /// A texture ready to be read.
+    fn texture(&mut self, texture: &Texture, usage: ImageUse) -> Option<PreparedTexture>;
+}
+
+/// What is known when a material is prepared.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// Whether some vertices have colours.
+    pub vertex_colors: bool,
+}
+
+impl Facts for Known {
+    fn image(&mut self, _: &Texture, _: ImageUse) -> Range {
+        Range::UNKNOWN
+    }
+
+    fn colors(&self) -> Range {
+        if self.vertex_colors {
+            Range::UNKNOWN
+        } else {
+            Range::WHITE
+        }
+    }
+}
+
+const ONE: Operand = Operand::Constant(Vec4::ONE);
+const ZERO: Operand = Operand::Constant(Vec4::ZERO);
+
+/// Whether an operand is a number, or a colour of it.
+fn is(operand: Operand, number: f32) -> bool {
+    matches!(operand, Operand::Constant(value) if value.truncate() == Vec3::splat(number))
+}
+
+/// One program on its way.
+struct Compiler<'a, S> {
+    graph: &'a Graph,
+    source: &'a mut S,
+    program: Program,
+    /// The register or constant of each node that has one.
+    results: Vec<Option<Operand>>,
+}
+
+impl<'a, S: Source> Compiler<'a, S> {
+    fn new(graph: &'a Graph, source: &'a mut S) -> Self {
+        Self {
+            graph,
+            source,
+            program: Program::default(),
+            results: vec![None; graph.nodes.len()],
+        }
+    }
+
+    fn emit(&mut self, operation: Operation) -> u32 {
+        self.program.operations.push(operation);
+        self.program.operations.len() as u32 - 1
+    }
+
+    /// Emits what an input needs that is not there yet, in the order of the nodes.
+    fn operand(&mut self, input: Input) -> Operand {
+        let link = match input {
+            Input::Link(link) => link,
+            Input::Value(value) => return Operand::Constant(Vec3::from(value).extend(1.0)),
+            Input::None => return ZERO,
+        };
+        let needed = self.graph.behind([link]);
+        for (at, _) in needed.into_iter().enumerate().filter(|(_, needed)| *needed) {
+            if self.results[at].is_none() {
+                let result = self.node(at);
+                self.results[at] = Some(result);
+            }
+        }
+        self.of(link)
+    }
+
+    /// What an input of a node gives whose nodes have been emitted.
+    fn input(&self, at: usize, socket: usize) -> Operand {
+        match self.graph.nodes[at].inputs[socket] {
+            Input::Link(link) => self.of(link),
+            Input::Value(value) => Operand::Constant(Vec3::from(value).extend(1.0)),
+            Input::None => ZERO,
+        }
+    }
+
+    fn of(&self, link: Link) -> Operand {
+        let (_, lane) = self.graph.gives(link);
+        match (self.results[link.node as usize].unwrap_or(ZERO), lane) {
+            (Operand::Constant(value), Lane::One(i)) => {
+                Operand::Constant(Vec4::splat(value[usize::from(i)]))
+            }
+            (Operand::Constant(value), Lane::Rgb) => Operand::Constant(value),
+            // A number stands in all places.
+            (one @ Operand::Register(_, Lane::One(_)), _) => one,
+            (Operand::Register(at, Lane::Rgb), lane) => Operand::Register(at, lane),
+        }
+    }
+
+    fn node(&mut self, at: usize) -> Operand {
+        let operation = match &self.graph.nodes[at].kind {
+            NodeKind::ImageTexture { texture, usage } => {
+                match self.source.texture(texture, *usage) {
+                    Some(texture) => {
+                        self.program.textures.push(texture);
+                        Operation::Image(self.program.textures.len() as u32 - 1)
+                    }
+                    None => return ONE,
+                }
+            }
+            NodeKind::ColorAttribute => Operation::VertexColor,
+            // Its outputs are the numbers of what it takes.
+            NodeKind::SeparateColor => return self.input(at, separate::COLOR),
+            NodeKind::Math { operation, clamp } => Operation::Math {
+                operation: *operation,
+                clamp: *clamp,
+                a: self.input(at, math::A),
+                b: self.input(at, math::B),
+            },
+            NodeKind::MixColor { blend } => Operation::Mix {
+                blend: *blend,
+                factor: self.input(at, mix::FACTOR),
+                a: self.input(at, mix::A),
+                b: self.input(at, mix::B),
+            },
+            NodeKind::NormalMap => Operation::NormalMap {
+                color: self.input(at, normal_map::COLOR),
+                strength: self.input(at, normal_map::STRENGTH),
+            },
+            NodeKind::PrincipledBsdf { .. }
+            | NodeKind::DiffuseBsdf
+            | NodeKind::GlossyBsdf { .. }
+            | NodeKind::TransparentBsdf
+            | NodeKind::Emission
+            | NodeKind::MixShader
+            | NodeKind::AddShader => return ZERO,
+        };
+        Operand::Register(self.emit(operation), Lane::Rgb)
+    }
+
+    /// Arithmetic of numbers, done at once where both are known.
+    fn math(&mut self, operation: MathOperation, a: Operand, b: Operand) -> Operand {
+        use MathOperation::{Add, Multiply};
+        match (operation, a, b) {
+            (_, Operand::Constant(a), Operand::Constant(b)) => {
+                Operand::Constant(Vec4::splat(operation.of(a.x, b.x)))
+            }
+            (Multiply, _, other) if is(a, 1.0) => other,
+            (Multiply, other, _) if is(b, 1.0) => other,
+            (Add, _, other) if is(a, 0.0) => other,
+            (Add, other, _) if is(b, 0.0) => other,
+            _ => {
+                let clamp = false;
+                let at = self.emit(Operation::Math {
+                    operation,
+                    clamp,
+                    a,
+                    b,
+                });
+                Operand::Register(at, Lane::One(0))
+            }
+        }
+    }
+
+    /// Arithmetic of colours, done at once where both are known.
+    fn blend(&mut self, blend: Blend, a: Operand, b: Operand) -> Operand {
+        match (blend, a, b) {
+            (_, Operand::Constant(a), Operand::Constant(b)) => {
+                let color = blend.of(1.0, a.truncate(), b.truncate());
+                Operand::Constant(color.extend(1.0))
+            }
+            (Blend::Multiply, _, other) if is(a, 1.0) => other,
+            (Blend::Multiply, other, _) if is(b, 1.0) => other,
+            (Blend::Add, _, other) if is(a, 0.0) => other,
+            (Blend::Add, other, _) if is(b, 0.0) => other,
+            _ => {
+                let factor = ONE;
+                let at = self.emit(Operation::Mix {
+                    blend,
+                    factor,
+                    a,
+                    b,
+                });
+                Operand::Register(at, Lane::Rgb)
+            }
+        }
+    }
+
+    /// The factor of a Mix Shader, 0 to 1.
+    fn factor(&mut self, at: usize) -> Operand {
+        let input = self.graph.nodes[at].inputs[mix_shader::FACTOR];
+        let factor = self.operand(input);
+        let is_share = input.link().is_some_and(|link| {
+            matches!(
+                self.graph.node(link).kind,
+                NodeKind::Math { clamp: true, .. }
+                    | NodeKind::Math {
+                        operation: MathOperation::LessThan | MathOperation::GreaterThan,
+                        ..
+                    }
+            )
+        });
+        match factor {
+            Operand::Constant(value) => Operand::Constant(value.clamp(Vec4::ZERO, Vec4::ONE)),
+            _ if is_share => factor,
+            _ => {
+                let at = self.emit(Operation::Math {
+                    operation: MathOperation::Add,
+                    clamp: true,
+                    a: factor,
+                    b: ZERO,
+                });
+                Operand::Register(at, Lane::One(0))
+            }
+        }
+    }
+
+    /// The shaders under a link that are no sums or mixes, each once, with their weights.
+    fn leaves(&mut self, root: Option<Link>) -> Vec<(usize, Operand)> {
+        let Some(root) = root else {
+            return Vec::new();
+        };
+        let mut weights: Vec<Option<Operand>> = vec![None; root.node as usize + 1];
+        weights[root.node as usize] = Some(ONE);
+        let mut leaves = Vec::new();
+        for at in (0..weights.len()).rev() {
+            let Some(weight) = weights[at] else {
+                continue;
+            };
+            let shares = match self.graph.nodes[at].kind {
+                NodeKind::AddShader => [weight; 2],
+                NodeKind::MixShader => {
+                    let factor = self.factor(at);
+                    let rest = self.math(MathOperation::Subtract, ONE, factor);
+                    [rest, factor].map(|share| self.math(MathOperation::Multiply, weight, share))
+                }
+                _ => {
+                    leaves.push((at, weight));
+                    continue;
+                }
+            };
+            // Both have their shaders in their last two sockets.
+            let inputs = &self.graph.nodes[at].inputs;
+            let sides = [inputs.len() - 2, inputs.len() - 1].map(|socket| inputs[socket].link());
+            for (side, share) in sides.into_iter().zip(shares) {
+                if let Some(link) = side
+                    && share != ZERO
+                {
+                    let before = weights[link.node as usize].unwrap_or(ZERO);
+                    weights[link.node as usize] =
+                        Some(self.math(MathOperation::Add, before, share));
+                }
+            }
+        }
+        leaves.reverse();
+        leaves
+    }
+
+    /// The leaves that are not transparent, with their shares of what does not pass straight on.
+    fn body(&mut self) -> Vec<(usize, Operand)> {
+        let graph = self.graph;
+        let clear = |(at, _): &(usize, Operand)| graph.nodes[*at].kind == NodeKind::TransparentBsdf;
+        let leaves = self.leaves(graph.body());
+        if !leaves.iter().any(clear) {
+            return leaves;
+        }
+        let rest: Vec<_> = leaves.into_iter().filter(|leaf| !clear(leaf)).collect();
+        let sum = self.scattered(&rest);
+        rest.into_iter()
+            .map(|(at, weight)| (at, self.math(MathOperation::Divide, weight, sum)))
+            .collect()
+    }
+
+    fn sum(&mut self, leaves: &[(usize, Operand)]) -> Operand {
+        leaves.iter().fold(ZERO, |sum, (_, weight)| {
+            self.math(MathOperation::Add, sum, *weight)
+        })
+    }
+
+    /// The share of the surface that does not let light pass straight on, whose leaves are these.
+    fn rest(&mut self, leaves: &[(usize, Operand)]) -> Operand {
+        if let Some((at, clear_is_b, _)) = self.graph.transparency() {
+            let factor = self.factor(at);
+            return if clear_is_b {
+                self.math(MathOperation::Subtract, ONE, factor)
+            } else {
+                factor
+            };
+        }
+        self.scattered(leaves)
+    }
+
+    /// The sum of the weights of what scatters; what is emitted takes nothing from what is behind, unless it is all.
+    fn scattered(&mut self, leaves: &[(usize, Operand)]) -> Operand {
+        let graph = self.graph;
+        let scatters = |at: usize| graph.nodes[at].kind != NodeKind::Emission;
+        let scattering: Vec<_> = leaves.iter().copied().filter(|l| scatters(l.0)).collect();
+        self.sum(if scattering.is_empty() {
+            leaves
+        } else {
+            &scattering
+        })
+    }
+
+    fn finish(mut self, roots: &mut [&mut Root]) -> Program {
+        let program = &mut self.program;
+        while (program.operations.len() >> program.shift) >= 64 {
+            program.shift += 1;
+        }
+        let block = |operand: Operand| match operand {
+            Operand::Constant(_) => 0u64,
+            Operand::Register(at, _) => 1 << (at >> program.shift),
+        };
+        // What each block takes from others.
+        let mut takes = [0u64; 64];
+        for (at, operation) in program.operations.iter().enumerate() {
+            let takes = &mut takes[at >> program.shift];
+            *takes |= match *operation {
+                Operation::Image(_) | Operation::VertexColor => 0,
+                Operation::Math { a, b, .. } => block(a) | block(b),
+                Operation::Mix { factor, a, b, .. } => block(factor) | block(a) | block(b),
+                Operation::NormalMap { color, strength } => block(color) | block(strength),
+            };
+        }
+        for root in roots {
+            root.needs = block(root.operand);
+            for at in (0..64).rev() {
+                if root.needs >> at & 1 == 1 {
+                    root.needs |= takes[at];
+                }
+            }
+        }
+        self.program
+    }
+}
+
+/// Before [`Compiler::finish`] says what it needs.
+fn root(operand: Operand) -> Root {
+    Root { operand, needs: 0 }
+}
+
+fn known(graph: &Graph, at: usize) -> Principled {
+    let node = &graph.nodes[at];
+    let color = |socket: usize| match node.inputs[socket] {
+        Input::Value(value) => Vec3::from(value),
+        _ => Vec3::from(principled::SOCKETS[socket].default),
+    };
+    Principled {
+        base_color: color(principled::BASE_COLOR),
+        metallic: color(principled::METALLIC).x,
+        roughness: color(principled::ROUGHNESS).x,
+        ior: color(principled::IOR).x,
+        specular: 2.0 * color(principled::SPECULAR_IOR_LEVEL).x,
+        specular_color: color(principled::SPECULAR_TINT),
+        transmission: color(principled::TRANSMISSION_WEIGHT).x,
+        thin_walled: matches!(node.kind, NodeKind::PrincipledBsdf { thin_wall: true }),
+        anisotropy: color(principled::ANISOTROPIC).x,
+        anisotropy_rotation: color(principled::ANISOTROPIC_ROTATION).x,
+    }
+}
+
+/// Sockets that are read at hits, metallic first: what it hides is not read.
+const READ: [usize; 9] = [
+    principled::METALLIC,
+    principled::BASE_COLOR,
+    principled::ROUGHNESS,
+    principled::ANISOTROPIC,
+    principled::ANISOTROPIC_ROTATION,
+    principled::IOR,
+    principled::SPECULAR_IOR_LEVEL,
+    principled::SPECULAR_TINT,
+    principled::TRANSMISSION_WEIGHT,
+];
+
+fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader> {
+    let node = &compiler.graph.nodes[at];
+    let mut value = |socket: usize| root(compiler.operand(node.inputs[socket]));
+    let mut vector = |socket: usize| match node.inputs[socket] {
+        Input::None => None,
+        _ => Some(value(socket)),
+    };
+    Some(match node.kind {
+        NodeKind::PrincipledBsdf { .. } => {
+            let normal = vector(principled::NORMAL);
+            let linked = READ
+                .into_iter()
+                .filter(|&socket| node.inputs[socket].link().is_some())
+                .map(|socket| (socket, value(socket)))
+                .collect();
+            let base = known(compiler.graph, at);
+            Shader::Principled {
+                base,
+                linked,
+                normal,
+            }
+        }
+        NodeKind::DiffuseBsdf => Shader::Diffuse {
+            normal: vector(diffuse::NORMAL),
+            color: value(diffuse::COLOR),
+            roughness: value(diffuse::ROUGHNESS),
+        },
+        NodeKind::GlossyBsdf { .. } => Shader::Glossy {
+            normal: vector(glossy::NORMAL),
+            tangent: vector(glossy::TANGENT),
+            color: value(glossy::COLOR),
+            roughness: value(glossy::ROUGHNESS),
+            anisotropy: value(glossy::ANISOTROPY),
+            rotation: value(glossy::ROTATION),
+        },
+        _ => return None,
+    })
+}
+
+fn roots_of(weighted: &mut Weighted) -> Vec<&mut Root> {
+    let Weighted { weight, shader } = weighted;
+    let mut roots = vec![weight];
+    match shader {
+        Shader::Principled { linked, normal, .. } => {
+            roots.extend(linked.iter_mut().map(|(_, root)| root));
+            roots.extend(normal);
+        }
+        Shader::Diffuse {
+            color,
+            roughness,
+            normal,
+        } => {
+            roots.extend([color, roughness]);
+            roots.extend(normal);
+        }
+        Shader::Glossy {
+            color,
+            roughness,
+            anisotropy,
+            rotation,
+            normal,
+            tangent,
+        } => {
+            roots.extend([color, roughness, anisotropy, rotation]);
+            roots.extend(normal.iter_mut().chain(tangent));
+        }
+    }
+    roots
+}
+
+fn surface(graph: &Graph, source: &mut impl Source) -> (Program, Vec<Weighted>) {
+    let mut compiler = Compiler::new(graph, source);
+    let mut shaders: Vec<Weighted> = Vec::new();
+    for (at, weight) in compiler.body() {
+        if let Some(shader) = shader(&mut compiler, at) {
+            shaders.push(Weighted {
+                weight: root(weight),
+                shader,
+            });
+        }
+    }
+    let mut roots: Vec<&mut Root> = shaders.iter_mut().flat_map(roots_of).collect();
+    let program = compiler.finish(&mut roots);
+    (program, shaders)
+}
+
+fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
+    let clear = |at: usize| graph.nodes[at].kind == NodeKind::TransparentBsdf;
+    if !(0..graph.nodes.len()).any(clear) {
+        return None;
+    }
+    let mut compiler = Compiler::new(graph, source);
+    let leaves = compiler.leaves(graph.surface);
+    let (clear, rest): (Vec<_>, Vec<_>) = leaves.into_iter().partition(|(at, _)| clear(*at));
+    let mut transmittance = ZERO;
+    for (at, weight) in clear {
+        let color = compiler.operand(graph.nodes[at].inputs[transparent::COLOR]);
+        let part = compiler.blend(Blend::Multiply, color, weight);
+        transmittance = compiler.blend(Blend::Add, transmittance, part);
+    }
+    let mut transmittance = root(transmittance);
+    let mut rest = root(compiler.rest(&rest));
+    let program = compiler.finish(&mut [&mut transmittance, &mut rest]);
+    Some(Opacity {
+        program,
+        transmittance,
+        rest,
+    })
+}
+
+fn emission(graph: &Graph, source: &mut impl Source) -> (Program, Root) {
+    let mut compiler = Compiler::new(graph, source);
+    let mut sum = Operand::Constant(Vec4::W);
+    for (at, weight) in compiler.body() {
+        let node = &graph.nodes[at];
+        let (color, strength) = match node.kind {
+            NodeKind::PrincipledBsdf { .. } => {
+                (principled::EMISSION_COLOR, principled::EMISSION_STRENGTH)
+            }
+            NodeKind::Emission => (emission::COLOR, emission::STRENGTH),
+            _ => continue,
+        };
+        let is_black = |socket: usize| node.inputs[socket] == Input::float(0.0);
+        if is_black(color) || is_black(strength) {
+            continue;
+        }
+        let color = compiler.operand(node.inputs[color]);
+        let strength = compiler.operand(node.inputs[strength]);
+        let light = compiler.blend(Blend::Multiply, color, strength);
+        let part = compiler.blend(Blend::Multiply, light, weight);
+        sum = compiler.blend(Blend::Add, sum, part);
+    }
+    let mut emitted = root(sum);
+    let program = compiler.finish(&mut [&mut emitted]);
+    (program, emitted)
+}
+
+/// Compiles a material's graph. It is folded first: what is known is no operation.
+pub fn compile(graph: &Graph, mut known: Known, source: &mut impl Source) -> Programs {
+    let mut folded = graph.clone();
+    graph::fold(&mut folded, &mut known);
+    let (surface, shaders) = surface(&folded, source);
+    let opacity = opacity(&folded, source);
+    let (emission, emitted) = emission(&folded, source);
+    Programs {
+        surface,
+        shaders,
+        opacity,
+        emission,
+        emitted,
+    }
+}

@@ -1,0 +1,374 @@
+//! Shader graphs as flat programs, evaluated at hits.
+//!
+//! A program is a list of operations, each of which fills its own register from constants and from registers before it. A
+//! socket of a shader knows which of them it needs, and they run when it is asked for: an image that nobody asks for is
+//! not read. What is constant has no operations.
+
+mod compile;
+
+pub use compile::{Known, Source, compile};
+
+use super::texture::PreparedTexture;
+use crate::math::luminance;
+use crate::scene::graph::node::principled;
+use crate::scene::graph::{Blend, Lane, MathOperation};
+use crate::shading::Principled;
+use glam::{Vec2, Vec3, Vec4};
+
+/// What programs ask about the point that they are evaluated at.
+pub trait Place {
+    /// Texture coordinates of a set; (0, 0) where the mesh has none.
+    fn uv(&self, set: u32) -> Vec2;
+    /// Vertex colour; white where there is none.
+    fn color(&self) -> Vec4;
+    /// The normal outside of a tangent-space one whose x and y are scaled; 0 where there is none.
+    fn mapped_normal(&self, tangent_space: Vec3, strength: f32) -> Vec3;
+}
+
+/// Where a value comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Operand {
+    /// It is known.
+    Constant(Vec4),
+    /// Numbers of a register.
+    Register(u32, Lane),
+}
+
+/// What fills a register.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Operation {
+    /// A texture, by its number.
+    Image(u32),
+    /// The vertices' colour.
+    VertexColor,
+    /// Arithmetic of numbers.
+    Math {
+        /// Which.
+        operation: MathOperation,
+        /// Brought to 0..=1.
+        clamp: bool,
+        /// The first.
+        a: Operand,
+        /// The second.
+        b: Operand,
+    },
+    /// A blend of colours.
+    Mix {
+        /// Which.
+        blend: Blend,
+        /// How much of it.
+        factor: Operand,
+        /// Below.
+        a: Operand,
+        /// Above.
+        b: Operand,
+    },
+    /// A tangent-space normal map.
+    NormalMap {
+        /// Its texel.
+        color: Operand,
+        /// Its strength.
+        strength: Operand,
+    },
+}
+
+/// A value that is asked for, with the operations that it needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Root {
+    /// Where it is.
+    pub operand: Operand,
+    /// A bit for each block of operations.
+    needs: u64,
+}
+
+impl Root {
+    /// A colour that is known.
+    pub fn constant(&self) -> Option<Vec3> {
+        match self.operand {
+            Operand::Constant(value) => Some(value.truncate()),
+            Operand::Register(..) => None,
+        }
+    }
+}
+
+/// A flat list of operations.
+#[derive(Clone, Debug, Default)]
+pub struct Program {
+    operations: Vec<Operation>,
+    textures: Vec<PreparedTexture>,
+    /// A block has 2 to the power of this many operations: there are 64 blocks at most.
+    shift: u32,
+}
+
+/// Registers of most programs, on the stack.
+const FEW: usize = 12;
+/// Those of larger ones.
+const MANY: usize = 64;
+
+impl Program {
+    /// Whether everything is known.
+    pub fn is_constant(&self) -> bool {
+        self.operations.is_empty()
+    }
+
+    /// How many operations there are.
+    pub fn len(&self) -> usize {
+        self.operations.len()
+    }
+
+    /// Whether there are no operations.
+    pub fn is_empty(&self) -> bool {
+        self.operations.is_empty()
+    }
+
+    /// The textures that it reads.
+    pub fn textures(&self) -> &[PreparedTexture] {
+        &self.textures
+    }
+
+    /// Evaluates at a place what is asked for.
+    #[inline]
+    pub fn at<P: Place, T>(&self, place: &P, ask: impl FnOnce(&mut Evaluation<'_, P>) -> T) -> T {
+        let mut few = [Vec4::ZERO; FEW];
+        if self.operations.len() <= FEW {
+            return ask(&mut Evaluation {
+                program: self,
+                place,
+                done: 0,
+                registers: &mut few,
+            });
+        }
+        let mut many = [Vec4::ZERO; MANY];
+        let mut all = Vec::new();
+        let registers = if self.operations.len() <= MANY {
+            &mut many[..]
+        } else {
+            all.resize(self.operations.len(), Vec4::ZERO);
+            &mut all[..]
+        };
+        ask(&mut Evaluation {
+            program: self,
+            place,
+            done: 0,
+            registers,
+        })
+    }
+}
+
+/// A program at a place.
+pub struct Evaluation<'a, P> {
+    program: &'a Program,
+    place: &'a P,
+    /// Blocks that have run.
+    done: u64,
+    registers: &'a mut [Vec4],
+}
+
+impl<P: Place> Evaluation<'_, P> {
+    /// A colour or a direction.
+    #[inline]
+    pub fn color(&mut self, root: &Root) -> Vec3 {
+        self.run(root.needs);
+        self.read_color(root.operand)
+    }
+
+    /// A number.
+    #[inline]
+    pub fn number(&mut self, root: &Root) -> f32 {
+        self.run(root.needs);
+        self.read_number(root.operand)
+    }
+
+    #[inline]
+    fn read_color(&self, operand: Operand) -> Vec3 {
+        match operand {
+            Operand::Constant(value) => value.truncate(),
+            Operand::Register(at, Lane::Rgb) => self.registers[at as usize].truncate(),
+            Operand::Register(at, Lane::One(i)) => {
+                Vec3::splat(self.registers[at as usize][usize::from(i)])
+            }
+        }
+    }
+
+    #[inline]
+    fn read_number(&self, operand: Operand) -> f32 {
+        match operand {
+            Operand::Constant(value) => value.x,
+            Operand::Register(at, Lane::One(i)) => self.registers[at as usize][usize::from(i)],
+            Operand::Register(at, Lane::Rgb) => luminance(self.registers[at as usize].truncate()),
+        }
+    }
+
+    #[inline]
+    fn run(&mut self, needs: u64) {
+        let mut missing = needs & !self.done;
+        self.done |= needs;
+        while missing != 0 {
+            let first = (missing.trailing_zeros() as usize) << self.program.shift;
+            missing &= missing - 1;
+            let last = (first + (1 << self.program.shift)).min(self.program.operations.len());
+            for at in first..last {
+                self.registers[at] = self.operate(at);
+            }
+        }
+    }
+
+    fn operate(&self, at: usize) -> Vec4 {
+        match self.program.operations[at] {
+            Operation::Image(number) => {
+                let texture = &self.program.textures[number as usize];
+                texture.read(self.place.uv(texture.uv_set))
+            }
+            Operation::VertexColor => self.place.color(),
+            Operation::Math {
+                operation,
+                clamp,
+                a,
+                b,
+            } => {
+                let result = operation.of(self.read_number(a), self.read_number(b));
+                Vec4::splat(if clamp {
+                    result.clamp(0.0, 1.0)
+                } else {
+                    result
+                })
+            }
+            Operation::Mix {
+                blend,
+                factor,
+                a,
+                b,
+            } => {
+                let (a, b) = (self.read_color(a), self.read_color(b));
+                blend.of(self.read_number(factor), a, b).extend(1.0)
+            }
+            Operation::NormalMap { color, strength } => {
+                let tangent_space = self.read_color(color) * 2.0 - 1.0;
+                let strength = self.read_number(strength);
+                self.place
+                    .mapped_normal(tangent_space, strength)
+                    .extend(1.0)
+            }
+        }
+    }
+}
+
+/// What a shader of a surface does, its sockets ready to be read.
+#[derive(Clone, Debug)]
+pub enum Shader {
+    /// A Principled BSDF.
+    Principled {
+        /// What stands in its sockets where it is known.
+        base: Principled,
+        /// The other sockets, metallic first.
+        linked: Vec<(usize, Root)>,
+        /// The normal map, if it has one.
+        normal: Option<Root>,
+    },
+    /// A Diffuse BSDF.
+    Diffuse {
+        /// Its colour.
+        color: Root,
+        /// Its roughness.
+        roughness: Root,
+        /// The normal map, if it has one.
+        normal: Option<Root>,
+    },
+    /// A Glossy BSDF.
+    Glossy {
+        /// Its colour.
+        color: Root,
+        /// Roughness.
+        roughness: Root,
+        /// Anisotropy, −1 to 1.
+        anisotropy: Root,
+        /// Rotation of the tangent, in turns.
+        rotation: Root,
+        /// The normal map, if it has one.
+        normal: Option<Root>,
+        /// The tangent, if it is given.
+        tangent: Option<Root>,
+    },
+}
+
+/// A shader and its share of the surface.
+#[derive(Clone, Debug)]
+pub struct Weighted {
+    /// Its share of what does not pass straight on.
+    pub weight: Root,
+    /// What it is.
+    pub shader: Shader,
+}
+
+/// The colour of what is reflected: files of floats may hold negative ones, which count as 0, as in Cycles. What is not a
+/// number stays so, and is counted where it arises.
+#[inline]
+fn reflected(color: Vec3) -> Vec3 {
+    Vec3::select(color.cmplt(Vec3::ZERO), Vec3::ZERO, color)
+}
+
+impl Shader {
+    /// The normal map of the shader.
+    pub fn normal(&self) -> Option<&Root> {
+        match self {
+            Self::Principled { normal, .. }
+            | Self::Diffuse { normal, .. }
+            | Self::Glossy { normal, .. } => normal.as_ref(),
+        }
+    }
+}
+
+/// The sockets of a Principled BSDF at a place. Below metal nothing is read that is not seen.
+#[inline]
+pub fn parameters<P: Place>(
+    base: &Principled,
+    linked: &[(usize, Root)],
+    at: &mut Evaluation<'_, P>,
+) -> Principled {
+    let mut p = *base;
+    for (socket, root) in linked {
+        match *socket {
+            principled::METALLIC => p.metallic = at.number(root),
+            principled::BASE_COLOR => p.base_color = reflected(at.color(root)),
+            principled::ROUGHNESS => p.roughness = at.number(root),
+            principled::ANISOTROPIC => p.anisotropy = at.number(root),
+            principled::ANISOTROPIC_ROTATION => p.anisotropy_rotation = at.number(root),
+            _ if p.metallic >= 1.0 => {}
+            principled::IOR => p.ior = at.number(root),
+            principled::SPECULAR_IOR_LEVEL => p.specular = 2.0 * at.number(root),
+            principled::SPECULAR_TINT => p.specular_color = reflected(at.color(root)),
+            principled::TRANSMISSION_WEIGHT => p.transmission = at.number(root),
+            _ => {}
+        }
+    }
+    p
+}
+
+/// The light that passes straight on, and the share that does not.
+#[derive(Clone, Debug)]
+pub struct Opacity {
+    /// Its operations.
+    pub program: Program,
+    /// What passes straight on, as a colour.
+    pub transmittance: Root,
+    /// The share of the rest.
+    pub rest: Root,
+}
+
+/// A material's programs.
+#[derive(Clone, Debug)]
+pub struct Programs {
+    /// Operations of what scatters.
+    pub surface: Program,
+    /// What scatters: the shaders that are not transparent.
+    pub shaders: Vec<Weighted>,
+    /// Where light passes straight on.
+    pub opacity: Option<Opacity>,
+    /// Operations of what is emitted.
+    pub emission: Program,
+    /// Emitted radiance, of what does not pass straight on.
+    pub emitted: Root,
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,295 @@
+use super::*;
+use crate::math::primaries::WorkingSpace;
+use crate::scene::graph::node::{diffuse, emission, glossy, math, mix_shader, transparent};
+use crate::scene::graph::{Distribution, Graph, Input, Link, Node, NodeKind};
+use crate::scene::{
+    AlphaMode, Image, ImageId, ImageUse, Material, MetallicRoughness, NormalTexture, Texture,
+};
+use crate::shading::texture::Raster;
+use std::cell::Cell;
+use std::sync::Arc;
+
+/// Images of one texel.
+struct Texels(Vec<[f32; 4]>);
+
+impl Source for Texels {
+    fn texture(&mut self, texture: &Texture, usage: ImageUse) -> Option<PreparedTexture> {
+        let texel = self.0.get(texture.image.0 as usize)?;
+        let raster = Raster::new(&Image {
+            name: "texel".into(),
+            width: 1,
+            height: 1,
+            channels: 4,
+            pixels: texel.to_vec().into(),
+        });
+        let space = WorkingSpace::default();
+        Some(PreparedTexture::new(
+            texture,
+            Arc::new(raster),
+            usage,
+            space,
+        ))
+    }
+}
+
+/// Counts look-ups.
+#[derive(Default)]
+struct Here {
+    read: Cell<usize>,
+}
+
+impl Place for Here {
+    fn uv(&self, _: u32) -> Vec2 {
+        self.read.set(self.read.get() + 1);
+        Vec2::splat(0.5)
+    }
+
+    fn color(&self) -> Vec4 {
+        Vec4::new(0.5, 1.0, 1.0, 0.75)
+    }
+
+    fn mapped_normal(&self, tangent_space: Vec3, strength: f32) -> Vec3 {
+        tangent_space * strength
+    }
+}
+
+const COLORED: Known = Known {
+    vertex_colors: true,
+};
+const PLAIN: Known = Known {
+    vertex_colors: false,
+};
+
+fn texture(number: u32) -> Option<Texture> {
+    Some(ImageId(number).into())
+}
+
+fn compiled(m: MetallicRoughness, known: Known, texels: &[[f32; 4]]) -> Programs {
+    let graph = Material::from(m).graph;
+    compile(&graph, known, &mut Texels(texels.to_vec()))
+}
+
+fn parameters_of(programs: &Programs, here: &Here) -> Principled {
+    let Shader::Principled { base, linked, .. } = &programs.shaders[0].shader else {
+        panic!("{programs:?}");
+    };
+    programs.surface.at(here, |at| parameters(base, linked, at))
+}
+
+#[test]
+fn a_constant_material_has_no_operations() {
+    let programs = compiled(
+        MetallicRoughness {
+            base_color: [0.1, 0.2, 0.3],
+            metallic: 0.25,
+            roughness: 0.75,
+            specular: 0.6,
+            emission: [3.0, 2.0, 1.0],
+            alpha: 0.4,
+            alpha_mode: AlphaMode::Blend,
+            ..MetallicRoughness::default()
+        },
+        PLAIN,
+        &[],
+    );
+    assert!(programs.surface.is_empty() && programs.emission.is_empty());
+    let p = parameters_of(&programs, &Here::default());
+    assert_eq!(p.base_color, Vec3::new(0.1, 0.2, 0.3));
+    assert_eq!((p.metallic, p.roughness, p.specular), (0.25, 0.75, 0.6));
+    assert_eq!(programs.emitted.constant(), Some(Vec3::new(3.0, 2.0, 1.0)));
+    let opacity = programs.opacity.unwrap();
+    assert!(opacity.program.is_empty());
+    assert_eq!(opacity.rest.constant(), Some(Vec3::splat(0.4)));
+    assert_eq!(
+        opacity.transmittance.constant(),
+        Some(Vec3::splat(1.0 - 0.4))
+    );
+}
+
+#[test]
+fn channels_factors_and_vertices_are_multiplied_as_gltf_says() {
+    let texels = [
+        [0.5, 0.25, -0.125, 0.5],
+        [9.0, 0.5, 0.75, 9.0],
+        [0.5, 0.75, 1.0, 1.0],
+    ];
+    let m = MetallicRoughness {
+        base_color: [0.5, 0.5, 1.0],
+        base_color_texture: texture(0),
+        metallic: 0.5,
+        roughness: 0.25,
+        metallic_roughness_texture: texture(1),
+        specular: 0.5,
+        specular_texture: texture(0),
+        normal_texture: Some(NormalTexture {
+            texture: ImageId(2).into(),
+            scale: 2.0,
+        }),
+        alpha: 0.5,
+        alpha_mode: AlphaMode::Blend,
+        ..MetallicRoughness::default()
+    };
+    let programs = compiled(m.clone(), COLORED, &texels);
+    let here = Here::default();
+    let p = parameters_of(&programs, &here);
+    // Red: factor, vertex, texel; below 0 nothing is reflected.
+    assert_eq!(p.base_color, Vec3::new(0.5 * 0.5 * 0.5, 0.5 * 0.25, 0.0));
+    assert_eq!((p.metallic, p.roughness), (0.5 * 0.75, 0.25 * 0.5));
+    assert_eq!(p.specular, 0.5 * 0.5);
+    // Base colour, metal and roughness at once, the specular strength; not the normal map.
+    assert_eq!(here.read.get(), 3);
+    let normal = *programs.shaders[0].shader.normal().unwrap();
+    let normal = programs.surface.at(&here, |at| at.color(&normal));
+    assert_eq!(normal, Vec3::new(0.0, 1.0, 2.0));
+    assert_eq!(here.read.get(), 4);
+    // Shadow rays read the opacity alone.
+    let opacity = programs.opacity.unwrap();
+    let here = Here::default();
+    let rest = opacity.program.at(&here, |at| at.number(&opacity.rest));
+    assert_eq!(rest, 0.5 * 0.75 * 0.5);
+    assert_eq!(here.read.get(), 1);
+    let clear = opacity
+        .program
+        .at(&here, |at| at.color(&opacity.transmittance));
+    assert_eq!(clear, Vec3::splat(1.0 - rest));
+
+    let clip = |cutoff| {
+        let alpha_mode = AlphaMode::Mask { cutoff };
+        let m = MetallicRoughness {
+            alpha_mode,
+            ..m.clone()
+        };
+        let opacity = compiled(m, COLORED, &texels).opacity.unwrap();
+        opacity.program.at(&here, |at| at.number(&opacity.rest))
+    };
+    assert_eq!((clip(0.1875), clip(0.19)), (1.0, 0.0));
+}
+
+#[test]
+fn a_metal_does_not_read_what_it_hides() {
+    let m = |metallic| MetallicRoughness {
+        metallic,
+        metallic_roughness_texture: texture(0),
+        transmission: 0.5,
+        transmission_texture: texture(1),
+        specular_color_texture: texture(1),
+        ..MetallicRoughness::default()
+    };
+    let texels = [[1.0; 4], [0.5; 4]];
+    for (metallic, read) in [(1.0, 1), (0.5, 3)] {
+        let programs = compiled(m(metallic), PLAIN, &texels);
+        let here = Here::default();
+        let p = parameters_of(&programs, &here);
+        assert_eq!((p.metallic, here.read.get()), (metallic, read));
+        assert_eq!(p.transmission, if metallic < 1.0 { 0.25 } else { 0.0 });
+    }
+}
+
+#[test]
+fn an_unlit_surface_shines_with_its_colour() {
+    let m = MetallicRoughness {
+        unlit: true,
+        base_color: [2.0, 1.0, 0.5],
+        base_color_texture: texture(0),
+        ..MetallicRoughness::default()
+    };
+    let programs = compiled(m, COLORED, &[[0.5, -1.0, 1.0, 1.0]]);
+    assert!(programs.shaders.is_empty() && programs.opacity.is_none());
+    let emitted = |at: &mut Evaluation<'_, Here>| at.color(&programs.emitted);
+    let light = programs.emission.at(&Here::default(), emitted);
+    assert_eq!(light, Vec3::new(0.5, -1.0, 0.5));
+}
+
+fn calculation(operation: MathOperation, a: impl Into<Input>, b: impl Into<Input>) -> Node {
+    let clamp = false;
+    let node = Node::new(NodeKind::Math { operation, clamp });
+    node.with(math::A, a).with(math::B, b)
+}
+
+#[test]
+fn mixes_and_sums_of_shaders_are_a_list_with_weights() {
+    let mut graph = Graph::default();
+    let alpha = graph.add(Node::new(NodeKind::ColorAttribute));
+    let alpha = Link { output: 1, ..alpha };
+    let matte = graph.add(Node::new(NodeKind::DiffuseBsdf).with(diffuse::COLOR, [0.25; 3]));
+    let distribution = Distribution::Ggx;
+    let shiny = Node::new(NodeKind::GlossyBsdf { distribution }).with(glossy::ROUGHNESS, 0.125);
+    let shiny = graph.add(shiny);
+    let lamp = Node::new(NodeKind::Emission)
+        .with(emission::COLOR, [1.0, 0.5, 0.25])
+        .with(emission::STRENGTH, 4.0);
+    let lamp = graph.add(lamp);
+    let glass = Node::new(NodeKind::TransparentBsdf).with(transparent::COLOR, [1.0, 0.5, 0.0]);
+    let glass = graph.add(glass);
+    let mixed = |graph: &mut Graph, factor: Input, a: Link, b: Link| {
+        let node = Node::new(NodeKind::MixShader).with(mix_shader::FACTOR, factor);
+        graph.add(node.with(mix_shader::A, a).with(mix_shader::B, b))
+    };
+    let scattering = mixed(&mut graph, alpha.into(), matte, shiny);
+    let sum = graph.add(
+        Node::new(NodeKind::AddShader)
+            .with(0, scattering)
+            .with(1, lamp),
+    );
+    graph.surface = Some(mixed(&mut graph, 0.25.into(), sum, glass));
+    let programs = compile(&graph, COLORED, &mut Texels(Vec::new()));
+    let here = Here::default();
+    let weights: Vec<f32> = programs
+        .shaders
+        .iter()
+        .map(|s| programs.surface.at(&here, |at| at.number(&s.weight)))
+        .collect();
+    // Of what does not pass straight on; the vertex says 0.75.
+    assert_eq!(weights, [0.25, 0.75]);
+    assert!(matches!(programs.shaders[0].shader, Shader::Diffuse { .. }));
+    let Shader::Glossy { roughness, .. } = &programs.shaders[1].shader else {
+        panic!("{programs:?}");
+    };
+    assert_eq!(roughness.constant(), Some(Vec3::splat(0.125)));
+    let emitted = programs.emitted.constant();
+    assert_eq!(emitted, Some(Vec3::new(4.0, 2.0, 1.0)));
+    let opacity = programs.opacity.unwrap();
+    let passes = opacity.transmittance.constant();
+    assert_eq!(passes, Some(Vec3::new(0.25, 0.125, 0.0)));
+}
+
+#[test]
+fn programs_of_any_length_run_what_a_socket_needs_and_no_more() {
+    for length in [3usize, 20, 63, 64, 65, 130, 1000] {
+        let mut graph = Graph::default();
+        let image = |graph: &mut Graph| {
+            graph.add(Node::new(NodeKind::ImageTexture {
+                texture: ImageId(0).into(),
+                usage: ImageUse::Data,
+            }))
+        };
+        let rough = image(&mut graph);
+        let mut sum = Link { output: 1, ..rough };
+        for _ in 0..length {
+            sum = graph.add(calculation(MathOperation::Add, sum, 1.0));
+        }
+        let metal = Link {
+            output: 1,
+            ..image(&mut graph)
+        };
+        let node = Node::new(NodeKind::PrincipledBsdf { thin_wall: false })
+            .with(principled::ROUGHNESS, sum)
+            .with(principled::METALLIC, metal);
+        graph.surface = Some(graph.add(node));
+        let programs = compile(&graph, PLAIN, &mut Texels(vec![[0.0, 0.0, 0.0, 0.5]]));
+        assert_eq!(programs.surface.len(), length + 2);
+        let Shader::Principled { linked, .. } = &programs.shaders[0].shader else {
+            panic!("{programs:?}");
+        };
+        let here = Here::default();
+        let (metallic, read, roughness) = programs.surface.at(&here, |at| {
+            let metallic = at.number(&linked[0].1);
+            let read = here.read.get();
+            (metallic, read, at.number(&linked[1].1))
+        });
+        assert_eq!((metallic, roughness), (0.5, 0.5 + length as f32));
+        // In long programs a few operations go together.
+        assert!(read == 1 || length > 62, "{length}: {read}");
+        assert_eq!(here.read.get(), 2);
+    }
+}
