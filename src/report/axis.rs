@@ -1,7 +1,12 @@
-//! Where an axis begins and ends, and where its ticks are.
+//! Where an axis begins and ends, and where its ticks are. Linear axes have plotters' ticks. Logarithmic ones have their own:
+//! plotters' knows powers of ten alone, so that an axis from 2 to 7 would have none.
 
 use super::Axis;
 use super::number::rounded;
+use plotters::coord::ranged1d::{
+    BoldPoints, KeyPointHint, KeyPointWeight, NoDefaultFormatting, Ranged, ValueFormatter,
+};
+use plotters::coord::types::RangedCoordf64;
 
 /// The part of an axis that a plot shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,15 +15,6 @@ pub(super) struct Range {
     /// Ends of the axis; their logarithms to base 10 if it is logarithmic.
     low: f64,
     high: f64,
-}
-
-/// A line across the plot.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Tick {
-    /// From 0, where the axis begins, to 1, where it ends.
-    pub at: f64,
-    /// What stands there; ticks without a label are drawn lightly.
-    pub label: Option<String>,
 }
 
 /// So much of the axis stays free at both ends.
@@ -87,42 +83,22 @@ impl Range {
         (value - self.low) / (self.high - self.low)
     }
 
-    /// Lines across the plot, of which at most `most` have labels.
-    pub fn ticks(&self, most: usize) -> Vec<Tick> {
-        let most = most.max(2);
-        if self.log {
-            self.log_ticks(most)
-        } else {
-            self.linear_ticks(self.low, self.high, most)
-        }
-    }
-
-    /// Steps of 1, 2 or 5 times a power of ten.
-    fn linear_ticks(&self, low: f64, high: f64, most: usize) -> Vec<Tick> {
-        let least_step = (high - low) / most as f64;
-        let power = 10f64.powi(least_step.log10().floor() as i32);
-        let step = [1.0, 2.0, 5.0, 10.0]
-            .map(|factor| factor * power)
-            .into_iter()
-            .find(|step| *step >= least_step)
-            .unwrap_or(10.0 * power);
-        let (first, last) = ((low / step).ceil(), (high / step).floor());
-        if !(first <= last && last - first <= 2.0 * most as f64) {
-            return Vec::new();
-        }
-        (0..=(last - first) as usize)
-            .map(|index| {
-                let value = (first + index as f64) * step;
-                Tick {
-                    at: self.position(value),
-                    label: Some(tick_label(value)),
-                }
-            })
+    /// Where labels stand, from 0 to 1, and what they say; at most `most`, or one more.
+    pub fn labels(&self, most: usize) -> Vec<(f64, String)> {
+        let values = self.key_points(BoldPoints(most)).into_iter();
+        values
+            .map(|value| (self.position(value), Self::format(&value)))
             .collect()
     }
 
-    /// Powers of ten, with 2 and 5 between them if there is room, and light lines for what is left.
-    fn log_ticks(&self, most: usize) -> Vec<Tick> {
+    /// The value at a place.
+    pub fn value(&self, position: f64) -> f64 {
+        let value = self.low + position * (self.high - self.low);
+        if self.log { 10f64.powf(value) } else { value }
+    }
+
+    /// Powers of ten, with 2 and 5 between them if there is room; all of their multiples for light lines.
+    fn log_ticks(&self, most: usize, light: bool) -> Vec<f64> {
         let (first, last) = (self.low.floor() as i32, self.high.ceil() as i32);
         let within = |value: f64| (0.0..=1.0).contains(&self.position(value));
         let all = |steps: &[i32], stride: i32| -> Vec<f64> {
@@ -132,39 +108,58 @@ impl Range {
                 .filter(|value| within(*value))
                 .collect()
         };
-        let mut labelled = Vec::new();
-        for steps in [&[1, 2, 3, 4, 5, 6, 7, 8, 9][..], &[1, 2, 5], &[1, 3], &[1]] {
-            labelled = all(steps, 1);
-            if labelled.len() <= most {
-                break;
+        const DIGITS: &[i32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9];
+        let choices = [DIGITS, &[1, 2, 5], &[1, 3], &[1]].map(|steps| (steps, 1));
+        let strides = (2..).map(|stride| (&[1][..], stride));
+        let fitting = choices
+            .into_iter()
+            .chain(strides)
+            .find_map(|(steps, stride)| {
+                let ticks = all(steps, stride);
+                (ticks.len() <= most).then_some((ticks, stride))
+            });
+        match fitting {
+            Some((ticks, _)) if ticks.len() < 2 => {
+                linear_ticks(10f64.powf(self.low), 10f64.powf(self.high), most)
             }
+            Some((_, 1)) if light => all(DIGITS, 1),
+            Some(_) if light => all(&[1], 1),
+            Some((ticks, _)) => ticks,
+            None => Vec::new(),
         }
-        let mut stride = 1;
-        while labelled.len() > most {
-            stride += 1;
-            labelled = all(&[1], stride);
+    }
+}
+
+fn linear_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
+    RangedCoordf64::from(low..high).key_points(BoldPoints(most))
+}
+
+impl Ranged for Range {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
+        from + (self.position(*value) * f64::from(to - from)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        let most = hint.bold_points().max(2);
+        let light = matches!(hint.weight(), KeyPointWeight::Any);
+        match (self.log, light) {
+            (true, _) => self.log_ticks(most, light),
+            (false, true) => Vec::new(),
+            (false, false) => linear_ticks(self.low, self.high, most),
         }
-        if labelled.len() < 2 {
-            let (low, high) = (10f64.powf(self.low), 10f64.powf(self.high));
-            return self.linear_ticks(low, high, most);
-        }
-        let light = if stride == 1 {
-            all(&[1, 2, 3, 4, 5, 6, 7, 8, 9], 1)
-        } else {
-            all(&[1], 1)
-        };
-        let light = light.into_iter().filter(|value| !labelled.contains(value));
-        let tick = |value: f64, label| Tick {
-            at: self.position(value),
-            label,
-        };
-        let mut ticks: Vec<_> = light.map(|value| tick(value, None)).collect();
-        ticks.extend(
-            labelled
-                .iter()
-                .map(|value| tick(*value, Some(tick_label(*value)))),
-        );
-        ticks
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.value(0.0)..self.value(1.0)
+    }
+}
+
+impl ValueFormatter<f64> for Range {
+    fn format(value: &f64) -> String {
+        tick_label(*value)
     }
 }
 
@@ -223,14 +218,14 @@ mod tests {
 
     fn labels(axis: &Axis, values: &[f64], most: usize) -> Vec<String> {
         let range = Range::of(axis, values.iter().copied());
-        let ticks = range.ticks(most);
-        for tick in &ticks {
+        let labels = range.labels(most);
+        for (at, label) in &labels {
             assert!(
-                (-1e-9..=1.0 + 1e-9).contains(&tick.at),
-                "{tick:?} is outside of {range:?}"
+                (-1e-9..=1.0 + 1e-9).contains(at),
+                "{label} is outside of {range:?}"
             );
         }
-        let labels: Vec<_> = ticks.into_iter().filter_map(|tick| tick.label).collect();
+        let labels: Vec<_> = labels.into_iter().map(|(_, label)| label).collect();
         assert!(labels.len() <= most + 1, "{labels:?}");
         labels
     }
@@ -262,11 +257,10 @@ mod tests {
     #[test]
     fn light_ticks_stand_between_decades() {
         let range = Range::of(&Axis::log("", ""), [1.0, 1e4].into_iter());
-        let ticks = range.ticks(5);
-        let light = ticks.iter().filter(|tick| tick.label.is_none()).count();
-        // 2 to 9 in four decades; the margin of 0.12 decades below 1 has 0.8 and 0.9, that above 1e4 none.
-        assert_eq!(light, 4 * 8 + 2);
-        assert_eq!(ticks.len() - light, 5);
+        let light = range.key_points(plotters::coord::ranged1d::LightPoints::new(5, 50));
+        // 1 to 9 in four decades and 1e4; the margin of 0.12 decades below 1 has 0.8 and 0.9, that above 1e4 none.
+        assert_eq!(light.len(), 4 * 9 + 1 + 2);
+        assert_eq!(range.labels(5).len(), 5);
     }
 
     #[test]
@@ -299,7 +293,7 @@ mod tests {
                 let range = Range::of(&axis, values.iter().copied());
                 assert!(range.low < range.high, "{values:?}");
                 assert!(range.low.is_finite() && range.high.is_finite());
-                assert!(!range.ticks(6).is_empty(), "{axis:?} {values:?}");
+                assert!(!range.labels(6).is_empty(), "{axis:?} {values:?}");
             }
         }
     }

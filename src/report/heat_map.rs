@@ -1,6 +1,6 @@
 //! A number for each pixel, in colours with a scale.
 
-use super::axis::{Range, Tick};
+use super::axis::Range;
 use super::picture::indexed_png;
 use super::{Axis, ReportError};
 use flate2::{Compression, write::ZlibEncoder};
@@ -39,8 +39,8 @@ const COLORS: usize = 256;
 pub(super) struct Shown {
     /// The coloured picture.
     pub png: Vec<u8>,
-    /// The scale's ticks.
-    pub ticks: Vec<Tick>,
+    /// Where labels of the scale stand, from 0 to 1, and what they say.
+    pub labels: Vec<(f64, String)>,
     /// The scale's colours from left to right, as `#rrggbb`.
     pub colors: Vec<String>,
     /// The numbers, for the value under the pointer.
@@ -61,6 +61,15 @@ pub(super) struct Codes {
 }
 
 impl HeatMap {
+    /// What the colours measure.
+    pub(super) fn axis(&self) -> Axis {
+        Axis {
+            label: self.name.clone(),
+            unit: self.unit.clone(),
+            log: self.log,
+        }
+    }
+
     /// Colours, scale and codes.
     pub(super) fn shown(&self) -> Result<Shown, ReportError> {
         if self.values.is_empty() || self.values.len() != self.width as usize * self.height as usize
@@ -75,11 +84,7 @@ impl HeatMap {
                 ),
             });
         }
-        let axis = Axis {
-            label: self.name.clone(),
-            unit: self.unit.clone(),
-            log: self.log,
-        };
+        let axis = self.axis();
         let range = self.scale(&axis);
         let indices: Vec<u16> = self
             .values
@@ -95,7 +100,7 @@ impl HeatMap {
         let palette = palette();
         Ok(Shown {
             png: self.colored(&indices, &palette)?,
-            ticks: range.ticks(6),
+            labels: range.labels(6),
             colors: (0..=16)
                 .map(|step| {
                     let [r, g, b] = palette[step * (COLORS - 1) / 16];

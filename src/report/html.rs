@@ -1,14 +1,15 @@
 //! A page as one HTML file: style, script, pictures and numbers are inside. A Content-Security-Policy forbids the
 //! network and every style and script but the page's own, which it knows by their hashes.
 
-use super::draw::{self, COLORS, NARROW, WIDE};
-use super::heat_map::Shown;
+use super::draw::{self, COLORS, MARKERS, NARROW, WIDE};
 use super::picture::data_uri;
 use super::{
     HeatMap, HeatMaps, Line, Page, Plot, ReportError, Section, Settings, Slider, Table, is_unseen,
+    number,
 };
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
@@ -21,55 +22,61 @@ impl Page {
     /// # Errors
     /// A plot or a picture of it cannot be shown.
     pub fn html(&self) -> Result<String, ReportError> {
-        let (title, subtitle) = (escape(&self.title), escape(&self.subtitle));
+        let version = env!("CARGO_PKG_VERSION");
         let policy = format!(
             "default-src 'none'; img-src data:; style-src '{}'; script-src '{}'; base-uri 'none'; form-action 'none'",
             hash(STYLE),
             hash(SCRIPT)
         );
-        let mut body = String::new();
-        for (index, section) in self.sections.iter().enumerate() {
-            let content = section.html(index)?;
-            let heading = match section.title() {
-                "" => String::new(),
-                title => format!("<h2>{}</h2>\n", escape(title)),
-            };
-            body += &format!("<section id=\"s{index}\">\n{heading}{content}</section>\n");
-        }
-        Ok(format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"generator\" content=\"Sundog {version}\">\n\
-             <title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
-             <header>\n<div>\n<h1>{title}</h1>\n<p>{subtitle}</p>\n</div>\n\
-             <button type=\"button\" id=\"theme\" hidden>Dark</button>\n</header>\n\
-             {contents}<main>\n{body}</main>\n\
-             <footer>Sundog {version}. This page is one file: it holds all that it shows and fetches nothing.</footer>\n\
-             <script>{SCRIPT}</script>\n</body>\n</html>\n",
-            version = env!("CARGO_PKG_VERSION"),
-            contents = self.contents(),
-        ))
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta http-equiv="Content-Security-Policy" content=(policy);
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="generator" content={ "Sundog " (version) };
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    header {
+                        div { h1 { (self.title) } p { (self.subtitle) } }
+                        button #theme type="button" hidden { "Dark" }
+                    }
+                    @if self.sections.len() > 2 { (self.contents()) }
+                    main {
+                        @for (index, section) in self.sections.iter().enumerate() {
+                            section id={ "s" (index) } {
+                                @if !section.title().is_empty() { h2 { (section.title()) } }
+                                (section.html(index)?)
+                            }
+                        }
+                    }
+                    footer {
+                        "Sundog " (version) ". This page is one file: it holds all that it shows and fetches nothing."
+                    }
+                    script { (PreEscaped(SCRIPT)) }
+                }
+            }
+        };
+        // HTML has no place for control characters, and symbols that turn the order of letters about would show names as
+        // what they are not.
+        let unseen = |symbol: char| is_unseen(symbol) && !matches!(symbol, '\t' | '\n');
+        Ok(page.into_string().replace(unseen, "\u{fffd}"))
     }
 
-    /// Links to the sections, where there are several.
-    fn contents(&self) -> String {
-        let links: String = self
-            .sections
-            .iter()
-            .enumerate()
-            .filter(|(_, section)| !section.title().is_empty())
-            .map(|(index, section)| {
-                format!(
-                    "<li><a href=\"#s{index}\">{}</a></li>\n",
-                    escape(section.title())
-                )
-            })
-            .collect();
-        if self.sections.len() < 3 {
-            return String::new();
+    /// Links to the sections.
+    fn contents(&self) -> Markup {
+        html! {
+            nav aria-label="Sections" { ul {
+                @for (index, section) in self.sections.iter().enumerate() {
+                    @if !section.title().is_empty() {
+                        li { a href={ "#s" (index) } { (section.title()) } }
+                    }
+                }
+            } }
         }
-        format!("<nav aria-label=\"Sections\"><ul>\n{links}</ul></nav>\n")
     }
 }
 
@@ -85,12 +92,10 @@ impl Section {
         }
     }
 
-    fn html(&self, index: usize) -> Result<String, ReportError> {
+    fn html(&self, index: usize) -> Result<Markup, ReportError> {
         Ok(match self {
-            Self::Text { paragraphs, .. } => {
-                paragraphs.iter().map(|text| paragraph(text)).collect()
-            }
-            Self::Table(table) => paragraph(&table.note) + &sortable(table),
+            Self::Text { paragraphs, .. } => html! { @for text in paragraphs { p { (text) } } },
+            Self::Table(table) => sortable(table),
             Self::Curves(plot) => curves(plot, index)?,
             Self::Slider(slider) => pictures(slider)?,
             Self::HeatMaps(maps) => heat_maps(maps, index)?,
@@ -99,31 +104,10 @@ impl Section {
     }
 }
 
-/// Text for HTML, between tags and in quotes.
-fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for symbol in text.chars() {
-        match symbol {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            '\t' | '\n' => escaped.push(symbol),
-            // HTML has no place for other control characters, and what turns the order of letters about would show names
-            // as what they are not.
-            symbol if is_unseen(symbol) => escaped.push('\u{fffd}'),
-            symbol => escaped.push(symbol),
-        }
-    }
-    escaped
-}
-
 /// JSON inside of a script element, which ends at the first `</script`, whatever stands around it.
-fn json_element(value: &serde_json::Value) -> String {
+fn json_element(value: &serde_json::Value) -> Markup {
     let text = value.to_string().replace('<', "\\u003c");
-    let text = text.replace(is_unseen, "\u{fffd}");
-    format!("<script type=\"application/json\">{text}</script>\n")
+    html! { script type="application/json" { (PreEscaped(text)) } }
 }
 
 /// As Content-Security-Policy names a script or a style.
@@ -131,134 +115,129 @@ fn hash(content: &str) -> String {
     format!("sha256-{}", BASE64.encode(Sha256::digest(content)))
 }
 
-fn paragraph(text: &str) -> String {
-    match text {
-        "" => String::new(),
-        text => format!("<p>{}</p>\n", escape(text)),
-    }
+/// A paragraph, if there is a text.
+fn paragraph(text: &str) -> Markup {
+    html! { @if !text.is_empty() { p { (text) } } }
 }
 
-/// A link that saves what it holds.
-fn save(name: &str, kind: &str, extension: &str, content: &[u8]) -> String {
-    let file: String = name
-        .chars()
-        .map(|symbol| {
-            if symbol.is_alphanumeric() {
-                symbol
-            } else {
-                '-'
+/// The title, or what kind of thing it is of.
+fn named<'a>(title: &'a str, kind: &'a str) -> &'a str {
+    if title.is_empty() { kind } else { title }
+}
+
+/// Links that save files, each of an extension, a media type and its content.
+fn save(name: &str, files: &[(&str, &str, Vec<u8>)]) -> Markup {
+    let safe = |symbol: char| {
+        if symbol.is_alphanumeric() {
+            symbol
+        } else {
+            '-'
+        }
+    };
+    let file: String = name.to_lowercase().chars().map(safe).collect();
+    html! {
+        p.save {
+            "Save "
+            @for (index, (extension, kind, content)) in files.iter().enumerate() {
+                @let shown = extension.to_uppercase();
+                @if index > 0 { ", " }
+                a download={ (file) "." (extension) } href=(data_uri(kind, content))
+                    aria-label={ "Save " (name) " as " (shown) } { (shown) }
             }
-        })
-        .collect();
-    format!(
-        "<a download=\"{}.{extension}\" href=\"{}\" aria-label=\"Save {} as {}\">{}</a>",
-        escape(&file.to_lowercase()),
-        data_uri(kind, content),
-        escape(name),
-        extension.to_uppercase(),
-        extension.to_uppercase()
-    )
+        }
+    }
 }
 
-fn sortable(table: &Table) -> String {
-    let numeric: Vec<bool> = (0..table.columns.len())
-        .map(|column| {
-            let mut cells = table.rows.iter().filter_map(|row| row.get(column));
-            cells.any(|cell| cell.value.is_some())
-        })
-        .collect();
+/// A table that scrolls by itself where it is too wide.
+fn wide_table(label: &str, table: &Markup) -> Markup {
+    html! { div.wide-table tabindex="0" role="region" aria-label=(label) { (table) } }
+}
+
+fn sortable(table: &Table) -> Markup {
+    let is_number = |column: usize| {
+        let mut cells = table.rows.iter().filter_map(|row| row.get(column));
+        cells.any(|cell| cell.value.is_some())
+    };
+    let numeric: Vec<bool> = (0..table.columns.len()).map(is_number).collect();
     let class = |column: usize| {
-        if numeric.get(column).copied().unwrap_or(false) {
-            " class=\"number\""
-        } else {
-            ""
+        numeric
+            .get(column)
+            .copied()
+            .unwrap_or(false)
+            .then_some("number")
+    };
+    let content = html! {
+        table.sortable {
+            thead { tr {
+                @for (index, column) in table.columns.iter().enumerate() {
+                    @let explanation = Some(&column.explanation).filter(|text| !text.is_empty());
+                    th scope="col" class=[class(index)] {
+                        button type="button" title=[explanation] { (column.name) }
+                    }
+                }
+            } }
+            tbody {
+                @for row in &table.rows {
+                    tr { @for (index, cell) in row.iter().enumerate() {
+                        @if index == 0 {
+                            th scope="row" class=[class(index)] data-value=[cell.value] { (cell.text) }
+                        } @else {
+                            td class=[class(index)] data-value=[cell.value] { (cell.text) }
+                        }
+                    } }
+                }
+            }
         }
     };
-    let mut text = format!(
-        "<div class=\"wide-table\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n<table class=\"sortable\">\n<thead><tr>",
-        escape(if table.title.is_empty() {
-            "Table"
-        } else {
-            &table.title
-        })
-    );
-    for (index, column) in table.columns.iter().enumerate() {
-        let explanation = match column.explanation.as_str() {
-            "" => String::new(),
-            text => format!(" title=\"{}\"", escape(text)),
-        };
-        text += &format!(
-            "<th scope=\"col\"{}><button type=\"button\"{explanation}>{}</button></th>",
-            class(index),
-            escape(&column.name)
-        );
+    html! {
+        (paragraph(&table.note))
+        (wide_table(named(&table.title, "Table"), &content))
+        (save(named(&table.title, "table"), &[("csv", "text/csv", table.csv().into_bytes())]))
     }
-    text += "</tr></thead>\n<tbody>\n";
-    for row in &table.rows {
-        text += "<tr>";
-        for (index, cell) in row.iter().enumerate() {
-            let value = cell
-                .value
-                .map_or_else(String::new, |value| format!(" data-value=\"{value}\""));
-            let (open, close) = if index == 0 {
-                ("th scope=\"row\"", "th")
-            } else {
-                ("td", "td")
-            };
-            text += &format!(
-                "<{open}{}{value}>{}</{close}>",
-                class(index),
-                escape(&cell.text)
-            );
-        }
-        text += "</tr>\n";
-    }
-    let name = if table.title.is_empty() {
-        "table"
-    } else {
-        &table.title
-    };
-    text + "</tbody>\n</table>\n</div>\n"
-        + &format!(
-            "<p class=\"save\">Save {}</p>\n",
-            save(name, "text/csv", "csv", table.csv().as_bytes())
-        )
 }
 
-fn curves(plot: &Plot, index: usize) -> Result<String, ReportError> {
-    let name = if plot.title.is_empty() {
-        "plot"
-    } else {
-        &plot.title
-    };
-    let about = format!("{}: {} over {}", name, plot.y.title(), plot.x.title());
-    let mut text = format!(
-        "<figure class=\"plot\" id=\"plot{index}\">\n<div class=\"stage\" tabindex=\"0\" role=\"application\" \
-         aria-roledescription=\"plot\" aria-label=\"{}. Left and right go along a curve, up and down to another one.\">\n",
-        escape(&about)
-    );
-    for (class, layout) in [("wide", WIDE), ("narrow", NARROW)] {
-        let drawn = plot.drawn(&layout)?;
-        let frame = drawn.frame.map(|share| format!("{share:.5}")).join(" ");
-        // HTML knows SVG's elements without their namespace's name.
-        let svg = drawn
-            .svg
-            .replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1)
-            .replacen("<svg ", "<svg role=\"img\" aria-hidden=\"true\" ", 1);
-        text += &format!("<div class=\"{class}\" data-frame=\"{frame}\">{svg}</div>\n");
+fn curves(plot: &Plot, index: usize) -> Result<Markup, ReportError> {
+    let name = named(&plot.title, "plot");
+    let files = [
+        ("svg", "image/svg+xml", plot.svg()?.into_bytes()),
+        ("png", "image/png", plot.png(1600)?),
+        ("csv", "text/csv", plot.csv().into_bytes()),
+    ];
+    Ok(html! {
+        figure.plot id={ "plot" (index) } {
+            @if plot.series.len() > 1 { (legend(plot)) }
+            div.stage tabindex="0" role="application" aria-roledescription="plot" aria-label={
+                (name) ": " (plot.y.title()) " over " (plot.x.title())
+                ". Left and right go along a curve, up and down to another one."
+            } {
+                @for (class, layout) in [("wide", WIDE), ("narrow", NARROW)] {
+                    @let drawn = plot.drawn(&layout)?;
+                    @let frame = drawn.frame.map(|share| format!("{share:.5}")).join(" ");
+                    div class=(class) data-frame=(frame) { (PreEscaped(drawn.inline())) }
+                }
+            }
+            (json_element(&points(plot)))
+            div.spoken role="status" {}
+            figcaption {
+                (paragraph(&plot.note))
+                (paragraph(&plot.left_out_sentence().unwrap_or_default()))
+                (save(name, &files))
+            }
+        }
+        (numbers(plot))
+    })
+}
+
+/// The names of the curves, before which the style puts their colours and markers.
+fn legend(plot: &Plot) -> Markup {
+    html! {
+        ul.legend {
+            @for (index, series) in plot.colored() {
+                @let marker = if series.line == Line::Dashed { "dashes".into() } else { format!("marker-{}", index % MARKERS) };
+                li class={ "curve-" (index % COLORS.len()) " " (marker) } { span { (series.name) } }
+            }
+        }
     }
-    text += "</div>\n";
-    text += &json_element(&points(plot));
-    text += "<div class=\"spoken\" role=\"status\"></div>\n<figcaption>\n";
-    text += &paragraph(&plot.note);
-    text += &paragraph(&plot.left_out_sentence().unwrap_or_default());
-    text += &format!(
-        "<p class=\"save\">Save {}, {}, {}</p>\n</figcaption>\n</figure>\n",
-        save(name, "image/svg+xml", "svg", plot.svg()?.as_bytes()),
-        save(name, "image/png", "png", &plot.png(1600)?),
-        save(name, "text/csv", "csv", plot.csv().as_bytes()),
-    );
-    Ok(text + &numbers(plot))
 }
 
 /// What the script needs to know of a plot: where its points are (as shares of the frame) and what they say.
@@ -292,105 +271,96 @@ fn points(plot: &Plot) -> serde_json::Value {
 }
 
 /// The numbers of a plot as a table that opens on demand.
-fn numbers(plot: &Plot) -> String {
-    let spread = plot
-        .series
-        .iter()
-        .flat_map(|series| &series.points)
-        .any(|point| point.low.is_some() || point.high.is_some());
-    let mut text = format!(
-        "<details><summary>Numbers</summary>\n<div class=\"wide-table\" tabindex=\"0\" role=\"region\" aria-label=\"Numbers of {}\">\n\
-         <table>\n<thead><tr><th scope=\"col\">curve</th><th scope=\"col\"></th><th scope=\"col\" class=\"number\">{}</th>\
-         <th scope=\"col\" class=\"number\">{}</th>{}</tr></thead>\n<tbody>\n",
-        escape(&plot.title),
-        escape(&plot.x.title()),
-        escape(&plot.y.title()),
-        if spread {
-            "<th scope=\"col\" class=\"number\">spread</th>"
-        } else {
-            ""
+fn numbers(plot: &Plot) -> Markup {
+    let mut points = plot.series.iter().flat_map(|series| &series.points);
+    let spread = points.any(|point| point.low.is_some() || point.high.is_some());
+    let content = html! {
+        table {
+            thead { tr {
+                th scope="col" { "curve" }
+                th scope="col" {}
+                th.number scope="col" { (plot.x.title()) }
+                th.number scope="col" { (plot.y.title()) }
+                @if spread { th.number scope="col" { "spread" } }
+            } }
+            tbody {
+                @for series in &plot.series { @for point in &series.points {
+                    tr {
+                        th scope="row" { (series.name) @if series.line == Line::Dashed { " (fitted)" } }
+                        td { (point.label) }
+                        td.number { (number(point.x)) }
+                        td.number { (number(point.y)) }
+                        @if spread { td.number { (draw::words(plot, point)[2]) } }
+                    }
+                } }
+            }
         }
-    );
-    for series in &plot.series {
-        for point in &series.points {
-            let [_, _, range] = draw::words(plot, point);
-            let spread = if spread {
-                format!("<td class=\"number\">{}</td>", escape(&range))
-            } else {
-                String::new()
-            };
-            text += &format!(
-                "<tr><th scope=\"row\">{}{}</th><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>{spread}</tr>\n",
-                escape(&series.name),
-                if series.line == Line::Dashed {
-                    " (fitted)"
-                } else {
-                    ""
-                },
-                escape(&point.label),
-                super::number(point.x),
-                super::number(point.y),
-            );
-        }
-    }
-    text + "</tbody>\n</table>\n</div>\n</details>\n"
-}
-
-fn pictures(slider: &Slider) -> Result<String, ReportError> {
-    let options = |chosen: usize| -> String {
-        slider
-            .pictures
-            .iter()
-            .enumerate()
-            .map(|(index, picture)| {
-                let selected = if index == chosen { " selected" } else { "" };
-                format!(
-                    "<option value=\"{index}\"{selected}>{}</option>",
-                    escape(&picture.name)
-                )
-            })
-            .collect()
     };
-    let right = 1.min(slider.pictures.len().saturating_sub(1));
-    let mut text = paragraph(&slider.note);
-    text += &format!(
-        "<figure class=\"slider\">\n<div class=\"choices\">\n<label>Left <select class=\"left-choice\" aria-label=\"Picture on the left\">{}</select></label>\n\
-         <label>Right <select class=\"right-choice\" aria-label=\"Picture on the right\">{}</select></label>\n\
-         <label>Zoom <select class=\"zoom\" aria-label=\"Zoom\"><option value=\"0\" selected>fit</option><option value=\"1\">100 %</option>\
-         <option value=\"2\">200 %</option><option value=\"4\">400 %</option><option value=\"8\">800 %</option></select></label>\n</div>\n\
-         <div class=\"stage\" tabindex=\"-1\"><div class=\"pictures\">\n",
-        options(0),
-        options(right)
-    );
-    for picture in &slider.pictures {
-        text += &format!(
-            "<figure><img src=\"{}\" width=\"{}\" height=\"{}\" alt=\"{name}\" draggable=\"false\"><figcaption>{name}</figcaption></figure>\n",
-            data_uri("image/png", &picture.png()?),
-            picture.width,
-            picture.height,
-            name = escape(&picture.name)
-        );
+    html! {
+        details {
+            summary { "Numbers" }
+            (wide_table(&format!("Numbers of {}", plot.title), &content))
+        }
     }
-    Ok(text
-        + "<span class=\"bar\" aria-hidden=\"true\"></span>\n</div></div>\n\
-           <input type=\"range\" min=\"0\" max=\"100\" step=\"0.5\" value=\"50\" aria-label=\"Place of the bar between both pictures\">\n\
-           </figure>\n")
 }
 
-fn heat_maps(maps: &HeatMaps, index: usize) -> Result<String, ReportError> {
-    let mut text = paragraph(&maps.note) + "<div class=\"maps\">\n";
-    for (number, map) in maps.maps.iter().enumerate() {
-        text += &heat_map(map, &map.shown()?, &format!("scale{index}-{number}"));
-    }
-    Ok(text + "</div>\n")
+fn pictures(slider: &Slider) -> Result<Markup, ReportError> {
+    let choice = |side: &str, chosen: usize| {
+        html! {
+            label {
+                (side) " "
+                select class={ (side.to_lowercase()) "-choice" } aria-label={ "Picture on the " (side.to_lowercase()) } {
+                    @for (index, picture) in slider.pictures.iter().enumerate() {
+                        option value=(index) selected[index == chosen] { (picture.name) }
+                    }
+                }
+            }
+        }
+    };
+    Ok(html! {
+        (paragraph(&slider.note))
+        figure.slider {
+            div.choices {
+                (choice("Left", 0))
+                (choice("Right", 1.min(slider.pictures.len().saturating_sub(1))))
+                label {
+                    "Zoom "
+                    select.zoom aria-label="Zoom" {
+                        option value="0" selected { "fit" }
+                        @for factor in [1, 2, 4, 8] { option value=(factor) { (factor) "00 %" } }
+                    }
+                }
+            }
+            div.stage tabindex="-1" { div.pictures {
+                @for picture in &slider.pictures {
+                    figure {
+                        img src=(data_uri("image/png", &picture.png()?)) width=(picture.width) height=(picture.height)
+                            alt=(picture.name) draggable="false";
+                        figcaption { (picture.name) }
+                    }
+                }
+                span.bar aria-hidden="true" {}
+            } }
+            input type="range" min="0" max="100" step="0.5" value="50"
+                aria-label="Place of the bar between both pictures";
+        }
+    })
 }
 
-fn heat_map(map: &HeatMap, shown: &Shown, id: &str) -> String {
-    let name = escape(&if map.unit.is_empty() {
-        map.name.clone()
-    } else {
-        format!("{} ({})", map.name, map.unit)
-    });
+fn heat_maps(maps: &HeatMaps, index: usize) -> Result<Markup, ReportError> {
+    Ok(html! {
+        (paragraph(&maps.note))
+        div.maps {
+            @for (number, map) in maps.maps.iter().enumerate() {
+                (heat_map(map, &format!("scale{index}-{number}"))?)
+            }
+        }
+    })
+}
+
+fn heat_map(map: &HeatMap, id: &str) -> Result<Markup, ReportError> {
+    let shown = map.shown()?;
+    let name = map.axis().title();
     let not_finite = match shown.not_finite {
         0 => String::new(),
         1 => "1 pixel is not finite (blue).".to_owned(),
@@ -401,94 +371,74 @@ fn heat_map(map: &HeatMap, shown: &Shown, id: &str) -> String {
         "low": codes.low, "high": codes.high, "log": codes.log, "unit": map.unit,
         "codes": BASE64.encode(&codes.bytes),
     });
-    format!(
-        "<figure class=\"map\">\n<h3>{name}</h3>\n\
-         <div class=\"stage\" tabindex=\"0\" role=\"application\" aria-roledescription=\"heat map\" \
-         aria-label=\"{name}. Arrow keys go from pixel to pixel, with Shift by 16.\">\
-         <img src=\"{}\" width=\"{}\" height=\"{}\" alt=\"\" draggable=\"false\"><span class=\"cross\" hidden></span></div>\n\
-         {}<p class=\"readout\" role=\"status\">Point at a pixel to read its value.</p>\n{}\
-         <figcaption>{}{}</figcaption>\n</figure>\n",
-        data_uri("image/png", &shown.png),
-        map.width,
-        map.height,
-        scale(shown, id),
-        json_element(&about),
-        paragraph(&map.note),
-        paragraph(&not_finite),
-    )
+    Ok(html! {
+        figure.map {
+            h3 { (name) }
+            div.stage tabindex="0" role="application" aria-roledescription="heat map"
+                aria-label={ (name) ". Arrow keys go from pixel to pixel, with Shift by 16." } {
+                img src=(data_uri("image/png", &shown.png)) width=(map.width) height=(map.height) alt="" draggable="false";
+                span.cross hidden {}
+            }
+            (scale(&shown, id))
+            p.readout role="status" { "Point at a pixel to read its value." }
+            (json_element(&about))
+            figcaption { (paragraph(&map.note)) (paragraph(&not_finite)) }
+        }
+    })
 }
 
 /// The colours of a heat map with their numbers.
-fn scale(shown: &Shown, id: &str) -> String {
+fn scale(shown: &super::heat_map::Shown, id: &str) -> Markup {
     let last = shown.colors.len().saturating_sub(1).max(1) as f64;
-    let stops: String = shown
-        .colors
-        .iter()
-        .enumerate()
-        .map(|(index, color)| {
-            format!(
-                "<stop offset=\"{:.2}%\" stop-color=\"{color}\"/>",
-                100.0 * index as f64 / last
-            )
-        })
-        .collect();
-    let labels: String = shown
-        .ticks
-        .iter()
-        .filter_map(|tick| Some((100.0 * tick.at, tick.label.as_ref()?)))
-        .map(|(at, label)| {
-            // Labels at the ends stay inside of the picture.
-            let anchor = match at {
-                at if at < 5.0 => "start",
-                at if at > 95.0 => "end",
-                _ => "middle",
-            };
-            format!(
-                "<line x1=\"{at:.2}%\" x2=\"{at:.2}%\" y1=\"12\" y2=\"17\"/><text x=\"{at:.2}%\" y=\"30\" text-anchor=\"{anchor}\">{}</text>",
-                escape(label)
-            )
-        })
-        .collect();
-    format!(
-        "<svg class=\"scale\" width=\"100%\" height=\"34\" role=\"img\" aria-label=\"Colour scale\">\
-         <defs><linearGradient id=\"{id}\">{stops}</linearGradient></defs>\
-         <rect width=\"100%\" height=\"12\" fill=\"url(#{id})\"/>{labels}</svg>\n"
-    )
+    let percent = |share: f64| format!("{:.2}%", 100.0 * share);
+    // Labels at the ends stay inside of the picture.
+    let anchor = |at: f64| match at {
+        at if at < 0.05 => "start",
+        at if at > 0.95 => "end",
+        _ => "middle",
+    };
+    html! {
+        svg.scale width="100%" height="34" role="img" aria-label="Colour scale" {
+            defs { linearGradient id=(id) {
+                @for (index, color) in shown.colors.iter().enumerate() {
+                    stop offset=(percent(index as f64 / last)) stop-color=(color) {}
+                }
+            } }
+            rect width="100%" height="12" fill={ "url(#" (id) ")" } {}
+            @for (at, label) in &shown.labels {
+                @let x = percent(*at);
+                line x1=(x) x2=(x) y1="12" y2="17" {}
+                text x=(x) y="30" text-anchor=(anchor(*at)) { (label) }
+            }
+        }
+    }
 }
 
-fn settings_table(settings: &Settings) -> String {
-    let mut text = paragraph(&settings.note);
-    text += &format!(
-        "<div class=\"wide-table\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n<table class=\"settings\">\n",
-        escape(if settings.title.is_empty() {
-            "Settings"
-        } else {
-            &settings.title
-        })
-    );
-    if !settings.columns.is_empty() {
-        let heads: String = settings
-            .columns
-            .iter()
-            .map(|column| format!("<th scope=\"col\">{}</th>", escape(column)))
-            .collect();
-        text += &format!("<thead><tr><th scope=\"col\">setting</th>{heads}</tr></thead>\n");
+fn settings_table(settings: &Settings) -> Markup {
+    // What differs between the columns is what one looks for.
+    let differs = |values: &[String]| values.windows(2).any(|pair| pair[0] != pair[1]);
+    let content = html! {
+        table.settings {
+            @if !settings.columns.is_empty() {
+                thead { tr {
+                    th scope="col" { "setting" }
+                    @for column in &settings.columns { th scope="col" { (column) } }
+                } }
+            }
+            tbody {
+                @for (name, values) in &settings.rows {
+                    tr.differs[differs(values)] {
+                        th scope="row" { (name) }
+                        @for value in values { td { (value) } }
+                    }
+                }
+            }
+        }
+    };
+    html! {
+        (paragraph(&settings.note))
+        (wide_table(named(&settings.title, "Settings"), &content))
     }
-    text += "<tbody>\n";
-    for (name, values) in &settings.rows {
-        // What differs between the columns is what one looks for.
-        let differs = values.windows(2).any(|pair| pair[0] != pair[1]);
-        let class = if differs { " class=\"differs\"" } else { "" };
-        let cells: String = values
-            .iter()
-            .map(|value| format!("<td>{}</td>", escape(value)))
-            .collect();
-        text += &format!(
-            "<tr{class}><th scope=\"row\">{}</th>{cells}</tr>\n",
-            escape(name)
-        );
-    }
-    text + "</tbody>\n</table>\n</div>\n"
 }
 
 #[cfg(test)]
@@ -565,7 +515,12 @@ mod tests {
         let html = page().html().unwrap();
         assert!(!html.contains("<script>alert"));
         assert!(!html.contains('\u{1}'));
-        assert_eq!(escape("a\u{202e}b\u{9b}c\nd"), "a\u{fffd}b\u{fffd}c\nd");
+        let turned = Page {
+            title: "a\u{202e}b\u{9b}c\nd".into(),
+            ..Page::default()
+        };
+        let html_of_title = turned.html().unwrap();
+        assert!(html_of_title.contains("<h1>a\u{fffd}b\u{fffd}c\nd</h1>"));
         // The page's own script, one of JSON for the plot and one for the heat map.
         assert_eq!(html.matches("<script").count(), 3);
         assert_eq!(html.matches("</script").count(), 3);
@@ -617,7 +572,7 @@ mod tests {
     #[test]
     fn an_empty_page_is_a_page() {
         let html = Page::default().html().unwrap();
-        assert!(html.starts_with("<!DOCTYPE html>") && html.ends_with("</html>\n"));
+        assert!(html.starts_with("<!DOCTYPE html>") && html.ends_with("</html>"));
         for section in [
             Section::Table(Table::default()),
             Section::Curves(Plot::default()),

@@ -157,8 +157,8 @@ class Plots(Browser):
             page = self.open(size=size)
             plot = page.locator(".plot").first
             plot.scroll_into_view_if_needed()
-            # The first circle stands in the legend; the others are 1, 2, 4 … samples.
-            point = plot.locator(f"{holder} circle[fill='#0072B2']").nth(7)
+            # The circles are 1, 2, 4 … samples; a spread's middle is a circle, too, of another opacity.
+            point = plot.locator(f"{holder} circle[fill='#0072B2'][opacity='1']").nth(6)
             x, y = center(point)
             page.mouse.move(x + 3, y - 4)
             tip = plot.locator(".tip")
