@@ -44,12 +44,16 @@ const ARROWS: &[(&str, &[&str])] = &[
             "math",
         ],
     ),
-    ("cost", &["render", "effects", "film", "scene"]),
+    ("report", &[]),
+    // Costs and comparisons say what they found as tables and pages.
+    (
+        "cost",
+        &["report", "math", "render", "effects", "film", "scene"],
+    ),
     // EXR files name the primaries that their numbers are amounts of.
     ("output", &["film", "color", "math"]),
     // Pictures are read by the scenes' decoder, under the same budget.
-    ("measure", &["output", "import", "math"]),
-    ("report", &[]),
+    ("measure", &["report", "output", "import", "math"]),
 ];
 
 /// Rooms that may import all others.

@@ -1,5 +1,10 @@
 //! The measures against independent implementations: PyPI's flip-evaluator, numpy and scikit-image.
 
+mod convergence;
+mod difference;
+mod metadata;
+mod peers;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -89,6 +89,7 @@ fn map(name: &str, unit: &str, log: bool, value: impl Fn(u32, u32) -> f32) -> He
             .map(|(x, y)| value(x, y))
             .collect(),
         log,
+        brightest: None,
     }
 }
 

@@ -1,12 +1,11 @@
 //! `sundog compare`: how far a picture is from a reference.
 
 use super::args::{Compare, Seen};
-use super::compare_report::{self, Compared};
 use super::exit::EXIT_OK;
-use super::report_file::{check_page, write_text};
+use super::report_file::{ReportFiles, check_page};
 use super::view::{self, View};
 use super::{Failure, console};
-use crate::measure::{self, Difference, Encoding, MeasureError, Picture};
+use crate::measure::{self, Comparison, Difference, Encoding, MeasureError, Picture};
 use crate::output::{self, Format, png};
 use crate::render::memory;
 use crate::scene::ColorManagement;
@@ -73,26 +72,24 @@ pub fn run(args: &Compare) -> Result<u8, Failure> {
     let difference = measure::difference_as_shown(&a, &b, &shown_a, &shown_b).map_err(name_both)?;
     let mut scale = None;
     if let Some(path) = map_path {
-        let map = measure::heat_map(&a, &b).map_err(name_both)?;
+        let map = measure::difference_map(&a, &b).map_err(name_both)?;
+        let brightest = map.brightest.unwrap_or_default();
         let text = vec![
             (
                 "sundog/difference-of".to_owned(),
                 path_a.display().to_string(),
             ),
             ("sundog/reference".to_owned(), path_b.display().to_string()),
-            ("sundog/brightest".to_owned(), map.scale.to_string()),
+            ("sundog/brightest".to_owned(), brightest.to_string()),
         ];
-        png::write(
-            path,
-            map.width,
-            map.height,
-            png::Codes::Eight(&map.pixels),
-            &text,
-        )?;
-        scale = Some(map.scale);
+        let picture = map.picture_with_scale()?;
+        let codes = png::Codes::Eight(&picture.rgb);
+        png::write(path, picture.width, picture.height, codes, &text)?;
+        scale = Some(brightest);
     }
+    let mut files = ReportFiles::default();
     if let Some(path) = report_path {
-        let page = Compared {
+        let page = Comparison {
             paths: [path_a, path_b],
             pictures: [&a, &b],
             shown: [&shown_a, &shown_b],
@@ -100,10 +97,10 @@ pub fn run(args: &Compare) -> Result<u8, Failure> {
             difference: &difference,
         }
         .page()?;
-        write_text(path, &page.html()?)?;
+        files.put(path, page.html()?.as_bytes())?;
     }
     if let Some(path) = csv_path {
-        write_text(path, &compare_report::numbers(&difference).csv())?;
+        files.put(path, difference.table().csv().as_bytes())?;
     }
     if args.json {
         console::json_document(&Answer {
@@ -198,7 +195,7 @@ fn table(d: &Difference, seen: &str) -> String {
         "RMSE             {:.6e}\nrelMSE           {:.6e} (error {:.3} %)\nMAPE             {:.6e}\nSMAPE            {:.6e}\nmean luminance   {ratio}\nlargest          {:.6e} at {}, {}\nSSIM             {}\nFLIP             {:.6}\nHDR-FLIP         {hdr}\nseen             {}\n",
         d.rmse,
         d.rel_mse,
-        100.0 * d.rel_mse.sqrt(),
+        d.error_percent(),
         d.mape,
         d.smape,
         d.largest,

@@ -6,7 +6,6 @@ mod checkpoint;
 mod clashes;
 mod color;
 mod compare;
-mod compare_report;
 mod console;
 mod converge;
 mod cost;
@@ -26,7 +25,6 @@ mod scene_file;
 mod selftest;
 mod settings;
 mod summary;
-mod text;
 mod view;
 
 pub use interrupt::leave;

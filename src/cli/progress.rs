@@ -1,7 +1,8 @@
 //! What a render tells, as a bar for people or as lines of JSON for programs.
 
 use super::args::Reporting;
-use super::{console, interrupt, text};
+use super::{console, interrupt};
+use crate::math::words::{duration, estimated, percent};
 use crate::render::{Event, Observer, Row};
 use crate::scene::{Diagnostics, Verdict};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -135,8 +136,8 @@ fn foretold(table: &[Row]) -> String {
         .iter()
         .filter(|row| !row.reached)
         .map(|row| {
-            let error = text::percent(row.error);
-            format!("{error} in {}", text::interval(row.seconds, text::time))
+            let error = percent(row.error);
+            format!("{error} in {}", row.seconds.words(duration))
         })
         .collect();
     format!("forecast: error {}", rows.join(", "))
@@ -164,10 +165,10 @@ impl Observer for Reporter {
                     line.push_str(&format!(" · {:.2} Mray/s", *rays as f64 / seconds / 1e6));
                 }
                 if let Some(error) = error {
-                    line.push_str(&format!(" · error {}", text::error(error)));
+                    line.push_str(&format!(" · error {}", estimated(error.error, error.low, error.high)));
                 }
                 if let Some(left) = to_goal {
-                    line.push_str(&format!(" · goal in {}", text::interval(*left, text::time)));
+                    line.push_str(&format!(" · goal in {}", left.words(duration)));
                 } else if let Some(remaining) = remaining {
                     line.push_str(&format!(" · {} left", console::clock(*remaining)));
                 }

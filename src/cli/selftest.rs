@@ -2,7 +2,7 @@
 
 use super::args::SelfTest;
 use super::exit::{EXIT_ERROR, EXIT_OK};
-use super::{Failure, console, text};
+use super::{Failure, console};
 use crate::hard::{Case, Finding, GROUPS, Outcome};
 use crate::report::{Cell, Column, Table};
 use serde_json::{Value, json};
@@ -27,7 +27,7 @@ pub fn run(args: &SelfTest) -> Result<u8, Failure> {
             "cases": told.cases,
         }));
     } else {
-        console::output(&text::table(&told.table));
+        console::output(&told.table.text());
         console::output(&told.verdict(cases.len()));
     }
     Ok(if told.failed == 0 {
@@ -125,7 +125,7 @@ impl Told {
     }
 
     fn verdict(&self, cases: usize) -> String {
-        let time = text::time(self.seconds);
+        let time = crate::math::words::duration(self.seconds);
         if self.failed == 0 {
             format!("\nAll of {cases} hard cases hold ({time}).\n")
         } else {

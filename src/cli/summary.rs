@@ -3,8 +3,8 @@
 use super::outputs::Outputs;
 use super::progress::Reporter;
 use super::scene_file::count;
-use super::{Failure, console, text};
-use crate::math::words::counted;
+use super::{Failure, console};
+use crate::math::words::{counted, estimated};
 use crate::output::Metadata;
 use crate::render::{Rendering, Statistics};
 use serde::Serialize;
@@ -32,7 +32,10 @@ fn end_line(
         },
     );
     if let Some(error) = &statistics.error {
-        line.push_str(&format!(", error {}", text::error(error)));
+        line.push_str(&format!(
+            ", error {}",
+            estimated(error.error, error.low, error.high)
+        ));
     }
     if let Some(flip) = seen_error {
         line.push_str(&format!(", as shown FLIP {flip:.4}"));

@@ -1,11 +1,7 @@
 //! How far two kinds of pictures are from each other, without the noise of either.
 
+use crate::math::float::{REL_MSE_OFFSET, TWO_SIDED_95};
 use serde::Serialize;
-
-/// Keeps errors finite where the picture is black, as in `measure`.
-const OFFSET: f64 = 0.01;
-/// 95 % of a normal distribution lie within so many standard deviations.
-pub(super) const DEVIATIONS: f64 = 1.959_963_985;
 
 /// √relMSE that is known up to its noise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -24,8 +20,8 @@ impl Share {
         let root = |x: f64| x.max(0.0).sqrt();
         Self {
             value: root(square),
-            low: root(square - DEVIATIONS * deviation),
-            high: root(square + DEVIATIONS * deviation),
+            low: root(square - TWO_SIDED_95 * deviation),
+            high: root(square + TWO_SIDED_95 * deviation),
         }
     }
 
@@ -42,7 +38,7 @@ pub(super) fn weights(pictures: &[Vec<f32>]) -> Vec<f64> {
         .map(|i| {
             let sum: f64 = pictures.iter().map(|picture| f64::from(picture[i])).sum();
             let mean = sum / pictures.len() as f64;
-            1.0 / (mean * mean + OFFSET)
+            1.0 / (mean * mean + REL_MSE_OFFSET)
         })
         .collect()
 }
@@ -111,7 +107,7 @@ mod tests {
                 let without = pictures(1.0 + change, seed + 2 * trial + 1);
                 let flat = vec![1.0; with[0].len()];
                 let (square, deviation) = change_square(&with, &without, &flat);
-                held += u32::from((square - truth).abs() < DEVIATIONS * deviation);
+                held += u32::from((square - truth).abs() < TWO_SIDED_95 * deviation);
                 sum += square / 100.0;
                 spread += deviation / 100.0;
             }

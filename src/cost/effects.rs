@@ -10,13 +10,17 @@ use super::CostError;
 use super::adaptive::{self, Evened};
 use super::change::{Share, change_square, weights};
 use super::clock::Clock;
-use super::pixels;
 use super::price::{Price, Scatter};
 use super::variants::{Variant, Worth};
+use super::{pixels, reduced};
 use crate::film::Picture;
 use crate::render::{Observer, RenderSettings, Rendering, Stop, render};
 use crate::scene::{Effect, Scene};
 use serde::Serialize;
+use std::time::Duration;
+
+/// Samples of the picture that tells how many samples the others may have.
+const PILOT_SAMPLES: u32 = 8;
 
 /// Nanoseconds of a second.
 const NANOSECONDS: f64 = 1e9;
@@ -95,6 +99,43 @@ pub struct Study {
     /// RGB of the full picture, and of those without something, in the order of `effects`; means over the rounds.
     #[serde(skip)]
     pub pictures: Vec<Vec<f32>>,
+}
+
+/// Settings of the pictures that are measured: small ones, with as many samples as fit into a time.
+///
+/// # Errors
+/// The scene cannot be rendered, or the observer has said stop.
+pub fn measured_settings(
+    scene: &Scene,
+    full: &RenderSettings,
+    longer_side: u32,
+    time: Duration,
+    observer: &dyn Observer,
+) -> Result<RenderSettings, CostError> {
+    let small = RenderSettings {
+        // All samples of all pixels; what adaptive sampling does is measured apart.
+        error_target: 0.0,
+        pixel_error_target: 0.0,
+        ..reduced(full, longer_side)
+    };
+    let pilot = RenderSettings {
+        samples: PILOT_SAMPLES.min(small.samples),
+        ..small.clone()
+    };
+    let clock = Clock::new(observer);
+    let statistics = render(scene, &pilot, &clock)?.statistics;
+    if observer.cancelled() {
+        return Err(CostError::Cancelled);
+    }
+    let seconds = clock.seconds(statistics.trace, statistics.threads);
+    let a_sample = seconds / f64::from(statistics.samples.max(1));
+    // `as` saturates; powers of two are where the points of a pixel are most even.
+    let fit = (time.as_secs_f64() / a_sample) as u32;
+    let samples = 1 << fit.clamp(PILOT_SAMPLES, 1 << 20).ilog2();
+    Ok(RenderSettings {
+        samples: samples.min(small.samples),
+        ..small
+    })
 }
 
 /// One kind of picture over the rounds.

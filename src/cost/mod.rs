@@ -4,14 +4,17 @@ mod adaptive;
 mod change;
 mod clock;
 mod effects;
+mod forecast;
 mod price;
 mod probe;
+mod study_report;
 mod variants;
 
 pub use adaptive::Evened;
 pub use change::Share;
 pub use clock::{Clock, processor_seconds};
-pub use effects::{EffectCost, Study, study};
+pub use effects::{EffectCost, Study, measured_settings, study};
+pub use forecast::{Asked, ForecastReport};
 pub use price::Price;
 pub use probe::{Probe, probe};
 pub use variants::{Variant, Worth, variants};

@@ -1,6 +1,6 @@
 //! What of a difference of two times is more than the scatter of times.
 
-use super::change::DEVIATIONS;
+use crate::math::float::TWO_SIDED_95;
 use serde::Serialize;
 
 /// The standard deviation of a median of normal numbers is larger than that of their mean by √(π/2), or less if they are few.
@@ -42,7 +42,7 @@ pub struct Price {
 impl Price {
     /// Of the seconds with it and without it, medians of so many rounds.
     pub fn new(with: f64, without: f64, rounds: usize, scatter: Scatter) -> Self {
-        let reach = DEVIATIONS * OF_A_MEDIAN * scatter.0 / (rounds as f64).sqrt();
+        let reach = TWO_SIDED_95 * OF_A_MEDIAN * scatter.0 / (rounds as f64).sqrt();
         let at = |log: f64| 1000.0 * with * (1.0 - (-log).exp());
         let log = (with / without).ln();
         Self {

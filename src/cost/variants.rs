@@ -33,11 +33,28 @@ pub fn variants(scene: &Scene, settings: &RenderSettings) -> Vec<Variant> {
     let called_for = called_for(scene, settings);
     let mut list = without_effects(settings, called_for);
     list.extend(fewer_bounces(settings, called_for));
-    list.extend(other_light_sampling(settings));
-    list.extend(one_light_sample(settings));
-    list.extend(without_roulette(settings));
+    list.extend(other_techniques(settings));
     list.extend(without_bias(settings));
     list
+}
+
+impl Variant {
+    /// The picture of settings from which something is taken.
+    fn new(
+        (name, about): (&str, &str),
+        worth: Worth,
+        settings: &RenderSettings,
+        take: impl FnOnce(&mut RenderSettings),
+    ) -> Self {
+        let mut without = settings.clone();
+        take(&mut without);
+        Self {
+            name: name.into(),
+            about: about.into(),
+            worth,
+            settings: without,
+        }
+    }
 }
 
 fn without_effects(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> {
@@ -68,165 +85,114 @@ fn fewer_bounces(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> {
     let depths = std::iter::once(0)
         .chain((0..u32::BITS).map(|k| 1 << k))
         .take_while(|depth| *depth < settings.bounces);
-    let mut list: Vec<Variant> = depths
-        .map(|bounces| Variant {
-            name: format!("bounces beyond {bounces}"),
-            about: format!("bounces {} to {} of a path", bounces + 1, settings.bounces),
-            worth: Worth::Picture,
-            settings: RenderSettings {
-                bounces,
-                ..settings.clone()
-            },
+    let less = |bounces: u32| {
+        let name = format!("bounces beyond {bounces}");
+        let about = format!("bounces {} to {} of a path", bounces + 1, settings.bounces);
+        Variant::new((&name, &about), Worth::Picture, settings, |without| {
+            without.bounces = bounces;
         })
-        .collect();
+    };
+    let mut list: Vec<Variant> = depths.map(less).collect();
     if settings.bounces == 0 {
         return list;
     }
-    let limits = settings.bounce_limits;
-    let none = Some(0);
-    let glass = effects::has(called_for, TRANSMISSION);
-    for (name, about, there, without) in [
+    type Limit = fn(&mut BounceLimits) -> &mut Option<u32>;
+    let kinds: [(&str, &str, bool, Limit); 3] = [
         (
             "diffuse bounces",
             "light by way of matt surfaces",
             true,
-            BounceLimits {
-                diffuse: none,
-                ..limits
-            },
+            |limits| &mut limits.diffuse,
         ),
         (
             "glossy bounces",
             "what mirrors and sheen show, and the light that they throw",
             true,
-            BounceLimits {
-                glossy: none,
-                ..limits
-            },
+            |limits| &mut limits.glossy,
         ),
         (
             "transmission bounces",
             "what is seen through glass, and the light that passes it",
-            glass,
-            BounceLimits {
-                transmission: none,
-                ..limits
-            },
+            effects::has(called_for, TRANSMISSION),
+            |limits| &mut limits.transmission,
         ),
-    ] {
-        if there && without != limits {
-            list.push(Variant {
-                name: name.into(),
-                about: about.into(),
-                worth: Worth::Picture,
-                settings: RenderSettings {
-                    bounce_limits: without,
-                    ..settings.clone()
-                },
-            });
+    ];
+    for (name, about, there, limit) in kinds {
+        let without = Variant::new((name, about), Worth::Picture, settings, |without| {
+            *limit(&mut without.bounce_limits) = Some(0);
+        });
+        if there && without.settings.bounce_limits != settings.bounce_limits {
+            list.push(without);
         }
     }
     list
 }
 
-fn other_light_sampling(settings: &RenderSettings) -> Vec<Variant> {
-    if settings.light_sampling != LightSampling::Mis {
-        return Vec::new();
+/// Light that is sampled in other ways, and paths that go on to their last bounce.
+fn other_techniques(settings: &RenderSettings) -> Vec<Variant> {
+    let mut list = Vec::new();
+    let mut add = |words: (&str, &str), take: &dyn Fn(&mut RenderSettings)| {
+        list.push(Variant::new(words, Worth::Noise, settings, take));
+    };
+    if settings.light_sampling == LightSampling::Mis {
+        let nee = "multiple importance sampling instead of next-event estimation alone";
+        add(("sampling BSDFs for light", nee), &|without| {
+            without.light_sampling = LightSampling::Nee;
+        });
+        let bsdf = "multiple importance sampling instead of BSDF sampling alone";
+        add(("sampling lights", bsdf), &|without| {
+            without.light_sampling = LightSampling::Bsdf;
+        });
     }
-    [
-        (
-            "sampling BSDFs for light",
-            "multiple importance sampling instead of next-event estimation alone",
-            LightSampling::Nee,
-        ),
-        (
-            "sampling lights",
-            "multiple importance sampling instead of BSDF sampling alone",
-            LightSampling::Bsdf,
-        ),
-    ]
-    .map(|(name, about, light_sampling)| Variant {
-        name: name.into(),
-        about: about.into(),
-        worth: Worth::Noise,
-        settings: RenderSettings {
-            light_sampling,
-            ..settings.clone()
-        },
-    })
-    .into()
-}
-
-/// One light sample where several are asked for.
-fn one_light_sample(settings: &RenderSettings) -> Option<Variant> {
-    (settings.light_samples > 1).then(|| Variant {
-        name: "light samples".into(),
-        about: format!(
+    if settings.light_samples > 1 {
+        let about = format!(
             "{} light samples where the camera looks instead of one",
             settings.light_samples
-        ),
-        worth: Worth::Noise,
-        settings: RenderSettings {
-            light_samples: 1,
-            ..settings.clone()
-        },
-    })
-}
-
-/// Paths that go on to their last bounce.
-fn without_roulette(settings: &RenderSettings) -> Option<Variant> {
-    let from = settings.roulette?;
-    (from < settings.bounces).then(|| Variant {
-        name: "roulette".into(),
-        about: "paths that carry little ended by chance".into(),
-        worth: Worth::Noise,
-        settings: RenderSettings {
-            roulette: None,
-            ..settings.clone()
-        },
-    })
+        );
+        add(("light samples", &about), &|without| {
+            without.light_samples = 1
+        });
+    }
+    if settings
+        .roulette
+        .is_some_and(|from| from < settings.bounces)
+    {
+        add(
+            ("roulette", "paths that carry little ended by chance"),
+            &|without| without.roulette = None,
+        );
+    }
+    list
 }
 
 /// What the settings take away, given back.
 fn without_bias(settings: &RenderSettings) -> Vec<Variant> {
-    let mut list = Vec::new();
-    let mut add = |name: &str, about: &str, without: RenderSettings| {
-        list.push(Variant {
-            name: name.into(),
-            about: about.into(),
-            worth: Worth::Noise,
-            settings: without,
-        });
-    };
-    type Off = fn(&mut RenderSettings);
-    let biased: [(&str, &str, f32, Off); 3] = [
+    type Setting = fn(&mut RenderSettings) -> &mut f32;
+    let biased: [(&str, &str, Setting); 3] = [
         (
             "clamp-direct",
             "bright samples of direct light made darker",
-            settings.clamp_direct,
-            |without| without.clamp_direct = 0.0,
+            |settings| &mut settings.clamp_direct,
         ),
         (
             "clamp-indirect",
             "bright samples of indirect light made darker",
-            settings.clamp_indirect,
-            |without| without.clamp_indirect = 0.0,
+            |settings| &mut settings.clamp_indirect,
         ),
         (
             "filter-glossy",
             "sharp reflections behind blurring bounces made rougher",
-            settings.filter_glossy,
-            |without| without.filter_glossy = 0.0,
+            |settings| &mut settings.filter_glossy,
         ),
     ];
-    for (name, about, value, off) in biased {
-        if value > 0.0 {
-            let mut without = settings.clone();
-            off(&mut without);
-            add(name, about, without);
-        }
-    }
-    list
+    let without = |(name, about, setting): (&str, &str, Setting)| {
+        let mut given = 0.0;
+        let without = Variant::new((name, about), Worth::Noise, settings, |without| {
+            given = std::mem::take(setting(without));
+        });
+        (given > 0.0).then_some(without)
+    };
+    biased.into_iter().filter_map(without).collect()
 }
 
 #[cfg(test)]

@@ -18,12 +18,11 @@
 
 use super::pixel::Pixel;
 use super::sum::FixedSum;
+use crate::math::float::{REL_MSE_OFFSET, TWO_SIDED_95};
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Keeps the error finite where the picture is black: as in [`crate::measure`].
-pub const OFFSET: f64 = 0.01;
 /// Pixels to each side that count as neighbours.
 pub const REACH: usize = 2;
 /// Pixels to each side over which the errors that are shown are pooled: one degree of freedom tells little, 48 tell
@@ -48,8 +47,6 @@ const UNCERTAIN: f64 = 0.8;
 /// Standard deviation of the error's square that comes of not knowing r, as a share of what the filter changed.
 /// With half of it 560 of 592 intervals held, and few of scenes with spots of light (docs/notes/accuracy.md); with this 570.
 const DOUBT: f64 = 1.0;
-/// Of a normal distribution, 95 % lie within so many standard deviations.
-const TWO_SIDED_95: f64 = 1.959_964;
 
 /// What is known of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -82,7 +79,7 @@ impl Noisy {
         let noise = self.variance.map(f64::sqrt);
         let lower = (self.mean - noise).max(DVec3::ZERO);
         let square = lower * lower;
-        finite((self.variance / (square + OFFSET)).element_sum() / 3.0)
+        finite((self.variance / (square + REL_MSE_OFFSET)).element_sum() / 3.0)
     }
 
     /// How much another pixel tells about this one: all if their features are the same, nothing if they differ by
@@ -203,7 +200,7 @@ pub fn relative_errors(
                 }
             }
             let reference = around.moments().filtered(pixel);
-            let error = |r: DVec3| (pixel.variance / (r * r + OFFSET)).element_sum() / 3.0;
+            let error = |r: DVec3| (pixel.variance / (r * r + REL_MSE_OFFSET)).element_sum() / 3.0;
             let e = error(reference);
             sums.pixels += 1.0;
             sums.errors += e;
@@ -440,7 +437,7 @@ mod tests {
                 let half = |k| r + deviation * 2f64.sqrt() * normal(key + k, i as u32);
                 let (a, b) = (half(0), half(1));
                 let mean = 0.5 * (a + b);
-                error += (mean - r).powi(2) / (r * r + OFFSET) / (WIDTH * WIDTH) as f64;
+                error += (mean - r).powi(2) / (r * r + REL_MSE_OFFSET) / (WIDTH * WIDTH) as f64;
                 Noisy {
                     mean: DVec3::splat(mean),
                     variance: DVec3::splat(0.25 * (a - b).powi(2)),
@@ -496,7 +493,7 @@ mod tests {
             ..Noisy::default()
         };
         let (errors, sums) = relative_errors(&pixels, WIDTH, 0, WIDTH);
-        let expected = spike * spike / (0.25 + OFFSET);
+        let expected = spike * spike / (0.25 + REL_MSE_OFFSET);
         let known = expected.sqrt() / f64::from(errors[40 * WIDTH + 30]).sqrt();
         assert!((1.0..1.8).contains(&known), "{known}");
         // It says nothing about its neighbours.
@@ -595,7 +592,7 @@ mod tests {
             variance: DVec3::splat(0.25 * (a - b) * (a - b)),
             ..Noisy::default()
         };
-        let expected = 16.0 / (b * b + OFFSET);
+        let expected = 16.0 / (b * b + REL_MSE_OFFSET);
         assert!((f64::from(pixel.own_error()) / expected - 1.0).abs() < 1e-6);
         let dark = Noisy {
             mean: DVec3::splat(0.01),
@@ -661,7 +658,10 @@ mod tests {
             features: [Vec3::splat(0.2), Vec3::ZERO],
         };
         let (errors, _) = relative_errors(&pixels, WIDTH, 0, WIDTH);
-        let (told, expected) = (f64::from(errors[50 * WIDTH + 47]), 4.0 / (0.0025 + OFFSET));
+        let (told, expected) = (
+            f64::from(errors[50 * WIDTH + 47]),
+            4.0 / (0.0025 + REL_MSE_OFFSET),
+        );
         // Beside 0.05, its own share in the mean leaves a quarter of a doubt.
         assert!((0.4..1.1).contains(&(told / expected)), "{told} {expected}");
     }

@@ -8,6 +8,13 @@ pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 /// The largest f32 below 1: random numbers never reach 1.
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - UNIT_ROUNDOFF;
 
+/// relMSE is the mean of (x - r)² / (r² + this): it keeps errors finite where the reference is black. The project's goals are
+/// stated with it (Rousselle et al. 2011, "Adaptive Sampling and Reconstruction using Greedy Error Minimization").
+pub const REL_MSE_OFFSET: f64 = 0.01;
+
+/// Of a normal distribution, 95 % lie within so many standard deviations.
+pub const TWO_SIDED_95: f64 = 1.959_963_985;
+
 /// γ(n) = n·u / (1 − n·u): bounds the relative error of n roundings in a row
 /// (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., lemma 3.1).
 pub const fn gamma(n: u32) -> f32 {

@@ -3,6 +3,7 @@
 pub mod float;
 pub mod frame;
 pub mod primaries;
+pub mod srgb;
 pub mod warp;
 pub mod words;
 

@@ -4,30 +4,46 @@ use super::MeasureError;
 use crate::math::primaries::{Primaries, WorkingSpace};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
+
+/// A file whose first bytes say what it is.
+enum Kind {
+    Exr(BufReader<File>),
+    Png(BufReader<File>),
+    Other,
+}
+
+fn open(path: &Path) -> std::io::Result<Kind> {
+    let mut file = BufReader::new(File::open(path)?);
+    let mut magic = Vec::new();
+    file.by_ref().take(4).read_to_end(&mut magic)?;
+    file.rewind()?;
+    Ok(match magic.as_slice() {
+        b"\x76\x2f\x31\x01" => Kind::Exr(file),
+        b"\x89PNG" => Kind::Png(file),
+        _ => Kind::Other,
+    })
+}
+
+fn unreadable(path: &Path, reason: &impl std::fmt::Display) -> MeasureError {
+    MeasureError::Unreadable {
+        path: path.display().to_string(),
+        reason: reason.to_string(),
+    }
+}
 
 /// The texts that stand in an EXR or PNG file besides its pixels, by name. Other files have none.
 ///
 /// # Errors
 /// The file cannot be read.
 pub fn metadata(path: &Path) -> Result<BTreeMap<String, String>, MeasureError> {
-    let unreadable = |reason: String| MeasureError::Unreadable {
-        path: path.display().to_string(),
-        reason,
+    let texts = match open(path).map_err(|error| unreadable(path, &error))? {
+        Kind::Exr(file) => of_exr(file).map_err(|error| error.to_string()),
+        Kind::Png(file) => of_png(file).map_err(|error| error.to_string()),
+        Kind::Other => Ok(BTreeMap::new()),
     };
-    let mut file = BufReader::new(File::open(path).map_err(|e| unreadable(e.to_string()))?);
-    let mut magic = Vec::new();
-    file.by_ref()
-        .take(4)
-        .read_to_end(&mut magic)
-        .and_then(|_| file.seek(SeekFrom::Start(0)))
-        .map_err(|error| unreadable(error.to_string()))?;
-    match magic.as_slice() {
-        b"\x76\x2f\x31\x01" => of_exr(file).map_err(unreadable),
-        b"\x89PNG" => of_png(file).map_err(unreadable),
-        _ => Ok(BTreeMap::new()),
-    }
+    texts.map_err(|reason| unreadable(path, &reason))
 }
 
 /// What the light in a file is numbers of.
@@ -47,20 +63,10 @@ pub enum LightSpace {
 /// # Errors
 /// The file cannot be read.
 pub fn working_space(path: &Path) -> Result<LightSpace, MeasureError> {
-    let unreadable = |reason: String| MeasureError::Unreadable {
-        path: path.display().to_string(),
-        reason,
-    };
-    let mut file = BufReader::new(File::open(path).map_err(|e| unreadable(e.to_string()))?);
-    let mut magic = [0; 4];
-    if file.read_exact(&mut magic).is_err() || magic != *b"\x76\x2f\x31\x01" {
+    let Kind::Exr(file) = open(path).map_err(|error| unreadable(path, &error))? else {
         return Ok(LightSpace::Unsaid);
-    }
-    file.seek(SeekFrom::Start(0))
-        .map_err(|error| unreadable(error.to_string()))?;
-    let headers = exr::meta::MetaData::read_from_buffered(&mut file, false)
-        .map_err(|error| unreadable(error.to_string()))?
-        .headers;
+    };
+    let headers = headers(file).map_err(|error| unreadable(path, &error))?;
     let id = headers.iter().find_map(|header| {
         let shared = &header.shared_attributes.other;
         let mut all = header.own_attributes.other.iter().chain(shared);
@@ -96,13 +102,14 @@ pub fn working_space(path: &Path) -> Result<LightSpace, MeasureError> {
     })
 }
 
-fn of_exr(mut file: BufReader<File>) -> Result<BTreeMap<String, String>, String> {
+fn headers(mut file: BufReader<File>) -> exr::error::Result<exr::meta::Headers> {
+    Ok(exr::meta::MetaData::read_from_buffered(&mut file, false)?.headers)
+}
+
+fn of_exr(file: BufReader<File>) -> exr::error::Result<BTreeMap<String, String>> {
     use exr::prelude::AttributeValue;
-    let headers = exr::meta::MetaData::read_from_buffered(&mut file, false)
-        .map_err(|error| error.to_string())?
-        .headers;
     let mut texts = BTreeMap::new();
-    for header in headers {
+    for header in headers(file)? {
         let attributes = &header.own_attributes;
         let known = attributes
             .software_name
@@ -130,83 +137,20 @@ fn of_exr(mut file: BufReader<File>) -> Result<BTreeMap<String, String>, String>
     Ok(texts)
 }
 
-fn of_png(file: BufReader<File>) -> Result<BTreeMap<String, String>, String> {
-    let mut reader = png::Decoder::new(file)
-        .read_info()
-        .map_err(|error| error.to_string())?;
+fn of_png(file: BufReader<File>) -> Result<BTreeMap<String, String>, png::DecodingError> {
+    let mut reader = png::Decoder::new(file).read_info()?;
     // Texts may stand after the pixels.
-    reader.finish().map_err(|error| error.to_string())?;
+    reader.finish()?;
     let info = reader.info();
     let mut texts = BTreeMap::new();
     for chunk in &info.uncompressed_latin1_text {
         texts.insert(chunk.keyword.clone(), chunk.text.clone());
     }
     for chunk in &info.compressed_latin1_text {
-        texts.insert(
-            chunk.keyword.clone(),
-            chunk.get_text().map_err(|e| e.to_string())?,
-        );
+        texts.insert(chunk.keyword.clone(), chunk.get_text()?);
     }
     for chunk in &info.utf8_text {
-        texts.insert(
-            chunk.keyword.clone(),
-            chunk.get_text().map_err(|e| e.to_string())?,
-        );
+        texts.insert(chunk.keyword.clone(), chunk.get_text()?);
     }
     Ok(texts)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::film;
-    use crate::output::{self, png::Codes};
-
-    fn one_pixel() -> film::Picture {
-        film::Picture {
-            width: 1,
-            height: 1,
-            layers: vec![film::Layer {
-                name: "Combined".into(),
-                channels: ["R", "G", "B"].map(String::from).to_vec(),
-                data: vec![0.5; 3],
-            }],
-        }
-    }
-
-    #[test]
-    fn an_exr_file_says_what_its_light_is_numbers_of() {
-        let folder = tempfile::tempdir().unwrap();
-        let picture = one_pixel();
-        for space in WorkingSpace::ALL {
-            let path = folder.path().join("a.exr");
-            let options = output::exr::ExrOptions {
-                space,
-                ..Default::default()
-            };
-            output::exr::write(&path, &picture, &options, &Vec::new()).unwrap();
-            assert_eq!(working_space(&path).unwrap(), LightSpace::Known(space));
-            let read = exr::meta::MetaData::read_from_file(&path, false).unwrap();
-            let said = read.headers[0].shared_attributes.chromaticities.unwrap();
-            let red = space.primaries().red;
-            assert_eq!([said.red.0, said.red.1], red.map(|v| v as f32));
-        }
-    }
-
-    #[test]
-    fn texts_come_back() {
-        let folder = tempfile::tempdir().unwrap();
-        let (exr, png) = (folder.path().join("a.exr"), folder.path().join("a.png"));
-        let written = vec![("sundog/samples".to_owned(), "64 Käse".to_owned())];
-        let picture = one_pixel();
-        output::exr::write(&exr, &picture, &Default::default(), &written).unwrap();
-        output::png::write(&png, 1, 1, Codes::Eight(&[0; 3]), &written).unwrap();
-        for path in [exr, png] {
-            assert_eq!(metadata(&path).unwrap()["sundog/samples"], "64 Käse");
-        }
-        let other = folder.path().join("a.txt");
-        std::fs::write(&other, "x").unwrap();
-        assert!(metadata(&other).unwrap().is_empty());
-        assert!(metadata(&folder.path().join("none")).is_err());
-    }
 }

@@ -1,17 +1,17 @@
 //! How far a picture is from another one. All sums are made in f64.
 
+mod comparison;
 pub mod convergence;
 mod difference;
 pub mod flip;
-mod heat_map;
-mod list;
 mod load;
 mod metadata;
 mod ssim;
 
-pub use difference::{Difference, difference, difference_as_shown, error_map, flip_map};
-pub use heat_map::{HeatMap, heat_map};
-pub use list::Measure;
+pub use comparison::Comparison;
+pub use difference::{
+    Difference, difference, difference_as_shown, difference_map, error_map, flip_map,
+};
 pub use load::{load, load_with_alpha};
 pub use metadata::{LightSpace, metadata, working_space};
 
@@ -24,6 +24,22 @@ pub enum MeasureError {
         /// The file.
         path: String,
         /// What is wrong with it.
+        reason: String,
+    },
+    /// A file or folder is not as it should be.
+    #[error("{path}: {reason}")]
+    Refused {
+        /// Which.
+        path: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A file holds something else than it should.
+    #[error("{path} {reason}")]
+    Unfit {
+        /// The file.
+        path: String,
+        /// What it holds, and what it should.
         reason: String,
     },
     /// A file has no such layer.

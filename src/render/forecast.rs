@@ -17,6 +17,7 @@
 //! estimates scatter more than their intervals allow all the same, all intervals are widened until
 //! they do (Birge, *The Calculation of Errors by the Method of Least Squares*, 1932).
 
+use crate::math::float::TWO_SIDED_95;
 use glam::DVec2;
 use serde::Serialize;
 
@@ -26,8 +27,6 @@ const PRIOR_SPREAD: f64 = 0.25;
 const WINDOW: f64 = 16.0;
 /// Before this, an estimate has a sample or less from each replicate.
 const LEAST_SAMPLES: f64 = 4.0;
-/// 95 % of a normal distribution lie within so many standard deviations.
-const DEVIATIONS: f64 = 1.959_963_985;
 /// Forecasts end at so many times the samples there are (2^60 is beyond any render).
 const HORIZON: f64 = 1.152_921_504_606_847e18;
 /// Rows of a table: one that is reached or nearly so, and those ahead.
@@ -79,6 +78,12 @@ pub struct Expected {
 }
 
 impl Expected {
+    /// `45 s (38 s to 53 s)`.
+    pub fn words(&self, show: impl Fn(f64) -> String) -> String {
+        let [expected, low, high] = [self.expected, self.low, self.high].map(show);
+        format!("{expected} ({low} to {high})")
+    }
+
     pub(super) fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self {
             expected: f(self.expected),
@@ -153,7 +158,7 @@ impl Forecast {
 
     /// The exponent p of error² ∝ n^-p at the last pass.
     pub fn exponent(&self) -> Expected {
-        let deviation = DEVIATIONS * self.covariance[1][1].sqrt();
+        let deviation = TWO_SIDED_95 * self.covariance[1][1].sqrt();
         let p = 1.0 + self.excess;
         Expected {
             expected: p,
@@ -164,7 +169,7 @@ impl Forecast {
 
     /// Seconds for a sample of every pixel.
     pub fn seconds_per_sample(&self) -> Expected {
-        let spread = (DEVIATIONS * self.rate_spread).exp();
+        let spread = (TWO_SIDED_95 * self.rate_spread).exp();
         Expected {
             expected: self.rate,
             low: self.rate / spread,
@@ -210,8 +215,8 @@ impl Forecast {
         let at = |deviations: f64| (0.5 * (log_square + deviations * deviation)).exp();
         Expected {
             expected: at(0.0),
-            low: at(-DEVIATIONS),
-            high: at(DEVIATIONS),
+            low: at(-TWO_SIDED_95),
+            high: at(TWO_SIDED_95),
         }
     }
 
@@ -243,7 +248,7 @@ impl Forecast {
         let log_goal = 2.0 * goal.ln();
         let now = self.last.samples;
         let ahead = |deviations: f64| now * self.ahead(log_goal, deviations).exp();
-        let (expected, low, high) = (ahead(0.0), ahead(-DEVIATIONS), ahead(DEVIATIONS));
+        let (expected, low, high) = (ahead(0.0), ahead(-TWO_SIDED_95), ahead(TWO_SIDED_95));
         let reached = expected <= now;
         let samples = Expected {
             expected: if reached {
@@ -309,7 +314,7 @@ impl Forecast {
     fn seconds(&self, samples: Expected) -> Expected {
         let expected = self.seconds_for(samples.expected);
         let now = self.last.samples;
-        let spread = (DEVIATIONS * self.rate_spread).exp();
+        let spread = (TWO_SIDED_95 * self.rate_spread).exp();
         let by_rate = (samples.expected - now).max(0.0) * self.rate;
         let below = DVec2::new(
             expected - self.seconds_for(samples.low),
@@ -376,7 +381,7 @@ fn deviation(pass: &Known) -> f64 {
     } else {
         above
     };
-    (above + below) / DEVIATIONS
+    (above + below) / TWO_SIDED_95
 }
 
 /// The last pass, the last one with not more than half its samples, and so on within the window; not beyond one whose
@@ -704,7 +709,7 @@ mod tests {
                     let square = sums.iter().map(|s| s * s / n2).sum::<f64>() / f64::from(pixels);
                     // ln of a mean of `pixels` squares of normal numbers has this standard deviation.
                     let deviation = (2.0 / f64::from(pixels)).sqrt();
-                    let spread = (0.5 * DEVIATIONS * deviation).exp();
+                    let spread = (0.5 * TWO_SIDED_95 * deviation).exp();
                     if n <= 64 {
                         passes.push(passed(n, square.sqrt(), spread));
                     } else {

@@ -330,6 +330,22 @@ fn set_font() {
     });
 }
 
+/// A text with its place, of which side.
+pub(super) type Label = (String, (u32, u32), HPos);
+
+/// Writes white texts, their tops at the given places, into a picture of RGB.
+pub(super) fn labels(rgb: &mut [u8], size: (u32, u32), labels: &[Label]) -> Result<(), String> {
+    set_font();
+    let area = BitMapBackend::with_buffer(rgb, size).into_drawing_area();
+    let font = ("sans-serif", 11).into_font().color(&WHITE);
+    for (text, (x, y), side) in labels {
+        let style = font.pos(Pos::new(*side, VPos::Top));
+        area.draw(&Text::new(text.as_str(), (*x as i32, *y as i32), style))
+            .map_err(|error| error.to_string())?;
+    }
+    area.present().map_err(|error| error.to_string())
+}
+
 /// Lengths and styles in pixels of the layout.
 #[derive(Clone, Copy)]
 struct Pen {

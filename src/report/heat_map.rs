@@ -1,9 +1,11 @@
 //! A number for each pixel, in colours with a scale.
 
 use super::axis::Range;
+use super::number::number;
 use super::picture::indexed_png;
-use super::{Axis, ReportError};
+use super::{Axis, Picture, ReportError, draw};
 use flate2::{Compression, write::ZlibEncoder};
+use plotters::style::text_anchor::HPos;
 use std::io::Write;
 
 /// One number for each pixel.
@@ -23,6 +25,8 @@ pub struct HeatMap {
     pub values: Vec<f32>,
     /// Whether the colours follow the logarithm.
     pub log: bool,
+    /// What the brightest colour stands for; what nearly all pixels stay below where it is not given.
+    pub brightest: Option<f64>,
 }
 
 /// So many pixels may lie beyond each end of the scale: one bright one must not make all others black.
@@ -30,6 +34,12 @@ const BEYOND: f64 = 0.001;
 
 /// The colour of what is not finite; the palette has no such colour.
 const NOT_FINITE: [u8; 3] = [0, 160, 255];
+
+/// Rows below a picture for its scale, and of its coloured bar.
+const SCALE_ROWS: u32 = 26;
+const BAR_ROWS: u32 = 10;
+/// So wide a picture is at least, so that the scale has room.
+const LEAST_WIDTH: u32 = 96;
 
 /// Steps of the palette; the code after the last is the colour of what is not finite.
 const COLORS: usize = 256;
@@ -70,37 +80,110 @@ impl HeatMap {
         }
     }
 
-    /// Colours, scale and codes.
-    pub(super) fn shown(&self) -> Result<Shown, ReportError> {
+    /// The same map, its brightest colour standing for a round number that at most 0.1 % of the pixels exceed.
+    #[must_use]
+    pub fn with_round_end(self) -> Self {
+        let (_, high) = self.scale(&self.axis()).ends();
+        Self {
+            brightest: Some(round_up(high)),
+            ..self
+        }
+    }
+
+    /// The map in colours.
+    pub fn picture(&self) -> Picture {
+        let palette = palette();
+        let color = |index: &u16| *palette.get(usize::from(*index)).unwrap_or(&NOT_FINITE);
+        Picture {
+            name: self.name.clone(),
+            width: self.width,
+            height: self.height,
+            rgb: self.indices().iter().flat_map(color).collect(),
+        }
+    }
+
+    /// The map in colours, with a bar of them below and the numbers of its ends.
+    ///
+    /// # Errors
+    /// The values do not fit the size, or the library cannot draw the numbers.
+    pub fn picture_with_scale(&self) -> Result<Picture, ReportError> {
+        self.check()?;
+        let (map, palette) = (self.picture(), palette());
+        let (width, height) = (self.width.max(LEAST_WIDTH), self.height + SCALE_ROWS);
+        let mut rgb = vec![0; 3 * width as usize * height as usize];
+        let row = 3 * width as usize;
+        for (into, from) in rgb
+            .chunks_exact_mut(row)
+            .zip(map.rgb.chunks_exact(3 * self.width as usize))
+        {
+            into[..from.len()].copy_from_slice(from);
+        }
+        let bar =
+            (0..width as usize).flat_map(|x| palette[x * (COLORS - 1) / (width as usize - 1)]);
+        let bar: Vec<u8> = bar.collect();
+        for into in rgb
+            .chunks_exact_mut(row)
+            .skip(self.height as usize + 2)
+            .take(BAR_ROWS as usize)
+        {
+            into.copy_from_slice(&bar);
+        }
+        let (low, high) = self.scale(&self.axis()).ends();
+        let y = self.height + BAR_ROWS + 2;
+        let labels = [(low, 1, HPos::Left), (high, width - 1, HPos::Right)];
+        draw::labels(
+            &mut rgb,
+            (width, height),
+            &labels.map(|(value, x, side)| (number(value), (x, y), side)),
+        )
+        .map_err(|reason| self.not_shown(reason))?;
+        Ok(Picture {
+            name: map.name,
+            width,
+            height,
+            rgb,
+        })
+    }
+
+    fn not_shown(&self, reason: String) -> ReportError {
+        ReportError::NotShown {
+            picture: self.name.clone(),
+            reason,
+        }
+    }
+
+    fn check(&self) -> Result<(), ReportError> {
         if self.values.is_empty() || self.values.len() != self.width as usize * self.height as usize
         {
-            return Err(ReportError::NotShown {
-                picture: self.name.clone(),
-                reason: format!(
-                    "{} numbers do not make {} × {} pixels",
-                    self.values.len(),
-                    self.width,
-                    self.height
-                ),
-            });
+            return Err(self.not_shown(format!(
+                "{} numbers do not make {} × {} pixels",
+                self.values.len(),
+                self.width,
+                self.height
+            )));
         }
+        Ok(())
+    }
+
+    /// The number of each pixel's colour; of what is not finite, one beyond the last.
+    fn indices(&self) -> Vec<u16> {
+        let range = self.scale(&self.axis());
+        let index = |value: &f32| match f64::from(*value) {
+            value if !value.is_finite() => COLORS as u16,
+            value if self.log && value <= 0.0 => 0,
+            value => (range.position(value).clamp(0.0, 1.0) * (COLORS - 1) as f64).round() as u16,
+        };
+        self.values.iter().map(index).collect()
+    }
+
+    /// Colours, scale and codes.
+    pub(super) fn shown(&self) -> Result<Shown, ReportError> {
+        self.check()?;
         let axis = self.axis();
-        let range = self.scale(&axis);
-        let indices: Vec<u16> = self
-            .values
-            .iter()
-            .map(|value| match f64::from(*value) {
-                value if !value.is_finite() => COLORS as u16,
-                value if self.log && value <= 0.0 => 0,
-                value => {
-                    (range.position(value).clamp(0.0, 1.0) * (COLORS - 1) as f64).round() as u16
-                }
-            })
-            .collect();
         let palette = palette();
         Ok(Shown {
-            png: self.colored(&indices, &palette)?,
-            labels: range.labels(6),
+            png: self.colored(&self.indices(), &palette)?,
+            labels: self.scale(&axis).labels(6),
             colors: (0..=16)
                 .map(|step| {
                     let [r, g, b] = palette[step * (COLORS - 1) / 16];
@@ -122,7 +205,9 @@ impl HeatMap {
         let kept = sorted
             .get(beyond..sorted.len() - beyond)
             .unwrap_or_default();
-        let ends = kept.first().into_iter().chain(kept.last()).copied();
+        let low = kept.first().copied();
+        let high = self.brightest.or(kept.last().copied());
+        let ends = low.into_iter().chain(high);
         if self.log {
             Range::exactly(axis, ends)
         } else {
@@ -192,10 +277,7 @@ impl HeatMap {
         let bytes = encoder
             .write_all(&bytes)
             .and_then(|()| encoder.finish())
-            .map_err(|error| ReportError::NotShown {
-                picture: self.name.clone(),
-                reason: error.to_string(),
-            })?;
+            .map_err(|error| self.not_shown(error.to_string()))?;
         Ok(Codes {
             low,
             high,
@@ -203,6 +285,17 @@ impl HeatMap {
             bytes,
         })
     }
+}
+
+/// The next of …, 0.1, 0.2, 0.5, 1, 2, 5, … (1e-6 for nothing).
+fn round_up(value: f64) -> f64 {
+    if value <= 1e-6 || !value.is_finite() {
+        return 1e-6;
+    }
+    let power = value.log10().floor() as i32;
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * 10f64.powi(power));
+    let enough = |step: &f64| *step >= value * (1.0 - 1e-12);
+    steps.into_iter().find(enough).unwrap_or(value)
 }
 
 /// "Magma" (van der Walt and Smith 2015): even steps of lightness, also for the colour-blind.
@@ -292,5 +385,45 @@ mod tests {
             message.contains("4 numbers do not make 2 × 3 pixels"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn the_scale_is_a_round_number() {
+        for (value, expected) in [
+            (0.0, 1e-6),
+            (0.03, 0.05),
+            (0.05, 0.05),
+            (0.051, 0.1),
+            (1.0, 1.0),
+            (1.2, 2.0),
+            (700.0, 1000.0),
+        ] {
+            assert!(
+                (round_up(value) / expected - 1.0).abs() < 1e-9,
+                "{value}: {}",
+                round_up(value)
+            );
+        }
+    }
+
+    #[test]
+    fn colours_stand_for_numbers() {
+        let mut values: Vec<f32> = (0..100).map(|index| index as f32 / 99.0).collect();
+        values[50] = f32::NAN;
+        let map = map(100, &values, false).with_round_end();
+        assert_eq!(map.brightest, Some(1.0));
+        let picture = map.picture_with_scale().unwrap();
+        assert_eq!((picture.width, picture.height), (100, 1 + SCALE_ROWS));
+        // The ends of matplotlib's magma.
+        let ends = [[0, 0, 4], [252, 253, 191]];
+        assert_eq!(picture.rgb[0..3], ends[0]);
+        assert_eq!(picture.rgb[3 * 99..3 * 100], ends[1]);
+        assert_eq!(picture.rgb[3 * 50..3 * 51], NOT_FINITE);
+        // The bar below shows the same colours from one side to the other, and the numbers stand below it.
+        let bar = 3 * 100 * 3;
+        assert_eq!(picture.rgb[bar..bar + 3], ends[0]);
+        assert_eq!(picture.rgb[bar + 297..bar + 300], ends[1]);
+        let below = &picture.rgb[3 * 100 * (1 + 2 + BAR_ROWS as usize)..];
+        assert!(below.iter().filter(|value| **value > 128).count() > 30);
     }
 }

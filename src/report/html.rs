@@ -154,11 +154,7 @@ fn wide_table(label: &str, table: &Markup) -> Markup {
 }
 
 fn sortable(table: &Table) -> Markup {
-    let is_number = |column: usize| {
-        let mut cells = table.rows.iter().filter_map(|row| row.get(column));
-        cells.any(|cell| cell.value.is_some())
-    };
-    let numeric: Vec<bool> = (0..table.columns.len()).map(is_number).collect();
+    let numeric = table.numeric_columns();
     let class = |column: usize| {
         numeric
             .get(column)
@@ -498,6 +494,7 @@ mod tests {
                         height: 1,
                         values: vec![1.0],
                         log: false,
+                        brightest: None,
                     }],
                 }),
                 Section::Settings(Settings {

@@ -4,12 +4,12 @@
 //! CSV. The room knows nothing of rendering: commands fill in names, numbers and pictures.
 
 mod axis;
-mod csv;
 mod draw;
 mod heat_map;
 mod html;
 mod number;
 mod picture;
+mod table;
 
 pub use heat_map::HeatMap;
 pub use number::number;
@@ -318,4 +318,24 @@ pub struct Settings {
     pub columns: Vec<String>,
     /// A name and a value for each column (empty where there is none).
     pub rows: Vec<(String, Vec<String>)>,
+}
+
+impl Settings {
+    /// The members of a JSON object that are not null, `max_bounces` as `max bounces`.
+    pub fn of(column: impl Into<String>, object: &serde_json::Value) -> Self {
+        let text = |value: &serde_json::Value| match value.as_str() {
+            Some(text) => text.to_owned(),
+            None => value.to_string(),
+        };
+        let members = object.as_object().into_iter().flatten();
+        Self {
+            title: "Settings".into(),
+            note: String::new(),
+            columns: vec![column.into()],
+            rows: members
+                .filter(|(_, value)| !value.is_null())
+                .map(|(name, value)| (name.replace('_', " "), vec![text(value)]))
+                .collect(),
+        }
+    }
 }

@@ -1,10 +1,7 @@
 //! `sundog converge`: error against time, of this renderer and of others.
 
-mod against;
 mod files;
-mod page;
 mod renders;
-mod summary;
 
 use super::args::Converge;
 use super::exit::EXIT_OK;
@@ -13,16 +10,14 @@ use super::view::View;
 use super::{Failure, console, scene_file};
 use crate::film::Passes;
 use crate::math::words::counted;
-use crate::measure::convergence::Reference;
-use crate::measure::{self, Encoding, MeasureError, Picture};
+use crate::measure::convergence::{Curve, Looks, Measured, Peer, Reference, Study, load_light};
+use crate::measure::{MeasureError, Picture};
 use crate::render::{RenderSettings, memory};
 use crate::scene::Scene;
-use against::Peer;
 use files::Files;
-use renders::{Shot, Shots};
+use renders::Shot;
 use serde_json::json;
-use std::path::Path;
-use summary::{Answer, Curve, Measured};
+use std::path::{Path, PathBuf};
 
 /// A reference has so many times the samples of the longest run, in each of its halves.
 const REFERENCE_FACTOR: u32 = 4;
@@ -35,10 +30,13 @@ struct Truth {
     words: String,
 }
 
-/// A picture that the page shows.
-struct Shown {
-    name: String,
-    picture: Picture,
+/// Whether the page shows a picture.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Look {
+    No,
+    Yes,
+    /// With the FLIP of its pixels.
+    WithFlip,
 }
 
 /// What all steps need.
@@ -50,13 +48,7 @@ struct Work<'a> {
     view: View,
     reporter: &'a Reporter,
     files: Files,
-}
-
-/// All that a page needs beyond the numbers.
-struct Looks {
-    shown: Vec<Shown>,
-    /// FLIP of the last picture of each renderer against its reference, by pixel.
-    flip: Vec<(String, Vec<f32>)>,
+    looks: Looks,
 }
 
 /// Runs the command.
@@ -69,7 +61,7 @@ pub fn run(args: &Converge) -> Result<u8, Failure> {
     let peers: Vec<Peer> = args
         .against
         .iter()
-        .map(|folder| against::read(folder))
+        .map(|folder| Peer::read_all(folder))
         .collect::<Result<Vec<_>, _>>()?
         .into_iter()
         .flatten()
@@ -87,7 +79,7 @@ pub fn run(args: &Converge) -> Result<u8, Failure> {
         ..args.options.settings(path, scene)?
     };
     memory::check_render(&settings, scene)?;
-    let work = Work {
+    let mut work = Work {
         args,
         path,
         scene,
@@ -95,16 +87,20 @@ pub fn run(args: &Converge) -> Result<u8, Failure> {
         view,
         reporter: &reporter,
         files,
+        looks: Looks::default(),
     };
     // What a folder lacks is told before hours are spent.
     for peer in &peers {
-        peer.check(work.size())?;
+        let pictures = peer.pictures.iter().map(|picture| &picture.path);
+        for path in pictures.chain(&peer.reference) {
+            load_light(path, work.size())?;
+        }
     }
     let answer = work.measure(&peers)?;
-    let names = work.files.names();
+    let names = work.files.report.written;
     reporter.tell(&json!({ "event": "finished", "answer": answer, "written": names }));
     if !args.reporting.json {
-        console::output(&answer.table());
+        console::output(&answer.text());
         for name in names {
             reporter.say(&format!("{name} written"));
         }
@@ -122,105 +118,62 @@ fn check_seeds(first: u32, count: u32) -> Result<(), Failure> {
     }
 }
 
-fn in_file(path: &Path, error: &MeasureError) -> Failure {
-    Failure::new(format!("{}: {error}", path.display()))
-}
-
-/// An EXR of the given size as linear light.
-fn load(path: &Path, size: (u32, u32)) -> Result<Picture, Failure> {
-    let picture = measure::load(path, None)?;
-    if picture.encoding != Encoding::Linear {
-        return Err(Failure::new(format!(
-            "{} holds display values; errors are measured of linear light, which an EXR file keeps",
-            path.display()
-        )));
-    }
-    if (picture.width, picture.height) != size {
-        return Err(Failure::new(format!(
-            "{} has {} × {} pixels, but the scene is rendered with {} × {}; give --width and --height, or another picture",
-            path.display(),
-            picture.width,
-            picture.height,
-            size.0,
-            size.1
-        )));
-    }
-    Ok(picture)
-}
-
-/// A reference of one file, or of two whose noise is independent.
-fn from_files(
-    paths: &[impl AsRef<Path>],
-    size: (u32, u32),
-    view: &View,
-) -> Result<Reference, Failure> {
-    let mut pictures = paths
-        .iter()
-        .map(|path| load(path.as_ref(), size))
-        .collect::<Result<Vec<_>, _>>()?;
-    match (pictures.pop(), pictures.pop(), pictures.pop()) {
-        (Some(one), None, _) => {
-            let shown = view.seen(&one)?;
-            Ok(Reference::single(one, shown))
-        }
-        (Some(b), Some(a), None) => Reference::halves([a, b], |mean| view.seen(mean)),
-        _ => Err(Failure::usage(
-            "a reference is one picture, or two with independent noise",
-        )),
-    }
-}
-
-/// How far a reference itself is off, in words.
-fn own_error(reference: &Reference) -> String {
-    match reference.own_rel_mse() {
-        Some(own) => format!(
-            "; its own error is about {:.3} %, which is taken out of RMSE and relMSE",
-            100.0 * own.sqrt()
-        ),
-        None => "; its own noise is not known and counts as error".into(),
-    }
-}
-
 impl Work<'_> {
     fn size(&self) -> (u32, u32) {
         let region = self.settings.region();
         (region.width(), region.height())
     }
 
-    fn measure(&self, peers: &[Peer]) -> Result<Answer, Failure> {
+    fn measure(&mut self, peers: &[Peer]) -> Result<Study, Failure> {
         let seeds = self.args.effort.seeds;
         check_seeds(self.settings.seed, seeds)?;
         let truth = self.truth()?;
         self.reporter.say(&format!("reference: {}", truth.words));
-        let mut looks = Looks {
-            shown: Vec::new(),
-            flip: Vec::new(),
-        };
-        let mut curves = vec![self.own_curve(seeds, &truth, &mut looks)?];
+        let mut curves = vec![self.own_curve(seeds, &truth)?];
         for peer in peers {
-            let name =
-                against::distinct(&peer.name, curves.iter().map(|curve| curve.name.as_str()));
-            curves.push(self.peer_curve(peer, name, &truth, &mut looks)?);
+            let names = curves.iter().map(|curve| curve.name.as_str());
+            let name = Peer::distinct_name(&peer.name, names);
+            curves.push(self.peer_curve(peer, name, &truth)?);
         }
-        looks.shown.push(Shown {
-            name: "reference".into(),
-            picture: truth.reference.shown.clone(),
-        });
-        let (view, words) = (self.view.summary(), &truth.words);
-        let answer = Answer::new(self.path, self.size(), view, &self.settings, words, curves);
-        self.files.write(&answer, &looks)?;
-        Ok(answer)
+        self.looks.add("reference", truth.reference.shown.clone());
+        let (width, height) = self.size();
+        let threads = self.settings.threads;
+        let mut study = Study {
+            scene: self.path.display().to_string(),
+            width,
+            height,
+            view: self.view.summary(),
+            settings: serde_json::to_value(&self.settings).unwrap_or_default(),
+            threads: threads
+                .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into)),
+            version: env!("CARGO_PKG_VERSION").into(),
+            reference: truth.words,
+            renderers: curves,
+            against: Vec::new(),
+        };
+        study.compare();
+        self.files.write(&study, &self.looks)?;
+        Ok(study)
+    }
+
+    fn read(&self, paths: &[PathBuf]) -> Result<Reference, Failure> {
+        Reference::read(paths, self.size(), |picture| self.view.seen(picture))
     }
 
     fn truth(&self) -> Result<Truth, Failure> {
         let given = &self.args.reference;
         if !given.is_empty() {
-            let reference = from_files(given, self.size(), &self.view)?;
+            if given.len() > 2 {
+                return Err(Failure::usage(
+                    "a reference is one picture, or two with independent noise",
+                ));
+            }
+            let reference = self.read(given)?;
             let names: Vec<_> = given
                 .iter()
                 .map(|path| path.display().to_string())
                 .collect();
-            let words = format!("{}{}", names.join(" and "), own_error(&reference));
+            let words = format!("{}{}", names.join(" and "), reference.own_error());
             return Ok(Truth { reference, words });
         }
         let samples = self
@@ -244,43 +197,43 @@ impl Work<'_> {
         let words = format!(
             "by Sundog, two halves of {samples} samples a pixel each with the seeds {REFERENCE_SEED} and {}{}",
             REFERENCE_SEED + 1,
-            own_error(&reference)
+            reference.own_error()
         );
         Ok(Truth { reference, words })
     }
 
-    /// Measures one picture; what one sees of it goes to `looks` under a name.
+    /// Measures one picture of a renderer and tells it; what one sees of it goes to the page where that is wished.
     fn measured(
-        &self,
+        &mut self,
+        name: &str,
         truth: &Truth,
         seed: u64,
         shot: &Shot,
-        looks: Option<(&mut Looks, String)>,
+        look: Look,
     ) -> Result<Measured, Failure> {
         let shown = self.view.seen(&shot.picture)?;
-        let errors = truth.reference.errors(&shot.picture, &shown)?;
-        if let Some((looks, name)) = looks {
-            looks.shown.push(Shown {
-                name,
-                picture: shown,
-            });
-        }
-        Ok(Measured {
+        let point = Measured {
             seed,
             samples: shot.samples,
             seconds: shot.seconds,
-            errors,
-        })
-    }
-
-    fn tell(&self, renderer: &str, point: &Measured) {
+            errors: truth.reference.errors(&shot.picture, &shown)?,
+        };
+        if look == Look::WithFlip {
+            self.looks.add_flip(name, &shown, &truth.reference);
+        }
+        if look != Look::No {
+            let samples = counted(shot.samples, "sample", "samples");
+            self.looks.add(format!("{name}, {samples}"), shown);
+        }
         self.reporter
-            .tell(&json!({ "event": "measured", "renderer": renderer, "point": point }));
+            .tell(&json!({ "event": "measured", "renderer": name, "point": point }));
+        Ok(point)
     }
 
-    fn own_curve(&self, seeds: u32, truth: &Truth, looks: &mut Looks) -> Result<Curve, Failure> {
+    fn own_curve(&mut self, seeds: u32, truth: &Truth) -> Result<Curve, Failure> {
         let name = self.args.effort.name.clone();
         let mut points = Vec::new();
+        let space = self.scene.color_management.working_space;
         for seed in self.settings.seed..self.settings.seed + seeds {
             self.reporter.say(&format!(
                 "seed {seed}, {} a pixel",
@@ -290,26 +243,18 @@ impl Work<'_> {
                 seed,
                 ..self.settings.clone()
             };
-            let Shots { shots } =
-                renders::doubling(self.scene, self.path, &settings, self.reporter)?;
+            let shots = renders::doubling(self.scene, self.path, &settings, self.reporter)?;
             let last = shots.len().saturating_sub(1);
             for (index, shot) in shots.iter().enumerate() {
-                let space = self.scene.color_management.working_space;
                 self.files.keep(&name, seed, shot, space)?;
                 // The page shows the first and the last picture of the first run.
-                let shown = seed == self.settings.seed && (index == 0 || index == last);
-                let look = shown.then(|| {
-                    (
-                        &mut *looks,
-                        format!("{name}, {}", counted(shot.samples, "sample", "samples")),
-                    )
-                });
-                let point = self.measured(truth, u64::from(seed), shot, look)?;
-                if shown && index == last {
-                    looks.add_flip(truth, &name);
-                }
-                self.tell(&name, &point);
-                points.push(point);
+                let look = match index {
+                    _ if seed != self.settings.seed => Look::No,
+                    index if index == last => Look::WithFlip,
+                    0 => Look::Yes,
+                    _ => Look::No,
+                };
+                points.push(self.measured(&name, truth, u64::from(seed), shot, look)?);
             }
         }
         self.files.keep_times(&name)?;
@@ -317,19 +262,13 @@ impl Work<'_> {
     }
 
     /// A peer's curve, against its own reference if its folder has one and the user names none.
-    fn peer_curve(
-        &self,
-        peer: &Peer,
-        name: String,
-        common: &Truth,
-        looks: &mut Looks,
-    ) -> Result<Curve, Failure> {
+    fn peer_curve(&mut self, peer: &Peer, name: String, common: &Truth) -> Result<Curve, Failure> {
         let own;
         let truth = if peer.reference.is_empty() || !self.args.reference.is_empty() {
             common
         } else {
-            let reference = from_files(&peer.reference, self.size(), &self.view)?;
-            let words = format!("its own, from its folder{}", own_error(&reference));
+            let reference = self.read(&peer.reference)?;
+            let words = format!("its own, from its folder{}", reference.own_error());
             own = Truth { reference, words };
             &own
         };
@@ -340,43 +279,25 @@ impl Work<'_> {
             let shot = Shot {
                 samples: entry.samples,
                 seconds: entry.seconds,
-                picture: load(&entry.path, self.size())?,
+                picture: load_light(&entry.path, self.size())?,
             };
             let shown = Some(entry.samples) == longest && Some(entry.seed) == first_seed;
-            let look = shown.then(|| {
-                (
-                    &mut *looks,
-                    format!("{name}, {}", counted(entry.samples, "sample", "samples")),
-                )
-            });
+            let look = if shown { Look::WithFlip } else { Look::No };
             let point = self
-                .measured(truth, entry.seed, &shot, look)
+                .measured(&name, truth, entry.seed, &shot, look)
                 .map_err(|failure| Failure {
                     message: format!("{}: {}", entry.path.display(), failure.message),
                     ..failure
                 })?;
-            if shown {
-                looks.add_flip(truth, &name);
-            }
-            self.tell(&name, &point);
             points.push(point);
         }
         let mut curve = Curve::new(name, truth.words.clone(), points);
         if !std::ptr::eq(truth, common) {
             let between = common.reference.between(&truth.reference);
-            curve.reference_apart = Some(between.map_err(|error| in_file(&peer.folder, &error))?);
+            let in_folder =
+                |error: MeasureError| Failure::new(format!("{}: {error}", peer.folder.display()));
+            curve.reference_apart = Some(between.map_err(in_folder)?);
         }
         Ok(curve)
-    }
-}
-
-impl Looks {
-    /// FLIP of each pixel of the picture that came last.
-    fn add_flip(&mut self, truth: &Truth, name: &str) {
-        if let Some(last) = self.shown.last() {
-            let (shown, reference) = (&last.picture, &truth.reference.shown);
-            let map = measure::flip_map([shown, reference, shown, reference]);
-            self.flip.push((name.to_owned(), map));
-        }
     }
 }

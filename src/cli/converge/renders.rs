@@ -20,12 +20,6 @@ pub struct Shot {
     pub picture: Picture,
 }
 
-/// The pictures of one render, from the first to the last.
-pub struct Shots {
-    /// At least one.
-    pub shots: Vec<Shot>,
-}
-
 /// Keeps the picture after the passes that it is asked for.
 struct Watcher<'a> {
     reporter: &'a Reporter,
@@ -67,7 +61,7 @@ pub fn doubling(
     path: &Path,
     settings: &RenderSettings,
     reporter: &Reporter,
-) -> Result<Shots, Failure> {
+) -> Result<Vec<Shot>, Failure> {
     let end = settings.samples;
     let wanted = move |samples: u32| samples.is_power_of_two() || samples == end;
     run(scene, path, settings, reporter, &wanted)
@@ -84,10 +78,8 @@ pub fn last(
     let mut shots = run(scene, path, settings, reporter, &move |samples| {
         samples == end
     })?;
-    match shots.shots.pop() {
-        Some(shot) => Ok(shot.picture),
-        None => Err(unfinished(path)),
-    }
+    let shot = shots.pop().ok_or_else(|| unfinished(path))?;
+    Ok(shot.picture)
 }
 
 fn unfinished(path: &Path) -> Failure {
@@ -103,7 +95,7 @@ fn run(
     settings: &RenderSettings,
     reporter: &Reporter,
     wanted: &(dyn Fn(u32) -> bool + Sync),
-) -> Result<Shots, Failure> {
+) -> Result<Vec<Shot>, Failure> {
     let watcher = Watcher {
         reporter,
         wanted,
@@ -116,9 +108,6 @@ fn run(
     if rendering.statistics.samples < settings.samples {
         return Err(unfinished(path));
     }
-    let shots = watcher
-        .shots
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner);
-    Ok(Shots { shots })
+    let shots = watcher.shots.into_inner();
+    Ok(shots.unwrap_or_else(PoisonError::into_inner))
 }

@@ -1,10 +1,9 @@
-//! What `sundog compare --report` shows.
+//! What a comparison of two files shows: its page and its table.
 
-use super::Failure;
-use crate::measure::{self, Difference, Encoding, MeasureError};
+use super::{Difference, Encoding, MeasureError, Picture};
 use crate::report::{
-    Axis, Cell, Column, HeatMap, HeatMaps, Line, Page, Picture, Plot, Point, Section, Series,
-    Settings, Slider, Table,
+    Axis, Cell, Column, HeatMap, HeatMaps, Line, Page, Plot, Point, Section, Series, Settings,
+    Slider, Table, number,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -13,25 +12,25 @@ use std::path::Path;
 const BINS: i32 = 8;
 
 /// Two pictures and all that is known of them.
-pub struct Compared<'a> {
+pub struct Comparison<'a> {
     /// The files: the picture and the reference.
     pub paths: [&'a Path; 2],
     /// The numbers in them.
-    pub pictures: [&'a measure::Picture; 2],
+    pub pictures: [&'a Picture; 2],
     /// Display values.
-    pub shown: [&'a measure::Picture; 2],
+    pub shown: [&'a Picture; 2],
     /// How these came to be.
     pub seen: &'a str,
     /// The measures.
     pub difference: &'a Difference,
 }
 
-impl Compared<'_> {
+impl Comparison<'_> {
     /// The page.
     ///
     /// # Errors
     /// A file cannot be read again.
-    pub fn page(&self) -> Result<Page, Failure> {
+    pub fn page(&self) -> Result<Page, MeasureError> {
         let [a, b] = self.names();
         let d = self.difference;
         let holds = match d.encoding {
@@ -44,12 +43,12 @@ impl Compared<'_> {
                 "{} × {} pixels of {holds}; error {} % (√relMSE); what is not finite is left out: {} pixels",
                 d.width,
                 d.height,
-                crate::report::number(100.0 * d.rel_mse.sqrt()),
+                number(d.error_percent()),
                 u64::from(d.width) * u64::from(d.height) - d.compared
             ),
             sections: vec![
                 self.slider()?,
-                Section::Table(numbers(self.difference)),
+                Section::Table(self.difference.table()),
                 self.maps()?,
                 self.histogram()?,
                 self.settings()?,
@@ -70,49 +69,33 @@ impl Compared<'_> {
         }
     }
 
-    fn slider(&self) -> Result<Section, Failure> {
+    fn slider(&self) -> Result<Section, MeasureError> {
         let [a, b] = self.names();
-        let map = measure::heat_map(self.shown[0], self.shown[1])?;
-        // Without the scale below it.
-        let row = 3 * map.width as usize;
-        let size = (
-            self.difference.width as usize,
-            self.difference.height as usize,
-        );
-        let difference = map
-            .pixels
-            .chunks_exact(row)
-            .take(size.1)
-            .flat_map(|pixels| pixels[..3 * size.0].to_vec())
-            .collect();
+        let map = super::difference_map(self.shown[0], self.shown[1])?;
+        let brightest = map.brightest.unwrap_or_default();
         Ok(Section::Slider(Slider {
             title: "Side by side".into(),
             note: format!(
-                "Shown by: {}. The difference is that of what one sees, from black to {} (pale yellow).",
-                self.seen, map.scale
+                "Shown by: {}. The difference is that of what one sees, from black to {brightest} (pale yellow).",
+                self.seen
             ),
             pictures: vec![
-                picture(&a, self.shown[0]),
-                picture(&b, self.shown[1]),
-                Picture {
-                    name: "difference".into(),
-                    width: self.difference.width,
-                    height: self.difference.height,
-                    rgb: difference,
-                },
+                self.shown[0].as_codes(a),
+                self.shown[1].as_codes(b),
+                map.picture(),
             ],
         }))
     }
 
-    fn maps(&self) -> Result<Section, Failure> {
+    fn maps(&self) -> Result<Section, MeasureError> {
         let [a, b] = self.pictures;
         let percent = |values: Vec<f32>| values.into_iter().map(|value| 100.0 * value).collect();
         let mut maps = vec![
-            self.map("Error", "%", percent(measure::error_map(a, b)?), true),
+            self.map("Error", "%", percent(super::error_map(a, b)?), true),
             self.map(
                 "FLIP",
                 "",
-                measure::flip_map([a, b, self.shown[0], self.shown[1]]),
+                super::flip_map([a, b, self.shown[0], self.shown[1]]),
                 false,
             ),
         ];
@@ -132,7 +115,7 @@ impl Compared<'_> {
         for map in layers {
             let first = map.values.first().copied().unwrap_or(0.0);
             if map.values.iter().all(|value| *value == first) {
-                let value = crate::report::number(f64::from(first));
+                let value = number(f64::from(first));
                 note.push(format!("{}: {value} everywhere.", map.name));
             } else {
                 maps.push(map);
@@ -154,11 +137,12 @@ impl Compared<'_> {
             height: self.difference.height,
             values,
             log,
+            brightest: None,
         }
     }
 
-    fn histogram(&self) -> Result<Section, Failure> {
-        let errors = measure::error_map(self.pictures[0], self.pictures[1])?;
+    fn histogram(&self) -> Result<Section, MeasureError> {
+        let errors = super::error_map(self.pictures[0], self.pictures[1])?;
         let all = self.difference.compared.max(1) as f64;
         let mut bins: BTreeMap<i32, u64> = BTreeMap::new();
         let mut equal = 0u64;
@@ -172,25 +156,24 @@ impl Compared<'_> {
         }
         let edge = |bin: i32| 10f64.powf(f64::from(bin) / f64::from(BINS));
         let (first, last) = (bins.keys().next(), bins.keys().next_back());
-        let points = match (first, last) {
-            (Some(first), Some(last)) => (*first..=*last)
-                .map(|bin| {
-                    let count = bins.get(&bin).copied().unwrap_or(0);
-                    let (low, high) = (edge(bin), edge(bin + 1));
-                    Point::new((low * high).sqrt(), 100.0 * count as f64 / all).labelled(format!(
-                        "{count} pixels from {} to {} %",
-                        crate::report::number(low),
-                        crate::report::number(high)
-                    ))
-                })
-                .collect(),
-            _ => Vec::new(),
-        };
+        let points =
+            match (first, last) {
+                (Some(first), Some(last)) => (*first..=*last)
+                    .map(|bin| {
+                        let count = bins.get(&bin).copied().unwrap_or(0);
+                        let (low, high) = (edge(bin), edge(bin + 1));
+                        Point::new((low * high).sqrt(), 100.0 * count as f64 / all).labelled(
+                            format!("{count} pixels from {} to {} %", number(low), number(high)),
+                        )
+                    })
+                    .collect(),
+                _ => Vec::new(),
+            };
         let note = match equal {
             0 => String::new(),
             equal => format!(
                 "{equal} pixels ({} %) are equal in both pictures and have no place on a logarithmic axis.",
-                crate::report::number(100.0 * equal as f64 / all)
+                number(100.0 * equal as f64 / all)
             ),
         };
         Ok(Section::Curves(Plot {
@@ -205,11 +188,11 @@ impl Compared<'_> {
         }))
     }
 
-    fn settings(&self) -> Result<Section, Failure> {
+    fn settings(&self) -> Result<Section, MeasureError> {
         let mut files = Vec::new();
         for path in self.paths {
             let mut texts = BTreeMap::new();
-            for (name, text) in measure::metadata(path)? {
+            for (name, text) in super::metadata(path)? {
                 flatten(
                     name.strip_prefix("sundog/").unwrap_or(&name),
                     &text,
@@ -244,24 +227,89 @@ impl Compared<'_> {
     }
 }
 
-/// The measures as a table.
-pub fn numbers(difference: &Difference) -> Table {
-    let row = |measure: measure::Measure| {
-        let value = match measure.value {
-            Some(value) => Cell::number(value),
-            None => Cell::shown(f64::NAN, "–"),
+impl Difference {
+    /// The measures as a table.
+    pub fn table(&self) -> Table {
+        let row = |(name, value, explanation): (&str, Option<f64>, &str)| {
+            let value = match value {
+                Some(value) => Cell::number(value),
+                None => Cell::shown(f64::NAN, "–"),
+            };
+            vec![Cell::text(name), value, Cell::text(explanation)]
         };
-        vec![
-            Cell::text(measure.name),
-            value,
-            Cell::text(measure.explanation),
+        let columns = ["measure", "value", "what it is"];
+        Table {
+            title: "Numbers".into(),
+            note: String::new(),
+            columns: columns.map(Column::new).to_vec(),
+            rows: self.measures().map(row).to_vec(),
+        }
+    }
+
+    /// All measures in the order in which they are shown: name, value and what it is.
+    fn measures(&self) -> [(&'static str, Option<f64>, &'static str); 12] {
+        [
+            (
+                "error (%)",
+                Some(self.error_percent()),
+                "√relMSE: the root of the mean over pixels and channels of (a − b)² / (b² + 0.01), with b the reference",
+            ),
+            (
+                "relMSE",
+                Some(self.rel_mse),
+                "its square: falls as 1 / samples",
+            ),
+            (
+                "RMSE",
+                Some(self.rmse),
+                "root of the mean of (a − b)²: rules where the picture is bright",
+            ),
+            (
+                "MAPE",
+                Some(self.mape),
+                "mean of |a − b| / (|b| + 0.01): heeds single bright pixels less",
+            ),
+            (
+                "SMAPE",
+                Some(self.smape),
+                "mean of 2 |a − b| / (|a| + |b| + 0.02), 0 to 2",
+            ),
+            (
+                "largest |a − b|",
+                Some(self.largest),
+                "of one channel of one pixel",
+            ),
+            (
+                "mean luminance of a",
+                Some(self.mean_luminance_a),
+                "Rec.709 weights",
+            ),
+            (
+                "mean luminance of b",
+                Some(self.mean_luminance_b),
+                "Rec.709 weights",
+            ),
+            (
+                "ratio of luminances",
+                self.luminance_ratio,
+                "a over b: 1 if nothing is too bright or too dark as a whole",
+            ),
+            (
+                "SSIM",
+                self.ssim,
+                "mean structural similarity of what one sees: 1 is the same picture",
+            ),
+            (
+                "FLIP",
+                Some(self.flip),
+                "mean of LDR-FLIP, the difference that one sees when the pictures alternate: 0 to 1",
+            ),
+            (
+                "HDR-FLIP",
+                self.hdr_flip,
+                "the same over all exposures that show something",
+            ),
         ]
-    };
-    Table {
-        title: "Numbers".into(),
-        note: String::new(),
-        columns: ["measure", "value", "what it is"].map(Column::new).to_vec(),
-        rows: difference.measures().into_iter().map(row).collect(),
     }
 }
 
@@ -273,21 +321,11 @@ const LAYERS: [(&str, &str, &str, f32, bool); 3] = [
 ];
 
 /// The numbers of a layer of one channel, if the file has it.
-fn layer_of(path: &Path, layer: &str) -> Result<Option<Vec<f32>>, Failure> {
-    match measure::load(path, Some(layer)) {
+fn layer_of(path: &Path, layer: &str) -> Result<Option<Vec<f32>>, MeasureError> {
+    match super::load(path, Some(layer)) {
         Ok(picture) => Ok(Some(picture.pixels.iter().map(|pixel| pixel[0]).collect())),
         Err(MeasureError::NoSuchLayer { .. }) => Ok(None),
-        Err(error) => Err(error.into()),
-    }
-}
-
-fn picture(name: &str, shown: &measure::Picture) -> Picture {
-    let code = |value: &f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
-    Picture {
-        name: name.into(),
-        width: shown.width,
-        height: shown.height,
-        rgb: shown.pixels.iter().flatten().map(code).collect(),
+        Err(error) => Err(error),
     }
 }
 

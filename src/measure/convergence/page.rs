@@ -1,23 +1,38 @@
 //! The page and the plots.
 
-use super::super::Failure;
-use super::summary::{Answer, Curve, MAIN, MEASURES, Measure, apart, slope, words};
-use super::{Looks, Shown};
+use super::Reference;
+use super::study::{Against, Curve, MAIN, MEASURES, Measure, Row, Study};
 use crate::math::words::counted;
+use crate::measure::{Picture, flip_map};
 use crate::report::{
-    Axis, Cell, Column, HeatMap, HeatMaps, Page, Picture, Plot, Point, ReportError, Section,
-    Series, Settings, Slider, Table,
+    Axis, Cell, Column, HeatMap, HeatMaps, Page, Plot, Point, Section, Series, Settings, Slider,
+    Table,
 };
-
-/// Pixels of a plot's row.
-pub const PNG_WIDTH: u32 = 1200;
 
 /// The measures that get a plot, the first one first.
 const PLOTTED: [&str; 6] = [MAIN, "rmse", "smape", "flip", "hdr_flip", "ssim"];
 
-/// What could not be shown.
-pub fn failed(error: ReportError) -> Failure {
-    Failure::new(error.to_string())
+/// What a page shows beyond the numbers.
+#[derive(Debug, Default)]
+pub struct Looks {
+    /// What one sees of some pictures, by name.
+    shown: Vec<(String, Picture)>,
+    /// FLIP of the last picture of each renderer against its reference, by pixel.
+    flip: Vec<(String, Vec<f32>)>,
+}
+
+impl Looks {
+    /// Adds what one sees of a picture.
+    pub fn add(&mut self, name: impl Into<String>, shown: Picture) {
+        self.shown.push((name.into(), shown));
+    }
+
+    /// Adds FLIP of what one sees of a renderer's last picture.
+    pub fn add_flip(&mut self, name: &str, shown: &Picture, reference: &Reference) {
+        let reference = &reference.shown;
+        let map = flip_map([shown, reference, shown, reference]);
+        self.flip.push((name.into(), map));
+    }
 }
 
 fn measure(key: &str) -> &'static Measure {
@@ -36,18 +51,75 @@ fn plotted_name(measure: &Measure) -> String {
     }
 }
 
-/// All plots.
-pub fn plots(answer: &Answer) -> Vec<Plot> {
-    let mut plots: Vec<Plot> = PLOTTED
-        .iter()
-        .map(|key| plot(answer, measure(key), true))
-        .collect();
-    plots.insert(1, plot(answer, measure(MAIN), false));
-    plots.retain(|plot| plot.series.iter().any(|series| !series.points.is_empty()));
-    plots
+impl Study {
+    /// All plots, the main one first.
+    pub fn plots(&self) -> Vec<Plot> {
+        let mut plots = PLOTTED.map(|key| plot(self, measure(key), true)).to_vec();
+        plots.insert(1, plot(self, measure(MAIN), false));
+        plots.retain(|plot| plot.series.iter().any(|series| !series.points.is_empty()));
+        plots
+    }
+
+    /// For the terminal.
+    pub fn text(&self) -> String {
+        // Names come from files: what would break the line is shown as what it is.
+        let line = |text: &str| text.replace('\n', "\\n");
+        let (reference, view) = (line(&self.reference), line(&self.view));
+        let mut text = format!("reference   {reference}\nseen        {view}\n");
+        for curve in &self.renderers {
+            text += &format!("\n{}\n", line(&curve.name));
+            if self.renderers.len() > 1 && curve.reference != self.reference {
+                text += &format!("against {}\n", line(&curve.reference));
+            }
+            if let Some(between) = &curve.reference_apart {
+                text += &format!("{between}\n");
+            }
+            text += &rows(curve).text();
+        }
+        text += &format!("\nSlopes\n{}", slopes(self).text());
+        for against in &self.against {
+            text += &format!("\n{}\n", line(&against.sentence()));
+        }
+        if self.against.iter().any(|against| !against.at.is_empty()) {
+            text += &format!("\n{}", equal_errors(self).text());
+        }
+        text
+    }
+
+    /// The page.
+    pub fn page(&self, looks: &Looks) -> Page {
+        let mut sections = vec![summary(self)];
+        sections.extend(self.plots().into_iter().map(Section::Curves));
+        if !self.against.is_empty() {
+            sections.push(Section::Table(equal_errors(self)));
+        }
+        let tables = self.renderers.iter().map(rows).chain([slopes(self)]);
+        sections.extend(tables.map(Section::Table));
+        sections.push(Section::Slider(Slider {
+            title: "Pictures".into(),
+            note: format!("As one sees them: {}.", self.view),
+            pictures: looks
+                .shown
+                .iter()
+                .map(|(name, shown)| shown.as_codes(name))
+                .collect(),
+        }));
+        if !looks.flip.is_empty() {
+            sections.push(Section::HeatMaps(flip(self, looks)));
+        }
+        sections.push(Section::Settings(settings(self)));
+        Page {
+            title: "Error against time".into(),
+            subtitle: format!(
+                "{}, {} × {} pixels, Sundog {}, {} threads",
+                self.scene, self.width, self.height, self.version, self.threads
+            ),
+            sections,
+        }
+    }
 }
 
-fn plot(answer: &Answer, measure: &Measure, against_time: bool) -> Plot {
+fn plot(study: &Study, measure: &Measure, against_time: bool) -> Plot {
     let name = plotted_name(measure);
     let title = |name: &str| {
         let mut letters = name.chars();
@@ -57,7 +129,7 @@ fn plot(answer: &Answer, measure: &Measure, against_time: bool) -> Plot {
             .unwrap_or_default()
     };
     let mut series = Vec::new();
-    for curve in &answer.renderers {
+    for curve in &study.renderers {
         series.push(Series::new(
             &curve.name,
             points(curve, measure, against_time),
@@ -66,10 +138,7 @@ fn plot(answer: &Answer, measure: &Measure, against_time: bool) -> Plot {
             && let (Some(first), Some(last)) = (curve.rows.first(), curve.rows.last())
         {
             let ends = [first.seconds, last.seconds].map(|time| Point::new(time, law.at(time)));
-            series.push(Series::fitted(
-                format!("slope {}", slope(law)),
-                ends.to_vec(),
-            ));
+            series.push(Series::fitted(format!("slope {law}"), ends.to_vec()));
         }
     }
     Plot {
@@ -117,51 +186,21 @@ fn points(curve: &Curve, measure: &Measure, against_time: bool) -> Vec<Point> {
         .collect()
 }
 
-/// The page.
-pub fn page(answer: &Answer, looks: &Looks) -> Page {
-    let mut sections = vec![summary(answer)];
-    sections.extend(plots(answer).into_iter().map(Section::Curves));
-    if !answer.against.is_empty() {
-        sections.push(Section::Table(equal_errors(answer)));
-    }
-    sections.extend(
-        answer
-            .renderers
-            .iter()
-            .map(|curve| Section::Table(rows(curve))),
-    );
-    sections.push(Section::Table(slopes(answer)));
-    sections.push(Section::Slider(slider(answer, looks)));
-    if !looks.flip.is_empty() {
-        sections.push(Section::HeatMaps(flip(answer, looks)));
-    }
-    sections.push(Section::Settings(settings(answer)));
-    Page {
-        title: "Error against time".into(),
-        subtitle: format!(
-            "{}, {} × {} pixels, Sundog {}, {} threads",
-            answer.scene, answer.width, answer.height, answer.version, answer.threads
-        ),
-        sections,
-    }
-}
-
-fn summary(answer: &Answer) -> Section {
-    let mut paragraphs = vec![format!("Reference: {}.", answer.reference)];
-    for curve in &answer.renderers {
-        if curve.reference != answer.reference {
+fn summary(study: &Study) -> Section {
+    let mut paragraphs = vec![format!("Reference: {}.", study.reference)];
+    for curve in &study.renderers {
+        if curve.reference != study.reference {
             let mut text = format!("{} is measured against {}.", curve.name, curve.reference);
             if let Some(between) = &curve.reference_apart {
                 text.push_str(&format!(
-                    " Of the two, {}: beyond its noise that is what the renderers compute differently.",
-                    apart(between)
+                    " Of the two, {between}: beyond its noise that is what the renderers compute differently."
                 ));
             }
             paragraphs.push(text);
         }
     }
     paragraphs.extend(
-        answer
+        study
             .against
             .iter()
             .map(|against| format!("{}.", against.sentence())),
@@ -176,12 +215,12 @@ fn summary(answer: &Answer) -> Section {
     }
 }
 
-fn equal_errors(answer: &Answer) -> Table {
-    let name = answer
+fn equal_errors(study: &Study) -> Table {
+    let name = study
         .renderers
         .first()
         .map_or("", |curve| curve.name.as_str());
-    let cells = |against: &super::summary::Against| -> Vec<Vec<Cell>> {
+    let cells = |against: &Against| -> Vec<Vec<Cell>> {
         against
             .at
             .iter()
@@ -207,7 +246,7 @@ fn equal_errors(answer: &Answer) -> Table {
             Column::new("the other, s"),
             Column::explained("ratio", "above 1 the other one takes longer"),
         ],
-        rows: answer.against.iter().flat_map(cells).collect(),
+        rows: study.against.iter().flat_map(cells).collect(),
     }
 }
 
@@ -225,14 +264,14 @@ fn rows(curve: &Curve) -> Table {
         "does not depend on the time for independent samples",
     ));
     columns.push(Column::explained("s × relMSE", "the same, relative"));
-    let cells = |row: &super::summary::Row| {
+    let cells = |row: &Row| {
         let mut cells = vec![
             Cell::number(f64::from(row.samples)),
             Cell::number(row.seconds),
         ];
         cells.extend(MEASURES.iter().map(|measure| {
             match row.measures.get(measure.key).copied().flatten() {
-                Some(spread) => Cell::shown(spread.mean, words(spread)),
+                Some(spread) => Cell::shown(spread.mean, spread.to_string()),
                 None => Cell::text("—"),
             }
         }));
@@ -251,7 +290,7 @@ fn rows(curve: &Curve) -> Table {
     }
 }
 
-fn slopes(answer: &Answer) -> Table {
+fn slopes(study: &Study) -> Table {
     let mut columns = vec![Column::new("renderer")];
     columns.extend(
         MEASURES
@@ -263,13 +302,13 @@ fn slopes(answer: &Answer) -> Table {
         note: "Of log error against log time, by least squares, ± standard error; -0.5 is what independent samples have (-1 for relMSE)."
             .into(),
         columns,
-        rows: answer
+        rows: study
             .renderers
             .iter()
             .map(|curve| {
                 let mut cells = vec![Cell::text(&curve.name)];
                 cells.extend(MEASURES.iter().map(|measure| match curve.slopes.get(measure.key) {
-                    Some(law) => Cell::shown(law.slope, slope(law)),
+                    Some(law) => Cell::shown(law.slope, law.to_string()),
                     None => Cell::text("—"),
                 }));
                 cells
@@ -278,27 +317,7 @@ fn slopes(answer: &Answer) -> Table {
     }
 }
 
-fn slider(answer: &Answer, looks: &Looks) -> Slider {
-    let picture = |shown: &Shown| Picture {
-        name: shown.name.clone(),
-        width: shown.picture.width,
-        height: shown.picture.height,
-        rgb: shown
-            .picture
-            .pixels
-            .iter()
-            .flatten()
-            .map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8)
-            .collect(),
-    };
-    Slider {
-        title: "Pictures".into(),
-        note: format!("As one sees them: {}.", answer.view),
-        pictures: looks.shown.iter().map(picture).collect(),
-    }
-}
-
-fn flip(answer: &Answer, looks: &Looks) -> HeatMaps {
+fn flip(study: &Study, looks: &Looks) -> HeatMaps {
     HeatMaps {
         title: "FLIP of the last pictures".into(),
         note: "How much one sees when the picture and the reference alternate, 0 to 1.".into(),
@@ -307,8 +326,8 @@ fn flip(answer: &Answer, looks: &Looks) -> HeatMaps {
             .iter()
             .map(|(name, values)| HeatMap {
                 name: name.clone(),
-                width: answer.width,
-                height: answer.height,
+                width: study.width,
+                height: study.height,
                 values: values.clone(),
                 ..HeatMap::default()
             })
@@ -316,28 +335,15 @@ fn flip(answer: &Answer, looks: &Looks) -> HeatMaps {
     }
 }
 
-fn settings(answer: &Answer) -> Settings {
-    let text = |value: &serde_json::Value| match value {
-        serde_json::Value::String(text) => text.clone(),
-        other => other.to_string(),
-    };
-    let mut rows: Vec<(String, Vec<String>)> = vec![
-        ("scene".into(), vec![answer.scene.clone()]),
-        ("view".into(), vec![answer.view.clone()]),
-        ("threads".into(), vec![answer.threads.to_string()]),
+fn settings(study: &Study) -> Settings {
+    let mut settings = Settings::of("value", &study.settings);
+    settings.rows.retain(|(name, _)| name != "threads");
+    let first = [
+        ("scene", study.scene.clone()),
+        ("view", study.view.clone()),
+        ("threads", study.threads.to_string()),
     ];
-    if let Some(settings) = answer.settings.as_object() {
-        rows.extend(
-            settings
-                .iter()
-                .filter(|(name, _)| *name != "threads")
-                .map(|(name, value)| (name.replace('_', " "), vec![text(value)])),
-        );
-    }
-    Settings {
-        title: "Settings".into(),
-        note: String::new(),
-        columns: vec!["value".into()],
-        rows,
-    }
+    let first = first.map(|(name, value)| (name.to_owned(), vec![value]));
+    settings.rows.splice(0..0, first);
+    settings
 }

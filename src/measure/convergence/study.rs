@@ -1,11 +1,9 @@
-//! Numbers of all seeds together: means and spreads, slopes, times to equal error; and the table for people.
+//! Numbers of all seeds together: means and spreads, slopes, times to equal error.
 
-use super::super::console::one_line;
-use crate::measure::convergence::{Between, Errors, PowerLaw, TimeRatio, time_ratio, time_to};
-use crate::render::RenderSettings;
+use super::{Between, Errors, PowerLaw, TimeRatio, time_ratio, time_to};
+use crate::report::number;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 /// One picture's errors.
 #[derive(Clone, Debug, Serialize)]
@@ -226,6 +224,7 @@ impl Measure {
 }
 
 impl Curve {
+    /// Of all its pictures, measured against a reference.
     pub fn new(name: String, reference: String, points: Vec<Measured>) -> Self {
         let mut by_samples: BTreeMap<u32, Vec<&Measured>> = BTreeMap::new();
         for point in &points {
@@ -306,147 +305,96 @@ pub struct EqualError {
 
 /// All that was found.
 #[derive(Debug, Serialize)]
-pub struct Answer {
+pub struct Study {
+    /// The file.
     pub scene: String,
+    /// Pixels of a row.
     pub width: u32,
+    /// Rows.
     pub height: u32,
     /// What is seen for SSIM and FLIP.
     pub view: String,
+    /// How this renderer's pictures are rendered.
     pub settings: serde_json::Value,
+    /// How many trace paths.
     pub threads: usize,
+    /// Of Sundog.
     pub version: String,
+    /// What is taken for the truth, in words.
     pub reference: String,
+    /// This renderer first.
     pub renderers: Vec<Curve>,
+    /// The others against it; filled in by [`Study::compare`].
     pub against: Vec<Against>,
 }
 
-fn main_measure() -> &'static Measure {
-    MEASURES
-        .iter()
-        .find(|measure| measure.key == MAIN)
-        .unwrap_or(&MEASURES[0])
+pub(super) fn main_measure() -> &'static Measure {
+    let is_main = |measure: &&Measure| measure.key == MAIN;
+    MEASURES.iter().find(is_main).unwrap_or(&MEASURES[0])
 }
 
-impl Answer {
-    pub fn new(
-        scene: &Path,
-        (width, height): (u32, u32),
-        view: String,
-        settings: &RenderSettings,
-        reference: &str,
-        renderers: Vec<Curve>,
-    ) -> Self {
+impl Study {
+    /// Compares all other renderers with the first one.
+    pub fn compare(&mut self) {
         let measure = main_measure();
-        let against = match renderers.split_first() {
-            Some((ours, others)) => others
-                .iter()
-                .map(|theirs| Against {
-                    ratio_error: ratio_error(ours, theirs),
-                    ..compared(
-                        &theirs.name,
-                        &ours.against_time(measure),
-                        &theirs.against_time(measure),
-                    )
-                })
-                .collect(),
-            None => Vec::new(),
+        let Some((ours, others)) = self.renderers.split_first() else {
+            return;
         };
-        Self {
-            scene: scene.display().to_string(),
-            width,
-            height,
-            view,
-            settings: serde_json::to_value(settings).unwrap_or_default(),
-            threads: settings
-                .threads
-                .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into)),
-            version: env!("CARGO_PKG_VERSION").into(),
-            reference: reference.into(),
-            renderers,
-            against,
-        }
+        let against = |theirs: &Curve| Against {
+            ratio_error: ratio_error(ours, theirs),
+            ..compared(
+                &theirs.name,
+                &ours.against_time(measure),
+                &theirs.against_time(measure),
+            )
+        };
+        self.against = others.iter().map(against).collect();
     }
 
-    /// For the terminal.
-    pub fn table(&self) -> String {
-        let mut text = format!(
-            "reference   {}\nseen        {}\n",
-            one_line(&self.reference),
-            one_line(&self.view)
+    /// A line for every picture.
+    pub fn csv(&self) -> String {
+        let mut text = String::from(
+            "renderer,seed,samples,seconds,mse,rel_mse,error_percent,mape,smape,ssim,flip,hdr_flip,non_finite\n",
         );
+        let number = |value: Option<f64>| {
+            value
+                .filter(|v| v.is_finite())
+                .map_or_else(String::new, |v| v.to_string())
+        };
         for curve in &self.renderers {
-            text.push_str(&format!("\n{}\n", one_line(&curve.name)));
-            if self.renderers.len() > 1 && curve.reference != self.reference {
-                text.push_str(&format!("against {}\n", one_line(&curve.reference)));
-            }
-            if let Some(between) = &curve.reference_apart {
-                text.push_str(&format!("{}\n", apart(between)));
-            }
-            text.push_str(&format!("{:>8} {:>10}", "samples", "seconds"));
-            for measure in &MEASURES {
-                let unit = if measure.unit.is_empty() { "" } else { " %" };
-                text.push_str(&format!(" {:>17}", format!("{}{unit}", measure.name)));
-            }
-            text.push_str(&format!(" {:>12}\n", "s × relMSE"));
-            for row in &curve.rows {
-                text.push_str(&format!("{:>8} {:>10.3}", row.samples, row.seconds));
-                for measure in &MEASURES {
-                    let cell = row.measures.get(measure.key).copied().flatten();
-                    text.push_str(&format!(" {:>17}", cell.map_or_else(|| "—".into(), words)));
-                }
-                text.push_str(&format!(" {:>12.4e}\n", row.seconds_times_rel_mse));
-            }
-            text.push_str(&format!("{:>19}", "slope"));
-            for measure in &MEASURES {
-                let law = curve.slopes.get(measure.key);
-                text.push_str(&format!(" {:>17}", law.map_or_else(|| "—".into(), slope)));
-            }
-            text.push('\n');
-        }
-        for against in &self.against {
-            text.push('\n');
-            text.push_str(&one_line(&against.sentence()));
-            text.push('\n');
-            for at in &against.at {
-                text.push_str(&format!(
-                    "  {:>6} %  {:>10.3} s  {:>10.3} s  × {:.3}\n",
-                    at.error_percent, at.seconds, at.their_seconds, at.ratio
-                ));
+            let name = format!("\"{}\"", curve.name.replace('"', "\"\""));
+            for point in &curve.points {
+                let e = &point.errors;
+                text += &format!(
+                    "{name},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                    point.seed,
+                    point.samples,
+                    point.seconds,
+                    e.mse,
+                    e.rel_mse,
+                    number(Some(100.0 * e.rel_mse.sqrt())),
+                    e.mape,
+                    e.smape,
+                    number(e.ssim),
+                    e.flip,
+                    number(e.hdr_flip),
+                    e.non_finite
+                );
             }
         }
+        debug_assert_eq!(MEASURES.len(), 8, "a new measure is a new column");
         text
     }
 }
 
-/// What the distance of two references says.
-pub fn apart(between: &Between) -> String {
-    let noise = if between.without_noise {
-        "their noise taken out"
-    } else {
-        "their noise included"
-    };
-    format!(
-        "its reference is {:.3} % off from the common one ({noise}: relMSE {:.2e} ± {:.1e})",
-        100.0 * between.rel_mse.max(0.0).sqrt(),
-        between.rel_mse,
-        between.standard_error
-    )
-}
-
-/// A slope with its standard error.
-pub fn slope(law: &PowerLaw) -> String {
-    match law.slope_error {
-        Some(error) => format!("{:+.3} ± {error:.3}", law.slope),
-        None => format!("{:+.3}", law.slope),
-    }
-}
-
 /// A number with its spread, of which two digits say enough.
-pub fn words(spread: Spread) -> String {
-    let number = crate::report::number(spread.mean);
-    match spread.deviation {
-        Some(deviation) => format!("{number} ± {}", two_digits(deviation)),
-        None => number,
+impl std::fmt::Display for Spread {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&number(self.mean))?;
+        match self.deviation {
+            Some(deviation) => write!(f, " ± {}", two_digits(deviation)),
+            None => Ok(()),
+        }
     }
 }
 

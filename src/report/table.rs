@@ -1,6 +1,7 @@
-//! Tables of numbers as CSV (RFC 4180).
+//! Tables of numbers as CSV (RFC 4180) and as lines of text.
 
-use super::{Plot, Table};
+use super::{Cell, Plot, Table};
+use std::fmt::Write as _;
 
 impl Plot {
     /// All points, a line each, as numbers: also those that the plot cannot show.
@@ -42,6 +43,45 @@ impl Table {
             }));
         }
         text
+    }
+
+    /// Columns below their names, words to the left, numbers to the right.
+    pub fn text(&self) -> String {
+        let heads = self.columns.iter().map(|column| column.name.clone());
+        let mut lines: Vec<Vec<String>> = vec![heads.collect()];
+        // A name that breaks the line would break the table.
+        let words = |cell: &Cell| cell.text.replace('\n', "\\n");
+        lines.extend(self.rows.iter().map(|row| row.iter().map(words).collect()));
+        let width = |column: usize| {
+            let cells = lines.iter().filter_map(|line| line.get(column));
+            cells.map(|text| text.chars().count()).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
+        let numeric = self.numeric_columns();
+        let mut result = String::new();
+        for line in &lines {
+            let mut text = String::new();
+            for (column, (cell, width)) in line.iter().zip(&widths).enumerate() {
+                let gap = if column == 0 { "" } else { "  " };
+                let _ = if numeric[column] {
+                    write!(text, "{gap}{cell:>width$}")
+                } else {
+                    write!(text, "{gap}{cell:<width$}")
+                };
+            }
+            result += text.trim_end();
+            result += "\n";
+        }
+        result
+    }
+
+    /// Which columns hold numbers.
+    pub(super) fn numeric_columns(&self) -> Vec<bool> {
+        let is_number = |column: usize| {
+            let mut cells = self.rows.iter().filter_map(|row| row.get(column));
+            cells.any(|cell| cell.value.is_some())
+        };
+        (0..self.columns.len()).map(is_number).collect()
     }
 }
 
@@ -94,6 +134,20 @@ mod tests {
         assert_eq!(
             table.csv(),
             "measure,value\r\n\"a\nb\",0.3333333333333333\r\n"
+        );
+    }
+
+    #[test]
+    fn columns_stand_below_their_names() {
+        let cells = |a: &str, b: &str| vec![Cell::text(a), Cell::shown(1.0, b)];
+        let shown = Table {
+            columns: vec![Column::new("effect"), Column::new("costs")],
+            rows: vec![cells("lamps", "1 s"), cells("a long\nname", "-20 ms")],
+            ..Table::default()
+        };
+        assert_eq!(
+            shown.text(),
+            "effect         costs\nlamps            1 s\na long\\nname  -20 ms\n"
         );
     }
 }
