@@ -4,6 +4,7 @@ mod convergence;
 mod difference;
 mod metadata;
 mod peers;
+mod pictures;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -12,7 +12,7 @@ mod guard;
 mod image;
 
 pub use error::ImportError;
-pub use image::{ImageFailure, check_proportion, decode_image, read_exr_part};
+pub use image::{ExrLayer, ImageFailure, colors, decode_image, read_exr};
 
 use std::path::Path;
 use std::sync::Arc;

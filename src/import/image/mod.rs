@@ -5,15 +5,18 @@ mod jpeg;
 mod ktx2;
 mod openexr;
 
+use std::borrow::Cow;
 use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageReader};
+use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::import::budget::Budget;
+use crate::math::srgb;
 use crate::scene::{Image, Pixels};
 
-pub use self::openexr::read_part as read_exr_part;
+pub use self::openexr::ExrLayer;
 
 /// Why an image cannot be decoded.
 #[derive(Debug, Error)]
@@ -34,6 +37,14 @@ pub enum ImageFailure {
     /// The memory it asks for is out of proportion.
     #[error("it {0}")]
     Memory(String),
+    /// A file has no such layer.
+    #[error("it has no layer {wanted}; it has {there}")]
+    NoSuchLayer {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        there: String,
+    },
     /// Damaged, or a feature of its format that the decoder lacks.
     #[error("{0}")]
     Damaged(String),
@@ -110,6 +121,29 @@ pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFai
     }
 }
 
+/// Red, green and blue of a pixel; grey stands three times.
+fn rgb(pixel: &[f32]) -> [f32; 3] {
+    match *pixel {
+        [r, g, b, ..] => [r, g, b],
+        [grey, ..] => [grey; 3],
+        [] => [0.0; 3],
+    }
+}
+
+/// The colours of an image; codes as shares of the largest.
+pub fn colors(image: &Image) -> Vec<[f32; 3]> {
+    let values: Cow<[f32]> = match &image.pixels {
+        Pixels::F32(values) => values.as_ref().into(),
+        Pixels::U8(codes) => codes.iter().map(|&code| f32::from(code) / 255.0).collect(),
+        Pixels::U16(codes) => codes
+            .iter()
+            .map(|&code| f32::from(code) / 65535.0)
+            .collect(),
+    };
+    let pixels = values.chunks_exact(image.channels.max(1) as usize);
+    pixels.map(rgb).collect()
+}
+
 /// Reads an image as linear RGB floats; 8- and 16-bit images are taken as sRGB-encoded.
 pub(crate) fn decode_linear_rgb(
     bytes: &[u8],
@@ -118,46 +152,21 @@ pub(crate) fn decode_linear_rgb(
 ) -> Result<Image, ImageFailure> {
     check_size(bytes, budget)?;
     let image = decode_checked(bytes, name)?;
-    let channels = image.channels as usize;
-    if channels == 3 && matches!(image.pixels, Pixels::F32(_)) {
+    let is_light = matches!(image.pixels, Pixels::F32(_));
+    if image.channels == 3 && is_light {
         return Ok(image);
     }
-    let rgb = |pixel: &[f32]| match *pixel {
-        [grey] | [grey, _] => [grey; 3],
-        [r, g, b, ..] => [r, g, b],
-        [] => [0.0; 3],
-    };
-    let values: Vec<f32> = match &image.pixels {
-        Pixels::F32(values) => values.chunks_exact(channels).flat_map(rgb).collect(),
-        Pixels::U8(values) => {
-            let table: Vec<f32> = (0..=255u16)
-                .map(|v| srgb_to_linear(f32::from(v) / 255.0))
-                .collect();
-            let linear: Vec<f32> = values.iter().map(|&v| table[usize::from(v)]).collect();
-            linear.chunks_exact(channels).flat_map(rgb).collect()
-        }
-        Pixels::U16(values) => {
-            let linear: Vec<f32> = values
-                .iter()
-                .map(|&v| srgb_to_linear(f32::from(v) / 65535.0))
-                .collect();
-            linear.chunks_exact(channels).flat_map(rgb).collect()
-        }
-    };
+    let mut values = colors(&image).into_flattened();
+    if !is_light {
+        values
+            .par_iter_mut()
+            .for_each(|value| *value = srgb::decode(*value));
+    }
     Ok(Image {
         channels: 3,
         pixels: values.into(),
         ..image
     })
-}
-
-/// IEC 61966-2-1, 5.2.
-fn srgb_to_linear(encoded: f32) -> f32 {
-    if encoded <= 0.04045 {
-        encoded / 12.92
-    } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
-    }
 }
 
 /// Makes values fit to be radiance; returns how many texels (of three values) were not.
@@ -185,26 +194,23 @@ pub(crate) fn make_radiance(values: &mut [f32]) -> usize {
     replaced
 }
 
-/// Refuses a picture of so many pixels in a file of so many bytes if its memory would be out of proportion, as for the images
-/// of a scene.
+/// Reads a layer of an OpenEXR file by its name, such as `Normal` or `ViewLayer.Normal`; without one, what is taken for the
+/// picture of a scene's image, too.
 ///
 /// # Errors
-/// It would be.
-pub fn check_proportion(
-    file_bytes: usize,
-    pixels: u64,
-    bytes_a_pixel: usize,
-) -> Result<(), ImageFailure> {
-    Budget::for_image(file_bytes)
-        .take(pixels, bytes_a_pixel)
-        .map_err(ImageFailure::Memory)
+/// There is no such layer, or the file is damaged or absurdly large.
+pub fn read_exr(bytes: &[u8], layer: Option<&str>) -> Result<ExrLayer, ImageFailure> {
+    openexr::check_claim(bytes)?;
+    let size = openexr::dimensions(bytes, layer)?;
+    check_pixels(size, 16, &Budget::for_image(bytes.len()))?;
+    openexr::read(bytes, layer)
 }
 
 /// Reads only the header and charges the budget with what decoding will take.
 pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailure> {
     let (width, height, pixel_bytes) = match sniff(bytes) {
         Format::Exr => {
-            let (width, height) = openexr::dimensions(bytes)?;
+            let (width, height) = openexr::dimensions(bytes, None)?;
             (width, height, 16)
         }
         Format::Ktx2 => ktx2::dimensions(bytes)?,
@@ -221,6 +227,14 @@ pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailu
             )
         }
     };
+    check_pixels((width, height), pixel_bytes, budget)
+}
+
+fn check_pixels(
+    (width, height): (u64, u64),
+    pixel_bytes: usize,
+    budget: &Budget,
+) -> Result<(), ImageFailure> {
     let pixels = width.saturating_mul(height);
     if pixels > MOST_PIXELS || width > u64::from(u32::MAX) || height > u64::from(u32::MAX) {
         return Err(ImageFailure::Size { width, height });
@@ -235,7 +249,7 @@ pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailu
 
 /// A Radiance picture under the name that the decoder asks for: the format's own is `#?RADIANCE`, but the word after `#?` is
 /// the program's that wrote it, and `#?RGBE` is common.
-fn radiance(bytes: &[u8]) -> std::borrow::Cow<'_, [u8]> {
+fn radiance(bytes: &[u8]) -> Cow<'_, [u8]> {
     const NAME: &[u8] = b"#?RADIANCE";
     if sniff(bytes) != Format::Hdr || bytes.starts_with(NAME) {
         return bytes.into();

@@ -1,7 +1,7 @@
 //! OpenEXR through the crate `exr`: which of a file's many layers is the picture, and where in the
-//! display window it lies.
+//! display window it lies. Scenes and `measure` read pictures by the same rule.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
 
 use exr::block::UncompressedBlock;
@@ -12,33 +12,93 @@ use exr::meta::header::Header;
 use exr::prelude::*;
 use rayon::prelude::*;
 
-use super::{ImageFailure, MOST_PIXELS};
+use super::ImageFailure;
 use crate::scene::Image;
 
-/// The channels that make up the picture, by name in the file.
+/// So many layers are named to who asks for another one.
+const NAMED_LAYERS: usize = 30;
+
+/// A layer of a file in its display window: what the data window does not cover is 0, what lies beyond is left out.
 #[derive(Clone, Debug, PartialEq)]
-enum Picture {
-    /// Red, green, blue, and alpha where there is one.
-    Color(Vec<Text>),
-    Grey(Text),
+pub struct ExrLayer {
+    /// Pixels per row.
+    pub width: usize,
+    /// Number of rows.
+    pub height: usize,
+    /// One or three.
+    pub colors: usize,
+    /// Whether alpha follows the colours. Colours are taken as they stand: whether they are multiplied with it is for who
+    /// uses them to know.
+    pub alpha: bool,
+    /// Channels interleaved, rows from top to bottom.
+    pub values: Vec<f32>,
 }
 
-/// Width and height of the display window of the part that is shown.
-pub(super) fn dimensions(bytes: &[u8]) -> std::result::Result<(u64, u64), ImageFailure> {
-    let meta = metadata(bytes)?;
-    let (part, _) = choose(&meta.headers)?;
-    let header = &meta.headers[part];
-    let display = header.shared_attributes.display_window.size;
-    let data = header.layer_size;
-    // Either may be the larger one: overscan, or a crop.
-    Ok((
-        display.width().max(data.width()) as u64,
-        display.height().max(data.height()) as u64,
-    ))
+/// A channel that has a value for each pixel: its part and its name there.
+#[derive(Clone, Debug, PartialEq)]
+struct Channel {
+    part: usize,
+    name: Text,
 }
 
-fn metadata(bytes: &[u8]) -> std::result::Result<MetaData, ImageFailure> {
-    MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)
+/// The channels of a layer, and what it has for alpha.
+struct Choice {
+    colors: Vec<Channel>,
+    alpha: Option<Channel>,
+}
+
+impl Choice {
+    fn channels(&self) -> impl Iterator<Item = &Channel> {
+        self.colors.iter().chain(&self.alpha)
+    }
+}
+
+/// Width and height of what a layer takes.
+pub(super) fn dimensions(
+    bytes: &[u8],
+    layer: Option<&str>,
+) -> std::result::Result<(u64, u64), ImageFailure> {
+    let headers = headers(bytes)?;
+    let choice = choose(&headers, layer)?;
+    // Either window may be the larger one: overscan, or a crop.
+    let sizes = choice.channels().flat_map(|channel| {
+        let header = &headers[channel.part];
+        [
+            header.shared_attributes.display_window.size,
+            header.layer_size,
+        ]
+    });
+    Ok(sizes.fold((0, 0), |(width, height), size| {
+        (
+            width.max(size.width() as u64),
+            height.max(size.height() as u64),
+        )
+    }))
+}
+
+fn headers(bytes: &[u8]) -> std::result::Result<exr::meta::Headers, ImageFailure> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
+    Ok(meta.headers)
+}
+
+/// A file whose header claims more values than this for each of its bytes is no picture to be measured: only flat colours
+/// compress so well, and memory for a made-up size is not spent.
+const MOST_VALUES_A_BYTE: u64 = 4096;
+
+/// Refuses a file whose header claims too much.
+pub(super) fn check_claim(bytes: &[u8]) -> std::result::Result<(), ImageFailure> {
+    let claimed = |header: &Header| {
+        let channels = header.channels.list.len() as u64;
+        (header.layer_size.area() as u64).saturating_mul(channels)
+    };
+    let claims = headers(bytes)?;
+    let values = claims.iter().map(claimed).fold(0, u64::saturating_add);
+    if values > (bytes.len() as u64).saturating_mul(MOST_VALUES_A_BYTE) {
+        return Err(ImageFailure::Damaged(
+            "its header claims a size that its content cannot have".into(),
+        ));
+    }
+    Ok(())
 }
 
 fn damaged(error: Error) -> ImageFailure {
@@ -50,151 +110,259 @@ fn damaged(error: Error) -> ImageFailure {
     })
 }
 
-/// The part of the file and its channels that are the picture.
-///
-/// In this order: plain R, G, B; a layer named "Combined" (Blender's beauty pass, as in
-/// `ViewLayer.Combined.R`); the first layer that has R, G and B; luminance `Y`; the first channel of
-/// all, as grey.
-fn choose(headers: &[Header]) -> std::result::Result<(usize, Picture), ImageFailure> {
-    let mut best: Option<(u32, usize, Picture)> = None;
-    for (part, header) in headers.iter().enumerate() {
-        if header.deep {
-            continue;
-        }
-        let part_name = header
-            .own_attributes
-            .layer_name
-            .as_ref()
-            .map(Text::to_string)
-            .unwrap_or_default();
-        let combined = |s: &str| {
-            s.rsplit('.')
-                .next()
-                .is_some_and(|l| l.eq_ignore_ascii_case("combined"))
-        };
-        let channels: Vec<(String, &Text)> = header
-            .channels
-            .list
-            .iter()
-            .map(|channel| (channel.name.to_string(), &channel.name))
-            .collect();
-        // The first channel of each layer for each colour: a file may have many of both.
-        let mut colors: HashMap<(&str, usize), &Text> = HashMap::new();
-        for (name, text) in &channels {
-            let (layer, last) = split(name);
-            if let Some(color) = COLORS
-                .iter()
-                .position(|words| words.iter().any(|word| last.eq_ignore_ascii_case(word)))
-            {
-                colors.entry((layer, color)).or_insert(text);
-            }
-        }
-        for (name, text) in &channels {
-            let (layer, last) = split(name);
-            let color = |number: usize| colors.get(&(layer, number)).map(|text| (*text).clone());
-            let rgb = match (color(0), color(1), color(2)) {
-                (Some(r), Some(g), Some(b)) => Some(Picture::Color(
-                    [r, g, b].into_iter().chain(color(3)).collect(),
-                )),
-                _ => None,
-            };
-            let (rank, picture) = match rgb {
-                Some(rgb) if layer.is_empty() && (part_name.is_empty() || part == 0) => (0, rgb),
-                Some(rgb) if combined(layer) || (layer.is_empty() && combined(&part_name)) => {
-                    (1, rgb)
+/// The flat layers of a file. (A file may have very many, of very many channels.)
+#[derive(Default)]
+struct Layers {
+    /// In their order.
+    names: Vec<String>,
+    /// The first channel of each layer.
+    first: HashMap<String, Channel>,
+    /// By their last words, the first of each.
+    channels: HashMap<String, HashMap<String, Channel>>,
+    subsampled: bool,
+}
+
+impl Layers {
+    fn of(headers: &[Header]) -> Self {
+        let mut layers = Self::default();
+        let flat = headers.iter().enumerate().filter(|(_, part)| !part.deep);
+        for (part, header) in flat {
+            let own = &header.own_attributes.layer_name;
+            let own = own.as_ref().map(Text::to_string).unwrap_or_default();
+            let several = headers.len() > 1 && !own.is_empty();
+            let dotted = format!("{own}.");
+            for channel in &header.channels.list {
+                if channel.sampling != Vec2(1, 1) {
+                    layers.subsampled = true;
+                    continue;
                 }
-                Some(rgb) => (2, rgb),
-                None if last.eq_ignore_ascii_case("y") => (3, Picture::Grey((*text).clone())),
-                None => (4, Picture::Grey((*text).clone())),
-            };
-            if best.as_ref().is_none_or(|(r, _, _)| rank < *r) {
-                best = Some((rank, part, picture));
+                let name = channel.name.to_string();
+                // Files with one part a layer may or may not repeat the part's name in the channels' names.
+                let full = if several && !name.starts_with(&dotted) {
+                    format!("{dotted}{name}")
+                } else {
+                    name
+                };
+                let (layer, last) = full.rsplit_once('.').unwrap_or(("", &full));
+                let channel = Channel {
+                    part,
+                    name: channel.name.clone(),
+                };
+                layers.add(layer, last, channel);
             }
         }
+        layers
     }
-    match best {
-        Some((_, part, picture)) => Ok((part, picture)),
-        None => Err(ImageFailure::Damaged(
+
+    fn add(&mut self, layer: &str, last: &str, channel: Channel) {
+        let component = match last.to_uppercase() {
+            word if ["RED", "GREEN", "BLUE", "ALPHA"].contains(&word.as_str()) => word[..1].into(),
+            word => word,
+        };
+        if !self.first.contains_key(layer) {
+            self.names.push(layer.into());
+            self.first.insert(layer.into(), channel.clone());
+        }
+        let known = self.channels.entry(layer.into()).or_default();
+        known.entry(component).or_insert(channel);
+    }
+
+    fn find(&self, layer: &str, component: &str) -> Option<Channel> {
+        self.channels.get(layer)?.get(component).cloned()
+    }
+
+    fn three(&self, layer: &str, components: [&str; 3]) -> Option<Vec<Channel>> {
+        let find = |component| self.find(layer, component);
+        components.into_iter().map(find).collect()
+    }
+
+    /// The colours of a layer: red, green and blue; a vector; or one channel.
+    fn colors(&self, layer: &str) -> Option<Vec<Channel>> {
+        let three = self.three(layer, ["R", "G", "B"]);
+        let three = three.or_else(|| self.three(layer, ["X", "Y", "Z"]));
+        three.or_else(|| {
+            let mut usual = ["Y", "Z", "X", "V"].into_iter();
+            let one = usual.find_map(|component| self.find(layer, component));
+            one.or_else(|| self.first.get(layer).cloned())
+                .map(|channel| vec![channel])
+        })
+    }
+
+    /// The layer of this name, its full one or the last word of that. Without one, in this order: plain R, G, B; the first
+    /// "Combined" (Blender's beauty pass, as in `ViewLayer.Combined.R`) with colours; the first with colours; the first with
+    /// luminance; the first of all.
+    fn choose(&self, wanted: Option<&str>) -> Option<&str> {
+        let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
+        let has_color = |name: &str| self.three(name, ["R", "G", "B"]).is_some();
+        let first = |fits: &dyn Fn(&str) -> bool| {
+            let mut names = self.names.iter().map(String::as_str);
+            names.find(|name| fits(name))
+        };
+        if let Some(wanted) = wanted {
+            return first(&|name| name == wanted || last(name) == wanted)
+                .or_else(|| first(&|name| wanted == "Combined" && name.is_empty()));
+        }
+        first(&|name| name.is_empty() && has_color(name))
+            .or_else(|| {
+                first(&|name| last(name).eq_ignore_ascii_case("combined") && has_color(name))
+            })
+            .or_else(|| first(&has_color))
+            .or_else(|| first(&|name| self.find(name, "Y").is_some()))
+            .or_else(|| first(&|_| true))
+    }
+
+    /// The names of the layers, for messages.
+    fn told(&self) -> String {
+        let names = self.names.iter().take(NAMED_LAYERS);
+        let names = names.map(|name| if name.is_empty() { "Combined" } else { name });
+        let mut told = names.collect::<Vec<_>>().join(", ");
+        if self.names.len() > NAMED_LAYERS {
+            told += &format!(" and {} more", self.names.len() - NAMED_LAYERS);
+        }
+        told
+    }
+}
+
+fn choose(headers: &[Header], wanted: Option<&str>) -> std::result::Result<Choice, ImageFailure> {
+    let layers = Layers::of(headers);
+    let chosen = layers.choose(wanted);
+    let colors = chosen.and_then(|layer| Some((layer, layers.colors(layer)?)));
+    match (colors, wanted) {
+        (Some((layer, colors)), _) => Ok(Choice {
+            alpha: layers
+                .find(layer, "A")
+                .filter(|alpha| !colors.contains(alpha)),
+            colors,
+        }),
+        (None, Some(wanted)) => Err(ImageFailure::NoSuchLayer {
+            wanted: wanted.into(),
+            there: layers.told(),
+        }),
+        (None, None) if layers.subsampled => Err(ImageFailure::Damaged(
+            "its colour channels are subsampled, which is not supported".into(),
+        )),
+        (None, None) => Err(ImageFailure::Damaged(
             "it has no flat picture (deep data only, or no channels)".into(),
         )),
     }
 }
 
-/// Last words of channels' names.
-const COLORS: [[&str; 2]; 4] = [["r", "red"], ["g", "green"], ["b", "blue"], ["a", "alpha"]];
-
-/// A channel's layer and what it is of it.
-fn split(name: &str) -> (&str, &str) {
-    name.rsplit_once('.').unwrap_or(("", name))
-}
-
-/// Reads the picture as one, three or four channels of `f32`, in the display window's frame; what the
-/// data window does not cover is black, and transparent where there is alpha. Colours are taken as they
-/// stand: whether they are multiplied with alpha is for who uses them to know.
+/// Reads the picture as one, three or four channels; grey has no alpha.
 pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, ImageFailure> {
-    let (width, height) = dimensions(bytes)?;
-    if width.saturating_mul(height) > MOST_PIXELS {
-        return Err(ImageFailure::Size { width, height });
+    let headers = headers(bytes)?;
+    let mut choice = choose(&headers, None)?;
+    if choice.colors.len() == 1 {
+        choice.alpha = None;
     }
-    let meta = metadata(bytes)?;
-    let (part, picture) = choose(&meta.headers)?;
-    let header = &meta.headers[part];
-    let wanted: Vec<Text> = match &picture {
-        Picture::Color(names) => names.clone(),
-        Picture::Grey(name) => vec![name.clone()],
-    };
-    if header
-        .channels
-        .list
-        .iter()
-        .any(|c| wanted.contains(&c.name) && c.sampling != Vec2(1, 1))
-    {
-        return Err(ImageFailure::Damaged(
-            "its colour channels are subsampled, which is not supported".into(),
-        ));
-    }
-    let display = header.shared_attributes.display_window;
-    let data_origin = header.own_attributes.layer_position;
-    let size = header.layer_size;
-    let channels = wanted.len();
-
-    let values = read_part(bytes, part, &wanted)?;
-    let covers = display.position == data_origin && display.size == size;
-    let (width, height, values) = if covers || display.size.area() == 0 {
-        (size.width(), size.height(), values)
-    } else {
-        let mut framed = vec![0.0; display.size.area() * channels];
-        let shift = data_origin - display.position;
-        for y in 0..size.height() {
-            let Ok(row) = usize::try_from(y as i64 + i64::from(shift.y())) else {
-                continue;
-            };
-            if row >= display.size.height() {
-                break;
-            }
-            // The overlap of the two windows along x.
-            let from = (-i64::from(shift.x())).clamp(0, size.width() as i64) as usize;
-            let to = (display.size.width() as i64 - i64::from(shift.x()))
-                .clamp(from as i64, size.width() as i64) as usize;
-            let target = (row * display.size.width()) as i64 + from as i64 + i64::from(shift.x());
-            let length = (to - from) * channels;
-            let source = (y * size.width() + from) * channels;
-            let target = target.max(0) as usize * channels;
-            if let (Some(into), Some(what)) = (
-                framed.get_mut(target..target + length),
-                values.get(source..source + length),
-            ) {
-                into.copy_from_slice(what);
-            }
-        }
-        (display.size.width(), display.size.height(), framed)
-    };
+    let layer = framed(bytes, &headers, &choice)?;
     Ok(Image {
         name: name.into(),
-        width: u32::try_from(width).unwrap_or(u32::MAX),
-        height: u32::try_from(height).unwrap_or(u32::MAX),
-        channels: channels as u32,
-        pixels: values.into(),
+        width: u32::try_from(layer.width).unwrap_or(u32::MAX),
+        height: u32::try_from(layer.height).unwrap_or(u32::MAX),
+        channels: choice.channels().count() as u32,
+        pixels: layer.values.into(),
+    })
+}
+
+/// Reads a layer, or the one that is the picture.
+pub(super) fn read(
+    bytes: &[u8],
+    layer: Option<&str>,
+) -> std::result::Result<ExrLayer, ImageFailure> {
+    let headers = headers(bytes)?;
+    framed(bytes, &headers, &choose(&headers, layer)?)
+}
+
+/// The values of some channels of one part.
+struct Plane {
+    /// Where the data window begins in the display window, which may be left of it or above.
+    at: (i64, i64),
+    /// Of the data window.
+    size: (usize, usize),
+    /// How many channels there are.
+    channels: usize,
+    /// Interleaved.
+    values: Vec<f32>,
+}
+
+impl Plane {
+    /// The value of a pixel of the display window; 0 beyond the data window.
+    fn value(&self, x: usize, y: usize, channel: usize) -> f32 {
+        let inside = |at: usize, begin: i64, size: usize| {
+            let index = usize::try_from(at as i64 - begin).ok();
+            index.filter(|index| *index < size)
+        };
+        let column = inside(x, self.at.0, self.size.0);
+        let row = inside(y, self.at.1, self.size.1);
+        let index = column
+            .zip(row)
+            .map(|(column, row)| (row * self.size.0 + column) * self.channels + channel);
+        index
+            .and_then(|index| self.values.get(index))
+            .copied()
+            .unwrap_or(0.0)
+    }
+}
+
+/// The chosen channels in the frame of the display window, which all parts share.
+fn framed(
+    bytes: &[u8],
+    headers: &[Header],
+    choice: &Choice,
+) -> std::result::Result<ExrLayer, ImageFailure> {
+    let mut parts: BTreeMap<usize, Vec<&Text>> = BTreeMap::new();
+    for channel in choice.channels() {
+        parts.entry(channel.part).or_default().push(&channel.name);
+    }
+    let mut planes: BTreeMap<usize, Plane> = BTreeMap::new();
+    let mut window = IntegerBounds::default();
+    for (&part, names) in &parts {
+        let header = &headers[part];
+        let (data, size) = (header.own_attributes.layer_position, header.layer_size);
+        window = header.shared_attributes.display_window;
+        if window.size.area() == 0 {
+            window = IntegerBounds::new(data, size);
+        }
+        let from = |data: i32, display: i32| i64::from(data) - i64::from(display);
+        let plane = Plane {
+            at: (
+                from(data.x(), window.position.x()),
+                from(data.y(), window.position.y()),
+            ),
+            size: (size.width(), size.height()),
+            channels: names.len(),
+            values: read_part(bytes, part, names)?,
+        };
+        planes.insert(part, plane);
+    }
+    let (width, height) = (window.size.width(), window.size.height());
+    let whole = |plane: &Plane| plane.at == (0, 0) && plane.size == (width, height);
+    let values = match planes.pop_first() {
+        Some((_, plane)) if planes.is_empty() && whole(&plane) => plane.values,
+        first => {
+            planes.extend(first);
+            let place = |channel: &Channel| {
+                let slot = parts.get(&channel.part)?;
+                let slot = slot.iter().position(|name| **name == channel.name)?;
+                Some((planes.get(&channel.part)?, slot))
+            };
+            let places: Vec<(&Plane, usize)> = choice.channels().filter_map(place).collect();
+            let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            pixels
+                .flat_map(|(x, y)| {
+                    places
+                        .iter()
+                        .map(move |(plane, slot)| plane.value(x, y, *slot))
+                })
+                .collect()
+        }
+    };
+    Ok(ExrLayer {
+        width,
+        height,
+        colors: choice.colors.len(),
+        alpha: choice.alpha.is_some(),
+        values,
     })
 }
 
@@ -202,10 +370,10 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, Ima
 ///
 /// Blocks are decompressed a batch at a time, so that a file of forty passes does not have to fit
 /// into memory beside its picture.
-pub fn read_part(
+fn read_part(
     bytes: &[u8],
     part: usize,
-    wanted: &[Text],
+    wanted: &[&Text],
 ) -> std::result::Result<Vec<f32>, ImageFailure> {
     let chunks = exr::block::read(Cursor::new(bytes), false)
         .and_then(|reader| {
@@ -251,14 +419,14 @@ const BATCH: usize = 64;
 fn put(
     block: &UncompressedBlock,
     header: &Header,
-    wanted: &[Text],
+    wanted: &[&Text],
     (width, height): (usize, usize),
     values: &mut [f32],
 ) -> Result<()> {
     let channels = wanted.len();
     for line in block.lines(&header.channels) {
         let channel = &header.channels.list[line.location.channel];
-        let Some(slot) = wanted.iter().position(|name| *name == channel.name) else {
+        let Some(slot) = wanted.iter().position(|name| **name == channel.name) else {
             continue;
         };
         let (x, y) = (line.location.position.x(), line.location.position.y());
