@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
-use sundog::effects::{ALL, EffectSet, INSTANCES, SMOOTH_NORMALS, has};
+use sundog::effects::{ALL, EffectReport, INSTANCES, SMOOTH_NORMALS, has};
 use sundog::scene::{
     Camera, Image, ImageId, Instance, Material, MaterialId, Mesh, MeshId, MetallicRoughness,
     Pixels, Projection, Scene, Texture, Visibility,
@@ -121,9 +121,12 @@ fn images_are_kept_once_in_their_own_precision() {
 #[test]
 fn kernels_are_told_how_the_world_is_built() {
     let mut scene = square();
-    assert_eq!(prepared(&scene, false).structure(), 0);
+    assert_eq!(
+        prepared(&scene, false).structure(),
+        enumset::EnumSet::empty()
+    );
     assert!(!has(
-        EffectSet::detect(&scene).mask,
+        EffectReport::detect(&scene).called_for,
         SMOOTH_NORMALS | INSTANCES
     ));
     scene.instances.push(placed(DVec3::Y));
@@ -131,5 +134,5 @@ fn kernels_are_told_how_the_world_is_built() {
     scene.meshes[0].normals.as_mut().unwrap()[2] = [0.6, 0.8, 0.0];
     let both = SMOOTH_NORMALS | INSTANCES;
     assert_eq!(prepared(&scene, false).structure(), both);
-    assert_eq!(EffectSet::detect(&scene).mask & both, both);
+    assert_eq!(EffectReport::detect(&scene).called_for & both, both);
 }

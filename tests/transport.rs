@@ -145,7 +145,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
         let options = Options {
             camera: &scene.cameras[0],
             aspect: 1.0,
-            effects: 0,
+            effects: enumset::EnumSet::empty(),
             threads: Some(1),
             instructions: None,
             cull_backfaces: false,
@@ -625,7 +625,7 @@ fn lights_drawn_by_power_alone_give_the_same_light() {
     let lamps = gallery.iter().find(|(name, _)| name.starts_with("area"));
     let (_, scene) = lamps.unwrap();
     let without = RenderSettings {
-        effects: EffectChoice::List(effects::names(effects::ALL & !effects::LIGHT_TREE)),
+        effects: EffectChoice::List(effects::names(effects::ALL - effects::LIGHT_TREE)),
         ..small(4, 2)
     };
     let (tree, tree_variance) = estimate(scene, &small(4, 2), 0..24);
@@ -640,7 +640,7 @@ fn lights_drawn_by_power_alone_give_the_same_light() {
 /// The kernel made for a scene and the one for everything draw the same numbers: same bits.
 #[test]
 fn special_and_general_kernels_agree_bit_for_bit() {
-    let mut covered = 0;
+    let mut covered = enumset::EnumSet::empty();
     for (name, scene) in gallery() {
         let special = run(&scene, &small(8, 6));
         let general = run(
@@ -655,7 +655,7 @@ fn special_and_general_kernels_agree_bit_for_bit() {
             "{name}"
         );
         assert!(mean(&special) > 0.01, "{name}");
-        covered |= effects::EffectSet::detect(&scene).mask;
+        covered |= effects::EffectReport::detect(&scene).called_for & effects::ALL;
     }
     assert_eq!(covered, effects::ALL, "the gallery calls for every effect");
 }

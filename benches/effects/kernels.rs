@@ -1,27 +1,28 @@
 //! Kernels to compare: the one that a scene's effects choose, and the general one.
 
-use sundog::effects::{Mask, PATHS};
+use enumset::EnumSet;
+use sundog::effects::{Effect, PATHS};
 use sundog::integrator::{GENERAL, Kernel, kernel_for};
 
 /// A kernel to look at.
 pub struct Candidate {
     pub name: String,
-    pub mask: Mask,
+    pub effects: EnumSet<Effect>,
     pub kernel: Kernel,
 }
 
 impl Candidate {
-    fn new(name: &str, mask: Mask, kernel: Kernel) -> Self {
+    fn new(name: &str, effects: EnumSet<Effect>, kernel: Kernel) -> Self {
         Self {
             name: name.into(),
-            mask,
+            effects,
             kernel,
         }
     }
 }
 
 /// The kernels to look at for a scene that calls for `needed`, the smallest first.
-pub fn candidates(needed: Mask) -> Vec<Candidate> {
+pub fn candidates(needed: EnumSet<Effect>) -> Vec<Candidate> {
     let needed = needed & PATHS;
     let (special, kernel) = kernel_for(needed);
     let list = vec![

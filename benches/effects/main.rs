@@ -9,13 +9,14 @@
 mod cornell;
 mod kernels;
 
+use enumset::EnumSet;
 use kernels::{Candidate, candidates};
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
-use sundog::effects::{self, ALL, EffectSet, Mask};
+use sundog::effects::{self, ALL, Effect, EffectReport};
 use sundog::film::filter::FilterTable;
 use sundog::import::{self, ImportOptions};
 use sundog::integrator::{Kernel, PathSettings};
@@ -49,7 +50,7 @@ fn load(word: &str) -> Outcome<(String, Scene)> {
     Ok((name.to_string_lossy().into(), scene))
 }
 
-fn world(scene: &Scene, effects: Mask) -> Outcome<World> {
+fn world(scene: &Scene, effects: EnumSet<Effect>) -> Outcome<World> {
     let camera = scene.cameras.first().ok_or("the scene has no camera")?;
     let options = Options {
         camera,
@@ -154,11 +155,11 @@ fn median(values: &[f64]) -> f64 {
 
 /// The kernels to look at on a scene with the worlds made for them.
 fn prepared(scene: &Scene) -> Outcome<Vec<(Candidate, World)>> {
-    let needed = EffectSet::detect(scene).mask;
+    let needed = EffectReport::detect(scene).called_for & ALL;
     let mut list = Vec::new();
     for candidate in candidates(needed) {
         // The general kernel is given what it is given with `--effects all`.
-        let effects = if candidate.mask == effects::PATHS {
+        let effects = if candidate.effects == effects::PATHS {
             ALL
         } else {
             needed

@@ -95,13 +95,13 @@ pub fn effect_lines(findings: &[Finding], page: &mut Page) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::EffectSet;
+    use crate::effects::EffectReport;
     use crate::scene::Scene;
 
     #[test]
     fn effects_with_the_same_reason_share_a_line() {
         let mut page = Page::default();
-        effect_lines(&EffectSet::detect(&Scene::default()).findings, &mut page);
+        effect_lines(&EffectReport::detect(&Scene::default()).findings, &mut page);
         let text = page.text();
         assert!(
             !text.contains("effect  ") && !text.contains("lacking"),

@@ -5,7 +5,7 @@ use super::effect_lines::{Page, effect_lines, left_out_lines};
 use super::exit::EXIT_OK;
 use super::scene_file::{SceneFile, count};
 use super::{Failure, console, progress, scene_file};
-use crate::effects::{EffectSet, Finding, RequestedSettings};
+use crate::effects::{EffectReport, Finding, RequestedSettings};
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::render::memory::PREPARED_BYTES_A_TRIANGLE;
@@ -57,11 +57,11 @@ impl Needed {
     fn of(file: &mut SceneFile) -> Self {
         let left_out = simplify(&mut file.scene);
         let requested = RequestedSettings::default();
-        let set = EffectSet::of(&file.scene, &requested, &left_out, &file.diagnostics);
+        let report = EffectReport::of(&file.scene, &requested, &left_out, &file.diagnostics);
         Self {
             hash: fingerprint(&file.scene),
             left_out,
-            effects: set.findings,
+            effects: report.findings,
         }
     }
 }

@@ -8,7 +8,7 @@ use super::outputs::Outputs;
 use super::progress::Reporter;
 use super::scene_file::{self, SceneFile};
 use super::{Failure, black, replay, summary};
-use crate::effects::EffectSet;
+use crate::effects::EffectReport;
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::output::tev::Viewer;
@@ -53,18 +53,18 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         let corners = [region.x0, region.y0, region.x1, region.y1];
         Frames::new(folder, (settings.width, settings.height), corners)
     });
-    let set = EffectSet::of(
+    let report = EffectReport::of(
         scene,
         &settings.requested(),
         &imported.left_out,
         &imported.diagnostics,
     );
-    tell_left_out(&left_out(set.mask, &settings), &reporter);
+    tell_left_out(&left_out(report.called_for, &settings), &reporter);
     reporter.tell(
         &json!({ "event": "scene", "file": path.display().to_string(), "settings": settings }),
     );
     reporter.tell(
-        &json!({ "event": "effects", "effects": set.findings, "left_out": imported.left_out }),
+        &json!({ "event": "effects", "effects": report.findings, "left_out": imported.left_out }),
     );
 
     let viewer = open_viewer(args, &imported, &outputs, &settings, &reporter);

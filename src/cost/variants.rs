@@ -1,8 +1,9 @@
 //! The pictures that are rendered beside the full one: each leaves one thing out.
 
-use crate::effects::{self, LIGHT_TREE, MESH_LIGHTS, Mask, TRANSMISSION};
+use crate::effects::{self, Effect, TRANSMISSION};
 use crate::render::{BounceLimits, EffectChoice, LightSampling, RenderSettings, called_for};
 use crate::scene::Scene;
+use enumset::EnumSet;
 use serde::Serialize;
 
 /// What an effect is for, and so what its absence does.
@@ -57,31 +58,29 @@ impl Variant {
     }
 }
 
-fn without_effects(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> {
-    effects::TABLE
-        .iter()
-        .filter(|row| effects::has(called_for & !effects::STRUCTURE, row.bit))
-        .map(|row| Variant {
-            name: row.effect.id().into(),
-            // Triangles shine where paths meet them without it too.
-            about: match row.bit {
-                MESH_LIGHTS => "emissive triangles looked for, not only met".into(),
-                LIGHT_TREE => "lights drawn by where they are, not by their power alone".into(),
-                _ => row.about.into(),
-            },
-            worth: match row.bit {
-                MESH_LIGHTS | LIGHT_TREE => Worth::Noise,
-                _ => Worth::Picture,
-            },
-            settings: RenderSettings {
-                effects: EffectChoice::List(effects::names(called_for & !row.bit)),
-                ..settings.clone()
-            },
-        })
-        .collect()
+fn without_effects(settings: &RenderSettings, called_for: EnumSet<Effect>) -> Vec<Variant> {
+    let without = |effect: Effect| Variant {
+        name: effect.id().into(),
+        // Triangles shine where paths meet them without it too.
+        about: match effect {
+            Effect::MeshLights => "emissive triangles looked for, not only met".into(),
+            Effect::LightTree => "lights drawn by where they are, not by their power alone".into(),
+            _ => effects::row(effect).about.into(),
+        },
+        worth: match effect {
+            Effect::MeshLights | Effect::LightTree => Worth::Noise,
+            _ => Worth::Picture,
+        },
+        settings: RenderSettings {
+            effects: EffectChoice::List(effects::names(called_for - effect)),
+            ..settings.clone()
+        },
+    };
+    let left_out = called_for - effects::STRUCTURE;
+    left_out.iter().map(without).collect()
 }
 
-fn fewer_bounces(settings: &RenderSettings, called_for: Mask) -> Vec<Variant> {
+fn fewer_bounces(settings: &RenderSettings, called_for: EnumSet<Effect>) -> Vec<Variant> {
     let depths = std::iter::once(0)
         .chain((0..u32::BITS).map(|k| 1 << k))
         .take_while(|depth| *depth < settings.bounces);

@@ -1,7 +1,6 @@
 //! What a scene calls for.
 
 use super::census::{self, Census};
-use super::mask::Mask;
 use super::requested::RequestedSettings;
 use super::table::{COUNT, Decided, TABLE, row};
 use crate::scene::graph::{Opacity, PrincipledSummary, Slot};
@@ -9,6 +8,7 @@ use crate::scene::{
     Diagnostics, Effect, Environment, Instance, LeftOut, Light, LightKind, Material, Mesh,
     Projection, RayKind, Scene, Subject, Visibility,
 };
+use enumset::EnumSet;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -101,10 +101,10 @@ pub struct Finding {
 const CAUSES_KEPT: usize = 16;
 
 /// Effects that a scene calls for.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct EffectSet {
-    /// Those that can be left out, as bits.
-    pub mask: Mask,
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EffectReport {
+    /// Those that it calls for and that the program has.
+    pub called_for: EnumSet<Effect>,
     /// One entry for each line of the table.
     pub findings: Vec<Finding>,
 }
@@ -312,8 +312,8 @@ impl Findings {
         ]
     }
 
-    fn into_set(self, census: &Census, left_out: &[LeftOut]) -> EffectSet {
-        let (mut findings, mut set) = (Vec::with_capacity(COUNT), 0);
+    fn into_report(self, census: &Census, left_out: &[LeftOut]) -> EffectReport {
+        let (mut findings, mut called_for) = (Vec::with_capacity(COUNT), EnumSet::empty());
         for ((row, because_of), count) in TABLE.iter().zip(self.causes).zip(self.counts) {
             let state = match (count, row.decided) {
                 (0, _) => State::LeftOut,
@@ -325,7 +325,7 @@ impl Findings {
                 .filter(|entry| entry.effect == Some(row.effect));
             let mut reasons: Vec<String> = left_out.map(ToString::to_string).collect();
             if state == State::Needed {
-                set |= row.bit;
+                called_for |= row.effect;
             } else if state == State::LeftOut && reasons.is_empty() {
                 reasons.push(census.reason(row.effect));
             }
@@ -339,8 +339,8 @@ impl Findings {
                 reasons,
             });
         }
-        EffectSet {
-            mask: set,
+        EffectReport {
+            called_for,
             findings,
         }
     }
@@ -396,7 +396,7 @@ fn placed(scene: &Scene) -> Vec<Placed<'_>> {
         .collect()
 }
 
-impl EffectSet {
+impl EffectReport {
     /// Looks at what is placed in the scene, as the first camera sees it.
     pub fn detect(scene: &Scene) -> Self {
         Self::of(
@@ -465,7 +465,7 @@ impl EffectSet {
             environment: scene.environment.as_ref().is_some_and(is_bright),
             camera: census::camera(scene, requested.camera),
         };
-        found.into_set(&census, left_out)
+        found.into_report(&census, left_out)
     }
 }
 
@@ -476,8 +476,8 @@ mod tests {
 
     #[test]
     fn an_empty_scene_calls_for_nothing() {
-        let set = EffectSet::detect(&Scene::default());
-        assert_eq!(set.mask, 0);
+        let set = EffectReport::detect(&Scene::default());
+        assert!(set.called_for.is_empty());
         assert_eq!(set.findings.len(), TABLE.len());
         assert!(set.findings.iter().all(|f| f.state == State::LeftOut));
         assert!(set.findings.iter().all(|f| f.reasons.len() == 1));
@@ -505,7 +505,7 @@ mod tests {
             "Sun",
             "rendered",
         );
-        let set = EffectSet::of(&Scene::default(), &RequestedSettings::default(), &[], &told);
+        let set = EffectReport::of(&Scene::default(), &RequestedSettings::default(), &[], &told);
         let coat = &set.findings[Effect::Coat as usize];
         assert_eq!((coat.state, coat.count), (State::Unsupported, 5));
         let first = &coat.because_of[0];
@@ -514,6 +514,6 @@ mod tests {
             (Thing::Material, "Paint 0")
         );
         assert_eq!(set.findings[Effect::Suns as usize].state, State::LeftOut);
-        assert_eq!(set.mask, 0);
+        assert!(set.called_for.is_empty());
     }
 }

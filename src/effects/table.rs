@@ -1,6 +1,6 @@
 //! The one table of effects.
 
-use super::mask::{self, Mask};
+use super::sets;
 use crate::scene::Effect;
 use serde::Serialize;
 use strum::EnumCount;
@@ -26,8 +26,6 @@ pub enum Decided {
 pub struct Row {
     /// Which one.
     pub effect: Effect,
-    /// Its bit, if sets may have it.
-    pub bit: Mask,
     /// What it is.
     pub about: &'static str,
     /// Where it is decided.
@@ -36,15 +34,9 @@ pub struct Row {
     pub found: &'static str,
 }
 
-const fn line(
-    effect: Effect,
-    bit: Mask,
-    decided: Decided,
-    [about, found]: [&'static str; 2],
-) -> Row {
+const fn line(effect: Effect, decided: Decided, [about, found]: [&'static str; 2]) -> Row {
     Row {
         effect,
-        bit,
         about,
         decided,
         found,
@@ -60,59 +52,59 @@ pub const TABLE: [Row; COUNT] = {
     use Decided::{Absent, Branch, Kernels, Preparation, Settings};
     use Effect as E;
     [
-        line(E::BaseColorTexture, mask::BASE_COLOR_TEXTURE, Kernels, ["images for the base colour and opacity", "a used material has one, not the same everywhere, and a colour that is not black"]),
-        line(E::MetallicRoughnessTexture, mask::METALLIC_ROUGHNESS_TEXTURE, Kernels, ["images for metallic and roughness", "a used material has one, not the same everywhere, and metallic or roughness above 0"]),
-        line(E::EmissionTexture, mask::EMISSION_TEXTURE, Kernels, ["images for the emission", "a used material has one, not the same everywhere, and emits"]),
-        line(E::SpecularTexture, mask::SPECULAR_TEXTURE, Kernels, ["images for the strength of a dielectric's reflection", "a used material that is not all metal has one, not the same everywhere, and a strength above 0"]),
-        line(E::SpecularColorTexture, mask::SPECULAR_COLOR_TEXTURE, Kernels, ["images for the tint of a dielectric's reflection", "a used material that is not all metal has one, not the same everywhere, and a tint that is not black"]),
-        line(E::TransmissionTexture, mask::TRANSMISSION_TEXTURE, Kernels, ["images for the transmission", "a used material that is not all metal has one, not the same everywhere, and transmits"]),
-        line(E::VertexColors, mask::VERTEX_COLORS, Kernels, ["colours of vertices", "a placed mesh has them, not all white and opaque"]),
-        line(E::NormalMaps, mask::NORMAL_MAPS, Kernels, ["tangent-space normal maps", "a used material has one that is not flat, with a strength that is not 0"]),
-        line(E::SmoothNormals, mask::SMOOTH_NORMALS, Kernels, ["normals of vertices, and the curved surface that they stand for", "a placed mesh has them, and they are not those of its triangles"]),
-        line(E::AlphaBlend, mask::ALPHA_BLEND, Kernels, ["surfaces that a share of the light passes", "a used material that blends has an opacity below 1, by its factor, some texel or some vertex"]),
-        line(E::AlphaClip, mask::ALPHA_CLIP, Kernels, ["surfaces with holes", "a used material with a threshold has an opacity below it, by its factor, some texel or some vertex"]),
-        line(E::Diffuse, 0, Branch, ["diffuse reflection", "a used material has a share that is neither metal nor glass, and a colour"]),
-        line(E::Gloss, mask::GLOSS, Kernels, ["reflections of dielectrics over their diffuse base", "a used material that is neither all metal nor all glass has a specular level above 0 and an index of refraction other than 1"]),
-        line(E::Metal, mask::METAL, Kernels, ["metals, rough or mirrors", "a used material has metallic above 0"]),
-        line(E::ClearGlass, mask::CLEAR_GLASS, Kernels, ["solid glass, clear", "a used material that is not all metal transmits, is solid, and has no roughness"]),
-        line(E::RoughGlass, mask::ROUGH_GLASS, Kernels, ["solid glass, rough", "a used material that is not all metal transmits, is solid, and has roughness"]),
-        line(E::ThinGlass, mask::THIN_GLASS, Kernels, ["sheets that light goes straight through", "a used material that is not all metal transmits and is thin"]),
-        line(E::Unlit, 0, Branch, ["surfaces that show their colour without light", "a used material is unlit"]),
-        line(E::PointLights, mask::POINT_LIGHTS, Kernels, ["point lights, with a size or without", "there is one that is not black and that some rays see"]),
-        line(E::SpotLights, mask::SPOT_LIGHTS, Kernels, ["spot lights", "there is one that is not black and that some rays see"]),
-        line(E::AreaLights, mask::AREA_LIGHTS, Kernels, ["rectangles and ellipses that shine", "there is one that is not black and that some rays see"]),
-        line(E::MeshLights, mask::MESH_LIGHTS, Kernels, ["emissive triangles", "a used material emits (an unlit one: is not black)"]),
-        line(E::Suns, mask::SUNS, Kernels, ["sun lights", "there is one that is not black and that some rays see"]),
-        line(E::ConstantEnvironment, mask::CONSTANT_ENVIRONMENT, Kernels, ["the same light from all around", "the world is not black, and has no image or one that is the same everywhere"]),
-        line(E::ImageEnvironment, mask::IMAGE_ENVIRONMENT, Kernels, ["light from all around by an image", "the world is not black and has an image that is not the same everywhere"]),
-        line(E::LightTree, mask::LIGHT_TREE, Preparation, ["the choice between lights by where they are, among many by a tree", "there is more than one lamp or emissive triangle"]),
-        line(E::Instances, mask::INSTANCES, Kernels, ["meshes that are placed more than once", "a mesh is"]),
-        line(E::RayVisibility, mask::VISIBILITY, Kernels, ["objects and lights that some rays do not see", "an object, a light or the world is hidden from diffuse, glossy or transmission rays, or a light casts no shadow or has a limit of bounces"]),
-        line(E::Holdouts, mask::HOLDOUTS, Branch, ["objects that cut holes into the picture", "a placed object is one, and the camera sees it"]),
-        line(E::DepthOfField, mask::DEPTH_OF_FIELD, Preparation, ["lenses with an opening, sharp at one distance", "the camera that renders has an aperture"]),
-        line(E::OrthographicCamera, 0, Preparation, ["parallel rays from the camera", "the camera that renders is one"]),
-        line(E::PanoramaCamera, 0, Preparation, ["rays from the camera all around", "the camera that renders is one"]),
-        line(E::LightPasses, 0, Settings, ["passes that keep the light apart: DiffDir to TransCol, Emit, Env, UV", "one of them is asked for"]),
-        line(E::PositionPasses, 0, Settings, ["Depth and Position: a ray more a pixel", "one of them is asked for"]),
-        line(E::CostPass, 0, Settings, ["the time of each pixel", "it is asked for"]),
-        line(E::AdaptiveSampling, 0, Settings, ["samples where the error is", "an error of pixels is asked for"]),
-        line(E::Clamping, 0, Branch, ["bright contributions made darker", "a limit is set"]),
-        line(E::FilterGlossy, 0, Branch, ["sharp reflections behind blurring bounces made rougher", "it is set"]),
-        line(E::TransparentFilm, 0, Branch, ["the world is no part of the picture", "it is asked for"]),
-        line(E::TransparentLimit, 0, Branch, ["a limit of transparent surfaces on a path", "it is set"]),
-        line(E::BackfaceCulling, 0, Branch, ["back faces of single-sided materials are not there", "it is asked for"]),
-        line(E::Coat, 0, Absent, ["a clear coat over the surface", "the importer meets a coat whose weight is not 0"]),
-        line(E::Sheen, 0, Absent, ["the shine of fabric", "the importer meets a sheen whose weight is not 0"]),
-        line(E::Anisotropy, 0, Absent, ["highlights that are longer one way", "the importer meets a strength that is not 0"]),
-        line(E::DiffuseRoughness, 0, Absent, ["rough diffuse reflection", "the importer meets one that is not 0"]),
-        line(E::ThinFilm, 0, Absent, ["interference of a thin film", "the importer meets one whose weight is not 0"]),
-        line(E::Subsurface, 0, Absent, ["light that goes on below the surface", "the importer meets one whose weight is not 0"]),
-        line(E::DiffuseTransmission, 0, Absent, ["light that is scattered through a sheet", "the importer meets one whose weight is not 0"]),
-        line(E::Dispersion, 0, Absent, ["an index of refraction by wavelength", "the importer meets one that is not 0"]),
-        line(E::Absorption, 0, Absent, ["glass that takes light by its thickness", "the importer meets a finite distance and a colour that is not white"]),
-        line(E::Media, 0, Absent, ["fog, smoke and what else scatters between surfaces", "the importer meets one"]),
-        line(E::MotionBlur, 0, Absent, ["things that move while the shutter is open", "the file has animations, of which one moment is shown"]),
-        line(E::ShadowCatcher, 0, Absent, ["objects that show nothing but the shadows on them", "an object is one"]),
+        line(E::BaseColorTexture, Kernels, ["images for the base colour and opacity", "a used material has one, not the same everywhere, and a colour that is not black"]),
+        line(E::MetallicRoughnessTexture, Kernels, ["images for metallic and roughness", "a used material has one, not the same everywhere, and metallic or roughness above 0"]),
+        line(E::EmissionTexture, Kernels, ["images for the emission", "a used material has one, not the same everywhere, and emits"]),
+        line(E::SpecularTexture, Kernels, ["images for the strength of a dielectric's reflection", "a used material that is not all metal has one, not the same everywhere, and a strength above 0"]),
+        line(E::SpecularColorTexture, Kernels, ["images for the tint of a dielectric's reflection", "a used material that is not all metal has one, not the same everywhere, and a tint that is not black"]),
+        line(E::TransmissionTexture, Kernels, ["images for the transmission", "a used material that is not all metal has one, not the same everywhere, and transmits"]),
+        line(E::VertexColors, Kernels, ["colours of vertices", "a placed mesh has them, not all white and opaque"]),
+        line(E::NormalMaps, Kernels, ["tangent-space normal maps", "a used material has one that is not flat, with a strength that is not 0"]),
+        line(E::SmoothNormals, Kernels, ["normals of vertices, and the curved surface that they stand for", "a placed mesh has them, and they are not those of its triangles"]),
+        line(E::AlphaBlend, Kernels, ["surfaces that a share of the light passes", "a used material that blends has an opacity below 1, by its factor, some texel or some vertex"]),
+        line(E::AlphaClip, Kernels, ["surfaces with holes", "a used material with a threshold has an opacity below it, by its factor, some texel or some vertex"]),
+        line(E::Diffuse, Branch, ["diffuse reflection", "a used material has a share that is neither metal nor glass, and a colour"]),
+        line(E::Gloss, Kernels, ["reflections of dielectrics over their diffuse base", "a used material that is neither all metal nor all glass has a specular level above 0 and an index of refraction other than 1"]),
+        line(E::Metal, Kernels, ["metals, rough or mirrors", "a used material has metallic above 0"]),
+        line(E::ClearGlass, Kernels, ["solid glass, clear", "a used material that is not all metal transmits, is solid, and has no roughness"]),
+        line(E::RoughGlass, Kernels, ["solid glass, rough", "a used material that is not all metal transmits, is solid, and has roughness"]),
+        line(E::ThinGlass, Kernels, ["sheets that light goes straight through", "a used material that is not all metal transmits and is thin"]),
+        line(E::Unlit, Branch, ["surfaces that show their colour without light", "a used material is unlit"]),
+        line(E::PointLights, Kernels, ["point lights, with a size or without", "there is one that is not black and that some rays see"]),
+        line(E::SpotLights, Kernels, ["spot lights", "there is one that is not black and that some rays see"]),
+        line(E::AreaLights, Kernels, ["rectangles and ellipses that shine", "there is one that is not black and that some rays see"]),
+        line(E::MeshLights, Kernels, ["emissive triangles", "a used material emits (an unlit one: is not black)"]),
+        line(E::Suns, Kernels, ["sun lights", "there is one that is not black and that some rays see"]),
+        line(E::ConstantEnvironment, Kernels, ["the same light from all around", "the world is not black, and has no image or one that is the same everywhere"]),
+        line(E::ImageEnvironment, Kernels, ["light from all around by an image", "the world is not black and has an image that is not the same everywhere"]),
+        line(E::LightTree, Preparation, ["the choice between lights by where they are, among many by a tree", "there is more than one lamp or emissive triangle"]),
+        line(E::Instances, Kernels, ["meshes that are placed more than once", "a mesh is"]),
+        line(E::RayVisibility, Kernels, ["objects and lights that some rays do not see", "an object, a light or the world is hidden from diffuse, glossy or transmission rays, or a light casts no shadow or has a limit of bounces"]),
+        line(E::Holdouts, Branch, ["objects that cut holes into the picture", "a placed object is one, and the camera sees it"]),
+        line(E::DepthOfField, Preparation, ["lenses with an opening, sharp at one distance", "the camera that renders has an aperture"]),
+        line(E::OrthographicCamera, Preparation, ["parallel rays from the camera", "the camera that renders is one"]),
+        line(E::PanoramaCamera, Preparation, ["rays from the camera all around", "the camera that renders is one"]),
+        line(E::LightPasses, Settings, ["passes that keep the light apart: DiffDir to TransCol, Emit, Env, UV", "one of them is asked for"]),
+        line(E::PositionPasses, Settings, ["Depth and Position: a ray more a pixel", "one of them is asked for"]),
+        line(E::CostPass, Settings, ["the time of each pixel", "it is asked for"]),
+        line(E::AdaptiveSampling, Settings, ["samples where the error is", "an error of pixels is asked for"]),
+        line(E::Clamping, Branch, ["bright contributions made darker", "a limit is set"]),
+        line(E::FilterGlossy, Branch, ["sharp reflections behind blurring bounces made rougher", "it is set"]),
+        line(E::TransparentFilm, Branch, ["the world is no part of the picture", "it is asked for"]),
+        line(E::TransparentLimit, Branch, ["a limit of transparent surfaces on a path", "it is set"]),
+        line(E::BackfaceCulling, Branch, ["back faces of single-sided materials are not there", "it is asked for"]),
+        line(E::Coat, Absent, ["a clear coat over the surface", "the importer meets a coat whose weight is not 0"]),
+        line(E::Sheen, Absent, ["the shine of fabric", "the importer meets a sheen whose weight is not 0"]),
+        line(E::Anisotropy, Absent, ["highlights that are longer one way", "the importer meets a strength that is not 0"]),
+        line(E::DiffuseRoughness, Absent, ["rough diffuse reflection", "the importer meets one that is not 0"]),
+        line(E::ThinFilm, Absent, ["interference of a thin film", "the importer meets one whose weight is not 0"]),
+        line(E::Subsurface, Absent, ["light that goes on below the surface", "the importer meets one whose weight is not 0"]),
+        line(E::DiffuseTransmission, Absent, ["light that is scattered through a sheet", "the importer meets one whose weight is not 0"]),
+        line(E::Dispersion, Absent, ["an index of refraction by wavelength", "the importer meets one that is not 0"]),
+        line(E::Absorption, Absent, ["glass that takes light by its thickness", "the importer meets a finite distance and a colour that is not white"]),
+        line(E::Media, Absent, ["fog, smoke and what else scatters between surfaces", "the importer meets one"]),
+        line(E::MotionBlur, Absent, ["things that move while the shutter is open", "the file has animations, of which one moment is shown"]),
+        line(E::ShadowCatcher, Absent, ["objects that show nothing but the shadows on them", "an object is one"]),
     ]
 };
 
@@ -135,10 +127,9 @@ pub fn markdown() -> String {
     let lines = TABLE.iter().map(|row| {
         let (name, about, found, decided) =
             (row.effect.id(), row.about, row.found, row.decided.words());
-        let left_out = match row.bit {
-            0 => "no",
-            bit if mask::has(mask::STRUCTURE, bit) => "no",
-            _ => "yes",
+        let left_out = match (sets::ALL - sets::STRUCTURE).contains(row.effect) {
+            true => "yes",
+            false => "no",
         };
         format!("| {name} | {about} | {found} | {decided} | {left_out} |\n")
     });
@@ -174,7 +165,7 @@ mod tests {
     #[test]
     fn each_effect_stands_in_its_place_and_no_group_has_its_name() {
         let mut names: Vec<_> = TABLE.iter().map(|row| row.effect.id()).collect();
-        names.extend(mask::GROUPS.map(|(_, name)| name));
+        names.extend(sets::GROUPS.map(|(_, name)| name));
         let count = names.len();
         names.sort_unstable();
         names.dedup();
@@ -183,7 +174,7 @@ mod tests {
             assert_eq!(row.effect as usize, i, "{}", row.effect.id());
             let compiled = row.decided == Decided::Kernels;
             assert_eq!(
-                mask::has(mask::PATHS, row.bit),
+                sets::PATHS.contains(row.effect),
                 compiled,
                 "{}",
                 row.effect.id()

@@ -11,13 +11,11 @@ pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step,
 pub use settings::PathSettings;
 
 use crate::camera::CameraRay;
-use crate::effects::{
-    Box, ENVIRONMENT, GLOSS, General, INSTANCES, LAMPS, MESH_LIGHTS, METAL, Mask, Matte, Opaque,
-    PATHS, SMOOTH_NORMALS, SUNS,
-};
+use crate::effects::{Box, ENVIRONMENT, Effect, General, LAMPS, Matte, Opaque, PATHS, STRUCTURE};
 use crate::film::apart::PathApart;
 use crate::sampler::Sampler;
 use crate::world::World;
+use enumset::{EnumSet, enum_set};
 
 /// A kernel: the path loop for a set of effects.
 pub type Kernel = fn(&World, &PathSettings, &Sampler, &CameraRay) -> Path;
@@ -35,47 +33,54 @@ pub type RecordingKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut 
 pub const RECORDING: RecordingKernel = trace_apart::<General, Recorder>;
 
 /// The one that has everything.
-pub const GENERAL: (Mask, Kernel) = (PATHS, trace::<General>);
+pub const GENERAL: (EnumSet<Effect>, Kernel) = (PATHS, trace::<General>);
 
-const LIGHTS: Mask = LAMPS | MESH_LIGHTS | SUNS | ENVIRONMENT;
-const MATTE: Mask = LIGHTS | SMOOTH_NORMALS | INSTANCES;
+const BOX: EnumSet<Effect> = enum_set!(Effect::MeshLights);
+const MATTE: EnumSet<Effect> =
+    enum_set!(LAMPS | Effect::MeshLights | Effect::Suns | ENVIRONMENT | STRUCTURE);
+const OPAQUE: EnumSet<Effect> = enum_set!(MATTE | Effect::Metal | Effect::Gloss);
 
 /// The kernels there are, smallest first. State and code of the effects that a kernel lacks are
 /// not in it. Each saves at least 2 % of the instructions on scenes that call for no more: what saves less is a branch in the
 /// general one (textures, cut-outs, normal maps and glass beside facets: 0.4 to 1.5 %; docs/notes/effects.md has the table).
-pub const KERNELS: [(Mask, Kernel); 4] = [
-    (MESH_LIGHTS, trace::<Box>),
+pub const KERNELS: [(EnumSet<Effect>, Kernel); 4] = [
+    (BOX, trace::<Box>),
     (MATTE, trace::<Matte>),
-    (MATTE | METAL | GLOSS, trace::<Opaque>),
+    (OPAQUE, trace::<Opaque>),
     GENERAL,
 ];
 
 /// The smallest kernel that has all the effects of a set, as far as they are the path loop's.
-pub fn kernel_for(effects: Mask) -> (Mask, Kernel) {
+pub fn kernel_for(effects: EnumSet<Effect>) -> (EnumSet<Effect>, Kernel) {
     let effects = effects & PATHS;
     KERNELS
         .into_iter()
-        .find(|(mask, _)| mask & effects == effects)
+        .find(|(has, _)| has.is_superset(effects))
         .unwrap_or(GENERAL)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::{COMPILED, TRANSMISSION};
+    use crate::effects::{GROUPS, TRANSMISSION};
 
     #[test]
     fn every_set_has_a_kernel_and_the_smallest_is_taken() {
-        for subset in 0u32..1 << COMPILED.len() {
-            let units = COMPILED.iter().enumerate();
-            let units = units.filter(|(i, _)| subset >> i & 1 == 1);
-            let set = units.fold(0, |set, (_, (unit, _))| set | unit);
-            let (mask, _) = kernel_for(set);
-            assert_eq!(mask & set, set);
+        let groups = GROUPS.iter().map(|(group, _)| *group);
+        let single = PATHS
+            - groups
+                .clone()
+                .fold(EnumSet::empty(), |all, group| all | group);
+        let units: Vec<_> = groups.chain(single.iter().map(EnumSet::from)).collect();
+        for subset in 0u32..1 << units.len() {
+            let there = units.iter().enumerate();
+            let there = there.filter(|(i, _)| subset >> i & 1 == 1);
+            let set = there.fold(EnumSet::empty(), |set, (_, unit)| set | *unit);
+            assert!(kernel_for(set).0.is_superset(set));
         }
-        assert_eq!(kernel_for(MESH_LIGHTS).0, MESH_LIGHTS);
-        assert_eq!(kernel_for(SUNS).0, MATTE);
-        assert_eq!(kernel_for(SUNS | GLOSS).0, MATTE | METAL | GLOSS);
+        assert_eq!(kernel_for(BOX).0, BOX);
+        assert_eq!(kernel_for(Effect::Suns.into()).0, MATTE);
+        assert_eq!(kernel_for(Effect::Suns | Effect::Gloss).0, OPAQUE);
         assert_eq!(kernel_for(TRANSMISSION).0, PATHS);
     }
 }

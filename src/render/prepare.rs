@@ -6,13 +6,14 @@ use super::{
     EffectChoice, Event, FilterKind, InstructionSet, LightSampling, MAX_LIGHT_SAMPLES, Naive,
     RenderError, RenderSettings,
 };
-use crate::effects::{self, EffectSet, Mask};
+use crate::effects::{self, Effect, EffectReport};
 use crate::film::Pass;
 use crate::film::filter::FilterTable;
 use crate::integrator::{self, PathSettings};
 use crate::sampler::Sequence;
 use crate::scene::{Camera, Diagnostics, Material, Scene};
 use crate::world::{Options, Stale, World};
+use enumset::EnumSet;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Mutex, OnceLock};
 
@@ -24,7 +25,7 @@ pub struct Prepared {
     pub camera: Camera,
     kernel: AnyKernel,
     /// Effects that the kernel has, and those outside of it that are called for.
-    pub compiled: Mask,
+    pub compiled: EnumSet<Effect>,
     /// Effects that the scene calls for and the settings leave out.
     pub left_out: Vec<String>,
     /// Those who work.
@@ -37,7 +38,7 @@ pub struct Prepared {
 /// What a world is made for beside the scene and the view: another calls for another world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct MadeFor {
-    effects: Mask,
+    effects: EnumSet<Effect>,
     threads: usize,
     instructions: Option<InstructionSet>,
     cull_backfaces: bool,
@@ -50,8 +51,8 @@ struct MadeFor {
 struct Wanted<'a> {
     camera: &'a Camera,
     aspect: f64,
-    called_for: Mask,
-    effects: Mask,
+    called_for: EnumSet<Effect>,
+    effects: EnumSet<Effect>,
     made_for: MadeFor,
 }
 
@@ -84,7 +85,7 @@ impl<'a> Wanted<'a> {
             effects,
             made_for: MadeFor {
                 // The lens is the view's.
-                effects: effects & !effects::DEPTH_OF_FIELD,
+                effects: effects - effects::DEPTH_OF_FIELD,
                 threads,
                 instructions: settings.instruction_set,
                 cull_backfaces: settings.cull_backfaces,
@@ -242,12 +243,13 @@ pub fn long(scene: &Scene) -> Option<Event> {
 }
 
 /// Effects that the scene calls for as the camera of the settings sees it.
-pub fn called_for(scene: &Scene, settings: &RenderSettings) -> Mask {
-    EffectSet::of(scene, &settings.requested(), &[], &Diagnostics::default()).mask
+pub fn called_for(scene: &Scene, settings: &RenderSettings) -> EnumSet<Effect> {
+    let report = EffectReport::of(scene, &settings.requested(), &[], &Diagnostics::default());
+    report.called_for & effects::ALL
 }
 
 /// Names of the effects that are called for and that a list in the settings leaves out.
-pub fn left_out(called_for: Mask, settings: &RenderSettings) -> Vec<String> {
+pub fn left_out(called_for: EnumSet<Effect>, settings: &RenderSettings) -> Vec<String> {
     match &settings.effects {
         EffectChoice::Auto | EffectChoice::All => Vec::new(),
         // A list that can't be read is told when the scene is prepared.
@@ -257,12 +259,12 @@ pub fn left_out(called_for: Mask, settings: &RenderSettings) -> Vec<String> {
     }
 }
 
-fn beyond(called_for: Mask, wanted: Mask) -> Vec<String> {
-    effects::names(called_for & !wanted & !effects::STRUCTURE)
+fn beyond(called_for: EnumSet<Effect>, wanted: EnumSet<Effect>) -> Vec<String> {
+    effects::names(called_for - wanted - effects::STRUCTURE)
 }
 
 /// The kernel for the effects that are wanted, and the effects that it has.
-fn kernel(settings: &RenderSettings, wanted: Mask) -> (Mask, AnyKernel) {
+fn kernel(settings: &RenderSettings, wanted: EnumSet<Effect>) -> (EnumSet<Effect>, AnyKernel) {
     if settings.passes.need_light_apart() {
         return (effects::PATHS, AnyKernel::Apart(integrator::APART));
     }

@@ -313,7 +313,7 @@ pub fn prepare(scene: &Scene, options: &Options) -> Vec<Arc<PreparedMaterial>> {
     let materials = scene.materials.iter().chain([&fallback]);
     materials
         .zip(&vertices)
-        .map(|(m, &v)| preparer.material(scene, &effects::kept(m, options.effects), v))
+        .map(|(m, &v)| preparer.material(scene, &effects::without_effects(m, options.effects), v))
         .map(Arc::new)
         .collect()
 }

@@ -266,7 +266,7 @@ impl World {
 
     /// Effects that kernels must have because of how this world is built.
     pub fn structure(&self) -> Mask {
-        let mut set = 0;
+        let mut set = Mask::empty();
         if self.geometry.entries.iter().any(Entry::is_instance) {
             set |= effects::INSTANCES;
         }

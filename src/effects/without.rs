@@ -1,32 +1,28 @@
 //! What a scene's parts are when some effects are left out.
 
 use super::detect::kind_of_glass;
-use super::mask::{self, Mask, has};
-use super::table::row;
+use super::sets;
 use crate::scene::graph::node::principled;
 use crate::scene::graph::{Graph, Input, NodeKind, Opacity, Slot, SocketKind};
 use crate::scene::{Effect, Environment, Light, Material};
+use enumset::EnumSet;
 
 /// Whether a light of this kind is kept.
-pub fn keeps(set: Mask, light: &Light) -> bool {
-    keeps_effect(set, light.kind.effect())
+pub fn keeps(set: EnumSet<Effect>, light: &Light) -> bool {
+    set.contains(light.kind.effect())
 }
 
 /// Whether light from all around of this kind is kept.
-pub fn keeps_environment(set: Mask, environment: &Environment) -> bool {
-    keeps_effect(set, environment.effect())
-}
-
-fn keeps_effect(set: Mask, effect: Effect) -> bool {
-    has(set, row(effect).bit)
+pub fn keeps_environment(set: EnumSet<Effect>, environment: &Environment) -> bool {
+    set.contains(environment.effect())
 }
 
 /// A material without the effects that a set lacks: images leave their factors, opacity is 1, glass is opaque, metal a dielectric
 /// of its colour, and a dielectric does not reflect. What calls for no more than the set has stays as it is.
-pub fn kept(material: &Material, set: Mask) -> Material {
+pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
     let mut m = material.clone();
     for slot in Slot::ALL {
-        if !keeps_effect(set, slot.effect()) {
+        if !set.contains(slot.effect()) {
             // One at a time: what is left has other places in the list afterwards.
             while let Some((_, node, socket)) = textured(&m.graph, slot) {
                 m.graph.whiten(node, socket);
@@ -34,18 +30,18 @@ pub fn kept(material: &Material, set: Mask) -> Material {
         }
     }
     let alpha = match m.summary().opacity {
-        Opacity::Full => mask::ALL,
-        Opacity::Clip { .. } => mask::ALPHA_CLIP,
-        Opacity::Blend { .. } => mask::ALPHA_BLEND,
+        Opacity::Full => sets::ALL,
+        Opacity::Clip { .. } => EnumSet::only(Effect::AlphaClip),
+        Opacity::Blend { .. } => EnumSet::only(Effect::AlphaBlend),
     };
-    if !has(set, alpha) {
+    if set.is_disjoint(alpha) {
         m.graph.make_opaque();
     }
     let mut surfaces = m.summary().principled.into_iter();
     for node in &mut m.graph.nodes {
         let sockets = node.kind.sockets().iter();
         for (input, socket) in node.inputs.iter_mut().zip(sockets) {
-            if socket.kind == SocketKind::Vector && !has(set, mask::NORMAL_MAPS) {
+            if socket.kind == SocketKind::Vector && !set.contains(Effect::NormalMaps) {
                 *input = Input::None;
             }
         }
@@ -55,14 +51,14 @@ pub fn kept(material: &Material, set: Mask) -> Material {
         let mut without = |socket: usize| node.inputs[socket] = Input::float(0.0);
         if let Some(p) = surfaces.next()
             && p.transmission.1 > 0.0
-            && !keeps_effect(set, kind_of_glass(&p))
+            && !set.contains(kind_of_glass(&p))
         {
             without(principled::TRANSMISSION_WEIGHT);
         }
-        if !has(set, mask::METAL) {
+        if !set.contains(Effect::Metal) {
             without(principled::METALLIC);
         }
-        if !has(set, mask::GLOSS) {
+        if !set.contains(Effect::Gloss) {
             without(principled::SPECULAR_IOR_LEVEL);
         }
     }
@@ -82,6 +78,7 @@ fn textured(graph: &Graph, slot: Slot) -> Option<(Slot, usize, usize)> {
 mod tests {
     use super::*;
     use crate::scene::{AlphaMode, ImageId, MetallicRoughness};
+    use crate::effects::sets;
 
     #[test]
     fn what_is_left_out_is_gone_and_the_rest_stays() {
@@ -94,14 +91,14 @@ mod tests {
             alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
             ..MetallicRoughness::default()
         });
-        assert_eq!(kept(&glass, mask::ALL), glass);
-        let less = kept(&glass, mask::ALL & !mask::ROUGH_GLASS & !mask::ALPHA_CLIP).summary();
+        assert_eq!(without_effects(&glass, sets::ALL), glass);
+        let less = without_effects(&glass, sets::ALL - Effect::RoughGlass - Effect::AlphaClip).summary();
         let p = less.principled[0];
         assert_eq!(p.transmission.1, 0.0);
         assert_eq!(less.opacity, Opacity::Full);
         assert_eq!((p.metallic.1, p.specular.1), (0.5, 1.0));
-        assert_eq!(kept(&glass, mask::ALL & !mask::CLEAR_GLASS), glass);
-        let p = kept(&glass, 0).summary().principled[0];
+        assert_eq!(without_effects(&glass, sets::ALL - Effect::ClearGlass), glass);
+        let p = without_effects(&glass, EnumSet::empty()).summary().principled[0];
         assert_eq!((p.metallic.1, p.specular.1), (0.0, 0.0));
     }
 
@@ -115,12 +112,12 @@ mod tests {
             metallic_roughness_texture: image,
             ..MetallicRoughness::default()
         });
-        let plain = kept(&m, mask::ALL & !mask::METALLIC_ROUGHNESS_TEXTURE);
+        let plain = without_effects(&m, sets::ALL - Effect::MetallicRoughnessTexture);
         assert!(plain.graph.has_texture(Slot::BaseColor));
         assert!(!plain.graph.has_texture(Slot::MetallicRoughness));
         let p = plain.summary().principled[0];
         assert_eq!((p.metallic, p.roughness), ((0.75, 0.75), (1.0, 1.0)));
-        let plain = kept(&m, mask::ALL & !mask::TEXTURES);
+        let plain = without_effects(&m, sets::ALL - sets::TEXTURES);
         assert_eq!(plain.graph.textures().count(), 0);
         let base = plain.summary().principled[0].base_color;
         assert_eq!(base.to_array(), [0.5, 0.25, 1.0]);
