@@ -22,7 +22,7 @@ use glam::DVec3;
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::scene::{
-    self, Diagnostics, Environment, Image, ImageId, Pixels, Scene, Verdict, Visibility,
+    self, Diagnostics, Effect, Environment, Image, ImageId, Pixels, Scene, Verdict, Visibility,
 };
 
 /// Choices that a scene file leaves open.
@@ -181,7 +181,8 @@ fn environment_image(
     if let Pixels::F32(values) = &mut image.pixels {
         let replaced = image::make_radiance(Arc::make_mut(values).as_mut_slice());
         if replaced > 0 {
-            diagnostics.report(
+            diagnostics.report_effect(
+                Effect::ImageEnvironment,
                 "environment-values",
                 Verdict::Approximated,
                 format!(

@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::flatten::directions;
-use super::{Diagnostics, LightKind, Material, Mesh, Projection, Scene, Verdict, twins};
+use super::{Diagnostics, Effect, LightKind, Material, Mesh, Projection, Scene, Verdict, twins};
 use crate::math::words::counted;
 
 /// Makes a scene fit for rendering: drops what has no meaning, repairs what has one, and says so.
@@ -143,7 +143,8 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             let m = light.world_from_light.matrix3;
             let edges = (m.x_axis * f64::from(x), m.y_axis * f64::from(y));
             if edges.0.cross(edges.1) == DVec3::ZERO {
-                diagnostics.report(
+                diagnostics.report_effect(
+                    Effect::AreaLights,
                     "flat-light",
                     Verdict::Lost,
                     "area light without an area",
@@ -217,7 +218,8 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             .aperture
             .is_some_and(|a| a.radius != 0.0 && !a.is_sane())
         {
-            diagnostics.report(
+            diagnostics.report_effect(
+                Effect::DepthOfField,
                 "bad-aperture",
                 Verdict::Approximated,
                 "camera with an impossible aperture",
@@ -237,7 +239,8 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             && environment.rotation.determinant() != 0.0
             && environment.image.is_none_or(|i| (i.0 as usize) < images);
         if !sane {
-            diagnostics.report(
+            diagnostics.report_effect(
+                environment.effect(),
                 "bad-environment",
                 Verdict::Lost,
                 "environment with impossible numbers",
@@ -474,7 +477,8 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
         }
     }
     if replaced {
-        diagnostics.report(
+        diagnostics.report_effect(
+            Effect::VertexColors,
             "bad-colours",
             Verdict::Approximated,
             "vertex colours that are negative or not finite",
@@ -530,7 +534,8 @@ fn clean_normals(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
         }
     }
     if used {
-        diagnostics.report(
+        diagnostics.report_effect(
+            Effect::SmoothNormals,
             "bad-normals",
             Verdict::Approximated,
             "vertex normals that are zero or not finite",
@@ -562,7 +567,8 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
         *tangent = [unit.x, unit.y, unit.z, sign];
     }
     if replaced {
-        diagnostics.report(
+        diagnostics.report_effect(
+            Effect::NormalMaps,
             "bad-tangents",
             Verdict::Approximated,
             "tangents that are zero or not finite",

@@ -7,7 +7,8 @@ use glam::{DAffine3, DQuat, DVec3};
 use serde_json::json;
 use sundog::import::{self, ImportOptions, LightUnits, Transmission};
 use sundog::scene::{
-    AlphaMode, LightKind, Pixels, Projection, Scene, TextureFilter, UvTransform, Verdict, Wrap,
+    AlphaMode, Effect, LightKind, Pixels, Projection, Scene, TextureFilter, UvTransform, Verdict,
+    Wrap,
 };
 
 use super::kit::*;
@@ -764,9 +765,22 @@ fn unsupported_material_extensions_are_named_once_and_only_if_they_do_something(
         );
         assert_eq!(message.objects, ["material \"a\"", "material \"b\""]);
     }
+    let effects = imported.diagnostics.iter().filter_map(|m| m.effect);
+    assert_eq!(
+        effects.collect::<enumset::EnumSet<_>>(),
+        Effect::Coat
+            | Effect::Sheen
+            | Effect::ThinFilm
+            | Effect::Anisotropy
+            | Effect::Dispersion
+            | Effect::DiffuseTransmission
+    );
     let unknown = found(&imported, "unknown-extension");
     assert_eq!(unknown.len(), 1);
-    assert_eq!(unknown[0].feature, "ACME_glitter");
+    assert_eq!(
+        (unknown[0].feature.as_str(), unknown[0].effect),
+        ("ACME_glitter", None)
+    );
     // Demanded material extensions do not stop the import.
     file.json["extensionsRequired"] = json!(["KHR_materials_sheen"]);
     assert_eq!(file.load().diagnostics.iter().count(), 7);

@@ -4,7 +4,7 @@ use glam::DAffine3;
 
 use super::extensions::report_properties;
 use super::schema::{CameraJson, NodeJson, SundogCamera};
-use crate::scene::{Aperture, Camera, Diagnostics, Projection, Verdict, Window};
+use crate::scene::{Aperture, Camera, Diagnostics, Effect, Projection, Verdict, Window};
 
 /// The camera of a node; `None` if it is neither perspective nor orthographic.
 pub(super) fn load_camera(
@@ -88,7 +88,8 @@ fn apply(extension: &SundogCamera, camera: &mut Camera, diagnostics: &mut Diagno
                 latitude: panorama.latitude,
             };
         } else {
-            diagnostics.report(
+            diagnostics.report_effect(
+                Effect::PanoramaCamera,
                 "panorama-kind",
                 Verdict::Lost,
                 format!("panoramas of type \"{}\"", panorama.kind),

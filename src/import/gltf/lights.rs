@@ -8,7 +8,9 @@ use super::container::Document;
 use super::extensions::report_property;
 use super::schema::{LightJson, SpotJson, SundogLight};
 use crate::import::{ImportOptions, LightUnits};
-use crate::scene::{AreaShape, Diagnostics, Light, LightKind, Mesh, Scene, Verdict, Visibility};
+use crate::scene::{
+    AreaShape, Diagnostics, Effect, Light, LightKind, Mesh, Scene, Verdict, Visibility,
+};
 
 /// Lumens a watt of Blender's exporter (`PBR_WATTS_TO_LUMENS`): 555 nm light, as in the definition
 /// of the candela.
@@ -94,7 +96,8 @@ pub(super) fn load_area(
         (Some("area"), None | Some("rectangle")) => AreaShape::Rectangle,
         (Some("area"), Some("ellipse")) => AreaShape::Ellipse,
         (Some("area"), Some(other)) => {
-            diagnostics.report(
+            diagnostics.report_effect(
+                Effect::AreaLights,
                 "light-shape",
                 Verdict::Lost,
                 format!("area lights of the shape \"{other}\""),
@@ -360,7 +363,8 @@ fn cone(
     if (moved(spot.outer_cone_angle, outer) || moved(spot.inner_cone_angle, inner))
         && (sundog.half_angle.is_none() || sundog.blend.is_none())
     {
-        diagnostics.report(
+        diagnostics.report_effect(
+            Effect::SpotLights,
             "spot-cone",
             Verdict::Approximated,
             "spot light with an impossible cone, or an inner one wider than the outer",
@@ -369,7 +373,8 @@ fn cone(
         );
     }
     if document.blender_version().is_none() && blend > 0.0 && sundog.blend.is_none() {
-        diagnostics.report(
+        diagnostics.report_effect(
+            Effect::SpotLights,
             "spot-edge",
             Verdict::Approximated,
             "soft edge of spot lights",

@@ -11,7 +11,7 @@ use super::deform::{self, Pose};
 use super::draco::Decoded;
 use super::tangents;
 use crate::import::budget::Budget;
-use crate::scene::{Diagnostics, MaterialId, Mesh, Verdict};
+use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, Verdict};
 
 /// What a primitive needs to know of its material.
 #[derive(Clone, Copy, Debug)]
@@ -143,7 +143,8 @@ pub(super) fn load_primitive(
             if let Some(most) = material.brightest
                 && limit_colors(&mut colors, most)
             {
-                diagnostics.report(
+                diagnostics.report_effect(
+                    Effect::VertexColors,
                     "bright-vertex-colours",
                     Verdict::Approximated,
                     "vertex colours that make a surface brighter than white",
@@ -156,7 +157,8 @@ pub(super) fn load_primitive(
         None => None,
     };
     if attribute(Semantic::Colors(1)).is_some() {
-        diagnostics.report(
+        diagnostics.report_effect(
+            Effect::VertexColors,
             "more-vertex-colours",
             Verdict::Lost,
             "COLOR_1 and further vertex colours",
@@ -224,7 +226,8 @@ pub(super) fn load_primitive(
             budget.take(mesh.triangles.len() as u64 * 3, 60)?;
             tangents::compute(&mut mesh, set as usize);
         } else {
-            diagnostics.report(
+            diagnostics.report_effect(
+                Effect::NormalMaps,
                 "normal-map-without-uv",
                 Verdict::Lost,
                 format!("normal map on meshes without texture coordinate set {set}"),

@@ -7,7 +7,7 @@ use super::extensions::report_property;
 use super::schema::{WorldJson, WorldSunJson};
 use crate::import::{ImportError, environment_image};
 use crate::scene::{
-    Diagnostics, Environment, ImageId, Light, LightKind, Scene, Verdict, Visibility,
+    Diagnostics, Effect, Environment, ImageId, Light, LightKind, Scene, Verdict, Visibility,
 };
 
 /// How far a rotation's columns may be from orthonormal: f32 writers are within 1e-6.
@@ -125,7 +125,8 @@ fn rotation(world: &WorldJson, diagnostics: &mut Diagnostics) -> DMat3 {
             }
         });
     if error > ORTHONORMAL {
-        diagnostics.report(
+        diagnostics.report_effect(
+            Effect::ImageEnvironment,
             "world-rotation",
             Verdict::Lost,
             "rotation of the world that is none",
