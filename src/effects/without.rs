@@ -77,8 +77,8 @@ fn textured(graph: &Graph, slot: Slot) -> Option<(Slot, usize, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{AlphaMode, ImageId, MetallicRoughness};
     use crate::effects::sets;
+    use crate::scene::{AlphaMode, ImageId, MetallicRoughness};
 
     #[test]
     fn what_is_left_out_is_gone_and_the_rest_stays() {
@@ -92,13 +92,19 @@ mod tests {
             ..MetallicRoughness::default()
         });
         assert_eq!(without_effects(&glass, sets::ALL), glass);
-        let less = without_effects(&glass, sets::ALL - Effect::RoughGlass - Effect::AlphaClip).summary();
+        let less =
+            without_effects(&glass, sets::ALL - Effect::RoughGlass - Effect::AlphaClip).summary();
         let p = less.principled[0];
         assert_eq!(p.transmission.1, 0.0);
         assert_eq!(less.opacity, Opacity::Full);
         assert_eq!((p.metallic.1, p.specular.1), (0.5, 1.0));
-        assert_eq!(without_effects(&glass, sets::ALL - Effect::ClearGlass), glass);
-        let p = without_effects(&glass, EnumSet::empty()).summary().principled[0];
+        assert_eq!(
+            without_effects(&glass, sets::ALL - Effect::ClearGlass),
+            glass
+        );
+        let p = without_effects(&glass, EnumSet::empty())
+            .summary()
+            .principled[0];
         assert_eq!((p.metallic.1, p.specular.1), (0.0, 0.0));
     }
 
