@@ -1,7 +1,7 @@
 #!/bin/sh
-# Runs the fuzzer (src/hard/fuzz) for as long as asked: scripts/fuzz.sh [MINUTES] [FIRST SEED]
+# Runs the fuzzer (tests/fuzz/fuzzer) for as long as asked: scripts/fuzz.sh [MINUTES] [FIRST SEED]
 #
-# What fails is made smaller and kept in tests/fuzz, which `make test` replays: mend it, give the file a name that says what it
+# What fails is made smaller and kept in tests/fuzz/found, which `make test` replays: mend it, give the file a name that says what it
 # is, and commit both. The process may take 6 GiB; one that dies (by that limit, or by an input that takes two minutes) is
 # named by its seed, and the next goes on behind it.
 set -eu

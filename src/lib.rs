@@ -20,7 +20,6 @@ pub mod cost;
 pub mod effects;
 pub mod ffi;
 pub mod film;
-pub mod hard;
 pub mod import;
 pub mod integrator;
 pub mod light;
@@ -32,6 +31,7 @@ pub mod render;
 pub mod report;
 pub mod sampler;
 pub mod scene;
+pub mod selftest;
 pub mod shading;
 pub mod world;
 

@@ -1,13 +1,19 @@
 //! Random inputs: all that the fuzzer has found and that is mended, and some fresh ones.
 
+#[allow(
+    dead_code,
+    unused_imports,
+    reason = "tests/fuzz/main.rs draws inputs and makes them smaller, with the same modules"
+)]
+mod fuzzer;
+
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
-use sundog::hard::fuzz;
 
-/// What is kept in tests/fuzz: recipes of scenes as JSON, and damaged files.
+/// What is kept in tests/fuzz/found: recipes of scenes as JSON, and damaged files.
 #[test]
 fn what_was_found_stays_mended() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/found");
     let mut files: Vec<_> = std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().path())
@@ -20,9 +26,9 @@ fn what_was_found_stays_mended() {
             .is_some_and(|extension| extension == "json")
         {
             let text = std::fs::read_to_string(path).unwrap();
-            fuzz::check(&serde_json::from_str(&text).unwrap())
+            fuzzer::check(&serde_json::from_str(&text).unwrap())
         } else {
-            fuzz::import(path)
+            fuzzer::import(path)
         };
         if let Some(finding) = finding {
             wrong.push(format!("{}: {finding}", path.display()));
@@ -34,8 +40,8 @@ fn what_was_found_stays_mended() {
 #[test]
 fn random_inputs_hold() {
     for seed in 1_000_000..1_000_040 {
-        let input = fuzz::draw(seed);
-        let finding = fuzz::check(&input);
+        let input = fuzzer::draw(seed);
+        let finding = fuzzer::check(&input);
         assert_eq!(finding, None, "seed {seed}: {input:#}");
     }
 }
@@ -50,18 +56,18 @@ fn kernels_agree(seeds: std::ops::Range<u64>) {
         let seeds = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
         let seeds = seeds.take_while(|seed| *seed < start + count);
         let compared = seeds.map(|seed| {
-            let recipe = fuzz::draw_for_kernels(seed);
-            fuzz::kernels(&recipe).unwrap_or_else(|why| panic!("seed {seed}: {why}: {recipe:#}"))
+            let recipe = fuzzer::draw_for_kernels(seed);
+            fuzzer::kernels(&recipe).unwrap_or_else(|why| panic!("seed {seed}: {why}: {recipe:#}"))
         });
         compared.collect::<Vec<_>>()
     };
     let threads = std::thread::available_parallelism().map_or(1, Into::into);
-    let results: Vec<fuzz::Compared> = std::thread::scope(|scope| {
+    let results: Vec<fuzzer::Compared> = std::thread::scope(|scope| {
         let running: Vec<_> = (0..threads).map(|_| scope.spawn(some)).collect();
         let results = running.into_iter().map(|thread| thread.join().unwrap());
         results.flatten().collect()
     });
-    let share = |of: fn(&fuzz::Compared) -> bool| {
+    let share = |of: fn(&fuzzer::Compared) -> bool| {
         results.iter().filter(|compared| of(compared)).count() as f64 / count as f64
     };
     let (simplified, exact) = (share(|c| c.simplified), share(|c| c.exact));

@@ -10,12 +10,14 @@ mod visibility;
 use glam::{DAffine3, DVec3, Vec3};
 use sundog::effects::{self, Matte};
 use sundog::film::Passes;
-use sundog::hard::kit::{camera, constant_environment, diffuse, glass, light, place, quad, sphere};
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
 use sundog::scene::{
     AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind,
     MetallicRoughness, NormalTexture, Projection, RayKind, Scene, Texture, Visibility,
+};
+use sundog::selftest::kit::{
+    camera, constant_environment, diffuse, glass, light, place, quad, sphere,
 };
 
 fn small(samples: u32, bounces: u32) -> RenderSettings {

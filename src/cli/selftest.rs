@@ -3,8 +3,8 @@
 use super::args::SelfTest;
 use super::exit::{EXIT_ERROR, EXIT_OK};
 use super::{Failure, console};
-use crate::hard::{Case, Finding, GROUPS, Outcome};
 use crate::report::{Cell, Column, Table};
+use crate::selftest::{Case, Finding, GROUPS, Outcome};
 use serde_json::{Value, json};
 
 /// Runs the command.

@@ -134,9 +134,9 @@ pub(super) fn prepare(
 #[cfg(test)]
 mod tests {
     use super::super::material::{Preparer, Vertices};
-    use crate::hard::kit::{camera, diffuse, glass};
     use crate::light::emissive::{Eye, outside};
     use crate::scene::{AlphaMode, MetallicRoughness, RayKind, Scene, Visibility};
+    use crate::selftest::kit::{camera, diffuse, glass};
     use glam::{DVec3, Vec3};
 
     /// A tetrahedron of size 1 at the origin, wound outwards.

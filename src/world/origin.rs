@@ -122,7 +122,7 @@ fn mesh_bounds(mesh: &crate::scene::Mesh) -> Option<(DVec3, DVec3)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hard::kit::{camera, diffuse, place, sphere};
+    use crate::selftest::kit::{camera, diffuse, place, sphere};
     use glam::DAffine3;
 
     #[test]

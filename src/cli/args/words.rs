@@ -2,7 +2,7 @@
 
 use super::values::Word;
 use crate::color::Depth;
-use crate::hard::Effort;
+use crate::selftest::Effort;
 use crate::import::{LightUnits, Transmission};
 use crate::output::exr::SampleType;
 use crate::render::{Caustics, InstructionSet, LightSampling};

@@ -1,9 +1,8 @@
 //! Lights at the edges of size, distance, angle and strength.
 
 use super::kit::{self, Bench, Mean};
-use super::{Case, Effort, Finding};
+use super::{Case, Effort, Finding, environments};
 use crate::light::area::Area;
-use crate::light::environment::Environment;
 use crate::light::estimate::{Angle, LightBounds};
 use crate::light::lamp::{Cone, Lamp};
 use crate::light::sun::Sun;
@@ -12,7 +11,7 @@ use crate::light::triangle::Triangle;
 use crate::math::float::gamma;
 use crate::render::RenderError;
 use crate::sampler::hashed;
-use crate::scene::{AreaShape, Light, LightKind, MetallicRoughness, Pixels, Scene};
+use crate::scene::{AreaShape, Light, LightKind, MetallicRoughness, Scene};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -66,22 +65,22 @@ pub const CASES: &[Case] = &[
     Case {
         name: "environment-images",
         about: "Environments with one texel of 1e8, all zeros, of 1x1 and of up to 16384x8192 texels: sampled light is the integral.",
-        run: environments,
+        run: environments::images,
     },
     Case {
         name: "environment-values",
         about: "NaN, infinities and negative values in an environment's file: replaced at the border, no sample is not finite.",
-        run: environment_values,
+        run: environments::values,
     },
 ];
 
 /// A point of the unit square.
-fn square(key: u32, number: u32) -> Vec2 {
+pub fn square(key: u32, number: u32) -> Vec2 {
     Vec2::new(hashed(key, number, 1), hashed(key, number, 2))
 }
 
 /// z-score that no estimate may reach.
-const Z: f64 = 4.0;
+pub const Z: f64 = 4.0;
 
 /// What the mean of cosines in a cone, over a grid of n × n midpoints, is of the true mean 1 − (1 − cos)/2. The squared radius
 /// on the disc is the greater of two squares, (2k − 1)²/n² for 2k − 1 of (n/2)² points: its mean is 1/2 − 1/n².
@@ -676,135 +675,4 @@ fn needle(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         ));
     }
     Ok(bench.with(findings))
-}
-
-/// The integral of an environment of ones but for one texel, by its bilinear interpolation: a tent of ±1 texel in longitude
-/// and latitude; rows of directions are weighted by their solid angle (8 points of the midpoint rule a texel and axis).
-fn with_a_hot_texel(size: [usize; 2], hot: f64, row: usize) -> f64 {
-    let [width, height] = size.map(|s| s as f64);
-    let steps = 64;
-    let (mut tent, step) = (0.0, 1.0 / f64::from(steps));
-    for i in -steps..steps {
-        let t = (f64::from(i) + 0.5) * step;
-        let polar = (row as f64 + 0.5 + t) / height * std::f64::consts::PI;
-        tent += (1.0 - t.abs()) * polar.sin() * step;
-    }
-    let cell = std::f64::consts::TAU / width * std::f64::consts::PI / height;
-    4.0 * std::f64::consts::PI + (hot - 1.0) * tent * cell
-}
-
-fn environments(effort: Effort) -> Result<Vec<Finding>, RenderError> {
-    let draws = effort.of(4_000u32, 100_000, 1_000_000);
-    let largest = effort.of([2048, 1024], [4096, 2048], [16384, 8192]);
-    let mut findings = Vec::new();
-    for (size, hot) in [
-        ([1, 1], 1.0f32),
-        ([2, 1], 1e8),
-        ([512, 256], 1e8),
-        (largest, 1e8),
-    ] {
-        let [width, height] = size;
-        let mut texels = vec![Vec3::ONE; width * height];
-        let row = height * 3 / 5;
-        texels[row * width + width / 3] = Vec3::splat(hot);
-        let found = Environment::image(width, height, texels, Vec3::ONE, &glam::DMat3::IDENTITY);
-        let mut mean = Mean::default();
-        let mut unlike = 0f64;
-        for i in 0..draws {
-            let d = found.sample(square(11, i));
-            mean.add(f64::from(found.emitted(d.wi).x) / f64::from(d.pdf));
-            // Directions on the border of two cells may be told to the other one.
-            unlike += f64::from(u8::from(
-                (found.pdf_li(found.le(d.wi).on) / d.pdf - 1.0).abs() > 1e-3,
-            ));
-        }
-        // Tents that reach over a pole are cut there: only where there are at least three rows is the integral this.
-        let exact = if height > 2 {
-            with_a_hot_texel(size, f64::from(hot), row)
-        } else if width == 1 {
-            4.0 * std::f64::consts::PI
-        } else {
-            2.0 * std::f64::consts::PI * (1.0 + f64::from(hot))
-        };
-        let name = format!("{width}x{height}, one of {hot:e}");
-        findings.push(Finding::at_most(
-            format!("{name}: z of the integral"),
-            Z,
-            mean.z(exact, 1e-6 * exact),
-        ));
-        findings.push(Finding::at_most(
-            format!("{name}: share of directions in another cell"),
-            0.01,
-            unlike / f64::from(draws),
-        ));
-    }
-    let black = Environment::image(
-        64,
-        32,
-        vec![Vec3::ZERO; 64 * 32],
-        Vec3::ONE,
-        &glam::DMat3::IDENTITY,
-    );
-    let wrong = (0..draws).filter(|&i| {
-        let d = black.sample(square(12, i));
-        !(d.wi.is_finite() && d.pdf.is_finite() && d.pdf > 0.0 && black.emitted(d.wi) == Vec3::ZERO)
-    });
-    findings.push(Finding::none(
-        "directions of a black image that are wrong",
-        wrong.count() as u64,
-    ));
-    Ok(findings)
-}
-
-/// By way of a file, as users do: an EXR with what no light can be, over a white floor.
-fn environment_values(effort: Effort) -> Result<Vec<Finding>, RenderError> {
-    let hard = [
-        f32::NAN,
-        f32::INFINITY,
-        f32::NEG_INFINITY,
-        -1.0,
-        -0.0,
-        0.0,
-        1e-40,
-        1.0,
-    ];
-    // What docs/gltf.md promises: nothing for what is negative or no number, the largest finite value for infinity.
-    let kept = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1e-40, 1.0];
-    let failed =
-        |error: &dyn std::fmt::Display| RenderError::Setting(format!("the test's file: {error}"));
-    let folder = tempfile::tempdir().map_err(|error| failed(&error))?;
-    let file = folder.path().join("hard.exr");
-    exr::prelude::write_rgb_file(&file, 16, 8, |x, y| {
-        let value = hard[(x + 3 * y) % hard.len()];
-        (value, value, value)
-    })
-    .map_err(|error| failed(&error))?;
-
-    let mut scene = Scene {
-        cameras: vec![kit::camera(DVec3::new(0.0, 1.0, 3.0), 1.2)],
-        ..Scene::default()
-    };
-    let floor = kit::quad([-2.0, 0.0, 2.0], [4.0, 0.0, 0.0], [0.0, 0.0, -4.0]);
-    kit::place(
-        &mut scene,
-        floor,
-        kit::diffuse([1.0; 3]),
-        &[DAffine3::IDENTITY],
-    );
-    crate::import::load_environment(&mut scene, &file, 1.0, 0.0).map_err(|error| failed(&error))?;
-    let mut wrong = 0;
-    if let Some(Pixels::F32(values)) = scene.images.first().map(|image| &image.pixels) {
-        for (i, texel) in values.chunks_exact(3).enumerate() {
-            let expected = kept[(i % 16 + 3 * (i / 16)) % kept.len()];
-            wrong += u64::from(texel.iter().any(|&v| v != expected));
-        }
-    } else {
-        wrong = u64::MAX;
-    }
-    let mut bench = Bench::default();
-    bench.render(&scene, &kit::small(effort.of(8, 64, 256), 2))?;
-    Ok(bench.with(vec![Finding::none(
-        "texels that are not what they should be",
-        wrong,
-    )]))
 }

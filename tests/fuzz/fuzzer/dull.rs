@@ -1,39 +1,34 @@
 //! Scenes with much in them that changes nothing: what `scene::simplify` and the detection of effects are to see through.
 
-use super::dice::Dice;
-use crate::scene::graph::node::{math, mix, mix_shader, normal_map, principled};
-use crate::scene::graph::{Blend, Graph, Input, Link, MathOperation, Node, NodeKind, SocketKind};
-use crate::scene::{
+use super::rng::Rng;
+use std::sync::Arc;
+use sundog::scene::graph::node::{math, mix, mix_shader, normal_map, principled};
+use sundog::scene::graph::{Blend, Graph, Input, Link, MathOperation, Node, NodeKind, SocketKind};
+use sundog::scene::{
     Image, ImageId, ImageUse, Mesh, Pixels, RayKind, Sampler, Scene, Texture, UvTransform,
     Visibility,
 };
-use std::sync::Arc;
 
 /// Makes parts of a scene dull.
 pub fn dull(scene: &mut Scene, seed: u64) {
-    let mut dice = Dice::new(seed);
-    images(scene, &mut dice);
-    materials(scene, &mut dice);
-    meshes(scene, &mut dice);
-    lights(scene, &mut dice);
+    let mut rng = Rng::new(seed);
+    images(scene, &mut rng);
+    materials(scene, &mut rng);
+    meshes(scene, &mut rng);
+    lights(scene, &mut rng);
 }
 
 /// An image of one value, or one whose opacity is 1, or a flat normal map.
-fn image(dice: &mut Dice) -> Image {
-    let (width, height) = (1 + dice.below(3) as u32, 1 + dice.below(3) as u32);
-    let channels = 1 + dice.below(4);
-    let texel = [(); 4].map(|()| dice.pick(&[0, 1, 127, 128, 200, 255]) as u8);
+fn image(rng: &mut Rng) -> Image {
+    let (width, height) = (1 + rng.below(3) as u32, 1 + rng.below(3) as u32);
+    let channels = 1 + rng.below(4);
+    let texel = [(); 4].map(|()| rng.pick(&[0, 1, 127, 128, 200, 255]) as u8);
     let count = (width * height) as usize;
-    let kind = dice.below(3);
+    let kind = rng.below(3);
     let texels = (0..count).map(|_| match kind {
         0 => texel,
-        1 => [(); 4].map(|()| dice.below(256) as u8),
-        _ => [
-            127 + dice.below(2) as u8,
-            127 + dice.below(2) as u8,
-            255,
-            255,
-        ],
+        1 => [(); 4].map(|()| rng.below(256) as u8),
+        _ => [127 + rng.below(2) as u8, 127 + rng.below(2) as u8, 255, 255],
     });
     let opaque = kind > 0;
     let mut values: Vec<u8> = Vec::new();
@@ -52,40 +47,40 @@ fn image(dice: &mut Dice) -> Image {
     }
 }
 
-fn texture(scene: &mut Scene, dice: &mut Dice) -> Texture {
-    scene.images.push(image(dice));
+fn texture(scene: &mut Scene, rng: &mut Rng) -> Texture {
+    scene.images.push(image(rng));
     Texture {
         image: ImageId(scene.images.len() as u32 - 1),
-        uv_set: dice.below(2) as u32,
+        uv_set: rng.below(2) as u32,
         transform: UvTransform {
-            offset: [dice.unit() as f32, 0.0],
-            rotation: dice.pick(&[0.0, 1.0]),
-            scale: dice.pick(&[[1.0, 1.0], [7.3, -2.0]]),
+            offset: [rng.unit() as f32, 0.0],
+            rotation: rng.pick(&[0.0, 1.0]),
+            scale: rng.pick(&[[1.0, 1.0], [7.3, -2.0]]),
         },
         sampler: Sampler::default(),
     }
 }
 
 /// The same image twice, and one of the environment that is the same everywhere.
-fn images(scene: &mut Scene, dice: &mut Dice) {
-    if let Some(last) = scene.images.last().cloned().filter(|_| dice.chance(0.3)) {
+fn images(scene: &mut Scene, rng: &mut Rng) {
+    if let Some(last) = scene.images.last().cloned().filter(|_| rng.chance(0.3)) {
         scene.images.push(last);
         let (first, second) = (scene.images.len() as u32 - 2, scene.images.len() as u32 - 1);
         for material in &mut scene.materials {
             for texture in material.graph.textures_mut() {
-                if texture.image.0 == first && dice.chance(0.5) {
+                if texture.image.0 == first && rng.chance(0.5) {
                     texture.image = ImageId(second);
                 }
             }
         }
     }
-    if dice.chance(0.3)
+    if rng.chance(0.3)
         && let Some(environment) = &mut scene.environment
         && let Some(image) = environment.image
         && let Some(image) = scene.images.get_mut(image.0 as usize)
         && let Pixels::F32(values) = &mut image.pixels
     {
-        let value = dice.pick(&[0.0, 0.7]);
+        let value = rng.pick(&[0.0, 0.7]);
         Arc::make_mut(values).fill(value);
     }
 }
@@ -203,23 +198,23 @@ fn thin_out(graph: &mut Graph, alpha: f32, clip: bool) {
     graph.surface = Some(graph.add(mixed));
 }
 
-fn materials(scene: &mut Scene, dice: &mut Dice) {
+fn materials(scene: &mut Scene, rng: &mut Rng) {
     for number in 0..scene.materials.len() {
         for socket in TEXTURED {
-            if dice.chance(0.2) {
-                let texture = texture(scene, dice);
+            if rng.chance(0.2) {
+                let texture = texture(scene, rng);
                 multiply(&mut scene.materials[number].graph, socket, texture);
             }
         }
-        if dice.chance(0.2) {
-            let texture = texture(scene, dice);
-            let strength = dice.pick(&[1.0, 0.5, 0.0, 3.0]);
+        if rng.chance(0.2) {
+            let texture = texture(scene, rng);
+            let strength = rng.pick(&[1.0, 0.5, 0.0, 3.0]);
             bump(&mut scene.materials[number].graph, texture, strength);
         }
         let graph = &mut scene.materials[number].graph;
-        if dice.chance(0.3) {
-            let clip = dice.chance(0.5);
-            let alpha = dice.pick(&[1.0, 1.0, 0.6]);
+        if rng.chance(0.3) {
+            let clip = rng.chance(0.5);
+            let alpha = rng.pick(&[1.0, 1.0, 0.6]);
             thin_out(graph, alpha, clip);
         }
         let mut set = |socket: usize, value: f32| {
@@ -227,40 +222,40 @@ fn materials(scene: &mut Scene, dice: &mut Dice) {
                 graph.nodes[node].inputs[socket] = value.into();
             }
         };
-        if dice.chance(0.1) {
+        if rng.chance(0.1) {
             set(principled::BASE_COLOR, 0.0);
         }
-        if dice.chance(0.1) {
-            let (metallic, transmission) = dice.pick(&[(1.0, 0.4), (0.0, 1.0)]);
+        if rng.chance(0.1) {
+            let (metallic, transmission) = rng.pick(&[(1.0, 0.4), (0.0, 1.0)]);
             set(principled::METALLIC, metallic);
             set(principled::TRANSMISSION_WEIGHT, transmission);
         }
-        if dice.chance(0.1) {
+        if rng.chance(0.1) {
             set(principled::SPECULAR_IOR_LEVEL, 0.0);
             set(principled::ROUGHNESS, 0.0);
         }
         graph.prune();
     }
-    if scene.materials.len() > 1 && dice.chance(0.3) {
+    if scene.materials.len() > 1 && rng.chance(0.3) {
         let first = scene.materials[0].clone();
         scene.materials[1] = first;
     }
-    if dice.chance(0.2) {
+    if rng.chance(0.2) {
         scene.materials.extend(scene.materials.first().cloned());
     }
 }
 
-fn meshes(scene: &mut Scene, dice: &mut Dice) {
+fn meshes(scene: &mut Scene, rng: &mut Rng) {
     for mesh in &mut scene.meshes {
-        if dice.chance(0.3) {
-            let color = dice.pick(&[[1.0; 4], [0.5, 1.0, 1.0, 1.0]]);
+        if rng.chance(0.3) {
+            let color = rng.pick(&[[1.0; 4], [0.5, 1.0, 1.0, 1.0]]);
             mesh.colors = Some(vec![color; mesh.positions.len()]);
         }
-        if dice.chance(0.3) {
+        if rng.chance(0.3) {
             mesh.uvs.extend(mesh.uvs.first().cloned());
         }
     }
-    if dice.chance(0.2) {
+    if rng.chance(0.2) {
         scene
             .meshes
             .extend(scene.meshes.first().cloned().map(|mesh| Mesh {
@@ -269,7 +264,7 @@ fn meshes(scene: &mut Scene, dice: &mut Dice) {
             }));
     }
     for instance in &mut scene.instances {
-        if dice.chance(0.05) {
+        if rng.chance(0.05) {
             let nobody = RayKind::ALL.iter();
             instance.visibility =
                 nobody.fold(Visibility::ALL, |seen, (kind, _)| seen.without(*kind));
@@ -277,9 +272,9 @@ fn meshes(scene: &mut Scene, dice: &mut Dice) {
     }
 }
 
-fn lights(scene: &mut Scene, dice: &mut Dice) {
+fn lights(scene: &mut Scene, rng: &mut Rng) {
     for light in &mut scene.lights {
-        if dice.chance(0.2) {
+        if rng.chance(0.2) {
             light.color = [0.0; 3];
         }
     }

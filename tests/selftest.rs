@@ -1,6 +1,6 @@
 //! The hard cases of numerics, each group as a test (see docs/hard-cases.md); and the command that runs them.
 
-use sundog::hard::{Effort, GROUPS};
+use sundog::selftest::{Effort, GROUPS};
 
 /// Runs all cases of a group and tells all that do not hold.
 fn group(name: &str) {

@@ -1,14 +1,17 @@
-//! Hard cases: where renderers fail at the edges of floating point, each with an answer that is known, be it analytic
-//! or an invariance. `sundog selftest` runs them on the user's machine, `make test` runs them all; docs/hard-cases.md
-//! says of each what goes wrong without care, what is done about it, and where its bound comes from.
+//! Hard cases: where renderers fail at the edges of floating point. Each has a known answer, analytic or an invariance.
+//! `sundog selftest` runs them on the user's machine, `make test` with more work. docs/hard-cases.md says of each what goes
+//! wrong without care, what is done about it, and where its bound comes from.
 //!
-//! A case belongs to a group, which is a file; it renders or calls what it is about and tells its findings.
+//! A group of cases is a file; a case renders or calls what it is about and returns its findings. The fuzzer (`tests/fuzz`) and
+//! other tests make their scenes with [`kit`].
 
 mod camera;
 mod directions;
-pub mod fuzz;
-mod gaps;
+pub mod document;
+mod environments;
+mod interfaces;
 pub mod kit;
+mod light_leaks;
 mod lights;
 mod materials;
 mod not_finite;
@@ -70,7 +73,7 @@ pub static GROUPS: &[Group] = &[
     },
     Group {
         name: "self-intersection and gaps",
-        cases: gaps::CASES,
+        cases: light_leaks::CASES,
     },
     Group {
         name: "triangles",

@@ -2,34 +2,31 @@
 //!
 //! An input is a tree of JSON, so that one rule makes any of them smaller ([`shrink`]): a scene ([`recipe`] draws
 //! it, [`build`] makes it), or a file and what damages it ([`files`], of [`document`]). [`check`] says what is wrong with one.
-//! `examples/fuzz.rs` runs for as long as it is asked; what it finds is kept in `tests/fuzz/`, which a test replays.
+//! `tests/fuzz/main.rs` runs for as long as it is asked; what it finds is kept in `tests/fuzz/found/`, which a test replays.
 
 mod build;
-mod dice;
-mod document;
 mod dull;
 mod equal;
 mod files;
 mod recipe;
+mod rng;
 mod shrink;
 mod verdict;
 
-pub use document::{document, written};
 pub use equal::{Compared, draw as draw_for_kernels, kernels};
 pub use files::{damaged, import, kept_name};
 pub use shrink::shrink;
-pub use verdict::scene as check_scene;
 
 use serde_json::Value;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A random input: every third is a damaged file.
 pub fn draw(seed: u64) -> Value {
-    let mut dice = dice::Dice::new(seed);
-    if dice.chance(1.0 / 3.0) {
-        files::draw(&mut dice)
+    let mut rng = rng::Rng::new(seed);
+    if rng.chance(1.0 / 3.0) {
+        files::draw(&mut rng)
     } else {
-        recipe::draw(&mut dice)
+        recipe::draw(&mut rng)
     }
 }
 

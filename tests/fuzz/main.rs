@@ -2,11 +2,17 @@
 //! See scripts/fuzz.sh, which limits memory and goes on after what ends the process.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+#[allow(
+    dead_code,
+    unused_imports,
+    reason = "tests/fuzz.rs compares kernels, with the same modules"
+)]
+mod fuzzer;
+
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use sundog::hard::fuzz;
 
 /// An input that takes more processor time ends the process, and one that takes ten times as long: a machine that others use
 /// as well is no reason.
@@ -43,11 +49,11 @@ fn main() {
     let number = |name: &str| argument(name).and_then(|text| text.parse::<f64>().ok());
     let minutes = number("--minutes").unwrap_or(1.0);
     let first = number("--seed").unwrap_or(0.0) as u64;
-    let folder = PathBuf::from(argument("--keep").unwrap_or_else(|| "tests/fuzz".into()));
+    let folder = PathBuf::from(argument("--keep").unwrap_or_else(|| "tests/fuzz/found".into()));
     // The input that is being tried, for whoever finds that the process has died.
     let current = argument("--current").map(PathBuf::from);
     if let Some(seed) = number("--show") {
-        println!("{:#}", fuzz::draw(seed as u64));
+        println!("{:#}", fuzzer::draw(seed as u64));
         return;
     }
     std::panic::set_hook(Box::new(|_| {}));
@@ -78,22 +84,22 @@ fn main() {
             if let Some(current) = &current {
                 std::fs::write(current, seed.to_string()).unwrap();
             }
-            let input = fuzz::draw(seed);
-            if let Some(finding) = fuzz::check(&input) {
-                let kind = fuzz::kind(&finding);
+            let input = fuzzer::draw(seed);
+            if let Some(finding) = fuzzer::check(&input) {
+                let kind = fuzzer::kind(&finding);
                 println!("seed {seed}: {finding}");
                 if !known.contains(&kind) {
                     known.push(kind.clone());
-                    let small = fuzz::shrink(&input, TRIES, |candidate| {
+                    let small = fuzzer::shrink(&input, TRIES, |candidate| {
                         *watched.lock().unwrap() = now();
-                        fuzz::check(candidate).is_some_and(|found| fuzz::kind(&found) == kind)
+                        fuzzer::check(candidate).is_some_and(|found| fuzzer::kind(&found) == kind)
                     });
                     println!("  smaller: {small}");
                     std::fs::create_dir_all(&folder).unwrap();
                     let name = format!("seed-{seed}");
-                    match fuzz::kept_name(&small, &name) {
+                    match fuzzer::kept_name(&small, &name) {
                         Some(file) => {
-                            std::fs::write(folder.join(file), fuzz::damaged(&small)).unwrap();
+                            std::fs::write(folder.join(file), fuzzer::damaged(&small)).unwrap();
                         }
                         None => {
                             let text = format!("{small:#}\n");

@@ -1,9 +1,9 @@
 //! A small glTF file with something of all that importers read.
 
-use super::files::picture;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
+use std::io::Cursor;
 
 /// The document and what its buffer holds; `own`: with Sundog's extensions.
 pub fn document(own: bool) -> (Value, Vec<u8>) {
@@ -212,4 +212,28 @@ fn plain([png, webp]: [[usize; 2]; 2]) -> Value {
             { "buffer": 0, "byteOffset": webp[0], "byteLength": webp[1] }
         ]
     })
+}
+
+/// A small picture of a kind that the crate `image` writes.
+pub fn picture(kind: &str) -> Vec<u8> {
+    let (format, picture) = match kind {
+        "hdr" => (
+            image::ImageFormat::Hdr,
+            image::Rgb32FImage::from_fn(16, 8, |x, y| image::Rgb([x as f32, y as f32, 0.5])).into(),
+        ),
+        "jpg" => (image::ImageFormat::Jpeg, rgb()),
+        "webp" => (image::ImageFormat::WebP, rgb()),
+        _ => (image::ImageFormat::Png, rgb()),
+    };
+    let mut bytes = Cursor::new(Vec::new());
+    // An empty file is a damaged one as well.
+    let _ = picture.write_to(&mut bytes, format);
+    bytes.into_inner()
+}
+
+fn rgb() -> image::DynamicImage {
+    image::RgbImage::from_fn(16, 8, |x, y| {
+        image::Rgb([(16 * x) as u8, (32 * y) as u8, 90])
+    })
+    .into()
 }

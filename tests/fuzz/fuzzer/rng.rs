@@ -4,9 +4,9 @@ use serde_json::{Value, json};
 
 /// A stream of random numbers (SplitMix64: Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*,
 /// 2014).
-pub struct Dice(u64);
+pub struct Rng(u64);
 
-impl Dice {
+impl Rng {
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }

@@ -2,18 +2,18 @@
 //! proportion (who runs the fuzzer limits what the process may take), and what is read renders.
 
 use super::build::number;
-use super::dice::Dice;
-use super::document::{document, written};
-use crate::film::Picture;
-use crate::hard::kit::camera;
-use crate::import::{ImportOptions, load, load_environment};
-use crate::render::{RenderSettings, Silent, render};
-use crate::scene::Scene;
+use super::rng::Rng;
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::io::Cursor;
 use std::path::Path;
 use std::time::{Duration, Instant};
+use sundog::film::Picture;
+use sundog::import::{ImportOptions, load, load_environment};
+use sundog::render::{RenderSettings, Silent, render};
+use sundog::scene::Scene;
+use sundog::selftest::document::{document, picture, written};
+use sundog::selftest::kit::camera;
 
 /// Kinds of files.
 const KINDS: [&str; 7] = ["gltf", "glb", "png", "jpg", "webp", "hdr", "exr"];
@@ -21,38 +21,38 @@ const KINDS: [&str; 7] = ["gltf", "glb", "png", "jpg", "webp", "hdr", "exr"];
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Draws a kind of file and what damages it.
-pub fn draw(dice: &mut Dice) -> Value {
-    let kind = dice.pick(&KINDS);
+pub fn draw(rng: &mut Rng) -> Value {
+    let kind = rng.pick(&KINDS);
     let mut input = json!({ "file": kind });
     let is_gltf = kind.starts_with("gl");
-    if is_gltf && dice.chance(0.6) {
+    if is_gltf && rng.chance(0.6) {
         input["own"] = json!(true);
     }
-    if is_gltf && dice.chance(0.85) {
+    if is_gltf && rng.chance(0.85) {
         let mut places = Vec::new();
         nodes(&document(has_own(&input)).0, String::new(), &mut places);
-        let changes = (0..1 + dice.below(4)).map(|_| {
-            let place = &places[dice.below(places.len())];
-            json!({ "at": place, "to": replacement(dice) })
+        let changes = (0..1 + rng.below(4)).map(|_| {
+            let place = &places[rng.below(places.len())];
+            json!({ "at": place, "to": replacement(rng) })
         });
         input["tree"] = changes.collect();
     }
-    if !is_gltf || dice.chance(0.25) {
-        let changes = (0..1 + dice.below(6)).map(|_| {
+    if !is_gltf || rng.chance(0.25) {
+        let changes = (0..1 + rng.below(6)).map(|_| {
             // Headers are where most goes wrong.
-            let at = dice.unit() * dice.pick(&[1.0, 0.1, 0.02]);
-            json!({ "at": at, "to": dice.pick(&[0, 1, 127, 128, 255, 32]) })
+            let at = rng.unit() * rng.pick(&[1.0, 0.1, 0.02]);
+            json!({ "at": at, "to": rng.pick(&[0, 1, 127, 128, 255, 32]) })
         });
         input["bytes"] = changes.collect();
     }
-    if dice.chance(0.1) {
-        input["cut"] = json!(dice.unit());
+    if rng.chance(0.1) {
+        input["cut"] = json!(rng.unit());
     }
     input
 }
 
-fn replacement(dice: &mut Dice) -> Value {
-    match dice.below(14) {
+fn replacement(rng: &mut Rng) -> Value {
+    match rng.below(14) {
         0 => Value::Null,
         1 => json!([]),
         2 => json!({}),
@@ -64,9 +64,9 @@ fn replacement(dice: &mut Dice) -> Value {
         8 => json!(1e39),
         9 => json!(-1e39),
         10 => json!(1e-45),
-        11 => json!(dice.pick(&[5120, 5121, 5122, 5123, 5125, 5126])),
-        12 => json!(dice.pick(&["SCALAR", "VEC2", "VEC3", "MAT4", "MASK", "BLEND", "spot"])),
-        _ => json!(dice.below(9)),
+        11 => json!(rng.pick(&[5120, 5121, 5122, 5123, 5125, 5126])),
+        12 => json!(rng.pick(&["SCALAR", "VEC2", "VEC3", "MAT4", "MASK", "BLEND", "spot"])),
+        _ => json!(rng.below(9)),
     }
 }
 
@@ -219,30 +219,6 @@ fn gltf(binary: bool, input: &Value) -> Vec<u8> {
         }
     }
     written(document, &buffer, binary)
-}
-
-/// A small picture of a kind that the crate `image` writes.
-pub fn picture(kind: &str) -> Vec<u8> {
-    let (format, picture) = match kind {
-        "hdr" => (
-            image::ImageFormat::Hdr,
-            image::Rgb32FImage::from_fn(16, 8, |x, y| image::Rgb([x as f32, y as f32, 0.5])).into(),
-        ),
-        "jpg" => (image::ImageFormat::Jpeg, rgb()),
-        "webp" => (image::ImageFormat::WebP, rgb()),
-        _ => (image::ImageFormat::Png, rgb()),
-    };
-    let mut bytes = Cursor::new(Vec::new());
-    // An empty file is a damaged one as well.
-    let _ = picture.write_to(&mut bytes, format);
-    bytes.into_inner()
-}
-
-fn rgb() -> image::DynamicImage {
-    image::RgbImage::from_fn(16, 8, |x, y| {
-        image::Rgb([(16 * x) as u8, (32 * y) as u8, 90])
-    })
-    .into()
 }
 
 fn exr() -> Vec<u8> {

@@ -1,12 +1,12 @@
 //! What has to hold for any scene.
 
 use super::build;
-use crate::film::Picture;
-use crate::hard::kit::{colors, differing};
-use crate::render::{EffectChoice, RenderSettings, Rendering, Silent, render};
-use crate::scene::validate::clean;
-use crate::scene::{Diagnostics, RayKind, Scene};
 use serde_json::Value;
+use sundog::film::Picture;
+use sundog::render::{EffectChoice, RenderSettings, Rendering, Silent, render};
+use sundog::scene::validate::clean;
+use sundog::scene::{Diagnostics, RayKind, Scene};
+use sundog::selftest::kit::{colors, differing};
 
 /// Renders the scene of a recipe by the kernel made for it and by the general one, by one thread and by two; says what
 /// is wrong.

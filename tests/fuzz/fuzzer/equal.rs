@@ -2,19 +2,19 @@
 //! changes nothing changes nothing.
 
 use super::build;
-use super::dice::Dice;
 use super::dull::dull;
 use super::recipe;
-use crate::film::Picture;
-use crate::render::{EffectChoice, RenderSettings, Silent, render};
-use crate::scene::validate::clean;
-use crate::scene::{Diagnostics, LeftOut, Scene, simplify};
+use super::rng::Rng;
 use serde_json::{Value, json};
+use sundog::film::Picture;
+use sundog::render::{EffectChoice, RenderSettings, Silent, render};
+use sundog::scene::validate::clean;
+use sundog::scene::{Diagnostics, LeftOut, Scene, simplify};
 
 /// Draws a scene for [`kernels`]: any scene, most of them with much in them that changes nothing.
 pub fn draw(seed: u64) -> Value {
-    let mut dice = Dice::new(seed);
-    let mut recipe = recipe::draw(&mut dice);
+    let mut rng = Rng::new(seed);
+    let mut recipe = recipe::draw(&mut rng);
     // Tables of reflection take longer than the pictures; few are enough here.
     for thing in recipe["things"].as_array_mut().into_iter().flatten() {
         if let Some(material) = thing["material"].as_object_mut() {
@@ -23,13 +23,13 @@ pub fn draw(seed: u64) -> Value {
                 ("specular", [0.0, 0.5, 1.0, 1.0]),
             ] {
                 if material.contains_key(name) {
-                    material.insert(name.into(), json!(dice.pick(&values)));
+                    material.insert(name.into(), json!(rng.pick(&values)));
                 }
             }
         }
     }
-    if dice.chance(0.7) {
-        recipe["dull"] = json!(dice.below(1 << 16));
+    if rng.chance(0.7) {
+        recipe["dull"] = json!(rng.below(1 << 16));
     }
     recipe
 }

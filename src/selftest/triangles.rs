@@ -1,10 +1,10 @@
 //! Triangles: without area, like needles, twice, broken, one and ten million.
 
-use super::gaps::leaks;
 use super::kit::{
     Bench, camera, colors, constant_environment, differing, diffuse, mean, place, prepared, quad,
     small, sphere,
 };
+use super::light_leaks::leaks;
 use super::{Case, Effort, Finding};
 use crate::effects::Matte;
 use crate::import::{self, ImportOptions};

@@ -2,7 +2,7 @@
 
 use super::kit::{Bench, camera, differing, diffuse, place, quad, rel_mse, small, sphere};
 use super::still_life::{Lit, Similarity, flattened, light, looking, still_life};
-use super::{Case, Effort, Finding, fuzz};
+use super::{Case, Effort, Finding, document};
 use crate::import::{ImportOptions, load};
 use crate::render::{BounceLimits, RenderError, RenderSettings};
 use crate::scene::{LightKind, Scene};
@@ -259,12 +259,12 @@ fn in_chains(mut document: Value) -> Value {
 }
 
 fn ten_nodes_in_a_file(effort: Effort) -> Result<Vec<Finding>, RenderError> {
-    let (document, buffer) = fuzz::document(true);
-    let read = |document: Value| {
+    let (whole, buffer) = document::document(true);
+    let read = |content: Value| {
         let file = || -> std::io::Result<_> {
             let folder = tempfile::tempdir()?;
             let path = folder.path().join("scene.glb");
-            std::fs::write(&path, fuzz::written(document, &buffer, true))?;
+            std::fs::write(&path, document::written(content, &buffer, true))?;
             Ok(load(&path, &ImportOptions::default()).map(|imported| imported.scene))
         };
         match file() {
@@ -273,8 +273,8 @@ fn ten_nodes_in_a_file(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             Err(error) => Err(RenderError::Setting(error.to_string())),
         }
     };
-    let scene = read(document.clone())?;
-    let chains = read(in_chains(document))?;
+    let scene = read(whole.clone())?;
+    let chains = read(in_chains(whole))?;
     same(
         &scene,
         [("of chains of ten nodes".into(), chains)],

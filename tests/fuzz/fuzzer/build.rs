@@ -1,16 +1,16 @@
 //! A scene from a recipe. Whatever is missing has a default and whatever makes no sense is taken as it stands, so that
 //! any part of a recipe may be left out.
 
-use super::dice::Dice;
-use crate::hard::kit::{camera as pinhole, place, quad, sphere};
-use crate::render::{BounceLimits, LightSampling, RenderSettings};
-use crate::scene::{
+use super::rng::Rng;
+use glam::{DAffine3, DMat3, DVec3, EulerRot};
+use serde_json::Value;
+use sundog::render::{BounceLimits, LightSampling, RenderSettings};
+use sundog::scene::{
     AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind, Mesh,
     MetallicRoughness, NormalTexture, Projection, RayKind, Sampler, Scene, Texture, TextureFilter,
     UvTransform, Visibility, Wrap,
 };
-use glam::{DAffine3, DMat3, DVec3, EulerRot};
-use serde_json::Value;
+use sundog::selftest::kit::{camera as pinhole, place, quad, sphere};
 
 /// A number, also one that JSON has only words for.
 pub fn number(value: &Value) -> Option<f64> {
@@ -78,7 +78,7 @@ pub fn scene(recipe: &Value) -> Scene {
         scene.lights.push(light(of, scale, &world));
     }
     if is(recipe, "furnace") {
-        scene.environment = crate::hard::kit::constant_environment(1.0);
+        scene.environment = sundog::selftest::kit::constant_environment(1.0);
     } else if recipe["environment"].is_object() {
         scene.environment = Some(environment(&mut scene, &recipe["environment"]));
     }
@@ -159,11 +159,11 @@ fn join(mesh: &mut Mesh, other: &Mesh) {
 fn add(scene: &mut Scene, thing: &Value, world: &DAffine3) {
     let mut mesh = mesh(thing);
     if let Some(seed) = thing["colors"].as_u64() {
-        let mut dice = Dice::new(seed);
+        let mut rng = Rng::new(seed);
         let colors = mesh
             .positions
             .iter()
-            .map(|_| [(); 4].map(|()| dice.unit() as f32));
+            .map(|_| [(); 4].map(|()| rng.unit() as f32));
         mesh.colors = Some(colors.collect());
     }
     let material = material(scene, &thing["material"]);
@@ -221,19 +221,19 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
 
 /// An image of a few random texels, and how it lies.
 fn texture(scene: &mut Scene, seed: u64) -> Texture {
-    let mut dice = Dice::new(seed);
+    let mut rng = Rng::new(seed);
     let (width, height, channels) = (
-        dice.pick(&[1, 2, 5]),
-        dice.pick(&[1, 3, 4]),
-        1 + dice.below(4) as u32,
+        rng.pick(&[1, 2, 5]),
+        rng.pick(&[1, 3, 4]),
+        1 + rng.below(4) as u32,
     );
     let count = (width * height * channels) as usize;
-    let extreme = dice.chance(0.5);
+    let extreme = rng.chance(0.5);
     let mut value = || {
         if extreme {
-            dice.pick(&[0.0, 1.0])
+            rng.pick(&[0.0, 1.0])
         } else {
-            dice.unit()
+            rng.unit()
         }
     };
     let wide = seed.is_multiple_of(3);
@@ -258,17 +258,17 @@ fn texture(scene: &mut Scene, seed: u64) -> Texture {
     let wraps = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
     Texture {
         image: ImageId(scene.images.len() as u32 - 1),
-        uv_set: u32::from(dice.chance(0.1)),
+        uv_set: u32::from(rng.chance(0.1)),
         transform: UvTransform {
-            offset: [dice.between(-2.0, 2.0) as f32, 0.0],
-            rotation: dice.pick(&[0.0, 1.0, 1e6]),
-            scale: dice.pick(&[[1.0, 1.0], [0.0, 0.0], [1e9, -1.0]]),
+            offset: [rng.between(-2.0, 2.0) as f32, 0.0],
+            rotation: rng.pick(&[0.0, 1.0, 1e6]),
+            scale: rng.pick(&[[1.0, 1.0], [0.0, 0.0], [1e9, -1.0]]),
         },
         sampler: Sampler {
-            wrap_u: dice.pick(&wraps),
-            wrap_v: dice.pick(&wraps),
-            filter: dice.pick(&[TextureFilter::Linear, TextureFilter::Nearest]),
-            weighted: dice.chance(0.2),
+            wrap_u: rng.pick(&wraps),
+            wrap_v: rng.pick(&wraps),
+            filter: rng.pick(&[TextureFilter::Linear, TextureFilter::Nearest]),
+            weighted: rng.chance(0.2),
         },
     }
 }
@@ -324,15 +324,15 @@ fn light(of: &Value, scale: f64, world: &DAffine3) -> Light {
 
 fn environment(scene: &mut Scene, of: &Value) -> Environment {
     let image = of["image"].as_u64().map(|seed| {
-        let mut dice = Dice::new(seed);
+        let mut rng = Rng::new(seed);
         let size = |i: usize| {
             let size = list(of, "size").get(i).and_then(number).unwrap_or(4.0);
             bounded(size, 1.0, 64.0) as u32
         };
         let (width, height) = (size(0), size(1));
         let count = (3 * width * height) as usize;
-        let mut texels: Vec<f32> = (0..count).map(|_| dice.unit() as f32).collect();
-        let at = dice.below(count / 3) * 3;
+        let mut texels: Vec<f32> = (0..count).map(|_| rng.unit() as f32).collect();
+        let at = rng.below(count / 3) * 3;
         texels[at..at + 3].fill(within(of, "spike", 0.0, 1e9) as f32);
         scene.images.push(Image {
             name: "world".into(),
