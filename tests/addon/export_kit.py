@@ -261,10 +261,9 @@ def curves_of(action):
     return [curve for layer in action.layers for strip in layer.strips for bag in strip.channelbags for curve in bag.fcurves]
 
 
-def cycles_pixels(width=8, height=8, samples=4, exact=True):
-    """What Cycles shows of the scene, as height × width × 3 linear floats with the bottom row first."""
+def for_cycles(width=8, height=8, samples=4, exact=True):
+    """Asks for a picture by Cycles: sets the scene's render settings."""
     scene = bpy.context.scene
-    folder = tempfile.mkdtemp(prefix="sundog-cycles-")
     render, cycles = scene.render, scene.cycles
     render.engine = "CYCLES"
     render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
@@ -274,6 +273,13 @@ def cycles_pixels(width=8, height=8, samples=4, exact=True):
         cycles.pixel_filter_type = "BOX"
     image = render.image_settings
     image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
+
+
+def cycles_pixels(width=8, height=8, samples=4, exact=True):
+    """What Cycles shows of the scene, as height × width × 3 linear floats with the bottom row first."""
+    for_cycles(width, height, samples, exact)
+    render = bpy.context.scene.render
+    folder = tempfile.mkdtemp(prefix="sundog-cycles-")
     render.filepath = os.path.join(folder, "picture.exr")
     try:
         with quiet():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Brightness of every kind of light against Cycles: the same scene, made here, rendered by both in the same run.
+"""Brightness of every kind of light against Cycles: the same scene, made here, rendered by both. Cycles' pictures are kept (references.py).
 
     python brightness.py --sundog PROGRAM [--only PART] [--samples COUNT] [--json FILE]
 
@@ -22,6 +22,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(HERE), "addon"))
 import bpy  # noqa: E402
 import export_kit as kit  # noqa: E402
 import numpy  # noqa: E402
+import references  # noqa: E402
 from mathutils import Euler, Matrix  # noqa: E402
 from sundog import export  # noqa: E402
 
@@ -196,7 +197,7 @@ def cases():
         yield f"world image: {name}", lambda r=rotation: add_world(True, r), True
 
 
-def by_cycles(samples, seed):
+def by_cycles(name, samples, seed):
     """Mean luminance."""
     scene = bpy.context.scene
     cycles = scene.cycles
@@ -204,7 +205,10 @@ def by_cycles(samples, seed):
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
     cycles.blur_glossy = 0
     scene.render.use_persistent_data = False
-    return float(kit.cycles_pixels(WIDTH, HEIGHT, samples).mean(axis=(0, 1)) @ LUMINANCE)
+    # The export reads the size that is set here.
+    kit.for_cycles(WIDTH, HEIGHT, samples)
+    made = references.kept(__file__, f"{name} {samples} {seed}", lambda: {"Combined": kit.cycles_pixels(WIDTH, HEIGHT, samples)})
+    return float(made["Combined"].mean(axis=(0, 1)) @ LUMINANCE)
 
 
 def by_sundog(program, folder, samples, seed):
@@ -244,7 +248,7 @@ def main():
             make()
             samples = given.samples
             while True:
-                cycles = [by_cycles(samples, seed) for seed in (0, 1)]
+                cycles = [by_cycles(name, samples, seed) for seed in (0, 1)]
                 sundog = [by_sundog(given.sundog, folder, samples, seed) for seed in (0, 1)]
                 mean = numpy.mean(cycles)
                 if mean <= 0:

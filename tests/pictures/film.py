@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cameras, passes and transparent film against Cycles: the same scene, made here, rendered by both in the same run.
+"""Cameras, passes and transparent film against Cycles: the same scene, made here, rendered by both. Cycles' pictures are kept (references.py).
 
     python film.py --sundog PROGRAM [--only PART] [--samples COUNT]
 
@@ -21,6 +21,7 @@ import bpy  # noqa: E402
 import export_kit as kit  # noqa: E402
 import exr  # noqa: E402
 import numpy  # noqa: E402
+import references  # noqa: E402
 from mathutils import Euler, Matrix  # noqa: E402
 from sundog import export  # noqa: E402
 
@@ -144,7 +145,7 @@ def camera_cases():
     }
 
 
-def by_cycles(samples, seed, folder):
+def by_cycles(name, samples, seed, folder):
     """Its passes by name, rows from top to bottom."""
     scene = bpy.context.scene
     cycles, render = scene.cycles, scene.render
@@ -164,9 +165,13 @@ def by_cycles(samples, seed, folder):
         # All layers in one part, as before 5.0.
         image.use_exr_interleave = True
     render.filepath = os.path.join(folder, "cycles.exr")
-    with kit.quiet():
-        bpy.ops.render.render(write_still=True)
-    found = exr.passes(exr.read(render.filepath))
+
+    def rendered():
+        with kit.quiet():
+            bpy.ops.render.render(write_still=True)
+        return exr.passes(exr.read(render.filepath))
+
+    found = references.kept(__file__, f"{name} {samples} {seed}", rendered)
     found = {name.rpartition(".")[2]: values.astype(float) for name, values in found.items()}
     return {SHORT.get(name, name): values for name, values in found.items()}
 
@@ -242,7 +247,7 @@ def compare_cameras(given, folder, verdicts):
         scene, camera = fresh()
         boxes()
         setting(camera.data, scene.render)
-        cycles = [by_cycles(given.samples, s, folder)["Combined"][..., :3] for s in (0, 1)]
+        cycles = [by_cycles(name, given.samples, s, folder)["Combined"][..., :3] for s in (0, 1)]
         sundog = [by_sundog(given.sundog, given.samples, s, folder)["Combined"][..., :3] for s in (0, 1)]
         verdicts.pictures(f"camera {name}", sundog, cycles)
 
@@ -284,7 +289,7 @@ def compare_passes(given, folder, verdicts):
         if given.only not in title:
             continue
         still_life(transparent)
-        cycles = [by_cycles(4 * given.samples, s, folder) for s in (0, 1)]
+        cycles = [by_cycles(title, 4 * given.samples, s, folder) for s in (0, 1)]
         sundog = [by_sundog(given.sundog, 4 * given.samples, s, folder) for s in (0, 1)]
 
         def both(name, cycles=cycles, sundog=sundog):
