@@ -83,9 +83,11 @@ fn special_and_general_kernels_agree_on_random_scenes() {
     kernels_agree(0..300);
 }
 
-/// All ten thousand: `cargo test --release --test sundog-tests -- --ignored --nocapture ten_thousand`.
-#[test]
-#[ignore = "takes minutes; a part of it runs always"]
-fn special_and_general_kernels_agree_on_ten_thousand_random_scenes() {
-    kernels_agree(0..10_000);
+/// What `make test-long` runs.
+mod long {
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn special_and_general_kernels_agree_on_ten_thousand_random_scenes() {
+        super::kernels_agree(0..10_000);
+    }
 }
