@@ -842,61 +842,6 @@ impl CommittedScene {
         unsafe { sys::rtcOccluded1(self.handle.raw, &mut query, &mut args) };
         query.tfar == f32::NEG_INFINITY
     }
-
-    /// The nearest hits of eight rays at once (for coherent rays such as those of a camera).
-    pub fn intersect8(&self, rays: &[Ray; 8]) -> [Option<Hit>; 8] {
-        #[repr(C, align(32))]
-        struct Valid([i32; 8]);
-        let valid = Valid([-1; 8]);
-        let column = |f: &dyn Fn(&Ray) -> f32| std::array::from_fn(|i| f(&rays[i]));
-        let mut query = sys::RTCRayHit8 {
-            ray: sys::RTCRay8 {
-                org_x: column(&|r| r.origin[0]),
-                org_y: column(&|r| r.origin[1]),
-                org_z: column(&|r| r.origin[2]),
-                tnear: column(&|r| r.near),
-                dir_x: column(&|r| r.direction[0]),
-                dir_y: column(&|r| r.direction[1]),
-                dir_z: column(&|r| r.direction[2]),
-                time: [0.0; 8],
-                tfar: column(&|r| r.far),
-                mask: std::array::from_fn(|i| rays[i].mask),
-                id: [0; 8],
-                flags: [0; 8],
-            },
-            hit: sys::RTCHit8 {
-                Ng_x: [0.0; 8],
-                Ng_y: [0.0; 8],
-                Ng_z: [0.0; 8],
-                u: [0.0; 8],
-                v: [0.0; 8],
-                primID: [INVALID; 8],
-                geomID: [INVALID; 8],
-                instID: [[INVALID; 8]; 1],
-                instPrimID: [[INVALID; 8]; 1],
-            },
-        };
-        // SAFETY: committed scene; `valid` and `query` are aligned to 32 bytes as bindgen's types
-        // and `Valid` state, and initialised.
-        unsafe {
-            sys::rtcIntersect8(
-                valid.0.as_ptr(),
-                self.handle.raw,
-                &mut query,
-                std::ptr::null_mut(),
-            )
-        };
-        std::array::from_fn(|i| {
-            (query.hit.geomID[i] != INVALID).then(|| Hit {
-                distance: query.ray.tfar[i],
-                u: query.hit.u[i],
-                v: query.hit.v[i],
-                geometry: query.hit.geomID[i],
-                primitive: query.hit.primID[i],
-                instance: (query.hit.instID[0][i] != INVALID).then_some(query.hit.instID[0][i]),
-            })
-        })
-    }
 }
 
 #[cfg(test)]
@@ -1122,22 +1067,5 @@ mod tests {
         seen.sort_unstable();
         seen.dedup();
         assert_eq!(seen, [0, 1]);
-    }
-
-    #[test]
-    fn eight_rays_find_what_single_rays_find() {
-        let device = Device::new(Some(1), None).unwrap();
-        let mut scene = Scene::new(&device, true).unwrap();
-        scene.add_triangles(&quad(0.0), false, u32::MAX).unwrap();
-        let scene = scene.commit().unwrap();
-        let rays: [Ray; 8] = std::array::from_fn(|i| down(-1.3 + 0.35 * i as f32, 0.2));
-        for (ray, found) in rays.iter().zip(scene.intersect8(&rays)) {
-            let single = scene.intersect(ray);
-            assert_eq!(single.is_some(), found.is_some());
-            if let (Some(a), Some(b)) = (single, found) {
-                assert_eq!(a.primitive, b.primitive);
-                assert!((a.distance - b.distance).abs() < 1e-5 && (a.u - b.u).abs() < 1e-6);
-            }
-        }
     }
 }
