@@ -8,7 +8,7 @@ export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
 help:
 	@echo 'make demo    set up, build, and render one of the scenes (one minute once built)'
 	@echo 'make test    set up, check format and lints, run all tests'
-	@echo 'make test-long   what takes longer: the add-on in Blender 4.2, 5.0 and 5.1, pictures beside Cycles of 4.5'
+	@echo 'make test-long   what takes longer: long tests, the add-on in Blender 4.2, 4.5, 5.0 and 5.1, pictures beside Cycles of 4.5'
 	@echo 'make build   set up and build target/release/sundog'
 	@echo 'make addon   build the Blender extension with the program inside: dist/sundog-VERSION-linux-x64.zip'
 	@echo 'make setup   system packages, Rust, Embree, OpenColorIO and libclang only'

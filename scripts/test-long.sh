@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
-# What takes too long for each change, after scripts/setup.sh: the add-on and its package in the Blenders that scripts/test.sh leaves out,
-# with the same assertions; colours and layers as those show them; and the pictures' comparison with Cycles of 4.5 LTS.
+# What takes too long for each change, after scripts/setup.sh, with the same assertions: the Rust tests in modules named `long`; the add-on
+# and its package in the Blenders that scripts/test.sh leaves out; colours and layers as those show them; and the pictures' comparison
+# with Cycles of 4.5 LTS.
 # Ends with "N passed, N failed, N skipped".
 
 # shellcheck source=lib.sh
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 cd "$project_root"
 
-# The oldest that the add-on supports, and those between the two LTS versions of scripts/test.sh.
-bpy_versions=(4.2.23 5.0.1 5.1.2)
+# The oldest that the add-on supports, and those before the LTS version of scripts/test.sh.
+bpy_versions=(4.2.23 4.5.15 5.0.1 5.1.2)
 unset SUNDOG_BPY_PYTHON
-for version in "${bpy_versions[@]}" 4.5.15; do
+for version in "${bpy_versions[@]}"; do
     "$scripts/setup-bpy.sh" "$version"
 done
 
@@ -20,9 +21,12 @@ program="$project_root/target/debug/sundog"
 long_tests() {
     local result=0 version python package=()
     cargo build --locked || return 1
+    say "long tests"
+    cargo test --locked --no-fail-fast --tests -- --ignored ::long:: || result=$?
     for version in "${bpy_versions[@]}"; do
         python="$cache/bpy-$version/bin/python"
-        package+=(--bpy "$python")
+        # scripts/test.sh has the package in 4.5.15.
+        [ "$version" = 4.5.15 ] || package+=(--bpy "$python")
         say "the add-on in Blender $version"
         SUNDOG_PROGRAM="$program" "$python" tests/addon/run.py || result=$?
     done

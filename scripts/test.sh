@@ -6,11 +6,11 @@
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 cd "$project_root"
 
-# The tests render with the Cycles of Blender 5.2 LTS for comparison and export the scenes with it; what Blender's own glTF
-# exporter writes is read from 4.5 LTS. The add-on runs in both, the colours are compared with both. scripts/test-long.sh has the other
-# versions.
-bpy_versions=(4.5.15 5.2.3)
-for version in "${bpy_versions[@]}"; do
+# The tests render with the Cycles of Blender 5.2 LTS for comparison, export the scenes with it, and run the add-on in it. What Blender's
+# own glTF exporter writes is read from 4.5 LTS; colours and the package are compared with both. scripts/test-long.sh runs the add-on in
+# 4.5 LTS and the other versions.
+bpy_version=5.2.3
+for version in 4.5.15 "$bpy_version"; do
     "$scripts/setup-bpy.sh" "$version"
 done
 "$scripts/setup-tevclient.sh"
@@ -19,7 +19,7 @@ done
 # What opens reports.
 "$scripts/setup-browser.sh"
 # One Blender that is named stands for all.
-[ -z "${SUNDOG_BPY_PYTHON:-}" ] || bpy_versions=(named)
+bpy_python=${SUNDOG_BPY_PYTHON:-$cache/bpy-$bpy_version/bin/python}
 
 for tool in fmt clippy; do
     cargo "$tool" --version >/dev/null 2>&1 ||
@@ -36,23 +36,19 @@ log=$logs/all
 trap 'rm -rf "$logs"' EXIT
 status=0
 all_tests() {
-    local result=0 python version process part running=()
+    local result=0 process part running=()
     # --no-fail-fast: one run tells all that fails.
     {
         cargo test --locked --no-fail-fast --doc &&
-            cargo test --locked --no-fail-fast --lib --bins --tests
+            cargo test --locked --no-fail-fast --tests
     } || result=$?
-    # The add-on's own tests run inside of Blender, with the program that cargo has just built; the versions side by side, as each
-    # uses one processor most of the time, and what they say one after the other.
-    for version in "${bpy_versions[@]}"; do
-        python="$cache/bpy-$version/bin/python"
-        [ "$version" != named ] || python=$SUNDOG_BPY_PYTHON
-        {
-            say "the add-on in $("$python" -c 'import bpy; print("Blender", bpy.app.version_string)')"
-            SUNDOG_PROGRAM="$project_root/target/debug/sundog" "$python" tests/addon/run.py
-        } >"$logs/$version" 2>&1 &
-        running+=("$!")
-    done
+    # The add-on's own tests run inside of Blender, with the program that cargo has just built; beside the reports, as each
+    # uses one processor most of the time. What they say comes one after the other.
+    {
+        say "the add-on in $("$bpy_python" -c 'import bpy; print("Blender", bpy.app.version_string)')"
+        SUNDOG_PROGRAM="$project_root/target/debug/sundog" "$bpy_python" tests/addon/run.py
+    } >"$logs/addon" 2>&1 &
+    running+=("$!")
     {
         say "reports in Chromium"
         "$cache/browser/bin/python" tests/report/run.py
@@ -61,7 +57,7 @@ all_tests() {
     for process in "${running[@]}"; do
         wait "$process" || result=$?
     done
-    for part in "${bpy_versions[@]}" reports; do
+    for part in addon reports; do
         cat "$logs/$part"
     done
     return "$result"
