@@ -1,0 +1,74 @@
+//! The pages that people read first: short sentences, links, commands that run, and files that are there.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn sentences_are_short_and_commands_run_as_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = Command::new(crate::pictures::python())
+        .arg(root().join("tests/python/pages.py"))
+        .arg(env!("CARGO_BIN_EXE_sundog"))
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&done.stdout);
+    assert!(
+        done.status.success() && said.contains("the pages hold"),
+        "{said}{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+}
+
+/// What stands between backticks in a text and is a path from the project's root.
+fn paths(text: &str) -> BTreeSet<&str> {
+    const FOLDERS: [&str; 8] = [
+        "src/",
+        "tests/",
+        "docs/",
+        "scripts/",
+        "benches/",
+        "examples/",
+        "scenes/",
+        "blender_addon/",
+    ];
+    text.split('`')
+        .skip(1)
+        .step_by(2)
+        .filter(|word| FOLDERS.iter().any(|folder| word.starts_with(folder)))
+        .filter(|word| !word.contains(' '))
+        .collect()
+}
+
+#[test]
+fn every_file_that_the_architecture_names_is_there() {
+    let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let paths = paths(&page);
+    assert!(paths.len() > 60, "only {} paths were found", paths.len());
+    let gone: Vec<_> = paths
+        .into_iter()
+        .filter(|path| !root().join(path).exists())
+        .collect();
+    assert!(gone.is_empty(), "ARCHITECTURE.md names {gone:?}");
+}
+
+#[test]
+fn the_architecture_answers_twenty_changes() {
+    let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let (_, rest) = page.split_once("## Where do I change …").unwrap();
+    let table = rest.split("\n## ").next().unwrap();
+    let rows: Vec<_> = table
+        .lines()
+        .filter(|line| line.starts_with("| ") && !line.starts_with("| ---"))
+        .skip(1)
+        .collect();
+    assert!(rows.len() >= 20, "{} rows", rows.len());
+    for row in rows {
+        assert!(!paths(row).is_empty(), "no file in: {row}");
+    }
+}
