@@ -88,6 +88,18 @@ def dead_links(page):
             yield f"{page}: {link} leads nowhere"
 
 
+def what_renders():
+    """The README's table has each effect that docs/effects.md calls lacking as not rendered, and none that is rendered."""
+    table = read("README.md").split("## What renders, and what does not")[1].split("\n\n")[1]
+    not_rendered = {item.strip() for row in table.splitlines() for item in re.split("[,;]", row.strip("|").split("|")[-1])}
+    rows = [row.strip("|").split("|") for row in read("docs/effects.md").split("<!-- table -->")[1].split("<!-- end -->")[0].strip().splitlines()[2:]]
+    assert len(rows) > 40, rows
+    for effect, lacks in ((row[0].strip(), "not in the program yet" in row[3]) for row in rows):
+        name = effect.replace("-", " ")
+        if lacks != (name in not_rendered):
+            yield f"README.md: {name} {'is not among' if lacks else 'is among'} what is not rendered, other than in docs/effects.md"
+
+
 def write_scene(path):
     """A gold plate over a floor and a lamp, from above, in a picture of 32 × 24 pixels."""
     corners = [(-1, 0, -1), (-1, 0, 1), (1, 0, 1), (1, 0, -1)]
@@ -177,6 +189,7 @@ def main():
     for where in ("docs", "docs/notes"):
         folders += [f"{where}/{name}" for name in sorted(os.listdir(os.path.join(ROOT, where))) if name.endswith(".md")]
     wrong += [finding for page in folders for finding in dead_links(page)]
+    wrong += what_renders()
     wrong += check_commands(folder, program)
     print("\n".join(wrong) or "the pages hold")
     sys.exit(bool(wrong))
