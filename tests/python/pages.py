@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Checks README.md and docs/guide.md: short sentences, links that lead somewhere, and commands that run as written.
+"""Checks README.md, docs/guide.md and docs/sundog-and-cycles.md: short sentences, links that lead somewhere, and commands that run as written.
 
     pages.py SUNDOG FOLDER      the program, and an empty folder in which the commands run
 
@@ -184,7 +184,7 @@ def check_the_checks():
 def main():
     program, folder = (os.path.abspath(path) for path in sys.argv[1:3])
     check_the_checks()
-    wrong = [finding for page in PAGES for finding in long_sentences(page)]
+    wrong = [finding for page in (*PAGES, "docs/sundog-and-cycles.md") for finding in long_sentences(page)]
     folders = ["README.md", "ARCHITECTURE.md", "scenes/README.md", "blender_addon/README.md"]
     for where in ("docs", "docs/notes"):
         folders += [f"{where}/{name}" for name in sorted(os.listdir(os.path.join(ROOT, where))) if name.endswith(".md")]
