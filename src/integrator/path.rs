@@ -143,7 +143,11 @@ pub fn trace_apart<E: Features, A: Apart + Record>(
         };
         // Lobes are added in place: a BSDF is too large to be handed over.
         let mut bsdf = walk.bare(&surface);
-        bsdf.add_principled(1.0, parameters, surface.dielectrics, None);
+        let normal = surface.normals.shading;
+        match &surface.mixed {
+            Some(mixed) if E::EVERYTHING => mixed.add_to(&mut bsdf, surface.normals.smooth),
+            _ => bsdf.add_principled(1.0, parameters, surface.dielectrics, (normal, None)),
+        }
         bsdf.finish();
         if walk.bounce == 0 {
             walk.first.albedo = bsdf.albedo();

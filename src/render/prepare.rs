@@ -169,7 +169,7 @@ impl Prepared {
         settings: &RenderSettings,
         wanted: &Wanted,
     ) -> Self {
-        let (mask, kernel) = kernel(settings, wanted.effects | world.structure());
+        let (mask, kernel) = kernel(settings, &world, wanted.effects);
         Self {
             world,
             camera: wanted.camera.clone(),
@@ -264,14 +264,18 @@ fn beyond(called_for: EnumSet<Effect>, wanted: EnumSet<Effect>) -> Vec<String> {
 }
 
 /// The kernel for the effects that are wanted, and the effects that it has.
-fn kernel(settings: &RenderSettings, wanted: EnumSet<Effect>) -> (EnumSet<Effect>, AnyKernel) {
+fn kernel(
+    settings: &RenderSettings,
+    world: &World,
+    wanted: EnumSet<Effect>,
+) -> (EnumSet<Effect>, AnyKernel) {
     if settings.passes.need_light_apart() {
         return (effects::PATHS, AnyKernel::Apart(integrator::APART));
     }
     let (mask, kernel) = match settings.light_sampling {
         LightSampling::Hemisphere => integrator::GENERAL,
-        _ if settings.naive.offsets => integrator::GENERAL,
-        _ => integrator::kernel_for(wanted),
+        _ if settings.naive.offsets || world.has_mixed_shaders() => integrator::GENERAL,
+        _ => integrator::kernel_for(wanted | world.structure()),
     };
     (mask, AnyKernel::Together(kernel))
 }

@@ -12,7 +12,7 @@ use std::f32::consts::PI;
 use std::marker::PhantomData;
 
 /// Lobes that a surface may have beside the Lambertian one.
-const MOST_LOBES: usize = 8;
+const MOST_LOBES: usize = 12;
 /// A lobe whose albedo is estimated too low must not starve.
 const LEAST_SHARE: f32 = 0.05;
 

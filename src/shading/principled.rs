@@ -105,7 +105,7 @@ impl<K: Kinds> Bsdf<K> {
         inside: bool,
     ) -> Self {
         let mut bsdf = Self::new(normals, wo, inside, Changes::NONE);
-        bsdf.add_principled(1.0, p, tables, None);
+        bsdf.add_principled(1.0, p, tables, (normals.shading, None));
         bsdf.finish();
         bsdf
     }
@@ -117,9 +117,8 @@ impl<K: Kinds> Bsdf<K> {
         weight: f32,
         p: &Principled,
         tables: &Dielectrics,
-        tangent: Option<Vec3>,
+        (normal, tangent): (Vec3, Option<Vec3>),
     ) {
-        let normal = self.normals().shading;
         if !K::FACETS {
             self.add_lambert(p.base_color * weight, normal);
             return;
@@ -252,6 +251,12 @@ impl<K: Kinds> Bsdf<K> {
             })
         };
         self.add(lobe, Vec3::splat(share));
+    }
+
+    /// Adds Blender's Diffuse BSDF.
+    #[inline]
+    pub fn add_diffuse(&mut self, weight: f32, color: Vec3, normal: Vec3) {
+        self.add_lambert(color * weight, normal);
     }
 
     /// Adds Blender's Glossy BSDF: facets of one colour at all angles. `compensated`: further scatterings are there, as in its

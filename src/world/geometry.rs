@@ -7,7 +7,7 @@ use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
 use crate::scene::{Mesh, Visibility};
 use crate::shading::Normals;
 use crate::shading::program::Place;
-use crate::shading::{Dielectrics, Principled};
+use crate::shading::{Bsdf, Dielectrics, Kinds, Principled};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -155,6 +155,7 @@ impl MeshData {
 }
 
 /// A point on a triangle by its barycentric coordinates.
+#[derive(Clone, Copy)]
 pub struct HitPoint<'a> {
     mesh: &'a MeshData,
     corners: [u32; 3],
@@ -380,12 +381,35 @@ pub struct Surface<'a> {
     pub parameters: Option<Principled>,
     /// Tables of its dielectric.
     pub dielectrics: &'a Dielectrics,
+    /// In place of the parameters: what has other shaders than one Principled BSDF.
+    pub mixed: Option<Mixed<'a>>,
+}
+
+/// A surface of several shaders, or of another than a Principled BSDF.
+pub struct Mixed<'a> {
+    material: &'a PreparedMaterial,
+    place: Shaded<'a>,
+    inside: bool,
+}
+
+impl Mixed<'_> {
+    /// Adds the lobes of the shaders whose weight is not zero. `smooth`: the normal of shaders without a normal map.
+    #[cold]
+    #[inline(never)]
+    pub fn add_to<K: Kinds>(&self, bsdf: &mut Bsdf<K>, smooth: Vec3) {
+        let side = |n: Vec3| match n {
+            Vec3::ZERO => smooth,
+            n if self.inside => -n,
+            n => n,
+        };
+        self.material.add_shaders(&self.place, side, bsdf);
+    }
 }
 
 #[inline]
 pub fn surface<'a, E: Features>(
-    entry: &Entry,
-    mesh: &MeshData,
+    entry: &'a Entry,
+    mesh: &'a MeshData,
     material: &'a PreparedMaterial,
     hit: &Hit,
     (origin, direction): (Vec3, Vec3),
@@ -414,12 +438,19 @@ pub fn surface<'a, E: Features>(
         smooth_outside = -smooth_outside;
     }
     let mut shading = smooth;
+    let mut mixed = None;
     let parameters = if E::EVERYTHING {
-        let (parameters, normal) = material.parameters(&Shaded {
+        let place = Shaded {
             entry,
-            at: &at,
+            at,
             triangle: hit.primitive,
             normal: smooth_outside,
+        };
+        let (parameters, normal) = material.parameters(&place);
+        mixed = material.is_mixed().then_some(Mixed {
+            material,
+            place,
+            inside,
         });
         if normal != Vec3::ZERO {
             shading = side(normal);
@@ -447,6 +478,7 @@ pub fn surface<'a, E: Features>(
         emission,
         parameters,
         dielectrics: &material.dielectrics,
+        mixed,
     }
 }
 
@@ -482,9 +514,10 @@ pub fn lift(entry: &Entry, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec3 {
 }
 
 /// A hit whose normal is known.
+#[derive(Clone, Copy)]
 struct Shaded<'a> {
     entry: &'a Entry,
-    at: &'a HitPoint<'a>,
+    at: HitPoint<'a>,
     triangle: u32,
     /// The smooth one, outside.
     normal: Vec3,

@@ -6,11 +6,11 @@ use crate::scene::graph::PrincipledSummary;
 use crate::scene::graph::node::principled;
 use crate::scene::{ImageUse, Material, Scene, Texture};
 use crate::shading::program::{
-    Known, Place, Programs, Root, Shader, Source, Weighted, compile, parameters,
+    Known, Place, Programs, Root, Shader, Source, Weighted, compile, parameters, reflected,
 };
 use crate::shading::tables::Rows;
 use crate::shading::texture::{PreparedTexture, Raster};
-use crate::shading::{Dielectrics, Principled, ggx};
+use crate::shading::{Bsdf, Dielectrics, Kinds, Principled, ggx};
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -35,6 +35,8 @@ pub struct PreparedMaterial {
     pub single_sided: bool,
     /// Tables of its dielectric.
     pub dielectrics: Arc<Dielectrics>,
+    /// By shader, where it is not one Principled BSDF.
+    mixed: Vec<Arc<Dielectrics>>,
 }
 
 /// Makes each raster once.
@@ -119,6 +121,25 @@ impl Preparer {
         })
     }
 
+    /// Tables of several shaders, or of another than a Principled BSDF; none for one Principled BSDF.
+    fn mixed(&self, shaders: &[Weighted]) -> Vec<Arc<Dielectrics>> {
+        let is_plain = |weighted: &Weighted| {
+            weighted.weight.constant() == Some(Vec3::ONE)
+                && matches!(weighted.shader, Shader::Principled { .. })
+        };
+        if shaders.is_empty() || shaders.len() == 1 && is_plain(&shaders[0]) {
+            return Vec::new();
+        }
+        let tables = |shader: &Shader| match shader {
+            Shader::Principled { base, linked, .. } => {
+                let p = summary_of(base, linked);
+                self.dielectrics(Some(&p), linked)
+            }
+            Shader::Diffuse { .. } | Shader::Glossy { .. } => self.dielectrics(None, &[]),
+        };
+        shaders.iter().map(|w| tables(&w.shader)).collect()
+    }
+
     /// Prepares a material, for vertices with colours or without.
     pub fn material(
         &mut self,
@@ -150,8 +171,30 @@ impl Preparer {
             bounds_a_solid: solids.any(|p| !p.thin_wall),
             single_sided: !m.double_sided,
             dielectrics: self.dielectrics(p, linked),
+            mixed: self.mixed(&programs.shaders),
             programs,
         }
+    }
+}
+
+/// What is known of a shader among others: numbers that are linked may be anything.
+fn summary_of(base: &Principled, linked: &[(usize, Root)]) -> PrincipledSummary {
+    let range = |socket: usize, known: f32, most: f32| {
+        let is_linked = linked.iter().any(|(of, _)| *of == socket);
+        if is_linked {
+            (0.0, most)
+        } else {
+            (known, known)
+        }
+    };
+    PrincipledSummary {
+        base_color: base.base_color,
+        metallic: range(principled::METALLIC, base.metallic, 1.0),
+        roughness: range(principled::ROUGHNESS, base.roughness, 1.0),
+        ior: (base.ior, base.ior),
+        specular: range(principled::SPECULAR_IOR_LEVEL, base.specular, 2.0),
+        transmission: range(principled::TRANSMISSION_WEIGHT, base.transmission, 1.0),
+        thin_wall: base.thin_walled,
     }
 }
 
@@ -239,6 +282,54 @@ impl PreparedMaterial {
                 }
             }
         })
+    }
+
+    /// Whether it has other shaders than one Principled BSDF.
+    #[inline]
+    pub fn is_mixed(&self) -> bool {
+        !self.mixed.is_empty()
+    }
+
+    /// Adds the lobes of its shaders. `side` makes a shader's normal of that of its map, which is 0 where there is none.
+    pub fn add_shaders<K: Kinds>(
+        &self,
+        place: &impl Place,
+        side: impl Fn(Vec3) -> Vec3,
+        bsdf: &mut Bsdf<K>,
+    ) {
+        self.programs.surface.at(place, |at| {
+            for (Weighted { weight, shader }, tables) in
+                self.programs.shaders.iter().zip(&self.mixed)
+            {
+                let weight = at.number(weight);
+                // What is not a number goes on, to be counted.
+                if weight <= 0.0 {
+                    continue;
+                }
+                let normal = shader.normal().map_or(Vec3::ZERO, |root| at.color(root));
+                let normal = side(normal);
+                match shader {
+                    Shader::Principled { base, linked, .. } => {
+                        let p = parameters(base, linked, at);
+                        bsdf.add_principled(weight, &p, tables, (normal, None));
+                    }
+                    Shader::Diffuse { color, .. } => {
+                        bsdf.add_diffuse(weight, reflected(at.color(color)), normal);
+                    }
+                    Shader::Glossy {
+                        color,
+                        roughness,
+                        anisotropy,
+                        compensated,
+                        ..
+                    } => {
+                        let facets = (at.number(roughness), at.number(anisotropy));
+                        let color = reflected(at.color(color));
+                        bsdf.add_glossy(weight, color, facets, (normal, None), *compensated);
+                    }
+                }
+            }
+        });
     }
 
     /// What the material says where it has no textures.

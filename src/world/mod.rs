@@ -276,6 +276,11 @@ impl World {
         set
     }
 
+    /// Whether some material has other shaders than one Principled BSDF: only the general kernel adds these.
+    pub fn has_mixed_shaders(&self) -> bool {
+        self.materials.iter().any(|m| m.is_mixed())
+    }
+
     /// The material of an object (by its number among those with triangles): its number in the scene, or the
     /// number after the last for the default material.
     pub fn material_of(&self, object: u32) -> Option<u32> {

@@ -5,7 +5,7 @@ use crate::scene::graph::node::{
     diffuse, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, transparent,
 };
 use crate::scene::graph::{
-    self, Blend, Facts, Graph, Input, Lane, Link, MathOperation, NodeKind, Range,
+    self, Blend, Distribution, Facts, Graph, Input, Lane, Link, MathOperation, NodeKind, Range,
 };
 use crate::scene::{ImageUse, Texture};
 use crate::shading::Principled;
@@ -412,7 +412,8 @@ fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader
             color: value(diffuse::COLOR),
             roughness: value(diffuse::ROUGHNESS),
         },
-        NodeKind::GlossyBsdf { .. } => Shader::Glossy {
+        NodeKind::GlossyBsdf { distribution } => Shader::Glossy {
+            compensated: distribution == Distribution::MultiscatterGgx,
             normal: vector(glossy::NORMAL),
             tangent: vector(glossy::TANGENT),
             color: value(glossy::COLOR),
@@ -447,6 +448,7 @@ fn roots_of(weighted: &mut Weighted) -> Vec<&mut Root> {
             rotation,
             normal,
             tangent,
+            ..
         } => {
             roots.extend([color, roughness, anisotropy, rotation]);
             roots.extend(normal.iter_mut().chain(tangent));

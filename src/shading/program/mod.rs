@@ -288,6 +288,8 @@ pub enum Shader {
         normal: Option<Root>,
         /// The tangent, if it is given.
         tangent: Option<Root>,
+        /// With the energy of multiple scattering.
+        compensated: bool,
     },
 }
 
@@ -303,7 +305,7 @@ pub struct Weighted {
 /// The colour of what is reflected: files of floats may hold negative ones, which count as 0, as in Cycles. What is not a
 /// number stays so, and is counted where it arises.
 #[inline]
-fn reflected(color: Vec3) -> Vec3 {
+pub fn reflected(color: Vec3) -> Vec3 {
     Vec3::select(color.cmplt(Vec3::ZERO), Vec3::ZERO, color)
 }
 
