@@ -108,11 +108,11 @@ impl Census {
             Effect::Coat
             | Effect::Sheen
             | Effect::Anisotropy
-            | Effect::DiffuseRoughness
             | Effect::ThinFilm
             | Effect::Subsurface
             | Effect::DiffuseTransmission
             | Effect::Dispersion => materials("weight 0"),
+            Effect::DiffuseRoughness => materials("smooth"),
             Effect::Absorption => materials("clear, or not solid,"),
             Effect::Media => "there is none in the file".into(),
             Effect::MotionBlur => "nothing moves in the file".into(),

@@ -239,6 +239,7 @@ impl Findings {
         add(Effect::NormalMaps, bumpy);
         add(Effect::MeshLights, summary.emits());
         add(Effect::Unlit, summary.unlit);
+        add(Effect::DiffuseRoughness, summary.is_rough_diffuse);
         let mut there = BTreeSet::new();
         for p in &summary.principled {
             there.extend(lobes(p));

@@ -71,6 +71,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::RayVisibility
         | Effect::Metal
         | Effect::Gloss
+        | Effect::DiffuseRoughness
         | STRUCTURE
 );
 /// What can't be left out, as it is how the world is built.

@@ -2,7 +2,7 @@
 
 use super::detect::kind_of_glass;
 use super::sets;
-use crate::scene::graph::node::principled;
+use crate::scene::graph::node::{diffuse, principled};
 use crate::scene::graph::{Graph, Input, NodeKind, Opacity, Slot, SocketKind};
 use crate::scene::{Effect, Environment, Light, Material};
 use enumset::EnumSet;
@@ -45,6 +45,9 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
                 *input = Input::None;
             }
         }
+        if node.kind == NodeKind::DiffuseBsdf && !set.contains(Effect::DiffuseRoughness) {
+            node.inputs[diffuse::ROUGHNESS] = Input::float(0.0);
+        }
         if !matches!(node.kind, NodeKind::PrincipledBsdf { .. }) {
             continue;
         }
@@ -54,6 +57,9 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
             && !set.contains(kind_of_glass(&p))
         {
             without(principled::TRANSMISSION_WEIGHT);
+        }
+        if !set.contains(Effect::DiffuseRoughness) {
+            without(principled::DIFFUSE_ROUGHNESS);
         }
         if !set.contains(Effect::Metal) {
             without(principled::METALLIC);

@@ -38,7 +38,8 @@ pub const GENERAL: (EnumSet<Effect>, Kernel) = (PATHS, trace::<General>);
 const BOX: EnumSet<Effect> = enum_set!(Effect::MeshLights);
 const MATTE: EnumSet<Effect> =
     enum_set!(LAMPS | Effect::MeshLights | Effect::Suns | ENVIRONMENT | STRUCTURE);
-const OPAQUE: EnumSet<Effect> = enum_set!(MATTE | Effect::Metal | Effect::Gloss);
+const OPAQUE: EnumSet<Effect> =
+    enum_set!(MATTE | Effect::Metal | Effect::Gloss | Effect::DiffuseRoughness);
 
 /// The kernels there are, smallest first. State and code of the effects that a kernel lacks are
 /// not in it. Each saves at least 2 % of the instructions on scenes that call for no more: what saves less is a branch in the

@@ -47,6 +47,8 @@ pub struct MetallicRoughness {
     /// Transmission without refraction, as through a thin sheet (glTF without a volume);
     /// otherwise the surface bounds a solid.
     pub thin_walled: bool,
+    /// Roughness of the diffuse base (SUNDOG_material).
+    pub diffuse_roughness: f32,
     /// What the file says; see `Scene` users for what culling does.
     pub double_sided: bool,
     /// Shows its base colour without light (KHR_materials_unlit).
@@ -76,6 +78,7 @@ impl Default for MetallicRoughness {
             transmission: 0.0,
             transmission_texture: None,
             thin_walled: true,
+            diffuse_roughness: 0.0,
             double_sided: false,
             unlit: false,
         }
@@ -252,6 +255,7 @@ impl Builder {
                 .with(principled::METALLIC, metallic)
                 .with(principled::ROUGHNESS, roughness)
                 .with(principled::IOR, m.ior)
+                .with(principled::DIFFUSE_ROUGHNESS, m.diffuse_roughness)
                 .with(principled::SPECULAR_IOR_LEVEL, specular)
                 .with(principled::SPECULAR_TINT, tint)
                 .with(principled::TRANSMISSION_WEIGHT, transmission)

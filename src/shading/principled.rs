@@ -2,7 +2,7 @@
 //! each leaves to those below (CYCLES.md has the order; albedos by tables).
 
 use super::bsdf::{Bsdf, Changes};
-use super::closure::{Facets, Glass, Kinds, Lobe, Reflection, Sheet};
+use super::closure::{Facets, Glass, Kinds, Lobe, Reflection, RoughDiffuse, Sheet, rough_diffuse};
 use super::dielectrics::{Dielectrics, layer_ior};
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
@@ -30,6 +30,8 @@ pub struct Principled {
     pub transmission: f32,
     /// Transmits without refraction.
     pub thin_walled: bool,
+    /// Roughness of the diffuse base, 0..=1.
+    pub diffuse_roughness: f32,
     /// How much longer highlights are along the tangent, 0..=1. What is transmitted has none of it.
     pub anisotropy: f32,
     /// Turns of the tangent about the normal.
@@ -48,6 +50,7 @@ impl Default for Principled {
             specular_color: Vec3::ONE,
             transmission: 0.0,
             thin_walled: false,
+            diffuse_roughness: 0.0,
             anisotropy: 0.0,
             anisotropy_rotation: 0.0,
         }
@@ -206,7 +209,7 @@ impl<K: Kinds> Bsdf<K> {
             );
             below *= (1.0 - albedo.max_element()).max(0.0);
         }
-        self.add_lambert(p.base_color * below, normal);
+        self.add_diffuse(below, p.base_color, p.diffuse_roughness, normal);
     }
 
     /// Adds the boundary of a solid, or a sheet. `single`: its albedo without compensation.
@@ -253,10 +256,22 @@ impl<K: Kinds> Bsdf<K> {
         self.add(lobe, Vec3::splat(share));
     }
 
-    /// Adds Blender's Diffuse BSDF.
+    /// Adds Blender's Diffuse BSDF, or a Principled BSDF's base.
     #[inline]
-    pub fn add_diffuse(&mut self, weight: f32, color: Vec3, normal: Vec3) {
-        self.add_lambert(color * weight, normal);
+    pub fn add_diffuse(&mut self, weight: f32, color: Vec3, roughness: f32, normal: Vec3) {
+        if K::FACETS && roughness >= rough_diffuse::LEAST_ROUGHNESS {
+            self.add_rough_diffuse(weight, color, roughness, normal);
+        } else {
+            self.add_lambert(color * weight, normal);
+        }
+    }
+
+    #[cold]
+    fn add_rough_diffuse(&mut self, weight: f32, color: Vec3, roughness: f32, normal: Vec3) {
+        if weight > 0.0 && color != Vec3::ZERO {
+            let lobe = RoughDiffuse::new(Vec3::splat(weight), color, roughness, normal, self.wo());
+            self.add(Lobe::RoughDiffuse(lobe), lobe.albedo());
+        }
     }
 
     /// Adds Blender's Glossy BSDF: facets of one colour at all angles. `compensated`: further scatterings are there, as in its

@@ -208,6 +208,7 @@ const MATTE: Principled = Principled {
     specular_color: Vec3::ONE,
     transmission: 0.0,
     thin_walled: true,
+    diffuse_roughness: 0.0,
     anisotropy: 0.0,
     anisotropy_rotation: 0.0,
 };
@@ -313,8 +314,11 @@ impl PreparedMaterial {
                         let p = parameters(base, linked, at);
                         bsdf.add_principled(weight, &p, tables, (normal, None));
                     }
-                    Shader::Diffuse { color, .. } => {
-                        bsdf.add_diffuse(weight, reflected(at.color(color)), normal);
+                    Shader::Diffuse {
+                        color, roughness, ..
+                    } => {
+                        let (color, roughness) = (reflected(at.color(color)), at.number(roughness));
+                        bsdf.add_diffuse(weight, color, roughness, normal);
                     }
                     Shader::Glossy {
                         color,

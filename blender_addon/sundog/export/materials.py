@@ -19,7 +19,6 @@ from .verdicts import APPROXIMATED, LOST
 
 # Inputs that SUNDOG_material has and the program does not render: the id of their effect, and what they are called.
 UNRENDERED = {
-    "diffuse_roughness": ("diffuse-roughness", "diffuse roughness"),
     "subsurface": ("subsurface", "subsurface scattering"),
     "sheen": ("sheen", "sheen"),
     "coat": ("coat", "the coat"),
@@ -112,8 +111,9 @@ class Writer:
 
         for key, value in surface.others.items():
             exact[key] = value
-            effect, words = UNRENDERED[key]
-            reader.note(LOST, f"{words} is not rendered yet", effect)
+            if key in UNRENDERED:
+                effect, words = UNRENDERED[key]
+                reader.note(LOST, f"{words} is not rendered yet", effect)
         extensions["SUNDOG_material"] = exact
         result["extensions"] = {self.document.uses(k): v for k, v in extensions.items()}
         index = self.document.shared("materials", result)

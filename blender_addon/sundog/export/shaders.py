@@ -205,9 +205,7 @@ class Reader:
         return color, strength
 
     def _shader_bsdf_principled(self, source):
-        others = {}
-        if (value := self._number(source, "Diffuse Roughness")) != 0:
-            others["diffuse_roughness"] = value
+        others = self._diffuse_roughness(source, "Diffuse Roughness")
         if (weight := self._number(source, "Subsurface Weight")) != 0:
             radius = self._color(source, "Subsurface Radius")
             others["subsurface"] = {
@@ -249,6 +247,13 @@ class Reader:
             thin_walled=self._thin_wall(source),
         )
 
+    def _diffuse_roughness(self, source, name):
+        value = self._scalar(source, name)
+        if isinstance(value, Const):
+            return {"diffuse_roughness": min(max(float(value.value), 0.0), 1.0)} if value.value > 0 else {}
+        self.note(APPROXIMATED, "the roughness of a diffuse reflection varies: 0.5 is used", "diffuse-roughness")
+        return {"diffuse_roughness": 0.5}
+
     def _thin_wall(self, source):
         """Principled's Thin Wall of Blender 5.2: light goes through a sheet, without being bent."""
         value = self._number(source, "Thin Wall")
@@ -270,11 +275,10 @@ class Reader:
 
     def _shader_bsdf_diffuse(self, source):
         # A Principled BSDF of index 1 has no reflection: the diffuse part alone.
-        roughness = self._number(source, "Roughness")
         return Surface(
             base_color=self._color(source, "Color"),
             normal=self._normal(source),
-            others={"diffuse_roughness": roughness} if roughness else {},
+            others=self._diffuse_roughness(source, "Roughness"),
         )
 
     def _shader_bsdf_glossy(self, source):

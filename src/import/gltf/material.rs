@@ -227,13 +227,7 @@ fn legal_factor(factor: [f32; 3], name: &str, diagnostics: &mut Diagnostics) -> 
 }
 
 /// Inputs of Blender's Principled BSDF that are not rendered yet, and what is shown in their place.
-const UNRENDERED: [(&str, Effect, &str, &str); 6] = [
-    (
-        "diffuse_roughness",
-        Effect::DiffuseRoughness,
-        "diffuse roughness",
-        "rendered as a Lambertian surface",
-    ),
+const UNRENDERED: [(&str, Effect, &str, &str); 5] = [
     (
         "subsurface",
         Effect::Subsurface,
@@ -279,6 +273,9 @@ fn apply_sundog(
     }
     if let Some(specular) = extension.specular {
         material.specular = specular;
+    }
+    if let Some(roughness) = extension.diffuse_roughness {
+        material.diffuse_roughness = roughness;
     }
     // A user's choice is for what files leave open.
     if let Some(thin) = extension.thin_walled

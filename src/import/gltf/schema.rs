@@ -49,6 +49,7 @@ pub(super) struct SundogMaterial {
     pub base_color: Option<[f32; 3]>,
     pub specular: Option<f32>,
     pub thin_walled: Option<bool>,
+    pub diffuse_roughness: Option<f32>,
     /// What is not rendered, and what is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,

@@ -112,6 +112,8 @@ pub struct Summary {
     pub glossy: Vec<Vec3>,
     /// Emitted radiance where images are white.
     pub emission: Vec3,
+    /// Some diffuse reflection is rough.
+    pub is_rough_diffuse: bool,
     /// Nothing but emission.
     pub unlit: bool,
     /// How much of it is there.
@@ -268,6 +270,7 @@ impl Graph {
             diffuse: Vec::new(),
             glossy: Vec::new(),
             emission: Vec3::ZERO,
+            is_rough_diffuse: false,
             unlit: self.is_unlit(),
             opacity: self.opacity(&results),
         };
@@ -282,6 +285,8 @@ impl Graph {
                     let strength = range(principled::EMISSION_STRENGTH).number().1;
                     summary.emission += color(principled::EMISSION_COLOR) * strength;
                     let level = range(principled::SPECULAR_IOR_LEVEL).number();
+                    summary.is_rough_diffuse |=
+                        range(principled::DIFFUSE_ROUGHNESS).number().1 > 0.0;
                     summary.principled.push(PrincipledSummary {
                         base_color: color(principled::BASE_COLOR),
                         metallic: range(principled::METALLIC).number(),
@@ -292,7 +297,10 @@ impl Graph {
                         thin_wall,
                     });
                 }
-                NodeKind::DiffuseBsdf => summary.diffuse.push(color(diffuse::COLOR)),
+                NodeKind::DiffuseBsdf => {
+                    summary.is_rough_diffuse |= range(diffuse::ROUGHNESS).number().1 > 0.0;
+                    summary.diffuse.push(color(diffuse::COLOR));
+                }
                 NodeKind::GlossyBsdf { .. } => summary.glossy.push(color(glossy::COLOR)),
                 NodeKind::Emission => {
                     let strength = range(emission::STRENGTH).number().1;

@@ -6,6 +6,7 @@
 pub mod diffuse;
 pub mod glass;
 pub mod microfacet;
+pub mod rough_diffuse;
 pub mod sheet;
 
 #[cfg(test)]
@@ -14,6 +15,7 @@ mod tests;
 pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use microfacet::{Facets, Reflection};
+pub use rough_diffuse::RoughDiffuse;
 pub use sheet::Sheet;
 
 use super::Scattering;
@@ -89,6 +91,8 @@ impl Kinds for AllKinds {
 pub enum Lobe {
     /// Lambertian reflection about another normal.
     Diffuse(Diffuse),
+    /// Rough diffuse reflection.
+    RoughDiffuse(RoughDiffuse),
     /// Reflection from facets: metals, glossy surfaces, the dielectric layer over a diffuse base.
     Reflection(Reflection),
     /// The boundary of a transmitting solid.
@@ -103,6 +107,7 @@ impl Lobe {
     pub fn evaluate<K: Kinds>(&self, smooth: Vec3, wi: Vec3, transmitted: bool) -> LobeValue {
         match self {
             Self::Diffuse(l) if !transmitted => l.evaluate((smooth, l.normal != smooth), wi),
+            Self::RoughDiffuse(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Reflection(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Glass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::Sheet(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
@@ -115,6 +120,7 @@ impl Lobe {
     pub fn sample<K: Kinds>(&self, smooth: Vec3, u: Vec2, choice: f32) -> Option<LobeSample> {
         match self {
             Self::Diffuse(l) => l.sample(smooth, u),
+            Self::RoughDiffuse(l) => l.sample(smooth, u),
             Self::Reflection(l) => l.sample(smooth, u),
             Self::Glass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::Sheet(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
@@ -125,7 +131,7 @@ impl Lobe {
     /// The kind of what the lobe does on the viewer's side.
     #[inline]
     pub fn is_diffuse(&self) -> bool {
-        matches!(self, Self::Diffuse(_))
+        matches!(self, Self::Diffuse(_) | Self::RoughDiffuse(_))
     }
 
     /// What a sample of the lobe did to its path.
@@ -133,7 +139,7 @@ impl Lobe {
     pub fn scattering(&self, transmitted: bool) -> Scattering {
         match self {
             _ if transmitted => Scattering::Transmission,
-            Self::Diffuse(_) => Scattering::Diffuse,
+            Self::Diffuse(_) | Self::RoughDiffuse(_) => Scattering::Diffuse,
             _ => Scattering::Glossy,
         }
     }
@@ -142,7 +148,7 @@ impl Lobe {
     #[inline]
     pub fn is_delta(&self) -> bool {
         match self {
-            Self::Diffuse(_) => false,
+            Self::Diffuse(_) | Self::RoughDiffuse(_) => false,
             Self::Reflection(l) => l.facets.is_smooth(),
             Self::Glass(l) => l.facets.is_smooth(),
             Self::Sheet(l) => l.facets.is_smooth(),
@@ -166,6 +172,7 @@ impl Lobe {
     pub fn normal(&self) -> Vec3 {
         match self {
             Self::Diffuse(l) => l.normal,
+            Self::RoughDiffuse(l) => l.normal,
             Self::Reflection(l) => l.facets.normal(),
             Self::Glass(l) => l.facets.normal(),
             Self::Sheet(l) => l.facets.normal(),
@@ -175,7 +182,7 @@ impl Lobe {
     /// Share of the albedo that is reflected, and that goes through; both without tint if `albedo` is.
     pub fn colors(&self, albedo: Vec3) -> [Vec3; 2] {
         match self {
-            Self::Diffuse(_) | Self::Reflection(_) => [albedo, Vec3::ZERO],
+            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Reflection(_) => [albedo, Vec3::ZERO],
             Self::Glass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::Sheet(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
         }
@@ -185,6 +192,7 @@ impl Lobe {
     pub fn max_sample_weight(&self) -> f32 {
         match self {
             Self::Diffuse(l) => l.color.max_element(),
+            Self::RoughDiffuse(l) => l.max_sample_weight(),
             Self::Reflection(l) => l.weight.max_element(),
             // The choice is by the mean of the channels, of which each is at most three times the mean.
             Self::Glass(l) => 3.0 * l.weight.max(l.reflected).max_element(),

@@ -367,13 +367,14 @@ fn known(graph: &Graph, at: usize) -> Principled {
         specular_color: color(principled::SPECULAR_TINT),
         transmission: color(principled::TRANSMISSION_WEIGHT).x,
         thin_walled: matches!(node.kind, NodeKind::PrincipledBsdf { thin_wall: true }),
+        diffuse_roughness: color(principled::DIFFUSE_ROUGHNESS).x,
         anisotropy: color(principled::ANISOTROPIC).x,
         anisotropy_rotation: color(principled::ANISOTROPIC_ROTATION).x,
     }
 }
 
 /// Sockets that are read at hits, metallic first: what it hides is not read.
-const READ: [usize; 9] = [
+const READ: [usize; 10] = [
     principled::METALLIC,
     principled::BASE_COLOR,
     principled::ROUGHNESS,
@@ -383,6 +384,7 @@ const READ: [usize; 9] = [
     principled::SPECULAR_IOR_LEVEL,
     principled::SPECULAR_TINT,
     principled::TRANSMISSION_WEIGHT,
+    principled::DIFFUSE_ROUGHNESS,
 ];
 
 fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader> {

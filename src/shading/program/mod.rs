@@ -340,6 +340,7 @@ pub fn parameters<P: Place>(
             principled::SPECULAR_IOR_LEVEL => p.specular = 2.0 * at.number(root),
             principled::SPECULAR_TINT => p.specular_color = reflected(at.color(root)),
             principled::TRANSMISSION_WEIGHT => p.transmission = at.number(root),
+            principled::DIFFUSE_ROUGHNESS => p.diffuse_roughness = at.number(root),
             _ => {}
         }
     }
