@@ -7,6 +7,7 @@ use super::settings::PathSettings;
 use crate::effects::Features;
 use crate::film::apart::Apart;
 use crate::light::{LightSample, LightSampleContext, Rules};
+use crate::math::average;
 use crate::math::float::is_unit;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::bsdf::BsdfValue;
@@ -130,11 +131,11 @@ impl<E: Features> Vertex<'_, E> {
         };
         let left = self.transparent;
         let share = match light.target {
-            _ if !casts_shadow => 1.0,
+            _ if !casts_shadow => Vec3::ONE,
             Some(target) => world.transmittance_to::<E>(start, target, left),
             None => world.transmittance::<E>(start, light.wi, f32::INFINITY, left),
         };
-        sum.apart.step(|| drawn(Some(share)));
+        sum.apart.step(|| drawn(Some(average(share))));
         if self.bounce == 0 {
             sum.apart.first_scattering(reflected, diffuse, beyond);
         }

@@ -11,8 +11,9 @@ use crate::effects::{Features, General};
 use crate::film::apart::{Apart, Together};
 use crate::film::pixel::{FirstHit, Middle};
 use crate::light::LightSampleContext;
-use crate::math::float::{BoundedPoint, RAY_START, is_unit};
-use crate::sampler::{Dimension, Sampler};
+use crate::math::average;
+use crate::math::float::{BoundedPoint, RAY_START, is_unit, ray_origin};
+use crate::sampler::{Dimension, Sampler, hashed};
 use crate::shading::{Bsdf, BsdfSample, Kinds, Principled, Scattering};
 use crate::world::{Hit, Met, Passage, RayKind, Source, Surface, World};
 use glam::{Vec2, Vec3};
@@ -80,6 +81,14 @@ struct Found {
     hit: Hit,
     /// The path has left the same surface: the place where it is met again, without a ray.
     again: Option<BoundedPoint>,
+}
+
+/// What becomes of a path at a surface that tints what passes straight on.
+enum Tinted {
+    /// It stops there, with a weight.
+    Stops(Vec3),
+    /// It goes on with a weight, from there.
+    Passes(Vec3, Vec3),
 }
 
 /// A path on its way. What functions that are not inlined change stands outside of it, so that the rest stays in registers.
@@ -226,9 +235,63 @@ impl<'a, 's, E: Features, A: Apart + Record> Walk<'a, 's, E, A> {
         self.light.apart.step(|| Step::End(why));
     }
 
-    /// The next surface, with the light of the lamps on the way to it, or of what lies behind all surfaces.
+    /// The next surface that the path does not pass, with the light of the lamps on the way to it, or of what lies behind all
+    /// surfaces.
     #[inline(always)]
     fn next_surface(&mut self) -> Option<Found> {
+        loop {
+            let found = self.next_interface()?;
+            if !(E::EVERYTHING && self.world.is_tinted()) || found.again.is_some() {
+                return Some(found);
+            }
+            let left = self.settings.transparent_left(self.passed);
+            match self.tinted(&found.hit) {
+                Tinted::Stops(weight) => {
+                    self.throughput *= weight;
+                    return Some(found);
+                }
+                Tinted::Passes(..) if left == 0 => {
+                    self.end(End::Transparent);
+                    return None;
+                }
+                Tinted::Passes(weight, onward) => {
+                    self.throughput *= weight;
+                    self.passed += 1;
+                    self.origin = onward;
+                    self.span = (RAY_START, f32::INFINITY);
+                }
+            }
+        }
+    }
+
+    /// Decides whether the path passes a surface that tints what passes straight on. The choice is by the mean of the channels.
+    #[cold]
+    #[inline(never)]
+    fn tinted(&self, hit: &Hit) -> Tinted {
+        let Some((passes, rest)) = self.world.tint(hit) else {
+            return Tinted::Stops(Vec3::ONE);
+        };
+        let share = average(passes);
+        let p = if share + rest > 0.0 {
+            share / (share + rest)
+        } else {
+            0.0
+        };
+        let key = self
+            .sampler
+            .key(Dimension::Opacity, self.bounce)
+            .wrapping_add(self.passed);
+        if hashed(key, hit.primitive, hit.object()) >= p {
+            return Tinted::Stops(Vec3::splat(rest / (1.0 - p)));
+        }
+        let surface = self.world.surface::<E>(hit, self.origin, self.direction);
+        let normal = surface.normals.geometric;
+        Tinted::Passes(passes / p, ray_origin(surface.point, -normal))
+    }
+
+    /// The next surface, as far as that lets no light pass without a colour.
+    #[inline(always)]
+    fn next_interface(&mut self) -> Option<Found> {
         let again = if E::CURVED { self.own.take() } else { None };
         self.rays += u32::from(again.is_none());
         self.light.apart.step(|| Step::Ray {

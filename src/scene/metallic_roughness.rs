@@ -1,7 +1,9 @@
 //! glTF's metallic-roughness material with its extensions, and the shader graph that says the same.
 
-use super::graph::node::{self, emission, math, mix, mix_shader, normal_map, principled, separate};
-use super::graph::{Blend, Graph, Input, Link, MathOperation, Node, NodeKind};
+use super::graph::node::{
+    self, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, transparent,
+};
+use super::graph::{Blend, Distribution, Graph, Input, Link, MathOperation, Node, NodeKind};
 use super::{ImageUse, Material, Texture};
 
 /// A material as glTF's core and its extensions describe it. Scalars multiply their textures.
@@ -47,6 +49,10 @@ pub struct MetallicRoughness {
     /// Transmission without refraction, as through a thin sheet (glTF without a volume);
     /// otherwise the surface bounds a solid.
     pub thin_walled: bool,
+    /// A Glossy BSDF of the base colour and the roughness, and nothing else (SUNDOG_material).
+    pub glossy: Option<Distribution>,
+    /// Colour of the light that passes straight on where the opacity is below 1 (SUNDOG_material).
+    pub transparent_color: [f32; 3],
     /// Roughness of the diffuse base (SUNDOG_material).
     pub diffuse_roughness: f32,
     /// What the file says; see `Scene` users for what culling does.
@@ -78,6 +84,8 @@ impl Default for MetallicRoughness {
             transmission: 0.0,
             transmission_texture: None,
             thin_walled: true,
+            glossy: None,
+            transparent_color: [1.0; 3],
             diffuse_roughness: 0.0,
             double_sided: false,
             unlit: false,
@@ -195,7 +203,10 @@ impl Builder {
         if m.alpha_mode == AlphaMode::Opaque {
             return shader;
         }
-        let clear = self.0.add(Node::new(NodeKind::TransparentBsdf));
+        let clear = Node::new(NodeKind::TransparentBsdf);
+        let clear = self
+            .0
+            .add(clear.with(transparent::COLOR, m.transparent_color));
         let factor = self.product(m.alpha, alpha(vertices), base.is_none());
         let factor = match base {
             None => factor,
@@ -217,6 +228,27 @@ impl Builder {
             }
         };
         self.0.add(mixed)
+    }
+
+    fn normal(&mut self, m: &MetallicRoughness) -> Input {
+        let normal = m.normal_texture.as_ref().map(|normal| {
+            let image = self.image(&normal.texture, ImageUse::Data);
+            let map = Node::new(NodeKind::NormalMap).with(normal_map::STRENGTH, normal.scale);
+            self.0.add(map.with(normal_map::COLOR, image))
+        });
+        normal.map_or(Input::None, Input::Link)
+    }
+
+    fn glossy(&mut self, m: &MetallicRoughness, distribution: Distribution, color: Link) -> Link {
+        let texture = m.metallic_roughness_texture.as_ref();
+        let roughness = self.number(m.roughness, texture, node::GREEN);
+        let normal = self.normal(m);
+        self.0.add(
+            Node::new(NodeKind::GlossyBsdf { distribution })
+                .with(glossy::COLOR, color)
+                .with(glossy::ROUGHNESS, roughness)
+                .with(glossy::NORMAL, normal),
+        )
     }
 
     fn principled(&mut self, m: &MetallicRoughness, base_color: Link) -> Link {
@@ -243,11 +275,7 @@ impl Builder {
         let tint = self.color(m.specular_color, m.specular_color_texture.as_ref());
         let transmission = self.number(m.transmission, m.transmission_texture.as_ref(), node::RED);
         let emission = self.color(m.emission, m.emission_texture.as_ref());
-        let normal = m.normal_texture.as_ref().map(|normal| {
-            let image = self.image(&normal.texture, ImageUse::Data);
-            let map = Node::new(NodeKind::NormalMap).with(normal_map::STRENGTH, normal.scale);
-            self.0.add(map.with(normal_map::COLOR, image))
-        });
+        let normal = self.normal(m);
         let thin_wall = m.thin_walled;
         self.0.add(
             Node::new(NodeKind::PrincipledBsdf { thin_wall })
@@ -261,7 +289,7 @@ impl Builder {
                 .with(principled::TRANSMISSION_WEIGHT, transmission)
                 .with(principled::EMISSION_COLOR, emission)
                 .with(principled::EMISSION_STRENGTH, 1.0)
-                .with(principled::NORMAL, normal.map_or(Input::None, Input::Link)),
+                .with(principled::NORMAL, normal),
         )
     }
 }
@@ -279,6 +307,8 @@ impl From<MetallicRoughness> for Material {
         let shader = if m.unlit {
             let emission = Node::new(NodeKind::Emission).with(emission::COLOR, color);
             builder.0.add(emission)
+        } else if let Some(distribution) = m.glossy {
+            builder.glossy(&m, distribution, color)
         } else {
             builder.principled(&m, color)
         };

@@ -27,6 +27,8 @@ pub struct PreparedMaterial {
     pub unlit: bool,
     /// Light can pass beside it.
     pub translucent: bool,
+    /// What passes straight on takes a colour.
+    pub is_tinted: bool,
     /// Somewhere it is glass.
     lets_through: bool,
     /// Somewhere it is solid glass.
@@ -167,6 +169,7 @@ impl Preparer {
             emission: programs.emitted.constant().unwrap_or(summary.emission),
             unlit: summary.unlit,
             translucent: summary.is_translucent(),
+            is_tinted: summary.is_tinted && summary.is_translucent(),
             lets_through: solids.clone().next().is_some(),
             bounds_a_solid: solids.any(|p| !p.thin_wall),
             single_sided: !m.double_sided,
@@ -375,6 +378,16 @@ impl PreparedMaterial {
             emission, emitted, ..
         } = &self.programs;
         emission.at(at, |at| at.color(emitted))
+    }
+
+    /// What passes straight on at a point, as a colour, and the share of the rest.
+    pub fn passing(&self, at: &impl Place) -> (Vec3, f32) {
+        match &self.programs.opacity {
+            None => (Vec3::ZERO, 1.0),
+            Some(opacity) => opacity.program.at(at, |at| {
+                (at.color(&opacity.transmittance), at.number(&opacity.rest))
+            }),
+        }
     }
 
     /// Opacity at a point, 0..=1; cut-outs are 0 or 1.

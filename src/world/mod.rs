@@ -332,8 +332,30 @@ impl World {
         if !E::EVERYTHING || !material.translucent {
             return 1.0;
         }
+        // Paths stop there, and decide for themselves what passes.
+        if material.is_tinted {
+            return 1.0;
+        }
         let at = mesh.at(hit.primitive, hit.u, hit.v);
         material.opacity(&at)
+    }
+
+    /// Whether what passes straight on takes a colour somewhere.
+    #[inline]
+    pub fn is_tinted(&self) -> bool {
+        self.geometry.tinted
+    }
+
+    /// What passes straight on at a hit, as a colour, and the share of the rest; `None` where that takes no colour.
+    #[cold]
+    #[inline(never)]
+    pub fn tint(&self, hit: &Hit) -> Option<(Vec3, f32)> {
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        let material = &self.materials[mesh.material as usize];
+        material
+            .is_tinted
+            .then(|| material.passing(&mesh.at(hit.primitive, hit.u, hit.v)))
     }
 
     /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at
@@ -430,7 +452,7 @@ impl World {
                 ) < opacity)
     }
 
-    /// Share of light that comes from `origin + direction · share` to `origin`, 0..=1. Light that would
+    /// Share of light that comes from `origin + direction · share` to `origin`, as a colour, 0..=1. Light that would
     /// have to pass more than `limit` surfaces does not come.
     #[inline]
     pub fn transmittance<E: Features>(
@@ -439,7 +461,7 @@ impl World {
         direction: Vec3,
         far: f32,
         limit: u32,
-    ) -> f32 {
+    ) -> Vec3 {
         let ray = Ray {
             origin: origin.to_array(),
             direction: direction.to_array(),
@@ -449,30 +471,33 @@ impl World {
         };
         if !self.filters::<E>() {
             return if self.geometry.embree.occluded(&ray) {
-                0.0
+                Vec3::ZERO
             } else {
-                1.0
+                Vec3::ONE
             };
         }
-        let mut share = 1.0f32;
+        let mut share = Vec3::ONE;
         let mut left = limit;
         let blocked = self.geometry.embree.occluded_filtered(&ray, |hit| {
-            share *= 1.0 - self.opacity::<E>(hit, direction);
+            share *= match self.is_tinted().then(|| self.tint(hit)).flatten() {
+                Some((passes, _)) if !self.is_hidden(hit, direction) => passes,
+                _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction)),
+            };
             if limit != u32::MAX && !self.is_hidden(hit, direction) {
                 if left == 0 {
-                    share = 0.0;
+                    share = Vec3::ZERO;
                 }
                 left = left.saturating_sub(1);
             }
-            share <= 0.0
+            share.max_element() <= 0.0
         });
-        if blocked { 0.0 } else { share }
+        if blocked { Vec3::ZERO } else { share }
     }
 
     /// Share of light between two points with error bounds that see each other along `wi` (from
     /// `a` to `b`): both ends leave their surfaces by their bounds.
     #[inline]
-    pub fn transmittance_to<E: Features>(&self, origin: Vec3, target: Vec3, limit: u32) -> f32 {
+    pub fn transmittance_to<E: Features>(&self, origin: Vec3, target: Vec3, limit: u32) -> Vec3 {
         self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE, limit)
     }
 

@@ -21,6 +21,8 @@ pub struct Geometry {
     pub close: Vec<bool>,
     /// Some surfaces are asked whether they stop a ray.
     pub filtered: bool,
+    /// What passes straight on takes a colour somewhere.
+    pub tinted: bool,
     /// By entry whether it is a holdout; empty where none is.
     pub holdouts: Vec<bool>,
     /// What it was made for, by material.
@@ -33,6 +35,8 @@ struct Needs {
     attributes: Attributes,
     /// Rays ask whether they are stopped.
     filtered: bool,
+    /// What passes straight on takes a colour.
+    tinted: bool,
     /// It is an interface that close ones are put in order with.
     ordered: bool,
 }
@@ -50,6 +54,7 @@ impl Needs {
                 colors: keep(effects::VERTEX_COLORS),
             },
             filtered,
+            tinted: material.is_tinted,
             ordered: ordered && material.bounds_a_solid() && !filtered,
         }
     }
@@ -175,7 +180,7 @@ impl Geometry {
             entries: Vec::new(),
             shared: vec![None; scene.meshes.len()],
         };
-        let (mut triangles, mut filtered) = (0u64, false);
+        let (mut triangles, mut filtered, mut tinted) = (0u64, false, false);
         for instance in &scene.instances {
             let mesh = &scene.meshes[instance.mesh.0 as usize];
             if mesh.triangles.is_empty() {
@@ -186,6 +191,7 @@ impl Geometry {
             let needs = needs[material as usize];
             triangles += mesh.triangles.len() as u64;
             filtered |= needs.filtered;
+            tinted |= needs.tinted;
             let is_shared = placements[instance.mesh.0 as usize] > 1;
             builder.place(instance, mesh, (material, needs), is_shared)?;
         }
@@ -201,6 +207,7 @@ impl Geometry {
             triangles,
             close,
             filtered,
+            tinted,
             holdouts: if keep(effects::HOLDOUTS) {
                 holdouts(scene)
             } else {

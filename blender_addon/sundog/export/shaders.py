@@ -282,16 +282,34 @@ class Reader:
         )
 
     def _shader_bsdf_glossy(self, source):
-        color = self._color(source, "Color")
+        distribution = {"GGX": "ggx", "MULTI_GGX": "multiscatter-ggx"}.get(getattr(source.node, "distribution", ""))
+        others = self._anisotropy(source)
+        if distribution:
+            # Facets of one colour at all angles; for other readers of glTF it is a metal, whose edges are white.
+            return Surface(
+                base_color=self._color(source, "Color"),
+                metallic=ONE,
+                roughness=self._scalar(source, "Roughness"),
+                normal=self._normal(source),
+                others={**others, "glossy": distribution},
+            )
+        return self._as_metal(
+            Surface(
+                base_color=self._color(source, "Color"),
+                metallic=ONE,
+                roughness=self._glossy_roughness(source),
+                normal=self._normal(source),
+                others=others,
+            )
+        )
+
+    def _as_metal(self, surface):
+        """A surface without a Glossy BSDF: a metal of its colour stands for it."""
+        others = {k: v for k, v in surface.others.items() if k != "glossy"}
+        color = surface.base_color
         if not (isinstance(color, Const) and numpy.allclose(color.value, 1)):
             self.note(APPROXIMATED, "a Glossy BSDF is rendered as a metal of its colour, whose edges are white")
-        return Surface(
-            base_color=color,
-            metallic=ONE,
-            roughness=self._glossy_roughness(source),
-            normal=self._normal(source),
-            others=self._anisotropy(source),
-        )
+        return surface.copy(others=others)
 
     def _glossy_roughness(self, source):
         distribution = getattr(source.node, "distribution", "")
@@ -349,10 +367,8 @@ class Reader:
     def _shader_bsdf_transparent(self, source):
         color = self._color(source, "Color")
         if isinstance(color, Const):
-            level = float(color.value @ colorspace.luminance())
-            if numpy.ptp(color.value) > 1e-6:
-                self.note(APPROXIMATED, "a coloured Transparent BSDF lets all colours through alike")
-            return Surface(alpha=Const(1 - min(max(level, 0), 1)))
+            passes = [min(max(float(v), 0.0), 1.0) for v in color.value]
+            return Surface(alpha=ZERO, others={} if passes == [1.0, 1.0, 1.0] else {"transparent_color": passes})
         self.note(APPROXIMATED, "a coloured Transparent BSDF lets all colours through alike")
         return Surface(alpha=expressions.operation("invert", lambda v: 1 - numpy.clip(v, 0, 1), [as_scalar(color)], False))
 
@@ -434,10 +450,11 @@ class Reader:
 
     def _mixed(self, first, second, factor):
         inverse = expressions.operation("invert", lambda v: 1 - v, [factor], False)
-        if first.is_transparent():
-            return second.copy(alpha=multiply(second.alpha, factor), emission=second.emission)
-        if second.is_transparent():
-            return first.copy(alpha=multiply(first.alpha, inverse))
+        if first.is_transparent() and self._fits(first, second):
+            return second.copy(alpha=multiply(second.alpha, factor), others={**second.others, **first.others})
+        if second.is_transparent() and self._fits(second, first):
+            return first.copy(alpha=multiply(first.alpha, inverse), others={**first.others, **second.others})
+        first, second = (self._as_metal(s) if "glossy" in s.others else s for s in (first, second))
         if self._is_pure_emission(first) or self._is_pure_emission(second):
             emitter, other, share = (first, second, inverse) if self._is_pure_emission(first) else (second, first, factor)
             rest = factor if emitter is first else inverse
@@ -463,6 +480,12 @@ class Reader:
         return first.blend(second, factor)
 
     @staticmethod
+    def _fits(clear, other):
+        """Whether what passes straight on has one colour in a mix with something transparent."""
+        colors = [s.others.get("transparent_color", [1.0, 1.0, 1.0]) for s in (clear, other)]
+        return colors[0] == colors[1] or (isinstance(other.alpha, Const) and other.alpha.value >= 1)
+
+    @staticmethod
     def _is_const(value, number):
         return isinstance(value, Const) and numpy.all(value.value == number)
 
@@ -481,6 +504,7 @@ class Reader:
         first, second = (self.surface(nodes.Place(s, source.groups)) for s in source.node.inputs)
         if first is None or second is None:
             return first or second
+        first, second = (self._as_metal(s) if "glossy" in s.others else s for s in (first, second))
         if self._is_pure_emission(first):
             return self._glowing(second, first.emission)
         if self._is_pure_emission(second):

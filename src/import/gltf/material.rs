@@ -8,9 +8,10 @@ use serde_json::Value;
 
 use super::container::Document;
 use super::extensions;
-use super::schema::SundogMaterial;
+use super::schema::{GlossyJson, SundogMaterial};
 use super::textures::Images;
 use crate::import::{ImportError, ImportOptions, Transmission};
+use crate::scene::graph::Distribution;
 use crate::scene::{
     AlphaMode, Diagnostics, Effect, MetallicRoughness, NormalTexture, Subject, Verdict,
 };
@@ -276,6 +277,13 @@ fn apply_sundog(
     }
     if let Some(roughness) = extension.diffuse_roughness {
         material.diffuse_roughness = roughness;
+    }
+    material.glossy = extension.glossy.map(|facets| match facets {
+        GlossyJson::Ggx => Distribution::Ggx,
+        GlossyJson::MultiscatterGgx => Distribution::MultiscatterGgx,
+    });
+    if let Some(color) = extension.transparent_color {
+        material.transparent_color = color;
     }
     // A user's choice is for what files leave open.
     if let Some(thin) = extension.thin_walled

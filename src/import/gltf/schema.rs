@@ -50,9 +50,19 @@ pub(super) struct SundogMaterial {
     pub specular: Option<f32>,
     pub thin_walled: Option<bool>,
     pub diffuse_roughness: Option<f32>,
+    pub glossy: Option<GlossyJson>,
+    pub transparent_color: Option<[f32; 3]>,
     /// What is not rendered, and what is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+/// The facets of a Glossy BSDF.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum GlossyJson {
+    Ggx,
+    MultiscatterGgx,
 }
 
 #[derive(Debug, Deserialize)]

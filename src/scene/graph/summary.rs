@@ -114,6 +114,8 @@ pub struct Summary {
     pub emission: Vec3,
     /// Some diffuse reflection is rough.
     pub is_rough_diffuse: bool,
+    /// What passes straight on takes a colour.
+    pub is_tinted: bool,
     /// Nothing but emission.
     pub unlit: bool,
     /// How much of it is there.
@@ -271,6 +273,7 @@ impl Graph {
             glossy: Vec::new(),
             emission: Vec3::ZERO,
             is_rough_diffuse: false,
+            is_tinted: false,
             unlit: self.is_unlit(),
             opacity: self.opacity(&results),
         };
@@ -300,6 +303,10 @@ impl Graph {
                 NodeKind::DiffuseBsdf => {
                     summary.is_rough_diffuse |= range(diffuse::ROUGHNESS).number().1 > 0.0;
                     summary.diffuse.push(color(diffuse::COLOR));
+                }
+                NodeKind::TransparentBsdf => {
+                    let color = node.inputs[transparent::COLOR];
+                    summary.is_tinted |= color != Input::Value([1.0; 3]);
                 }
                 NodeKind::GlossyBsdf { .. } => summary.glossy.push(color(glossy::COLOR)),
                 NodeKind::Emission => {

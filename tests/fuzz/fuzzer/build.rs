@@ -214,6 +214,8 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         transmission: f(of, "transmission", 0.0),
         transmission_texture: texture(scene, "transmission"),
         thin_walled: is(of, "thin"),
+        glossy: None,
+        transparent_color: [1.0; 3],
         diffuse_roughness: 0.0,
         double_sided: is(of, "double_sided"),
         unlit: is(of, "unlit"),
