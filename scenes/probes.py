@@ -134,60 +134,6 @@ def lone():
     ]]
 
 
-def shader_alone(name, kind, **inputs):
-    """A material of one shader; keywords are its sockets."""
-    import bpy
-
-    material = bpy.data.materials.new(name)
-    material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.remove(kit.shader_of(material))
-    shader = tree.nodes.new(kind)
-    for key, value in inputs.items():
-        shader.inputs[key].default_value = (*value, 1.0) if isinstance(value, tuple) else value
-    tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
-    return material
-
-
-def part_transparent(name, color, part):
-    """Red matte, a part of which lets light of a colour pass."""
-    material = kit.matte(name, (0.8, 0.2, 0.1))
-    tree = material.node_tree
-    clear, mixed = tree.nodes.new("ShaderNodeBsdfTransparent"), tree.nodes.new("ShaderNodeMixShader")
-    clear.inputs["Color"].default_value = (*color, 1.0)
-    mixed.inputs[0].default_value = part
-    tree.links.new(kit.shader_of(material).outputs[0], mixed.inputs[1])
-    tree.links.new(clear.outputs[0], mixed.inputs[2])
-    tree.links.new(mixed.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
-    return material
-
-
-def lobe_rows():
-    """Rough diffuse bases, rough Diffuse BSDFs, Glossy BSDFs, and transparency of a colour, six of each."""
-    parts = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-    red, gold = (0.9, 0.4, 0.2), (0.9, 0.6, 0.2)
-    return [
-        [kit.principled(f"Base {r}", base_color=red, roughness=0.4, diffuse_roughness=r) for r in parts],
-        [shader_alone(f"Diffuse {r}", "ShaderNodeBsdfDiffuse", Color=red, Roughness=r) for r in parts],
-        [shader_alone(f"Glossy {r}", "ShaderNodeBsdfGlossy", Color=gold, Roughness=r) for r in parts],
-        [part_transparent(f"Clear {part}", (0.2, 0.5, 0.9), part) for part in parts],
-    ]
-
-
-@grid_probe("lobes", 6, 4)
-def lobes():
-    """Lobes that the metallic-roughness of glTF has no word for, before a white world."""
-    return lobe_rows()
-
-
-@probe("lobes-sun", 144, 96)
-def lobes_in_the_sun(folder):
-    """The same under a sun from the side, which throws their shadows on each other."""
-    grid(lobe_rows())
-    kit.sun("Sun", (0.7, 0.6, -0.4), 3.0, angle=4.0)
-    return {"constant": (0.1, 0.1, 0.1), "bounces": 8, "grid": [6, 4], "view": "Standard"}
-
-
 def table(color=(0.7, 0.7, 0.7), half=6.0):
     kit.quad("Table", [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], kit.matte("Table", color))
 

@@ -12,7 +12,7 @@ mod guard;
 mod image;
 
 pub use error::ImportError;
-pub use image::{ExrLayer, ImageFailure, colors, decode_image, read_exr};
+pub use image::{ExrLayer, ImageFailure, colors, decode_colors, decode_image, read_exr};
 
 use std::path::Path;
 use std::sync::Arc;

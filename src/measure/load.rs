@@ -1,7 +1,7 @@
 //! Reading pictures that are to be measured.
 
 use super::{Encoding, MeasureError, Picture};
-use crate::import::{ImageFailure, colors, decode_image, read_exr};
+use crate::import::{ImageFailure, decode_colors, read_exr};
 use std::path::Path;
 
 /// Reads a picture: an EXR or HDR as linear light, a PNG or JPEG as display values. What it is follows
@@ -64,11 +64,11 @@ pub fn load_with_alpha(
         _ if bytes.starts_with(b"#?") => Encoding::Linear,
         _ => return Err(unreadable("it is neither EXR, HDR, PNG nor JPEG".into())),
     };
-    let image = decode_image(&bytes, "").map_err(failed)?;
+    let (image, pixels) = decode_colors(&bytes).map_err(failed)?;
     let picture = Picture {
         width: image.width,
         height: image.height,
-        pixels: colors(&image),
+        pixels,
         encoding,
     };
     Ok((picture, None))

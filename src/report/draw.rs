@@ -10,9 +10,9 @@ use plotters::coord::Shift;
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
 use plotters::element::{
-    Circle, DashedPathElement, EmptyElement, ErrorBar, IntoDynElement, Polygon, Rectangle, Text,
+    Circle, EmptyElement, ErrorBar, IntoDynElement, PathElement, Polygon, Rectangle, Text,
 };
-use plotters::series::{DashedLineSeries, LineSeries};
+use plotters::series::LineSeries;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle, TextStyle, register_font};
 use std::sync::Once;
@@ -391,7 +391,14 @@ impl Pen {
         let (dash, gap) = (self.pixels(7.0), self.pixels(5.0));
         let annotation = match series.line {
             Line::Bars => chart.draw_series(bars(&path, x, y, self.pixels(0.5) as u32, color))?,
-            Line::Dashed => chart.draw_series(DashedLineSeries::new(path, dash, gap, stroke))?,
+            Line::Dashed => {
+                let lengths = [dash, gap].map(f64::from);
+                let (width, height) = chart.plotting_area().dim_in_pixel();
+                let size = (f64::from(width), f64::from(height));
+                let dashes = dashes(&path, (x, y), size, lengths);
+                let dashes = dashes.into_iter();
+                chart.draw_series(dashes.map(|ends| PathElement::new(ends.to_vec(), stroke)))?
+            }
             Line::Solid => {
                 chart.draw_series(LineSeries::new(path.iter().copied(), stroke))?;
                 self.markers(chart, index, path)?
@@ -403,8 +410,8 @@ impl Pen {
             let middle = x + length / 2;
             match (line, self.corners(index)) {
                 (Line::Dashed, _) => {
-                    let path = [(x, y), (x + length, y)];
-                    DashedPathElement::new(path, dash, gap, stroke).into_dyn()
+                    // One dash stands for many.
+                    PathElement::new([(x, y), (x + dash, y)], stroke).into_dyn()
                 }
                 (_, None) => Circle::new((middle, y), self.pixels(4.0), color.filled()).into_dyn(),
                 (_, Some(corners)) => {
@@ -450,6 +457,44 @@ impl Pen {
             .map(|(x, y)| (self.pixels(*x), self.pixels(*y)));
         Some(pixels.collect())
     }
+}
+
+/// The dashes of a path by the lengths of a dash and a gap, on a plot of a size, all in pixels. (Not plotters' own: they take
+/// `hypotf` of a newer C library than the add-on's package may need.)
+fn dashes(
+    path: &[(f64, f64)],
+    (x, y): (&Range, &Range),
+    (width, height): (f64, f64),
+    [dash, gap]: [f64; 2],
+) -> Vec<[(f64, f64); 2]> {
+    let on_plot = |&(a, b): &(f64, f64)| (x.position(a) * width, y.position(b) * height);
+    let back = |(a, b): (f64, f64)| (x.value(a / width), y.value(b / height));
+    let (mut found, mut done) = (Vec::new(), 0.0);
+    for ends in path.windows(2) {
+        let (from, to) = (on_plot(&ends[0]), on_plot(&ends[1]));
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let length = (dx * dx + dy * dy).sqrt();
+        if !(length > 0.0 && length.is_finite()) {
+            continue;
+        }
+        let at = |along: f64| {
+            let share = along / length;
+            back((from.0 + dx * share, from.1 + dy * share))
+        };
+        let mut along = 0.0;
+        while along < length {
+            // How far the pattern has come, and whether that is on a dash.
+            let phase = done % (dash + gap);
+            let left = if phase < dash { dash } else { dash + gap } - phase;
+            let next = (along + left.max(0.5)).min(length);
+            if phase < dash {
+                found.push([at(along), at(next)]);
+            }
+            done += next - along;
+            along = next;
+        }
+    }
+    found
 }
 
 /// Bars with a gap between them; a point is the middle of its bar.

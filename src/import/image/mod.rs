@@ -108,6 +108,34 @@ pub fn decode_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
     decode_checked(bytes, name)
 }
 
+/// The same, for colours that become three floats a pixel: that is what they may take of memory.
+///
+/// # Errors
+/// As [`decode_image`].
+pub fn decode_colors(bytes: &[u8]) -> Result<(Image, Vec<[f32; 3]>), ImageFailure> {
+    let budget = Budget::for_image(bytes.len());
+    check_size(bytes, &budget)?;
+    if let Some((width, height)) = dimensions(bytes)? {
+        check_pixels((width, height), size_of::<[f32; 3]>(), &budget)?;
+    }
+    let image = decode_checked(bytes, "")?;
+    let colors = colors(&image);
+    Ok((image, colors))
+}
+
+/// Width and height of what the crate image reads.
+fn dimensions(bytes: &[u8]) -> Result<Option<(u64, u64)>, ImageFailure> {
+    match sniff(bytes) {
+        Format::Exr | Format::Ktx2 | Format::Unsupported(_) | Format::Unknown => Ok(None),
+        _ => {
+            let bytes = radiance(bytes);
+            let decoder = reader(&bytes).into_decoder().map_err(damaged)?;
+            let (width, height) = decoder.dimensions();
+            Ok(Some((u64::from(width), u64::from(height))))
+        }
+    }
+}
+
 /// As [`decode_image`], after [`check_size`].
 pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
     match sniff(bytes) {
@@ -121,27 +149,23 @@ pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFai
     }
 }
 
-/// Red, green and blue of a pixel; grey stands three times.
-fn rgb(pixel: &[f32]) -> [f32; 3] {
-    match *pixel {
-        [r, g, b, ..] => [r, g, b],
-        [grey, ..] => [grey; 3],
-        [] => [0.0; 3],
-    }
-}
-
-/// The colours of an image; codes as shares of the largest.
+/// The colours of an image; codes as shares of the largest, grey three times.
 pub fn colors(image: &Image) -> Vec<[f32; 3]> {
-    let values: Cow<[f32]> = match &image.pixels {
-        Pixels::F32(values) => values.as_ref().into(),
-        Pixels::U8(codes) => codes.iter().map(|&code| f32::from(code) / 255.0).collect(),
-        Pixels::U16(codes) => codes
-            .iter()
-            .map(|&code| f32::from(code) / 65535.0)
-            .collect(),
-    };
-    let pixels = values.chunks_exact(image.channels.max(1) as usize);
-    pixels.map(rgb).collect()
+    fn of<T: Copy>(values: &[T], channels: u32, float: impl Fn(T) -> f32) -> Vec<[f32; 3]> {
+        let pixels = values.chunks_exact(channels.max(1) as usize);
+        pixels
+            .map(|pixel| match *pixel {
+                [r, g, b, ..] => [float(r), float(g), float(b)],
+                [grey, ..] => [float(grey); 3],
+                [] => [0.0; 3],
+            })
+            .collect()
+    }
+    match &image.pixels {
+        Pixels::F32(values) => of(values, image.channels, |value| value),
+        Pixels::U8(codes) => of(codes, image.channels, |code| f32::from(code) / 255.0),
+        Pixels::U16(codes) => of(codes, image.channels, |code| f32::from(code) / 65535.0),
+    }
 }
 
 /// Reads an image as linear RGB floats; 8- and 16-bit images are taken as sRGB-encoded.

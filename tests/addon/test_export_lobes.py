@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shaders that glTF's metallic-roughness has no word for: what is written, and the picture against Cycles'."""
+
+import unittest
+
+import bpy
+import export_kit as kit
+import numpy
+
+PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
+RED, GOLD, BLUE = (0.9, 0.4, 0.2, 1), (0.9, 0.6, 0.2, 1), (0.2, 0.5, 0.9, 1)
+
+
+def tree_of(name):
+    """A material without a shader: its nodes, and the input of its surface."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    return material, tree, tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"]
+
+
+def alone(name, kind, **inputs):
+    """A material of one shader."""
+    material, tree, surface = tree_of(name)
+    shader = tree.nodes.new(kind)
+    for key, value in inputs.items():
+        shader.inputs[key.replace("_", " ")].default_value = value
+    tree.links.new(shader.outputs[0], surface)
+    return material
+
+
+def part_clear(name, part):
+    """Red matte, a part of which lets blue light pass."""
+    material, tree, surface = tree_of(name)
+    matte, clear, mixed = (tree.nodes.new(f"ShaderNode{k}") for k in ("BsdfDiffuse", "BsdfTransparent", "MixShader"))
+    matte.inputs["Color"].default_value, clear.inputs["Color"].default_value = RED, BLUE
+    mixed.inputs[0].default_value = part
+    tree.links.new(matte.outputs[0], mixed.inputs[1])
+    tree.links.new(clear.outputs[0], mixed.inputs[2])
+    tree.links.new(mixed.outputs[0], surface)
+    return material
+
+
+class Lobes(kit.ExportTest):
+    """Rough diffuse surfaces, Glossy BSDFs, transparency of a colour."""
+
+    def material(self, made):
+        """What a material is in the file."""
+        self.link("object", self.with_material(made))
+        return self.export().material(made.name)
+
+    @staticmethod
+    def with_material(made):
+        mesh = kit.plane(made.name)
+        mesh.materials.append(made)
+        return mesh
+
+    def balls(self):
+        """Four rows of five balls under a sun, before a dim world."""
+        rows = [
+            [alone(f"diffuse {r}", "ShaderNodeBsdfDiffuse", Color=RED, Roughness=r) for r in PARTS],
+            # Smoother ones throw caustics on their neighbours, which are noise at so few samples.
+            [alone(f"glossy {r}", "ShaderNodeBsdfGlossy", Color=GOLD, Roughness=r) for r in (0.5, 0.6, 0.7, 0.8, 1.0)],
+            [part_clear(f"clear {part}", part) for part in PARTS],
+        ]
+        if "Diffuse Roughness" in alone("probe", "ShaderNodeBsdfPrincipled").node_tree.nodes[1].inputs:
+            rows.append([alone(f"base {r}", "ShaderNodeBsdfPrincipled", Base_Color=RED, Roughness=0.4, Diffuse_Roughness=r) for r in PARTS])
+        for line, row in enumerate(rows):
+            for column, made in enumerate(row):
+                bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.42, location=(column - 2, line - 1.5, 0))
+                ball = bpy.context.object
+                ball.data.shade_smooth()
+                ball.data.materials.append(made)
+        sun = bpy.data.lights.new("sun", "SUN")
+        sun.energy, sun.angle = 3, 0.1
+        self.link("sun", sun, rotation_euler=(0.5, 0.7, 0))
+        self.scene.world = bpy.data.worlds.new("world")
+        self.scene.world.use_nodes = True
+        background = next(n for n in self.scene.world.node_tree.nodes if n.type == "BACKGROUND")
+        background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
+        data = self.camera.data
+        data.type, data.ortho_scale = "ORTHO", 6
+        # What makes light go lost or spread on purpose stays out of it.
+        cycles = self.scene.cycles
+        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        render = self.scene.render
+        render.resolution_x, render.resolution_y, render.resolution_percentage = 96, 64, 100
+
+    def test_pictures_are_those_of_cycles(self):
+        self.balls()
+        found = self.export()
+        seen = kit.cycles_pixels(96, 64, 512)
+        got = kit.rendered(found.path, 96, 64, 512)
+
+        def blocks(picture):
+            return picture.reshape(8, 8, 12, 8, 3).mean(axis=(1, 3))
+
+        worst = numpy.abs(blocks(got) - blocks(seen)) / numpy.maximum(blocks(seen), 1e-3)
+        self.assertLess(worst.max(), 0.03, f"{worst.max(axis=2).round(3)}")
+        self.assertLess(abs(got.mean() / seen.mean() - 1), 0.005)
+
+    def test_what_is_written(self):
+        made = self.material(alone("glossy", "ShaderNodeBsdfGlossy", Color=GOLD, Roughness=0.25))
+        self.assertEqual(made["extensions"]["SUNDOG_material"]["glossy"], "multiscatter-ggx")
+        made = self.material(alone("rough", "ShaderNodeBsdfDiffuse", Roughness=0.75))
+        self.assertAlmostEqual(made["extensions"]["SUNDOG_material"]["diffuse_roughness"], 0.75)
+        made = self.material(part_clear("clear", 0.25))
+        self.assertEqual([round(v, 4) for v in made["extensions"]["SUNDOG_material"]["transparent_color"]], [0.2, 0.5, 0.9])
+        self.assertAlmostEqual(made["pbrMetallicRoughness"]["baseColorFactor"][3], 0.75)
+
+
+if __name__ == "__main__":
+    unittest.main()
