@@ -449,6 +449,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
             metallic: 0.0,
             roughness: 0.2,
             base_color: [0.2, 0.5, 0.8],
+            diffuse_roughness: 0.4,
             ..MetallicRoughness::default()
         },
     );
