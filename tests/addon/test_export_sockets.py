@@ -17,7 +17,8 @@ NEEDS = {
     "Thin Film IOR": "Thin Film Thickness",
     "Anisotropic Rotation": "Anisotropic",
     "Rotation": "Anisotropy",
-    "Tangent": "Anisotropic",
+    # As the Principled BSDF calls it, and as others do.
+    "Tangent": ("Anisotropic", "Anisotropy"),
     "Emission Color": "Emission Strength",
     "Thin Wall": "Transmission Weight",
 }
@@ -61,9 +62,10 @@ class Sockets(kit.ExportTest):
     def pair(self, label, kind, change):
         plain, _, first = self.shader(kind)
         changed, tree, second = self.shader(kind)
-        for beginning, needed in NEEDS.items():
-            if label.startswith(beginning) and label != needed and needed in first.inputs:
-                first.inputs[needed].default_value = second.inputs[needed].default_value = 0.4
+        for beginning, names in NEEDS.items():
+            for needed in [names] if isinstance(names, str) else names:
+                if label.startswith(beginning) and label != needed and needed in first.inputs:
+                    first.inputs[needed].default_value = second.inputs[needed].default_value = 0.4
         change(second, tree)
         self.pairs.append((f"{kind}: {label}", plain.name, changed.name))
 
