@@ -13,6 +13,7 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
     let factors = graph.results(&mut Unit {
         vertex_alpha: false,
     });
+    let taken = graph.taken();
     let mut results: Vec<Range> = Vec::with_capacity(graph.nodes.len());
     let mut instead: Vec<Option<Input>> = vec![None; graph.nodes.len()];
     for at in 0..graph.nodes.len() {
@@ -37,7 +38,7 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
             cut_hidden(graph, at, &results, &factors);
         }
         instead[at] = replacement(graph, at, facts);
-        let result = graph.result(&results, at, facts);
+        let result = graph.result((&results, &taken), at, facts);
         results.push(result);
     }
     for root in graph.roots() {

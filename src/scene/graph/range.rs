@@ -103,8 +103,8 @@ impl Range {
 
 /// What is known of what a graph reads.
 pub trait Facts {
-    /// Values of an image as look-ups give them.
-    fn image(&mut self, texture: &Texture, usage: ImageUse) -> Range;
+    /// Values of an image as look-ups give them, in those of its four numbers that something takes.
+    fn image(&mut self, texture: &Texture, usage: ImageUse, taken: [bool; 4]) -> Range;
     /// Colours of vertices.
     fn colors(&self) -> Range;
     /// Whether a normal map of a strength changes nothing.
@@ -121,7 +121,7 @@ pub struct Unit {
 }
 
 impl Facts for Unit {
-    fn image(&mut self, _: &Texture, _: ImageUse) -> Range {
+    fn image(&mut self, _: &Texture, _: ImageUse, _: [bool; 4]) -> Range {
         Range::SHARE
     }
 
@@ -186,14 +186,19 @@ impl Graph {
     }
 
     /// What the result of a node may be.
-    pub fn result(&self, results: &[Range], at: usize, facts: &mut impl Facts) -> Range {
+    pub fn result(
+        &self,
+        (results, taken): (&[Range], &[[bool; 4]]),
+        at: usize,
+        facts: &mut impl Facts,
+    ) -> Range {
         let node = &self.nodes[at];
         let of = |socket: usize| {
             let kind = node.kind.sockets()[socket].kind;
             self.range_of(results, node.inputs[socket], kind)
         };
         match &node.kind {
-            NodeKind::ImageTexture { texture, usage } => facts.image(texture, *usage),
+            NodeKind::ImageTexture { texture, usage } => facts.image(texture, *usage, taken[at]),
             NodeKind::ColorAttribute => facts.colors(),
             NodeKind::SeparateColor => of(separate::COLOR),
             NodeKind::Math { operation, clamp } => {
@@ -217,11 +222,33 @@ impl Graph {
         }
     }
 
+    /// Which of the four numbers of each node's result other nodes take.
+    pub fn taken(&self) -> Vec<[bool; 4]> {
+        let mut taken = vec![[false; 4]; self.nodes.len()];
+        for at in (0..self.nodes.len()).rev() {
+            let node = &self.nodes[at];
+            let by_node = taken[at];
+            for link in node.inputs.iter().filter_map(|input| input.link()) {
+                let of = &mut taken[link.node as usize];
+                match self.gives(link).1 {
+                    Lane::One(i) => of[usize::from(i)] = true,
+                    Lane::Rgb => {
+                        for (i, of) in of[..3].iter_mut().enumerate() {
+                            *of |= node.kind != NodeKind::SeparateColor || by_node[i];
+                        }
+                    }
+                }
+            }
+        }
+        taken
+    }
+
     /// What the results of all nodes may be.
     pub fn results(&self, facts: &mut impl Facts) -> Vec<Range> {
+        let taken = self.taken();
         let mut results = Vec::with_capacity(self.nodes.len());
         for at in 0..self.nodes.len() {
-            let result = self.result(&results, at, facts);
+            let result = self.result((&results, &taken), at, facts);
             results.push(result);
         }
         results

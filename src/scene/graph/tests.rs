@@ -7,7 +7,7 @@ use glam::Vec4;
 struct Known;
 
 impl Facts for Known {
-    fn image(&mut self, texture: &Texture, _: ImageUse) -> Range {
+    fn image(&mut self, texture: &Texture, _: ImageUse, _: [bool; 4]) -> Range {
         match texture.image.0 {
             0 => Range {
                 low: Vec4::new(1.0, 0.0, 0.0, 0.6),
@@ -81,6 +81,24 @@ fn what_is_the_same_everywhere_becomes_a_value() {
         Input::Value([0.5, 0.0, 0.0])
     );
     assert_eq!(inputs[principled::ROUGHNESS], Input::float(0.25));
+}
+
+#[test]
+fn the_numbers_of_an_image_that_something_takes_are_known() {
+    let mut graph = Graph::default();
+    let [base, metal, alone] = [0, 1, 2].map(|number| image(&mut graph, number));
+    let channels = graph.add(Node::new(NodeKind::SeparateColor).with(separate::COLOR, metal));
+    let output = |link: Link, output: u8| Link { output, ..link };
+    let node = surface()
+        .with(principled::BASE_COLOR, base)
+        .with(principled::METALLIC, output(channels, node::BLUE))
+        .with(principled::ROUGHNESS, output(channels, node::GREEN))
+        .with(principled::TRANSMISSION_WEIGHT, output(alone, node::ALPHA));
+    graph.surface = Some(graph.add(node));
+    let taken = graph.taken();
+    assert_eq!(taken[0], [true, true, true, false]);
+    assert_eq!(taken[1], [false, true, true, false]);
+    assert_eq!(taken[2], [false, false, false, true]);
 }
 
 #[test]

@@ -34,14 +34,19 @@ struct Known<'a> {
 
 impl Known<'_> {
     /// What look-ups may give: encoded images end at 1.
-    fn bounds(&mut self, texture: &Texture, image: &Image, encoded: bool) -> Range {
+    fn bounds(
+        &mut self,
+        texture: &Texture,
+        image: &Image,
+        (encoded, alpha): (bool, bool),
+    ) -> Range {
         let mut range = match &image.pixels {
             Pixels::F32(_) if !images::is_finite(image) => return Range::UNKNOWN,
             Pixels::F32(_) => Range::FINITE,
             _ if encoded && self.space.matrix_from_rec709().is_some() => Range::FINITE,
             _ => Range::SHARE,
         };
-        if let Some(least) = self.answers.least_alpha(texture.image, image) {
+        if alpha && let Some(least) = self.answers.least_alpha(texture.image, image) {
             range.low.w = least;
         }
         if matches!(image.channels, 1 | 3) || !matches!(image.pixels, Pixels::F32(_)) {
@@ -69,16 +74,20 @@ impl Known<'_> {
 }
 
 impl Facts for Known<'_> {
-    fn image(&mut self, texture: &Texture, usage: ImageUse) -> Range {
+    fn image(&mut self, texture: &Texture, usage: ImageUse, taken: [bool; 4]) -> Range {
         let Some(image) = self.images.get(texture.image.0 as usize) else {
             return Range::UNKNOWN;
         };
         let encoded = image.pixels.is_encoded(usage);
-        let mut range = self.bounds(texture, image, encoded);
+        let mut range = self.bounds(texture, image, (encoded, taken[3]));
         if range == Range::UNKNOWN {
             return range;
         }
-        let mut values = [0, 1, 2, 3].map(|channel| self.constant(texture, image, channel));
+        let mut values = [0, 1, 2, 3].map(|channel| {
+            // Looking through an image takes time.
+            let of = taken[channel].then_some(texture)?;
+            self.constant(of, image, channel)
+        });
         if encoded {
             let stored = values.map(|value| value.unwrap_or(0.0));
             let linear = decoded(Vec4::from_array(stored));

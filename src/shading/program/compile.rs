@@ -26,7 +26,7 @@ pub struct Known {
 }
 
 impl Facts for Known {
-    fn image(&mut self, _: &Texture, _: ImageUse) -> Range {
+    fn image(&mut self, _: &Texture, _: ImageUse, _: [bool; 4]) -> Range {
         Range::UNKNOWN
     }
 
