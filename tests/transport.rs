@@ -449,7 +449,6 @@ fn gallery() -> Vec<(&'static str, Scene)> {
             metallic: 0.0,
             roughness: 0.2,
             base_color: [0.2, 0.5, 0.8],
-            diffuse_roughness: 0.4,
             ..MetallicRoughness::default()
         },
     );
@@ -495,6 +494,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         MetallicRoughness {
             metallic: 0.0,
             roughness: 0.5,
+            diffuse_roughness: 0.4,
             base_color_texture: Some(texture(0)),
             normal_texture: Some(NormalTexture {
                 texture: texture(0),
