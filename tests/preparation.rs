@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
-use sundog::effects::{ALL, EffectReport, INSTANCES, SMOOTH_NORMALS, has};
+use sundog::effects::{ALL, Effect, EffectReport, STRUCTURE};
 use sundog::scene::{
     Camera, Image, ImageId, Instance, Material, MaterialId, Mesh, MeshId, MetallicRoughness,
     Pixels, Projection, Scene, Texture, Visibility,
@@ -68,7 +68,7 @@ fn prepared(scene: &Scene, uv_pass: bool) -> World {
         cull_backfaces: false,
         uv_pass,
         roughens: false,
-        naive: Default::default(),
+        ablation: Default::default(),
     };
     World::new(scene, &options).unwrap()
 }
@@ -125,14 +125,17 @@ fn kernels_are_told_how_the_world_is_built() {
         prepared(&scene, false).structure(),
         enumset::EnumSet::empty()
     );
-    assert!(!has(
-        EffectReport::detect(&scene).called_for,
-        SMOOTH_NORMALS | INSTANCES
-    ));
+    assert!(
+        EffectReport::detect(&scene)
+            .called_for
+            .is_disjoint(STRUCTURE)
+    );
     scene.instances.push(placed(DVec3::Y));
-    assert_eq!(prepared(&scene, false).structure(), INSTANCES);
+    assert_eq!(prepared(&scene, false).structure(), Effect::Instances);
     scene.meshes[0].normals.as_mut().unwrap()[2] = [0.6, 0.8, 0.0];
-    let both = SMOOTH_NORMALS | INSTANCES;
-    assert_eq!(prepared(&scene, false).structure(), both);
-    assert_eq!(EffectReport::detect(&scene).called_for & both, both);
+    assert_eq!(prepared(&scene, false).structure(), STRUCTURE);
+    assert_eq!(
+        EffectReport::detect(&scene).called_for & STRUCTURE,
+        STRUCTURE
+    );
 }

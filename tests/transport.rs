@@ -153,7 +153,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
             cull_backfaces: false,
             uv_pass: false,
             roughens: false,
-            naive: Default::default(),
+            ablation: Default::default(),
         };
         let world = World::new(&scene, &options).unwrap();
         let (mut rays, mut self_hits, mut escapes) = (0u32, 0u32, 0u32);
@@ -628,7 +628,7 @@ fn lights_drawn_by_power_alone_give_the_same_light() {
     let lamps = gallery.iter().find(|(name, _)| name.starts_with("area"));
     let (_, scene) = lamps.unwrap();
     let without = RenderSettings {
-        effects: EffectChoice::List(effects::names(effects::ALL - effects::LIGHT_TREE)),
+        effects: EffectChoice::List(effects::names(effects::ALL - effects::Effect::LightTree)),
         ..small(4, 2)
     };
     let (tree, tree_variance) = estimate(scene, &small(4, 2), 0..24);

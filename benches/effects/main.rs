@@ -22,7 +22,7 @@ use sundog::import::{self, ImportOptions};
 use sundog::integrator::{Kernel, PathSettings};
 use sundog::sampler::{Dimension, Sequence};
 use sundog::scene::Scene;
-use sundog::world::{Naive, Options, World};
+use sundog::world::{Ablation, Options, World};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -61,7 +61,7 @@ fn world(scene: &Scene, effects: EnumSet<Effect>) -> Outcome<World> {
         cull_backfaces: false,
         uv_pass: false,
         roughens: false,
-        naive: Naive::default(),
+        ablation: Ablation::default(),
     };
     Ok(World::new(scene, &options)?)
 }

@@ -69,7 +69,7 @@ impl Checkpoint {
     /// Writes the state. What fails is told once, and the render goes on: a later one may find room again. That the last one
     /// failed is told by [`finish`](Self::finish).
     pub fn write(&self, state: &State, last: bool, reporter: &Reporter) {
-        let result = output::write_beside(&self.path, |file| state.write(file));
+        let result = output::atomic_write(&self.path, |file| state.write(file));
         let failure = result.err().map(Failure::from);
         let mut lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(failure) = &failure

@@ -7,7 +7,7 @@ use super::report_file::{Kind, ReportFiles, check_page, pretty};
 use super::scene_file::{self, SceneFile};
 use super::view::View;
 use super::{Failure, console, interrupt};
-use crate::cost::{self, Asked, CostError, ForecastReport, Study};
+use crate::cost::{self, CostError, ForecastQuery, ForecastReport, Study};
 use crate::measure::{self, Encoding};
 use crate::render::{Event, Observer, RenderSettings, memory};
 use crate::report::{Page, Table};
@@ -99,7 +99,7 @@ fn forecast(question: Question) -> Result<(), Failure> {
     let probe = cost::probe(scene, &question.settings, time, &Unseen)
         .map_err(|error| question.failure(error))?;
     let settings = question.settings.clone();
-    let asked = Asked {
+    let asked = ForecastQuery {
         error: wanted.error,
         seconds: wanted.time.map(|time| time.as_secs_f64()),
         samples: wanted.samples,

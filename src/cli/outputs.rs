@@ -241,7 +241,7 @@ impl Outputs {
     /// How long it takes to make what is wanted of this.
     fn try_out(&self, film: &dyn Bands) -> Tried {
         let files = self.files.iter();
-        let folders = files.map(|(path, _)| output::Passing::folder_beside(path));
+        let folders = files.map(|(path, _)| output::Passing::temporary_folder(path));
         // What fails here will fail again, and be told then.
         let Ok(folders) = folders.collect::<Result<Vec<_>, _>>() else {
             return Tried::default();

@@ -81,7 +81,7 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
             scene_file::count(saved.samples().into(), "sample")
         ));
     }
-    let rendering = crate::render::go_on(scene, &settings, saved.as_ref(), &watcher);
+    let rendering = crate::render::resume(scene, &settings, saved.as_ref(), &watcher);
     reporter.end();
     let rendering =
         rendering.map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;

@@ -99,7 +99,7 @@ impl ReportFiles {
     /// # Errors
     /// It cannot be written.
     pub fn put(&mut self, path: &Path, content: &[u8]) -> Result<(), Failure> {
-        output::write_beside(path, |file| file.write_all(content))?;
+        output::atomic_write(path, |file| file.write_all(content))?;
         self.written.push(path.display().to_string());
         Ok(())
     }

@@ -17,7 +17,7 @@ pub fn run(args: &SelfTest) -> Result<u8, Failure> {
         list(args.json, &cases);
         return Ok(EXIT_OK);
     }
-    let mut told = Told::default();
+    let mut told = Tally::default();
     for (group, case) in &cases {
         told.add(group, case, &case.outcome(args.effort));
     }
@@ -71,14 +71,14 @@ fn list(json: bool, cases: &[(&str, &Case)]) {
 }
 
 /// What has come of the cases so far.
-struct Told {
+struct Tally {
     table: Table,
     cases: Vec<Value>,
     failed: usize,
     seconds: f64,
 }
 
-impl Default for Told {
+impl Default for Tally {
     fn default() -> Self {
         let columns = ["case", "quantity", "expected", "found", "bound", "verdict"];
         Self {
@@ -93,7 +93,7 @@ impl Default for Told {
     }
 }
 
-impl Told {
+impl Tally {
     fn add(&mut self, group: &str, case: &Case, outcome: &Outcome) {
         let seconds = outcome.time.as_secs_f64();
         self.seconds += seconds;

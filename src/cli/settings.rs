@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::args::{Machine, RenderOptions, Size};
-use crate::render::{BounceLimits, Filter, InstructionSet, Naive, RenderSettings, picture_size};
+use crate::render::{Ablation, BounceLimits, Filter, InstructionSet, RenderSettings, picture_size};
 use crate::scene::{Camera, Scene};
 use std::path::Path;
 
@@ -51,7 +51,7 @@ impl RenderOptions {
             light_sampling: studies.light_sampling,
             light_samples: studies.light_samples,
             roulette: studies.roulette,
-            naive: Naive {
+            ablation: Ablation {
                 offsets: naive("offsets"),
                 edges: naive("edges"),
                 origin: naive("origin"),

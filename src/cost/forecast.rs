@@ -14,7 +14,7 @@ const AHEAD: f64 = 4096.0;
 
 /// What is asked; without anything, the samples of the settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Asked {
+pub struct ForecastQuery {
     /// When this error is reached.
     pub error: Option<f64>,
     /// What error there is after so many seconds.
@@ -76,7 +76,7 @@ impl<'a> ForecastReport<'a> {
         scene: &Path,
         settings: &'a RenderSettings,
         probe: &'a Probe,
-        asked: Asked,
+        asked: ForecastQuery,
     ) -> Option<Self> {
         let forecast = probe.forecast.as_ref()?;
         Some(Self {
@@ -228,7 +228,7 @@ impl<'a> ForecastReport<'a> {
     }
 }
 
-fn replies(settings: &RenderSettings, forecast: &Forecast, asked: Asked) -> Vec<Reply> {
+fn replies(settings: &RenderSettings, forecast: &Forecast, asked: ForecastQuery) -> Vec<Reply> {
     let error = asked.error.map(|goal| Reply::Error(forecast.row(goal)));
     let time = asked.seconds.map(|seconds| Reply::Time {
         seconds,

@@ -14,7 +14,7 @@ pub use adaptive::Evened;
 pub use change::Share;
 pub use clock::{Clock, processor_seconds};
 pub use effects::{EffectCost, Study, measured_settings, study};
-pub use forecast::{Asked, ForecastReport};
+pub use forecast::{ForecastQuery, ForecastReport};
 pub use price::Price;
 pub use probe::{Probe, probe};
 pub use variants::{Variant, Worth, variants};

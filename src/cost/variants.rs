@@ -112,7 +112,7 @@ fn fewer_bounces(settings: &RenderSettings, called_for: EnumSet<Effect>) -> Vec<
         (
             "transmission bounces",
             "what is seen through glass, and the light that passes it",
-            effects::has(called_for, TRANSMISSION),
+            !called_for.is_disjoint(TRANSMISSION),
             |limits| &mut limits.transmission,
         ),
     ];

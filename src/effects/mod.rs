@@ -17,9 +17,7 @@ pub use detect::{Cause, EffectReport, Finding, State, Thing, is_translucent, tel
 pub use features::{Box, Features, General, Matte, Opaque};
 pub use requested::RequestedSettings;
 pub use sets::{
-    ALL, ALPHA, ALPHA_BLEND, ALPHA_CLIP, DEPTH_OF_FIELD, ENVIRONMENT, GLOSS, GROUPS, HOLDOUTS,
-    INSTANCES, LAMPS, LIGHT_TREE, MESH_LIGHTS, METAL, Mask, NORMAL_MAPS, PATHS, SMOOTH_NORMALS,
-    STRUCTURE, SUNS, TEXTURES, TRANSMISSION, VERTEX_COLORS, VISIBILITY, has, names, parse,
+    ALL, ALPHA, ENVIRONMENT, GROUPS, LAMPS, PATHS, STRUCTURE, TEXTURES, TRANSMISSION, names, parse,
 };
 pub use table::{COUNT, Decided, Row, TABLE, markdown, row};
 pub use without::{keeps, keeps_environment, without_effects};

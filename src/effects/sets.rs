@@ -4,38 +4,6 @@ use super::table::{Decided, row};
 use crate::scene::Effect;
 use enumset::{EnumSet, enum_set};
 
-/// A set of effects, as worlds and kernels are made for it.
-pub type Mask = EnumSet<Effect>;
-
-/// Normal maps.
-pub const NORMAL_MAPS: EnumSet<Effect> = enum_set!(Effect::NormalMaps);
-/// Colours of vertices.
-pub const VERTEX_COLORS: EnumSet<Effect> = enum_set!(Effect::VertexColors);
-/// Surfaces that light passes by chance.
-pub const ALPHA_BLEND: EnumSet<Effect> = enum_set!(Effect::AlphaBlend);
-/// Holes.
-pub const ALPHA_CLIP: EnumSet<Effect> = enum_set!(Effect::AlphaClip);
-/// Emissive triangles.
-pub const MESH_LIGHTS: EnumSet<Effect> = enum_set!(Effect::MeshLights);
-/// Sun lights.
-pub const SUNS: EnumSet<Effect> = enum_set!(Effect::Suns);
-/// Objects and lights that some kinds of rays do not see.
-pub const VISIBILITY: EnumSet<Effect> = enum_set!(Effect::RayVisibility);
-/// Lenses with an opening. It lies in the camera's rays, before the path loop.
-pub const DEPTH_OF_FIELD: EnumSet<Effect> = enum_set!(Effect::DepthOfField);
-/// Metals.
-pub const METAL: EnumSet<Effect> = enum_set!(Effect::Metal);
-/// Reflections of dielectrics over their diffuse base.
-pub const GLOSS: EnumSet<Effect> = enum_set!(Effect::Gloss);
-/// Objects that cut holes into the picture.
-pub const HOLDOUTS: EnumSet<Effect> = enum_set!(Effect::Holdouts);
-/// Normals of vertices, and the curved surface that they stand for.
-pub const SMOOTH_NORMALS: EnumSet<Effect> = enum_set!(Effect::SmoothNormals);
-/// Meshes that are placed more than once.
-pub const INSTANCES: EnumSet<Effect> = enum_set!(Effect::Instances);
-/// The choice between lights by where they are. Without it their power alone decides.
-pub const LIGHT_TREE: EnumSet<Effect> = enum_set!(Effect::LightTree);
-
 /// Images on surfaces, but normal maps, and vertex colours.
 pub const TEXTURES: EnumSet<Effect> = enum_set!(
     Effect::BaseColorTexture
@@ -89,11 +57,6 @@ pub const GROUPS: [(EnumSet<Effect>, &str); 5] = [
     (ENVIRONMENT, "environment"),
 ];
 
-/// Whether a set has any of some effects.
-pub fn has(set: EnumSet<Effect>, any: EnumSet<Effect>) -> bool {
-    !set.is_disjoint(any)
-}
-
 /// Names of those in a set that kernels and worlds may have or lack; a group that is there as a whole has its own name.
 pub fn names(set: EnumSet<Effect>) -> Vec<String> {
     let mut left = set & ALL;
@@ -142,11 +105,11 @@ mod tests {
     #[test]
     fn names_and_sets_say_the_same() {
         let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
-        assert_eq!(parse(&list(&["alpha", "suns"])), Ok(ALPHA | SUNS));
+        assert_eq!(parse(&list(&["alpha", "suns"])), Ok(ALPHA | Effect::Suns));
         assert_eq!(parse(&list(&["alpha-clip"])), Ok(Effect::AlphaClip.into()));
         assert_eq!(
             parse(&list(&["instances", "diffuse", "suns"])),
-            Ok(SUNS | INSTANCES)
+            Ok(Effect::Suns | Effect::Instances)
         );
         assert!(parse(&list(&["fog"])).unwrap_err().contains("rough-glass"));
         assert!(
@@ -154,13 +117,18 @@ mod tests {
                 .unwrap_err()
                 .contains("not in the program yet")
         );
-        assert_eq!(names(ALPHA | SUNS), ["alpha", "suns"]);
+        assert_eq!(names(ALPHA | Effect::Suns), ["alpha", "suns"]);
         assert_eq!(
             names(Effect::AlphaClip | Effect::PointLights),
             ["alpha-clip", "point-lights"]
         );
-        assert_eq!(names(SUNS | Effect::Diffuse), ["suns"]);
-        for set in [ALL, PATHS, EnumSet::empty(), TEXTURES - VERTEX_COLORS] {
+        assert_eq!(names(Effect::Suns | Effect::Diffuse), ["suns"]);
+        for set in [
+            ALL,
+            PATHS,
+            EnumSet::empty(),
+            TEXTURES - Effect::VertexColors,
+        ] {
             assert_eq!(parse(&names(set)), Ok(set));
         }
     }

@@ -1,9 +1,9 @@
 //! Pixels, the reconstruction filter, layers.
 
-pub mod apart;
 pub mod error;
 mod extract;
 pub mod filter;
+pub mod light_passes;
 pub mod passes;
 pub mod pixel;
 pub mod sum;

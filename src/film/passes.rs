@@ -213,8 +213,8 @@ impl Passes {
         TABLE.iter().map(|row| row.0).filter(move |&p| self.has(p))
     }
 
-    /// Whether paths have to keep their light apart (see [`super::apart`]).
-    pub fn need_light_apart(self) -> bool {
+    /// Whether paths have to keep their light apart (see [`super::light_passes`]).
+    pub fn need_light_passes(self) -> bool {
         self.iter().any(|pass| {
             !matches!(
                 pass,
@@ -305,7 +305,7 @@ mod tests {
         let names: Vec<_> = some.iter().map(Pass::name).collect();
         assert_eq!(names, ["Combined", "Depth", "Env"]);
         assert_eq!(some.floats(), 4 + 1 + 3);
-        assert!(some.need_light_apart() && !Passes::default().need_light_apart());
+        assert!(some.need_light_passes() && !Passes::default().need_light_passes());
         let error = Passes::parse(["Fog"].into_iter()).unwrap_err();
         assert!(
             error.contains("Fog") && error.contains("TransInd"),

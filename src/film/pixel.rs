@@ -27,14 +27,14 @@ impl FirstHit {
 /// What the ray through the middle of a pixel meets.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Middle {
+pub struct CenterSample {
     /// Distance along the view axis, metres; [`NO_DEPTH`] where nothing was met.
     pub depth: f32,
     /// World position, Sundog's axes.
     pub position: Vec3,
 }
 
-impl Default for Middle {
+impl Default for CenterSample {
     fn default() -> Self {
         Self {
             depth: NO_DEPTH,
@@ -60,7 +60,7 @@ pub struct Pixel {
     /// Albedos.
     pub albedo: FixedSum,
     /// Of one ray alone: means of depths and positions would be of no surface.
-    pub middle: Middle,
+    pub middle: CenterSample,
     /// Samples that are no part of the picture.
     pub transparent: u32,
     /// Samples that came in.

@@ -3,7 +3,7 @@
 use super::path::Previous;
 use super::record::{Record, Step};
 use super::settings::PathSettings;
-use crate::film::apart::Apart;
+use crate::film::light_passes::PassSink;
 use crate::math::luminance;
 use crate::world::Source;
 use glam::Vec3;
@@ -17,7 +17,7 @@ pub(super) struct Accumulator<'a, A> {
     pub apart: &'a mut A,
 }
 
-impl<A: Apart + Record> Accumulator<'_, A> {
+impl<A: PassSink + Record> Accumulator<'_, A> {
     /// Adds one contribution. `bounces`: scatterings between the camera and the surface that the light
     /// falls on, so that 0 is direct light; light that the camera sees itself counts as direct.
     ///

@@ -5,7 +5,7 @@ use super::path::{KernelBsdf, spawn_ray};
 use super::record::{Lit, Record, Step};
 use super::settings::PathSettings;
 use crate::effects::Features;
-use crate::film::apart::Apart;
+use crate::film::light_passes::PassSink;
 use crate::light::{LightSample, LightSampleContext, Rules};
 use crate::math::average;
 use crate::math::float::is_unit;
@@ -31,7 +31,7 @@ pub(super) struct Vertex<'a, E: Features> {
 impl<E: Features> Vertex<'_, E> {
     /// Adds light that sampling lights finds; returns the rays that it took.
     #[inline(always)]
-    pub fn add_direct_light<A: Apart + Record>(
+    pub fn add_direct_light<A: PassSink + Record>(
         &self,
         sampler: &Sampler,
         light: &mut Accumulator<A>,
@@ -48,7 +48,7 @@ impl<E: Features> Vertex<'_, E> {
     /// Adds the mean light of some light samples. Out of the way of the path that takes one.
     #[cold]
     #[inline(never)]
-    fn add_light_samples<A: Apart + Record>(
+    fn add_light_samples<A: PassSink + Record>(
         &self,
         sampler: &Sampler,
         light: &mut Accumulator<A>,
@@ -64,7 +64,7 @@ impl<E: Features> Vertex<'_, E> {
 
     /// Adds the light of one of some light samples.
     #[inline(always)]
-    fn add_light_sample<A: Apart + Record>(
+    fn add_light_sample<A: PassSink + Record>(
         &self,
         sampler: &Sampler,
         samples: f32,

@@ -6,13 +6,13 @@ mod path;
 mod record;
 mod settings;
 
-pub use path::{Path, meet, trace, trace_apart};
+pub use path::{Path, meet, trace, trace_with_passes};
 pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step, first_fault};
 pub use settings::PathSettings;
 
 use crate::camera::CameraRay;
 use crate::effects::{Box, ENVIRONMENT, Effect, General, LAMPS, Matte, Opaque, PATHS, STRUCTURE};
-use crate::film::apart::PathApart;
+use crate::film::light_passes::PathPasses;
 use crate::sampler::Sampler;
 use crate::world::World;
 use enumset::{EnumSet, enum_set};
@@ -21,16 +21,16 @@ use enumset::{EnumSet, enum_set};
 pub type Kernel = fn(&World, &PathSettings, &Sampler, &CameraRay) -> Path;
 
 /// A kernel that keeps the light apart for passes.
-pub type ApartKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut PathApart) -> Path;
+pub type PassKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut PathPasses) -> Path;
 
 /// The one for all scenes.
-pub const APART: ApartKernel = trace_apart::<General, PathApart>;
+pub const WITH_PASSES: PassKernel = trace_with_passes::<General, PathPasses>;
 
 /// A kernel that tells each step.
 pub type RecordingKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut Recorder) -> Path;
 
 /// The one for all scenes: its radiance has the bits of every other kernel that has what a scene calls for.
-pub const RECORDING: RecordingKernel = trace_apart::<General, Recorder>;
+pub const RECORDING: RecordingKernel = trace_with_passes::<General, Recorder>;
 
 /// The one that has everything.
 pub const GENERAL: (EnumSet<Effect>, Kernel) = (PATHS, trace::<General>);

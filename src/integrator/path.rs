@@ -8,14 +8,14 @@ use super::record::{End, Record, Scattered, Step};
 use super::settings::PathSettings;
 use crate::camera::CameraRay;
 use crate::effects::{Features, General};
-use crate::film::apart::{Apart, Together};
-use crate::film::pixel::{FirstHit, Middle};
+use crate::film::light_passes::{NoPasses, PassSink};
+use crate::film::pixel::{CenterSample, FirstHit};
 use crate::light::LightSampleContext;
 use crate::math::average;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit, ray_origin};
 use crate::sampler::{Dimension, Sampler, hashed};
-use crate::shading::{Bsdf, BsdfSample, Kinds, Principled, Scattering};
-use crate::world::{Hit, Met, Passage, RayKind, Source, Surface, World};
+use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
+use crate::world::{Hit, Intersection, Passage, RayKind, Source, Surface, World};
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
 
@@ -66,7 +66,7 @@ fn kind_of(scattering: Scattering) -> RayKind {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Compiled<E>(PhantomData<E>);
 
-impl<E: Features> Kinds for Compiled<E> {
+impl<E: Features> BsdfFeatures for Compiled<E> {
     const FACETS: bool = E::FACETS;
     const TRANSMISSION: bool = E::EVERYTHING;
     const SMOOTH: bool = E::CURVED;
@@ -125,11 +125,11 @@ pub fn trace<E: Features>(
     sampler: &Sampler,
     camera_ray: &CameraRay,
 ) -> Path {
-    trace_apart::<E, Together>(world, settings, sampler, camera_ray, &mut Together)
+    trace_with_passes::<E, NoPasses>(world, settings, sampler, camera_ray, &mut NoPasses)
 }
 
 /// The same, telling `apart` where the light comes from.
-pub fn trace_apart<E: Features, A: Apart + Record>(
+pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
@@ -194,7 +194,7 @@ pub fn trace_apart<E: Features, A: Apart + Record>(
     }
 }
 
-impl<'a, 's, E: Features, A: Apart + Record> Walk<'a, 's, E, A> {
+impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     #[inline(always)]
     fn new(
         (world, settings, sampler): (&'a World, &'a PathSettings, &'a Sampler),
@@ -303,18 +303,18 @@ impl<'a, 's, E: Features, A: Apart + Record> Walk<'a, 's, E, A> {
             throughput: self.throughput,
         });
         let met = match again {
-            Some((hit, _)) => Met::Surface(hit, 0),
+            Some((hit, _)) => Intersection::Surface(hit, 0),
             None => self.intersect(),
         };
         let (hit, far) = match met {
-            Met::Surface(hit, _) => (Some(hit), hit.distance),
-            Met::Nothing => (None, self.span.1),
-            Met::Limit(distance) => (None, distance),
+            Intersection::Surface(hit, _) => (Some(hit), hit.distance),
+            Intersection::Nothing => (None, self.span.1),
+            Intersection::Limit(distance) => (None, distance),
         };
         if E::LIGHTS && (self.bounce > 0 || self.world.lights.camera_sees_lamps()) {
             self.add_lamps_on_the_way(far);
         }
-        if let Met::Limit(_) = met {
+        if let Intersection::Limit(_) = met {
             self.end(End::Transparent);
             return None;
         }
@@ -334,7 +334,7 @@ impl<'a, 's, E: Features, A: Apart + Record> Walk<'a, 's, E, A> {
 
     /// What the ray meets.
     #[inline(always)]
-    fn intersect(&mut self) -> Met {
+    fn intersect(&mut self) -> Intersection {
         let (ray, kind) = ((self.origin, self.direction), self.previous.kind());
         let key = || self.sampler.key(Dimension::Opacity, self.bounce);
         let mut met = if E::EVERYTHING && self.settings.transparent != u32::MAX {
@@ -346,9 +346,9 @@ impl<'a, 's, E: Features, A: Apart + Record> Walk<'a, 's, E, A> {
             let hit = self
                 .world
                 .intersect::<E>(ray.0, ray.1, self.span, kind, key);
-            hit.map_or(Met::Nothing, |hit| Met::Surface(hit, 0))
+            hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0))
         };
-        if let Met::Surface(_, more) = met {
+        if let Intersection::Surface(_, more) = met {
             self.passed += more;
             self.last |= self.passed > 0 && self.passed >= self.settings.transparent;
         }
@@ -356,12 +356,13 @@ impl<'a, 's, E: Features, A: Apart + Record> Walk<'a, 's, E, A> {
             let first =
                 |hit, passage: &mut Passage| self.world.first_in_order(hit, passage, ray, kind);
             met = match met {
-                Met::Surface(hit, passed) => first(Some(hit), self.passage)
-                    .map_or(Met::Nothing, |hit| Met::Surface(hit, passed)),
-                Met::Nothing => {
-                    first(None, self.passage).map_or(Met::Nothing, |hit| Met::Surface(hit, 0))
-                }
-                limit @ Met::Limit(_) => limit,
+                Intersection::Surface(hit, passed) => first(Some(hit), self.passage)
+                    .map_or(Intersection::Nothing, |hit| {
+                        Intersection::Surface(hit, passed)
+                    }),
+                Intersection::Nothing => first(None, self.passage)
+                    .map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0)),
+                limit @ Intersection::Limit(_) => limit,
             };
         }
         met
@@ -583,7 +584,7 @@ impl<'a, 's, E: Features, A: Apart + Record> Walk<'a, 's, E, A> {
         (self.origin, self.direction, self.span) = if let Some(start) = start {
             (start, s.wi, (RAY_START, f32::INFINITY))
         } else {
-            let met = self.world.meets_itself::<E>(hit, surface, s.wi, kind);
+            let met = self.world.self_intersection::<E>(hit, surface, s.wi, kind);
             let Some(back) = met else {
                 self.end(End::Own);
                 return false;
@@ -643,11 +644,11 @@ pub(super) fn spawn_ray<E: Features>(
         let offset = normal * NAIVE_OFFSET.copysign(direction.dot(normal));
         return Some(surface.point.point + offset);
     }
-    world.leave::<E>(hit, surface, direction, beyond)
+    world.ray_origin::<E>(hit, surface, direction, beyond)
 }
 
 /// What a ray of the camera meets; a holdout counts as nothing, as in Cycles.
-pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> Middle {
+pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> CenterSample {
     let key = || sampler.key(Dimension::Opacity, 0);
     let hit = world.intersect::<General>(
         ray.origin,
@@ -657,9 +658,9 @@ pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> Middle {
         key,
     );
     let hit = hit.filter(|hit| !world.is_holdout(hit));
-    hit.map_or(Middle::default(), |hit| {
+    hit.map_or(CenterSample::default(), |hit| {
         let point = ray.origin + ray.direction * hit.distance;
-        Middle {
+        CenterSample {
             depth: world.camera.depth(point),
             position: (world.origin + point.as_dvec3()).as_vec3(),
         }

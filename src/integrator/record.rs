@@ -1,14 +1,14 @@
 //! What a path does, step by step, for those who look at a single one: how it comes to its radiance, and which
 //! of its quantities was the first that is not finite.
 
-use crate::film::apart::{Apart, PathApart, Together};
+use crate::film::light_passes::{NoPasses, PassSink, PathPasses};
 use crate::math::float::BoundedPoint;
 use crate::shading::Normals;
 pub use crate::shading::Scattering;
 use crate::world::{RayKind, Source};
 use glam::{Vec2, Vec3};
 
-/// Takes the steps of a path. The path loop is compiled with one of these: with [`Together`] and [`PathApart`]
+/// Takes the steps of a path. The path loop is compiled with one of these: with [`NoPasses`] and [`PathPasses`]
 /// nothing of it is left.
 pub trait Record {
     /// Takes a step.
@@ -16,8 +16,8 @@ pub trait Record {
     fn step(&mut self, _step: impl FnOnce() -> Step) {}
 }
 
-impl Record for Together {}
-impl Record for PathApart {}
+impl Record for NoPasses {}
+impl Record for PathPasses {}
 
 /// A step of a path. Positions are relative to the world's origin.
 #[derive(Clone, Copy, Debug)]
@@ -168,7 +168,7 @@ impl Record for Recorder {
     }
 }
 
-impl Apart for Recorder {
+impl PassSink for Recorder {
     fn first_surface(&mut self, _: impl FnOnce() -> [Vec3; 3], _: impl FnOnce() -> Vec2) {}
     fn first_scattering(&mut self, _: Vec3, _: Vec3, _: bool) {}
     fn scattered(&mut self, _: Vec3, _: bool) {}

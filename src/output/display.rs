@@ -1,6 +1,6 @@
 //! Finished pictures, code values of a display, as PNG or JPEG.
 
-use super::{Format, Metadata, OutputError, png, write_beside};
+use super::{Format, Metadata, OutputError, atomic_write, png};
 use crate::color::{DisplayPixels, DisplaySamples};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
@@ -55,7 +55,7 @@ pub fn write(
             if values.len() != 3 * width as usize * height as usize {
                 return Err(failed("its pixels do not fit its size"));
             }
-            write_beside(path, |file| {
+            atomic_write(path, |file| {
                 JpegEncoder::new_with_quality(file, quality).write_image(
                     values,
                     width,

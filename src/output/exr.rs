@@ -1,6 +1,6 @@
 //! Linear pictures with layers, as OpenEXR.
 
-use super::{Metadata, OutputError, write_beside};
+use super::{Metadata, OutputError, atomic_write};
 use crate::film::{Layer, Picture};
 use crate::math::primaries::WorkingSpace;
 use exr::meta::attribute::Chromaticities;
@@ -151,7 +151,7 @@ pub fn write(
             .other
             .insert(name, AttributeValue::Text(id));
     }
-    write_beside(path, |file| image.write().to_buffered(file))?;
+    atomic_write(path, |file| image.write().to_buffered(file))?;
     Ok(Written {
         clamped: clamped.into_inner(),
     })

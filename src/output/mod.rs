@@ -1,6 +1,6 @@
 //! Pictures become files: EXR with layers, PNG, JPEG, written beside, then renamed; and packets for a viewer.
 
-mod beside;
+mod atomic_write;
 pub mod display;
 pub mod exr;
 mod frames;
@@ -9,7 +9,9 @@ pub mod raw;
 pub mod tev;
 mod view;
 
-pub use beside::{Passing, check_writable, remove_unfinished, same_file, same_place, write_beside};
+pub use atomic_write::{
+    Passing, atomic_write, check_writable, remove_unfinished, same_file, same_place,
+};
 pub use frames::{Frame, Frames};
 pub use view::{View, ViewError, to_rec709};
 

@@ -1,6 +1,6 @@
 //! Finished pictures as PNG.
 
-use super::{Metadata, OutputError, write_beside};
+use super::{Metadata, OutputError, atomic_write};
 use png::{BitDepth, ColorType, Encoder};
 use std::path::Path;
 
@@ -39,7 +39,7 @@ pub fn write(
             });
         }
     };
-    write_beside(path, |file| -> Result<(), png::EncodingError> {
+    atomic_write(path, |file| -> Result<(), png::EncodingError> {
         let mut encoder = Encoder::new(file, width, height);
         encoder.set_color(color);
         for (name, value) in metadata {

@@ -2,7 +2,7 @@
 //! the other, channels interleaved, rows from bottom to top.
 
 use super::OutputError;
-use super::beside::write_unsynchronised;
+use super::atomic_write::write_unsynchronised;
 use crate::film::Bands;
 use rayon::prelude::*;
 use serde::Serialize;

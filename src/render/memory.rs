@@ -2,7 +2,7 @@
 
 use super::RenderSettings;
 use crate::film::Passes;
-use crate::film::apart::PixelApart;
+use crate::film::light_passes::PixelPasses;
 use crate::film::pixel::Pixel;
 use crate::math::words;
 use crate::scene::Scene;
@@ -20,8 +20,8 @@ pub const PREPARED_BYTES_A_TRIANGLE: u64 = 300;
 
 /// Bytes that a pixel takes: its sums, and its floats in the finished picture and, for a moment, in the writer.
 fn bytes_a_pixel(passes: Passes) -> u64 {
-    let apart = if passes.need_light_apart() {
-        size_of::<PixelApart>()
+    let apart = if passes.need_light_passes() {
+        size_of::<PixelPasses>()
     } else {
         0
     };

@@ -1,7 +1,7 @@
 //! Parts of a render, made by several machines, become the picture of one.
 
-use super::develop::Film;
 use super::estimate::estimate;
+use super::resolve::Film;
 use super::saved::{Header, Saved, State, StateError, difference};
 use super::schedule::clamped;
 use super::tile::{Kept, Samples, Tile, tiles};

@@ -1,7 +1,6 @@
 //! The schedule: passes, tiles, threads, when to stop.
 
 mod adaptive;
-mod develop;
 mod estimate;
 mod forecast;
 pub mod memory;
@@ -10,6 +9,7 @@ mod names;
 mod output_time;
 mod prepare;
 mod replay;
+mod resolve;
 mod saved;
 mod schedule;
 mod session;
@@ -21,13 +21,13 @@ pub use forecast::{Expected, Forecast, Known, Row};
 pub use merge::merge;
 pub use output_time::OutputTime;
 pub use prepare::{called_for, left_out};
-pub use replay::{Detail, Replay, Told, replay};
+pub use replay::{Detail, Replay, TraceStep, replay};
 pub use saved::{Saved, State, StateError};
-pub use schedule::{go_on, render};
+pub use schedule::{render, resume};
 pub use session::{Edit, EditError, Session};
 pub use settings::{
-    BounceLimits, Caustics, EffectChoice, Filter, FilterKind, InstructionSet, LightSampling,
-    MAX_LIGHT_SAMPLES, MAX_SIDE, Naive, Region, RenderSettings, picture_size,
+    Ablation, BounceLimits, Caustics, EffectChoice, Filter, FilterKind, InstructionSet,
+    LightSampling, MAX_LIGHT_SAMPLES, MAX_SIDE, Region, RenderSettings, picture_size,
 };
 
 use crate::film::error::ErrorEstimate;

@@ -3,7 +3,7 @@
 use super::saved::Traced;
 use super::trace::{AnyKernel, BadSamples, Job};
 use super::{
-    EffectChoice, Event, FilterKind, InstructionSet, LightSampling, MAX_LIGHT_SAMPLES, Naive,
+    Ablation, EffectChoice, Event, FilterKind, InstructionSet, LightSampling, MAX_LIGHT_SAMPLES,
     RenderError, RenderSettings,
 };
 use crate::effects::{self, Effect, EffectReport};
@@ -42,7 +42,7 @@ struct MadeFor {
     threads: usize,
     instructions: Option<InstructionSet>,
     cull_backfaces: bool,
-    naive: Naive,
+    ablation: Ablation,
     uv_pass: bool,
     roughens: bool,
 }
@@ -85,11 +85,11 @@ impl<'a> Wanted<'a> {
             effects,
             made_for: MadeFor {
                 // The lens is the view's.
-                effects: effects - effects::DEPTH_OF_FIELD,
+                effects: effects - Effect::DepthOfField,
                 threads,
                 instructions: settings.instruction_set,
                 cull_backfaces: settings.cull_backfaces,
-                naive: settings.naive,
+                ablation: settings.ablation,
                 uv_pass: settings.passes.has(Pass::Uv),
                 roughens: settings.filter_glossy > 0.0,
             },
@@ -101,7 +101,7 @@ impl<'a> Wanted<'a> {
             threads,
             instructions,
             cull_backfaces,
-            naive,
+            ablation,
             uv_pass,
             roughens,
             ..
@@ -114,7 +114,7 @@ impl<'a> Wanted<'a> {
             threads: Some(threads),
             instructions,
             cull_backfaces,
-            naive,
+            ablation,
             uv_pass,
             roughens,
         }
@@ -269,15 +269,18 @@ fn kernel(
     world: &World,
     wanted: EnumSet<Effect>,
 ) -> (EnumSet<Effect>, AnyKernel) {
-    if settings.passes.need_light_apart() {
-        return (effects::PATHS, AnyKernel::Apart(integrator::APART));
+    if settings.passes.need_light_passes() {
+        return (
+            effects::PATHS,
+            AnyKernel::WithPasses(integrator::WITH_PASSES),
+        );
     }
     let (mask, kernel) = match settings.light_sampling {
         LightSampling::Hemisphere => integrator::GENERAL,
-        _ if settings.naive.offsets || world.has_mixed_shaders() => integrator::GENERAL,
+        _ if settings.ablation.offsets || world.has_mixed_shaders() => integrator::GENERAL,
         _ => integrator::kernel_for(wanted | world.structure()),
     };
-    (mask, AnyKernel::Together(kernel))
+    (mask, AnyKernel::Plain(kernel))
 }
 
 fn path_settings(settings: &RenderSettings) -> PathSettings {
@@ -298,7 +301,7 @@ fn path_settings(settings: &RenderSettings) -> PathSettings {
         ),
         sample_bsdf: settings.light_sampling != LightSampling::Nee,
         uniform: settings.light_sampling == LightSampling::Hemisphere,
-        naive_offsets: settings.naive.offsets,
+        naive_offsets: settings.ablation.offsets,
         light_samples: settings.light_samples,
         roulette: settings.roulette.unwrap_or(u32::MAX),
     }

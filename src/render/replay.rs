@@ -20,7 +20,7 @@ pub struct Replay {
     /// Where in the pixel, from its centre.
     pub offset: Detail,
     /// What the path does.
-    pub steps: Vec<Told>,
+    pub steps: Vec<TraceStep>,
     /// What it brings to the picture.
     pub radiance: Detail,
     /// Rays that it took.
@@ -33,7 +33,7 @@ pub struct Replay {
 
 /// A step of a path, in words and numbers.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct TraceStep {
     /// What kind of step.
     pub step: &'static str,
     /// What belongs to it.
@@ -57,7 +57,7 @@ pub enum Detail {
     Place([f64; 3]),
 }
 
-impl Serialize for Told {
+impl Serialize for TraceStep {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(1 + self.details.len()))?;
         map.serialize_entry("step", self.step)?;
@@ -176,8 +176,8 @@ impl Job<'_> {
         Detail::Place((self.world.origin + point.as_dvec3()).to_array())
     }
 
-    fn told(&self, step: &Step) -> Told {
-        let told = |step, details| Told { step, details };
+    fn told(&self, step: &Step) -> TraceStep {
+        let told = |step, details| TraceStep { step, details };
         let named = |name: String| Detail::Text(name.trim_matches('"').into());
         match *step {
             Step::Ray {

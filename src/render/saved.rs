@@ -8,10 +8,10 @@
 //!
 //! Whoever can write a file can make its checksum right: so all that it says is looked at before it is believed.
 
-use super::develop::Film;
+use super::resolve::Film;
 use super::tile::{Kept, Tile, locked, place};
 use super::{InstructionSet, Region, RenderSettings};
-use crate::film::apart::PixelApart;
+use crate::film::light_passes::PixelPasses;
 use crate::film::pixel::Pixel;
 use crate::film::{Pass, Passes};
 use crate::scene::{ColorManagement, Scene, fingerprint};
@@ -199,7 +199,7 @@ impl Header {
     /// Bytes of a pixel.
     fn pixel_bytes(&self) -> usize {
         let apart = if self.apart {
-            size_of::<PixelApart>()
+            size_of::<PixelPasses>()
         } else {
             0
         };
@@ -266,7 +266,7 @@ impl Header {
 /// What passes need to be kept.
 fn kept(passes: Passes) -> Kept {
     Kept {
-        apart: passes.need_light_apart(),
+        apart: passes.need_light_passes(),
         costs: passes.has(Pass::Cost),
     }
 }
@@ -422,7 +422,7 @@ pub struct Saved {
     /// All but the pixels.
     pub(super) header: Header,
     pub(super) pixels: Vec<Pixel>,
-    pub(super) apart: Vec<PixelApart>,
+    pub(super) apart: Vec<PixelPasses>,
     pub(super) costs: Vec<u64>,
 }
 
@@ -723,7 +723,7 @@ mod tests {
             "settings": { "seed": 0 }, "size": [50, 40], "region": REGION,
             "passes": passes.iter().map(Pass::name).collect::<Vec<_>>(),
             "axes": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "ranges": [[3, 7]], "whole": true,
-            "apart": passes.need_light_apart(), "costs": passes.has(Pass::Cost), "clamped": [0.5, 0.0],
+            "apart": passes.need_light_passes(), "costs": passes.has(Pass::Cost), "clamped": [0.5, 0.0],
             "left_out": ["coat"], "color_management": ColorManagement::default(),
             "traced": {
                 "samples": 5600, "rays": 12000, "seconds": 1.5, "non_finite": 2,
@@ -972,7 +972,7 @@ mod tests {
         // Any byte of the first pixel's sums and counts set to its largest value: refused, or harmless.
         let each = size_of::<Pixel>();
         let apart = 40 * 35 * each;
-        let all = apart..apart + size_of::<PixelApart>();
+        let all = apart..apart + size_of::<PixelPasses>();
         for first in (0..each).chain(all).step_by(4) {
             let mut strange = plain.clone();
             strange[first..first + 4].fill(0xff);

@@ -1,9 +1,9 @@
 //! Passes over tiles, by a pool of threads, until something says stop.
 
 use super::adaptive;
-use super::develop::Film;
 use super::estimate::estimate;
 use super::prepare::{self, Prepared};
+use super::resolve::Film;
 use super::saved::{Saved, State, Traced};
 use super::session::Session;
 use super::tile::{Kept, Samples, Tile, locked, tiles};
@@ -52,7 +52,7 @@ pub fn render(
     settings: &RenderSettings,
     observer: &dyn Observer,
 ) -> Result<Rendering, RenderError> {
-    go_on(scene, settings, None, observer)
+    resume(scene, settings, None, observer)
 }
 
 /// Goes on with a render that was broken off, or renders from the beginning. The picture has the bits of one that
@@ -60,7 +60,7 @@ pub fn render(
 ///
 /// # Errors
 /// As [`render`]; and if what was saved belongs to another scene or to settings that make another picture.
-pub fn go_on(
+pub fn resume(
     scene: &Scene,
     settings: &RenderSettings,
     saved: Option<&Saved>,
@@ -118,7 +118,7 @@ pub(super) fn run(
     });
 
     let kept = Kept {
-        apart: settings.passes.need_light_apart(),
+        apart: settings.passes.need_light_passes(),
         costs: settings.passes.has(Pass::Cost),
     };
     let tiles = tiles(region, kept);

@@ -251,7 +251,7 @@ impl<'a> Session<'a> {
     /// Goes on with a render that was broken off.
     ///
     /// # Errors
-    /// As [`super::go_on`].
+    /// As [`super::resume`].
     pub fn resume(
         &mut self,
         saved: Option<&Saved>,

@@ -2,7 +2,7 @@
 
 use crate::effects::RequestedSettings;
 use crate::film::{Pass, Passes};
-pub use crate::world::{InstructionSet, Naive};
+pub use crate::world::{Ablation, InstructionSet};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use std::time::Duration;
@@ -69,7 +69,8 @@ pub struct RenderSettings {
     /// From which bounce on paths may end by Russian roulette; `None` for none. For studies.
     pub roulette: Option<u32>,
     /// What keeps pictures stable and is left out. For studies.
-    pub naive: Naive,
+    #[serde(rename = "naive")]
+    pub ablation: Ablation,
     /// Hide the back faces of single-sided materials, as glTF's rasterisers do (Cycles shows them).
     pub cull_backfaces: bool,
 }
@@ -104,7 +105,7 @@ impl Default for RenderSettings {
             light_sampling: LightSampling::Mis,
             light_samples: 1,
             roulette: Some(2),
-            naive: Naive::default(),
+            ablation: Ablation::default(),
             cull_backfaces: false,
         }
     }
@@ -182,7 +183,7 @@ impl RenderSettings {
     pub fn requested(&self) -> RequestedSettings {
         RequestedSettings {
             camera: self.camera.unwrap_or(0),
-            light_passes: self.passes.need_light_apart(),
+            light_passes: self.passes.need_light_passes(),
             position_passes: self.passes.need_middle(),
             cost_pass: self.passes.has(Pass::Cost),
             adaptive: self.pixel_error_target > 0.0,

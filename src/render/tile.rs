@@ -1,7 +1,7 @@
 //! Tiles, and their rows: what one thread works on at a time.
 
 use super::Region;
-use crate::film::apart::PixelApart;
+use crate::film::light_passes::PixelPasses;
 use crate::film::pixel::Pixel;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -22,7 +22,7 @@ pub struct Tile {
     /// Row by row.
     pub pixels: Vec<Pixel>,
     /// Beside `pixels`, if a pass asks for it; else empty.
-    pub apart: Vec<PixelApart>,
+    pub apart: Vec<PixelPasses>,
     /// Nanoseconds spent on each pixel, if a pass asks for it; else empty.
     pub costs: Vec<u64>,
     /// Squared relative error of each pixel, as it was estimated last; empty before.
@@ -35,13 +35,13 @@ pub struct Tile {
 }
 
 /// A row of a tile, taken out to be worked on.
-pub struct Row {
+pub struct Scanline {
     /// First column, and row, in the full picture.
     pub place: (u32, u32),
     /// As those of [`Tile`].
     pub pixels: Vec<Pixel>,
     /// As those of [`Tile`].
-    pub apart: Vec<PixelApart>,
+    pub apart: Vec<PixelPasses>,
     /// As those of [`Tile`].
     pub costs: Vec<u64>,
     /// As those of [`Tile`].
@@ -50,13 +50,13 @@ pub struct Row {
 
 impl Tile {
     /// A copy of a row, if it lacks samples.
-    pub fn unfinished(&self, row: u32) -> Option<Row> {
+    pub fn unfinished(&self, row: u32) -> Option<Scanline> {
         let place = self.place_of(row);
         let pixels = &self.pixels[place.clone()];
         if pixels.iter().all(|pixel| pixel.samples >= pixel.until) {
             return None;
         }
-        Some(Row {
+        Some(Scanline {
             place: (self.x, self.y + row),
             pixels: pixels.to_vec(),
             apart: self.apart.get(place.clone()).unwrap_or(&[]).to_vec(),
@@ -66,7 +66,7 @@ impl Tile {
     }
 
     /// Puts back what [`unfinished`](Self::unfinished) has given.
-    pub fn put_back(&mut self, row: u32, done: &Row) {
+    pub fn put_back(&mut self, row: u32, done: &Scanline) {
         let place = self.place_of(row);
         self.pixels[place.clone()].copy_from_slice(&done.pixels);
         if let Some(apart) = self.apart.get_mut(place.clone()) {
@@ -108,7 +108,7 @@ pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
                 width,
                 height,
                 pixels: vec![Pixel::default(); pixels],
-                apart: vec![PixelApart::default(); if kept.apart { pixels } else { 0 }],
+                apart: vec![PixelPasses::default(); if kept.apart { pixels } else { 0 }],
                 costs: vec![0; if kept.costs { pixels } else { 0 }],
                 errors: Vec::new(),
                 deciding: Vec::new(),

@@ -1,11 +1,11 @@
 //! Samples of tiles: what each thread does.
 
-use super::tile::{Row, Tile, locked};
+use super::tile::{Scanline, Tile, locked};
 use crate::camera::{CameraRay, RayMaker};
-use crate::film::apart::{PathApart, PixelApart};
 use crate::film::filter::FilterTable;
-use crate::film::pixel::{FirstHit, Middle, Pixel};
-use crate::integrator::{self, ApartKernel, Kernel, Path, PathSettings, Recorder, Step};
+use crate::film::light_passes::{PathPasses, PixelPasses};
+use crate::film::pixel::{CenterSample, FirstHit, Pixel};
+use crate::integrator::{self, Kernel, PassKernel, Path, PathSettings, Recorder, Step};
 use crate::sampler::{Dimension, Sampler, Sequence};
 use crate::scene::Scene;
 use crate::world::World;
@@ -42,8 +42,8 @@ pub struct Recorded {
 /// A kernel, with or without light apart.
 #[derive(Clone, Copy)]
 pub enum AnyKernel {
-    Together(Kernel),
-    Apart(ApartKernel),
+    Plain(Kernel),
+    WithPasses(PassKernel),
 }
 
 /// All that the threads share.
@@ -97,7 +97,7 @@ impl Job<'_> {
     }
 
     /// Takes some of the samples that pixels of a row lack.
-    fn run(&self, row: &mut Row) {
+    fn run(&self, row: &mut Scanline) {
         let (mut rays, mut done) = (0u64, 0u64);
         let mut clock = self.costs.then(Instant::now);
         let (first, y) = row.place;
@@ -142,7 +142,7 @@ impl Job<'_> {
 
     /// What the ray through the middle of a pixel meets (of a lens: from a random point of it), which is
     /// where Cycles has its depths and positions from.
-    fn look(&self, x: u32, y: u32) -> Middle {
+    fn look(&self, x: u32, y: u32) -> CenterSample {
         let sampler = self.sequence.sampler(x, y, 0);
         integrator::meet(self.world, &sampler, &self.ray(x, y, &sampler, Vec2::ZERO))
     }
@@ -154,7 +154,7 @@ impl Job<'_> {
         y: u32,
         index: u32,
         pixel: &mut Pixel,
-        sums: Option<&mut PixelApart>,
+        sums: Option<&mut PixelPasses>,
     ) -> Path {
         let (mut path, mut apart) = self.path(x, y, index);
         // Once here, so that estimates of the error, passes and states speak of the same picture.
@@ -163,14 +163,14 @@ impl Job<'_> {
         if let Some(apart) = &mut apart {
             apart.expose(self.exposure);
         }
-        let apart_finite = apart.as_ref().is_none_or(PathApart::is_finite);
+        let apart_finite = apart.as_ref().is_none_or(PathPasses::is_finite);
         if !(path.radiance.is_finite() && path.first.is_finite() && apart_finite) {
             // Counted with its place and cause, black in the picture, never hidden: see `Statistics::non_finite`.
             self.bad(x, y, index);
             path.radiance = Vec3::ZERO;
             path.clamped = [0.0; 2];
             path.first = FirstHit::default();
-            apart = apart.map(|_| PathApart::default());
+            apart = apart.map(|_| PathPasses::default());
         }
         pixel.add(index, path.radiance, &path.first);
         if let (Some(sums), Some(apart)) = (sums, &apart) {
@@ -181,14 +181,14 @@ impl Job<'_> {
 
     /// A path by the kernel of the picture.
     #[inline]
-    fn path(&self, x: u32, y: u32, index: u32) -> (Path, Option<PathApart>) {
+    fn path(&self, x: u32, y: u32, index: u32) -> (Path, Option<PathPasses>) {
         let sampler = self.sequence.sampler(x, y, index);
         let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
         let ray = self.ray(x, y, &sampler, offset);
         match self.kernel {
-            AnyKernel::Together(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
-            AnyKernel::Apart(kernel) => {
-                let mut apart = PathApart::default();
+            AnyKernel::Plain(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
+            AnyKernel::WithPasses(kernel) => {
+                let mut apart = PathPasses::default();
                 let path = kernel(self.world, &self.path, &sampler, &ray, &mut apart);
                 (path, Some(apart))
             }

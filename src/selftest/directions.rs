@@ -6,7 +6,7 @@ use super::{Case, Effort, Finding};
 use crate::render::{Filter, FilterKind, RenderError, RenderSettings};
 use crate::sampler::hashed;
 use crate::scene::{Image, ImageId, LightKind, Mesh, MetallicRoughness, NormalTexture, Scene};
-use crate::shading::{AllKinds, Bsdf, Dielectrics, Principled};
+use crate::shading::{AllFeatures, Bsdf, Dielectrics, Principled};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -64,7 +64,7 @@ fn grazing(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 for cos in cosines {
                     let (normals, wo) = seen_at(cos);
                     let p = Principled { roughness, ..p };
-                    let bsdf = Bsdf::<AllKinds>::principled(&p, &tables, normals, wo, inside);
+                    let bsdf = Bsdf::<AllFeatures>::principled(&p, &tables, normals, wo, inside);
                     let (mean, not_fine) = albedo(&bsdf, samples);
                     wrong += not_fine;
                     let off = ((mean.mean() - 1.0).abs() - 4.0 * mean.deviation()).max(0.0);

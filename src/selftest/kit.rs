@@ -8,7 +8,7 @@ use crate::scene::{
     Camera, Environment, Instance, Light, LightKind, Material, MaterialId, Mesh, MeshId,
     MetallicRoughness, Projection, Scene, Visibility,
 };
-use crate::world::{Naive, Options, World};
+use crate::world::{Ablation, Options, World};
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -182,7 +182,7 @@ pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
         cull_backfaces: false,
         uv_pass: false,
         roughens: false,
-        naive: Naive::default(),
+        ablation: Ablation::default(),
     };
     World::new(scene, &options).map_err(|error| RenderError::Embree(error.0))
 }

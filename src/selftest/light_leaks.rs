@@ -128,7 +128,7 @@ fn follow(world: &World, inside: Vec3, path: u32) -> Leaks {
         let n = surface.normals.geometric;
         direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(random(bounce)));
         // One direction in 1e8 is below the wall when it is rounded: none of the renderer's paths goes on then.
-        let Some(start) = world.leave::<Matte>(&hit, &surface, direction, false) else {
+        let Some(start) = world.ray_origin::<Matte>(&hit, &surface, direction, false) else {
             break;
         };
         origin = start;

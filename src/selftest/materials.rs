@@ -7,7 +7,7 @@ use crate::render::{Filter, FilterKind, LightSampling, RenderError, RenderSettin
 use crate::sampler::{Dimension, Sequence};
 use crate::scene::{AlphaMode, LightKind, MetallicRoughness, Scene};
 use crate::shading::Normals;
-use crate::shading::{AllKinds, Bsdf, Dielectrics, Principled};
+use crate::shading::{AllFeatures, Bsdf, Dielectrics, Principled};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// The cases.
@@ -122,7 +122,7 @@ fn white_surfaces(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 for cos in [1.0f32, 0.7, 0.2] {
                     let (normals, wo) = seen_at(cos);
                     let p = Principled { roughness, ..p };
-                    let bsdf = Bsdf::<AllKinds>::principled(&p, &tables, normals, wo, inside);
+                    let bsdf = Bsdf::<AllFeatures>::principled(&p, &tables, normals, wo, inside);
                     let (mean, not_fine) = albedo(&bsdf, samples);
                     // What is told beyond the noise of the samples.
                     let noise = 4.0 * mean.deviation();

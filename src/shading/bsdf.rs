@@ -3,7 +3,7 @@
 //! One lobe is drawn by its share of the albedo, and its direction is weighted by the density of the whole mixture. The
 //! Lambertian lobe stands apart from the list: nearly every surface has it, and simple kernels have nothing else.
 
-use super::closure::{AllKinds, Diffuse, Kinds, Lobe, LobeSample, LobeValue, Normals};
+use super::closure::{AllFeatures, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals};
 use super::ggx::Alpha;
 use crate::math::{Frame, average, sqr, warp};
 use arrayvec::ArrayVec;
@@ -47,7 +47,7 @@ impl Changes {
 
 /// The BSDF at a point, seen from `wo`.
 #[derive(Clone, Debug)]
-pub struct Bsdf<K = AllKinds> {
+pub struct Bsdf<K = AllFeatures> {
     kinds: PhantomData<K>,
     normals: Normals,
     wo: Vec3,
@@ -159,7 +159,7 @@ impl Sums {
     }
 }
 
-impl<K: Kinds> Bsdf<K> {
+impl<K: BsdfFeatures> Bsdf<K> {
     /// A surface without any lobe, as the path wants to see it; [`Self::finish`] is due when lobes are added.
     #[inline(always)]
     pub fn new(normals: Normals, wo: Vec3, inside: bool, changes: Changes) -> Self {

@@ -1,7 +1,7 @@
 //! Albedo tables of a material's dielectrics: its layer over the diffuse base, and its transmitting solid.
 
 use super::fresnel;
-use super::tables::{self, Place, Rows};
+use super::tables::{self, LutCoordinate, Rows};
 use crate::math::{mix, sqr};
 
 /// Albedo tables of the dielectrics that a material needs, in the order of the specular factor:
@@ -67,7 +67,12 @@ impl Dielectrics {
 
     /// (effective cosine at this place or the view's own, mean blend) for a specular factor.
     #[inline]
-    pub(super) fn layer(&self, specular: f32, cos: f32, place: Option<Place>) -> (f32, f32) {
+    pub(super) fn layer(
+        &self,
+        specular: f32,
+        cos: f32,
+        place: Option<LutCoordinate>,
+    ) -> (f32, f32) {
         let at = |i: usize| {
             let table = &self.layer[i];
             (

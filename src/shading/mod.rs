@@ -12,6 +12,6 @@ pub mod tables;
 pub mod texture;
 
 pub use bsdf::{Bsdf, BsdfSample, Changes, Scattering};
-pub use closure::{AllKinds, Kinds, Normals};
+pub use closure::{AllFeatures, BsdfFeatures, Normals};
 pub use dielectrics::Dielectrics;
 pub use principled::Principled;

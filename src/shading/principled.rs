@@ -2,11 +2,13 @@
 //! each leaves to those below (CYCLES.md has the order; albedos by tables).
 
 use super::bsdf::{Bsdf, Changes};
-use super::closure::{Facets, Glass, Kinds, Lobe, Reflection, RoughDiffuse, Sheet, rough_diffuse};
+use super::closure::{
+    BsdfFeatures, Facets, Glass, Lobe, Reflection, RoughDiffuse, Sheet, rough_diffuse,
+};
 use super::dielectrics::{Dielectrics, layer_ior};
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
-use super::tables::{Place, Reflection as Albedos};
+use super::tables::{LutCoordinate, Reflection as Albedos};
 use crate::math::sqr;
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -97,7 +99,7 @@ fn turned(tangent: Vec3, normal: Vec3, turns: f32) -> Vec3 {
     tangent * cos + normal.cross(tangent) * sin + normal * (normal.dot(tangent) * (1.0 - cos))
 }
 
-impl<K: Kinds> Bsdf<K> {
+impl<K: BsdfFeatures> Bsdf<K> {
     /// A surface of one Principled BSDF.
     #[inline]
     pub fn principled(
@@ -143,7 +145,7 @@ impl<K: Kinds> Bsdf<K> {
         let cos = facets.cos().max(0.0);
         let ior = fresnel::bounded_ior(p.ior);
         // A mirror loses nothing, and reflects as the tables' interface at its own cosine.
-        let place = (!alpha.is_smooth()).then(|| Place::new(cos, roughness));
+        let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, roughness));
         // A dielectric without specular reflects nothing.
         let has_lobe = p.metallic > 0.0 || p.transmission > 0.0 || specular > 0.0;
         let albedos = place.filter(|_| has_lobe).map(Albedos::at);
@@ -297,7 +299,10 @@ impl<K: Kinds> Bsdf<K> {
         let facets = Facets::new(self.normals(), normal, tangent, self.wo(), alpha);
         let (mut gain, mut single) = (Vec3::ONE, 1.0);
         if !alpha.is_smooth() {
-            let at = Albedos::at(Place::new(facets.cos().max(0.0), alpha.mean_roughness()));
+            let at = Albedos::at(LutCoordinate::new(
+                facets.cos().max(0.0),
+                alpha.mean_roughness(),
+            ));
             single = at.directional;
             if compensated {
                 gain = at.compensation(color.min(Vec3::ONE));

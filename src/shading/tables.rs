@@ -69,7 +69,7 @@ fn row_alpha(row: usize) -> f64 {
 /// the mean of cosθ and of (1 + α)·cosθ/(cosθ + α), and gives half of its points to each. The
 /// second axis is the roughness.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct LutCoordinate {
     index: usize,
     along: f32,
     up: f32,
@@ -77,7 +77,7 @@ pub struct Place {
     scale: f32,
 }
 
-impl Place {
+impl LutCoordinate {
     /// The place of a view cosine and a perceptual roughness (α is its square).
     #[inline]
     pub fn new(cos: f32, roughness: f32) -> Self {
@@ -96,7 +96,7 @@ impl Place {
     }
 }
 
-/// The cosine of a column for an α: the inverse of the first axis of [`Place`], the positive root
+/// The cosine of a column for an α: the inverse of the first axis of [`LutCoordinate`], the positive root
 /// of c² + (2α + 1 − 2x)·c − 2xα.
 fn column_cosine(column: usize, alpha: f64) -> f64 {
     // At exactly grazing view only limits exist.
@@ -122,7 +122,7 @@ fn cell(x: f32, points: usize) -> (usize, f32) {
     (i, x - i as f32)
 }
 
-/// A function on the grid of [`Place`], read bilinearly.
+/// A function on the grid of [`LutCoordinate`], read bilinearly.
 #[derive(Clone, Debug)]
 struct Table {
     values: Vec<f32>,
@@ -154,7 +154,7 @@ impl Table {
     }
 
     #[inline]
-    fn read(&self, place: Place) -> f32 {
+    fn read(&self, place: LutCoordinate) -> f32 {
         let at = |i: usize| self.values[place.index + i - self.skipped];
         let (low, high) = (
             mix(at(0), at(1), place.along),
@@ -508,7 +508,7 @@ impl ReflectionRow {
 impl Reflection {
     /// At a place.
     #[inline]
-    pub fn at(place: Place) -> Self {
+    pub fn at(place: LutCoordinate) -> Self {
         let (row, column) = (place.index / COSINES, place.index % COSINES);
         let (low, high) = (ReflectionRow::get(row), ReflectionRow::get(row + 1));
         let along = |row: &ReflectionRow| {
@@ -564,7 +564,7 @@ struct Grazing {
     points: &'static Points,
 }
 
-/// The places of [`Grazing`]: over some columns of [`Table`], even in a root of the first axis of [`Place`].
+/// The places of [`Grazing`]: over some columns of [`Table`], even in a root of the first axis of [`LutCoordinate`].
 #[derive(Debug)]
 struct Points {
     columns: usize,
@@ -621,7 +621,7 @@ impl Grazing {
 
     /// The value at a place of its columns.
     #[cold]
-    fn read(&self, place: Place) -> f32 {
+    fn read(&self, place: LutCoordinate) -> f32 {
         let points = self.points;
         let (row, column) = (place.index / COSINES, place.index % COSINES);
         let x = (column as f32 + place.along) / points.columns as f32;
@@ -663,7 +663,7 @@ impl Solid {
 
     /// The albedo at a place.
     #[inline]
-    pub fn both(&self, place: Place, inside: bool) -> f32 {
+    pub fn both(&self, place: LutCoordinate, inside: bool) -> f32 {
         let side = &self.0[usize::from(inside)];
         match &side.grazing {
             Some(grazing) if place.index % COSINES < grazing.points.columns => grazing.read(place),
@@ -720,7 +720,7 @@ impl Dielectric {
 
     /// The cosine at which a smooth interface has the mean reflectance of the rough one.
     #[inline]
-    pub fn effective_cosine(&self, place: Place) -> f32 {
+    pub fn effective_cosine(&self, place: LutCoordinate) -> f32 {
         self.effective_cosine.read(place) * place.scale
     }
 
@@ -785,13 +785,13 @@ mod tests {
             (0.97, 0.9),
         ] {
             let exact = albedo_over_light(f64::from(cos), f64::from(roughness * roughness));
-            let found = f64::from(Reflection::at(Place::new(cos, roughness)).directional);
+            let found = f64::from(Reflection::at(LutCoordinate::new(cos, roughness)).directional);
             assert!(
                 (found - exact).abs() < 2e-3,
                 "{cos} {roughness}: {found} {exact}"
             );
         }
-        assert!((Reflection::at(Place::new(0.5, 0.0)).directional - 1.0).abs() < 1e-5);
+        assert!((Reflection::at(LutCoordinate::new(0.5, 0.0)).directional - 1.0).abs() < 1e-5);
     }
 
     /// The quadrature itself, without the table between: the midpoint rule has steps of 0.016 in
@@ -837,7 +837,7 @@ mod tests {
                     let cos = 1e-5f32.powf(step as f32 / 60.0) * 0.1;
                     let view = View::new(f64::from(cos), f64::from(roughness * roughness));
                     let exact = Quadrature::get().both(&view, &interface);
-                    let found = f64::from(solid.both(Place::new(cos, roughness), false));
+                    let found = f64::from(solid.both(LutCoordinate::new(cos, roughness), false));
                     assert!(
                         (exact / found - 1.0).abs() < 5e-3,
                         "{ior} {roughness} {cos}: {found} {exact}"
@@ -868,7 +868,8 @@ mod tests {
                             least.powf(step as f32 / 30.0) * 0.1f32.powf(1.0 - step as f32 / 30.0);
                         let view = View::new(f64::from(cos), f64::from(roughness * roughness));
                         let exact = Quadrature::get().both(&view, &interface);
-                        let found = f64::from(solid.both(Place::new(cos, roughness), inside));
+                        let found =
+                            f64::from(solid.both(LutCoordinate::new(cos, roughness), inside));
                         assert!(
                             (exact / found - 1.0).abs() < bound,
                             "{ior} {inside} {roughness} {cos}: {found} {exact}"
@@ -884,7 +885,8 @@ mod tests {
         for row in 0..ROUGHNESSES {
             let roughness = row as f32 / (ROUGHNESSES - 1) as f32;
             for column in 0..COSINES {
-                let place = Place::new(column_cosine(column, row_alpha(row)) as f32, roughness);
+                let place =
+                    LutCoordinate::new(column_cosine(column, row_alpha(row)) as f32, roughness);
                 let x = (place.index % COSINES) as f32 + place.along;
                 // The axis has a slope of up to 1/α, and f32 resolves cosθ near 1 to 6e-8 of that.
                 assert!((x - column as f32).abs() < 0.01, "{row} {column}: {x}");
@@ -896,7 +898,7 @@ mod tests {
     fn a_mirror_reflects_as_its_interface_does() {
         let table = Dielectric::new(1.5, Rows::ALL);
         for cos in [1.0f32, 0.7, 0.3, 0.1, 0.02] {
-            let found = table.effective_cosine(Place::new(cos, 0.0));
+            let found = table.effective_cosine(LutCoordinate::new(cos, 0.0));
             // 2⁻²⁴ of the bisection, and the reflectance's own digits where it is flat.
             let (a, b) = (smooth_blend(found, 1.5), smooth_blend(cos, 1.5));
             assert!((a - b).abs() < 2e-3 * b + 1e-5, "{cos}: {a} {b}");
@@ -923,7 +925,7 @@ mod tests {
             for k in 0..=8u8 {
                 let roughness = mix(least, greatest, f32::from(k) / 8.0);
                 for cos in [0.0, 0.01, 0.3, 1.0] {
-                    let place = Place::new(cos, roughness);
+                    let place = LutCoordinate::new(cos, roughness);
                     assert_eq!(coat.effective_cosine(place), few.effective_cosine(place));
                     for (inside, (all, few)) in [false, true]
                         .into_iter()

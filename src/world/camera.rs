@@ -1,8 +1,9 @@
 //! From a scene's camera to one that makes rays.
 
 use crate::camera::{Aperture, Camera, Lens, Span, nearest_focus};
-use crate::effects::{self, Mask};
+use crate::effects::Effect;
 use crate::scene::{self, Projection};
+use enumset::EnumSet;
 use glam::DVec3;
 
 /// Prepares a camera for a picture of an aspect; positions are relative to `origin`. `distant`: middle and radius of
@@ -10,7 +11,7 @@ use glam::DVec3;
 pub fn prepare(
     source: &scene::Camera,
     aspect: f64,
-    kept: Mask,
+    kept: EnumSet<Effect>,
     (origin, distant): (DVec3, Option<(DVec3, f64)>),
 ) -> Camera {
     let window = source
@@ -33,7 +34,7 @@ pub fn prepare(
     };
     let aperture = source
         .aperture
-        .filter(|_| effects::has(kept, effects::DEPTH_OF_FIELD))
+        .filter(|_| kept.contains(Effect::DepthOfField))
         .map(|a| Aperture {
             radius: a.radius as f32,
             blades: a.blades,

@@ -7,7 +7,7 @@ use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
 use crate::scene::{Mesh, Visibility};
 use crate::shading::Normals;
 use crate::shading::program::Place;
-use crate::shading::{Bsdf, Dielectrics, Kinds, Principled};
+use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -199,7 +199,7 @@ impl Place for HitPoint<'_> {
 
 /// A mesh placed in the top scene; the index is Embree's number of the geometry.
 #[derive(Clone)]
-pub struct Entry {
+pub struct MeshInstance {
     /// Which mesh.
     pub mesh: u32,
     instance: Option<Box<Placement>>,
@@ -216,7 +216,7 @@ struct Placement {
     normal: [Vec3; 3],
 }
 
-impl Entry {
+impl MeshInstance {
     /// A mesh in world space.
     pub fn flat(mesh: u32, flipped: bool, visibility: Visibility) -> Self {
         Self {
@@ -396,7 +396,7 @@ impl Mixed<'_> {
     /// Adds the lobes of the shaders whose weight is not zero. `smooth`: the normal of shaders without a normal map.
     #[cold]
     #[inline(never)]
-    pub fn add_to<K: Kinds>(&self, bsdf: &mut Bsdf<K>, smooth: Vec3) {
+    pub fn add_to<K: BsdfFeatures>(&self, bsdf: &mut Bsdf<K>, smooth: Vec3) {
         let side = |n: Vec3| match n {
             Vec3::ZERO => smooth,
             n if self.inside => -n,
@@ -408,7 +408,7 @@ impl Mixed<'_> {
 
 #[inline]
 pub fn surface<'a, E: Features>(
-    entry: &'a Entry,
+    entry: &'a MeshInstance,
     mesh: &'a MeshData,
     material: &'a PreparedMaterial,
     hit: &Hit,
@@ -486,7 +486,7 @@ pub fn surface<'a, E: Features>(
 /// coordinates, of where the point is projected to on the tangent planes of the corners, as far as it lies below them
 /// (Hanika, *Hacking the Shadow Terminator*; Boubekeur and Alexa, *Phong Tessellation*, 2008). `side`: the triangle's
 /// normal on the side that counts. 0 where there are no normals, or the surface is hollow.
-pub fn lift(entry: &Entry, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec3 {
+pub fn lift(entry: &MeshInstance, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec3 {
     let Some(normals) = &mesh.normals else {
         return Vec3::ZERO;
     };
@@ -516,7 +516,7 @@ pub fn lift(entry: &Entry, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec3 {
 /// A hit whose normal is known.
 #[derive(Clone, Copy)]
 struct Shaded<'a> {
-    entry: &'a Entry,
+    entry: &'a MeshInstance,
     at: HitPoint<'a>,
     triangle: u32,
     /// The smooth one, outside.

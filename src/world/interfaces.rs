@@ -8,7 +8,7 @@
 //! billionth of the bound in f32. No energy is lost then for the reason that none is in geometry without errors: all rays
 //! meet the same closed surfaces, so that passages have an inverse, and what came in from outside finds out again.
 
-use super::geometry::{Entry, MeshData};
+use super::geometry::{MeshData, MeshInstance};
 use super::{Hit, RayKind, World};
 use crate::effects::General;
 use crate::ffi::embree::Ray;
@@ -56,7 +56,7 @@ fn is_same(a: &Hit, b: &Hit) -> bool {
 /// Which entries may have another's interface close by: those that let light through and whose boxes overlap with those of
 /// others that do. (All of them where there are too many to compare: that costs time, but changes nothing.)
 pub(super) fn close_entries(
-    entries: &[Entry],
+    entries: &[MeshInstance],
     meshes: &[Arc<MeshData>],
     bounds_interface: impl Fn(&MeshData) -> bool,
 ) -> Vec<bool> {

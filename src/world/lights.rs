@@ -1,19 +1,20 @@
 //! The lights of a scene, made ready.
 
-use super::geometry::{Entry, MeshData};
+use super::geometry::{MeshData, MeshInstance};
 use super::material::PreparedMaterial;
-use crate::effects::{self, General, Mask};
+use crate::effects::{self, Effect, General};
 use crate::ffi::embree::{Device, EmbreeError};
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
 use crate::light::{Light, LightSet, LightSetBuilder, Rules};
 use crate::math::luminance;
 use crate::scene::{RayKind, Scene};
+use enumset::EnumSet;
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
 /// A mesh in its place, as the lights on it see it.
 struct PlacedMesh {
-    entry: Entry,
+    entry: MeshInstance,
     mesh: Arc<MeshData>,
     material: Arc<PreparedMaterial>,
     /// Back faces of single-sided materials are not there.
@@ -81,14 +82,13 @@ impl EmissiveSurface for PlacedMesh {
 /// The lights of a scene that the effects keep, with those of placed meshes.
 pub(super) fn prepare(
     scene: &Scene,
-    effects: Mask,
+    effects: EnumSet<Effect>,
     (origin, eye, cull_backfaces): (DVec3, Eye, bool),
-    entries: &[Entry],
+    entries: &[MeshInstance],
     (meshes, materials): (&[Arc<MeshData>], &[Arc<PreparedMaterial>]),
     device: &Device,
 ) -> Result<LightSet, EmbreeError> {
-    let keep = |effect| effects::has(effects, effect);
-    let by_kind = keep(effects::VISIBILITY);
+    let by_kind = effects.contains(Effect::RayVisibility);
     let mut builder = LightSetBuilder::new(eye, cull_backfaces);
     for (number, light) in scene.lights.iter().enumerate() {
         if effects::keeps(effects, light)
@@ -98,7 +98,7 @@ pub(super) fn prepare(
             builder.add(made, rules, number as u32);
         }
     }
-    if keep(effects::MESH_LIGHTS) {
+    if effects.contains(Effect::MeshLights) {
         for (instance, entry) in entries.iter().enumerate() {
             let mesh = &meshes[entry.mesh as usize];
             let material = &materials[mesh.material as usize];
@@ -128,7 +128,7 @@ pub(super) fn prepare(
         let seen = environment.visibility.with(RayKind::Shadow);
         builder.add_environment(made, Rules::new(seen, u32::MAX, by_kind));
     }
-    builder.build(keep(effects::LIGHT_TREE), device)
+    builder.build(effects.contains(Effect::LightTree), device)
 }
 
 #[cfg(test)]

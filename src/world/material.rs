@@ -1,7 +1,7 @@
 //! Materials with their textures and tables prepared.
 
 use super::Options;
-use crate::effects;
+use crate::effects::{self, Effect};
 use crate::scene::graph::PrincipledSummary;
 use crate::scene::graph::node::principled;
 use crate::scene::{ImageUse, Material, Scene, Texture};
@@ -10,7 +10,7 @@ use crate::shading::program::{
 };
 use crate::shading::tables::Rows;
 use crate::shading::texture::{PreparedTexture, Raster};
-use crate::shading::{Bsdf, Dielectrics, Kinds, Principled, ggx};
+use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled, ggx};
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -295,7 +295,7 @@ impl PreparedMaterial {
     }
 
     /// Adds the lobes of its shaders. `side` makes a shader's normal of that of its map, which is 0 where there is none.
-    pub fn add_shaders<K: Kinds>(
+    pub fn add_shaders<K: BsdfFeatures>(
         &self,
         place: &impl Place,
         side: impl Fn(Vec3) -> Vec3,
@@ -408,7 +408,7 @@ pub fn prepare(scene: &Scene, options: &Options) -> Vec<Arc<PreparedMaterial>> {
     }
     let mut vertices = vec![Vertices::default(); scene.materials.len() + 1];
     let placed = scene.meshes.iter().zip(&is_placed).filter(|(_, p)| **p);
-    for (mesh, _) in placed.filter(|_| effects::has(options.effects, effects::VERTEX_COLORS)) {
+    for (mesh, _) in placed.filter(|_| options.effects.contains(Effect::VertexColors)) {
         let default = scene.materials.len();
         let slot = mesh.material.map_or(default, |m| m.0 as usize);
         if let (Some(colors), Some(v)) = (&mesh.colors, vertices.get_mut(slot)) {

@@ -15,7 +15,7 @@ pub use geometry::{HitPoint, Surface};
 pub use interfaces::Passage;
 
 use crate::camera::Camera;
-use crate::effects::{self, Features, General, Mask};
+use crate::effects::{self, Effect, Features, General};
 use crate::ffi::embree::{Device, EmbreeError, Ray};
 use crate::light::LightSet;
 use crate::light::emissive::Eye;
@@ -24,7 +24,8 @@ use crate::sampler;
 use crate::scene::{self, Scene};
 use crate::shading::Normals;
 use crate::shading::program::Place;
-use geometry::Entry;
+use enumset::EnumSet;
+use geometry::MeshInstance;
 use glam::{DVec3, Vec2, Vec3};
 use material::PreparedMaterial;
 use origin::{Extent, Origin};
@@ -49,12 +50,12 @@ pub struct World {
     extent: Extent,
     /// The camera was far away from all of it when the origin was chosen.
     distant: bool,
-    /// See [`Naive::origin`].
+    /// See [`Ablation::origin`].
     naive_origin: bool,
     cull_backfaces: bool,
     /// Paths take the kinds of scattering apart, as some kinds of rays see less than others.
     pub by_kind: bool,
-    /// See [`Naive::terminator`].
+    /// See [`Ablation::terminator`].
     naive_terminator: bool,
     /// The version of Embree that answers.
     pub embree_version: String,
@@ -90,7 +91,7 @@ impl Stale {
 
 /// What keeps pictures stable and can be left out, to see what it is good for and what it costs. For studies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Naive {
+pub struct Ablation {
     /// Rays start a ten-thousandth of a metre off surfaces, whatever the scale, instead of by error bounds. The
     /// general kernel alone can do it.
     pub offsets: bool,
@@ -110,7 +111,7 @@ pub struct Options<'a> {
     /// Width over height of the picture.
     pub aspect: f64,
     /// Effects that are kept.
-    pub effects: Mask,
+    pub effects: EnumSet<Effect>,
     /// Threads that build.
     pub threads: Option<usize>,
     /// Instructions that Embree is to take, if somebody asks for some.
@@ -118,7 +119,7 @@ pub struct Options<'a> {
     /// Hide back faces of single-sided materials.
     pub cull_backfaces: bool,
     /// What is left out.
-    pub naive: Naive,
+    pub ablation: Ablation,
     /// Texture coordinates are shown by a pass.
     pub uv_pass: bool,
     /// Paths make surfaces rougher than they are ("filter glossy").
@@ -127,7 +128,7 @@ pub struct Options<'a> {
 
 /// What a ray with a limit of transparent surfaces met.
 #[derive(Clone, Copy, Debug)]
-pub enum Met {
+pub enum Intersection {
     /// A surface that it does not pass, and how many it has passed.
     Surface(Hit, u32),
     /// Nothing.
@@ -146,7 +147,7 @@ impl World {
         let Origin {
             at: origin,
             distant,
-        } = if options.naive.origin {
+        } = if options.ablation.origin {
             Origin::NAIVE
         } else {
             Origin::new(scene, options.camera)
@@ -172,11 +173,11 @@ impl World {
             origin,
             extent: origin::extent(scene),
             distant: distant.is_some(),
-            naive_origin: options.naive.origin,
+            naive_origin: options.ablation.origin,
             cull_backfaces: options.cull_backfaces,
-            by_kind: effects::has(options.effects, effects::VISIBILITY)
+            by_kind: options.effects.contains(Effect::RayVisibility)
                 && effects::tells_rays_apart(scene),
-            naive_terminator: options.naive.terminator,
+            naive_terminator: options.ablation.terminator,
             embree_version: device.version().to_string(),
             instructions: device.instructions(),
             device,
@@ -234,7 +235,7 @@ impl World {
             self.eye = eye;
         }
         self.by_kind =
-            effects::has(options.effects, effects::VISIBILITY) && effects::tells_rays_apart(scene);
+            options.effects.contains(Effect::RayVisibility) && effects::tells_rays_apart(scene);
         if let Some(made) = made {
             self.materials = made;
         }
@@ -265,13 +266,13 @@ impl World {
     }
 
     /// Effects that kernels must have because of how this world is built.
-    pub fn structure(&self) -> Mask {
-        let mut set = Mask::empty();
-        if self.geometry.entries.iter().any(Entry::is_instance) {
-            set |= effects::INSTANCES;
+    pub fn structure(&self) -> EnumSet<Effect> {
+        let mut set = EnumSet::empty();
+        if self.geometry.entries.iter().any(MeshInstance::is_instance) {
+            set |= Effect::Instances;
         }
         if self.geometry.meshes.iter().any(|mesh| mesh.has_normals()) {
-            set |= effects::SMOOTH_NORMALS;
+            set |= Effect::SmoothNormals;
         }
         set
     }
@@ -403,7 +404,7 @@ impl World {
         kind: RayKind,
         key: u32,
         left: u32,
-    ) -> Met {
+    ) -> Intersection {
         let ray = Ray {
             origin: origin.to_array(),
             direction: direction.to_array(),
@@ -413,7 +414,7 @@ impl World {
         };
         if !self.filters::<E>() {
             let hit = self.geometry.embree.intersect(&ray);
-            return hit.map_or(Met::Nothing, |hit| Met::Surface(hit, 0));
+            return hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0));
         }
         let mut passed = Vec::new();
         let hit = self.geometry.embree.intersect_filtered(&ray, |hit| {
@@ -435,9 +436,11 @@ impl World {
         });
         passed.dedup();
         if let Some(&(distance, ..)) = passed.get(left as usize) {
-            return Met::Limit(distance);
+            return Intersection::Limit(distance);
         }
-        hit.map_or(Met::Nothing, |hit| Met::Surface(hit, passed.len() as u32))
+        hit.map_or(Intersection::Nothing, |hit| {
+            Intersection::Surface(hit, passed.len() as u32)
+        })
     }
 
     /// Whether a hit of this opacity stops a ray.
@@ -503,7 +506,7 @@ impl World {
 
     /// Where a ray leaves a surface along `wi`; `beyond`: it goes through. `None` where the surface is in its way.
     #[inline]
-    pub fn leave<E: Features>(
+    pub fn ray_origin<E: Features>(
         &self,
         hit: &Hit,
         surface: &Surface,
@@ -520,7 +523,7 @@ impl World {
         if !E::CURVED {
             return None; // The surface is its triangles.
         }
-        self.leave_over_the_horizon(hit, surface)
+        self.ray_origin_over_horizon(hit, surface)
     }
 
     /// For directions below the triangle, but above the curved surface that it stands for: from that surface, if the way
@@ -528,7 +531,7 @@ impl World {
     /// and light leaks where something else is nearer than the curved surface).
     #[cold]
     #[inline(never)]
-    fn leave_over_the_horizon(&self, hit: &Hit, surface: &Surface) -> Option<Vec3> {
+    fn ray_origin_over_horizon(&self, hit: &Hit, surface: &Surface) -> Option<Vec3> {
         if self.naive_terminator {
             return None;
         }
@@ -556,7 +559,7 @@ impl World {
     /// close by, at the other end of a chord, under the same angle. That end is taken to be like this one: what is
     /// returned is how the ray arrives, turned with the surface to here. `kind`: of the ray.
     #[inline]
-    pub fn meets_itself<E: Features>(
+    pub fn self_intersection<E: Features>(
         &self,
         hit: &Hit,
         surface: &Surface,

@@ -1,10 +1,10 @@
 //! Meshes in their places, in Embree.
 
 use super::Options;
-use super::geometry::{Attributes, Entry, MeshData};
+use super::geometry::{Attributes, MeshData, MeshInstance};
 use super::interfaces;
 use super::material::PreparedMaterial;
-use crate::effects;
+use crate::effects::{self, Effect};
 use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError};
 use crate::scene::{Instance, Mesh, RayKind, Scene};
 use glam::{DAffine3, DVec3};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub struct Geometry {
     pub embree: CommittedScene,
     pub meshes: Vec<Arc<MeshData>>,
-    pub entries: Vec<Entry>,
+    pub entries: Vec<MeshInstance>,
     /// Triangles, instances expanded.
     pub triangles: u64,
     /// For each entry whether another's interface may be close by; empty if none has one ([`interfaces`]).
@@ -43,15 +43,15 @@ struct Needs {
 
 impl Needs {
     fn of(material: &PreparedMaterial, options: &Options) -> Self {
-        let keep = |effect| effects::has(options.effects, effect);
-        let filtered = (material.translucent && keep(effects::ALPHA))
+        let filtered = (material.translucent && !options.effects.is_disjoint(effects::ALPHA))
             || (options.cull_backfaces && material.single_sided);
-        let ordered = keep(effects::TRANSMISSION) && !options.naive.offsets;
+        let ordered =
+            !options.effects.is_disjoint(effects::TRANSMISSION) && !options.ablation.offsets;
         Self {
             attributes: Attributes {
                 uv_sets: material.uv_sets().max(usize::from(options.uv_pass)),
                 tangents: material.has_normal_map(),
-                colors: keep(effects::VERTEX_COLORS),
+                colors: options.effects.contains(Effect::VertexColors),
             },
             filtered,
             tinted: material.is_tinted,
@@ -88,7 +88,7 @@ struct Builder<'a> {
     keeps_visibility: bool,
     top: embree::Scene,
     meshes: Vec<Arc<MeshData>>,
-    entries: Vec<Entry>,
+    entries: Vec<MeshInstance>,
     shared: Vec<Option<Shared>>,
 }
 
@@ -114,7 +114,7 @@ impl Builder<'_> {
             let data = MeshData::new(mesh, material, Some(&transform), needs.attributes)?;
             self.top
                 .add_triangles(&data.triangles, needs.filtered, visibility.bits())?;
-            self.entries.push(Entry::flat(
+            self.entries.push(MeshInstance::flat(
                 self.meshes.len() as u32,
                 transform.matrix3.determinant() < 0.0,
                 visibility,
@@ -123,7 +123,7 @@ impl Builder<'_> {
             return Ok(());
         }
         let (number, child) = self.shared(instance.mesh.0 as usize, mesh, (material, needs))?;
-        let entry = Entry::instance(number, &transform, visibility);
+        let entry = MeshInstance::instance(number, &transform, visibility);
         let m = &entry.transform();
         self.top.add_instance(
             &child,
@@ -163,18 +163,17 @@ impl Geometry {
         materials: &[Arc<PreparedMaterial>],
         device: &Device,
     ) -> Result<Self, EmbreeError> {
-        let keep = |effect| effects::has(options.effects, effect);
         let needs = Needs::of_all(materials, options);
         let mut placements = vec![0u32; scene.meshes.len()];
         for instance in &scene.instances {
             placements[instance.mesh.0 as usize] += 1;
         }
-        let robust = !options.naive.edges;
+        let robust = !options.ablation.edges;
         let mut builder = Builder {
             device,
             robust,
             origin,
-            keeps_visibility: keep(effects::VISIBILITY),
+            keeps_visibility: options.effects.contains(Effect::RayVisibility),
             top: embree::Scene::new(device, robust)?,
             meshes: Vec::new(),
             entries: Vec::new(),
@@ -208,7 +207,7 @@ impl Geometry {
             close,
             filtered,
             tinted,
-            holdouts: if keep(effects::HOLDOUTS) {
+            holdouts: if options.effects.contains(Effect::Holdouts) {
                 holdouts(scene)
             } else {
                 Vec::new()

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use sundog::film::Bands;
 use sundog::film::Picture;
-use sundog::render::{Observer, OutputTime, Passed, Saved, State, Stop, go_on, merge};
+use sundog::render::{Observer, OutputTime, Passed, Saved, State, Stop, merge, resume};
 
 /// A small lamp between a mirror, a glass ball and walls: light that only chance finds, in rare bright samples.
 pub fn fireflies() -> Scene {
@@ -520,7 +520,7 @@ fn a_render_goes_on_where_it_was_broken_off() {
                     threads: Some(1),
                     ..of(1500)
                 };
-                let resumed = go_on(&scene, &settings, Some(&saved), &Silent).unwrap();
+                let resumed = resume(&scene, &settings, Some(&saved), &Silent).unwrap();
                 same_bits(&resumed, &whole);
                 assert_eq!(resumed.statistics.rays, whole.statistics.rays);
             }
@@ -533,7 +533,7 @@ fn a_render_does_not_go_on_with_another() {
     let scenes = gallery();
     let (saved, _) = state_of(&scenes[0].1, &small(4, 4), u32::MAX);
     let refused = |scene: &Scene, settings: &RenderSettings, words: &str| {
-        let error = go_on(scene, settings, Some(&saved), &Silent)
+        let error = resume(scene, settings, Some(&saved), &Silent)
             .unwrap_err()
             .to_string();
         assert!(error.contains(words), "{error}");

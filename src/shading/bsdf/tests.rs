@@ -1,15 +1,15 @@
 //! Tests of mixtures: Principled BSDFs of all kinds.
 
 use super::*;
-use crate::shading::closure::AllKinds;
-use crate::shading::tables::{Place, Reflection};
+use crate::shading::closure::AllFeatures;
+use crate::shading::tables::{LutCoordinate, Reflection};
 use crate::shading::{Dielectrics, Principled, fresnel};
 
 /// All but glass.
 #[derive(Clone, Copy, Debug)]
 struct Opaque;
 
-impl Kinds for Opaque {
+impl BsdfFeatures for Opaque {
     const FACETS: bool = true;
     const TRANSMISSION: bool = false;
     const SMOOTH: bool = true;
@@ -154,8 +154,13 @@ fn uniform_directions_have_the_same_means() {
                 for cos in [0.3, 0.9] {
                     let p = Principled { roughness, ..p };
                     let view = direction(cos);
-                    let bsdf =
-                        Bsdf::<AllKinds>::principled(&p, &tables, normals(Vec3::Z), view, inside);
+                    let bsdf = Bsdf::<AllFeatures>::principled(
+                        &p,
+                        &tables,
+                        normals(Vec3::Z),
+                        view,
+                        inside,
+                    );
                     let ours = estimate(&|u| bsdf.sample_uniform(u), 0);
                     let usual = estimate(&|u| bsdf.sample(u), 1000);
                     for (k, (a, b)) in ours.iter().zip(&usual).enumerate() {
@@ -203,7 +208,7 @@ fn white_surfaces_return_all_light() {
                 let mut mean = 0.0;
                 for (run, (x, weight)) in (0..).zip(nodes.iter().zip(weights)) {
                     let cos = x.sqrt() as f32;
-                    let bsdf = Bsdf::<AllKinds>::principled(
+                    let bsdf = Bsdf::<AllFeatures>::principled(
                         &p,
                         &tables,
                         normals(Vec3::Z),
@@ -238,8 +243,13 @@ fn values_and_densities_integrate_to_what_samples_find() {
                 base_color: Vec3::new(0.9, 0.5, 0.2),
                 ..p
             };
-            let bsdf =
-                Bsdf::<AllKinds>::principled(&p, &tables, normals(Vec3::Z), direction(cos), inside);
+            let bsdf = Bsdf::<AllFeatures>::principled(
+                &p,
+                &tables,
+                normals(Vec3::Z),
+                direction(cos),
+                inside,
+            );
             let n = 1 << 14;
             let sequence = Sequence::new(2);
             let (mut weight, mut came_back) = (0f64, 0f64);
@@ -302,7 +312,7 @@ fn metal_is_reciprocal_but_for_its_compensation() {
     let (a, b) = (direction(0.3), Vec3::new(-0.5, 0.4, 0.6).normalize());
     let both = [(a, b), (b, a)].map(|(wo, wi)| {
         let bsdf = Bsdf::<Opaque>::principled(&p, &tables, normals(Vec3::Z), wo, false);
-        let place = Place::new(wo.z, p.roughness);
+        let place = LutCoordinate::new(wo.z, p.roughness);
         bsdf.evaluate(wi).value
             / Reflection::at(place).compensation(fresnel::schlick_average(p.base_color))
             * wo.z
@@ -329,7 +339,7 @@ fn extreme_parameters_stay_finite_and_keep_the_energy() {
                             specular,
                             ..p
                         };
-                        let bsdf = Bsdf::<AllKinds>::principled(
+                        let bsdf = Bsdf::<AllFeatures>::principled(
                             &p,
                             &tables,
                             normals(Vec3::Z),
@@ -399,12 +409,12 @@ fn kernels_with_and_without_transmission_agree() {
         };
         let view = direction(1.0 - u.y);
         let special = Bsdf::<Opaque>::principled(&p, &tables, normals(Vec3::Z), view, false);
-        let general = Bsdf::<AllKinds>::principled(&p, &tables, normals(Vec3::Z), view, false);
+        let general = Bsdf::<AllFeatures>::principled(&p, &tables, normals(Vec3::Z), view, false);
         assert_eq!(found(&special, v), found(&general, v));
     }
 }
 
-fn found<K: Kinds>(bsdf: &Bsdf<K>, u: Vec3) -> (Option<(Vec3, Vec3, f32)>, Vec3, f32) {
+fn found<K: BsdfFeatures>(bsdf: &Bsdf<K>, u: Vec3) -> (Option<(Vec3, Vec3, f32)>, Vec3, f32) {
     let (x, e) = (bsdf.sample(u), bsdf.evaluate(direction(u.x)));
     (x.map(|x| (x.wi, x.weight, x.pdf)), e.value, e.pdf)
 }
@@ -412,7 +422,7 @@ fn found<K: Kinds>(bsdf: &Bsdf<K>, u: Vec3) -> (Option<(Vec3, Vec3, f32)>, Vec3,
 #[test]
 fn kernels_with_and_without_facets_agree_on_matte_surfaces() {
     struct Matte;
-    impl Kinds for Matte {
+    impl BsdfFeatures for Matte {
         const FACETS: bool = false;
         const TRANSMISSION: bool = false;
         const SMOOTH: bool = true;
@@ -444,7 +454,7 @@ fn kernels_with_and_without_facets_agree_on_matte_surfaces() {
             };
             let view = direction(1.0 - u.y);
             let special = Bsdf::<Matte>::principled(&p, &tables, normals, view, false);
-            let general = Bsdf::<AllKinds>::principled(&p, &tables, normals, view, false);
+            let general = Bsdf::<AllFeatures>::principled(&p, &tables, normals, view, false);
             assert_eq!(found(&special, v), found(&general, v));
             assert_eq!(special.receiving_normal(), general.receiving_normal());
             assert_eq!(special.albedo(), general.albedo());

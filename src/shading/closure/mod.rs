@@ -64,7 +64,7 @@ pub struct LobeSample {
 }
 
 /// What a kernel knows of the surfaces of its scenes when it is compiled; the bits are the same with and without.
-pub trait Kinds {
+pub trait BsdfFeatures {
     /// Anything but Lambertian lobes.
     const FACETS: bool;
     /// Lobes that let light through.
@@ -77,9 +77,9 @@ pub trait Kinds {
 
 /// Surfaces of all kinds.
 #[derive(Clone, Copy, Debug)]
-pub struct AllKinds;
+pub struct AllFeatures;
 
-impl Kinds for AllKinds {
+impl BsdfFeatures for AllFeatures {
     const FACETS: bool = true;
     const TRANSMISSION: bool = true;
     const SMOOTH: bool = true;
@@ -104,7 +104,12 @@ pub enum Lobe {
 impl Lobe {
     /// Value and density for a direction to the light; `transmitted` if it is beyond the surface. None of a mirror's.
     #[inline]
-    pub fn evaluate<K: Kinds>(&self, smooth: Vec3, wi: Vec3, transmitted: bool) -> LobeValue {
+    pub fn evaluate<K: BsdfFeatures>(
+        &self,
+        smooth: Vec3,
+        wi: Vec3,
+        transmitted: bool,
+    ) -> LobeValue {
         match self {
             Self::Diffuse(l) if !transmitted => l.evaluate((smooth, l.normal != smooth), wi),
             Self::RoughDiffuse(l) if !transmitted => l.evaluate(smooth, wi),
@@ -117,7 +122,12 @@ impl Lobe {
 
     /// Draws a direction; `choice` in 0..1 decides between reflection and transmission.
     #[inline]
-    pub fn sample<K: Kinds>(&self, smooth: Vec3, u: Vec2, choice: f32) -> Option<LobeSample> {
+    pub fn sample<K: BsdfFeatures>(
+        &self,
+        smooth: Vec3,
+        u: Vec2,
+        choice: f32,
+    ) -> Option<LobeSample> {
         match self {
             Self::Diffuse(l) => l.sample(smooth, u),
             Self::RoughDiffuse(l) => l.sample(smooth, u),

@@ -102,7 +102,7 @@ fn view(cos: f32, phi: f32) -> Vec3 {
 
 /// Value and density as the mixture asks for them.
 fn evaluate(lobe: &Lobe, wi: Vec3) -> LobeValue {
-    lobe.evaluate::<AllKinds>(Vec3::Z, wi, wi.z < 0.0)
+    lobe.evaluate::<AllFeatures>(Vec3::Z, wi, wi.z < 0.0)
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn samples_follow_the_density_and_their_weights_the_value() {
                 let u = sequence
                     .sampler(s % 256, s / 256, 0)
                     .triple(Dimension::Bsdf, 0);
-                let Some(x) = lobe.sample::<AllKinds>(Vec3::Z, u.truncate(), u.z) else {
+                let Some(x) = lobe.sample::<AllFeatures>(Vec3::Z, u.truncate(), u.z) else {
                     lost += 1.0;
                     continue;
                 };

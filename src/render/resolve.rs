@@ -2,7 +2,7 @@
 
 use super::Region;
 use super::tile::{TILE, Tile, across, locked};
-use crate::film::apart::PixelApart;
+use crate::film::light_passes::PixelPasses;
 use crate::film::pixel::Pixel;
 use crate::film::{Bands, Pass, Passes};
 use glam::{DAffine3, DMat3, DVec3};
@@ -122,7 +122,7 @@ impl Bands for Film<'_> {
             };
             // Pass by pass: the sums of one tile stay in the processor's cache.
             for (pass, layer) in self.passes.iter().zip(layers.iter_mut()) {
-                place.develop(pass, &self.axes, self.replicate, layer);
+                place.resolve(pass, &self.axes, self.replicate, layer);
             }
         }
     }
@@ -141,9 +141,9 @@ impl Place<'_> {
     fn put<const N: usize>(
         &self,
         layer: &mut [f32],
-        value: impl Fn(&Pixel, &PixelApart, f64) -> [f32; N],
+        value: impl Fn(&Pixel, &PixelPasses, f64) -> [f32; N],
     ) {
-        let nothing = PixelApart::default();
+        let nothing = PixelPasses::default();
         let across = self.tile.width as usize;
         for (row, pixels) in self.tile.pixels.chunks(across.max(1)).enumerate() {
             let start = (row * self.width + self.column) * N;
@@ -172,7 +172,7 @@ impl Place<'_> {
         }
     }
 
-    fn develop(&self, pass: Pass, axes: &DMat3, replicate: bool, layer: &mut [f32]) {
+    fn resolve(&self, pass: Pass, axes: &DMat3, replicate: bool, layer: &mut [f32]) {
         let color = |v: DVec3| v.as_vec3().to_array();
         match pass {
             Pass::Combined => self.put(layer, |p, _, scale| {

@@ -51,7 +51,7 @@ impl Passing {
     ///
     /// # Errors
     /// The system refuses.
-    pub fn folder_beside(path: &Path) -> std::io::Result<(TempDir, Self)> {
+    pub fn temporary_folder(path: &Path) -> std::io::Result<(TempDir, Self)> {
         let mut files = unfinished();
         let folder = tempfile::tempdir_in(folder_of(path))?;
         let listed = Self::listed(&mut files, folder.path());
@@ -102,7 +102,7 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// A file that is being written, and its entry, which goes last.
-struct Beside {
+struct Temporary {
     file: NamedTempFile,
     listed: Passing,
 }
@@ -119,7 +119,7 @@ fn is_kept_by_another(file: &std::fs::Metadata, folder: &std::fs::Metadata) -> b
         && user.as_raw() != folder.uid()
 }
 
-fn create_beside(path: &Path) -> Result<Beside, OutputError> {
+fn create_temporary(path: &Path) -> Result<Temporary, OutputError> {
     let not_writable = |reason: String| OutputError::NotWritable {
         path: path.display().to_string(),
         reason,
@@ -185,7 +185,7 @@ fn create_beside(path: &Path) -> Result<Beside, OutputError> {
         not_writable(format!("{reason} in the folder {}", folder.display()))
     })?;
     let listed = Passing::listed(&mut files, file.path());
-    Ok(Beside { file, listed })
+    Ok(Temporary { file, listed })
 }
 
 /// Finds out, before the work is done, whether a file could be written. Leaves nothing behind.
@@ -193,7 +193,7 @@ fn create_beside(path: &Path) -> Result<Beside, OutputError> {
 /// # Errors
 /// The folder does not exist or does not let files be created; the name is too long, or that of a folder or device.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
-    create_beside(&destination(path)).map(drop)
+    create_temporary(&destination(path)).map(drop)
 }
 
 /// Where a file of this name is or would be, whichever way the name is spelled; the path itself where there is no such folder.
@@ -226,7 +226,7 @@ pub fn same_file(one: &Path, other: &Path) -> bool {
 ///
 /// # Errors
 /// Anything fails; then what was at `path` before is still there, and nothing else.
-pub fn write_beside<E: std::fmt::Display>(
+pub fn atomic_write<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), E>,
 ) -> Result<(), OutputError> {
@@ -252,10 +252,10 @@ fn write_and_rename<E: std::fmt::Display>(
     };
     let target = destination(path);
     // (Dropped in the reverse order: the entry goes last.)
-    let Beside {
+    let Temporary {
         listed: _listed,
         file: temporary,
-    } = create_beside(&target)?;
+    } = create_temporary(&target)?;
     let mut writer = BufWriter::new(temporary.as_file());
     write(&mut writer).map_err(|error| failed(error.to_string()))?;
     writer.flush().map_err(|error| failed(plain(&error)))?;
@@ -294,7 +294,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         std::fs::write(&path, "old").unwrap();
-        let result = write_beside(&path, |file| {
+        let result = atomic_write(&path, |file| {
             file.write_all(b"half").unwrap();
             file.flush().unwrap();
             Err("no more ink")
@@ -312,7 +312,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         std::fs::write(&path, "old").unwrap();
-        write_beside(&path, |file| file.write_all(b"new")).unwrap();
+        atomic_write(&path, |file| file.write_all(b"new")).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "new");
         assert_eq!(names(folder.path()), ["a.png"]);
     }
@@ -327,7 +327,7 @@ mod tests {
         );
         std::fs::write(&real, "old").unwrap();
         std::os::unix::fs::symlink(&real, &link).unwrap();
-        write_beside(&link, |file| file.write_all(b"new")).unwrap();
+        atomic_write(&link, |file| file.write_all(b"new")).unwrap();
         assert_eq!(std::fs::read_to_string(&real).unwrap(), "new");
         assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
         assert!(

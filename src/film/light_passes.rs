@@ -5,8 +5,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// What a path tells of its light besides the sum. The path loop is compiled with one of these: with
-/// [`Together`] nothing of it is left.
-pub trait Apart {
+/// [`NoPasses`] nothing of it is left.
+pub trait PassSink {
     /// The surface that the camera sees: shares of light that it scatters diffusely, reflects otherwise,
     /// and lets through; texture coordinates.
     fn first_surface(&mut self, colors: impl FnOnce() -> [Vec3; 3], uv: impl FnOnce() -> Vec2);
@@ -22,9 +22,9 @@ pub trait Apart {
 }
 
 /// All light is one.
-pub struct Together;
+pub struct NoPasses;
 
-impl Apart for Together {
+impl PassSink for NoPasses {
     #[inline(always)]
     fn first_surface(&mut self, _: impl FnOnce() -> [Vec3; 3], _: impl FnOnce() -> Vec2) {}
     #[inline(always)]
@@ -42,7 +42,7 @@ const KINDS: usize = 3;
 
 /// The light of one path, apart.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct PathApart {
+pub struct PathPasses {
     /// By kind of scattering; direct and indirect.
     light: [[Vec3; 2]; KINDS],
     colors: [Vec3; KINDS],
@@ -55,7 +55,7 @@ pub struct PathApart {
     other: usize,
 }
 
-impl PathApart {
+impl PathPasses {
     /// Whether all of it is.
     pub fn is_finite(&self) -> bool {
         let light = self.light.iter().flatten().chain(&self.colors);
@@ -73,7 +73,7 @@ impl PathApart {
     }
 }
 
-impl Apart for PathApart {
+impl PassSink for PathPasses {
     #[inline]
     fn first_surface(&mut self, colors: impl FnOnce() -> [Vec3; KINDS], uv: impl FnOnce() -> Vec2) {
         self.colors = colors();
@@ -114,7 +114,7 @@ impl Apart for PathApart {
 /// Sums of a pixel's paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct PixelApart {
+pub struct PixelPasses {
     light: [[DVec3; 2]; KINDS],
     colors: [DVec3; KINDS],
     emission: DVec3,
@@ -123,9 +123,9 @@ pub struct PixelApart {
     covered: u64,
 }
 
-impl PixelApart {
+impl PixelPasses {
     /// Adds a path.
-    pub fn add(&mut self, path: &PathApart) {
+    pub fn add(&mut self, path: &PathPasses) {
         for kind in 0..KINDS {
             for way in 0..2 {
                 self.light[kind][way] += path.light[kind][way].as_dvec3();
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn what_is_put_in_comes_out_and_grey_channels_are_filled() {
-        let mut path = PathApart::default();
+        let mut path = PathPasses::default();
         let colors = [Vec3::new(0.5, 0.25, 0.0), Vec3::splat(0.04), Vec3::ZERO];
         path.first_surface(|| colors, || Vec2::new(0.25, 0.75));
         path.first_scattering(Vec3::new(0.6, 0.4, 0.1), Vec3::new(0.3, 0.3, 0.0), false);
@@ -223,9 +223,9 @@ mod tests {
         path.scattered(Vec3::new(0.6, 0.4, 0.1), true);
         path.emission(Vec3::X);
         path.environment(Vec3::Y);
-        let mut pixel = PixelApart::default();
+        let mut pixel = PixelPasses::default();
         pixel.add(&path);
-        pixel.add(&PathApart::default());
+        pixel.add(&PathPasses::default());
         let near = |a: DVec3, b: [f64; 3]| (a - DVec3::from(b)).length() < 1e-5;
         // 3/0.5, 3/0.25, and their mean where the colour has no blue.
         assert!(near(pixel.light(0, false), [6.0, 12.0, 9.0]));
