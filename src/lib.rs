@@ -26,6 +26,7 @@ pub mod light;
 pub mod math;
 pub mod measure;
 pub mod medium;
+pub mod nodes;
 pub mod output;
 pub mod render;
 pub mod report;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 const ARROWS: &[(&str, &[&str])] = &[
     ("ffi", &[]),
     ("math", &[]),
+    ("nodes", &[]),
     ("color", &["ffi"]),
     ("scene", &["math"]),
     ("import", &["scene", "color", "math"]),

@@ -1,0 +1,128 @@
+//! Blender's procedural texture nodes as pure functions of their sockets.
+//!
+//! Each file is one node, or what several of them share: its settings are enums by Blender's own identifiers, its inputs
+//! are the node's sockets by name, with Blender's defaults. The values are those of Cycles 5.2 within rounding: hashes,
+//! lattices and the order of operations are part of what these nodes mean. `tests.rs` holds them beside Cycles' values.
+//!
+//! Sources: Cycles' `kernel/svm` for the numbers; the papers are named where a node follows one.
+
+/// A choice of a node's menu, named by Blender's identifiers.
+macro_rules! choice {
+    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $identifier:literal,)+ }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum $name {
+            $($(#[$doc])* $variant,)+
+        }
+
+        impl $name {
+            /// Every choice, in the menu's order.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+
+            /// The choice with this identifier of Blender's.
+            pub fn from_name(name: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|choice| choice.name() == name)
+            }
+
+            /// Blender's identifier.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $identifier,)+
+                }
+            }
+        }
+    };
+}
+
+pub mod brick;
+pub mod checker;
+mod fractal;
+pub mod gradient;
+mod hash;
+pub mod magic;
+pub mod noise;
+mod perlin;
+pub mod wave;
+pub mod white_noise;
+
+#[cfg(test)]
+mod tests;
+
+pub use brick::{BrickInputs, BrickSettings, brick};
+pub use checker::{CheckerInputs, checker};
+pub use gradient::{GradientType, gradient};
+pub use magic::{MagicInputs, magic};
+pub use noise::{NoiseInputs, NoiseSettings, NoiseType, noise, noise_fac};
+pub use wave::{
+    WaveBandsDirection, WaveInputs, WaveProfile, WaveRingsDirection, WaveSettings, WaveType, wave,
+};
+pub use white_noise::{white_noise, white_noise_value};
+
+/// How many coordinates a texture takes, as the menu of the node says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Dimensions {
+    /// W alone.
+    One,
+    /// X and Y of the vector.
+    Two,
+    /// The vector.
+    Three,
+    /// The vector and W.
+    Four,
+}
+
+impl Dimensions {
+    /// The choice with this identifier of Blender's.
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "1D" => Some(Self::One),
+            "2D" => Some(Self::Two),
+            "3D" => Some(Self::Three),
+            "4D" => Some(Self::Four),
+            _ => None,
+        }
+    }
+}
+
+/// Interpolation in the order of operations that Cycles has, which is not exact at t = 1.
+#[inline]
+fn mix<T>(a: T, b: T, t: f32) -> T
+where
+    T: Copy
+        + std::ops::Add<Output = T>
+        + std::ops::Sub<Output = T>
+        + std::ops::Mul<f32, Output = T>,
+{
+    a + (b - a) * t
+}
+
+/// a·b + c rounded once, as in Cycles' kernels for processors with AVX2: so that patterns agree to the last bit where they
+/// move each other. It goes through f64, whose second rounding differs in one case of 2²⁸, because FMA may be lacking.
+#[inline(always)]
+fn fused(a: f32, b: f32, c: f32) -> f32 {
+    (f64::from(a) * f64::from(b) + f64::from(c)) as f32
+}
+
+/// The cubic step from 0 at 0 to 1 at 1.
+#[inline]
+fn smoothstep(x: f32) -> f32 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}
+
+/// A whole number as x86's conversion makes it: what does not fit, and NaN, is the smallest one.
+#[inline]
+fn whole(x: f32) -> i32 {
+    const LIMIT: f32 = 2_147_483_648.0;
+    if (-LIMIT..LIMIT).contains(&x) {
+        x as i32
+    } else {
+        i32::MIN
+    }
+}
+
+/// Coordinates at whole numbers fall on one side for sure: by rounding they would fall on either.
+#[inline]
+fn off_edges(p: glam::Vec3) -> glam::Vec3 {
+    (p + 0.000_001) * 0.999_999
+}
