@@ -132,3 +132,50 @@ pub(super) fn color_4(p: Vec4) -> Vec3 {
         unit_4(p.w, p.z, p.y, p.x),
     )
 }
+
+/// One step of the PCG hashes on each number.
+const fn lcg(x: i32) -> i32 {
+    x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223)
+}
+
+/// The PCG hashes' result as numbers from 0 to 1. Blender leaves out the sign, and shifts with it.
+#[inline(always)]
+fn units<const N: usize>(v: [i32; N]) -> [f32; N] {
+    v.map(|x| (x & 0x7fff_ffff) as f32 * (1.0 / 2_147_483_648.0))
+}
+
+/// Two whole numbers to two from 0 to 1.
+#[inline(always)]
+pub(super) fn pcg_2(v: [i32; 2]) -> [f32; 2] {
+    let mix = |[mut x, mut y]: [i32; 2]| {
+        x = x.wrapping_add(y.wrapping_mul(1_664_525));
+        y = y.wrapping_add(x.wrapping_mul(1_664_525));
+        [x, y]
+    };
+    units(mix(mix(v.map(lcg)).map(|x| x ^ (x >> 16))))
+}
+
+/// Three whole numbers to three from 0 to 1.
+#[inline(always)]
+pub(super) fn pcg_3(v: [i32; 3]) -> [f32; 3] {
+    let mix = |[mut x, mut y, mut z]: [i32; 3]| {
+        x = x.wrapping_add(y.wrapping_mul(z));
+        y = y.wrapping_add(z.wrapping_mul(x));
+        z = z.wrapping_add(x.wrapping_mul(y));
+        [x, y, z]
+    };
+    units(mix(mix(v.map(lcg)).map(|x| x ^ (x >> 16))))
+}
+
+/// Four whole numbers to four from 0 to 1.
+#[inline(always)]
+pub(super) fn pcg_4(v: [i32; 4]) -> [f32; 4] {
+    let mix = |[mut x, mut y, mut z, mut w]: [i32; 4]| {
+        x = x.wrapping_add(y.wrapping_mul(w));
+        y = y.wrapping_add(z.wrapping_mul(x));
+        z = z.wrapping_add(x.wrapping_mul(y));
+        w = w.wrapping_add(y.wrapping_mul(z));
+        [x, y, z, w]
+    };
+    units(mix(mix(v.map(lcg)).map(|x| x ^ (x >> 16))))
+}

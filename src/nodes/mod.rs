@@ -37,11 +37,13 @@ macro_rules! choice {
 pub mod brick;
 pub mod checker;
 mod fractal;
+pub mod gabor;
 pub mod gradient;
 mod hash;
 pub mod magic;
 pub mod noise;
 mod perlin;
+pub mod voronoi;
 pub mod wave;
 pub mod white_noise;
 
@@ -50,9 +52,13 @@ mod tests;
 
 pub use brick::{BrickInputs, BrickSettings, brick};
 pub use checker::{CheckerInputs, checker};
+pub use gabor::{GaborInputs, GaborOutputs, GaborType, gabor};
 pub use gradient::{GradientType, gradient};
 pub use magic::{MagicInputs, magic};
 pub use noise::{NoiseInputs, NoiseSettings, NoiseType, noise, noise_fac};
+pub use voronoi::{
+    VoronoiFeature, VoronoiInputs, VoronoiMetric, VoronoiOutputs, VoronoiSettings, voronoi,
+};
 pub use wave::{
     WaveBandsDirection, WaveInputs, WaveProfile, WaveRingsDirection, WaveSettings, WaveType, wave,
 };

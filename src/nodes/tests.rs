@@ -78,6 +78,33 @@ impl Variant {
                 ),
                 vector,
             )),
+            "Voronoi" => {
+                let found = self.voronoi(p);
+                vec![
+                    ("Distance", vec![found.distance]),
+                    ("Color", found.color.to_array().to_vec()),
+                    ("Position", found.position.to_array().to_vec()),
+                    ("W", vec![found.w]),
+                    ("Radius", vec![found.radius]),
+                ]
+            }
+            "Gabor" => {
+                let gabor_type = self.choice("gabor_type", GaborType::from_name, GaborType::TwoD);
+                let inputs = GaborInputs {
+                    vector,
+                    scale: self.number("Scale"),
+                    frequency: self.number("Frequency"),
+                    anisotropy: self.number("Anisotropy"),
+                    orientation_2d: self.number("Orientation 2D"),
+                    orientation_3d: self.vector("Orientation 3D"),
+                };
+                let found = gabor(gabor_type, &inputs);
+                vec![
+                    ("Value", vec![found.value]),
+                    ("Phase", vec![found.phase]),
+                    ("Intensity", vec![found.intensity]),
+                ]
+            }
             node => panic!("no node {node}"),
         }
     }
@@ -102,6 +129,35 @@ impl Variant {
             gain: self.number("Gain"),
             distortion: self.number("Distortion"),
         }
+    }
+
+    fn voronoi(&self, p: Vec4) -> VoronoiOutputs {
+        let settings = VoronoiSettings {
+            dimensions: self.choice(
+                "voronoi_dimensions",
+                Dimensions::from_name,
+                Dimensions::Three,
+            ),
+            feature: self.choice("feature", VoronoiFeature::from_name, VoronoiFeature::F1),
+            metric: self.choice(
+                "distance",
+                VoronoiMetric::from_name,
+                VoronoiMetric::Euclidean,
+            ),
+            normalize: self.0["settings"]["normalize"].as_bool().unwrap_or(false),
+        };
+        let inputs = VoronoiInputs {
+            vector: p.truncate(),
+            w: p.w,
+            scale: self.number("Scale"),
+            detail: self.number("Detail"),
+            roughness: self.number("Roughness"),
+            lacunarity: self.number("Lacunarity"),
+            smoothness: self.number("Smoothness"),
+            exponent: self.number("Exponent"),
+            randomness: self.number("Randomness"),
+        };
+        voronoi(&settings, &inputs)
     }
 
     fn wave(&self, vector: Vec3) -> f32 {
@@ -263,6 +319,16 @@ fn gradients_are_those_of_cycles() {
 }
 
 #[test]
+fn voronoi_cells_are_those_of_cycles() {
+    agrees("Voronoi", 63);
+}
+
+#[test]
+fn gabor_noise_is_that_of_cycles() {
+    agrees("Gabor", 8);
+}
+
+#[test]
 fn menus_know_their_identifiers() {
     for noise_type in NoiseType::ALL {
         assert_eq!(NoiseType::from_name(noise_type.name()), Some(*noise_type));
@@ -348,6 +414,33 @@ fn no_number_makes_a_node_panic_or_take_long() {
         });
         for gradient_type in GradientType::ALL {
             gradient(*gradient_type, vector);
+        }
+        for feature in VoronoiFeature::ALL {
+            let inputs = VoronoiInputs {
+                vector,
+                w: x,
+                detail: x,
+                exponent: x,
+                ..Default::default()
+            };
+            for dimensions in ["1D", "2D", "3D", "4D"] {
+                let settings = VoronoiSettings {
+                    dimensions: Dimensions::from_name(dimensions).unwrap(),
+                    feature: *feature,
+                    metric: VoronoiMetric::Minkowski,
+                    normalize: true,
+                };
+                voronoi(&settings, &inputs);
+            }
+        }
+        for gabor_type in GaborType::ALL {
+            let inputs = GaborInputs {
+                vector,
+                frequency: x,
+                orientation_3d: vector,
+                ..Default::default()
+            };
+            gabor(*gabor_type, &inputs);
         }
     }
 }
