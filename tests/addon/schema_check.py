@@ -44,6 +44,13 @@ def errors(value, rule, root=None, place="$"):
         elif word == "additionalProperties" and said is False:
             for name in set(value) - set(rule["properties"]):
                 yield f"{place}: {name} is not known"
+        elif word == "additionalProperties":
+            for name in set(value) - set(rule.get("properties", ())):
+                yield from errors(value[name], said, root, f"{place}.{name}")
+        elif word == "anyOf":
+            found = [list(errors(value, one, root, place)) for one in said]
+            if all(found):
+                yield f"{place}: {value!r} is nothing of what it may be"
         elif word == "required":
             for name in said:
                 if name not in value:

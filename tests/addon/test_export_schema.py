@@ -9,10 +9,16 @@ import unittest
 import bpy
 import export_kit as kit
 import schema_check
+from sundog.export import graph
 
 
 class Schema(kit.ExportTest):
     """Every export of the other tests is checked by the kit; here is what must not pass."""
+
+    def setUp(self):
+        super().setUp()
+        before, graph.ENABLED = graph.ENABLED, True
+        self.addCleanup(setattr, graph, "ENABLED", before)
 
     def everything(self):
         """A file with every extension in it."""
@@ -27,6 +33,13 @@ class Schema(kit.ExportTest):
         leaf.image.pack()
         for output, name in (("Color", "Base Color"), ("Alpha", "Alpha")):
             tree.links.new(leaf.outputs[output], tree.nodes["Principled BSDF"].inputs[name])
+        marbled = self.link("marbled", kit.cube())
+        marbled.data.materials.append(kit.material("marble"))
+        tree = marbled.data.materials[0].node_tree
+        noise, ramp, told = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "ValToRGB", "ObjectInfo"))
+        tree.links.new(told.outputs["Random"], noise.inputs["Scale"])
+        tree.links.new(noise.outputs[0], ramp.inputs[0])
+        tree.links.new(ramp.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
         return self.export().root
 
     def test_every_extension_is_in_the_file_and_valid(self):
@@ -51,7 +64,25 @@ class Schema(kit.ExportTest):
         def lamp(document):
             return document["extensions"]["KHR_lights_punctual"]["lights"][0]["extensions"]["SUNDOG_light"]
 
+        def drawn(document):
+            return next(m for m in document["materials"] if m["name"] == "marble")["extensions"]["SUNDOG_shader_graph"]
+
+        def ramp(document):
+            return next(n for n in drawn(document)["nodes"] if "color_ramp" in n.get("properties", {}))["properties"]["color_ramp"]
+
+        def boxed(document):
+            return next(p for m in document["meshes"] for p in m["primitives"] if "extensions" in p)["extensions"]["SUNDOG_mesh"]
+
         changes = [
+            lambda d: drawn(d).pop("blender"),
+            lambda d: drawn(d)["nodes"][-1].pop("type"),
+            lambda d: drawn(d)["nodes"][-1]["inputs"].update({"Base Color": [1, 2]}),
+            lambda d: drawn(d)["nodes"][-1]["inputs"].update({"Base Color": "red"}),
+            lambda d: drawn(d)["nodes"][-1]["inputs"].update({"Base Color": {"node": 0, "socket": "Color"}}),
+            lambda d: ramp(d)["table"][3].pop(),
+            lambda d: ramp(d).update(interpolation="CUBIC"),
+            lambda d: boxed(d)["texture_space"]["size"].pop(),
+            lambda d: next(n for n in d["nodes"] if n["name"] == "marbled")["extensions"]["SUNDOG_object"].update(random=2),
             lambda d: camera(d).update(window=[0, 1, 2]),
             lambda d: camera(d).update(widnow=[0, 1, 2, 3]),
             lambda d: camera(d)["aperture"].pop("radius"),

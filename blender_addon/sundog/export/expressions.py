@@ -20,7 +20,7 @@ class Expression:
     is_color = False
 
     def leaves(self):
-        """All leaves below, each once for each use."""
+        """All leaves below, each once."""
         yield self
 
     def key(self):
@@ -84,13 +84,31 @@ class Operation(Expression):
 
     def __init__(self, name, function, arguments, is_color):
         self.name, self.function, self.arguments, self.is_color = name, function, arguments, is_color
+        # What many operations share is looked at once: a tree of uses may be exponentially larger.
+        self._digest = self._factors = None
 
     def leaves(self):
-        for argument in self.arguments:
-            yield from argument.leaves()
+        stack, seen = [self], set()
+        while stack:
+            expression = stack.pop()
+            if id(expression) in seen:
+                continue
+            seen.add(id(expression))
+            if isinstance(expression, Operation):
+                stack.extend(reversed(expression.arguments))
+            else:
+                yield expression
 
     def key(self):
-        return ["operation", self.name, *(a.key() for a in self.arguments)]
+        if self._digest is None:
+            self._digest = hashlib.sha1(json.dumps([self.name, *(a.key() for a in self.arguments)]).encode()).hexdigest()
+        return ["operation", self._digest]
+
+    def factors(self):
+        """See the function of this name."""
+        if self._factors is None:
+            self._factors = (_factors_of(self),)
+        return self._factors[0]
 
 
 def operation(name, function, arguments, is_color):
@@ -101,11 +119,11 @@ def operation(name, function, arguments, is_color):
     return made
 
 
-def evaluate(expression, images):
+def evaluate(expression, images, known=None):
     """The value with numpy's broadcasting; colours have three values in the last axis.
 
     `images` gives an Image leaf's texels (None if there is none), Attributes and Unknowns are their
-    mean unless there are no images.
+    mean unless there are no images. `known` has the values of operations that several others use, None until they have one.
     """
     if isinstance(expression, Const):
         return expression.value
@@ -115,7 +133,26 @@ def evaluate(expression, images):
         return numpy.ones(3) if expression.is_color else numpy.ones(())
     if isinstance(expression, Unknown):
         return expression.samples if images is None else expression.samples.mean(axis=0)
-    return expression.function(*(evaluate(a, images) for a in expression.arguments))
+    known = _shared(expression) if known is None else known
+    value = known.get(id(expression))
+    if value is None:
+        value = expression.function(*(evaluate(a, images, known) for a in expression.arguments))
+        if id(expression) in known:
+            known[id(expression)] = value
+    return value
+
+
+def _shared(expression):
+    """The operations below that are used more than once, by identity. The values of all would need too much memory."""
+    stack, seen, shared = [expression], set(), {}
+    while stack:
+        current = stack.pop()
+        if id(current) in seen:
+            shared[id(current)] = None
+            continue
+        seen.add(id(current))
+        stack.extend(a for a in current.arguments if isinstance(a, Operation))
+    return shared
 
 
 def mean(expression):
@@ -188,12 +225,21 @@ def factors(expression):
         return numpy.ones(()), [expression], []
     if isinstance(expression, Attribute):
         return numpy.ones(()), [], [expression]
-    if isinstance(expression, Operation) and expression.name == "multiply":
+    return expression.factors() if isinstance(expression, Operation) else None
+
+
+# Nothing asks for the factors of products of more.
+_MOST_FACTORS = 16
+
+
+def _factors_of(expression):
+    if expression.name == "multiply":
         parts = [factors(a) for a in expression.arguments]
         if None not in parts:
             (fa, ia, aa), (fb, ib, ab) = parts
-            return fa * fb, ia + ib, aa + ab
-    if isinstance(expression, Operation) and expression.name == "grey":
+            if len(ia + ib + aa + ab) <= _MOST_FACTORS:
+                return fa * fb, ia + ib, aa + ab
+    if expression.name == "grey":
         inner = factors(expression.arguments[0])
         # A grey factor is a factor; alpha spread over colours is no colour image of the file.
         if inner and not inner[1] and not inner[2]:

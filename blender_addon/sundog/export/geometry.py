@@ -47,15 +47,21 @@ def readable(shown):
 
 
 class Demand:
-    """What the materials of a mesh need of it: names of UV maps (None: the active one), and the
-    name and the number of components of a colour attribute, for each slot in use."""
+    """What the materials of a mesh need of it: names of UV maps (None: the active one), the name and the number of components
+    of a colour attribute, and for shader graphs those of other attributes (1: Cycles' number of it, three times) and whether
+    they read generated coordinates; for each slot in use."""
 
-    def __init__(self, uvs=(), color=None, color_width=3):
+    def __init__(self, uvs=(), color=None, color_width=3, attributes=(), generated=False):
         self.uvs, self.color, self.color_width = tuple(uvs), color, color_width
+        self.attributes, self.generated = tuple(attributes), generated
 
     def key(self):
         """For hashing."""
-        return [list(self.uvs), self.color, self.color_width]
+        return [list(self.uvs), self.color, self.color_width, [list(a) for a in self.attributes]]
+
+    def colors(self):
+        """Names and numbers of components of all attributes."""
+        return {*self.attributes, *([(self.color, self.color_width)] if self.color is not None else ())}
 
 
 def _read(collection, attribute, dtype, width=1):
@@ -95,7 +101,7 @@ _FIELDS = {
 
 
 def _color(mesh, name, width):
-    """(domain, linear colours of `width` components) of an attribute, or None."""
+    """(domain, linear colours of `width` components) of an attribute, or None. One component: as in Demand."""
     if not name:
         name = mesh.color_attributes.render_color_index
         name = mesh.color_attributes[name].name if 0 <= name < len(mesh.color_attributes) else ""
@@ -119,6 +125,9 @@ def _color(mesh, name, width):
     values = values.reshape(-1, components)
     if encoded:
         values[:, :3] = images.decode_srgb(values[:, :3])
+    if width == 1:
+        number = values[:, :1] if components < 3 else values[:, :3].mean(axis=1, keepdims=True, dtype=numpy.float32)
+        return attribute.domain, numpy.repeat(number, 3, axis=1)
     if components == 1:
         values = numpy.repeat(values, 3, axis=1)
     while values.shape[1] < width:
@@ -163,7 +172,7 @@ class Raw:
                 domain, values = found
                 self.uvs[name] = numpy.ascontiguousarray(self._by_corner(domain, values[:, :2]))
         self.colors = {}
-        for name, width in sorted({(d.color, d.color_width) for d in demands.values() if d.color is not None}):
+        for name, width in sorted({color for d in demands.values() for color in d.colors()}):
             found = _color(mesh, name, width)
             if found is not None:
                 self.colors[(name, width)] = found
@@ -291,17 +300,17 @@ class Raw:
             flipped[:, 0] = uv[:, 0]
             numpy.subtract(1.0, uv[:, 1], out=flipped[:, 1])
             arrays[f"TEXCOORD_{number}"] = flipped
+        named = {f"_SUNDOG_{number}": attribute for number, attribute in enumerate(demand.attributes)}
         if demand.color is not None:
-            found = self.colors.get((demand.color, demand.color_width))
+            named["COLOR_0"] = (demand.color, demand.color_width)
+        for label, attribute in named.items():
+            found = self.colors.get(attribute)
             if found is None:
                 # And an attribute that is not there as black.
-                arrays["COLOR_0"] = numpy.zeros((count, demand.color_width), numpy.float32)
+                arrays[label] = numpy.zeros((count, max(attribute[1], 3)), numpy.float32)
             else:
                 domain, values = found
-                if domain == "POINT":
-                    arrays["COLOR_0"] = of_vertices(values)
-                else:
-                    arrays["COLOR_0"] = of_corners(self._by_corner(domain, values))
+                arrays[label] = of_vertices(values) if domain == "POINT" else of_corners(self._by_corner(domain, values))
         arrays["indices"] = indices.reshape(-1)
         return arrays
 
@@ -322,6 +331,19 @@ def slots_in_use(mesh, slot_count):
         return [0]
     last = max(slot_count - 1, 0)
     return [int(i) for i in numpy.unique(numpy.clip(indices, 0, last))]
+
+
+def texture_space(mesh):
+    """The middle and half the size of the box that generated coordinates are relative to."""
+    return {"location": [float(v) for v in mesh.texspace_location], "size": [float(v) for v in mesh.texspace_size]}
+
+
+def is_deformed(mesh):
+    """Whether vertices have other places than those that Cycles makes generated coordinates of."""
+    before, after = (_read(mesh.vertices, field, numpy.float32, 3) for field in ("undeformed_co", "co"))
+    scale = float(numpy.abs(after).max(initial=0.0))
+    # Blender keeps the places before modifiers relative to the texture space, which rounds them.
+    return bool((numpy.abs(before - after) > 1e-5 * scale + 1e-12).any())
 
 
 class Stored:

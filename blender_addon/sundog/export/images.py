@@ -293,6 +293,11 @@ def _linear_space(name):
     return name if name in colorspace.LINEAR else colorspace.REC709
 
 
+def coded_pixels(image):
+    """Height × width × 4 integers of 8 bits as they stand in an image of such, the top row first."""
+    return numpy.round(_raw_pixels(image)[::-1] * 255).clip(0, 255).astype(numpy.uint8)
+
+
 def is_exactly_known(image):
     """Whether the image's colour space is one that is followed exactly."""
     # The colour space first: asking for the kind of numbers loads the image.

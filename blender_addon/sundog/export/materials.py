@@ -11,11 +11,11 @@ import math
 
 import numpy
 
-from . import geometry, images, nodes
+from . import geometry, graph, graph_write, images, nodes
 from .expressions import Const, Operation
 from .shaders import Reader, Surface
 from .slots import Slots
-from .verdicts import APPROXIMATED, LOST
+from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
 # Inputs that SUNDOG_material has and the program does not render: the id of their effect, and what they are called.
 UNRENDERED = {
@@ -28,10 +28,10 @@ UNRENDERED = {
 
 
 class Exported:
-    """A glTF material: index in the document, what it needs of meshes, findings."""
+    """A glTF material: index in the document, what it needs of meshes, findings, whether it reads what Object Info tells."""
 
-    def __init__(self, index, demand, findings):
-        self.index, self.demand, self.findings = index, demand, findings
+    def __init__(self, index, demand, findings, informed=False):
+        self.index, self.demand, self.findings, self.informed = index, demand, findings, informed
 
 
 class Writer:
@@ -64,12 +64,12 @@ class Writer:
             return self._build("(no material)", surface, reader)
         try:
             surface = reader.read(material)
-            return self._build(material.name, surface, reader)
+            return self._build(material.name, surface, reader, material)
         except (images.ImageError, RecursionError, KeyError, AttributeError, ValueError) as error:
             reader.note(LOST, f"it is rendered grey: {error}")
-            return self._build(material.name, Surface(base_color=Const(numpy.full(3, 0.8))), reader)
+            return self._build(material.name, Surface(base_color=Const(numpy.full(3, 0.8))), reader, material)
 
-    def _build(self, name, surface, reader):
+    def _build(self, name, surface, reader, material=None):
         slots = Slots(self, reader, self.first_uvs)
         pbr, extensions, exact = {}, {}, {"thin_walled": surface.thin_walled}
         result = {"name": name, "doubleSided": True, "pbrMetallicRoughness": pbr}
@@ -115,11 +115,40 @@ class Writer:
                 effect, words = UNRENDERED[key]
                 reader.note(LOST, f"{words} is not rendered yet", effect)
         extensions["SUNDOG_material"] = exact
+        width = 4 if any(a.alpha for a in slots.attributes) else 3
+        color = slots.attribute_name()
+        written = self._graph(material, reader, slots.uvs, None if color is None else (color, width))
+        if written is not None:
+            extensions["SUNDOG_shader_graph"] = written.extension
+        else:
+            written = graph_write.Written()
         result["extensions"] = {self.document.uses(k): v for k, v in extensions.items()}
         index = self.document.shared("materials", result)
-        width = 4 if any(a.alpha for a in slots.attributes) else 3
-        demand = geometry.Demand(slots.uvs, slots.attribute_name(), width)
-        return Exported(index, demand, reader.findings)
+        demand = geometry.Demand(slots.uvs, color, width, written.attributes, written.generated)
+        return Exported(index, demand, reader.findings, written.informed)
+
+    def _graph(self, material, reader, uvs, color):
+        """The Written of a material's node tree, if that says more than the flattened material; replaces the findings then."""
+        flat = all(f.verdict == EXACT for f in reader.findings)
+        if not graph.ENABLED or material is None or flat or nodes.tree_of(material) is None:
+            return None
+        before = list(uvs)
+        try:
+            walk = graph.Walk(self.walker)
+            walk.read(material)
+            if walk.objections:
+                reader.note(EXACT, f"its nodes are not evaluated as they are because of: {', '.join(walk.objections)}")
+            if walk.objections or walk.surface is None:
+                return None
+            written = graph_write.GraphWriter(self.document, self.cache, uvs, color).write(walk, material)
+        except (images.ImageError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
+            uvs[:] = before
+            reader.note(EXACT, f"its nodes are not evaluated as they are: {error}")
+            return None
+        reader.findings = [f for f in reader.findings if f in reader.lasting] + [Finding(*f) for f in written.findings]
+        for words in [nodes.CUT] * walk.is_cut + walk.not_finite:
+            reader.note(APPROXIMATED, words)
+        return written
 
     def _emission(self, surface, slots, result, extensions):
         factor, texture = slots.color(surface.emission, "emission")

@@ -47,38 +47,62 @@ class Place:
         return None
 
 
+# From 5.0 on Blender makes one tree of all groups before Cycles reads it: what links through them lead to alone converts.
+INLINED = bpy.app.version >= (5, 0, 0)
+
+
+# A tree of nested groups may stand for more nodes than there is time for.
+MOST_NODES = 30_000
+
+
 class Walker:
     """Finds what is linked to what; reads links once (a socket's own `links` searches all)."""
 
     def __init__(self):
         self._links = {}
+        # Whether a link was asked for that Blender calls invalid, as those of circles are.
+        self.met_invalid = False
 
     def _link(self, socket):
         tree = socket.id_data
         key = tree.as_pointer()
         if key not in self._links:
             # The trees are kept, so that no other tree gets the same address meanwhile.
-            table = {}
+            table, invalid = {}, set()
             for link in tree.links:
                 # `is_hidden` is not asked for: Blender 4.5 crashes on it in evaluated trees.
-                if link.is_valid and not link.is_muted:
-                    table[(link.to_node.name, link.to_socket.identifier)] = link
-            self._links[key] = (tree, table)
-        return self._links[key][1].get((socket.node.name, socket.identifier))
+                if link.is_muted:
+                    continue
+                name = (link.to_node.name, link.to_socket.identifier)
+                if link.is_valid:
+                    table[name] = link
+                else:
+                    invalid.add(name)
+            self._links[key] = (tree, table, invalid)
+        name = (socket.node.name, socket.identifier)
+        _, table, invalid = self._links[key]
+        self.met_invalid |= name in invalid
+        return table.get(name)
 
-    def source(self, place):
+    def source(self, place, passed=None):
         """The output socket that feeds an input, through reroutes, groups and muted nodes.
 
-        Returns a Place of an output socket, or of an unlinked input whose own value counts.
+        Returns a Place of an output socket, or of an unlinked input whose own value counts. The list `passed` gets
+        the types of the sockets on the way, that of the result last.
         """
-        for _ in range(10_000):
+        passed = [] if passed is None else passed
+        # The last input that takes its own value where its link leads nowhere, as in Cycles, and how far it was there.
+        own = place, 0
+        for count in range(10_000):
             socket, groups = place.socket, place.groups
+            node = socket.node
+            if count:
+                passed.append(socket.type)
             if socket.is_output:
-                node = socket.node
                 if node.mute:
                     inner = next((l.from_socket for l in node.internal_links if l.to_socket == socket), None)
                     if inner is None:
-                        return Place(socket, groups)
+                        return self._fallen_back(own, place, passed)
                     place = Place(inner, groups)
                 elif node.type == "REROUTE":
                     place = Place(node.inputs[0], groups)
@@ -100,11 +124,24 @@ class Walker:
                 else:
                     return place
             else:
+                if node.type != "REROUTE":
+                    own = place, len(passed)
+                elif not INLINED:
+                    # Before 5.0 a reroute that nothing feeds gives zero.
+                    own = None
                 link = self._link(socket)
                 if link is None:
-                    return place
+                    return place if node.type != "REROUTE" else self._fallen_back(own, place, passed)
                 place = Place(link.from_socket, groups)
         raise RecursionError("the node tree has a circle")
+
+    @staticmethod
+    def _fallen_back(own, place, passed):
+        if own is None:
+            return place
+        place, length = own
+        del passed[length:]
+        return place
 
 
 def tree_of(data):
@@ -112,6 +149,15 @@ def tree_of(data):
     # From 5.0 on materials and worlds always use their nodes, and asking warns.
     always = bpy.app.version >= (5, 0, 0) and not isinstance(data, bpy.types.Light)
     return data.node_tree if always or data.use_nodes else None
+
+
+# What is told of links that Blender calls invalid.
+CUT = "links that run in a circle are cut"
+
+
+def not_finite(socket):
+    """What is told of a socket whose value is not finite."""
+    return f"\"{socket.name}\" of the node {socket.node.name} is not a number: 0 is used"
 
 
 def default_value(socket):
@@ -262,6 +308,8 @@ class Evaluator:
         self.walker = walker
         self._texture_of = texture_of
         self._known = {}
+        # Sentences on sockets whose own values are not finite.
+        self.not_finite = []
 
     def color(self, place):
         """The colour or vector of an input."""
@@ -278,15 +326,25 @@ class Evaluator:
     def _value(self, place):
         source = self.walker.source(place)
         if not source.socket.is_output:
-            value = default_value(source.socket)
-            return value
+            return self._own_value(source.socket)
         key = (tuple(g.as_pointer() for g in source.groups), source.socket.as_pointer())
         if key not in self._known:
+            if len(self._known) >= MOST_NODES:
+                raise RecursionError(f"its groups amount to more than {MOST_NODES} nodes")
             self._known[key] = Unknown(numpy.zeros(SAMPLES), "a node tree with a circle")
             found = self._node(source)
             wants_color = source.socket.type in {"RGBA", "VECTOR"}
             self._known[key] = as_color(found) if wants_color else as_scalar(found)
         return self._known[key]
+
+    def _own_value(self, socket):
+        value = default_value(socket)
+        if numpy.isfinite(value.value).all():
+            return value
+        words = not_finite(socket)
+        if words not in self.not_finite:
+            self.not_finite.append(words)
+        return Const(numpy.nan_to_num(value.value, nan=0.0, posinf=0.0, neginf=0.0))
 
     def _unknown(self, source):
         node = source.node
@@ -345,7 +403,7 @@ class Evaluator:
     # Sources
 
     def _node_rgb(self, source, node):
-        return default_value(source.socket)
+        return self._own_value(source.socket)
 
     _node_value = _node_rgb
 

@@ -9,7 +9,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, geometry, gltf, images, lights, materials, visibility
+from . import colorspace, culling, geometry, gltf, images, lights, materials, object_info, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -63,6 +63,8 @@ class Exporter:
         # Evaluated data and slots -> glTF mesh, or None where there is nothing to render.
         self._meshes = {}
         self._buffers = {}
+        # glTF meshes with materials that read what Object Info tells.
+        self._informed = set()
         # (mesh, SUNDOG_object as text) -> names and matrices.
         self._placed = {}
 
@@ -119,6 +121,8 @@ class Exporter:
         if extension and "shadow_catcher" in extension:
             self.verdicts.add("object", shown.name, LOST, "it is rendered as any object, not as a shadow catcher", "shadow-catcher")
         self.verdicts.extend("object", shown.name, linking(shown) + self._grouping(shown), untouched=False)
+        if mesh in self._informed:
+            extension = {**(extension or {}), **object_info.describe(instance)}
         key = (mesh, str(extension))
         place = self._placed.setdefault(key, (extension, [], []))
         place[1].append(shown.name)
@@ -163,14 +167,14 @@ class Exporter:
     def _read_mesh(self, shown, slots):
         try:
             with geometry.readable(shown) as mesh:
-                return self._write_mesh(mesh, slots)
+                return self._write_mesh(mesh, slots, shown.name)
         except geometry.GeometryError as error:
             self.verdicts.add("object", shown.name, LOST, f"it is left out: {error}")
         except MemoryError:
             self.verdicts.add("object", shown.name, LOST, "it is left out: there is not enough memory for it")
         return None
 
-    def _write_mesh(self, mesh, slots):
+    def _write_mesh(self, mesh, slots, name_of_object):
         if not len(mesh.polygons):
             return None
         used = geometry.slots_in_use(mesh, len(slots))
@@ -195,7 +199,16 @@ class Exporter:
             }
             for primitive in stored.layout["primitives"]
         ]
-        return self.document.shared("meshes", {"name": mesh.name, "primitives": primitives})
+        generated = [p for p, q in zip(primitives, stored.layout["primitives"]) if exported[q["slot"]].demand.generated]
+        for primitive in generated:
+            primitive["extensions"] = {self.document.uses("SUNDOG_mesh"): {"texture_space": geometry.texture_space(mesh)}}
+        if generated and geometry.is_deformed(mesh):
+            words = "its generated texture coordinates are those after its modifiers and shape keys instead of before them"
+            self.verdicts.add("object", name_of_object, APPROXIMATED, words)
+        index = self.document.shared("meshes", {"name": mesh.name, "primitives": primitives})
+        if any(material.informed for material in exported.values()):
+            self._informed.add(index)
+        return index
 
     def _clear_glass(self, index):
         """Findings on glass where the film is transparent behind it."""

@@ -94,6 +94,8 @@ class Reader:
         self.walker = walker
         self.evaluator = nodes.Evaluator(walker, self.texture)
         self.findings = []
+        # Those of them that hold for the node tree as well as for the surface that is made of it.
+        self.lasting = []
 
     def note(self, verdict, detail, effect=None):
         """Adds a finding once."""
@@ -101,20 +103,33 @@ class Reader:
         if finding not in self.findings:
             self.findings.append(finding)
 
+    def note_lasting(self, verdict, detail, effect=None):
+        """Adds a finding that no exact node tree would mend."""
+        self.note(verdict, detail, effect)
+        self.lasting.append(Finding(verdict, detail, effect))
+
     def read(self, material):
         """The surface of a material."""
+        self.walker.met_invalid = False
+        surface = self._read(material)
+        if self.walker.met_invalid:
+            self.note_lasting(APPROXIMATED, nodes.CUT)
+        for words in self.evaluator.not_finite:
+            self.note_lasting(APPROXIMATED, words)
+        return surface
+
+    def _read(self, material):
         tree = nodes.tree_of(material)
         if tree is None:
             return Surface(base_color=Const(list(material.diffuse_color)[:3]))
         output = tree.get_output_node("CYCLES")
         if output is None:
-            self.note(LOST, "it has no Material Output: black")
+            self.note_lasting(LOST, "it has no Material Output: black")
             return Surface()
-        place = nodes.Place(output.inputs["Surface"])
-        surface = self.surface(place)
-        self._volume(nodes.Place(output.inputs["Volume"]), surface)
+        self._volume(nodes.Place(output.inputs["Volume"]))
         if self._is_linked(nodes.Place(output.inputs["Displacement"])):
-            self.note(LOST, "displacement is left out")
+            self.note_lasting(LOST, "displacement is left out")
+        surface = self.surface(nodes.Place(output.inputs["Surface"]))
         if surface is None:
             # Without a surface shader, rays pass through, be there a volume or not.
             return Surface(alpha=ZERO)
@@ -123,10 +138,10 @@ class Reader:
     def _is_linked(self, place):
         return self.walker.source(place).socket.is_output
 
-    def _volume(self, place, surface):
+    def _volume(self, place):
         source = self.walker.source(place)
         if source.socket.is_output:
-            self.note(LOST, f"the volume ({source.node.bl_label}) is left out", "media")
+            self.note_lasting(LOST, f"the volume ({source.node.bl_label}) is left out", "media")
 
     # Shaders
 
@@ -538,7 +553,7 @@ class Reader:
         """The TextureSpec of an image node; a Const where the image is missing."""
         image = images.picture_of(node.image, node.image_user)
         if images.is_missing(image):
-            self.note(APPROXIMATED, f"the image \"{image.name}\" is missing or broken ({image.filepath_raw}): pink, as in Cycles")
+            self.note_lasting(APPROXIMATED, f"the image \"{image.name}\" is missing or broken ({image.filepath_raw}): pink, as in Cycles")
             return images.MISSING
         if image.source == "TILED":
             self.note(APPROXIMATED, f"of the UDIM image \"{image.name}\" the first tile is used")

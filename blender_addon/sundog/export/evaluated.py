@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which shader nodes the program evaluates: one table, and what it objects to in a node."""
+
+import typing
+
+
+class Rule(typing.NamedTuple):
+    """What of a node is evaluated; what is not named is."""
+
+    # The values of properties, by the properties' names.
+    properties: dict = {}
+    # The outputs, by identifier; None for all.
+    outputs: frozenset | None = None
+    # Inputs, by identifier, that have to be 0 and without a link.
+    zero: tuple = ()
+
+
+ALL = Rule()
+
+EVALUATED = {
+    # Inputs
+    "ShaderNodeTexCoord": Rule({"from_instancer": {False}}),
+    "ShaderNodeUVMap": Rule({"from_instancer": {False}}),
+    "ShaderNodeValue": ALL,
+    "ShaderNodeRGB": ALL,
+    "ShaderNodeBlackbody": ALL,
+    "ShaderNodeFresnel": ALL,
+    "ShaderNodeLayerWeight": ALL,
+    "ShaderNodeNewGeometry": Rule(
+        outputs=frozenset({"Position", "Normal", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing"})
+    ),
+    "ShaderNodeObjectInfo": ALL,
+    "ShaderNodeCameraData": ALL,
+    "ShaderNodeLightPath": ALL,
+    "ShaderNodeVertexColor": ALL,
+    "ShaderNodeAttribute": Rule({"attribute_type": {"GEOMETRY"}}),
+    # Textures
+    "ShaderNodeTexImage": Rule({"projection": {"FLAT", "BOX"}, "interpolation": {"Linear", "Closest"}}),
+    "ShaderNodeTexNoise": ALL,
+    "ShaderNodeTexVoronoi": ALL,
+    "ShaderNodeTexWave": ALL,
+    "ShaderNodeTexMagic": ALL,
+    "ShaderNodeTexBrick": ALL,
+    "ShaderNodeTexChecker": ALL,
+    "ShaderNodeTexGradient": ALL,
+    "ShaderNodeTexWhiteNoise": ALL,
+    # Numbers
+    "ShaderNodeMath": ALL,
+    "ShaderNodeFloatCurve": ALL,
+    "ShaderNodeMapRange": ALL,
+    "ShaderNodeClamp": ALL,
+    # Vectors
+    "ShaderNodeMapping": ALL,
+    "ShaderNodeVectorMath": ALL,
+    "ShaderNodeVectorCurve": ALL,
+    "ShaderNodeVectorRotate": ALL,
+    "ShaderNodeVectorTransform": ALL,
+    "ShaderNodeCombineXYZ": ALL,
+    "ShaderNodeSeparateXYZ": ALL,
+    "ShaderNodeNormal": ALL,
+    "ShaderNodeNormalMap": ALL,
+    "ShaderNodeBump": ALL,
+    # Colours
+    "ShaderNodeMix": Rule({"data_type": {"FLOAT", "VECTOR", "RGBA"}}),
+    "ShaderNodeMixRGB": ALL,
+    "ShaderNodeValToRGB": ALL,
+    "ShaderNodeRGBCurve": ALL,
+    "ShaderNodeCombineColor": ALL,
+    "ShaderNodeSeparateColor": ALL,
+    "ShaderNodeHueSaturation": ALL,
+    "ShaderNodeBrightContrast": ALL,
+    "ShaderNodeGamma": ALL,
+    "ShaderNodeInvert": ALL,
+    "ShaderNodeRGBToBW": ALL,
+    # Shaders
+    "ShaderNodeBsdfPrincipled": Rule(
+        zero=("Subsurface Weight", "Sheen Weight", "Coat Weight", "Thin Film Thickness", "Thin Wall")
+    ),
+    "ShaderNodeBsdfDiffuse": ALL,
+    "ShaderNodeBsdfGlossy": ALL,
+    # What the Glossy BSDF is called from 4.0 on.
+    "ShaderNodeBsdfAnisotropic": ALL,
+    "ShaderNodeBsdfTransparent": ALL,
+    "ShaderNodeBsdfGlass": Rule(zero=("Thin Film Thickness",)),
+    "ShaderNodeEmission": ALL,
+    "ShaderNodeMixShader": ALL,
+    "ShaderNodeAddShader": ALL,
+}
+
+# What is not evaluated for all that it is not a property of its own.
+IMAGE_SOURCES = {"FILE", "GENERATED"}
+
+
+def objections(node, inputs, outputs):
+    """What the program does not evaluate of a node, by words that name it; nothing if it evaluates all.
+
+    `inputs` has the numbers of unlinked inputs, and something else for links; `outputs` the identifiers in use.
+    """
+    label = node.bl_label
+    rule = EVALUATED.get(node.bl_idname)
+    if rule is None:
+        yield label
+        return
+    for name, values in rule.properties.items():
+        value = getattr(node, name, None)
+        if value is not None and value not in values:
+            words = node.bl_rna.properties[name].name
+            yield f"{label} ({words} {value})"
+    if rule.outputs is not None:
+        names = {s.identifier: s.name for s in node.outputs}
+        yield from (f"{label} ({names[o]})" for o in sorted(outputs - rule.outputs))
+    names = {s.identifier: s.name for s in node.inputs}
+    yield from (f"{label} ({names[i]})" for i in rule.zero if inputs.get(i, 0) != 0)
+    if not _is_plain(getattr(node, "texture_mapping", None)):
+        yield f"{label} (with a texture mapping of its own)"
+
+
+def _is_plain(mapping):
+    """Whether the mapping that textures have from old files, and no panel shows, is the identity."""
+    if mapping is None:
+        return True
+    return (
+        mapping.vector_type == "POINT"
+        and (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
+        and not any(mapping.translation)
+        and not any(mapping.rotation)
+        and all(v == 1 for v in mapping.scale)
+        and not getattr(mapping, "use_min", False)
+        and not getattr(mapping, "use_max", False)
+    )

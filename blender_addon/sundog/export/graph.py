@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A material's node tree as it is, for SUNDOG_shader_graph: what the surface needs, in order of dependence.
+
+Trees may have thousands of nodes behind one another, so nothing here calls itself.
+"""
+
+import math
+
+from . import colorspace, evaluated, images
+from .nodes import INLINED, MOST_NODES, Place, not_finite, tree_of
+
+# Whether graphs are written at all.
+ENABLED = False
+
+# Sockets that hold their own value for all that Blender's panels do not show it.
+_VALUED = {
+    ("ShaderNodeVectorRotate", "Vector"),
+    ("ShaderNodeTexWhiteNoise", "Vector"),
+    ("ShaderNodeMapRange", "Vector"),
+}
+# What the walker stops at only where nothing comes out.
+_EMPTY = {"GROUP", "GROUP_INPUT", "REROUTE"}
+_NUMBERS = {"VALUE", "INT", "BOOLEAN"}
+_TRIPLES = {"VECTOR", "ROTATION"}
+_WIDTHS = {**dict.fromkeys(_NUMBERS, 1), **dict.fromkeys(_TRIPLES, 3), "RGBA": 4}
+
+
+class Link:
+    """What feeds an input: an output of another use of a node. `through` says what converts it on its way, if anything does."""
+
+    def __init__(self, use, output, through=None):
+        self.use, self.output, self.through = use, output, through
+
+
+class Use:
+    """A node, or a node inside a group for one use of the group."""
+
+    def __init__(self, node, groups):
+        self.node, self.groups = node, groups
+        # By identifier: a Link, a number, or a tuple of numbers.
+        self.inputs = {}
+        # The identifiers of outputs that something reads.
+        self.outputs = set()
+
+    def constant(self, identifier):
+        """The number at an unlinked input; None if it is linked."""
+        value = self.inputs.get(identifier, 0.0)
+        return value if isinstance(value, (int, float)) else None
+
+
+def _is_implicit(socket):
+    """Whether an unlinked input stands for normals, tangents or coordinates."""
+    return socket.type == "VECTOR" and socket.hide_value and (socket.node.bl_idname, socket.identifier) not in _VALUED
+
+
+def _numbers(socket, kind):
+    """The value of a socket of that type, as its numbers; None if it has none."""
+    value = getattr(socket, "default_value", None)
+    width = _WIDTHS.get(kind)
+    if value is None or width is None:
+        return None
+    return float(value) if width == 1 else tuple(float(v) for v in list(value)[:width])
+
+
+def _converted(value, kind, wanted):
+    """A value of a socket of one type at a socket of another, as Cycles converts it."""
+    before, after = _WIDTHS[kind], _WIDTHS[wanted]
+    if before == after:
+        return value
+    if after == 1:
+        if before == 3:
+            return sum(value) / 3
+        return float(sum(v * w for v, w in zip(value, colorspace.luminance())))
+    if before == 1:
+        return (value,) * 3 + (1.0,) * (after - 3)
+    return value[:3] if after == 3 else (*value, 1.0)
+
+
+def _through(kinds):
+    """What a link does to its values between its ends, whose types are the first and the last: None, the type from which
+    it makes numbers, or "nothing"."""
+    made, now = None, kinds[0]
+    for kind in kinds[1:-1] if not INLINED else ():
+        if kind in {"INT", "BOOLEAN"}:
+            # Before 5.0 Cycles has no such sockets at groups: nothing passes.
+            return "nothing"
+        if kind == "VALUE" and _WIDTHS.get(now, 1) > 1:
+            made, now = made or now, "VALUE"
+        elif now != "VALUE" and kind in _WIDTHS:
+            now = kind
+    if made is None and kinds[-1] in _NUMBERS and _WIDTHS.get(now, 1) > 1 and _WIDTHS[now] != _WIDTHS.get(kinds[0]):
+        made = now
+    return made
+
+
+class Walk:
+    """All nodes that a surface needs, in order of dependence; `findings` for what is not as in Blender."""
+
+    def __init__(self, walker):
+        self.walker = walker
+        self.uses, self.objections = [], []
+        self.surface = None
+        # Sentences on sockets whose values are no numbers; whether a circle of links was cut.
+        self.not_finite, self.is_cut = [], False
+        self._known = {}
+        self._pictures = {}
+        walker.met_invalid = False
+
+    def read(self, material):
+        """Walks from the Material Output that Cycles renders."""
+        output = tree_of(material).get_output_node("CYCLES")
+        found = self._feeding(output.inputs["Surface"], ())
+        if not isinstance(found, Link):
+            # What is constant here shines.
+            return
+        self.surface = found
+        self._walk(found.use)
+        self.is_cut |= self.walker.met_invalid
+        labels = []
+        for use in self.uses:
+            inputs = {i: v if isinstance(v, float) else None for i, v in use.inputs.items()}
+            labels += evaluated.objections(use.node, inputs, use.outputs)
+            labels += self._image_objections(use.node)
+        self.objections = sorted(set(labels))
+
+    def _walk(self, first):
+        stack = [(first, self._links_of(first))]
+        open_uses, done = {id(first)}, set()
+        while stack:
+            use, links = stack[-1]
+            link = next(links, None)
+            if link is None:
+                stack.pop()
+                open_uses.discard(id(use))
+                done.add(id(use))
+                self.uses.append(use)
+                continue
+            identifier, link = link
+            if id(link.use) in open_uses:
+                del use.inputs[identifier]
+                self.is_cut = True
+            elif id(link.use) not in done:
+                if len(self._known) > MOST_NODES:
+                    raise RecursionError(f"its groups amount to more than {MOST_NODES} nodes")
+                open_uses.add(id(link.use))
+                stack.append((link.use, self._links_of(link.use)))
+
+    def _links_of(self, use):
+        """Reads the inputs of a node; an iterator of those that are linked."""
+        node = use.node
+        for socket in node.inputs:
+            if not socket.enabled:
+                continue
+            found = self._feeding(socket, use.groups)
+            if found is not None:
+                use.inputs[socket.identifier] = found
+        if node.type == "MIX_SHADER":
+            factor = use.constant("Fac")
+            # The other one is not seen, whatever it is.
+            if factor is not None and (factor <= 0 or factor >= 1):
+                use.inputs.pop("Shader_001" if factor <= 0 else "Shader", None)
+        return iter([(i, v) for i, v in use.inputs.items() if isinstance(v, Link)])
+
+    def _feeding(self, socket, groups):
+        """What an input gets: a Link, numbers, or None for what the node takes by itself."""
+        kinds = []
+        place = self.walker.source(Place(socket, groups), kinds)
+        found = place.socket
+        if found == socket and place.groups == groups:
+            return None if _is_implicit(socket) else self._finite(socket, _numbers(socket, socket.type))
+        constant = self._constant(place)
+        if constant is not None:
+            return self._fixed(socket, found, self._along(constant, [*reversed(kinds), socket.type]))
+        if not found.is_output or place.node.mute or place.node.type in _EMPTY:
+            # A shader's socket that nothing feeds.
+            return None
+        through = None
+        if socket.type != "SHADER":
+            if found.type == "SHADER":
+                return None if _is_implicit(socket) else self._finite(socket, _numbers(socket, socket.type))
+            through = _through([*reversed(kinds), socket.type])
+            if through == "nothing":
+                return self._fixed(socket, found, self._along(0.0, ["VALUE", socket.type]))
+        return Link(self._use(place), found.identifier, through)
+
+    def _use(self, place):
+        node = place.node
+        key = (tuple(g.as_pointer() for g in place.groups), node.as_pointer())
+        if key not in self._known:
+            self._known[key] = Use(node, place.groups)
+        use = self._known[key]
+        use.outputs.add(place.socket.identifier)
+        return use
+
+    def _fixed(self, socket, found, value):
+        """Numbers at an input; where the input has none of its own, they come by a node."""
+        if value is None:
+            return None
+        value = self._finite(found, value)
+        if socket.type == "SHADER":
+            return self._made("ShaderNodeEmission", "Emission", {"Color": value, "Strength": 1.0})
+        if not _is_implicit(socket):
+            return value
+        # Before 5.0 the value of a group's socket does not count here, nor does it ever where it is hidden and a normal.
+        if not found.is_output and (not INLINED or (found.hide_value and socket.name != "Vector")):
+            return None
+        return self._made("ShaderNodeCombineXYZ", "Vector", dict(zip("XYZ", value)))
+
+    def _made(self, kind, output, inputs):
+        use = Use(Made(kind), ())
+        use.inputs, use.outputs = inputs, {output}
+        self._known[id(use)] = use
+        return Link(use, output)
+
+    def _along(self, constant, kinds):
+        """A constant at the end of a link; None if its kind has no numbers."""
+        value, kind = constant, kinds[0]
+        for wanted in [*(() if INLINED else kinds[1:-1]), kinds[-1]]:
+            if wanted == "SHADER":
+                return _converted(value, kind, "RGBA")
+            if wanted in {"INT", "BOOLEAN"} and wanted is not kinds[-1] and not INLINED:
+                value, kind = 0.0, "VALUE"
+            elif wanted in _WIDTHS and kind in _WIDTHS:
+                value, kind = _converted(value, kind, wanted), wanted
+        return value
+
+    def _constant(self, place):
+        """The numbers of an output or an unlinked input that are the same everywhere, or None."""
+        node, socket = place.node, place.socket
+        if not socket.is_output:
+            return _numbers(socket, socket.type)
+        zero = 0.0 if _WIDTHS.get(socket.type) == 1 else (0.0,) * _WIDTHS.get(socket.type, 0)
+        if node.mute or node.type in _EMPTY:
+            return zero if zero != () else None
+        if node.type in {"RGB", "VALUE"} or (node.type == "NORMAL" and socket.identifier == "Normal"):
+            return _numbers(socket, socket.type)
+        if node.type == "TEX_IMAGE" and self.picture(node) is images.MISSING:
+            return 1.0 if socket.identifier == "Alpha" else (*images.MISSING, 1.0)
+        if node.type == "ATTRIBUTE" and not node.attribute_name:
+            return zero
+        return None
+
+    def picture(self, node):
+        """The image that an Image Texture shows; images.MISSING if there is none."""
+        key = node.as_pointer()
+        if key not in self._pictures:
+            image = node.image and images.picture_of(node.image, node.image_user)
+            self._pictures[key] = images.MISSING if image is None or images.is_missing(image) else image
+        return self._pictures[key]
+
+    def missing(self):
+        """The images of nodes that show that there is none."""
+        return [p for p, found in self._pictures.items() if found is images.MISSING]
+
+    def _image_objections(self, node):
+        if node.type == "TEX_IMAGE" and self.picture(node).source not in evaluated.IMAGE_SOURCES:
+            yield f"{node.bl_label} ({self.picture(node).source.lower()})"
+
+    def _finite(self, socket, value):
+        values = value if isinstance(value, tuple) else (value,)
+        if value is None or all(map(math.isfinite, values)):
+            return value
+        self.not_finite.append(not_finite(socket))
+        cleaned = tuple(v if math.isfinite(v) else 0.0 for v in values)
+        return cleaned if isinstance(value, tuple) else cleaned[0]
+
+
+class Made:
+    """A node that no tree has, in the place of a constant."""
+
+    mute, type, texture_mapping, inputs, outputs = False, "MADE", None, (), ()
+
+    def __init__(self, kind):
+        self.bl_idname = self.bl_label = kind
+        self.name = ""
