@@ -961,7 +961,7 @@ impl Folder {
         self.works(&arguments)
     }
 
-    fn floats(&self, name: &str) -> sundog::measure::Picture {
+    fn floats(&self, name: &str) -> sundog::measure::RgbImage {
         sundog::measure::load(&self.path(name), None).unwrap()
     }
 }

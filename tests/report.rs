@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use sundog::report::{
-    Axis, Cell, Column, HeatMap, HeatMaps, Line, Page, Picture, Plot, Point, Section, Series,
+    Axis, Cell, Column, HeatMap, HeatMaps, Line, Page, PageImage, Plot, Point, Section, Series,
     Settings, Slider, Table,
 };
 
@@ -63,12 +63,12 @@ fn histogram() -> Plot {
 
 const SIZE: (u32, u32) = (320, 180);
 
-fn picture(name: &str, color: impl Fn(u32, u32) -> [u8; 3]) -> Picture {
+fn picture(name: &str, color: impl Fn(u32, u32) -> [u8; 3]) -> PageImage {
     let rgb = (0..SIZE.1)
         .flat_map(|y| (0..SIZE.0).map(move |x| (x, y)))
         .flat_map(|(x, y)| color(x, y))
         .collect();
-    Picture {
+    PageImage {
         name: name.into(),
         width: SIZE.0,
         height: SIZE.1,

@@ -5,7 +5,7 @@ use super::exit::EXIT_OK;
 use super::report_file::{ReportFiles, check_page};
 use super::view::{self, View};
 use super::{Failure, console};
-use crate::measure::{self, Comparison, Difference, Encoding, MeasureError, Picture};
+use crate::measure::{self, Comparison, Difference, Encoding, MeasureError, RgbImage};
 use crate::output::{self, Format, png};
 use crate::render::memory;
 use crate::scene::ColorManagement;
@@ -129,8 +129,8 @@ fn warn(warning: &str) {
 /// What one sees of both pictures, and in words how: by the flags, else by the sRGB curve.
 fn seen(
     flags: &Seen,
-    pictures: [(&Picture, &ColorManagement); 2],
-) -> Result<(Picture, Picture, String), Failure> {
+    pictures: [(&RgbImage, &ColorManagement); 2],
+) -> Result<(RgbImage, RgbImage, String), Failure> {
     let [(a, wishes_a), (b, wishes_b)] = pictures;
     let flag = flags.first_given();
     if let Some(flag) = flag
@@ -147,7 +147,7 @@ fn seen(
             (view.seen(a)?, other.seen(b)?, view.summary())
         }
         (None, Encoding::Linear) => {
-            let rec709 = |picture: &Picture, wishes: &ColorManagement| {
+            let rec709 = |picture: &RgbImage, wishes: &ColorManagement| {
                 let mut picture = picture.clone();
                 view::to_rec709(wishes.working_space, &mut picture.pixels);
                 picture.shown()

@@ -172,7 +172,7 @@ fn effects(question: Question) -> Result<(), Failure> {
         };
         let [width, height] = study.measured_region;
         let shown = study.shown(|name, light| -> Result<_, Failure> {
-            let light = measure::Picture {
+            let light = measure::RgbImage {
                 width,
                 height,
                 pixels: light.as_chunks().0.to_vec(),

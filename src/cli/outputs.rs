@@ -294,7 +294,7 @@ impl Outputs {
 }
 
 /// The colours of the first layer, which is the picture itself.
-pub fn light(picture: &Picture) -> measure::Picture {
+pub fn light(picture: &Picture) -> measure::RgbImage {
     let pixels = picture.layers.first().map_or_else(Vec::new, |layer| {
         layer
             .data
@@ -302,7 +302,7 @@ pub fn light(picture: &Picture) -> measure::Picture {
             .map(|pixel| std::array::from_fn(|c| pixel.get(c).copied().unwrap_or(0.0)))
             .collect()
     });
-    measure::Picture {
+    measure::RgbImage {
         width: picture.width,
         height: picture.height,
         pixels,

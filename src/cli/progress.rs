@@ -3,7 +3,7 @@
 use super::args::Reporting;
 use super::{console, interrupt};
 use crate::math::words::{duration, estimated, percent};
-use crate::render::{Event, Observer, Row};
+use crate::render::{Event, ForecastRow, Observer};
 use crate::scene::{Diagnostics, Verdict};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -131,7 +131,7 @@ pub fn verdict_word(verdict: Verdict) -> &'static str {
 }
 
 /// `error 8.0 % in 3.0 s (2.7 s to 3.4 s), 4.0 % in …`: what is ahead.
-fn foretold(table: &[Row]) -> String {
+fn foretold(table: &[ForecastRow]) -> String {
     let rows: Vec<String> = table
         .iter()
         .filter(|row| !row.reached)

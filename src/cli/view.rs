@@ -149,8 +149,8 @@ impl View {
     ///
     /// # Errors
     /// OpenColorIO fails.
-    pub fn seen(&self, picture: &measure::Picture) -> Result<measure::Picture, Failure> {
-        Ok(measure::Picture {
+    pub fn seen(&self, picture: &measure::RgbImage) -> Result<measure::RgbImage, Failure> {
+        Ok(measure::RgbImage {
             pixels: self.show(&picture.pixels)?,
             encoding: Encoding::Display,
             ..*picture

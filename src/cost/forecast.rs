@@ -2,7 +2,7 @@
 
 use super::Probe;
 use crate::math::words::{counted, duration, grouped, percent};
-use crate::render::{Expected, Forecast, Known, RenderSettings, Row};
+use crate::render::{Expected, Forecast, ForecastRow, Known, RenderSettings};
 use crate::report::{Axis, Cell, Column, Page, Plot, Point, Section, Series, Settings, Table};
 use serde::Serialize;
 use std::path::Path;
@@ -27,7 +27,7 @@ pub struct ForecastQuery {
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "question", rename_all = "snake_case")]
 enum Reply {
-    Error(Row),
+    Error(ForecastRow),
     Time {
         seconds: f64,
         error: Expected,
@@ -50,7 +50,7 @@ pub struct ForecastReport<'a> {
     exponent: Expected,
     seconds_per_sample: Expected,
     rays_per_sample: f64,
-    table: Vec<Row>,
+    table: Vec<ForecastRow>,
     answers: Vec<Reply>,
     #[serde(skip)]
     forecast: &'a Forecast,
@@ -149,7 +149,7 @@ impl<'a> ForecastReport<'a> {
     pub fn table(&self) -> Table {
         let count = |value: f64, number: f64| Cell::shown(value, grouped(number.round() as u64));
         let time = |seconds: f64, note: &str| Cell::shown(seconds, duration(seconds) + note);
-        let row = |row: &Row| {
+        let row = |row: &ForecastRow| {
             let (samples, millions) = (row.samples.expected, row.rays.expected / 1e6);
             vec![
                 Cell::shown(100.0 * row.error, percent(row.error)),

@@ -4,7 +4,8 @@ use super::{EffectCost, Study, Worth};
 use crate::math::words::{counted, duration, grouped, percent};
 use crate::render::RenderSettings;
 use crate::report::{
-    Axis, Cell, Column, Line, Page, Picture, Plot, Point, Section, Series, Settings, Slider, Table,
+    Axis, Cell, Column, Line, Page, PageImage, Plot, Point, Section, Series, Settings, Slider,
+    Table,
 };
 use std::path::Path;
 
@@ -94,8 +95,8 @@ impl Study {
     /// `show` fails.
     pub fn shown<E>(
         &self,
-        show: impl Fn(String, &[f32]) -> Result<Picture, E>,
-    ) -> Result<Vec<Picture>, E> {
+        show: impl Fn(String, &[f32]) -> Result<PageImage, E>,
+    ) -> Result<Vec<PageImage>, E> {
         let without = |effect: &EffectCost| format!("without {}", effect.effect);
         std::iter::once("the full picture".to_owned())
             .chain(self.effects.iter().map(without))
@@ -109,7 +110,7 @@ impl Study {
         &self,
         scene: &Path,
         settings: &RenderSettings,
-        shown: Vec<Picture>,
+        shown: Vec<PageImage>,
         view: &str,
     ) -> Page {
         let name = scene.file_name().unwrap_or_default();

@@ -19,7 +19,7 @@ pub use requested::RequestedSettings;
 pub use sets::{
     ALL, ALPHA, ENVIRONMENT, GROUPS, LAMPS, PATHS, STRUCTURE, TEXTURES, TRANSMISSION, names, parse,
 };
-pub use table::{COUNT, Decided, Row, TABLE, markdown, row};
+pub use table::{COUNT, Decided, EffectRow, TABLE, markdown, row};
 pub use without::{keeps, keeps_environment, without_effects};
 
 pub use crate::scene::Effect;

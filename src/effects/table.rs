@@ -23,7 +23,7 @@ pub enum Decided {
 
 /// A line of the table.
 #[derive(Clone, Copy, Debug)]
-pub struct Row {
+pub struct EffectRow {
     /// Which one.
     pub effect: Effect,
     /// What it is.
@@ -34,8 +34,8 @@ pub struct Row {
     pub found: &'static str,
 }
 
-const fn line(effect: Effect, decided: Decided, [about, found]: [&'static str; 2]) -> Row {
-    Row {
+const fn line(effect: Effect, decided: Decided, [about, found]: [&'static str; 2]) -> EffectRow {
+    EffectRow {
         effect,
         about,
         decided,
@@ -48,7 +48,7 @@ pub const COUNT: usize = Effect::COUNT;
 
 /// The one table of effects.
 #[rustfmt::skip]
-pub const TABLE: [Row; COUNT] = {
+pub const TABLE: [EffectRow; COUNT] = {
     use Decided::{Absent, Branch, Kernels, Preparation, Settings};
     use Effect as E;
     [
@@ -139,7 +139,7 @@ pub fn markdown() -> String {
 }
 
 /// The line of an effect.
-pub fn row(effect: Effect) -> &'static Row {
+pub fn row(effect: Effect) -> &'static EffectRow {
     &TABLE[effect as usize]
 }
 

@@ -14,7 +14,7 @@ pub(super) struct Accumulator<'a, A> {
     /// Luminance that clamping took from direct and from indirect light.
     pub clamped: [f32; 2],
     /// Told where the light comes from.
-    pub apart: &'a mut A,
+    pub sink: &'a mut A,
 }
 
 impl<A: PassSink + Record> Accumulator<'_, A> {
@@ -36,7 +36,7 @@ impl<A: PassSink + Record> Accumulator<'_, A> {
             light
         };
         self.radiance += kept;
-        self.apart.step(|| Step::Added { light, kept });
+        self.sink.step(|| Step::Added { light, kept });
         kept
     }
 
@@ -51,7 +51,7 @@ impl<A: PassSink + Record> Accumulator<'_, A> {
         light_pdf: f32,
     ) -> f32 {
         let weight = settings.weight_of_found(previous, light_pdf);
-        self.apart.step(|| Step::Found {
+        self.sink.step(|| Step::Found {
             source,
             radiance,
             bsdf_pdf: previous.pdf,
@@ -67,7 +67,7 @@ impl<A: PassSink + Record> Accumulator<'_, A> {
     pub fn add_found(&mut self, settings: &PathSettings, light: Vec3, bounce: u32) {
         if bounce == 0 {
             let kept = self.add(settings, light, 0);
-            self.apart.emission(kept);
+            self.sink.emission(kept);
         } else {
             self.add_scattered(settings, light, bounce - 1);
         }
@@ -77,6 +77,6 @@ impl<A: PassSink + Record> Accumulator<'_, A> {
     #[inline]
     pub fn add_scattered(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) {
         let kept = self.add(settings, light, bounces);
-        self.apart.scattered(kept, bounces > 0);
+        self.sink.scattered(kept, bounces > 0);
     }
 }

@@ -81,7 +81,7 @@ impl<E: Features> Vertex<'_, E> {
         } = self;
         let u = sampler.triple(Dimension::Light, self.bounce);
         let Some((light, rules)) = world.lights.sample(at, u.z, u.truncate()) else {
-            sum.apart.step(|| Step::Light {
+            sum.sink.step(|| Step::Light {
                 light: None,
                 numbers: u,
             });
@@ -122,7 +122,7 @@ impl<E: Features> Vertex<'_, E> {
             numbers: u,
         };
         if contribution == Vec3::ZERO {
-            sum.apart.step(|| drawn(None));
+            sum.sink.step(|| drawn(None));
             return 0;
         }
         let start = spawn_ray::<E>(world, settings, (hit, surface), light.wi, beyond);
@@ -135,9 +135,9 @@ impl<E: Features> Vertex<'_, E> {
             Some(target) => world.transmittance_to::<E>(start, target, left),
             None => world.transmittance::<E>(start, light.wi, f32::INFINITY, left),
         };
-        sum.apart.step(|| drawn(Some(average(share))));
+        sum.sink.step(|| drawn(Some(average(share))));
         if self.bounce == 0 {
-            sum.apart.first_scattering(reflected, diffuse, beyond);
+            sum.sink.first_scattering(reflected, diffuse, beyond);
         }
         sum.add_scattered(settings, contribution * share, self.bounce);
         1

@@ -128,18 +128,18 @@ pub fn trace<E: Features>(
     trace_with_passes::<E, NoPasses>(world, settings, sampler, camera_ray, &mut NoPasses)
 }
 
-/// The same, telling `apart` where the light comes from.
+/// The same, telling `sink` where the light comes from.
 pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     world: &World,
     settings: &PathSettings,
     sampler: &Sampler,
     camera_ray: &CameraRay,
-    apart: &mut A,
+    sink: &mut A,
 ) -> Path {
     let mut light = Accumulator {
         radiance: Vec3::ZERO,
         clamped: [0.0; 2],
-        apart,
+        sink,
     };
     let mut passage = Passage::default();
     let scene = (world, settings, sampler);
@@ -161,7 +161,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         if walk.bounce == 0 {
             walk.first.albedo = bsdf.albedo();
             walk.light
-                .apart
+                .sink
                 .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
         }
         let normal = bsdf.receiving_normal();
@@ -232,7 +232,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     /// The path ends, for a reason. The path without a recorder has no code for it.
     #[inline(always)]
     fn end(&mut self, why: End) {
-        self.light.apart.step(|| Step::End(why));
+        self.light.sink.step(|| Step::End(why));
     }
 
     /// The next surface that the path does not pass, with the light of the lamps on the way to it, or of what lies behind all
@@ -294,7 +294,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     fn next_interface(&mut self) -> Option<Found> {
         let again = if E::CURVED { self.own.take() } else { None };
         self.rays += u32::from(again.is_none());
-        self.light.apart.step(|| Step::Ray {
+        self.light.sink.step(|| Step::Ray {
             bounce: self.bounce,
             kind: self.previous.kind(),
             origin: self.origin,
@@ -411,10 +411,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 if bounce > 0 || source != Source::Environment {
                     light.add_found(self.settings, found, bounce);
                 } else if self.settings.transparent_film {
-                    light.apart.environment(found);
+                    light.sink.environment(found);
                 } else {
                     let kept = light.add(self.settings, found, 0);
-                    light.apart.environment(kept);
+                    light.sink.environment(kept);
                 }
             },
         );
@@ -427,7 +427,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         if let Some(point) = again {
             surface.point = *point;
         }
-        self.light.apart.step(|| Step::Surface {
+        self.light.sink.step(|| Step::Surface {
             object: hit.object(),
             triangle: hit.primitive,
             weights: Vec2::new(hit.u, hit.v),
@@ -498,7 +498,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             return true;
         }
         let drawn = self.sampler.single(Dimension::Roulette, self.bounce);
-        self.light.apart.step(|| Step::Roulette { survival, drawn });
+        self.light.sink.step(|| Step::Roulette { survival, drawn });
         self.throughput /= survival;
         drawn < survival
     }
@@ -523,7 +523,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             bsdf.sample(u)
         };
         let Some(mut s) = drawn else {
-            self.light.apart.step(|| Step::Scattered {
+            self.light.sink.step(|| Step::Scattered {
                 sample: None,
                 numbers: u,
             });
@@ -556,7 +556,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             s.weight,
             bsdf.max_sample_weight()
         );
-        self.light.apart.step(|| Step::Scattered {
+        self.light.sink.step(|| Step::Scattered {
             sample: Some(Scattered {
                 scattering: s.scattering,
                 direction: s.wi,
@@ -595,7 +595,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         };
         if self.bounce == 0 {
             self.light
-                .apart
+                .sink
                 .first_scattering(s.weight, s.diffuse, beyond);
         }
         self.throughput *= s.weight;

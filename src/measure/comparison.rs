@@ -1,6 +1,6 @@
 //! What a comparison of two files shows: its page and its table.
 
-use super::{Difference, Encoding, MeasureError, Picture};
+use super::{Difference, Encoding, MeasureError, RgbImage};
 use crate::report::{
     Axis, Cell, Column, HeatMap, HeatMaps, Line, Page, Plot, Point, Section, Series, Settings,
     Slider, Table, number,
@@ -16,9 +16,9 @@ pub struct Comparison<'a> {
     /// The files: the picture and the reference.
     pub paths: [&'a Path; 2],
     /// The numbers in them.
-    pub pictures: [&'a Picture; 2],
+    pub pictures: [&'a RgbImage; 2],
     /// Display values.
-    pub shown: [&'a Picture; 2],
+    pub shown: [&'a RgbImage; 2],
     /// How these came to be.
     pub seen: &'a str,
     /// The measures.

@@ -1,7 +1,7 @@
 //! RMSE, relMSE, MAPE, SMAPE, luminance ratio; SSIM and FLIP of what one sees.
 
 use super::flip::{self, Exposures};
-use super::{Encoding, MeasureError, Picture, ssim};
+use super::{Encoding, MeasureError, RgbImage, ssim};
 use crate::math::float::REL_MSE_OFFSET;
 use crate::math::{LUMINANCE, srgb};
 use crate::report::{self, HeatMap};
@@ -69,7 +69,7 @@ impl Difference {
 ///
 /// # Errors
 /// The pictures differ in size or in what their numbers mean, or no pixel is finite in both.
-pub fn difference(a: &Picture, b: &Picture) -> Result<Difference, MeasureError> {
+pub fn difference(a: &RgbImage, b: &RgbImage) -> Result<Difference, MeasureError> {
     difference_as_shown(a, b, &a.shown(), &b.shown())
 }
 
@@ -78,10 +78,10 @@ pub fn difference(a: &Picture, b: &Picture) -> Result<Difference, MeasureError> 
 /// # Errors
 /// As [`difference`]; `shown_a` and `shown_b` must have the size of the pictures.
 pub fn difference_as_shown(
-    a: &Picture,
-    b: &Picture,
-    shown_a: &Picture,
-    shown_b: &Picture,
+    a: &RgbImage,
+    b: &RgbImage,
+    shown_a: &RgbImage,
+    shown_b: &RgbImage,
 ) -> Result<Difference, MeasureError> {
     let mut difference = by_numbers(a, b)?;
     super::check_sizes(a, shown_a)?;
@@ -107,7 +107,7 @@ pub fn difference_as_shown(
 }
 
 /// LDR-FLIP of each pixel, for the pictures and the display values that one sees of them, all of one size.
-pub fn flip_map(pictures: [&Picture; 4]) -> Vec<f32> {
+pub fn flip_map(pictures: [&RgbImage; 4]) -> Vec<f32> {
     let (width, height) = (pictures[0].width as usize, pictures[0].height as usize);
     // FLIP asks for each pixel more than once.
     let [test, reference] = [0, 1].map(|which| -> Vec<[f32; 3]> {
@@ -120,7 +120,7 @@ pub fn flip_map(pictures: [&Picture; 4]) -> Vec<f32> {
 }
 
 /// What one sees of a pixel of both pictures; black if it is not finite in one of them.
-fn display_values([a, b, shown_a, shown_b]: [&Picture; 4], at: usize) -> [[f32; 3]; 2] {
+fn display_values([a, b, shown_a, shown_b]: [&RgbImage; 4], at: usize) -> [[f32; 3]; 2] {
     if both_finite(a, b, at) && both_finite(shown_a, shown_b, at) {
         [shown_a.pixels[at], shown_b.pixels[at]]
             .map(|pixel| pixel.map(|value| value.clamp(0.0, 1.0)))
@@ -133,7 +133,7 @@ fn display_values([a, b, shown_a, shown_b]: [&Picture; 4], at: usize) -> [[f32; 
 ///
 /// # Errors
 /// The pictures differ in size or in what their numbers mean.
-pub fn difference_map(a: &Picture, b: &Picture) -> Result<HeatMap, MeasureError> {
+pub fn difference_map(a: &RgbImage, b: &RgbImage) -> Result<HeatMap, MeasureError> {
     super::check_alike(a, b)?;
     let distance = |(pixel_a, pixel_b): (&[f32; 3], &[f32; 3])| {
         let distances = pixel_a.iter().zip(pixel_b);
@@ -157,7 +157,7 @@ pub fn difference_map(a: &Picture, b: &Picture) -> Result<HeatMap, MeasureError>
 ///
 /// # Errors
 /// The pictures differ in size or in what their numbers mean.
-pub fn error_map(a: &Picture, b: &Picture) -> Result<Vec<f32>, MeasureError> {
+pub fn error_map(a: &RgbImage, b: &RgbImage) -> Result<Vec<f32>, MeasureError> {
     super::check_alike(a, b)?;
     let error = |(pixel_a, pixel_b): (&[f32; 3], &[f32; 3])| {
         if !finite(pixel_a) || !finite(pixel_b) {
@@ -173,7 +173,7 @@ pub fn error_map(a: &Picture, b: &Picture) -> Result<Vec<f32>, MeasureError> {
 }
 
 /// The difference without what one sees, which is still to be filled in.
-fn by_numbers(a: &Picture, b: &Picture) -> Result<Difference, MeasureError> {
+fn by_numbers(a: &RgbImage, b: &RgbImage) -> Result<Difference, MeasureError> {
     super::check_alike(a, b)?;
     let (mut squares, mut relative_squares) = (0.0, 0.0);
     let (mut shares, mut symmetric_shares) = (0.0, 0.0);
@@ -239,7 +239,7 @@ fn finite(pixel: &[f32; 3]) -> bool {
     pixel.iter().all(|value| value.is_finite())
 }
 
-fn both_finite(a: &Picture, b: &Picture, at: usize) -> bool {
+fn both_finite(a: &RgbImage, b: &RgbImage, at: usize) -> bool {
     finite(&a.pixels[at]) && finite(&b.pixels[at])
 }
 
@@ -247,11 +247,11 @@ fn mean(map: &[f32]) -> f64 {
     map.iter().map(|value| f64::from(*value)).sum::<f64>() / map.len() as f64
 }
 
-impl Picture {
+impl RgbImage {
     /// Display values as codes of 8 bits, for a page.
-    pub fn as_codes(&self, name: impl Into<String>) -> report::Picture {
+    pub fn as_codes(&self, name: impl Into<String>) -> report::PageImage {
         let code = |value: &f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
-        report::Picture {
+        report::PageImage {
             name: name.into(),
             width: self.width,
             height: self.height,

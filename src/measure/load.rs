@@ -1,6 +1,6 @@
 //! Reading pictures that are to be measured.
 
-use super::{Encoding, MeasureError, Picture};
+use super::{Encoding, MeasureError, RgbImage};
 use crate::import::{ImageFailure, decode_colors, read_exr};
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// The file cannot be read, is no picture, or has no such layer.
-pub fn load(path: &Path, layer: Option<&str>) -> Result<Picture, MeasureError> {
+pub fn load(path: &Path, layer: Option<&str>) -> Result<RgbImage, MeasureError> {
     load_with_alpha(path, layer).map(|(picture, _)| picture)
 }
 
@@ -25,7 +25,7 @@ pub fn load(path: &Path, layer: Option<&str>) -> Result<Picture, MeasureError> {
 pub fn load_with_alpha(
     path: &Path,
     layer: Option<&str>,
-) -> Result<(Picture, Option<Vec<f32>>), MeasureError> {
+) -> Result<(RgbImage, Option<Vec<f32>>), MeasureError> {
     let unreadable = |reason: String| MeasureError::Unreadable {
         path: path.display().to_string(),
         reason,
@@ -65,7 +65,7 @@ pub fn load_with_alpha(
         _ => return Err(unreadable("it is neither EXR, HDR, PNG nor JPEG".into())),
     };
     let (image, pixels) = decode_colors(&bytes).map_err(failed)?;
-    let picture = Picture {
+    let picture = RgbImage {
         width: image.width,
         height: image.height,
         pixels,
@@ -85,13 +85,13 @@ fn plain(error: &std::io::Error) -> String {
 fn load_exr(
     bytes: &[u8],
     layer: Option<&str>,
-) -> Result<(Picture, Option<Vec<f32>>), ImageFailure> {
+) -> Result<(RgbImage, Option<Vec<f32>>), ImageFailure> {
     let layer = read_exr(bytes, layer)?;
     let channels = layer.colors + usize::from(layer.alpha);
     let pixels = || layer.values.chunks_exact(channels);
     // One channel stands three times.
     let [green, blue] = [1, 2].map(|channel| channel % layer.colors);
-    let picture = Picture {
+    let picture = RgbImage {
         // (Sizes are checked to be far below this.)
         width: u32::try_from(layer.width).unwrap_or(u32::MAX),
         height: u32::try_from(layer.height).unwrap_or(u32::MAX),

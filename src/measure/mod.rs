@@ -88,7 +88,7 @@ pub enum Encoding {
 
 /// A picture to be measured.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
+pub struct RgbImage {
     /// Pixels per row.
     pub width: u32,
     /// Number of rows.
@@ -100,7 +100,7 @@ pub struct Picture {
 }
 
 /// Two pictures can be compared if they have the same size and their numbers mean the same.
-fn check_alike(a: &Picture, b: &Picture) -> Result<(), MeasureError> {
+fn check_alike(a: &RgbImage, b: &RgbImage) -> Result<(), MeasureError> {
     check_sizes(a, b)?;
     if a.encoding != b.encoding {
         return Err(MeasureError::DifferentEncodings);
@@ -108,7 +108,7 @@ fn check_alike(a: &Picture, b: &Picture) -> Result<(), MeasureError> {
     Ok(())
 }
 
-fn check_sizes(a: &Picture, b: &Picture) -> Result<(), MeasureError> {
+fn check_sizes(a: &RgbImage, b: &RgbImage) -> Result<(), MeasureError> {
     if (a.width, a.height) != (b.width, b.height) {
         return Err(MeasureError::DifferentSizes {
             a_width: a.width,

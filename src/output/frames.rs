@@ -27,7 +27,7 @@ pub struct Frame {
     samples: u32,
     #[serde(rename = "final")]
     last: bool,
-    passes: Vec<raw::Place>,
+    passes: Vec<raw::PassLocation>,
 }
 
 /// The folder of frames.

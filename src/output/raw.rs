@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// Where a layer stands in the file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Place {
+pub struct PassLocation {
     /// Name of the layer.
     pub name: String,
     /// Names of its channels in their order, such as `RGBA`.
@@ -27,13 +27,13 @@ pub struct Place {
 ///
 /// # Errors
 /// The file can't be written; then nothing is left of it.
-pub fn write(path: &Path, picture: &dyn Bands) -> Result<Vec<Place>, OutputError> {
+pub fn write(path: &Path, picture: &dyn Bands) -> Result<Vec<PassLocation>, OutputError> {
     let (width, height) = picture.size();
     let mut places = Vec::new();
     let mut offset = 0;
     for (name, channels) in picture.layers() {
         let bytes = u64::from(width) * u64::from(height) * (4 * channels.len()) as u64;
-        places.push(Place {
+        places.push(PassLocation {
             name,
             channels,
             offset,
@@ -57,7 +57,7 @@ pub fn write(path: &Path, picture: &dyn Bands) -> Result<Vec<Place>, OutputError
 fn write_band(
     file: &File,
     picture: &dyn Bands,
-    places: &[Place],
+    places: &[PassLocation],
     band: usize,
     rows: &Range<u32>,
     buffers: &mut Vec<Vec<f32>>,

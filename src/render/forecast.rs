@@ -95,7 +95,7 @@ impl Expected {
 
 /// What an error costs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct ForecastRow {
     /// The error, √relMSE.
     pub error: f64,
     /// The picture has it already.
@@ -244,7 +244,7 @@ impl Forecast {
     }
 
     /// Samples and seconds until the error is `goal` (√relMSE, above 0).
-    pub fn row(&self, goal: f64) -> Row {
+    pub fn row(&self, goal: f64) -> ForecastRow {
         let log_goal = 2.0 * goal.ln();
         let now = self.last.samples;
         let ahead = |deviations: f64| now * self.ahead(log_goal, deviations).exp();
@@ -273,7 +273,7 @@ impl Forecast {
             high: samples.high.max(samples.expected),
             ..samples
         };
-        Row {
+        ForecastRow {
             error: goal,
             reached,
             samples,
@@ -353,7 +353,7 @@ impl Forecast {
 
     /// The errors that follow each other by halves (…, 8 %, 4 %, 2 %, 1 %, …) from the one that the picture has
     /// or nearly has.
-    pub fn table(&self) -> Vec<Row> {
+    pub fn table(&self) -> Vec<ForecastRow> {
         let now = self.error_at(self.last.samples).expected;
         let first = (100.0 * now).log2().ceil() as i32;
         (0..ROWS)

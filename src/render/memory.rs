@@ -20,13 +20,13 @@ pub const PREPARED_BYTES_A_TRIANGLE: u64 = 300;
 
 /// Bytes that a pixel takes: its sums, and its floats in the finished picture and, for a moment, in the writer.
 fn bytes_a_pixel(passes: Passes) -> u64 {
-    let apart = if passes.need_light_passes() {
+    let light_passes = if passes.need_light_passes() {
         size_of::<PixelPasses>()
     } else {
         0
     };
     let estimate = 6 * size_of::<f32>();
-    (size_of::<Pixel>() + apart + estimate + 2 * size_of::<f32>() * passes.floats()) as u64
+    (size_of::<Pixel>() + light_passes + estimate + 2 * size_of::<f32>() * passes.floats()) as u64
 }
 
 /// Refuses a picture of a scene for which there is not enough memory, where the system says how much there is. (The scene

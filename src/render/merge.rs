@@ -42,7 +42,7 @@ pub fn merge(
     let (_, saved) =
         whole.ok_or_else(|| StateError::Different("there is nothing to be joined".into()))?;
     let kept = Kept {
-        apart: saved.header.apart,
+        light_passes: saved.header.light_passes,
         costs: saved.header.costs,
     };
     let tiles = tiles(saved.header.region, kept);
@@ -78,7 +78,7 @@ fn join(whole: &mut Saved, part: &Saved) -> Result<(), String> {
     for (to, from) in whole.pixels.iter_mut().zip(&part.pixels) {
         to.join(from);
     }
-    for (to, from) in whole.apart.iter_mut().zip(&part.apart) {
+    for (to, from) in whole.light_passes.iter_mut().zip(&part.light_passes) {
         to.join(from);
     }
     for (to, from) in whole.costs.iter_mut().zip(&part.costs) {

@@ -17,7 +17,7 @@ mod settings;
 mod tile;
 mod trace;
 
-pub use forecast::{Expected, Forecast, Known, Row};
+pub use forecast::{Expected, Forecast, ForecastRow, Known};
 pub use merge::merge;
 pub use output_time::OutputTime;
 pub use prepare::{called_for, left_out};
@@ -93,7 +93,7 @@ pub enum Event {
         /// Samples a pixel when it was made.
         samples: f64,
         /// Errors that follow each other by halves.
-        table: Vec<Row>,
+        table: Vec<ForecastRow>,
     },
 }
 

@@ -115,7 +115,7 @@ impl Bands for Film<'_> {
         let width = self.region.width() as usize;
         for tile in self.tiles_of(band) {
             let tile = locked(tile);
-            let place = Place {
+            let place = TileInBand {
                 tile: &tile,
                 column: (tile.x - self.region.x0) as usize,
                 width,
@@ -129,13 +129,13 @@ impl Bands for Film<'_> {
 }
 
 /// A tile, and where it lies in its band.
-struct Place<'a> {
+struct TileInBand<'a> {
     tile: &'a Tile,
     column: usize,
     width: usize,
 }
 
-impl Place<'_> {
+impl TileInBand<'_> {
     /// Writes a value of each pixel: of its sums and the reciprocal of the number of its samples.
     #[inline]
     fn put<const N: usize>(
@@ -149,13 +149,13 @@ impl Place<'_> {
             let start = (row * self.width + self.column) * N;
             let places = layer[start..start + across * N].chunks_exact_mut(N);
             for (i, (pixel, place)) in pixels.iter().zip(places).enumerate() {
-                let apart = self.tile.apart.get(row * across + i).unwrap_or(&nothing);
+                let passes = self.tile.light_passes.get(row * across + i);
                 let scale = if pixel.samples > 0 {
                     1.0 / f64::from(pixel.samples)
                 } else {
                     0.0
                 };
-                place.copy_from_slice(&value(pixel, apart, scale));
+                place.copy_from_slice(&value(pixel, passes.unwrap_or(&nothing), scale));
             }
         }
     }

@@ -167,8 +167,9 @@ pub struct Header {
     pub ranges: Vec<(u32, u32)>,
     /// It can be gone on with: samples of each pixel are the first ones of the only range.
     pub whole: bool,
-    /// Light apart is kept.
-    pub apart: bool,
+    /// Light is kept apart for passes.
+    #[serde(rename = "apart")]
+    pub light_passes: bool,
     /// Nanoseconds are kept.
     pub costs: bool,
     /// Luminance that clamping took from direct and indirect light.
@@ -191,20 +192,20 @@ impl Header {
     /// Which sums there are besides those of all pixels.
     fn kept(&self) -> Kept {
         Kept {
-            apart: self.apart,
+            light_passes: self.light_passes,
             costs: self.costs,
         }
     }
 
     /// Bytes of a pixel.
     fn pixel_bytes(&self) -> usize {
-        let apart = if self.apart {
+        let light_passes = if self.light_passes {
             size_of::<PixelPasses>()
         } else {
             0
         };
         let costs = if self.costs { size_of::<u64>() } else { 0 };
-        size_of::<Pixel>() + apart + costs
+        size_of::<Pixel>() + light_passes + costs
     }
 
     /// Samples that a pixel may have: all that are here or begun.
@@ -266,7 +267,7 @@ impl Header {
 /// What passes need to be kept.
 fn kept(passes: Passes) -> Kept {
     Kept {
-        apart: passes.need_light_passes(),
+        light_passes: passes.need_light_passes(),
         costs: passes.has(Pass::Cost),
     }
 }
@@ -328,7 +329,7 @@ impl<'a> State<'a> {
                 axes: film.axes().to_cols_array_2d(),
                 ranges: vec![(first, first.saturating_add(most))],
                 whole: true,
-                apart: kept.apart,
+                light_passes: kept.light_passes,
                 costs: kept.costs,
                 clamped,
                 color_management: scene.color_management.clone(),
@@ -362,9 +363,9 @@ impl<'a> State<'a> {
         self.rows(region, &mut packed, |tile| {
             bytemuck::cast_slice(&tile.pixels)
         })?;
-        if self.header.apart {
+        if self.header.light_passes {
             self.rows(region, &mut packed, |tile| {
-                bytemuck::cast_slice(&tile.apart)
+                bytemuck::cast_slice(&tile.light_passes)
             })?;
         }
         if self.header.costs {
@@ -422,7 +423,7 @@ pub struct Saved {
     /// All but the pixels.
     pub(super) header: Header,
     pub(super) pixels: Vec<Pixel>,
-    pub(super) apart: Vec<PixelPasses>,
+    pub(super) light_passes: Vec<PixelPasses>,
     pub(super) costs: Vec<u64>,
 }
 
@@ -514,7 +515,7 @@ impl Saved {
         let if_kept = |kept: bool| if kept { pixels } else { 0 };
         let saved = Self {
             pixels: values(&mut packed, pixels).map_err(unpack)?,
-            apart: values(&mut packed, if_kept(header.apart)).map_err(unpack)?,
+            light_passes: values(&mut packed, if_kept(header.light_passes)).map_err(unpack)?,
             costs: values(&mut packed, if_kept(header.costs)).map_err(unpack)?,
             header,
         };
@@ -531,9 +532,9 @@ impl Saved {
     /// Whether the sums can be those of the samples that the header tells of.
     fn has_sound_pixels(&self) -> bool {
         let most = self.header.most_samples();
-        let mut apart = self.pixels.iter().zip(&self.apart);
+        let mut light_passes = self.pixels.iter().zip(&self.light_passes);
         self.pixels.iter().all(|pixel| pixel.is_sound(most))
-            && apart.all(|(pixel, apart)| apart.is_sound(pixel.samples))
+            && light_passes.all(|(pixel, light_passes)| light_passes.is_sound(pixel.samples))
             && self.costs.iter().all(|&cost| cost <= LARGEST_COUNT)
     }
 
@@ -607,7 +608,10 @@ impl Saved {
                 let mut pixel = self.pixels[from];
                 pixel.until = pixel.until.min(most.max(pixel.samples));
                 tile.pixels[index] = pixel;
-                if let (Some(to), Some(from)) = (tile.apart.get_mut(index), self.apart.get(from)) {
+                if let (Some(to), Some(from)) = (
+                    tile.light_passes.get_mut(index),
+                    self.light_passes.get(from),
+                ) {
                     *to = *from;
                 }
                 if let (Some(to), Some(from)) = (tile.costs.get_mut(index), self.costs.get(from)) {

@@ -118,7 +118,7 @@ pub(super) fn run(
     });
 
     let kept = Kept {
-        apart: settings.passes.need_light_passes(),
+        light_passes: settings.passes.need_light_passes(),
         costs: settings.passes.has(Pass::Cost),
     };
     let tiles = tiles(region, kept);

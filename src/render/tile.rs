@@ -22,7 +22,7 @@ pub struct Tile {
     /// Row by row.
     pub pixels: Vec<Pixel>,
     /// Beside `pixels`, if a pass asks for it; else empty.
-    pub apart: Vec<PixelPasses>,
+    pub light_passes: Vec<PixelPasses>,
     /// Nanoseconds spent on each pixel, if a pass asks for it; else empty.
     pub costs: Vec<u64>,
     /// Squared relative error of each pixel, as it was estimated last; empty before.
@@ -41,7 +41,7 @@ pub struct Scanline {
     /// As those of [`Tile`].
     pub pixels: Vec<Pixel>,
     /// As those of [`Tile`].
-    pub apart: Vec<PixelPasses>,
+    pub light_passes: Vec<PixelPasses>,
     /// As those of [`Tile`].
     pub costs: Vec<u64>,
     /// As those of [`Tile`].
@@ -59,7 +59,7 @@ impl Tile {
         Some(Scanline {
             place: (self.x, self.y + row),
             pixels: pixels.to_vec(),
-            apart: self.apart.get(place.clone()).unwrap_or(&[]).to_vec(),
+            light_passes: self.light_passes.get(place.clone()).unwrap_or(&[]).to_vec(),
             costs: self.costs.get(place).unwrap_or(&[]).to_vec(),
             clamped: self.clamped[row as usize],
         })
@@ -69,8 +69,8 @@ impl Tile {
     pub fn put_back(&mut self, row: u32, done: &Scanline) {
         let place = self.place_of(row);
         self.pixels[place.clone()].copy_from_slice(&done.pixels);
-        if let Some(apart) = self.apart.get_mut(place.clone()) {
-            apart.copy_from_slice(&done.apart);
+        if let Some(light_passes) = self.light_passes.get_mut(place.clone()) {
+            light_passes.copy_from_slice(&done.light_passes);
         }
         if let Some(costs) = self.costs.get_mut(place) {
             costs.copy_from_slice(&done.costs);
@@ -89,7 +89,7 @@ impl Tile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Kept {
     /// Light apart.
-    pub apart: bool,
+    pub light_passes: bool,
     /// Time spent.
     pub costs: bool,
 }
@@ -108,7 +108,10 @@ pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
                 width,
                 height,
                 pixels: vec![Pixel::default(); pixels],
-                apart: vec![PixelPasses::default(); if kept.apart { pixels } else { 0 }],
+                light_passes: vec![
+                    PixelPasses::default();
+                    if kept.light_passes { pixels } else { 0 }
+                ],
                 costs: vec![0; if kept.costs { pixels } else { 0 }],
                 errors: Vec::new(),
                 deciding: Vec::new(),

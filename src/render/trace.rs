@@ -112,7 +112,7 @@ impl Job<'_> {
             }
             for _ in 0..wanted {
                 let number = self.first_sample + pixel.samples;
-                let path = self.sample(x, y, number, pixel, row.apart.get_mut(index));
+                let path = self.sample(x, y, number, pixel, row.light_passes.get_mut(index));
                 rays += u64::from(path.rays);
                 for (sum, c) in row.clamped.iter_mut().zip(path.clamped) {
                     *sum += f64::from(c);
@@ -156,25 +156,25 @@ impl Job<'_> {
         pixel: &mut Pixel,
         sums: Option<&mut PixelPasses>,
     ) -> Path {
-        let (mut path, mut apart) = self.path(x, y, index);
+        let (mut path, mut light_passes) = self.path(x, y, index);
         // Once here, so that estimates of the error, passes and states speak of the same picture.
         path.radiance *= self.exposure;
         path.clamped = path.clamped.map(|taken| taken * self.exposure);
-        if let Some(apart) = &mut apart {
-            apart.expose(self.exposure);
+        if let Some(light_passes) = &mut light_passes {
+            light_passes.expose(self.exposure);
         }
-        let apart_finite = apart.as_ref().is_none_or(PathPasses::is_finite);
-        if !(path.radiance.is_finite() && path.first.is_finite() && apart_finite) {
+        let passes_finite = light_passes.as_ref().is_none_or(PathPasses::is_finite);
+        if !(path.radiance.is_finite() && path.first.is_finite() && passes_finite) {
             // Counted with its place and cause, black in the picture, never hidden: see `Statistics::non_finite`.
             self.bad(x, y, index);
             path.radiance = Vec3::ZERO;
             path.clamped = [0.0; 2];
             path.first = FirstHit::default();
-            apart = apart.map(|_| PathPasses::default());
+            light_passes = light_passes.map(|_| PathPasses::default());
         }
         pixel.add(index, path.radiance, &path.first);
-        if let (Some(sums), Some(apart)) = (sums, &apart) {
-            sums.add(apart);
+        if let (Some(sums), Some(light_passes)) = (sums, &light_passes) {
+            sums.add(light_passes);
         }
         path
     }
@@ -188,9 +188,9 @@ impl Job<'_> {
         match self.kernel {
             AnyKernel::Plain(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
             AnyKernel::WithPasses(kernel) => {
-                let mut apart = PathPasses::default();
-                let path = kernel(self.world, &self.path, &sampler, &ray, &mut apart);
-                (path, Some(apart))
+                let mut light_passes = PathPasses::default();
+                let path = kernel(self.world, &self.path, &sampler, &ray, &mut light_passes);
+                (path, Some(light_passes))
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::axis::Range;
 use super::number::number;
 use super::picture::indexed_png;
-use super::{Axis, Picture, ReportError, draw};
+use super::{Axis, PageImage, ReportError, draw};
 use flate2::{Compression, write::ZlibEncoder};
 use plotters::style::text_anchor::HPos;
 use std::io::Write;
@@ -91,10 +91,10 @@ impl HeatMap {
     }
 
     /// The map in colours.
-    pub fn picture(&self) -> Picture {
+    pub fn picture(&self) -> PageImage {
         let palette = palette();
         let color = |index: &u16| *palette.get(usize::from(*index)).unwrap_or(&NOT_FINITE);
-        Picture {
+        PageImage {
             name: self.name.clone(),
             width: self.width,
             height: self.height,
@@ -106,7 +106,7 @@ impl HeatMap {
     ///
     /// # Errors
     /// The values do not fit the size, or the library cannot draw the numbers.
-    pub fn picture_with_scale(&self) -> Result<Picture, ReportError> {
+    pub fn picture_with_scale(&self) -> Result<PageImage, ReportError> {
         self.check()?;
         let (map, palette) = (self.picture(), palette());
         let (width, height) = (self.width.max(LEAST_WIDTH), self.height + SCALE_ROWS);
@@ -137,7 +137,7 @@ impl HeatMap {
             &labels.map(|(value, x, side)| (number(value), (x, y), side)),
         )
         .map_err(|reason| self.not_shown(reason))?;
-        Ok(Picture {
+        Ok(PageImage {
             name: map.name,
             width,
             height,

@@ -440,7 +440,7 @@ fn settings_table(settings: &Settings) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{Axis, Cell, Column, Picture, Point, Series};
+    use crate::report::{Axis, Cell, Column, PageImage, Point, Series};
 
     const EVIL: &str = "</script><script>alert('1')</script>&\"\u{1}";
 
@@ -476,7 +476,7 @@ mod tests {
                 Section::Slider(Slider {
                     title: EVIL.into(),
                     note: EVIL.into(),
-                    pictures: vec![Picture {
+                    pictures: vec![PageImage {
                         name: EVIL.into(),
                         width: 1,
                         height: 1,

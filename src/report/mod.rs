@@ -13,7 +13,7 @@ mod table;
 
 pub use heat_map::HeatMap;
 pub use number::number;
-pub use picture::Picture;
+pub use picture::PageImage;
 
 /// Whether a symbol is not seen as itself: a control character, an end of a line, or one that turns the order of the
 /// symbols around it about (Unicode's Bidi_Control). In a name it would let a text pass for another one.
@@ -293,7 +293,7 @@ pub struct Slider {
     /// What there is to know about it; may be empty.
     pub note: String,
     /// At least one. The first two are shown first.
-    pub pictures: Vec<Picture>,
+    pub pictures: Vec<PageImage>,
 }
 
 /// Heat maps beside each other.

@@ -5,7 +5,7 @@ use base64::Engine;
 
 /// A picture to be looked at.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Picture {
+pub struct PageImage {
     /// What it is.
     pub name: String,
     /// Pixels per row.
@@ -16,7 +16,7 @@ pub struct Picture {
     pub rgb: Vec<u8>,
 }
 
-impl Picture {
+impl PageImage {
     /// The picture as a file.
     ///
     /// # Errors

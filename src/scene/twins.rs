@@ -44,7 +44,7 @@ fn unordered<T: Ord>(mut corners: [T; 3]) -> [T; 3] {
 
 /// A triangle of an instance.
 #[derive(Clone, Copy)]
-struct Place {
+struct PlacedTriangle {
     hash: u64,
     single_sided: bool,
     instance: u32,
@@ -115,7 +115,7 @@ fn material_of(scene: &Scene, instance: u32) -> Option<usize> {
 /// Triangles of some instances that stand where one of an instance before them does.
 fn twins_among(scene: &Scene, instances: &[u32]) -> Seen {
     let hasher = RandomState::new();
-    let corners = |place: &Place| {
+    let corners = |place: &PlacedTriangle| {
         let placed = &scene.instances[place.instance as usize];
         placed_corners(
             &scene.meshes[placed.mesh.0 as usize],
@@ -130,14 +130,14 @@ fn twins_among(scene: &Scene, instances: &[u32]) -> Seen {
         let single_sided =
             material_of(scene, instance).is_some_and(|m| !scene.materials[m].double_sided);
         places.extend((0..count as u32).map(|triangle| {
-            let place = Place {
+            let place = PlacedTriangle {
                 hash: 0,
                 single_sided,
                 instance,
                 triangle,
             };
             let hash = hasher.hash_one((unordered(corners(&place)), placed.holdout));
-            Place { hash, ..place }
+            PlacedTriangle { hash, ..place }
         }));
     }
     // Those with two sides first: they stand for either.

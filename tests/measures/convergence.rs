@@ -1,10 +1,10 @@
 //! Fits, times to equal error, and references whose noise is taken out, by hand.
 
 use sundog::measure::convergence::{PowerLaw, Reference, time_ratio, time_to};
-use sundog::measure::{Encoding, MeasureError, Picture};
+use sundog::measure::{Encoding, MeasureError, RgbImage};
 
-fn picture(pixels: Vec<[f32; 3]>) -> Picture {
-    Picture {
+fn picture(pixels: Vec<[f32; 3]>) -> RgbImage {
+    RgbImage {
         width: pixels.len() as u32,
         height: 1,
         pixels,
@@ -60,7 +60,7 @@ fn the_noise_of_the_reference_is_taken_out() {
     let signs = |bit: usize| (0..8).map(move |i| if i >> bit & 1 == 1 { 1.0 } else { -1.0 });
     let off = |bit: usize, by: f32| picture(signs(bit).map(|s: f32| [1.0 + by * s; 3]).collect());
     let (x, a, b) = (off(0, 0.25), off(1, 0.5), off(2, 0.5));
-    let shown = |p: &Picture| Ok::<_, MeasureError>(p.shown());
+    let shown = |p: &RgbImage| Ok::<_, MeasureError>(p.shown());
     let reference = Reference::halves([a.clone(), b], shown).unwrap();
     let errors = reference.errors(&x, &x.shown()).unwrap();
     assert!((errors.mse - 0.0625).abs() < 1e-7, "{errors:?}");

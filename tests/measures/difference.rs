@@ -1,11 +1,11 @@
 //! Differences of pictures by hand.
 
 use sundog::measure::{
-    Encoding, MeasureError, Picture, difference, difference_as_shown, error_map,
+    Encoding, MeasureError, RgbImage, difference, difference_as_shown, error_map,
 };
 
-fn picture(width: u32, height: u32, pixels: &[[f32; 3]]) -> Picture {
-    Picture {
+fn picture(width: u32, height: u32, pixels: &[[f32; 3]]) -> RgbImage {
+    RgbImage {
         width,
         height,
         pixels: pixels.to_vec(),
@@ -104,7 +104,7 @@ fn sizes_and_encodings_must_agree() {
         difference(&a, &b),
         Err(MeasureError::DifferentSizes { .. })
     ));
-    let shown = Picture {
+    let shown = RgbImage {
         encoding: Encoding::Display,
         ..a.clone()
     };

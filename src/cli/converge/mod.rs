@@ -11,7 +11,7 @@ use super::{Failure, console, scene_file};
 use crate::film::Passes;
 use crate::math::words::counted;
 use crate::measure::convergence::{Curve, Looks, Measured, Peer, Reference, Study, load_light};
-use crate::measure::{MeasureError, Picture};
+use crate::measure::{MeasureError, RgbImage};
 use crate::render::{RenderSettings, memory};
 use crate::scene::Scene;
 use files::Files;
@@ -181,7 +181,7 @@ impl Work<'_> {
             .effort
             .reference_samples
             .unwrap_or_else(|| self.settings.samples.saturating_mul(REFERENCE_FACTOR));
-        let half = |number: u32| -> Result<Picture, Failure> {
+        let half = |number: u32| -> Result<RgbImage, Failure> {
             self.reporter.say(&format!(
                 "half {} of the reference, {samples} samples a pixel",
                 number + 1

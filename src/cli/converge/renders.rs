@@ -4,7 +4,7 @@ use super::super::Failure;
 use super::super::outputs::light;
 use super::super::progress::Reporter;
 use crate::film::{self, Bands};
-use crate::measure::Picture;
+use crate::measure::RgbImage;
 use crate::render::{self, Event, Observer, Passed, RenderSettings};
 use crate::scene::Scene;
 use std::path::Path;
@@ -17,7 +17,7 @@ pub struct Shot {
     /// Seconds of tracing.
     pub seconds: f64,
     /// Linear light.
-    pub picture: Picture,
+    pub picture: RgbImage,
 }
 
 /// Keeps the picture after the passes that it is asked for.
@@ -73,7 +73,7 @@ pub fn last(
     path: &Path,
     settings: &RenderSettings,
     reporter: &Reporter,
-) -> Result<Picture, Failure> {
+) -> Result<RgbImage, Failure> {
     let end = settings.samples;
     let mut shots = run(scene, path, settings, reporter, &move |samples| {
         samples == end

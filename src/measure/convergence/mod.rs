@@ -8,7 +8,7 @@ pub use page::Looks;
 pub use peers::{Peer, PeerPicture};
 pub use study::{Curve, Measured, Study};
 
-use super::{Difference, Encoding, MeasureError, Picture, difference_as_shown};
+use super::{Difference, Encoding, MeasureError, RgbImage, difference_as_shown};
 use crate::math::float::REL_MSE_OFFSET;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -16,18 +16,18 @@ use std::path::{Path, PathBuf};
 /// What pictures are measured against.
 pub struct Reference {
     /// What is taken for the truth.
-    pub picture: Picture,
+    pub picture: RgbImage,
     /// What one sees of it.
-    pub shown: Picture,
+    pub shown: RgbImage,
     /// The independent halves whose mean it is; none if there is a single picture.
-    halves: Option<[Picture; 2]>,
+    halves: Option<[RgbImage; 2]>,
 }
 
 /// Reads linear light of a given size.
 ///
 /// # Errors
 /// The file holds something else, or cannot be read.
-pub fn load_light(path: &Path, size: (u32, u32)) -> Result<Picture, MeasureError> {
+pub fn load_light(path: &Path, size: (u32, u32)) -> Result<RgbImage, MeasureError> {
     let picture = super::load(path, None)?;
     let unfit = |reason: String| MeasureError::Unfit {
         path: path.display().to_string(),
@@ -71,7 +71,7 @@ pub struct Errors {
 
 impl Reference {
     /// A single picture.
-    pub fn single(picture: Picture, shown: Picture) -> Self {
+    pub fn single(picture: RgbImage, shown: RgbImage) -> Self {
         Self {
             picture,
             shown,
@@ -86,7 +86,7 @@ impl Reference {
     pub fn read<E: From<MeasureError>>(
         paths: &[PathBuf],
         size: (u32, u32),
-        show: impl FnOnce(&Picture) -> Result<Picture, E>,
+        show: impl FnOnce(&RgbImage) -> Result<RgbImage, E>,
     ) -> Result<Self, E> {
         match paths {
             [a, b] => Self::halves([load_light(a, size)?, load_light(b, size)?], show),
@@ -103,8 +103,8 @@ impl Reference {
     /// # Errors
     /// They differ in size or in what their numbers mean, or `show` fails.
     pub fn halves<E: From<MeasureError>>(
-        halves: [Picture; 2],
-        show: impl FnOnce(&Picture) -> Result<Picture, E>,
+        halves: [RgbImage; 2],
+        show: impl FnOnce(&RgbImage) -> Result<RgbImage, E>,
     ) -> Result<Self, E> {
         super::check_alike(&halves[0], &halves[1])?;
         let pixels = halves[0]
@@ -115,7 +115,7 @@ impl Reference {
                 std::array::from_fn(|c| (0.5 * (f64::from(a[c]) + f64::from(b[c]))) as f32)
             })
             .collect();
-        let picture = Picture {
+        let picture = RgbImage {
             pixels,
             ..halves[0]
         };
@@ -154,7 +154,7 @@ impl Reference {
     /// The references differ in size or nothing is finite.
     pub fn between(&self, other: &Self) -> Result<Between, MeasureError> {
         super::check_alike(&self.picture, &other.picture)?;
-        let at = |picture: &Picture, i: usize, c: usize| f64::from(picture.pixels[i][c]);
+        let at = |picture: &RgbImage, i: usize, c: usize| f64::from(picture.pixels[i][c]);
         let term = |i: usize, c: usize, r: f64| {
             let product = match (&self.halves, &other.halves) {
                 (Some([a, b]), Some([x, y])) => {
@@ -197,7 +197,7 @@ impl Reference {
     ///
     /// # Errors
     /// As [`super::difference`].
-    pub fn errors(&self, picture: &Picture, shown: &Picture) -> Result<Errors, MeasureError> {
+    pub fn errors(&self, picture: &RgbImage, shown: &RgbImage) -> Result<Errors, MeasureError> {
         let d: Difference = difference_as_shown(picture, &self.picture, shown, &self.shown)?;
         let (mut mse, mut rel_mse) = (d.rmse * d.rmse, d.rel_mse);
         if let Some([a, b]) = &self.halves {

@@ -1,9 +1,9 @@
 //! The page and the plots.
 
 use super::Reference;
-use super::study::{Against, Curve, MAIN, MEASURES, Measure, Row, Study};
+use super::study::{Against, Curve, MAIN, MEASURES, Measure, SampleRow, Study};
 use crate::math::words::counted;
-use crate::measure::{Picture, flip_map};
+use crate::measure::{RgbImage, flip_map};
 use crate::report::{
     Axis, Cell, Column, HeatMap, HeatMaps, Page, Plot, Point, Section, Series, Settings, Slider,
     Table,
@@ -16,19 +16,19 @@ const PLOTTED: [&str; 6] = [MAIN, "rmse", "smape", "flip", "hdr_flip", "ssim"];
 #[derive(Debug, Default)]
 pub struct Looks {
     /// What one sees of some pictures, by name.
-    shown: Vec<(String, Picture)>,
+    shown: Vec<(String, RgbImage)>,
     /// FLIP of the last picture of each renderer against its reference, by pixel.
     flip: Vec<(String, Vec<f32>)>,
 }
 
 impl Looks {
     /// Adds what one sees of a picture.
-    pub fn add(&mut self, name: impl Into<String>, shown: Picture) {
+    pub fn add(&mut self, name: impl Into<String>, shown: RgbImage) {
         self.shown.push((name.into(), shown));
     }
 
     /// Adds FLIP of what one sees of a renderer's last picture.
-    pub fn add_flip(&mut self, name: &str, shown: &Picture, reference: &Reference) {
+    pub fn add_flip(&mut self, name: &str, shown: &RgbImage, reference: &Reference) {
         let reference = &reference.shown;
         let map = flip_map([shown, reference, shown, reference]);
         self.flip.push((name.into(), map));
@@ -264,7 +264,7 @@ fn rows(curve: &Curve) -> Table {
         "does not depend on the time for independent samples",
     ));
     columns.push(Column::explained("s × relMSE", "the same, relative"));
-    let cells = |row: &Row| {
+    let cells = |row: &SampleRow| {
         let mut cells = vec![
             Cell::number(f64::from(row.samples)),
             Cell::number(row.seconds),

@@ -37,13 +37,13 @@ pub struct PeerPicture {
 #[derive(Deserialize)]
 struct Times {
     renderer: String,
-    pictures: Vec<Picture>,
+    pictures: Vec<PeerImage>,
     #[serde(default)]
     reference: Vec<String>,
 }
 
 #[derive(Deserialize)]
-struct Picture {
+struct PeerImage {
     file: String,
     samples: u32,
     seconds: f64,

@@ -131,7 +131,7 @@ pub struct Spread {
 
 /// All seeds with one number of samples.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct SampleRow {
     /// Samples a pixel.
     pub samples: u32,
     /// How many seeds.
@@ -159,7 +159,7 @@ pub struct Curve {
     /// Every picture.
     pub points: Vec<Measured>,
     /// By samples.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SampleRow>,
     /// Fitted error against time, by the key of the measure.
     pub slopes: BTreeMap<&'static str, PowerLaw>,
 }
@@ -192,7 +192,7 @@ impl Measure {
 
     /// The law of the mean error over the seeds, with the slope's standard error from the seeds' own slopes where there are
     /// two or more (the pictures of one run share samples, so that their residuals are not independent).
-    fn law(&self, points: &[Measured], rows: &[Row]) -> Option<PowerLaw> {
+    fn law(&self, points: &[Measured], rows: &[SampleRow]) -> Option<PowerLaw> {
         let together = PowerLaw::fit(rows.iter().filter_map(|row| {
             let spread = (*row.measures.get(self.key)?)?;
             Some((row.seconds, (self.error)(spread.mean)))
@@ -230,13 +230,13 @@ impl Curve {
         for point in &points {
             by_samples.entry(point.samples).or_default().push(point);
         }
-        let rows: Vec<Row> = by_samples
+        let rows: Vec<SampleRow> = by_samples
             .into_iter()
             .map(|(samples, points)| {
                 let of =
                     |value: fn(&Measured) -> f64| mean(points.iter().map(|point| value(point)));
                 let seconds = of(|point| point.seconds);
-                Row {
+                SampleRow {
                     samples,
                     seeds: points.len(),
                     seconds,
