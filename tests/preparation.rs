@@ -22,6 +22,7 @@ fn square() -> Scene {
         ],
         normals: Some(vec![up; 4]),
         tangents: Some(vec![[1.0, 0.0, 0.0, 1.0]; 4]),
+        radial: None,
         uvs: vec![vec![[0.5, 0.5]; 4]; 2],
         colors: Some(vec![[1.0; 4]; 4]),
         triangles: vec![[0, 1, 2], [0, 2, 3]],

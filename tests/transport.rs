@@ -13,8 +13,8 @@ use sundog::film::Passes;
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
 use sundog::scene::{
-    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind,
-    MetallicRoughness, NormalTexture, Projection, RayKind, Scene, Texture, Visibility,
+    AlphaMode, Anisotropy, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light,
+    LightKind, MetallicRoughness, NormalTexture, Projection, RayKind, Scene, Texture, Visibility,
 };
 use sundog::selftest::kit::{
     camera, constant_environment, diffuse, glass, light, place, quad, sphere,
@@ -495,6 +495,11 @@ fn gallery() -> Vec<(&'static str, Scene)> {
             metallic: 0.0,
             roughness: 0.5,
             diffuse_roughness: 0.4,
+            anisotropy: Some(Anisotropy::Gltf {
+                strength: 0.6,
+                rotation: 0.5,
+                texture: None,
+            }),
             base_color_texture: Some(texture(0)),
             normal_texture: Some(NormalTexture {
                 texture: texture(0),

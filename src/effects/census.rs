@@ -107,12 +107,12 @@ impl Census {
             }
             Effect::Coat
             | Effect::Sheen
-            | Effect::Anisotropy
             | Effect::ThinFilm
             | Effect::Subsurface
             | Effect::DiffuseTransmission
             | Effect::Dispersion => materials("weight 0"),
             Effect::DiffuseRoughness => materials("smooth"),
+            Effect::Anisotropy => materials("the same spread all around"),
             Effect::Absorption => materials("clear, or not solid,"),
             Effect::Media => "there is none in the file".into(),
             Effect::MotionBlur => "nothing moves in the file".into(),

@@ -240,6 +240,7 @@ impl Findings {
         add(Effect::MeshLights, summary.emits());
         add(Effect::Unlit, summary.unlit);
         add(Effect::DiffuseRoughness, summary.is_rough_diffuse);
+        add(Effect::Anisotropy, summary.is_anisotropic);
         let mut there = BTreeSet::new();
         for p in &summary.principled {
             there.extend(lobes(p));

@@ -40,6 +40,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::Metal
         | Effect::Gloss
         | Effect::DiffuseRoughness
+        | Effect::Anisotropy
         | STRUCTURE
 );
 /// What can't be left out, as it is how the world is built.
@@ -113,7 +114,7 @@ mod tests {
         );
         assert!(parse(&list(&["fog"])).unwrap_err().contains("rough-glass"));
         assert!(
-            parse(&list(&["coat"]))
+            parse(&list(&["media"]))
                 .unwrap_err()
                 .contains("not in the program yet")
         );

@@ -95,7 +95,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::BackfaceCulling, Branch, ["back faces of single-sided materials are not there", "it is asked for"]),
         line(E::Coat, Absent, ["a clear coat over the surface", "the importer meets a coat whose weight is not 0"]),
         line(E::Sheen, Absent, ["the shine of fabric", "the importer meets a sheen whose weight is not 0"]),
-        line(E::Anisotropy, Absent, ["highlights that are longer one way", "the importer meets a strength that is not 0"]),
+        line(E::Anisotropy, Kernels, ["highlights that are longer one way", "a placed material has an anisotropy that is not 0"]),
         line(E::DiffuseRoughness, Kernels, ["rough diffuse reflection", "a placed material has a diffuse roughness above 0"]),
         line(E::ThinFilm, Absent, ["interference of a thin film", "the importer meets one whose weight is not 0"]),
         line(E::Subsurface, Absent, ["light that goes on below the surface", "the importer meets one whose weight is not 0"]),

@@ -3,7 +3,7 @@
 use super::detect::kind_of_glass;
 use super::sets;
 use crate::scene::graph::node::{diffuse, principled};
-use crate::scene::graph::{Graph, Input, NodeKind, Opacity, Slot, SocketKind};
+use crate::scene::graph::{Graph, Input, NodeKind, Opacity, Slot};
 use crate::scene::{Effect, Environment, Light, Material};
 use enumset::EnumSet;
 
@@ -41,12 +41,17 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
     for node in &mut m.graph.nodes {
         let sockets = node.kind.sockets().iter();
         for (input, socket) in node.inputs.iter_mut().zip(sockets) {
-            if socket.kind == SocketKind::Vector && !set.contains(Effect::NormalMaps) {
+            if socket.name == "Normal" && !set.contains(Effect::NormalMaps) {
                 *input = Input::None;
             }
         }
         if node.kind == NodeKind::DiffuseBsdf && !set.contains(Effect::DiffuseRoughness) {
             node.inputs[diffuse::ROUGHNESS] = Input::float(0.0);
+        }
+        if !set.contains(Effect::Anisotropy)
+            && let Some((socket, _)) = node.anisotropy_sockets()
+        {
+            node.inputs[socket] = Input::float(0.0);
         }
         if !matches!(node.kind, NodeKind::PrincipledBsdf { .. }) {
             continue;

@@ -32,6 +32,9 @@ pub fn fingerprint(scene: &Scene) -> String {
                 .map(bytemuck::cast_slice)
                 .unwrap_or_default(),
         );
+        if let Some(radial) = &mesh.radial {
+            block("radial", bytemuck::cast_slice(radial));
+        }
         for uvs in &mesh.uvs {
             block("uvs", bytemuck::cast_slice(uvs));
         }

@@ -103,6 +103,8 @@ fn flat(mesh: &Mesh, m: &DMat3) -> Mesh {
             });
             turned.collect()
         }),
+        // All normals become one: nothing goes around it.
+        radial: None,
         ..mesh.clone()
     }
 }

@@ -363,6 +363,7 @@ impl Scene {
                 size_of_val(mesh.positions.as_slice())
                     + mesh.normals.as_deref().map_or(0, size_of_val)
                     + mesh.tangents.as_deref().map_or(0, size_of_val)
+                    + mesh.radial.as_deref().map_or(0, size_of_val)
                     + mesh
                         .uvs
                         .iter()

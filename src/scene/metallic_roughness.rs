@@ -1,9 +1,12 @@
 //! glTF's metallic-roughness material with its extensions, and the shader graph that says the same.
 
 use super::graph::node::{
-    self, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, transparent,
+    self, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, tangent,
+    transparent,
 };
-use super::graph::{Blend, Distribution, Graph, Input, Link, MathOperation, Node, NodeKind};
+use super::graph::{
+    Blend, Distribution, Graph, Input, Link, MathOperation, Node, NodeKind, TangentKind,
+};
 use super::{ImageUse, Material, Texture};
 
 /// A material as glTF's core and its extensions describe it. Scalars multiply their textures.
@@ -55,6 +58,10 @@ pub struct MetallicRoughness {
     pub transparent_color: [f32; 3],
     /// Roughness of the diffuse base (SUNDOG_material).
     pub diffuse_roughness: f32,
+    /// The specular colour tints the edges of metals (SUNDOG_material).
+    pub edge_tint: bool,
+    /// Highlights that are longer one way.
+    pub anisotropy: Option<Anisotropy>,
     /// What the file says; see `Scene` users for what culling does.
     pub double_sided: bool,
     /// Shows its base colour without light (KHR_materials_unlit).
@@ -87,6 +94,8 @@ impl Default for MetallicRoughness {
             glossy: None,
             transparent_color: [1.0; 3],
             diffuse_roughness: 0.0,
+            edge_tint: false,
+            anisotropy: None,
             double_sided: false,
             unlit: false,
         }
@@ -95,16 +104,51 @@ impl Default for MetallicRoughness {
 
 impl MetallicRoughness {
     /// All textures but the normal map.
-    pub fn textures_mut(&mut self) -> [&mut Option<Texture>; 6] {
-        [
+    pub fn textures_mut(&mut self) -> Vec<&mut Option<Texture>> {
+        let mut all = vec![
             &mut self.base_color_texture,
             &mut self.metallic_roughness_texture,
             &mut self.emission_texture,
             &mut self.specular_texture,
             &mut self.specular_color_texture,
             &mut self.transmission_texture,
-        ]
+        ];
+        if let Some(Anisotropy::Gltf { texture, .. }) = &mut self.anisotropy {
+            all.push(texture);
+        }
+        all
     }
+
+    /// The highest set of texture coordinates of its textures but the normal map.
+    pub fn highest_uv_set(&mut self) -> Option<u32> {
+        let textures = self.textures_mut().into_iter();
+        textures.filter_map(|t| Some(t.as_ref()?.uv_set)).max()
+    }
+}
+
+/// Highlights that are longer one way.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Anisotropy {
+    /// KHR_materials_anisotropy: along the tangent α grows to 1 by the square of the strength.
+    Gltf {
+        /// 0..=1.
+        strength: f32,
+        /// Counter-clockwise from the tangent, radians.
+        rotation: f32,
+        /// Direction in tangent space in R and G, strength in B.
+        texture: Option<Texture>,
+    },
+    /// Blender's own numbers (SUNDOG_material).
+    Blender {
+        /// Of a Principled BSDF 0..=1, of a Glossy BSDF -1..=1.
+        strength: f32,
+        /// Turns.
+        rotation: f32,
+        /// What the tangent follows.
+        tangent: TangentKind,
+        /// The set of texture coordinates, if it follows those.
+        uv_set: u32,
+    },
 }
 
 /// How opacity is used.
@@ -155,7 +199,16 @@ impl Builder {
     }
 
     fn product(&mut self, a: impl Into<Input>, b: impl Into<Input>, clamp: bool) -> Link {
-        let operation = MathOperation::Multiply;
+        self.math(MathOperation::Multiply, a, b, clamp)
+    }
+
+    fn math(
+        &mut self,
+        operation: MathOperation,
+        a: impl Into<Input>,
+        b: impl Into<Input>,
+        clamp: bool,
+    ) -> Link {
         let node = Node::new(NodeKind::Math { operation, clamp });
         self.0.add(node.with(math::A, a).with(math::B, b))
     }
@@ -243,12 +296,86 @@ impl Builder {
         let texture = m.metallic_roughness_texture.as_ref();
         let roughness = self.number(m.roughness, texture, node::GREEN);
         let normal = self.normal(m);
+        let [roughness, anisotropy, rotation, tangent] = self.anisotropy(m, roughness);
         self.0.add(
             Node::new(NodeKind::GlossyBsdf { distribution })
                 .with(glossy::COLOR, color)
                 .with(glossy::ROUGHNESS, roughness)
+                .with(glossy::ANISOTROPY, anisotropy)
+                .with(glossy::ROTATION, rotation)
+                .with(glossy::TANGENT, tangent)
                 .with(glossy::NORMAL, normal),
         )
+    }
+
+    /// Blender's roughness, anisotropy, rotation and tangent.
+    fn anisotropy(&mut self, m: &MetallicRoughness, roughness: Input) -> [Input; 4] {
+        match &m.anisotropy {
+            None => [roughness, 0.0.into(), 0.0.into(), Input::None],
+            Some(Anisotropy::Blender {
+                strength,
+                rotation,
+                tangent,
+                ..
+            }) => {
+                let along_u = *tangent == TangentKind::Uv;
+                let tangent = along_u.then(|| self.tangent(Input::None));
+                let tangent = tangent.map_or(Input::None, Input::Link);
+                [roughness, (*strength).into(), (*rotation).into(), tangent]
+            }
+            Some(Anisotropy::Gltf {
+                strength,
+                rotation,
+                texture,
+            }) => {
+                let image = texture.as_ref().map(|t| self.image(t, ImageUse::Data));
+                let strength = match image {
+                    None => Input::from(*strength),
+                    Some(image) => {
+                        let channel = self.separate(image, node::BLUE);
+                        self.product(*strength, channel, false).into()
+                    }
+                };
+                let (sin, cos) = rotation.sin_cos();
+                let (direction, turns) = match image {
+                    None => (
+                        Input::Value([0.5 + 0.5 * cos, 0.5 + 0.5 * sin, 0.5]),
+                        Input::from(0.0),
+                    ),
+                    Some(image) => (image.into(), (rotation / std::f32::consts::TAU).into()),
+                };
+                let tangent = self.tangent(direction);
+                let (roughness, strength) = self.as_blenders(roughness, strength);
+                [roughness, strength, turns, tangent.into()]
+            }
+        }
+    }
+
+    fn tangent(&mut self, direction: Input) -> Link {
+        let mut node = Node::new(NodeKind::Tangent {
+            kind: TangentKind::Uv,
+        });
+        if direction != Input::None {
+            node.inputs[tangent::DIRECTION] = direction;
+        }
+        self.0.add(node)
+    }
+
+    /// glTF has α across the tangent and α + (1 - α)·strength² along it; Blender r²·aspect and r²/aspect, with an aspect of
+    /// √(1 - 0.9·anisotropy). The roughness and the anisotropy of Blender that mean the same, as far as the aspect goes.
+    fn as_blenders(&mut self, roughness: Input, strength: Input) -> (Input, Input) {
+        use MathOperation::{Add, Divide, Power, Subtract};
+        let across = self.product(roughness, roughness, false);
+        let square = self.product(strength, strength, false);
+        let rest = self.math(Subtract, 1.0, across, false);
+        let more = self.product(rest, square, false);
+        let along = self.math(Add, across, more, false);
+        let ratio = self.math(Divide, across, along, false);
+        let lack = self.math(Subtract, 1.0, ratio, false);
+        let anisotropy = self.math(Divide, lack, 0.9, true);
+        let both = self.product(across, along, false);
+        let roughness = self.math(Power, both, 0.25, false);
+        (roughness.into(), anisotropy.into())
     }
 
     fn principled(&mut self, m: &MetallicRoughness, base_color: Link) -> Link {
@@ -263,6 +390,7 @@ impl Builder {
         };
         let metallic = factor(m.metallic, node::BLUE);
         let roughness = factor(m.roughness, node::GREEN);
+        let [roughness, anisotropy, rotation, tangent] = self.anisotropy(m, roughness);
         let specular = match &m.specular_texture {
             None => Input::float(0.5 * m.specular),
             Some(texture) => {
@@ -276,14 +404,20 @@ impl Builder {
         let transmission = self.number(m.transmission, m.transmission_texture.as_ref(), node::RED);
         let emission = self.color(m.emission, m.emission_texture.as_ref());
         let normal = self.normal(m);
-        let thin_wall = m.thin_walled;
+        let kind = NodeKind::PrincipledBsdf {
+            thin_wall: m.thin_walled,
+            edge_tint: m.edge_tint,
+        };
         self.0.add(
-            Node::new(NodeKind::PrincipledBsdf { thin_wall })
+            Node::new(kind)
                 .with(principled::BASE_COLOR, base_color)
                 .with(principled::METALLIC, metallic)
                 .with(principled::ROUGHNESS, roughness)
                 .with(principled::IOR, m.ior)
                 .with(principled::DIFFUSE_ROUGHNESS, m.diffuse_roughness)
+                .with(principled::ANISOTROPIC, anisotropy)
+                .with(principled::ANISOTROPIC_ROTATION, rotation)
+                .with(principled::TANGENT, tangent)
                 .with(principled::SPECULAR_IOR_LEVEL, specular)
                 .with(principled::SPECULAR_TINT, tint)
                 .with(principled::TRANSMISSION_WEIGHT, transmission)

@@ -29,7 +29,7 @@ pub use fingerprint::fingerprint;
 pub use inventory::{BoundsInfo, Inventory};
 pub use left_out::LeftOut;
 pub use material::{ImageUse, Material, Sampler, Texture, TextureFilter, UvTransform, Wrap};
-pub use metallic_roughness::{AlphaMode, MetallicRoughness, NormalTexture};
+pub use metallic_roughness::{AlphaMode, Anisotropy, MetallicRoughness, NormalTexture};
 pub use settings::{ColorManagement, RenderDefaults};
 pub use simplify::simplify;
 pub use texel::decoded;
@@ -89,6 +89,9 @@ pub struct Mesh {
     /// Unit tangents with the sign of the bitangent in `w` (glTF's convention).
     /// Given by the file or computed by MikkTSpace where the material has a normal map.
     pub tangents: Option<Vec<[f32; 4]>>,
+    /// Directions around the mesh's Z axis by its generated coordinates, of any length, between vertices linear. They turn as
+    /// normals do.
+    pub radial: Option<Vec<[f32; 3]>>,
     /// Texture coordinate sets (TEXCOORD_0, TEXCOORD_1, …), glTF's convention: v grows downwards.
     pub uvs: Vec<Vec<[f32; 2]>>,
     /// Linear vertex colour with alpha (COLOR_0); multiplies base colour and alpha.

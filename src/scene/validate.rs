@@ -416,6 +416,7 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
     let fits = |length: Option<usize>| length.is_none_or(|l| l == count);
     let lengths_match = fits(mesh.normals.as_ref().map(Vec::len))
         && fits(mesh.tangents.as_ref().map(Vec::len))
+        && fits(mesh.radial.as_ref().map(Vec::len))
         && fits(mesh.colors.as_ref().map(Vec::len))
         && mesh.uvs.iter().all(|set| fits(Some(set.len())));
     if !lengths_match {
@@ -455,6 +456,11 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
     }
     clean_normals(mesh, diagnostics);
     clean_tangents(mesh, diagnostics);
+    for direction in mesh.radial.iter_mut().flatten() {
+        if direction.iter().any(|c| !c.is_finite()) {
+            *direction = [0.0; 3];
+        }
+    }
     let mut replaced = false;
     for set in &mut mesh.uvs {
         for value in set.iter_mut().flatten().filter(|v| !v.is_finite()) {

@@ -92,6 +92,13 @@ pub enum Fresnel {
         /// Reflectance at normal incidence.
         f0: Vec3,
     },
+    /// A metal whose edges are tinted.
+    Tinted {
+        /// Reflectance at normal incidence.
+        f0: Vec3,
+        /// What it lacks of Schlick's, over cosθ (1 − cosθ)⁶.
+        lack: Vec3,
+    },
     /// A dielectric by the true equations, blended from a tint at normal incidence to white.
     Dielectric {
         /// Reflectance at normal incidence, tinted.
@@ -104,12 +111,42 @@ pub enum Fresnel {
 }
 
 impl Fresnel {
+    /// A metal with a tint of its edges: by it the reflectance at cosθ = 1/7 is multiplied (Kutz, Hašan and Edmondson, *Novel
+    /// Aspects of the Adobe Standard Material*, 2021).
+    #[inline]
+    pub fn metal(f0: Vec3, tint: Vec3) -> Self {
+        if tint.cmpge(Vec3::ONE).all() {
+            return Self::Schlick { f0 };
+        }
+        let tint = tint.clamp(Vec3::ZERO, Vec3::ONE);
+        let cos = 1.0 / 7.0;
+        let there = cos * schlick_weight(cos) * (1.0 - cos);
+        Self::Tinted {
+            f0,
+            lack: schlick(f0, cos) * (Vec3::ONE - tint) / there,
+        }
+    }
+
+    /// Mean over the cosine-weighted hemisphere, of metals: ∫ 2μ·μ(1 − μ)⁶ dμ = 1/126.
+    #[inline]
+    pub fn average(&self) -> Vec3 {
+        match *self {
+            Self::Schlick { f0 } => schlick_average(f0),
+            Self::Tinted { f0, lack } => schlick_average(f0) - lack * (1.0 / 126.0),
+            Self::Constant | Self::Dielectric { .. } => Vec3::ONE,
+        }
+    }
+
     /// Reflectance under an angle to the facet.
     #[inline]
     pub fn reflectance(&self, cos: f32) -> Vec3 {
         match *self {
             Self::Constant => Vec3::ONE,
             Self::Schlick { f0 } => schlick(f0, cos),
+            Self::Tinted { f0, lack } => {
+                let bend = schlick_weight(cos) * cos * (1.0 - cos);
+                (schlick(f0, cos) - lack * bend).clamp(Vec3::ZERO, Vec3::ONE)
+            }
             Self::Dielectric { f0, eta, true_f0 } => {
                 let blend = grazing_blend(dielectric(cos, eta).reflectance, true_f0);
                 f0 + (Vec3::ONE - f0) * blend

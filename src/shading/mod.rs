@@ -14,4 +14,4 @@ pub mod texture;
 pub use bsdf::{Bsdf, BsdfSample, Changes, Scattering};
 pub use closure::{AllFeatures, BsdfFeatures, Normals};
 pub use dielectrics::Dielectrics;
-pub use principled::Principled;
+pub use principled::{Principled, turned};

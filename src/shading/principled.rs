@@ -28,6 +28,8 @@ pub struct Principled {
     pub specular: f32,
     /// Tints the reflectance at normal incidence.
     pub specular_color: Vec3,
+    /// That tints the reflectance of metals at grazing angles, too.
+    pub edge_tint: bool,
     /// Share of transmission instead of diffusion.
     pub transmission: f32,
     /// Transmits without refraction.
@@ -50,6 +52,7 @@ impl Default for Principled {
             ior: 1.5,
             specular: 1.0,
             specular_color: Vec3::ONE,
+            edge_tint: true,
             transmission: 0.0,
             thin_walled: false,
             diffuse_roughness: 0.0,
@@ -91,7 +94,7 @@ fn glossy_alpha(roughness: f32, anisotropy: f32) -> Alpha {
 
 /// A tangent turned about the normal.
 #[inline]
-fn turned(tangent: Vec3, normal: Vec3, turns: f32) -> Vec3 {
+pub fn turned(tangent: Vec3, normal: Vec3, turns: f32) -> Vec3 {
     if turns == 0.0 {
         return tangent;
     }
@@ -145,7 +148,11 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let cos = facets.cos().max(0.0);
         let ior = fresnel::bounded_ior(p.ior);
         // A mirror loses nothing, and reflects as the tables' interface at its own cosine.
-        let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, roughness));
+        let mean = match tangent {
+            Some(_) => alpha.mean_roughness(),
+            None => roughness,
+        };
+        let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, mean));
         // A dielectric without specular reflects nothing.
         let has_lobe = p.metallic > 0.0 || p.transmission > 0.0 || specular > 0.0;
         let albedos = place.filter(|_| has_lobe).map(Albedos::at);
@@ -157,13 +164,18 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if p.metallic > 0.0 {
             let f0 = p.base_color.min(Vec3::ONE);
             let share = weight * p.metallic;
+            let metal = if p.edge_tint {
+                Fresnel::metal(f0, p.specular_color)
+            } else {
+                Fresnel::Schlick { f0 }
+            };
             self.add_reflection(
                 Reflection {
-                    weight: compensation(fresnel::schlick_average(f0)) * share,
+                    weight: compensation(metal.average()) * share,
                     facets,
-                    fresnel: Fresnel::Schlick { f0 },
+                    fresnel: metal,
                 },
-                fresnel::schlick(f0, cos) * share,
+                metal.reflectance(cos) * share,
             );
         }
         if K::TRANSMISSION && p.transmission > 0.0 && rest > 0.0 {
@@ -179,6 +191,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             let single = if p.thin_walled {
                 single_scattering()
             } else {
+                let place = place.map(|_| LutCoordinate::new(cos, roughness));
                 let solid = tables.solid.as_ref().zip(place);
                 solid.map_or(1.0, |(t, at)| t.both(at, self.is_inside()))
             };

@@ -4,6 +4,7 @@ use super::material::PreparedMaterial;
 use crate::effects::{Features, General};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
+use crate::scene::graph::TangentKind;
 use crate::scene::{Mesh, Visibility};
 use crate::shading::Normals;
 use crate::shading::program::Place;
@@ -17,6 +18,7 @@ pub struct MeshData {
     pub triangles: Arc<TriangleMesh>,
     normals: Option<Vec<[f32; 3]>>,
     tangents: Option<Vec<[f32; 4]>>,
+    radial: Option<Vec<[f32; 3]>>,
     uvs: Vec<Vec<[f32; 2]>>,
     colors: Option<Vec<[f32; 4]>>,
     /// Index of the material.
@@ -30,6 +32,8 @@ pub struct Attributes {
     pub uv_sets: usize,
     /// Tangents.
     pub tangents: bool,
+    /// Radial tangents.
+    pub radial: bool,
     /// Colours.
     pub colors: bool,
 }
@@ -50,6 +54,14 @@ fn unit(v: DVec3) -> [f32; 3] {
         .to_array()
 }
 
+/// Transforms what is no unit vector by a matrix for normals, whatever the scale of that.
+fn as_normal(matrix: &DMat3, v: DVec3) -> [f32; 3] {
+    let scale = matrix.x_axis.length() + matrix.y_axis.length() + matrix.z_axis.length();
+    (*matrix * v / scale.max(f64::MIN_POSITIVE))
+        .as_vec3()
+        .to_array()
+}
+
 impl MeshData {
     /// Takes a mesh over, transformed in f64 if it stands in world space.
     pub fn new(
@@ -61,11 +73,13 @@ impl MeshData {
         let d3 = |v: &[f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
         let given_normals = mesh.normals.as_ref().filter(|_| mesh.is_smooth());
         let given_tangents = mesh.tangents.as_ref().filter(|_| kept.tangents);
-        let (positions, normals, tangents) = match transform {
+        let given_radial = mesh.radial.as_ref().filter(|_| kept.radial);
+        let (positions, normals, tangents, radial) = match transform {
             None => (
                 mesh.positions.clone(),
                 given_normals.cloned(),
                 given_tangents.cloned(),
+                given_radial.cloned(),
             ),
             Some(t) => {
                 let mirrored = t.matrix3.determinant() < 0.0;
@@ -85,6 +99,7 @@ impl MeshData {
                             })
                             .collect()
                     }),
+                    given_radial.map(|v| v.iter().map(|x| as_normal(&n, d3(x))).collect()),
                 )
             }
         };
@@ -92,6 +107,7 @@ impl MeshData {
             triangles: Arc::new(TriangleMesh::new(positions, mesh.triangles.clone())?),
             normals,
             tangents,
+            radial,
             uvs: mesh.uvs.iter().take(kept.uv_sets).cloned().collect(),
             colors: mesh
                 .colors
@@ -117,11 +133,12 @@ impl MeshData {
         let of = |values: usize, size: usize| (values * size) as u64;
         let normals = self.normals.as_ref().map_or(0, Vec::len);
         let tangents = self.tangents.as_ref().map_or(0, Vec::len);
+        let radial = self.radial.as_ref().map_or(0, Vec::len);
         let colors = self.colors.as_ref().map_or(0, Vec::len);
         let uvs = self.uvs.iter().map(Vec::len).sum();
         (
             of(self.triangles.vertices().len(), 12) + of(self.triangles.triangles().len(), 12),
-            of(normals, 12) + of(tangents + colors, 16) + of(uvs, 8),
+            of(normals + radial, 12) + of(tangents + colors, 16) + of(uvs, 8),
         )
     }
 
@@ -537,10 +554,31 @@ impl Place for Shaded<'_> {
     fn mapped_normal(&self, tangent_space: Vec3, strength: f32) -> Vec3 {
         mapped_normal(self, tangent_space, strength).unwrap_or(Vec3::ZERO)
     }
+
+    fn tangent(&self, kind: TangentKind, direction: Vec2) -> Vec3 {
+        match kind {
+            TangentKind::Uv => match tangent_frame(self) {
+                Some((t, b)) => t * direction.x + b * direction.y,
+                None => Vec3::ZERO,
+            },
+            TangentKind::Radial => match &self.at.mesh.radial {
+                Some(radial) => self.entry.normal::<General>(self.at.vector(radial)),
+                None => Vec3::ZERO,
+            },
+        }
+    }
 }
 
 /// The normal that a map's texel stands for, on the outside.
 fn mapped_normal(of: &Shaded, texel: Vec3, scale: f32) -> Option<Vec3> {
+    let (t, b) = tangent_frame(of)?;
+    let n = t * (texel.x * scale) + b * (texel.y * scale) + of.normal * texel.z;
+    let n = unit_or_zero(n);
+    (n != Vec3::ZERO && n.dot(of.normal) > 0.0).then_some(n)
+}
+
+/// Tangent and bitangent across the smooth normal.
+fn tangent_frame(of: &Shaded) -> Option<(Vec3, Vec3)> {
     let Shaded {
         entry,
         at,
@@ -582,8 +620,5 @@ fn mapped_normal(of: &Shaded, texel: Vec3, scale: f32) -> Option<Vec3> {
     if t == Vec3::ZERO {
         return None;
     }
-    let b = normal.cross(t) * (sign * mirror);
-    let n = t * (texel.x * scale) + b * (texel.y * scale) + normal * texel.z;
-    let n = unit_or_zero(n);
-    (n != Vec3::ZERO && n.dot(normal) > 0.0).then_some(n)
+    Some((t, normal.cross(t) * (sign * mirror)))
 }

@@ -2,15 +2,15 @@
 
 use super::Options;
 use crate::effects::{self, Effect};
-use crate::scene::graph::PrincipledSummary;
 use crate::scene::graph::node::principled;
+use crate::scene::graph::{PrincipledSummary, TangentKind};
 use crate::scene::{ImageUse, Material, Scene, Texture};
 use crate::shading::program::{
     Known, Place, Programs, Root, Shader, Source, Weighted, compile, parameters, reflected,
 };
 use crate::shading::tables::Rows;
 use crate::shading::texture::{PreparedTexture, Raster};
-use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled, ggx};
+use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled, ggx, turned};
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -127,7 +127,7 @@ impl Preparer {
     fn mixed(&self, shaders: &[Weighted]) -> Vec<Arc<Dielectrics>> {
         let is_plain = |weighted: &Weighted| {
             weighted.weight.constant() == Some(Vec3::ONE)
-                && matches!(weighted.shader, Shader::Principled { .. })
+                && matches!(weighted.shader, Shader::Principled { tangent: None, .. })
         };
         if shaders.is_empty() || shaders.len() == 1 && is_plain(&shaders[0]) {
             return Vec::new();
@@ -209,6 +209,7 @@ const MATTE: Principled = Principled {
     ior: 1.5,
     specular: 0.0,
     specular_color: Vec3::ONE,
+    edge_tint: false,
     transmission: 0.0,
     thin_walled: true,
     diffuse_roughness: 0.0,
@@ -255,10 +256,14 @@ impl PreparedMaterial {
         self.bounds_a_solid
     }
 
-    /// Whether it has a normal map.
-    pub fn has_normal_map(&self) -> bool {
+    /// Whether it asks for tangents of texture coordinates, and for radial ones.
+    pub fn tangents(&self) -> (bool, bool) {
         let mut shaders = self.programs.shaders.iter();
-        shaders.any(|shader| shader.shader.normal().is_some())
+        let reads = |kind| self.programs.surface.reads_tangent(kind);
+        (
+            shaders.any(|shader| shader.shader.normal().is_some()) || reads(TangentKind::Uv),
+            reads(TangentKind::Radial),
+        )
     }
 
     /// What the material says at a point, and the normal of its map on the outside, 0 without one.
@@ -312,10 +317,12 @@ impl PreparedMaterial {
                 }
                 let normal = shader.normal().map_or(Vec3::ZERO, |root| at.color(root));
                 let normal = side(normal);
+                let tangent = shader.tangent().map(|root| at.color(root));
+                let tangent = tangent.filter(|tangent| *tangent != Vec3::ZERO);
                 match shader {
                     Shader::Principled { base, linked, .. } => {
                         let p = parameters(base, linked, at);
-                        bsdf.add_principled(weight, &p, tables, (normal, None));
+                        bsdf.add_principled(weight, &p, tables, (normal, tangent));
                     }
                     Shader::Diffuse {
                         color, roughness, ..
@@ -327,12 +334,14 @@ impl PreparedMaterial {
                         color,
                         roughness,
                         anisotropy,
+                        rotation,
                         compensated,
                         ..
                     } => {
                         let facets = (at.number(roughness), at.number(anisotropy));
                         let color = reflected(at.color(color));
-                        bsdf.add_glossy(weight, color, facets, (normal, None), *compensated);
+                        let tangent = tangent.map(|t| turned(t, normal, at.number(rotation)));
+                        bsdf.add_glossy(weight, color, facets, (normal, tangent), *compensated);
                     }
                 }
             }
@@ -356,7 +365,7 @@ impl PreparedMaterial {
         let opacity = opacity.iter().flat_map(|o| o.program.textures());
         let read = surface.textures().iter().chain(emission.textures());
         // Where there are no tangents, those of the first set take their place.
-        let bumps = usize::from(self.has_normal_map());
+        let bumps = usize::from(self.tangents().0);
         let sets = read
             .chain(opacity)
             .map(|texture| texture.uv_set as usize + 1);

@@ -50,7 +50,8 @@ impl Needs {
         Self {
             attributes: Attributes {
                 uv_sets: material.uv_sets().max(usize::from(options.uv_pass)),
-                tangents: material.has_normal_map(),
+                tangents: material.tangents().0,
+                radial: material.tangents().1,
                 colors: options.effects.contains(Effect::VertexColors),
             },
             filtered,

@@ -30,6 +30,16 @@ def alone(name, kind, **inputs):
     return material
 
 
+def along_u(material):
+    """The material with a tangent along its UV map."""
+    tree = material.node_tree
+    tangent = tree.nodes.new("ShaderNodeTangent")
+    tangent.direction_type = "UV_MAP"
+    shader = next(n for n in tree.nodes if "Tangent" in n.inputs)
+    tree.links.new(tangent.outputs[0], shader.inputs["Tangent"])
+    return material
+
+
 def part_clear(name, part):
     """Red matte, a part of which lets blue light pass."""
     material, tree, surface = tree_of(name)
@@ -66,6 +76,10 @@ class Lobes(kit.ExportTest):
         ]
         if "Diffuse Roughness" in alone("probe", "ShaderNodeBsdfPrincipled").node_tree.nodes[1].inputs:
             rows.append([alone(f"base {r}", "ShaderNodeBsdfPrincipled", Base_Color=RED, Roughness=0.4, Diffuse_Roughness=r) for r in PARTS])
+        self.show(rows)
+
+    def show(self, rows):
+        """Balls in rows, under a sun and before a dim world."""
         for line, row in enumerate(rows):
             for column, made in enumerate(row):
                 bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.42, location=(column - 2, line - 1.5, 0))
@@ -89,6 +103,21 @@ class Lobes(kit.ExportTest):
 
     def test_pictures_are_those_of_cycles(self):
         self.balls()
+        self.agree()
+
+    def test_anisotropic_pictures_are_those_of_cycles(self):
+        """Around the Z axis, and along the UV maps of the balls."""
+        rows = [
+            [alone(f"principled {a}", "ShaderNodeBsdfPrincipled", Base_Color=GOLD, Metallic=1, Roughness=0.5, Anisotropic=a) for a in PARTS],
+            [alone(f"glossy {a}", "ShaderNodeBsdfGlossy", Color=GOLD, Roughness=0.6, Anisotropy=a, Rotation=0.125) for a in (-0.8, -0.4, 0, 0.4, 0.8)],
+            [along_u(alone(f"turned {r}", "ShaderNodeBsdfPrincipled", Roughness=0.5, Anisotropic=0.8, Anisotropic_Rotation=r)) for r in PARTS],
+            [alone(f"edge {t}", "ShaderNodeBsdfPrincipled", Base_Color=GOLD, Metallic=1, Roughness=0.4, Specular_Tint=(t, 1, 1 - t, 1)) for t in PARTS],
+        ]
+        self.show(rows)
+        self.assertEqual({v["verdict"] for v in self.agree().values()}, {"exact"})
+
+    def agree(self):
+        """Compares the picture with Cycles'; the verdicts on materials."""
         found = self.export()
         seen = kit.cycles_pixels(96, 64, 512)
         got = kit.rendered(found.path, 96, 64, 512)
@@ -99,6 +128,7 @@ class Lobes(kit.ExportTest):
         worst = numpy.abs(blocks(got) - blocks(seen)) / numpy.maximum(blocks(seen), 1e-3)
         self.assertLess(worst.max(), 0.03, f"{worst.max(axis=2).round(3)}")
         self.assertLess(abs(got.mean() / seen.mean() - 1), 0.005)
+        return {v["name"]: v for v in found.result.verdicts if v["kind"] == "material"}
 
     def test_what_is_written(self):
         made = self.material(alone("glossy", "ShaderNodeBsdfGlossy", Color=GOLD, Roughness=0.25))

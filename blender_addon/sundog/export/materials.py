@@ -12,7 +12,7 @@ import math
 import numpy
 
 from . import geometry, graph, graph_write, images, nodes
-from .expressions import Const, Operation
+from .expressions import Const, Image, Operation
 from .shaders import Reader, Surface
 from .slots import Slots
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
@@ -22,7 +22,6 @@ UNRENDERED = {
     "subsurface": ("subsurface", "subsurface scattering"),
     "sheen": ("sheen", "sheen"),
     "coat": ("coat", "the coat"),
-    "anisotropy": ("anisotropy", "anisotropy"),
     "thin_film": ("thin-film", "the thin film"),
 }
 
@@ -109,7 +108,10 @@ class Writer:
             if texture:
                 result["normalTexture"] = {**texture, "scale": strength}
 
-        for key, value in surface.others.items():
+        others = dict(surface.others)
+        if "anisotropy" in others:
+            others["anisotropy"] = self._anisotropy(others["anisotropy"], surface, slots, reader)
+        for key, value in others.items():
             exact[key] = value
             if key in UNRENDERED:
                 effect, words = UNRENDERED[key]
@@ -124,7 +126,8 @@ class Writer:
             written = graph_write.Written()
         result["extensions"] = {self.document.uses(k): v for k, v in extensions.items()}
         index = self.document.shared("materials", result)
-        demand = geometry.Demand(slots.uvs, color, width, written.attributes, written.generated)
+        radial = "anisotropy" in others and "tangent" not in others["anisotropy"]
+        demand = geometry.Demand(slots.uvs, color, width, written.attributes, written.generated or radial)
         return Exported(index, demand, reader.findings, written.informed)
 
     def _graph(self, material, reader, uvs, color):
@@ -149,6 +152,25 @@ class Writer:
         for words in [nodes.CUT] * walk.is_cut + walk.not_finite:
             reader.note(APPROXIMATED, words)
         return written
+
+    @staticmethod
+    def _is_plain(metallic):
+        return isinstance(metallic, Const) and metallic.value <= 0
+
+    @staticmethod
+    def _anisotropy(found, surface, slots, reader):
+        """The anisotropy with the number of the UV map that its tangent follows."""
+        if "uv_map" not in found:
+            return found
+        found = dict(found)
+        name = found.pop("uv_map")
+        if name not in slots.uvs:
+            slots.uvs.append(name)
+        found["uv_set"] = slots.uvs.index(name)
+        of_normals = [leaf.texture.uv for leaf in surface.normal[0].leaves() if isinstance(leaf, Image)] if surface.normal else []
+        if any(uv != name for uv in of_normals):
+            reader.note(APPROXIMATED, "the tangent follows the normal map's UV map", "anisotropy")
+        return found
 
     def _emission(self, surface, slots, result, extensions):
         factor, texture = slots.color(surface.emission, "emission")
@@ -187,10 +209,9 @@ class Writer:
                 specular["specularTexture"] = texture
         tint, texture = slots.color(surface.specular_tint, "specular tint")
         tint = [max(float(v), 0.0) for v in tint]
-        plain = isinstance(surface.metallic, Const) and surface.metallic.value <= 0
-        if not plain and (texture or tint != [1.0, 1.0, 1.0]):
-            reader.note(APPROXIMATED, "a metal's edge tint is left out: its edges are white")
         if texture or tint != [1.0, 1.0, 1.0]:
+            if not self._is_plain(surface.metallic):
+                exact["edge_tint"] = True
             specular["specularColorFactor"] = tint
             if texture:
                 specular["specularColorTexture"] = texture

@@ -237,8 +237,7 @@ class Reader:
                 "ior": self._number(source, "Coat IOR", 1.5),
                 **self._tint(source, "Coat Tint"),
             }
-        if (strength := self._number(source, "Anisotropic")) != 0:
-            others["anisotropy"] = {"strength": strength, "rotation": self._number(source, "Anisotropic Rotation")}
+        others.update(self._anisotropy(source, "Anisotropic", "Anisotropic Rotation"))
         others.update(self._thin_film(source))
         emission = multiply(self._scalar(source, "Emission Strength"), self._color(source, "Emission Color"))
         metallic, transmission, roughness = (self._scalar(source, n) for n in ("Metallic", "Transmission Weight", "Roughness"))
@@ -280,9 +279,28 @@ class Reader:
         thickness = self._number(source, "Thin Film Thickness")
         return {"thin_film": {"thickness": thickness, "ior": self._number(source, "Thin Film IOR", 1.33)}} if thickness else {}
 
-    def _anisotropy(self, source):
-        strength = self._number(source, "Anisotropy")
-        return {"anisotropy": {"strength": strength, "rotation": self._number(source, "Rotation")}} if strength else {}
+    def _anisotropy(self, source, strength="Anisotropy", rotation="Rotation"):
+        strength, rotation = self._scalar(source, strength), self._scalar(source, rotation)
+        if isinstance(strength, Const) and strength.value == 0:
+            return {}
+        if not (isinstance(strength, Const) and isinstance(rotation, Const)):
+            self.note(APPROXIMATED, "the anisotropy or its rotation varies: 0.5 is used where it does", "anisotropy")
+        numbers = [float(v.value) if isinstance(v, Const) else 0.5 for v in (strength, rotation)]
+        return {"anisotropy": {"strength": numbers[0], "rotation": numbers[1], **self._tangent(source)}}
+
+    def _tangent(self, source):
+        """What the tangent of a shader follows: without a link the mesh's Z axis."""
+        place = source.input("Tangent")
+        found = self.walker.source(place) if place is not None else None
+        if found is None or not found.socket.is_output:
+            return {}
+        node = found.node
+        if node.type == "TANGENT" and node.direction_type == "UV_MAP":
+            return {"tangent": "uv", "uv_map": node.uv_map or None}
+        if not (node.type == "TANGENT" and node.axis == "Z"):
+            axis = f"about the {node.axis} axis" if node.type == "TANGENT" else f"by a {node.bl_label} node"
+            self.note(APPROXIMATED, f"the tangent {axis} is rendered as the one about the Z axis", "anisotropy")
+        return {}
 
     def _tint(self, source, name):
         value = self._color(source, name)

@@ -32,6 +32,7 @@ fn may_be_required(name: &str) -> bool {
                 | "SUNDOG_scene"
                 | "SUNDOG_camera"
                 | "SUNDOG_material"
+                | "SUNDOG_mesh"
                 | "SUNDOG_sampler"
         )
 }
@@ -179,11 +180,6 @@ pub(super) fn report_material(
             Effect::ThinFilm,
             positive("iridescenceFactor", 0.0),
             "rendered without the thin film",
-        ),
-        "KHR_materials_anisotropy" => (
-            Effect::Anisotropy,
-            positive("anisotropyStrength", 0.0),
-            "rendered with an isotropic highlight",
         ),
         "KHR_materials_dispersion" => (
             Effect::Dispersion,

@@ -7,9 +7,9 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::container::Document;
-use super::extensions;
 use super::schema::{GlossyJson, SundogMaterial};
 use super::textures::Images;
+use super::{extensions, layers};
 use crate::import::{ImportError, ImportOptions, Transmission};
 use crate::scene::graph::Distribution;
 use crate::scene::{
@@ -208,6 +208,14 @@ pub(super) fn load_material(
         })?;
         apply_sundog(&extension, options, &owner, &mut material, diagnostics);
     }
+    if material.anisotropy.is_none()
+        && let Some(extension) = at("/extensions/KHR_materials_anisotropy")
+    {
+        let broken = |problem| ImportError::malformed(&document.file, owner.clone(), problem);
+        let found = layers::anisotropy(extension, &owner, images, diagnostics).map_err(broken)?;
+        material.anisotropy = found;
+        layers::report_anisotropy(&material, diagnostics);
+    }
     report_unrendered(at("/extensions"), &material.name, diagnostics);
     Ok(material)
 }
@@ -228,7 +236,7 @@ fn legal_factor(factor: [f32; 3], name: &str, diagnostics: &mut Diagnostics) -> 
 }
 
 /// Inputs of Blender's Principled BSDF that are not rendered yet, and what is shown in their place.
-const UNRENDERED: [(&str, Effect, &str, &str); 5] = [
+const UNRENDERED: [(&str, Effect, &str, &str); 4] = [
     (
         "subsurface",
         Effect::Subsurface,
@@ -246,12 +254,6 @@ const UNRENDERED: [(&str, Effect, &str, &str); 5] = [
         Effect::Coat,
         "the coat",
         "rendered without the coat",
-    ),
-    (
-        "anisotropy",
-        Effect::Anisotropy,
-        "anisotropy",
-        "rendered with an isotropic highlight",
     ),
     (
         "thin_film",
@@ -282,6 +284,11 @@ fn apply_sundog(
         GlossyJson::Ggx => Distribution::Ggx,
         GlossyJson::MultiscatterGgx => Distribution::MultiscatterGgx,
     });
+    material.edge_tint = extension.edge_tint.unwrap_or(false);
+    material.anisotropy = extension
+        .anisotropy
+        .as_ref()
+        .map(layers::blender_anisotropy);
     if let Some(color) = extension.transparent_color {
         material.transparent_color = color;
     }
@@ -361,7 +368,8 @@ fn report_unrendered(extensions: Option<&Value>, material: &str, diagnostics: &m
     };
     for (name, value) in extensions {
         match name.as_str() {
-            "KHR_materials_emissive_strength"
+            "KHR_materials_anisotropy"
+            | "KHR_materials_emissive_strength"
             | "KHR_materials_ior"
             | "KHR_materials_specular"
             | "KHR_materials_transmission"

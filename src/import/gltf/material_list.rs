@@ -8,11 +8,12 @@ use super::mesh::PrimitiveMaterial;
 use super::shapes::mesh_name;
 use super::textures::Images;
 use crate::import::{ImportError, ImportOptions};
-use crate::scene::{Diagnostics, MaterialId, Verdict};
+use crate::scene::graph::TangentKind;
+use crate::scene::{Anisotropy, Diagnostics, Effect, MaterialId, MetallicRoughness, Verdict};
 
 /// The materials that the scene's meshes use, in file order, and the images that these use.
 pub(super) struct Materials<'a> {
-    pub(super) list: Vec<crate::scene::MetallicRoughness>,
+    pub(super) list: Vec<MetallicRoughness>,
     /// By glTF material index (or none).
     pub(super) by_primitive: HashMap<Option<usize>, PrimitiveMaterial>,
     pub(super) images: Images<'a>,
@@ -42,7 +43,7 @@ impl<'a> Materials<'a> {
         let mut list = Vec::new();
         let mut by_primitive = HashMap::new();
         for index in used {
-            let material = match index {
+            let mut material = match index {
                 Some(index) => Some(material::load_material(
                     document,
                     index,
@@ -60,21 +61,14 @@ impl<'a> Materials<'a> {
                     );
                 }),
             };
-            let normal_map_uv_set = material
-                .as_ref()
-                .and_then(|m| m.normal_texture.as_ref())
-                .map(|n| n.texture.uv_set);
-            let uv_set = material.as_ref().and_then(|m| {
-                let textures = [
-                    &m.base_color_texture,
-                    &m.metallic_roughness_texture,
-                    &m.emission_texture,
-                    &m.specular_texture,
-                    &m.specular_color_texture,
-                    &m.transmission_texture,
-                ];
-                textures.into_iter().flatten().map(|t| t.uv_set).max()
+            let tangents = material.as_ref().and_then(tangents);
+            let radial = material.as_ref().is_some_and(|m| {
+                let radial = TangentKind::Radial;
+                matches!(m.anisotropy, Some(Anisotropy::Blender { tangent, .. }) if tangent == radial)
             });
+            let uv_set = material
+                .as_mut()
+                .and_then(MetallicRoughness::highest_uv_set);
             let brightest = brightest(document, material.as_ref());
             let id = material.map(|material| {
                 list.push(material);
@@ -84,7 +78,8 @@ impl<'a> Materials<'a> {
                 index,
                 PrimitiveMaterial {
                     id,
-                    normal_map_uv_set,
+                    tangents,
+                    radial,
                     uv_set,
                     brightest,
                 },
@@ -98,12 +93,26 @@ impl<'a> Materials<'a> {
     }
 }
 
+/// The set of texture coordinates that a material's tangents follow, and what needs them.
+fn tangents(material: &MetallicRoughness) -> Option<(u32, Effect)> {
+    if let Some(normal) = &material.normal_texture {
+        return Some((normal.texture.uv_set, Effect::NormalMaps));
+    }
+    let set = match material.anisotropy.as_ref()? {
+        Anisotropy::Gltf { texture, .. } => texture.as_ref().map_or(0, |t| t.uv_set),
+        Anisotropy::Blender {
+            tangent: TangentKind::Uv,
+            uv_set,
+            ..
+        } => *uv_set,
+        Anisotropy::Blender { .. } => return None,
+    };
+    Some((set, Effect::Anisotropy))
+}
+
 /// The vertex colours with which a material's base colour is 1. `None` where they may be brighter: what is unlit shines anyway,
 /// and the add-on writes what Cycles shows.
-fn brightest(
-    document: &Document,
-    material: Option<&crate::scene::MetallicRoughness>,
-) -> Option<[f32; 3]> {
+fn brightest(document: &Document, material: Option<&MetallicRoughness>) -> Option<[f32; 3]> {
     let generator = document.core.asset.generator.as_deref();
     if material.is_some_and(|m| m.unlit)
         || generator.is_some_and(|g| g.starts_with("Sundog add-on for Blender"))

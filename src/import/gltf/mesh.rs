@@ -9,6 +9,7 @@ use super::accessor::{self, Source};
 use super::container::Document;
 use super::deform::{self, Pose};
 use super::draco::Decoded;
+use super::schema::TextureSpaceJson;
 use super::tangents;
 use crate::import::budget::Budget;
 use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, Verdict};
@@ -17,8 +18,10 @@ use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, Verdict};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PrimitiveMaterial {
     pub id: Option<MaterialId>,
-    /// The UV set of the normal map, if there is one: it needs tangents.
-    pub normal_map_uv_set: Option<u32>,
+    /// The UV set that tangents follow, if a normal map or anisotropy needs them.
+    pub tangents: Option<(u32, Effect)>,
+    /// It needs radial tangents.
+    pub radial: bool,
     /// The highest UV set of its other textures.
     pub uv_set: Option<u32>,
     /// Vertex colours above this would make the surface send out more light than arrives; `None` if they may.
@@ -30,6 +33,8 @@ pub(super) struct Attributes<'a> {
     pub primitive: &'a json::mesh::Primitive,
     /// What came out of its compressed stream, if it has one.
     pub decoded: Option<Decoded>,
+    /// The box of its generated coordinates.
+    pub texture_space: Option<TextureSpaceJson>,
 }
 
 impl Attributes<'_> {
@@ -204,30 +209,43 @@ pub(super) fn load_primitive(
         return Ok(None);
     }
 
-    if tangents.is_some() && material.normal_map_uv_set.is_none() {
+    if tangents.is_some() && material.tangents.is_none() {
         tangents = None;
     }
+    let radial = material
+        .radial
+        .then(|| tangents::radial(&positions, attributes.texture_space));
     let mut mesh = Mesh {
         name: name.into(),
         positions,
         normals,
         tangents,
+        radial,
         uvs,
         colors,
         triangles,
         material: material.id,
     };
     drop_unused_vertices(&mut mesh);
-    if let Some(set) = material.normal_map_uv_set
+    if let Some((set, effect)) = material.tangents
         && mesh.tangents.is_none()
     {
         if mesh.uvs.len() > set as usize {
             // Corners come apart before they are welded again: three full vertices a triangle.
             budget.take(mesh.triangles.len() as u64 * 3, 60)?;
             tangents::compute(&mut mesh, set as usize);
+        } else if effect == Effect::Anisotropy {
+            diagnostics.report_effect(
+                effect,
+                "anisotropy-without-uv",
+                Verdict::Lost,
+                format!("anisotropy on meshes without texture coordinate set {set}"),
+                name,
+                "rendered with an isotropic highlight",
+            );
         } else {
             diagnostics.report_effect(
-                Effect::NormalMaps,
+                effect,
                 "normal-map-without-uv",
                 Verdict::Lost,
                 format!("normal map on meshes without texture coordinate set {set}"),
@@ -352,6 +370,9 @@ fn drop_unused_vertices(mesh: &mut Mesh) {
     }
     if let Some(tangents) = &mut mesh.tangents {
         keep(tangents, &used);
+    }
+    if let Some(radial) = &mut mesh.radial {
+        keep(radial, &used);
     }
     mesh.uvs.iter_mut().for_each(|set| keep(set, &used));
     if let Some(colors) = &mut mesh.colors {

@@ -6,6 +6,7 @@ mod container;
 mod deform;
 mod draco;
 mod extensions;
+mod layers;
 mod lights;
 mod material;
 mod material_list;

@@ -52,9 +52,47 @@ pub(super) struct SundogMaterial {
     pub diffuse_roughness: Option<f32>,
     pub glossy: Option<GlossyJson>,
     pub transparent_color: Option<[f32; 3]>,
+    pub edge_tint: Option<bool>,
+    pub anisotropy: Option<AnisotropyJson>,
     /// What is not rendered, and what is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+/// Anisotropy by Blender's numbers.
+#[derive(Debug, Deserialize)]
+pub(super) struct AnisotropyJson {
+    pub strength: f32,
+    #[serde(default)]
+    pub rotation: f32,
+    #[serde(default)]
+    pub tangent: TangentJson,
+    #[serde(default)]
+    pub uv_set: u32,
+}
+
+/// What a tangent follows.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum TangentJson {
+    #[default]
+    Radial,
+    Uv,
+}
+
+/// What glTF has no word for in a primitive. See `docs/gltf-extensions.md`.
+#[derive(Debug, Deserialize)]
+pub(super) struct SundogMesh {
+    pub texture_space: Option<TextureSpaceJson>,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// The box that generated coordinates are 0 to 1 in: its middle, and from there to its sides.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct TextureSpaceJson {
+    pub location: [f32; 3],
+    pub size: [f32; 3],
 }
 
 /// The facets of a Glossy BSDF.

@@ -4,11 +4,13 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::DAffine3;
 use rayon::prelude::*;
+use serde::Deserialize;
 
 use super::container::Document;
 use super::deform::Pose;
 use super::mesh::{Attributes, PrimitiveMaterial};
 use super::placement::matrix;
+use super::schema::SundogMesh;
 use super::walk::{Placed, Shaped};
 use super::{draco, extensions, mesh};
 use crate::import::ImportError;
@@ -147,9 +149,19 @@ fn load_mesh(
             document,
             &pointer,
             &object,
-            &["KHR_draco_mesh_compression"],
+            &["KHR_draco_mesh_compression", "SUNDOG_mesh"],
             diagnostics,
         );
+        let texture_space = match document.extension(&pointer, "SUNDOG_mesh") {
+            None => None,
+            Some(extension) => {
+                let extension = SundogMesh::deserialize(extension)
+                    .map_err(|e| broken(format!("its SUNDOG_mesh cannot be read: {e}")))?;
+                let unknown = &extension.unknown;
+                extensions::report_properties("SUNDOG_mesh", unknown, &object, diagnostics);
+                extension.texture_space
+            }
+        };
         let stream = document.extension(&pointer, "KHR_draco_mesh_compression");
         let decoded = match stream.map(|s| draco::decode(document, s, primitive, budget)) {
             Some(Ok(decoded)) => Some(decoded),
@@ -166,11 +178,16 @@ fn load_mesh(
             Some(Err(problem)) => return Err(broken(problem)),
             None => None,
         };
-        let attributes = Attributes { primitive, decoded };
+        let attributes = Attributes {
+            primitive,
+            decoded,
+            texture_space,
+        };
         let material = primitive.material.map(|m| m.value());
         let none = PrimitiveMaterial {
             id: None,
-            normal_map_uv_set: None,
+            tangents: None,
+            radial: false,
             uv_set: None,
             brightest: Some([1.0; 3]),
         };

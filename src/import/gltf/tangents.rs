@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::Vec3;
 
+use super::schema::TextureSpaceJson;
 use crate::scene::Mesh;
 
 struct Corners<'a> {
@@ -106,11 +107,36 @@ pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
     if let Some(normals) = &mut mesh.normals {
         gather(normals, &origin);
     }
+    if let Some(radial) = &mut mesh.radial {
+        gather(radial, &origin);
+    }
     mesh.uvs.iter_mut().for_each(|set| gather(set, &origin));
     if let Some(colors) = &mut mesh.colors {
         gather(colors, &origin);
     }
     mesh.tangents = Some(kept);
+}
+
+/// Directions around the Z axis of generated coordinates. Without a texture space they are as Blender's own automatic one: the
+/// box around the vertices.
+pub(super) fn radial(positions: &[[f32; 3]], space: Option<TextureSpaceJson>) -> Vec<[f32; 3]> {
+    let (location, size) = match space {
+        Some(space) => (Vec3::from(space.location), Vec3::from(space.size)),
+        None => {
+            let points = || positions.iter().map(|p| Vec3::from(*p));
+            let (low, high) = (
+                points().fold(Vec3::INFINITY, Vec3::min),
+                points().fold(Vec3::NEG_INFINITY, Vec3::max),
+            );
+            (0.5 * (low + high), 0.5 * (high - low))
+        }
+    };
+    let size = Vec3::select(size.cmpeq(Vec3::ZERO), Vec3::ONE, size);
+    let around = |p: &[f32; 3]| {
+        let generated = (Vec3::from(*p) - location) / (2.0 * size);
+        [-generated.y, generated.x, 0.0]
+    };
+    positions.iter().map(around).collect()
 }
 
 fn is_sane(corners: &Corners) -> bool {

@@ -1,6 +1,6 @@
 //! Graphs without what changes nothing: constants are folded, branches that are not seen are gone.
 
-use super::node::{math, mix, mix_shader, normal_map, principled};
+use super::node::{glossy, math, mix, mix_shader, normal_map, principled};
 use super::{
     Blend, Facts, Graph, Input, Lane, Link, MathOperation, Node, NodeKind, Range, SocketKind, Unit,
 };
@@ -34,9 +34,10 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
                 graph.nodes[at].inputs[place] = before;
             }
         }
-        if matches!(graph.nodes[at].kind, NodeKind::PrincipledBsdf { .. }) {
-            cut_hidden(graph, at, &results, &factors);
+        if let NodeKind::PrincipledBsdf { edge_tint, .. } = graph.nodes[at].kind {
+            cut_hidden(graph, (at, edge_tint), &results, &factors);
         }
+        cut_tangent(graph, at);
         instead[at] = replacement(graph, at, facts);
         let result = graph.result((&results, &taken), at, facts);
         results.push(result);
@@ -51,7 +52,12 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
 
 /// Sockets of a Principled BSDF that are not seen below metal or glass lose their links, unless a value there may not be
 /// finite: that times nothing is not nothing.
-fn cut_hidden(graph: &mut Graph, at: usize, results: &[Range], factors: &[Range]) {
+fn cut_hidden(
+    graph: &mut Graph,
+    (at, edge_tint): (usize, bool),
+    results: &[Range],
+    factors: &[Range],
+) {
     use principled::{METALLIC, SPECULAR_IOR_LEVEL, SPECULAR_TINT, TRANSMISSION_WEIGHT};
     let range = |graph: &Graph, socket: usize| {
         let kind = principled::SOCKETS[socket].kind;
@@ -70,8 +76,11 @@ fn cut_hidden(graph: &mut Graph, at: usize, results: &[Range], factors: &[Range]
         |graph: &Graph, socket| range(graph, socket).number().1,
     );
     if least(graph, METALLIC) >= 1.0 {
-        for socket in [SPECULAR_IOR_LEVEL, SPECULAR_TINT, TRANSMISSION_WEIGHT] {
+        for socket in [SPECULAR_IOR_LEVEL, TRANSMISSION_WEIGHT] {
             cut(graph, socket);
+        }
+        if !edge_tint {
+            cut(graph, SPECULAR_TINT);
         }
         return;
     }
@@ -79,8 +88,25 @@ fn cut_hidden(graph: &mut Graph, at: usize, results: &[Range], factors: &[Range]
         cut(graph, SPECULAR_IOR_LEVEL);
     }
     // Glass is tinted by it whatever the strength.
-    if most(graph, SPECULAR_IOR_LEVEL) <= 0.0 && most(graph, TRANSMISSION_WEIGHT) <= 0.0 {
+    if most(graph, SPECULAR_IOR_LEVEL) <= 0.0
+        && most(graph, TRANSMISSION_WEIGHT) <= 0.0
+        && !(edge_tint && most(graph, METALLIC) > 0.0)
+    {
         cut(graph, SPECULAR_TINT);
+    }
+}
+
+/// Without anisotropy a tangent changes nothing.
+fn cut_tangent(graph: &mut Graph, at: usize) {
+    let node = &mut graph.nodes[at];
+    let [tangent, rotation] = match node.kind {
+        NodeKind::PrincipledBsdf { .. } => [principled::TANGENT, principled::ANISOTROPIC_ROTATION],
+        NodeKind::GlossyBsdf { .. } => [glossy::TANGENT, glossy::ROTATION],
+        _ => return,
+    };
+    if !node.is_anisotropic() {
+        node.inputs[tangent] = Input::None;
+        node.inputs[rotation] = Input::float(0.0);
     }
 }
 

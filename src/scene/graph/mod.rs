@@ -12,7 +12,9 @@ mod summary;
 
 pub use clean::Faults;
 pub use fold::fold;
-pub use node::{Blend, Distribution, Lane, Legal, MathOperation, NodeKind, Socket, SocketKind};
+pub use node::{
+    Blend, Distribution, Lane, Legal, MathOperation, NodeKind, Socket, SocketKind, TangentKind,
+};
 pub use range::{Facts, Range, Unit};
 pub use summary::{Opacity, PrincipledSummary, Slot, Summary};
 
@@ -97,6 +99,30 @@ impl Node {
     pub fn with(mut self, socket: usize, input: impl Into<Input>) -> Self {
         self.inputs[socket] = input.into();
         self
+    }
+
+    /// The sockets for how far its facets' spread differs along the tangent and across it, and for that tangent.
+    pub fn anisotropy_sockets(&self) -> Option<(usize, usize)> {
+        match self.kind {
+            NodeKind::PrincipledBsdf { .. } => {
+                Some((node::principled::ANISOTROPIC, node::principled::TANGENT))
+            }
+            NodeKind::GlossyBsdf { .. } => Some((node::glossy::ANISOTROPY, node::glossy::TANGENT)),
+            _ => None,
+        }
+    }
+
+    /// Whether it is a shader with anisotropy.
+    pub fn is_anisotropic(&self) -> bool {
+        let sockets = self.anisotropy_sockets();
+        sockets.is_some_and(|(of, _)| self.inputs[of] != Input::float(0.0))
+    }
+
+    /// Whether it is a shader with anisotropy and without a tangent of its own: in Blender that is the radial one.
+    pub fn is_anisotropic_about_z(&self) -> bool {
+        let sockets = self.anisotropy_sockets();
+        self.is_anisotropic()
+            && sockets.is_some_and(|(_, tangent)| self.inputs[tangent] == Input::None)
     }
 
     /// The image of an Image Texture.
@@ -186,6 +212,15 @@ impl Graph {
     /// Whether there is a normal map.
     pub fn has_normal_map(&self) -> bool {
         self.nodes.iter().any(|n| n.kind == NodeKind::NormalMap)
+    }
+
+    /// Whether a tangent of some kind is read: by a normal map, or for anisotropy.
+    pub fn has_tangent(&self, kind: TangentKind) -> bool {
+        self.nodes.iter().any(|n| match n.kind {
+            NodeKind::NormalMap => kind == TangentKind::Uv,
+            NodeKind::Tangent { kind: of } => kind == of,
+            _ => kind == TangentKind::Radial && n.is_anisotropic_about_z(),
+        })
     }
 
     /// The strengths of the normal maps; of one that varies, 1.

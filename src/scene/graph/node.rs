@@ -139,6 +139,12 @@ sockets! {
     }
 }
 sockets! {
+    /// Inputs of the Tangent node.
+    tangent {
+        DIRECTION: Color "Direction" = [1.0, 0.5, 0.5], Legal::ANY;
+    }
+}
+sockets! {
     /// Inputs of the Principled BSDF.
     principled {
         BASE_COLOR: Color "Base Color" = [0.8; 3], Legal::ALBEDO;
@@ -274,6 +280,15 @@ impl Blend {
     }
 }
 
+/// What a tangent follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TangentKind {
+    /// Texture coordinates: the direction of growing u, or one turned from it.
+    Uv,
+    /// Circles about the mesh's own Z axis, by its generated coordinates.
+    Radial,
+}
+
 /// The spread of the Glossy BSDF's facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Distribution {
@@ -312,10 +327,18 @@ pub enum NodeKind {
     },
     /// A tangent-space normal map. The strength scales x and y before normalisation, as in glTF.
     NormalMap,
+    /// A direction along the surface. That of texture coordinates may be turned by a direction in tangent space, whose x and y
+    /// stand as numbers 0 to 1 for -1 to 1.
+    Tangent {
+        /// What it follows.
+        kind: TangentKind,
+    },
     /// Blender's Principled BSDF.
     PrincipledBsdf {
         /// Transmission without refraction, as through a thin sheet; otherwise the surface bounds a solid.
         thin_wall: bool,
+        /// The Specular Tint tints the edges of metals too, as in Blender; glTF has no word for that.
+        edge_tint: bool,
     },
     /// Diffuse reflection.
     DiffuseBsdf,
@@ -365,6 +388,7 @@ impl NodeKind {
             Self::Math { .. } => math::SOCKETS,
             Self::MixColor { .. } => mix::SOCKETS,
             Self::NormalMap => normal_map::SOCKETS,
+            Self::Tangent { .. } => tangent::SOCKETS,
             Self::PrincipledBsdf { .. } => principled::SOCKETS,
             Self::DiffuseBsdf => diffuse::SOCKETS,
             Self::GlossyBsdf { .. } => glossy::SOCKETS,
@@ -389,7 +413,7 @@ impl NodeKind {
             ],
             Self::Math { .. } => &[(Float, Lane::One(0))],
             Self::MixColor { .. } => &[(Color, Lane::Rgb)],
-            Self::NormalMap => &[(Vector, Lane::Rgb)],
+            Self::NormalMap | Self::Tangent { .. } => &[(Vector, Lane::Rgb)],
             Self::PrincipledBsdf { .. }
             | Self::DiffuseBsdf
             | Self::GlossyBsdf { .. }

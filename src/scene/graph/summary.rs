@@ -114,6 +114,8 @@ pub struct Summary {
     pub emission: Vec3,
     /// Some diffuse reflection is rough.
     pub is_rough_diffuse: bool,
+    /// Some facets spread further one way than across it.
+    pub is_anisotropic: bool,
     /// What passes straight on takes a colour.
     pub is_tinted: bool,
     /// Nothing but emission.
@@ -273,6 +275,7 @@ impl Graph {
             glossy: Vec::new(),
             emission: Vec3::ZERO,
             is_rough_diffuse: false,
+            is_anisotropic: self.nodes.iter().any(super::Node::is_anisotropic),
             is_tinted: false,
             unlit: self.is_unlit(),
             opacity: self.opacity(&results),
@@ -284,7 +287,7 @@ impl Graph {
             };
             let color = |socket| range(socket).high.truncate();
             match node.kind {
-                NodeKind::PrincipledBsdf { thin_wall } => {
+                NodeKind::PrincipledBsdf { thin_wall, .. } => {
                     let strength = range(principled::EMISSION_STRENGTH).number().1;
                     summary.emission += color(principled::EMISSION_COLOR) * strength;
                     let level = range(principled::SPECULAR_IOR_LEVEL).number();

@@ -42,7 +42,10 @@ fn blend(blend: Blend, factor: f32, a: impl Into<Input>, b: impl Into<Input>) ->
 }
 
 fn surface() -> Node {
-    Node::new(NodeKind::PrincipledBsdf { thin_wall: false })
+    Node::new(NodeKind::PrincipledBsdf {
+        thin_wall: false,
+        edge_tint: false,
+    })
 }
 
 fn folded(mut graph: Graph, surface: Node) -> Graph {

@@ -1,5 +1,6 @@
 //! What nothing refers to any more.
 
+use crate::scene::graph::TangentKind;
 use crate::scene::{Effect, ImageId, LeftOut, Material, MaterialId, Mesh, MeshId, Scene};
 
 /// The numbers that things have when those that are not `kept` are gone.
@@ -25,6 +26,7 @@ fn mesh_bytes(mesh: &Mesh) -> u64 {
         + size_of_val(mesh.triangles.as_slice())
         + mesh.normals.as_deref().map_or(0, size_of_val)
         + mesh.tangents.as_deref().map_or(0, size_of_val)
+        + mesh.radial.as_deref().map_or(0, size_of_val)
         + mesh.colors.as_deref().map_or(0, size_of_val)
         + uvs) as u64
 }
@@ -133,7 +135,7 @@ pub fn attributes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
             .material
             .and_then(|id| scene.materials.get(id.0 as usize));
         let material = material.unwrap_or(&fallback);
-        if !material.graph.has_normal_map()
+        if !material.graph.has_tangent(TangentKind::Uv)
             && let Some(tangents) = mesh.tangents.take()
         {
             LeftOut::add(
@@ -142,6 +144,17 @@ pub fn attributes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
                 "tangents without a normal map",
                 &mesh.name,
                 size_of_val(tangents.as_slice()) as u64,
+            );
+        }
+        if !material.graph.has_tangent(TangentKind::Radial)
+            && let Some(radial) = mesh.radial.take()
+        {
+            LeftOut::add(
+                left_out,
+                Effect::Anisotropy,
+                "radial tangents without anisotropy",
+                &mesh.name,
+                size_of_val(radial.as_slice()) as u64,
             );
         }
         let read = sets_read(material).max(1);

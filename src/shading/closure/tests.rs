@@ -53,6 +53,7 @@ fn cases() -> Vec<Case> {
         for fresnel in [
             Fresnel::Constant,
             Fresnel::Schlick { f0 },
+            Fresnel::metal(f0, Vec3::new(0.2, 0.5, 1.0)),
             Fresnel::Dielectric { f0, eta, true_f0 },
         ] {
             cases.push(case(

@@ -2,10 +2,12 @@
 
 use super::{Opacity, Operand, Operation, Program, Programs, Root, Shader, Weighted};
 use crate::scene::graph::node::{
-    diffuse, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, transparent,
+    diffuse, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, tangent,
+    transparent,
 };
 use crate::scene::graph::{
     self, Blend, Distribution, Facts, Graph, Input, Lane, Link, MathOperation, NodeKind, Range,
+    TangentKind,
 };
 use crate::scene::{ImageUse, Texture};
 use crate::shading::Principled;
@@ -139,6 +141,10 @@ impl<'a, S: Source> Compiler<'a, S> {
             NodeKind::NormalMap => Operation::NormalMap {
                 color: self.input(at, normal_map::COLOR),
                 strength: self.input(at, normal_map::STRENGTH),
+            },
+            NodeKind::Tangent { kind } => Operation::Tangent {
+                kind: *kind,
+                direction: self.input(at, tangent::DIRECTION),
             },
             NodeKind::PrincipledBsdf { .. }
             | NodeKind::DiffuseBsdf
@@ -333,6 +339,7 @@ impl<'a, S: Source> Compiler<'a, S> {
                 Operation::Math { a, b, .. } => block(a) | block(b),
                 Operation::Mix { factor, a, b, .. } => block(factor) | block(a) | block(b),
                 Operation::NormalMap { color, strength } => block(color) | block(strength),
+                Operation::Tangent { direction, .. } => block(direction),
             };
         }
         for root in roots {
@@ -366,7 +373,20 @@ fn known(graph: &Graph, at: usize) -> Principled {
         specular: 2.0 * color(principled::SPECULAR_IOR_LEVEL).x,
         specular_color: color(principled::SPECULAR_TINT),
         transmission: color(principled::TRANSMISSION_WEIGHT).x,
-        thin_walled: matches!(node.kind, NodeKind::PrincipledBsdf { thin_wall: true }),
+        thin_walled: matches!(
+            node.kind,
+            NodeKind::PrincipledBsdf {
+                thin_wall: true,
+                ..
+            }
+        ),
+        edge_tint: matches!(
+            node.kind,
+            NodeKind::PrincipledBsdf {
+                edge_tint: true,
+                ..
+            }
+        ),
         diffuse_roughness: color(principled::DIFFUSE_ROUGHNESS).x,
         anisotropy: color(principled::ANISOTROPIC).x,
         anisotropy_rotation: color(principled::ANISOTROPIC_ROTATION).x,
@@ -387,8 +407,27 @@ const READ: [usize; 10] = [
     principled::DIFFUSE_ROUGHNESS,
 ];
 
+/// The tangent of an anisotropic shader. Without a link it is the radial one, as in Cycles.
+fn tangent_of<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, socket: usize) -> Option<Root> {
+    let node = &compiler.graph.nodes[at];
+    if node.is_anisotropic_about_z() {
+        let operation = Operation::Tangent {
+            kind: TangentKind::Radial,
+            direction: ONE,
+        };
+        return Some(root(Operand::Register(compiler.emit(operation), Lane::Rgb)));
+    }
+    node.is_anisotropic()
+        .then(|| root(compiler.operand(node.inputs[socket])))
+}
+
 fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader> {
     let node = &compiler.graph.nodes[at];
+    let tangent = match node.kind {
+        NodeKind::PrincipledBsdf { .. } => tangent_of(compiler, at, principled::TANGENT),
+        NodeKind::GlossyBsdf { .. } => tangent_of(compiler, at, glossy::TANGENT),
+        _ => None,
+    };
     let mut value = |socket: usize| root(compiler.operand(node.inputs[socket]));
     let mut vector = |socket: usize| match node.inputs[socket] {
         Input::None => None,
@@ -407,6 +446,7 @@ fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader
                 base,
                 linked,
                 normal,
+                tangent,
             }
         }
         NodeKind::DiffuseBsdf => Shader::Diffuse {
@@ -417,7 +457,7 @@ fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader
         NodeKind::GlossyBsdf { distribution } => Shader::Glossy {
             compensated: distribution == Distribution::MultiscatterGgx,
             normal: vector(glossy::NORMAL),
-            tangent: vector(glossy::TANGENT),
+            tangent,
             color: value(glossy::COLOR),
             roughness: value(glossy::ROUGHNESS),
             anisotropy: value(glossy::ANISOTROPY),
@@ -431,9 +471,14 @@ fn roots_of(weighted: &mut Weighted) -> Vec<&mut Root> {
     let Weighted { weight, shader } = weighted;
     let mut roots = vec![weight];
     match shader {
-        Shader::Principled { linked, normal, .. } => {
+        Shader::Principled {
+            linked,
+            normal,
+            tangent,
+            ..
+        } => {
             roots.extend(linked.iter_mut().map(|(_, root)| root));
-            roots.extend(normal);
+            roots.extend(normal.iter_mut().chain(tangent));
         }
         Shader::Diffuse {
             color,

@@ -11,7 +11,7 @@ pub use compile::{Known, Source, compile};
 use super::texture::PreparedTexture;
 use crate::math::luminance;
 use crate::scene::graph::node::principled;
-use crate::scene::graph::{Blend, Lane, MathOperation};
+use crate::scene::graph::{Blend, Lane, MathOperation, TangentKind};
 use crate::shading::Principled;
 use glam::{Vec2, Vec3, Vec4};
 
@@ -23,6 +23,10 @@ pub trait Place {
     fn color(&self) -> Vec4;
     /// The normal outside of a tangent-space one whose x and y are scaled; 0 where there is none.
     fn mapped_normal(&self, tangent_space: Vec3, strength: f32) -> Vec3;
+    /// A direction along the surface; one of texture coordinates is turned by x and y in tangent space. 0 where there is none.
+    fn tangent(&self, _kind: TangentKind, _direction: Vec2) -> Vec3 {
+        Vec3::ZERO
+    }
 }
 
 /// Where a value comes from.
@@ -69,6 +73,13 @@ pub enum Operation {
         color: Operand,
         /// Its strength.
         strength: Operand,
+    },
+    /// A direction along the surface.
+    Tangent {
+        /// What it follows.
+        kind: TangentKind,
+        /// A direction in tangent space, 0 to 1 for -1 to 1.
+        direction: Operand,
     },
 }
 
@@ -119,6 +130,12 @@ impl Program {
     /// Whether there are no operations.
     pub fn is_empty(&self) -> bool {
         self.operations.is_empty()
+    }
+
+    /// Whether it reads a tangent of some kind.
+    pub fn reads_tangent(&self, kind: TangentKind) -> bool {
+        let is = |o: &Operation| matches!(o, Operation::Tangent { kind: of, .. } if *of == kind);
+        self.operations.iter().any(is)
     }
 
     /// The textures that it reads.
@@ -249,6 +266,10 @@ impl<P: Place> Evaluation<'_, P> {
                     .mapped_normal(tangent_space, strength)
                     .extend(1.0)
             }
+            Operation::Tangent { kind, direction } => {
+                let direction = self.read_color(direction) * 2.0 - 1.0;
+                self.place.tangent(kind, direction.truncate()).extend(1.0)
+            }
         }
     }
 }
@@ -264,6 +285,8 @@ pub enum Shader {
         linked: Vec<(usize, Root)>,
         /// The normal map, if it has one.
         normal: Option<Root>,
+        /// The tangent, if it is anisotropic.
+        tangent: Option<Root>,
     },
     /// A Diffuse BSDF.
     Diffuse {
@@ -286,7 +309,7 @@ pub enum Shader {
         rotation: Root,
         /// The normal map, if it has one.
         normal: Option<Root>,
-        /// The tangent, if it is given.
+        /// The tangent, if it is anisotropic.
         tangent: Option<Root>,
         /// With the energy of multiple scattering.
         compensated: bool,
@@ -318,6 +341,14 @@ impl Shader {
             | Self::Glossy { normal, .. } => normal.as_ref(),
         }
     }
+
+    /// Its tangent, if it is anisotropic.
+    pub fn tangent(&self) -> Option<&Root> {
+        match self {
+            Self::Principled { tangent, .. } | Self::Glossy { tangent, .. } => tangent.as_ref(),
+            Self::Diffuse { .. } => None,
+        }
+    }
 }
 
 /// The sockets of a Principled BSDF at a place. Below metal nothing is read that is not seen.
@@ -335,6 +366,9 @@ pub fn parameters<P: Place>(
             principled::ROUGHNESS => p.roughness = at.number(root),
             principled::ANISOTROPIC => p.anisotropy = at.number(root),
             principled::ANISOTROPIC_ROTATION => p.anisotropy_rotation = at.number(root),
+            principled::SPECULAR_TINT if p.edge_tint => {
+                p.specular_color = reflected(at.color(root));
+            }
             _ if p.metallic >= 1.0 => {}
             principled::IOR => p.ior = at.number(root),
             principled::SPECULAR_IOR_LEVEL => p.specular = 2.0 * at.number(root),

@@ -272,9 +272,12 @@ fn programs_of_any_length_run_what_a_socket_needs_and_no_more() {
             output: 1,
             ..image(&mut graph)
         };
-        let node = Node::new(NodeKind::PrincipledBsdf { thin_wall: false })
-            .with(principled::ROUGHNESS, sum)
-            .with(principled::METALLIC, metal);
+        let node = Node::new(NodeKind::PrincipledBsdf {
+            thin_wall: false,
+            edge_tint: false,
+        })
+        .with(principled::ROUGHNESS, sum)
+        .with(principled::METALLIC, metal);
         graph.surface = Some(graph.add(node));
         let programs = compile(&graph, PLAIN, &mut Texels(vec![[0.0, 0.0, 0.0, 0.5]]));
         assert_eq!(programs.surface.len(), length + 2);

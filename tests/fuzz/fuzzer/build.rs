@@ -217,6 +217,8 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         glossy: None,
         transparent_color: [1.0; 3],
         diffuse_roughness: 0.0,
+        edge_tint: false,
+        anisotropy: None,
         double_sided: is(of, "double_sided"),
         unlit: is(of, "unlit"),
     }
