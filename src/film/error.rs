@@ -19,9 +19,10 @@
 use super::pixel::Pixel;
 use super::sum::FixedSum;
 use crate::math::float::{REL_MSE_OFFSET, TWO_SIDED_95};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 use serde::Serialize;
+use wide::f64x4;
 
 /// Pixels to each side that count as neighbours.
 pub const REACH: usize = 2;
@@ -82,27 +83,52 @@ impl Noisy {
         finite((self.variance / (square + REL_MSE_OFFSET)).element_sum() / 3.0)
     }
 
-    /// How much another pixel tells about this one: all if their features are the same, nothing if they differ by
-    /// [`UNLIKE`].
-    fn likeness(&self, other: &Self) -> f64 {
-        let between = |i: usize| self.features[i].distance_squared(other.features[i]);
-        (1.0 - (between(0) + between(1)) / (UNLIKE * UNLIKE))
-            .max(0.0)
-            .into()
-    }
-
     /// How much it tells of its neighbours as far as noise goes. One number for all channels: they are noisy
     /// together, and black ones say nothing.
     fn certainty(&self) -> f64 {
-        let (level, noise) = (
-            self.mean.element_sum() / 3.0,
-            self.variance.element_sum() / 3.0,
-        );
+        let (level, noise) = (self.level(), self.variance.element_sum() / 3.0);
         if noise > 0.0 {
             level * level / (level * level + noise)
         } else {
             1.0
         }
+    }
+
+    /// Mean of its channels.
+    fn level(&self) -> f64 {
+        self.mean.element_sum() / 3.0
+    }
+}
+
+/// A pixel as those around it look at it: each does so 25 times.
+struct Neighbor {
+    mean: f64x4,
+    variance: f64x4,
+    level: f64,
+    certainty: f64,
+    features: [Vec3A; 2],
+}
+
+impl Neighbor {
+    fn new(pixel: &Noisy) -> Self {
+        let four = |v: DVec3| f64x4::from([v.x, v.y, v.z, 0.0]);
+        Self {
+            mean: four(pixel.mean),
+            variance: four(pixel.variance),
+            level: pixel.level(),
+            certainty: pixel.certainty(),
+            features: pixel.features.map(Vec3A::from),
+        }
+    }
+
+    /// How much another pixel tells about this one: all if their features are the same, nothing if they differ by
+    /// [`UNLIKE`].
+    #[inline]
+    fn likeness(&self, other: &Self) -> f64 {
+        let between = |i: usize| self.features[i].distance_squared(other.features[i]);
+        (1.0 - (between(0) + between(1)) / (UNLIKE * UNLIKE))
+            .max(0.0)
+            .into()
     }
 }
 
@@ -184,19 +210,19 @@ pub fn relative_errors(
     count: usize,
 ) -> (Vec<f32>, ErrorSums) {
     let height = rows.len() / width.max(1);
-    let certainties: Vec<f64> = rows.iter().map(Noisy::certainty).collect();
+    let neighbors: Vec<Neighbor> = rows.iter().map(Neighbor::new).collect();
     let mut sums = ErrorSums::default();
     let mut errors = Vec::with_capacity(width * count);
     for y in skip..skip + count {
         let window = y.saturating_sub(REACH)..(y + REACH + 1).min(height);
         for x in 0..width {
             let pixel = &rows[y * width + x];
+            let middle = &neighbors[y * width + x];
             let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width);
             let mut around = Window::default();
             for row in window.clone() {
-                for place in row * width + columns.start..row * width + columns.end {
-                    let other = &rows[place];
-                    around.add(other, certainties[place], pixel.likeness(other));
+                for other in &neighbors[row * width..][columns.clone()] {
+                    around.add(other, middle.likeness(other));
                 }
             }
             let reference = around.moments().filtered(pixel);
@@ -223,68 +249,68 @@ struct Window<'a> {
 
 /// A pixel in a window.
 struct Weighted<'a> {
-    pixel: &'a Noisy,
-    level: f64,
-    certainty: f64,
+    pixel: &'a Neighbor,
     likeness: f64,
 }
 
+impl Weighted<'_> {
+    #[inline]
+    fn weight(&self) -> f64 {
+        self.pixel.certainty * self.likeness
+    }
+}
+
 impl<'a> Window<'a> {
-    fn add(&mut self, pixel: &'a Noisy, certainty: f64, likeness: f64) {
+    #[inline]
+    fn add(&mut self, pixel: &'a Neighbor, likeness: f64) {
         if likeness <= 0.0 {
             return;
         }
-        let mut next = Weighted {
-            pixel,
-            level: pixel.mean.element_sum() / 3.0,
-            certainty,
-            likeness,
+        let mut next = Weighted { pixel, likeness };
+        let Some(brightest) = &mut self.brightest else {
+            self.brightest = Some(next);
+            return;
         };
-        match &mut self.brightest {
-            Some(brightest) => {
-                if next.level > brightest.level {
-                    std::mem::swap(brightest, &mut next);
-                }
-                self.levels.0 += next.likeness * next.level;
-                self.levels.1 += next.likeness;
-                let weight = next.certainty * next.likeness;
-                self.others.add(next.pixel, weight, 1.0);
-            }
-            None => self.brightest = Some(next),
+        if next.pixel.level > brightest.pixel.level {
+            std::mem::swap(brightest, &mut next);
         }
+        self.levels.0 += next.likeness * next.pixel.level;
+        self.levels.1 += next.likeness;
+        self.others.add(next.pixel, next.weight(), 1.0);
     }
 
     fn moments(mut self) -> Moments {
         if let Some(brightest) = &self.brightest {
-            let limit = FIREFLY * self.levels.0 / self.levels.1;
-            let firefly = brightest.certainty < UNCERTAIN && brightest.level > limit;
-            let scale = if firefly {
-                limit / brightest.level
-            } else {
-                1.0
-            };
-            let weight = brightest.certainty * brightest.likeness;
-            self.others.add(brightest.pixel, weight, scale);
+            let (pixel, limit) = (brightest.pixel, FIREFLY * self.levels.0 / self.levels.1);
+            let firefly = pixel.certainty < UNCERTAIN && pixel.level > limit;
+            let scale = if firefly { limit / pixel.level } else { 1.0 };
+            self.others.add(pixel, brightest.weight(), scale);
         }
         self.others
     }
 }
 
-/// Weighted moments of pixels.
+/// Weighted moments of pixels, of each channel in its lane.
 #[derive(Clone, Copy, Default)]
 struct Moments {
     weight: f64,
-    mean: DVec3,
-    square: DVec3,
-    variance: DVec3,
+    mean: f64x4,
+    square: f64x4,
+    variance: f64x4,
+}
+
+fn channels(lanes: f64x4) -> DVec3 {
+    let [x, y, z, _] = lanes.to_array();
+    DVec3::new(x, y, z)
 }
 
 impl Moments {
     /// Adds a pixel as if it were `scale` times as bright.
-    fn add(&mut self, pixel: &Noisy, weight: f64, scale: f64) {
-        let square = weight * scale * scale;
+    #[inline(always)]
+    fn add(&mut self, pixel: &Neighbor, weight: f64, scale: f64) {
+        let square = f64x4::splat(weight * scale * scale);
         self.weight += weight;
-        self.mean += weight * scale * pixel.mean;
+        self.mean += f64x4::splat(weight * scale) * pixel.mean;
         self.square += square * pixel.mean * pixel.mean;
         self.variance += square * pixel.variance;
     }
@@ -294,11 +320,11 @@ impl Moments {
         if self.weight <= 0.0 {
             return pixel.mean;
         }
-        let mean = self.mean / self.weight;
+        let mean = channels(self.mean) / self.weight;
         // E(x²) − μ² cancels where the truth varies little against its mean, down to 2^-52 μ²: far below any v
         // that matters.
-        let spread = (self.square / self.weight - mean * mean - self.variance / self.weight)
-            .max(DVec3::ZERO);
+        let (square, variance) = (channels(self.square), channels(self.variance));
+        let spread = (square / self.weight - mean * mean - variance / self.weight).max(DVec3::ZERO);
         let trust = spread / (spread + pixel.variance);
         let trusted = |i: usize| if trust[i].is_finite() { trust[i] } else { 1.0 };
         let trust = DVec3::new(trusted(0), trusted(1), trusted(2));

@@ -23,11 +23,12 @@ impl FilterTable {
         let cells = 16 * STEPS;
         let at = |i: usize| 0.5 * width * (1.0 - i as f64 / cells as f64);
         // Sums from the rim to the centre: the tail's small numbers come first and keep their digits.
-        let mut sums = vec![0f64];
-        for i in 0..cells {
-            sums.push(sums[i] + shape(0.5 * (at(i) + at(i + 1))).max(0.0));
+        let mut total = 0f64;
+        let mut sums = vec![total; cells + 1];
+        for (i, sum) in sums.iter_mut().skip(1).enumerate() {
+            total += shape(0.5 * (at(i) + at(i + 1))).max(0.0);
+            *sum = total;
         }
-        let total = sums[cells];
         let mut cell = 0;
         let inverse = (0..=STEPS)
             .map(|k| {
