@@ -104,18 +104,13 @@ impl Part {
         ))
     }
 
-    /// Of so many triangles.
-    fn bounds(&self, count: u32) -> LightBounds {
-        let surface = &self.mesh.surface;
-        let triangles = self.triangle..self.triangle + count;
-        let first = Triangle {
-            corners: surface.corners(self.triangle),
-        };
+    /// Of triangles that begin with its own.
+    fn bounds<const N: usize>(&self, triangles: [Triangle; N]) -> LightBounds {
+        let first = &triangles[0];
         let (mut min, mut max, mut intensity) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0);
-        for triangle in triangles {
-            let corners = surface.corners(triangle);
-            intensity += Triangle { corners }.area() * surface.mean_emission(triangle);
-            for corner in corners {
+        for (triangle, number) in triangles.iter().zip(self.triangle..) {
+            intensity += triangle.area() * self.mesh.surface.mean_emission(number);
+            for corner in triangle.corners {
                 (min, max) = (min.min(corner), max.max(corner));
             }
         }
@@ -158,7 +153,7 @@ impl EmissiveTriangle {
 
     /// What is known of it for its estimate.
     pub fn bounds(&self) -> LightBounds {
-        self.part.bounds(1)
+        self.part.bounds([self.shape])
     }
 }
 
@@ -179,7 +174,11 @@ impl EmissiveRectangle {
 
     /// What is known of it for its estimate.
     pub fn bounds(&self) -> LightBounds {
-        self.part.bounds(2)
+        let triangle = |number| Triangle {
+            corners: self.part.mesh.surface.corners(number),
+        };
+        self.part
+            .bounds([self.part.triangle, self.part.triangle + 1].map(triangle))
     }
 }
 

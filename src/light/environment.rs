@@ -5,7 +5,7 @@
 //! the direction first. Sundog's axes are glTF's: x = x, y = z(up), z = −y.
 
 use super::{Direction, LightHit};
-use crate::math::luminance;
+use crate::math::{floor, luminance};
 use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -166,7 +166,15 @@ impl Environment {
     #[inline]
     fn coordinates(d: Vec3) -> Vec2 {
         let phi = (-d.z).atan2(d.x);
-        let u = (0.5 - phi / TAU).rem_euclid(1.0);
+        // Once around at most, so that no division is needed to come back.
+        let u = 0.5 - phi / TAU;
+        let u = if u < 0.0 {
+            u + 1.0
+        } else if u >= 1.0 {
+            u - 1.0
+        } else {
+            u
+        };
         // atan2 keeps the poles accurate where asin would not.
         let v = 0.5 - d.y.atan2((d.x * d.x + d.z * d.z).sqrt()) / PI;
         Vec2::new(u, v)
@@ -247,11 +255,10 @@ impl Image {
             at.x * self.width as f32 - 0.5,
             at.y * self.height as f32 - 0.5,
         );
-        let (x0, y0) = (x.floor(), y.floor());
-        let (s, t) = (x - x0, y - y0);
-        let column = |x: f32| (x as i64).rem_euclid(self.width as i64) as usize;
-        let row = |y: f32| (y.max(0.0) as usize).min(self.height - 1);
-        let (c0, c1, r0, r1) = (column(x0), column(x0 + 1.0), row(y0), row(y0 + 1.0));
+        let ((x0, s), (y0, t)) = (floor(x), floor(y));
+        let column = |x: i64| x.rem_euclid(self.width as i64) as usize;
+        let row = |y: i64| (y.max(0) as usize).min(self.height - 1);
+        let (c0, c1, r0, r1) = (column(x0), column(x0 + 1), row(y0), row(y0 + 1));
         let texel = |c: usize, r: usize| self.texels.at(r * self.width + c);
         texel(c0, r0)
             .lerp(texel(c1, r0), s)

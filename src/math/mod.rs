@@ -25,6 +25,19 @@ pub fn average(color: Vec3) -> f32 {
     (color.x + color.y + color.z) * (1.0 / 3.0)
 }
 
+/// The whole number below, and what is left. (The library's floor is a call of a function.)
+#[inline]
+pub fn floor(x: f32) -> (i64, f32) {
+    // From here on all are whole.
+    const WHOLE: f32 = 8_388_608.0;
+    if x.abs() >= WHOLE {
+        return (x as i64, 0.0);
+    }
+    let toward_zero = x as i32;
+    let below = toward_zero - i32::from(toward_zero as f32 > x);
+    (i64::from(below), x - below as f32)
+}
+
 /// Linear interpolation that is exact at both ends.
 pub fn mix(a: f32, b: f32, t: f32) -> f32 {
     a * (1.0 - t) + b * t
@@ -33,4 +46,19 @@ pub fn mix(a: f32, b: f32, t: f32) -> f32 {
 /// Square.
 pub fn sqr(x: f32) -> f32 {
     x * x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_fall_apart_as_by_the_librarys_floor() {
+        let exponents = (-40..40).map(|e| 2f32.powi(e));
+        let numbers = exponents.flat_map(|x| [x, 1.3 * x, -x, -1.7 * x, x - 1.0, -x - 0.5]);
+        for x in numbers.chain([0.0, 0.999_999_94, -0.999_999_94, 8_388_607.5, -8_388_607.5]) {
+            assert_eq!(floor(x), (x.floor() as i64, x - x.floor()), "{x}");
+        }
+        assert_eq!(floor(1e30), (i64::MAX, 0.0));
+    }
 }

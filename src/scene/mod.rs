@@ -16,7 +16,7 @@ mod material;
 mod metallic_roughness;
 mod settings;
 mod simplify;
-mod texel;
+pub mod texel;
 mod twins;
 pub mod validate;
 mod visibility;

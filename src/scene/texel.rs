@@ -8,22 +8,10 @@ impl Pixels {
     /// The texel that begins at a value, in RGBA: grey is of all colours, and what has no alpha is opaque.
     #[inline]
     pub fn texel(&self, channels: usize, at: usize) -> Vec4 {
-        let value = |c: usize| match self {
-            Self::U8(p) => f32::from(p[at + c]) * (1.0 / 255.0),
-            Self::U16(p) => f32::from(p[at + c]) * (1.0 / 65535.0),
-            Self::F32(p) => p[at + c],
-        };
-        match channels {
-            1 => {
-                let v = value(0);
-                Vec4::new(v, v, v, 1.0)
-            }
-            2 => {
-                let v = value(0);
-                Vec4::new(v, v, v, value(1))
-            }
-            3 => Vec4::new(value(0), value(1), value(2), 1.0),
-            _ => Vec4::new(value(0), value(1), value(2), value(3)),
+        match self {
+            Self::U8(p) => rgba(&p[..], channels, at, from_u8),
+            Self::U16(p) => rgba(&p[..], channels, at, from_u16),
+            Self::F32(p) => rgba(&p[..], channels, at, |v| v),
         }
     }
 
@@ -52,6 +40,36 @@ impl Pixels {
             }
             _ => false,
         }
+    }
+}
+
+/// What 8 bits stand for.
+#[inline]
+pub fn from_u8(value: u8) -> f32 {
+    f32::from(value) * (1.0 / 255.0)
+}
+
+/// What 16 bits stand for.
+#[inline]
+pub fn from_u16(value: u16) -> f32 {
+    f32::from(value) * (1.0 / 65535.0)
+}
+
+/// See [`Pixels::texel`].
+#[inline]
+pub fn rgba<T: Copy>(values: &[T], channels: usize, at: usize, number: impl Fn(T) -> f32) -> Vec4 {
+    match (channels, &values[at..at + channels]) {
+        (1, &[v]) => {
+            let v = number(v);
+            Vec4::new(v, v, v, 1.0)
+        }
+        (2, &[v, a]) => {
+            let v = number(v);
+            Vec4::new(v, v, v, number(a))
+        }
+        (3, &[r, g, b]) => Vec4::new(number(r), number(g), number(b), 1.0),
+        (_, &[r, g, b, a, ..]) => Vec4::new(number(r), number(g), number(b), number(a)),
+        _ => Vec4::ONE,
     }
 }
 

@@ -1,7 +1,9 @@
 //! Texture look-ups in the precision of the image.
 
+use crate::math::floor;
 use crate::math::primaries::WorkingSpace;
-use crate::scene::{self, Image, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
+use crate::scene::texel::{decoded, from_u8, from_u16, rgba};
+use crate::scene::{Image, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
 use glam::{Mat3, Vec2, Vec4};
 use std::sync::Arc;
 
@@ -23,12 +25,6 @@ impl Raster {
             channels: image.channels.clamp(1, 4) as usize,
             pixels: image.pixels.clone(),
         }
-    }
-
-    #[inline]
-    fn texel(&self, x: usize, y: usize) -> Vec4 {
-        let at = (y * self.width + x) * self.channels;
-        self.pixels.texel(self.channels, at)
     }
 }
 
@@ -87,34 +83,29 @@ impl PreparedTexture {
     /// does so with images of straight alpha, unless they are packed by channels.
     #[inline]
     pub fn read(&self, uv: Vec2) -> Vec4 {
-        let uv = self.a * uv.x + self.b * uv.y + self.c;
-        let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
-        let r = &*self.raster;
-        let texel = |x: usize, y: usize| {
-            let texel = r.texel(x, y);
+        let channels = self.raster.channels;
+        let weighted = |texel: Vec4| {
             if self.weighted {
                 (texel.truncate() * texel.w).extend(texel.w)
             } else {
                 texel
             }
         };
-        let value = match self.sampler.filter {
-            TextureFilter::Nearest => {
-                let x = wrap(floor(uv.x * r.width as f32), r.width, self.sampler.wrap_u);
-                let y = wrap(floor(uv.y * r.height as f32), r.height, self.sampler.wrap_v);
-                texel(x, y)
+        // The form a + (b − a) t: texels that are the same give their own value, to the bit.
+        let mix = |a: Vec4, b: Vec4, t| a.lerp_monotonic(b, t);
+        // The kind of the numbers is looked at once for all texels.
+        let value = match &self.raster.pixels {
+            Pixels::U8(p) => {
+                let texel = |at| weighted(rgba(&p[..], channels, at, from_u8));
+                self.interpolated(uv, texel, mix)
             }
-            TextureFilter::Linear => {
-                let (x, y) = (uv.x * r.width as f32 - 0.5, uv.y * r.height as f32 - 0.5);
-                let (s, t) = (x - x.floor(), y - y.floor());
-                let (x0, y0) = (floor(x), floor(y));
-                let (wu, wv) = (self.sampler.wrap_u, self.sampler.wrap_v);
-                let (xa, xb) = (wrap(x0, r.width, wu), wrap(x0 + 1, r.width, wu));
-                let (ya, yb) = (wrap(y0, r.height, wv), wrap(y0 + 1, r.height, wv));
-                // The form a + (b − a) t: texels that are the same give their own value, to the bit.
-                let upper = texel(xa, ya).lerp_monotonic(texel(xb, ya), s);
-                let lower = texel(xa, yb).lerp_monotonic(texel(xb, yb), s);
-                upper.lerp_monotonic(lower, t)
+            Pixels::U16(p) => {
+                let texel = |at| weighted(rgba(&p[..], channels, at, from_u16));
+                self.interpolated(uv, texel, mix)
+            }
+            Pixels::F32(p) => {
+                let texel = |at| weighted(rgba(&p[..], channels, at, |v| v));
+                self.interpolated(uv, texel, mix)
             }
         };
         let value = if self.weighted && value.w != 0.0 {
@@ -125,22 +116,72 @@ impl PreparedTexture {
         if !self.encoded {
             return value;
         }
-        let value = scene::decoded(value);
+        let value = decoded(value);
         match &self.to_scene {
             None => value,
             Some(matrix) => (*matrix * value.truncate()).extend(value.w),
         }
     }
-}
 
-fn floor(x: f32) -> i64 {
-    x.floor() as i64
+    /// The opacity that [`Self::read`] has in its fourth place.
+    #[inline]
+    pub fn read_alpha(&self, uv: Vec2) -> f32 {
+        let channels = self.raster.channels;
+        if !matches!(channels, 2 | 4) {
+            return 1.0;
+        }
+        let last = channels - 1;
+        let mix = |a: f32, b: f32, t| (b - a) * t + a;
+        match &self.raster.pixels {
+            Pixels::U8(p) => self.interpolated(uv, |at| from_u8(p[at + last]), mix),
+            Pixels::U16(p) => self.interpolated(uv, |at| from_u16(p[at + last]), mix),
+            Pixels::F32(p) => self.interpolated(uv, |at| p[at + last], mix),
+        }
+    }
+
+    /// The texels about texture coordinates, each told by where its numbers begin, mixed as the filter has them.
+    #[inline(always)]
+    fn interpolated<T>(
+        &self,
+        uv: Vec2,
+        texel: impl Fn(usize) -> T,
+        mix: impl Fn(T, T, f32) -> T,
+    ) -> T {
+        let uv = self.a * uv.x + self.b * uv.y + self.c;
+        let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
+        let Raster {
+            width,
+            height,
+            channels,
+            ..
+        } = *self.raster;
+        let (wu, wv) = (self.sampler.wrap_u, self.sampler.wrap_v);
+        match self.sampler.filter {
+            TextureFilter::Nearest => {
+                let x = wrap(floor(uv.x * width as f32).0, width, wu);
+                let y = wrap(floor(uv.y * height as f32).0, height, wv);
+                texel((y * width + x) * channels)
+            }
+            TextureFilter::Linear => {
+                let (x, s) = floor(uv.x * width as f32 - 0.5);
+                let (y, t) = floor(uv.y * height as f32 - 0.5);
+                let [xa, xb] = [x, x + 1].map(|x| wrap(x, width, wu) * channels);
+                let [ya, yb] = [y, y + 1].map(|y| wrap(y, height, wv) * width * channels);
+                let upper = mix(texel(ya + xa), texel(ya + xb), s);
+                let lower = mix(texel(yb + xa), texel(yb + xb), s);
+                mix(upper, lower, t)
+            }
+        }
+    }
 }
 
 /// The texel at any place along an axis of `n` texels.
 #[inline]
 fn wrap(i: i64, n: usize, mode: Wrap) -> usize {
     let n = n as i64;
+    if (0..n).contains(&i) {
+        return i as usize;
+    }
     (match mode {
         Wrap::Repeat => i.rem_euclid(n),
         Wrap::Clamp => i.clamp(0, n - 1),

@@ -1,5 +1,6 @@
 //! Images that are the same as another, or the same everywhere.
 
+use crate::scene::texel::{from_u8, from_u16};
 use crate::scene::{Effect, Image, ImageId, LeftOut, Pixels, Scene};
 use glam::{BVec4A, Vec4};
 use std::collections::HashMap;
@@ -21,11 +22,40 @@ fn constant(image: &Image, channels: BVec4A) -> Option<Vec4> {
     if !is_whole(image) {
         return None;
     }
-    let mut texels = image.texels();
-    let first = texels.next()?;
-    let same = |texel: Vec4| (texel.cmpeq(first) | !channels).all();
-    // A value that is not a number is not the same as itself.
-    (same(first) && texels.all(same)).then_some(first)
+    let mut asked = (0..4).filter(|&channel| channels.test(channel));
+    let same = |channel| {
+        place(image, channel).is_none_or(|place| match &image.pixels {
+            Pixels::U8(p) => is_same_everywhere(every(p, image, place)),
+            Pixels::U16(p) => is_same_everywhere(every(p, image, place)),
+            Pixels::F32(p) => is_same_everywhere(every(p, image, place)),
+        })
+    };
+    asked.all(same).then(|| image.texels().next())?
+}
+
+/// Where in a texel a number of it in RGBA stands; `None` where it is 1 because there is none.
+fn place(image: &Image, channel: usize) -> Option<usize> {
+    match (image.channels, channel) {
+        (1 | 3, 3) => None,
+        (1 | 2, ..3) => Some(0),
+        (2, _) => Some(1),
+        _ => Some(channel),
+    }
+}
+
+/// The numbers in one place of each texel. They are looked at as they are stored, for there may be many.
+fn every<'a, T>(values: &'a [T], image: &Image, place: usize) -> impl Iterator<Item = &'a T> {
+    values[place..].iter().step_by(image.channels as usize)
+}
+
+/// Whether all are the same. A value that is not a number is not the same as itself.
+fn is_same_everywhere<'a, T: PartialEq + 'a>(mut values: impl Iterator<Item = &'a T>) -> bool {
+    let Some(first) = values.next() else {
+        return false;
+    };
+    #[allow(clippy::eq_op)]
+    let is_number = first == first;
+    is_number && values.all(|value| value == first)
 }
 
 /// The least opacity of an image.
@@ -33,13 +63,16 @@ fn least_alpha(image: &Image) -> Option<f32> {
     if !is_whole(image) {
         return None;
     }
-    if image.channels == 1 || image.channels == 3 {
+    let Some(place) = place(image, 3) else {
         return Some(1.0);
+    };
+    match &image.pixels {
+        Pixels::U8(p) => every(p, image, place).min().copied().map(from_u8),
+        Pixels::U16(p) => every(p, image, place).min().copied().map(from_u16),
+        Pixels::F32(p) => every(p, image, place).try_fold(f32::INFINITY, |least, &alpha| {
+            alpha.is_finite().then(|| least.min(alpha))
+        }),
     }
-    let mut texels = image.texels();
-    texels.try_fold(f32::INFINITY, |least, texel| {
-        texel.w.is_finite().then(|| least.min(texel.w))
-    })
 }
 
 /// What was found of images: one that many materials share is looked through once for each question.

@@ -326,6 +326,7 @@ impl<'a, S: Source> Compiler<'a, S> {
         while (program.operations.len() >> program.shift) >= 64 {
             program.shift += 1;
         }
+        narrow(&mut program.operations, roots);
         let block = |operand: Operand| match operand {
             Operand::Constant(_) => 0u64,
             Operand::Register(at, _) => 1 << (at >> program.shift),
@@ -334,13 +335,9 @@ impl<'a, S: Source> Compiler<'a, S> {
         let mut takes = [0u64; 64];
         for (at, operation) in program.operations.iter().enumerate() {
             let takes = &mut takes[at >> program.shift];
-            *takes |= match *operation {
-                Operation::Image(_) | Operation::VertexColor => 0,
-                Operation::Math { a, b, .. } => block(a) | block(b),
-                Operation::Mix { factor, a, b, .. } => block(factor) | block(a) | block(b),
-                Operation::NormalMap { color, strength } => block(color) | block(strength),
-                Operation::Tangent { direction, .. } => block(direction),
-            };
+            for operand in operation.takes() {
+                *takes |= block(operand);
+            }
         }
         for root in roots {
             root.needs = block(root.operand);
@@ -351,6 +348,40 @@ impl<'a, S: Source> Compiler<'a, S> {
             }
         }
         self.program
+    }
+}
+
+impl Operation {
+    /// What it takes, with constants in the places that are left over.
+    fn takes(&self) -> [Operand; 3] {
+        match *self {
+            Self::Image(_) | Self::Alpha(_) | Self::VertexColor => [ZERO; 3],
+            Self::Math { a, b, .. } => [a, b, ZERO],
+            Self::Mix { factor, a, b, .. } => [factor, a, b],
+            Self::NormalMap { color, strength } => [color, strength, ZERO],
+            Self::Tangent { direction, .. } => [direction, ZERO, ZERO],
+        }
+    }
+}
+
+/// Where an image's opacity is all that is taken of it, its colours are not looked up.
+fn narrow(operations: &mut [Operation], roots: &[&mut Root]) {
+    let mut is_color = vec![false; operations.len()];
+    let mut read = |operand: Operand| {
+        if let Operand::Register(at, lane) = operand {
+            is_color[at as usize] |= lane != Lane::One(3);
+        }
+    };
+    for operation in operations.iter() {
+        operation.takes().into_iter().for_each(&mut read);
+    }
+    roots.iter().for_each(|root| read(root.operand));
+    for (operation, is_color) in operations.iter_mut().zip(is_color) {
+        if let Operation::Image(number) = *operation
+            && !is_color
+        {
+            *operation = Operation::Alpha(number);
+        }
     }
 }
 

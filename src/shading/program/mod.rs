@@ -43,6 +43,8 @@ pub enum Operand {
 pub enum Operation {
     /// A texture, by its number.
     Image(u32),
+    /// The opacity of a texture, of which nobody takes more.
+    Alpha(u32),
     /// The vertices' colour.
     VertexColor,
     /// Arithmetic of numbers.
@@ -146,15 +148,22 @@ impl Program {
     /// Evaluates at a place what is asked for.
     #[inline]
     pub fn at<P: Place, T>(&self, place: &P, ask: impl FnOnce(&mut Evaluation<'_, P>) -> T) -> T {
-        let mut few = [Vec4::ZERO; FEW];
-        if self.operations.len() <= FEW {
-            return ask(&mut Evaluation {
-                program: self,
-                place,
-                done: 0,
-                registers: &mut few,
-            });
+        if self.operations.len() > FEW {
+            return self.at_many(place, ask);
         }
+        let mut few = [Vec4::ZERO; FEW];
+        ask(&mut Evaluation {
+            program: self,
+            place,
+            done: 0,
+            registers: &mut few,
+        })
+    }
+
+    /// The same for larger programs.
+    #[cold]
+    #[inline(never)]
+    fn at_many<P: Place, T>(&self, place: &P, ask: impl FnOnce(&mut Evaluation<'_, P>) -> T) -> T {
         let mut many = [Vec4::ZERO; MANY];
         let mut all = Vec::new();
         let registers = if self.operations.len() <= MANY {
@@ -235,6 +244,10 @@ impl<P: Place> Evaluation<'_, P> {
             Operation::Image(number) => {
                 let texture = &self.program.textures[number as usize];
                 texture.read(self.place.uv(texture.uv_set))
+            }
+            Operation::Alpha(number) => {
+                let texture = &self.program.textures[number as usize];
+                Vec4::splat(texture.read_alpha(self.place.uv(texture.uv_set)))
             }
             Operation::VertexColor => self.place.color(),
             Operation::Math {
