@@ -68,7 +68,13 @@ impl TriangleMesh {
     /// The three corners of a triangle.
     #[inline]
     pub fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
-        self.triangles[triangle as usize].map(|i| self.vertices[i as usize])
+        self.between(self.triangles[triangle as usize])
+    }
+
+    /// The corners with these numbers.
+    #[inline]
+    pub fn between(&self, corners: [u32; 3]) -> [[f32; 3]; 3] {
+        corners.map(|i| self.vertices[i as usize])
     }
 }
 

@@ -14,7 +14,9 @@ use crate::shading::bsdf::BsdfValue;
 use crate::world::{Hit, RayKind, Surface, World};
 use glam::Vec3;
 
-/// A surface that light falls on, and what the path to it brings.
+/// A surface that light falls on, and what the path to it brings. By value, so that it stays in registers where no function
+/// is called with it.
+#[derive(Clone, Copy)]
 pub(super) struct Vertex<'a, E: Features> {
     pub world: &'a World,
     pub settings: &'a PathSettings,
@@ -32,7 +34,7 @@ impl<E: Features> Vertex<'_, E> {
     /// Adds light that sampling lights finds; returns the rays that it took.
     #[inline(always)]
     pub fn add_direct_light<A: PassSink + Record>(
-        &self,
+        self,
         sampler: &Sampler,
         light: &mut Accumulator<A>,
     ) -> u32 {
@@ -49,7 +51,7 @@ impl<E: Features> Vertex<'_, E> {
     #[cold]
     #[inline(never)]
     fn add_light_samples<A: PassSink + Record>(
-        &self,
+        self,
         sampler: &Sampler,
         light: &mut Accumulator<A>,
     ) -> u32 {
@@ -65,12 +67,12 @@ impl<E: Features> Vertex<'_, E> {
     /// Adds the light of one of some light samples.
     #[inline(always)]
     fn add_light_sample<A: PassSink + Record>(
-        &self,
+        self,
         sampler: &Sampler,
         samples: f32,
         sum: &mut Accumulator<A>,
     ) -> u32 {
-        let &Self {
+        let Self {
             world,
             settings,
             hit,
@@ -80,7 +82,7 @@ impl<E: Features> Vertex<'_, E> {
             ..
         } = self;
         let u = sampler.triple(Dimension::Light, self.bounce);
-        let Some((light, rules)) = world.lights.sample(at, u.z, u.truncate()) else {
+        let Some((light, drawn)) = world.lights.sample(at, u.z, u.truncate()) else {
             sum.sink.step(|| Step::Light {
                 light: None,
                 numbers: u,
@@ -93,13 +95,14 @@ impl<E: Features> Vertex<'_, E> {
             value.value.min_element() >= 0.0 && value.value.is_finite() && value.pdf >= 0.0,
             "{value:?}"
         );
-        let by_kind = E::EVERYTHING && world.by_kind;
-        if by_kind && self.bounce > rules.max_bounces {
-            return 0;
-        }
-        let casts_shadow = !by_kind || !rules.shines_through();
         let beyond = bsdf.is_beyond(light.wi);
-        let (reflected, diffuse) = if by_kind {
+        let mut casts_shadow = true;
+        let (reflected, diffuse) = if E::EVERYTHING && world.by_kind {
+            let rules = world.lights.rules(drawn);
+            if self.bounce > rules.max_bounces {
+                return 0;
+            }
+            casts_shadow = !rules.shines_through();
             self.weighted_by_kind((&light, &rules), &value, samples, beyond)
         } else {
             let pdf = samples * light.pdf;
@@ -108,9 +111,9 @@ impl<E: Features> Vertex<'_, E> {
         };
         let arriving = light.contribution();
         let contribution = self.throughput * reflected * arriving / samples;
-        let drawn = |share| Step::Light {
+        let step = |share| Step::Light {
             light: Some(Lit {
-                source: world.lights.drawn(at, u.z),
+                source: Some(world.lights.source(drawn)),
                 direction: light.wi,
                 pdf: light.pdf,
                 contribution: arriving,
@@ -122,7 +125,7 @@ impl<E: Features> Vertex<'_, E> {
             numbers: u,
         };
         if contribution == Vec3::ZERO {
-            sum.sink.step(|| drawn(None));
+            sum.sink.step(|| step(None));
             return 0;
         }
         let start = spawn_ray::<E>(world, settings, (hit, surface), light.wi, beyond);
@@ -135,7 +138,7 @@ impl<E: Features> Vertex<'_, E> {
             Some(target) => world.transmittance_to::<E>(start, target, left),
             None => world.transmittance::<E>(start, light.wi, f32::INFINITY, left),
         };
-        sum.sink.step(|| drawn(Some(average(share))));
+        sum.sink.step(|| step(Some(average(share))));
         if self.bounce == 0 {
             sum.sink.first_scattering(reflected, diffuse, beyond);
         }

@@ -79,8 +79,16 @@ pub(super) type KernelBsdf<E> = Bsdf<Compiled<E>>;
 /// A hit that the path stops at.
 struct Found {
     hit: Hit,
-    /// The path has left the same surface: the place where it is met again, without a ray.
-    again: Option<BoundedPoint>,
+    /// The path has left the same surface: it is met again in [`Walk::own`], without a ray.
+    again: bool,
+}
+
+/// What functions that are not inlined look at or change, and what is found by a number: a path stays in registers without.
+struct Beside {
+    previous: Previous,
+    /// By kind, in the order of [`Scattering`].
+    scatterings: [u32; 3],
+    passage: Passage,
 }
 
 /// What becomes of a path at a surface that tints what passes straight on.
@@ -91,7 +99,7 @@ enum Tinted {
     Passes(Vec3, Vec3),
 }
 
-/// A path on its way. What functions that are not inlined change stands outside of it, so that the rest stays in registers.
+/// A path on its way.
 struct Walk<'a, 's, E, A> {
     world: &'a World,
     settings: &'a PathSettings,
@@ -104,9 +112,8 @@ struct Walk<'a, 's, E, A> {
     origin: Vec3,
     direction: Vec3,
     span: (f32, f32),
-    previous: Previous,
+    beside: &'a mut Beside,
     first: FirstHit,
-    scatterings: [u32; 3],
     /// The path may end at the next surface: what shines there is its last light.
     last: bool,
     /// Surfaces that it has passed by their opacity.
@@ -114,7 +121,6 @@ struct Walk<'a, 's, E, A> {
     min_pdf: f32,
     /// The surface that a direction is below, although its smooth normal sees it: the next one, without a ray.
     own: Option<(Hit, BoundedPoint)>,
-    passage: &'a mut Passage,
     features: PhantomData<E>,
 }
 
@@ -141,11 +147,21 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         clamped: [0.0; 2],
         sink,
     };
-    let mut passage = Passage::default();
+    let mut beside = Beside {
+        previous: Previous {
+            at: LightSampleContext::new(camera_ray.origin, None),
+            pdf: 0.0,
+            only_bsdf: true,
+            scattering: None,
+        },
+        scatterings: [0; 3],
+        passage: Passage::default(),
+    };
     let scene = (world, settings, sampler);
-    let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut passage));
+    let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
     while let Some(found) = walk.next_surface() {
-        let surface = walk.surface(&found);
+        let mut surface = world.surface::<E>(&found.hit, walk.origin, walk.direction);
+        walk.arrive(&found, &mut surface);
         walk.add_emission(&found, &surface);
         let Some(parameters) = walk.goes_on(&surface) else {
             break;
@@ -165,14 +181,15 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
                 .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
         }
         let normal = bsdf.receiving_normal();
-        let at = world.lights.context(surface.point.point, normal);
+        let at = &mut walk.beside.previous.at;
+        world.lights.context_into(at, surface.point.point, normal);
         let vertex = Vertex::<E> {
             world,
             settings,
             hit: &found.hit,
             surface: &surface,
             bsdf: &bsdf,
-            at: &at,
+            at,
             throughput: walk.throughput,
             bounce: walk.bounce,
             transparent: settings.transparent_left(walk.passed),
@@ -181,7 +198,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let Some(sample) = walk.sample(&bsdf) else {
             break;
         };
-        if !walk.follow(&found.hit, &surface, at, &sample) {
+        if !walk.follow(&found.hit, &surface, &sample) {
             break;
         }
     }
@@ -199,7 +216,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     fn new(
         (world, settings, sampler): (&'a World, &'a PathSettings, &'a Sampler),
         ray: &CameraRay,
-        (light, passage): (&'a mut Accumulator<'s, A>, &'a mut Passage),
+        (light, beside): (&'a mut Accumulator<'s, A>, &'a mut Beside),
     ) -> Self {
         Self {
             world,
@@ -212,19 +229,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             origin: ray.origin,
             direction: ray.direction,
             span: (ray.near, ray.far),
-            previous: Previous {
-                at: LightSampleContext::new(ray.origin, None),
-                pdf: 0.0,
-                only_bsdf: true,
-                scattering: None,
-            },
+            beside,
             first: FirstHit::default(),
-            scatterings: [0; 3],
             last: false,
             passed: 0,
             min_pdf: f32::INFINITY,
             own: None,
-            passage,
             features: PhantomData,
         }
     }
@@ -241,11 +251,13 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     fn next_surface(&mut self) -> Option<Found> {
         loop {
             let found = self.next_interface()?;
-            if !(E::EVERYTHING && self.world.is_tinted()) || found.again.is_some() {
+            if !(E::EVERYTHING && self.world.is_tinted()) || found.again {
                 return Some(found);
             }
             let left = self.settings.transparent_left(self.passed);
-            match self.tinted(&found.hit) {
+            let key = self.sampler.key(Dimension::Opacity, self.bounce);
+            let key = key.wrapping_add(self.passed);
+            match tinted::<E>(self.world, &found.hit, (self.origin, self.direction), key) {
                 Tinted::Stops(weight) => {
                     self.throughput *= weight;
                     return Some(found);
@@ -264,57 +276,28 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         }
     }
 
-    /// Decides whether the path passes a surface that tints what passes straight on. The choice is by the mean of the channels.
-    #[cold]
-    #[inline(never)]
-    fn tinted(&self, hit: &Hit) -> Tinted {
-        let Some((passes, rest)) = self.world.tint(hit) else {
-            return Tinted::Stops(Vec3::ONE);
-        };
-        let share = average(passes);
-        let p = if share + rest > 0.0 {
-            share / (share + rest)
-        } else {
-            0.0
-        };
-        let key = self
-            .sampler
-            .key(Dimension::Opacity, self.bounce)
-            .wrapping_add(self.passed);
-        if hashed(key, hit.primitive, hit.object()) >= p {
-            return Tinted::Stops(Vec3::splat(rest / (1.0 - p)));
-        }
-        let surface = self.world.surface::<E>(hit, self.origin, self.direction);
-        let normal = surface.normals.geometric;
-        Tinted::Passes(passes / p, ray_origin(surface.point, -normal))
-    }
-
     /// The next surface, as far as that lets no light pass without a colour.
     #[inline(always)]
     fn next_interface(&mut self) -> Option<Found> {
-        let again = if E::CURVED { self.own.take() } else { None };
-        self.rays += u32::from(again.is_none());
+        let again = E::CURVED && self.own.is_some();
+        self.rays += u32::from(!again);
         self.light.sink.step(|| Step::Ray {
             bounce: self.bounce,
-            kind: self.previous.kind(),
+            kind: self.beside.previous.kind(),
             origin: self.origin,
             direction: self.direction,
             span: self.span,
             throughput: self.throughput,
         });
-        let met = match again {
-            Some((hit, _)) => Intersection::Surface(hit, 0),
-            None => self.intersect(),
+        let (hit, limit) = match self.own {
+            Some((hit, _)) if E::CURVED => (Some(hit), None),
+            _ => self.intersect(),
         };
-        let (hit, far) = match met {
-            Intersection::Surface(hit, _) => (Some(hit), hit.distance),
-            Intersection::Nothing => (None, self.span.1),
-            Intersection::Limit(distance) => (None, distance),
-        };
-        if E::LIGHTS && (self.bounce > 0 || self.world.lights.camera_sees_lamps()) {
+        let far = hit.map_or(limit.unwrap_or(self.span.1), |hit| hit.distance);
+        if E::LIGHTS && self.world.lights.has_lamps_for(self.bounce) {
             self.add_lamps_on_the_way(far);
         }
-        if let Intersection::Limit(_) = met {
+        if limit.is_some() {
             self.end(End::Transparent);
             return None;
         }
@@ -328,64 +311,60 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             self.end(End::Holdout);
             return None;
         }
-        let again = again.map(|(_, point)| point);
         Some(Found { hit, again })
     }
 
-    /// What the ray meets.
+    /// What the ray meets, or where it would pass one transparent surface too many.
     #[inline(always)]
-    fn intersect(&mut self) -> Intersection {
-        let (ray, kind) = ((self.origin, self.direction), self.previous.kind());
-        let key = || self.sampler.key(Dimension::Opacity, self.bounce);
-        let mut met = if E::EVERYTHING && self.settings.transparent != u32::MAX {
+    fn intersect(&mut self) -> (Option<Hit>, Option<f32>) {
+        let (ray, kind) = ((self.origin, self.direction), self.beside.previous.kind());
+        let (sampler, bounce) = (self.sampler, self.bounce);
+        let key = move || sampler.key(Dimension::Opacity, bounce);
+        let mut hit = if E::EVERYTHING && self.settings.transparent != u32::MAX {
             // Cycles notices the limit when it has passed a surface: one always is.
             let left = self.settings.transparent.max(1) - self.passed;
-            self.world
-                .intersect_limited::<E>(ray.0, ray.1, self.span, kind, key(), left)
-        } else {
-            let hit = self
+            let met = self
                 .world
-                .intersect::<E>(ray.0, ray.1, self.span, kind, key);
-            hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0))
+                .intersect_limited::<E>(ray.0, ray.1, self.span, kind, key(), left);
+            match met {
+                Intersection::Surface(hit, more) => {
+                    self.passed += more;
+                    self.last |= self.passed > 0 && self.passed >= self.settings.transparent;
+                    Some(hit)
+                }
+                Intersection::Nothing => None,
+                Intersection::Limit(distance) => return (None, Some(distance)),
+            }
+        } else {
+            self.world
+                .intersect::<E>(ray.0, ray.1, self.span, kind, key)
         };
-        if let Intersection::Surface(_, more) = met {
-            self.passed += more;
-            self.last |= self.passed > 0 && self.passed >= self.settings.transparent;
-        }
         if E::EVERYTHING && self.world.has_close_interfaces() {
-            let first =
-                |hit, passage: &mut Passage| self.world.first_in_order(hit, passage, ray, kind);
-            met = match met {
-                Intersection::Surface(hit, passed) => first(Some(hit), self.passage)
-                    .map_or(Intersection::Nothing, |hit| {
-                        Intersection::Surface(hit, passed)
-                    }),
-                Intersection::Nothing => first(None, self.passage)
-                    .map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0)),
-                limit @ Intersection::Limit(_) => limit,
-            };
+            hit = self
+                .world
+                .first_in_order(hit, &mut self.beside.passage, ray, kind);
         }
-        met
+        (hit, None)
     }
 
     /// Kind of the ray and number of the surface that it comes from, for what sees some rays alone.
     #[inline(always)]
     fn seen_by(&self) -> (RayKind, u32) {
-        (self.previous.kind(), self.bounce.saturating_sub(1))
+        (self.beside.previous.kind(), self.bounce.saturating_sub(1))
     }
 
     #[inline(always)]
     fn add_lamps_on_the_way(&mut self, far: f32) {
         let ray = self.seen_by();
-        let (previous, light) = (&self.previous, &mut *self.light);
+        let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
+        let (previous, light) = (&self.beside.previous, &mut *self.light);
         self.world.lights.le_along_ray(
             &previous.at,
             (self.origin, self.direction, far),
             ray,
             |emitted, light_pdf, source| {
-                let weight = light.weigh(self.settings, previous, source, emitted, light_pdf);
-                let found = self.throughput * emitted * weight;
-                light.add_found(self.settings, found, self.bounce);
+                let weight = light.weigh(settings, previous, source, emitted, light_pdf);
+                light.add_found(settings, throughput * emitted * weight, bounce);
             },
         );
     }
@@ -400,32 +379,35 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             return;
         }
         let ray = self.seen_by();
-        let (previous, light, bounce) = (&self.previous, &mut self.light, self.bounce);
+        let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
+        let (previous, light) = (&self.beside.previous, &mut *self.light);
         self.world.lights.environment_le(
             &previous.at,
             self.direction,
             ray,
             |emitted, light_pdf, source| {
-                let weight = light.weigh(self.settings, previous, source, emitted, light_pdf);
-                let found = self.throughput * emitted * weight;
+                let weight = light.weigh(settings, previous, source, emitted, light_pdf);
+                let found = throughput * emitted * weight;
                 if bounce > 0 || source != Source::Environment {
-                    light.add_found(self.settings, found, bounce);
-                } else if self.settings.transparent_film {
+                    light.add_found(settings, found, bounce);
+                } else if settings.transparent_film {
                     light.sink.environment(found);
                 } else {
-                    let kept = light.add(self.settings, found, 0);
+                    let kept = light.add(settings, found, 0);
                     light.sink.environment(kept);
                 }
             },
         );
     }
 
-    /// The surface at a hit.
+    /// Takes note of a surface, which is where the path has left it if it is met again.
     #[inline(always)]
-    fn surface(&mut self, Found { hit, again }: &Found) -> Surface<'a> {
-        let mut surface = self.world.surface::<E>(hit, self.origin, self.direction);
-        if let Some(point) = again {
-            surface.point = *point;
+    fn arrive(&mut self, Found { hit, again }: &Found, surface: &mut Surface) {
+        if E::CURVED
+            && *again
+            && let Some((_, point)) = self.own.take()
+        {
+            surface.point = point;
         }
         self.light.sink.step(|| Step::Surface {
             object: hit.object(),
@@ -439,7 +421,6 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         if self.bounce == 0 {
             self.first.normal = surface.normals.shading;
         }
-        surface
     }
 
     /// Light that the surface emits itself.
@@ -448,20 +429,24 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         if surface.emission == Vec3::ZERO {
             return;
         }
-        let unsampled = self.bounce == 0 || again.is_some();
+        let unsampled = self.bounce == 0 || *again;
         let light_pdf = if unsampled || !self.settings.sample_lights {
             0.0
         } else {
             let triangle = (hit.object(), hit.primitive);
-            let (at, on) = (&self.previous.at, surface.point.point);
+            let (at, on) = (&self.beside.previous.at, surface.point.point);
             let lights = &self.world.lights;
             lights.surface_pdf(at, self.direction, triangle, on)
         };
         let source = Source::Surface(hit.object());
         let emitted = surface.emission;
-        let weight = self
-            .light
-            .weigh(self.settings, &self.previous, source, emitted, light_pdf);
+        let weight = self.light.weigh(
+            self.settings,
+            &self.beside.previous,
+            source,
+            emitted,
+            light_pdf,
+        );
         let found = self.throughput * emitted * weight;
         self.light.add_found(self.settings, found, self.bounce);
     }
@@ -469,7 +454,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     /// The parameters of a surface that the path goes on from; it may end there by the settings or by chance.
     #[inline(always)]
     fn goes_on<'p>(&mut self, surface: &'p Surface) -> Option<&'p Principled> {
-        let Some(parameters) = &surface.parameters else {
+        let Some(parameters) = surface.parameters() else {
             self.end(End::Unlit);
             return None;
         };
@@ -508,7 +493,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     fn bare(&self, surface: &Surface) -> KernelBsdf<E> {
         let changes = self
             .settings
-            .changes::<E>(self.min_pdf, self.previous.scattering);
+            .changes::<E>(self.min_pdf, self.beside.previous.scattering);
         KernelBsdf::<E>::new(surface.normals, -self.direction, surface.inside, changes)
     }
 
@@ -571,13 +556,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// Goes on in a direction; whether the path has not ended.
     #[inline(always)]
-    fn follow(
-        &mut self,
-        hit: &Hit,
-        surface: &Surface,
-        at: LightSampleContext,
-        s: &BsdfSample,
-    ) -> bool {
+    fn follow(&mut self, hit: &Hit, surface: &Surface, s: &BsdfSample) -> bool {
         let beyond = s.scattering == Scattering::Transmission;
         let kind = kind_of(s.scattering);
         let start = spawn_ray::<E>(self.world, self.settings, (hit, surface), s.wi, beyond);
@@ -604,27 +583,51 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             self.end(End::Black);
             return false;
         }
-        self.previous = Previous {
-            at,
-            pdf: if self.settings.takes_one(self.bounce) {
-                s.pdf
-            } else {
-                s.pdf / self.settings.light_samples as f32
-            },
-            // No light sample passes the surface that is in its way.
-            only_bsdf: s.delta || self.own.is_some(),
-            scattering: Some(s.scattering),
+        self.beside.previous.pdf = if self.settings.takes_one(self.bounce) {
+            s.pdf
+        } else {
+            s.pdf / self.settings.light_samples as f32
         };
-        if !s.delta {
+        // No light sample passes the surface that is in its way.
+        self.beside.previous.only_bsdf = s.delta || self.own.is_some();
+        self.beside.previous.scattering = Some(s.scattering);
+        if E::FACETS && !s.delta {
             self.min_pdf = self.min_pdf.min(s.pdf);
         }
         self.bounce += 1;
         let kind = s.scattering as usize;
-        self.scatterings[kind] += 1;
-        self.last = self.bounce > self.settings.bounces
-            || self.scatterings[kind] > self.settings.limits[kind];
+        let scatterings = &mut self.beside.scatterings[kind];
+        *scatterings += 1;
+        self.last =
+            self.bounce > self.settings.bounces || *scatterings > self.settings.limits[kind];
         true
     }
+}
+
+/// Decides whether a path passes a surface that tints what passes straight on. The choice is by the mean of the channels.
+#[cold]
+#[inline(never)]
+fn tinted<E: Features>(
+    world: &World,
+    hit: &Hit,
+    (origin, direction): (Vec3, Vec3),
+    key: u32,
+) -> Tinted {
+    let Some((passes, rest)) = world.tint(hit) else {
+        return Tinted::Stops(Vec3::ONE);
+    };
+    let share = average(passes);
+    let p = if share + rest > 0.0 {
+        share / (share + rest)
+    } else {
+        0.0
+    };
+    if hashed(key, hit.primitive, hit.object()) >= p {
+        return Tinted::Stops(Vec3::splat(rest / (1.0 - p)));
+    }
+    let surface = world.surface::<E>(hit, origin, direction);
+    let normal = surface.normals.geometric;
+    Tinted::Passes(passes / p, ray_origin(surface.point, -normal))
 }
 
 /// How far rays start off surfaces in toy renderers, metres.

@@ -63,6 +63,13 @@ impl LightSampler {
     #[inline]
     pub fn pmf(&self, point: Vec3, normal: Option<Vec3>, compared: bool) -> Pmf {
         let mut pmf = Pmf::NONE;
+        self.pmf_into(&mut pmf, point, normal, compared);
+        pmf
+    }
+
+    /// The same in place. What no emitter reads stays as it is.
+    #[inline]
+    pub fn pmf_into(&self, pmf: &mut Pmf, point: Vec3, normal: Option<Vec3>, compared: bool) {
         match self {
             Self::Few(_, 1) if !compared => pmf.of[0][0] = 1.0,
             Self::Few(groups, _) => pmf.sum = weigh(groups, (point, normal), &mut pmf.of),
@@ -70,7 +77,6 @@ impl LightSampler {
                 (pmf.of, pmf.sum) = tree.look((point, normal));
             }
         }
-        pmf
     }
 
     /// Draws an emitter.

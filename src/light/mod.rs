@@ -25,7 +25,7 @@ pub mod triangle;
 
 pub use kinds::{Light, LightSample, LightSampleContext};
 pub use rules::Rules;
-pub use set::{LightSet, LightSetBuilder, Source};
+pub use set::{Drawn, LightSet, LightSetBuilder, Source};
 
 use glam::Vec3;
 

@@ -60,6 +60,15 @@ enum Group {
     Infinite(usize),
 }
 
+/// A light that was drawn.
+#[derive(Clone, Copy, Debug)]
+pub enum Drawn {
+    /// By its number among the finite ones.
+    Finite(u32),
+    /// By its number among those at infinity.
+    Infinite(u32),
+}
+
 /// Up to this number, rays try lamps one by one; more go into a hierarchy of their own.
 const IN_A_ROW: usize = 4;
 
@@ -198,16 +207,26 @@ impl LightSet {
     /// A point that is to be lit.
     #[inline]
     pub fn context(&self, point: Vec3, normal: Option<Vec3>) -> LightSampleContext {
+        let mut at = LightSampleContext::new(point, normal);
+        self.context_into(&mut at, point, normal);
+        at
+    }
+
+    /// Makes a context the one of a point that is to be lit: in place, as it is large.
+    #[inline]
+    pub fn context_into(&self, at: &mut LightSampleContext, point: Vec3, normal: Option<Vec3>) {
         let compared = !self.infinite.is_empty();
-        let pmf = self.sampler.pmf(point, normal, compared);
-        let mut groups = Groups {
+        (at.point, at.normal) = (point, normal);
+        self.sampler.pmf_into(&mut at.pmf, point, normal, compared);
+        at.groups = Groups {
             sum: 1.0,
             count: 1.0,
             finite: 1.0,
         };
         if compared {
-            let finite = pmf.sum.min(MOST);
-            groups = Groups {
+            let finite = at.pmf.sum.min(MOST);
+            let groups = &mut at.groups;
+            *groups = Groups {
                 sum: finite,
                 count: f32::from(finite > 0.0),
                 finite,
@@ -216,12 +235,6 @@ impl LightSet {
                 groups.sum += light.estimate;
                 groups.count += f32::from(light.estimate > 0.0);
             }
-        }
-        LightSampleContext {
-            point,
-            normal,
-            pmf,
-            groups,
         }
     }
 
@@ -243,17 +256,19 @@ impl LightSet {
         0.8 * estimate / sum + 0.2 / count
     }
 
-    #[inline]
+    #[inline(always)]
     fn choose_group(&self, at: &LightSampleContext, u: f32) -> Option<(Group, f32, f32)> {
         if self.infinite.is_empty() {
             return Some((Group::Finite, 1.0, u));
         }
         let mut u = u;
         let mut last = None;
-        let groups = std::iter::once(Group::Finite)
-            .filter(|_| !self.sampler.is_empty())
-            .chain((0..self.infinite.len()).map(Group::Infinite));
-        for group in groups {
+        let mut group = Group::Finite;
+        let mut next = 0;
+        if self.sampler.is_empty() {
+            (group, next) = (Group::Infinite(0), 1);
+        }
+        loop {
             let p = self.group_probability(group, at);
             if p > 0.0 {
                 if u < p {
@@ -262,12 +277,16 @@ impl LightSet {
                 u -= p;
                 last = Some((group, p));
             }
+            if next == self.infinite.len() {
+                break;
+            }
+            (group, next) = (Group::Infinite(next), next + 1);
         }
         // Rounding left a crumb of u.
         last.map(|(group, p)| (group, p, float::ONE_MINUS_EPSILON))
     }
 
-    /// Draws a light and a direction to it; who sees that light. The density is that of all of light sampling for this direction
+    /// Draws a light and a direction to it. The density is that of all of light sampling for this direction
     /// of this light.
     #[inline]
     pub fn sample(
@@ -275,45 +294,49 @@ impl LightSet {
         at: &LightSampleContext,
         u_light: f32,
         u: Vec2,
-    ) -> Option<(LightSample, Rules)> {
-        let (group, mut p, u_light) = self.choose_group(at, u_light)?;
-        let (light, rules) = match group {
-            Group::Infinite(i) => {
-                let InfiniteLight { light, rules, .. } = &self.infinite[i];
-                (light, *rules)
-            }
-            Group::Finite => {
-                let choice = self.sampler.sample(&at.pmf, at.place(), u_light)?;
-                p *= choice.probability;
-                let light = &self.lights[choice.emitter as usize];
-                (light, self.rules_of(choice.emitter, light))
-            }
+    ) -> Option<(LightSample, Drawn)> {
+        let (drawn, p) = self.draw(at, u_light)?;
+        let light = match drawn {
+            Drawn::Finite(number) => &self.lights[number as usize],
+            Drawn::Infinite(i) => &self.infinite[i as usize].light,
         };
-        Some((light.sample_li(at, u)?.chosen(p)?, rules))
+        Some((light.sample_li(at, u)?.chosen(p)?, drawn))
     }
 
-    #[inline]
-    fn rules_of(&self, number: u32, light: &Light) -> Rules {
-        match light.of_surface() {
-            Some((_, rules)) => rules,
-            None => self.rules[number as usize],
+    /// Draws a light, with its probability.
+    #[inline(always)]
+    fn draw(&self, at: &LightSampleContext, u: f32) -> Option<(Drawn, f32)> {
+        let (group, p, u) = self.choose_group(at, u)?;
+        match group {
+            Group::Infinite(i) => Some((Drawn::Infinite(i as u32), p)),
+            Group::Finite => {
+                let choice = self.sampler.sample(&at.pmf, at.place(), u)?;
+                Some((Drawn::Finite(choice.emitter), p * choice.probability))
+            }
         }
     }
 
-    /// What [`Self::sample`] draws with a number.
+    /// Who sees a light.
+    pub fn rules(&self, drawn: Drawn) -> Rules {
+        match drawn {
+            Drawn::Infinite(i) => self.infinite[i as usize].rules,
+            Drawn::Finite(number) => match self.lights[number as usize].of_surface() {
+                Some((_, rules)) => rules,
+                None => self.rules[number as usize],
+            },
+        }
+    }
+
+    /// What a light is to those who look at a single path.
     #[cold]
-    pub fn drawn(&self, at: &LightSampleContext, u_light: f32) -> Option<Source> {
-        let (group, _, u_light) = self.choose_group(at, u_light)?;
-        Some(match group {
-            Group::Infinite(i) => self.infinite[i].source,
-            Group::Finite => {
-                let choice = self.sampler.sample(&at.pmf, at.place(), u_light)?;
-                match self.lights[choice.emitter as usize].of_surface() {
-                    Some((instance, _)) => Source::Surface(instance),
-                    None => Source::Lamp(choice.emitter),
-                }
-            }
-        })
+    pub fn source(&self, drawn: Drawn) -> Source {
+        match drawn {
+            Drawn::Infinite(i) => self.infinite[i as usize].source,
+            Drawn::Finite(number) => match self.lights[number as usize].of_surface() {
+                Some((instance, _)) => Source::Surface(instance),
+                None => Source::Lamp(number),
+            },
+        }
     }
 
     /// Number of a lamp or sun among the scene's lights; `None` for what is none.
@@ -354,10 +377,10 @@ impl LightSet {
         p * self.lights[number as usize].pdf_li(at, wi, on)
     }
 
-    /// Whether the camera sees lamps.
+    /// Whether rays can meet lamps after so many bounces.
     #[inline]
-    pub fn camera_sees_lamps(&self) -> bool {
-        self.camera_sees_lamps
+    pub fn has_lamps_for(&self, bounces: u32) -> bool {
+        !self.sized.is_empty() && (bounces > 0 || self.camera_sees_lamps)
     }
 
     /// Visits the lamps that a ray meets before `far`, in their order: radiance, and the density
@@ -564,7 +587,7 @@ mod tests {
         }
         let at = set.context(Vec3::ZERO, Some(Vec3::Z));
         let drawn: Vec<_> = (0..1000)
-            .filter_map(|k| set.drawn(&at, k as f32 / 1000.0))
+            .filter_map(|k| Some(set.source(set.draw(&at, k as f32 / 1000.0)?.0)))
             .collect();
         for source in [
             Source::Lamp(0),

@@ -75,7 +75,7 @@ const NEAR_AN_EDGE: f32 = 1.0 / 32.0;
 /// Whether a point may lie too near to an edge; a twelfth of all do.
 #[inline]
 pub fn is_near_an_edge(u: f32, v: f32) -> bool {
-    u.min(v).min(1.0 - u - v) < NEAR_AN_EDGE
+    u < NEAR_AN_EDGE || v < NEAR_AN_EDGE || 1.0 - u - v < NEAR_AN_EDGE
 }
 
 /// Weights of a point so far from all edges that its error (the largest of an axis) cannot bring it to their other

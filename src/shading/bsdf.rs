@@ -64,8 +64,6 @@ pub struct Bsdf<K = AllFeatures> {
     agrees: bool,
     /// Probability of the lobes in the list.
     p_others: f32,
-    /// Sum of the lobes': what denoisers call albedo.
-    albedo: Vec3,
 }
 
 /// What a surface did to a path, as Cycles tells rays apart: diffuse and glossy reflection, and what
@@ -148,8 +146,17 @@ impl Sums {
         sum.pdf += p * of.pdf;
     }
 
-    #[inline]
-    fn total(&self) -> BsdfValue {
+    /// All of them; without facets there are none but diffuse ones.
+    #[inline(always)]
+    fn total(&self, facets: bool) -> BsdfValue {
+        if !facets {
+            return BsdfValue {
+                value: self.diffuse.value,
+                diffuse: self.diffuse.value,
+                pdf: self.diffuse.pdf,
+                diffuse_pdf: self.diffuse.pdf,
+            };
+        }
         BsdfValue {
             value: self.diffuse.value + self.others.value,
             diffuse: self.diffuse.value,
@@ -178,23 +185,25 @@ impl<K: BsdfFeatures> Bsdf<K> {
             is_samplable: false,
             agrees: true,
             p_others: 0.0,
-            albedo: Vec3::ZERO,
         }
     }
 
     /// Adds a Lambertian lobe. Those with one normal are one.
     #[inline]
     pub(super) fn add_lambert(&mut self, color: Vec3, normal: Vec3) {
-        if !K::FACETS || self.lambert.color == Vec3::ZERO || self.lambert.normal == normal {
+        if !K::FACETS || self.lambert.color == Vec3::ZERO {
+            self.lambert = Diffuse { color, normal };
+            return;
+        }
+        if self.lambert.normal == normal {
             self.lambert.color += color;
-            self.lambert.normal = normal;
             return;
         }
         self.add(Lobe::Diffuse(Diffuse { color, normal }), color);
     }
 
     /// Adds a lobe with its mean reflectance and transmittance for the view. A Principled BSDF has four at most.
-    #[inline]
+    #[inline(always)]
     pub(super) fn add(&mut self, lobe: Lobe, albedo: Vec3) {
         self.transmits |= lobe.transmits();
         self.agrees &= lobe.normal() == self.normals.shading;
@@ -213,15 +222,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
     /// Shares the probabilities out, when all lobes are added.
     #[inline]
     pub fn finish(&mut self) {
-        self.albedo = self.lambert.color;
         if !K::FACETS || self.others.is_empty() {
             return;
         }
-        let mut all = Vec3::ZERO;
-        for entry in &self.others {
-            all += entry.albedo;
-        }
-        self.albedo += all;
+        let all = self.albedo_of_others();
         let (a, b) = (average(all), average(self.lambert.color));
         self.p_others = if b <= 0.0 {
             1.0
@@ -343,9 +347,19 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
     }
 
-    /// Diffuse colour plus mean reflectance and transmittance.
+    /// Diffuse colour plus mean reflectance and transmittance: what denoisers call albedo.
     pub fn albedo(&self) -> Vec3 {
-        self.albedo
+        self.lambert.color + self.albedo_of_others()
+    }
+
+    /// Sum of the albedos in the list.
+    #[inline(always)]
+    fn albedo_of_others(&self) -> Vec3 {
+        let mut all = Vec3::ZERO;
+        for entry in self.others() {
+            all += entry.albedo;
+        }
+        all
     }
 
     /// Shares of light that are scattered diffusely, reflected otherwise, and let through: what passes divide
@@ -396,7 +410,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if self.is_below(wi) {
             return BsdfValue::ZERO;
         }
-        self.sums(usize::MAX, wi, self.is_beyond(wi)).total()
+        self.sums(usize::MAX, wi, self.is_beyond(wi))
+            .total(K::FACETS)
     }
 
     /// The same for a direction that is not below the surface, without one lobe of the list.
@@ -463,7 +478,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     }
 
     /// Draws a direction from a lobe of the list.
-    #[inline]
+    #[inline(always)]
     fn sample_lobe(&self, index: usize, entry: &Entry, u: Vec2, choice: f32) -> Option<BsdfSample> {
         let LobeSample {
             wi,
@@ -546,6 +561,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
     }
 
     /// Draws one of the directions that no other could be, for [`Self::sample_uniform`].
+    #[cold]
+    #[inline(never)]
     fn sample_delta(&self, u: Vec3) -> Option<BsdfSample> {
         let mut choice = u.z;
         for (i, entry) in self.others().iter().enumerate() {
@@ -575,7 +592,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         } else {
             &sums.others
         };
-        let v = sums.total();
+        let v = sums.total(K::FACETS);
         (v.pdf > 0.0).then(|| BsdfSample {
             wi,
             weight: v.value / v.pdf,

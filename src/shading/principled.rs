@@ -137,6 +137,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
         } else {
             0.0
         };
+        let mut rest = weight * (1.0 - p.metallic);
+        // A dielectric without specular reflects nothing. (What is not a number goes on, to be counted.)
+        if p.metallic <= 0.0 && p.transmission <= 0.0 && specular <= 0.0 {
+            if rest > 0.0 {
+                self.add_diffuse(rest, p.base_color, p.diffuse_roughness, normal);
+            }
+            return;
+        }
         let tangent = tangent
             .filter(|_| p.anisotropy != 0.0)
             .map(|t| turned(t, normal, p.anisotropy_rotation));
@@ -153,14 +161,11 @@ impl<K: BsdfFeatures> Bsdf<K> {
             None => roughness,
         };
         let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, mean));
-        // A dielectric without specular reflects nothing.
-        let has_lobe = p.metallic > 0.0 || p.transmission > 0.0 || specular > 0.0;
-        let albedos = place.filter(|_| has_lobe).map(Albedos::at);
+        let albedos = place.map(Albedos::at);
         let compensation =
             |f_average: Vec3| albedos.map_or(Vec3::ONE, |r| r.compensation(f_average));
         let single_scattering = || albedos.map_or(1.0, |r| r.directional);
 
-        let mut rest = weight * (1.0 - p.metallic);
         if p.metallic > 0.0 {
             let f0 = p.base_color.min(Vec3::ONE);
             let share = weight * p.metallic;
@@ -180,12 +185,9 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
         if K::TRANSMISSION && p.transmission > 0.0 && rest > 0.0 {
             let share = p.transmission * rest;
+            // Anisotropy is of what reflects alone.
             let clear = match tangent {
-                // Anisotropy is of what reflects alone.
-                Some(_) => {
-                    let alpha = Alpha::isotropic(sqr(roughness));
-                    Facets::new(self.normals(), normal, None, self.wo(), alpha)
-                }
+                Some(_) => self.isotropic_facets(normal, sqr(roughness)),
                 None => facets,
             };
             let single = if p.thin_walled {
@@ -225,6 +227,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
             below *= (1.0 - albedo.max_element()).max(0.0);
         }
         self.add_diffuse(below, p.base_color, p.diffuse_roughness, normal);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn isotropic_facets(&self, normal: Vec3, alpha: f32) -> Facets {
+        let alpha = Alpha::isotropic(alpha);
+        Facets::new(self.normals(), normal, None, self.wo(), alpha)
     }
 
     /// Adds the boundary of a solid, or a sheet. `single`: its albedo without compensation.

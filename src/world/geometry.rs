@@ -329,7 +329,12 @@ impl MeshInstance {
         u: f32,
         v: f32,
     ) -> BoundedPoint {
-        let corners = mesh.corners(triangle);
+        self.point_between::<E>(mesh.corners(triangle), u, v)
+    }
+
+    /// The same between corners of the mesh.
+    #[inline]
+    fn point_between<E: Features>(&self, corners: [Vec3; 3], u: f32, v: f32) -> BoundedPoint {
         let point = self.placed::<E>(triangle_point(corners, u, v));
         if !float::is_near_an_edge(u, v) {
             return point;
@@ -359,7 +364,12 @@ impl MeshInstance {
     /// Unit normal of a triangle by its winding in world space (outside by glTF's rule).
     #[inline]
     pub fn geometric_normal<E: Features>(&self, mesh: &MeshData, triangle: u32) -> Vec3 {
-        let [a, b, c] = mesh.corners(triangle);
+        self.normal_between::<E>(mesh.corners(triangle))
+    }
+
+    /// The same between corners of the mesh.
+    #[inline]
+    fn normal_between<E: Features>(&self, [a, b, c]: [Vec3; 3]) -> Vec3 {
         let n = (b - a).cross(c - a);
         // Unit first: the cross product of tiny edges leaves f32's range under a transform.
         let n = unit_or_zero(n);
@@ -394,12 +404,27 @@ pub struct Surface<'a> {
     pub inside: bool,
     /// Emitted radiance towards the ray's origin.
     pub emission: Vec3,
-    /// `None` if it only emits.
-    pub parameters: Option<Principled>,
+    /// It only emits.
+    unlit: bool,
+    /// What the material says where it is the same everywhere …
+    constant: &'a Principled,
+    /// … and where it is not, at this point.
+    varying: Option<Principled>,
     /// Tables of its dielectric.
     pub dielectrics: &'a Dielectrics,
     /// In place of the parameters: what has other shaders than one Principled BSDF.
     pub mixed: Option<Mixed<'a>>,
+}
+
+impl Surface<'_> {
+    /// What the material says; `None` if it only emits.
+    #[inline]
+    pub fn parameters(&self) -> Option<&Principled> {
+        if self.unlit {
+            return None;
+        }
+        Some(self.varying.as_ref().unwrap_or(self.constant))
+    }
 }
 
 /// A surface of several shaders, or of another than a Principled BSDF.
@@ -431,13 +456,15 @@ pub fn surface<'a, E: Features>(
     hit: &Hit,
     (origin, direction): (Vec3, Vec3),
 ) -> Surface<'a> {
-    let by_corners = entry.point::<E>(mesh, hit.primitive, hit.u, hit.v);
+    // Looked up once.
+    let at = mesh.at(hit.primitive, hit.u, hit.v);
+    let corners = mesh.triangles.between(at.corners).map(Vec3::from);
+    let by_corners = entry.point_between::<E>(corners, hit.u, hit.v);
     let point = float::hit_point(by_corners, origin, direction * hit.distance);
-    let outside = entry.geometric_normal::<E>(mesh, hit.primitive);
+    let outside = entry.normal_between::<E>(corners);
     let inside = outside.dot(direction) > 0.0;
     let side = |n: Vec3| if inside { -n } else { n };
     let geometric = side(outside);
-    let at = mesh.at(hit.primitive, hit.u, hit.v);
 
     let mut smooth_outside = outside;
     if E::CURVED
@@ -456,26 +483,26 @@ pub fn surface<'a, E: Features>(
     }
     let mut shading = smooth;
     let mut mixed = None;
-    let parameters = if E::EVERYTHING {
+    let mut varying = None;
+    if E::EVERYTHING {
         let place = Shaded {
             entry,
             at,
             triangle: hit.primitive,
             normal: smooth_outside,
         };
-        let (parameters, normal) = material.parameters(&place);
+        if let Some((parameters, normal)) = material.parameters(&place) {
+            varying = Some(parameters);
+            if normal != Vec3::ZERO {
+                shading = side(normal);
+            }
+        }
         mixed = material.is_mixed().then_some(Mixed {
             material,
             place,
             inside,
         });
-        if normal != Vec3::ZERO {
-            shading = side(normal);
-        }
-        parameters
-    } else {
-        material.constant_parameters()
-    };
+    }
     debug_assert!(
         [geometric, smooth, shading]
             .into_iter()
@@ -483,7 +510,6 @@ pub fn surface<'a, E: Features>(
         "normals {geometric} {smooth} {shading}"
     );
     let emission = material.emitted(&at);
-    let parameters = (!material.unlit).then_some(parameters);
     Surface {
         point,
         normals: Normals {
@@ -493,7 +519,9 @@ pub fn surface<'a, E: Features>(
         },
         inside,
         emission,
-        parameters,
+        unlit: material.unlit,
+        constant: material.constant_parameters(),
+        varying,
         dielectrics: &material.dielectrics,
         mixed,
     }

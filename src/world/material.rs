@@ -266,16 +266,15 @@ impl PreparedMaterial {
         )
     }
 
-    /// What the material says at a point, and the normal of its map on the outside, 0 without one.
+    /// What the material says at a point, and the normal of its map on the outside, 0 without one; `None` where it says the same
+    /// everywhere ([`Self::constant_parameters`]).
     #[inline]
-    pub fn parameters(&self, at: &impl Place) -> (Principled, Vec3) {
+    pub fn parameters(&self, at: &impl Place) -> Option<(Principled, Vec3)> {
         if self.programs.surface.is_constant() {
-            return (self.base, Vec3::ZERO);
+            return None;
         }
-        let Some(Weighted { shader, .. }) = self.programs.shaders.first() else {
-            return (self.base, Vec3::ZERO);
-        };
-        self.programs.surface.at(at, |at| {
+        let Weighted { shader, .. } = self.programs.shaders.first()?;
+        let parameters = self.programs.surface.at(at, |at| {
             let normal = shader.normal().map_or(Vec3::ZERO, |root| at.color(root));
             match shader {
                 Shader::Principled { base, linked, .. } => (parameters(base, linked, at), normal),
@@ -290,7 +289,8 @@ impl PreparedMaterial {
                     )
                 }
             }
-        })
+        });
+        Some(parameters)
     }
 
     /// Whether it has other shaders than one Principled BSDF.
@@ -350,8 +350,8 @@ impl PreparedMaterial {
 
     /// What the material says where it has no textures.
     #[inline]
-    pub fn constant_parameters(&self) -> Principled {
-        self.base
+    pub fn constant_parameters(&self) -> &Principled {
+        &self.base
     }
 
     /// Sets of texture coordinates that its textures read.

@@ -38,7 +38,7 @@ impl Facet {
 
 impl Facets {
     /// About a normal, with the tangent for anisotropic ones. What they reflect below the surface is not drawn.
-    #[inline]
+    #[inline(always)]
     pub fn new(
         normals: &Normals,
         normal: Vec3,

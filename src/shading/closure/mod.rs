@@ -103,7 +103,7 @@ pub enum Lobe {
 
 impl Lobe {
     /// Value and density for a direction to the light; `transmitted` if it is beyond the surface. None of a mirror's.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate<K: BsdfFeatures>(
         &self,
         smooth: Vec3,
@@ -121,7 +121,7 @@ impl Lobe {
     }
 
     /// Draws a direction; `choice` in 0..1 decides between reflection and transmission.
-    #[inline]
+    #[inline(always)]
     pub fn sample<K: BsdfFeatures>(
         &self,
         smooth: Vec3,
