@@ -1,7 +1,7 @@
 //! Sums and products of octaves of noise: fractal Brownian motion and Musgrave's multifractals (Ebert et al., "Texturing and
 //! Modeling: A Procedural Approach", chapter 16), as Blender's Noise Texture has them.
 
-use super::perlin::Coordinates;
+use super::perlin::Noise;
 use super::{fused, mix};
 
 /// How the octaves of a fractal follow each other.
@@ -30,7 +30,7 @@ impl Octaves {
     }
 
     /// Fractal Brownian motion; normalised, it is between 0 and 1.
-    pub(super) fn fbm<P: Coordinates>(self, p: P, normalize: bool) -> f32 {
+    pub(super) fn fbm<P: Noise>(self, p: P, normalize: bool) -> f32 {
         let mut scale = 1.0;
         let mut amplitude = 1.0;
         let mut greatest = 0.0;
@@ -61,7 +61,7 @@ impl Octaves {
     }
 
     /// The product of octaves around 1.
-    pub(super) fn multifractal<P: Coordinates>(self, mut p: P) -> f32 {
+    pub(super) fn multifractal<P: Noise>(self, mut p: P) -> f32 {
         let mut value = 1.0;
         let mut power = 1.0;
         for _ in 0..=self.last() {
@@ -77,7 +77,7 @@ impl Octaves {
     }
 
     /// Octaves that count more where the ground is high.
-    pub(super) fn hetero_terrain<P: Coordinates>(self, mut p: P, offset: f32) -> f32 {
+    pub(super) fn hetero_terrain<P: Noise>(self, mut p: P, offset: f32) -> f32 {
         let mut power = self.roughness;
         let mut value = offset + p.signed_noise();
         p = p * self.lacunarity;
@@ -94,12 +94,7 @@ impl Octaves {
     }
 
     /// Each octave weighs as much as the ones before it were high.
-    pub(super) fn hybrid_multifractal<P: Coordinates>(
-        self,
-        mut p: P,
-        offset: f32,
-        gain: f32,
-    ) -> f32 {
+    pub(super) fn hybrid_multifractal<P: Noise>(self, mut p: P, offset: f32, gain: f32) -> f32 {
         // Below this weight, later octaves are left out.
         const LEAST: f32 = 0.001;
         let mut power = 1.0;
@@ -125,12 +120,7 @@ impl Octaves {
     }
 
     /// Ridges where the noise crosses zero; a fraction of an octave does not count here.
-    pub(super) fn ridged_multifractal<P: Coordinates>(
-        self,
-        mut p: P,
-        offset: f32,
-        gain: f32,
-    ) -> f32 {
+    pub(super) fn ridged_multifractal<P: Noise>(self, mut p: P, offset: f32, gain: f32) -> f32 {
         let ridge = |p: P| {
             let height = offset - p.signed_noise().abs();
             height * height

@@ -102,17 +102,18 @@ impl Kernel {
     fn sum_2d(&self, p: Vec2, orientation: f32) -> Vec2 {
         let cell = p.floor();
         let local = p - cell;
+        let direction = self.direction_2d(orientation);
         let mut sum = Vec2::ZERO;
         for j in -1..=1 {
             for i in -1..=1 {
                 let offset = Vec2::new(i as f32, j as f32);
-                sum += self.cell_2d(cell + offset, local - offset, orientation);
+                sum += self.cell_2d(cell + offset, local - offset, orientation, direction);
             }
         }
         sum
     }
 
-    fn cell_2d(&self, cell: Vec2, p: Vec2, base_orientation: f32) -> Vec2 {
+    fn cell_2d(&self, cell: Vec2, p: Vec2, base_orientation: f32, base_direction: Vec2) -> Vec2 {
         let mut sum = Vec2::ZERO;
         for [for_orientation, for_center, for_weight] in seeds() {
             let random = |seed: f32| hash::unit_3(cell.x, cell.y, seed);
@@ -122,12 +123,20 @@ impl Kernel {
             if squared >= 1.0 {
                 continue;
             }
-            let turn = (random(for_orientation) - 0.5) * PI;
-            let (sine, cosine) = (base_orientation + turn * self.isotropy).sin_cos();
-            let direction = Vec2::new(self.frequency * cosine, self.frequency * sine);
+            let direction = if self.isotropy == 0.0 {
+                base_direction
+            } else {
+                let turn = (random(for_orientation) - 0.5) * PI;
+                self.direction_2d(base_orientation + turn * self.isotropy)
+            };
             sum += sign(random(for_weight)) * phasor(squared, p.dot(direction));
         }
         sum
+    }
+
+    fn direction_2d(&self, orientation: f32) -> Vec2 {
+        let (sine, cosine) = orientation.sin_cos();
+        Vec2::new(self.frequency * cosine, self.frequency * sine)
     }
 
     fn sum_3d(&self, p: Vec3, orientation: Vec3) -> Vec2 {

@@ -4,7 +4,7 @@
 use glam::{Vec2, Vec3, Vec4};
 
 /// What lookup3 starts from, for so many words of key.
-const fn seed(words: u32) -> u32 {
+pub(super) const fn seed(words: u32) -> u32 {
     0xdead_beef_u32.wrapping_add(words << 2).wrapping_add(13)
 }
 

@@ -40,6 +40,7 @@ mod fractal;
 pub mod gabor;
 pub mod gradient;
 mod hash;
+mod lanes;
 pub mod magic;
 pub mod noise;
 mod perlin;

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Dimensions;
 use super::fractal::Octaves;
-use super::perlin::Coordinates;
+use super::perlin::{Noise, Point};
 
 choice! {
     /// How the octaves are put together. Blender makes this node of older files' Musgrave Texture, too.
@@ -74,37 +74,38 @@ impl Default for NoiseInputs {
 
 /// The factor alone, at a third of the colour's cost.
 pub fn noise_fac(settings: &NoiseSettings, inputs: &NoiseInputs) -> f32 {
-    let vector = inputs.vector * inputs.scale;
-    let w = inputs.w * inputs.scale;
     match settings.dimensions {
-        Dimensions::One => fac(settings, inputs, w),
-        Dimensions::Two => fac(settings, inputs, vector.truncate()),
-        Dimensions::Three => fac(settings, inputs, vector),
-        Dimensions::Four => fac(settings, inputs, vector.extend(w)),
+        Dimensions::One => fac(settings, inputs, point::<1>(inputs)),
+        Dimensions::Two => fac(settings, inputs, point::<2>(inputs)),
+        Dimensions::Three => fac(settings, inputs, point::<3>(inputs)),
+        Dimensions::Four => fac(settings, inputs, point::<4>(inputs)),
     }
 }
 
 /// The node's outputs: Fac and Color.
 pub fn noise(settings: &NoiseSettings, inputs: &NoiseInputs) -> (f32, Vec3) {
-    let vector = inputs.vector * inputs.scale;
-    let w = inputs.w * inputs.scale;
     let color = match settings.dimensions {
-        Dimensions::One => color(settings, inputs, w),
-        Dimensions::Two => color(settings, inputs, vector.truncate()),
-        Dimensions::Three => color(settings, inputs, vector),
-        Dimensions::Four => color(settings, inputs, vector.extend(w)),
+        Dimensions::One => color(settings, inputs, point::<1>(inputs), 1),
+        Dimensions::Two => color(settings, inputs, point::<2>(inputs), 2),
+        Dimensions::Three => color(settings, inputs, point::<3>(inputs), 3),
+        Dimensions::Four => color(settings, inputs, point::<4>(inputs), 4),
     };
     (color.x, color)
 }
 
-fn fac<P: Coordinates>(settings: &NoiseSettings, inputs: &NoiseInputs, p: P) -> f32 {
-    fractal(settings, inputs, distorted(p, inputs.distortion))
+/// The scaled coordinates that count: W alone in one dimension, after the vector's in four.
+fn point<const N: usize>(inputs: &NoiseInputs) -> Point<N> {
+    let p = inputs.vector.extend(inputs.w) * inputs.scale;
+    Point::from_axes(|axis| if N == 1 { p.w } else { p[axis] })
+}
+
+fn fac<P: Noise>(settings: &NoiseSettings, inputs: &NoiseInputs, p: P) -> f32 {
+    fractal(settings, inputs, p.distorted(inputs.distortion))
 }
 
 /// Green and blue are the same noise elsewhere, at the first seeds that distortion leaves over.
-fn color<P: Coordinates>(settings: &NoiseSettings, inputs: &NoiseInputs, p: P) -> Vec3 {
-    let p = distorted(p, inputs.distortion);
-    let seed = P::AXES;
+fn color<P: Noise>(settings: &NoiseSettings, inputs: &NoiseInputs, p: P, seed: usize) -> Vec3 {
+    let p = p.distorted(inputs.distortion);
     Vec3::new(
         fractal(settings, inputs, p),
         fractal(settings, inputs, p + P::random_offset(seed)),
@@ -112,15 +113,7 @@ fn color<P: Coordinates>(settings: &NoiseSettings, inputs: &NoiseInputs, p: P) -
     )
 }
 
-/// The point moved along each axis by noise of that axis' seed.
-fn distorted<P: Coordinates>(p: P, distortion: f32) -> P {
-    if distortion == 0.0 {
-        return p;
-    }
-    p + P::from_axes(|axis| (p + P::random_offset(axis)).signed_noise() * distortion)
-}
-
-fn fractal<P: Coordinates>(settings: &NoiseSettings, inputs: &NoiseInputs, p: P) -> f32 {
+fn fractal<P: Noise>(settings: &NoiseSettings, inputs: &NoiseInputs, p: P) -> f32 {
     let octaves = Octaves {
         detail: inputs.detail.clamp(0.0, 15.0),
         roughness: inputs.roughness.max(0.0),

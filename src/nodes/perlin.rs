@@ -1,144 +1,56 @@
 //! Perlin's improved noise (Perlin 2002) in one to four dimensions, on the lattice and with the gradients of Blender's nodes.
 
-use glam::{Vec2, Vec3, Vec4};
+use std::ops::{Add, Mul};
 
+use wide::{CmpGt, CmpLt, f32x4};
+
+use super::lanes::{self, Words};
 use super::{fused, hash, mix};
 
-/// A point at which noise has a value: 1D to 4D.
-pub(super) trait Coordinates:
-    Copy + std::ops::Add<Output = Self> + std::ops::Mul<f32, Output = Self>
-{
-    /// How many axes there are.
-    const AXES: usize;
+/// A point in N dimensions, up to four; the axes beyond them are 0.
+#[derive(Clone, Copy)]
+pub(super) struct Point<const N: usize>(f32x4);
 
+impl<const N: usize> Point<N> {
+    /// A point of a coordinate for each axis.
+    #[inline(always)]
+    pub(super) fn from_axes(mut coordinate: impl FnMut(usize) -> f32) -> Self {
+        let mut p = [0.0; 4];
+        for (axis, x) in p.iter_mut().take(N).enumerate() {
+            *x = coordinate(axis);
+        }
+        Self(f32x4::new(p))
+    }
+}
+
+impl<const N: usize> Add for Point<N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+}
+
+impl<const N: usize> Mul<f32> for Point<N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, scale: f32) -> Self {
+        Self(self.0 * f32x4::splat(scale))
+    }
+}
+
+/// What noise makes of a point.
+pub(super) trait Noise: Copy + Add<Output = Self> + Mul<f32, Output = Self> {
     /// Noise from about −1 to 1.
     fn signed_noise(self) -> f32;
 
     /// An offset of 100 to 200 on each axis, which stands for a seed that the noise itself has not.
     fn random_offset(seed: usize) -> Self;
 
-    /// A point of a value for each axis.
-    fn from_axes(value: impl FnMut(usize) -> f32) -> Self;
-}
-
-/// The noise repeats at this distance on each axis, lest large coordinates lose their fraction.
-const PERIOD: f32 = 100_000.0;
-
-/// Coordinates of at least this size have no fraction to speak of, and are moved off the lattice, where noise is zero.
-const LARGE: f32 = 1_000_000.0;
-
-/// One axis of the point within the period, by the exact remainder.
-#[inline]
-fn wrap(x: f32) -> f32 {
-    if x.abs() < PERIOD {
-        x
-    } else {
-        x % PERIOD + off_lattice(x)
-    }
-}
-
-/// The same by a rounded quotient, as Cycles does in three and four dimensions.
-#[inline]
-fn wrap_by_quotient(x: f32) -> f32 {
-    if x.abs() < PERIOD {
-        x
-    } else {
-        x - (x * (1.0 / PERIOD)).trunc() * PERIOD + off_lattice(x)
-    }
-}
-
-#[inline]
-fn off_lattice(x: f32) -> f32 {
-    if x.abs() >= LARGE { 0.5 } else { 0.0 }
-}
-
-/// Number of the cell, and the place in it.
-#[inline(always)]
-fn cell(x: f32) -> (u32, f32) {
-    let floor = x.floor();
-    (floor as i32 as u32, x - floor)
-}
-
-/// Perlin's quintic, whose first and second derivatives are zero at both ends.
-#[inline(always)]
-fn fade(t: f32) -> f32 {
-    (t * t) * (t * fused(t, fused(t, 6.0, -15.0), 10.0))
-}
-
-/// `value`, with its sign changed if this bit of the hash is set.
-#[inline(always)]
-fn signed(value: f32, hash: u32, bit: u32) -> f32 {
-    f32::from_bits(value.to_bits() ^ (((hash >> bit) & 1) << 31))
-}
-
-#[inline(always)]
-fn gradient_1(hash: u32, x: f32) -> f32 {
-    signed((1 + (hash & 7)) as f32, hash, 3) * x
-}
-
-#[inline(always)]
-fn gradient_2(hash: u32, x: f32, y: f32) -> f32 {
-    let along_x = hash & 7 < 4;
-    let u = if along_x { x } else { y };
-    let v = 2.0 * if along_x { y } else { x };
-    signed(u, hash, 0) + signed(v, hash, 1)
-}
-
-/// Perlin's twelve edges of the cube, four of them twice.
-#[inline(always)]
-fn gradient_3(hash: u32, x: f32, y: f32, z: f32) -> f32 {
-    let h = hash & 15;
-    let u = if h < 8 { x } else { y };
-    let x_or_z = if h == 12 || h == 14 { x } else { z };
-    let v = if h < 4 { y } else { x_or_z };
-    signed(u, h, 0) + signed(v, h, 1)
-}
-
-#[inline(always)]
-fn gradient_4(hash: u32, x: f32, y: f32, z: f32, w: f32) -> f32 {
-    let h = hash & 31;
-    let u = if h < 24 { x } else { y };
-    let v = if h < 16 { y } else { z };
-    let s = if h < 8 { z } else { w };
-    signed(u, h, 0) + signed(v, h, 1) + signed(s, h, 2)
-}
-
-/// One step in a direction of the lattice, if this bit of the corner's number is set.
-#[inline(always)]
-fn corner(cell: u32, place: f32, number: usize, bit: u32) -> (u32, f32) {
-    let step = (number >> bit & 1) as u32;
-    (cell.wrapping_add(step), place - step as f32)
-}
-
-impl Coordinates for f32 {
-    const AXES: usize = 1;
-
-    #[inline]
-    fn signed_noise(self) -> f32 {
-        let (i, x) = cell(wrap(self));
-        let left = gradient_1(hash::words_1(i), x);
-        let right = gradient_1(hash::words_1(i.wrapping_add(1)), x - 1.0);
-        0.2500 * fused(fade(x), right - left, left)
-    }
-
-    #[inline]
-    fn random_offset(seed: usize) -> Self {
-        const OFFSETS: [f32; SEEDS] = {
-            let mut offsets = [0.0; SEEDS];
-            let mut seed = 0;
-            while seed < SEEDS {
-                offsets[seed] = offset(hash::unit_1(seed as f32));
-                seed += 1;
-            }
-            offsets
-        };
-        OFFSETS[seed]
-    }
-
-    #[inline]
-    fn from_axes(mut value: impl FnMut(usize) -> f32) -> Self {
-        value(0)
-    }
+    /// The point moved along each axis by noise of that axis' seed.
+    fn distorted(self, distortion: f32) -> Self;
 }
 
 /// How many seeds the nodes use: one for each axis' distortion, and one for each of two colour channels.
@@ -148,6 +60,17 @@ const SEEDS: usize = 6;
 const fn offset(hash: f32) -> f32 {
     (100.0 + hash as f64 * 100.0) as f32
 }
+
+/// The offset in one dimension, for each seed.
+const OFFSETS_1: [f32; SEEDS] = {
+    let mut offsets = [0.0; SEEDS];
+    let mut seed = 0;
+    while seed < SEEDS {
+        offsets[seed] = offset(hash::unit_1(seed as f32));
+        seed += 1;
+    }
+    offsets
+};
 
 /// The offsets from two dimensions on: for each seed those of the axes.
 const OFFSETS: [[f32; 4]; SEEDS] = {
@@ -161,101 +84,187 @@ const OFFSETS: [[f32; 4]; SEEDS] = {
     offsets
 };
 
-impl Coordinates for Vec2 {
-    const AXES: usize = 2;
+/// Each dimension has its gradients, and a scale found by experiment that brings their noise to about −1..1.
+macro_rules! noise {
+    ($dimensions:literal: $scale:literal * $gradients:ident of $wrap:ident) => {
+        impl Noise for Point<$dimensions> {
+            #[inline]
+            fn signed_noise(self) -> f32 {
+                $scale * $gradients(&axes(self.0, $wrap))
+            }
 
-    #[inline]
-    fn signed_noise(self) -> f32 {
-        let (i, x) = cell(wrap(self.x));
-        let (j, y) = cell(wrap(self.y));
-        let values: [f32; 4] = std::array::from_fn(|number| {
-            let (i, x) = corner(i, x, number, 0);
-            let (j, y) = corner(j, y, number, 1);
-            gradient_2(hash::words_2(i, j), x, y)
-        });
-        let fade_x = fade(x);
-        let low = mix(values[0], values[1], fade_x);
-        let high = mix(values[2], values[3], fade_x);
-        0.6616 * mix(low, high, fade(y))
-    }
+            #[inline]
+            fn random_offset(seed: usize) -> Self {
+                Self::from_axes(|axis| {
+                    if $dimensions == 1 {
+                        OFFSETS_1[seed]
+                    } else {
+                        OFFSETS[seed][axis]
+                    }
+                })
+            }
 
-    #[inline]
-    fn random_offset(seed: usize) -> Self {
-        Self::from_axes(|axis| OFFSETS[seed][axis])
-    }
-
-    #[inline]
-    fn from_axes(mut value: impl FnMut(usize) -> f32) -> Self {
-        Self::new(value(0), value(1))
-    }
+            fn distorted(self, distortion: f32) -> Self {
+                if distortion == 0.0 {
+                    return self;
+                }
+                self + Self::from_axes(|axis| {
+                    (self + Self::random_offset(axis)).signed_noise() * distortion
+                })
+            }
+        }
+    };
 }
 
-impl Coordinates for Vec3 {
-    const AXES: usize = 3;
+noise!(1: 0.2500 * gradients_1 of wrap);
+noise!(2: 0.6616 * gradients_2 of wrap);
+noise!(3: 0.9820 * gradients_3 of wrap_by_quotient);
+noise!(4: 0.8344 * gradients_4 of wrap_by_quotient);
 
-    #[inline]
-    fn signed_noise(self) -> f32 {
-        let (i, x) = cell(wrap_by_quotient(self.x));
-        let (j, y) = cell(wrap_by_quotient(self.y));
-        let (k, z) = cell(wrap_by_quotient(self.z));
-        let values: [f32; 8] = std::array::from_fn(|number| {
-            let (i, x) = corner(i, x, number, 0);
-            let (j, y) = corner(j, y, number, 1);
-            let (k, z) = corner(k, z, number, 2);
-            gradient_3(hash::words_3(i, j, k), x, y, z)
-        });
-        0.9820 * trilinear(&values, fade(x), fade(y), fade(z))
-    }
+/// The noise repeats at this distance on each axis, lest large coordinates lose their fraction.
+const PERIOD: f32 = 100_000.0;
 
-    #[inline]
-    fn random_offset(seed: usize) -> Self {
-        Self::from_axes(|axis| OFFSETS[seed][axis])
-    }
+/// Coordinates of at least this size have no fraction to speak of, and are moved off the lattice, where noise is zero.
+const LARGE: f32 = 1_000_000.0;
 
-    #[inline]
-    fn from_axes(mut value: impl FnMut(usize) -> f32) -> Self {
-        Self::new(value(0), value(1), value(2))
-    }
+/// A coordinate within the period, by the exact remainder.
+fn wrap(x: f32) -> f32 {
+    x % PERIOD + off_lattice(x)
 }
 
-impl Coordinates for Vec4 {
-    const AXES: usize = 4;
-
-    #[inline]
-    fn signed_noise(self) -> f32 {
-        let (i, x) = cell(wrap_by_quotient(self.x));
-        let (j, y) = cell(wrap_by_quotient(self.y));
-        let (k, z) = cell(wrap_by_quotient(self.z));
-        let (l, w) = cell(wrap_by_quotient(self.w));
-        let gradient = |number: usize| {
-            let (i, x) = corner(i, x, number, 0);
-            let (j, y) = corner(j, y, number, 1);
-            let (k, z) = corner(k, z, number, 2);
-            let (l, w) = corner(l, w, number, 3);
-            gradient_4(hash::words_4(i, j, k, l), x, y, z, w)
-        };
-        let near: [f32; 8] = std::array::from_fn(gradient);
-        let far: [f32; 8] = std::array::from_fn(|number| gradient(number + 8));
-        let fade_w = fade(w);
-        let values: [f32; 8] = std::array::from_fn(|number| mix(near[number], far[number], fade_w));
-        0.8344 * trilinear(&values, fade(x), fade(y), fade(z))
-    }
-
-    #[inline]
-    fn random_offset(seed: usize) -> Self {
-        Self::from_axes(|axis| OFFSETS[seed][axis])
-    }
-
-    #[inline]
-    fn from_axes(mut value: impl FnMut(usize) -> f32) -> Self {
-        Self::new(value(0), value(1), value(2), value(3))
-    }
+/// The same by a rounded quotient, as Cycles does in three and four dimensions.
+fn wrap_by_quotient(x: f32) -> f32 {
+    x - (x * (1.0 / PERIOD)).trunc() * PERIOD + off_lattice(x)
 }
 
-/// Between the eight corners of a cell, numbered with X in the lowest bit.
+fn off_lattice(x: f32) -> f32 {
+    if x.abs() >= LARGE { 0.5 } else { 0.0 }
+}
+
+/// The axes of a point on the lattice.
+struct Axes {
+    /// Numbers of the cell, and of the next one on each axis.
+    cells: [[u32; 4]; 2],
+    /// The place in the cell, as seen from either.
+    places: [[f32; 4]; 2],
+    /// The weight of the next cell.
+    fades: [f32; 4],
+}
+
+/// The axes of a point; `wrap` brings large coordinates into the period.
 #[inline(always)]
-fn trilinear(values: &[f32; 8], x: f32, y: f32, z: f32) -> f32 {
-    let along_x: [f32; 4] = std::array::from_fn(|i| mix(values[2 * i], values[2 * i + 1], x));
-    let along_y: [f32; 2] = std::array::from_fn(|i| mix(along_x[2 * i], along_x[2 * i + 1], y));
-    mix(along_y[0], along_y[1], z)
+fn axes(mut p: f32x4, wrap: fn(f32) -> f32) -> Axes {
+    // Adding it rounds to whole numbers, and the half keeps negative ones in the same binade. `floor` is a call where the
+    // processor's instruction for it may be lacking.
+    const WHOLE: f32 = 1.5 * (1 << 23) as f32;
+    if !p.abs().cmp_lt(f32x4::splat(PERIOD)).all() {
+        let within = |x: f32| if x.abs() < PERIOD { x } else { wrap(x) };
+        p = f32x4::new(p.to_array().map(within));
+    }
+    let rounded = p + f32x4::splat(WHOLE);
+    let nearest = rounded - f32x4::splat(WHOLE);
+    let above = nearest.cmp_gt(p);
+    let place = p - (nearest - (above & f32x4::ONE));
+    // What is above has all bits set, which is −1.
+    let cell = lanes::bits(rounded) - Words::splat(WHOLE.to_bits()) + lanes::bits(above);
+    Axes {
+        cells: [cell.to_array(), (cell + Words::splat(1)).to_array()],
+        places: [place.to_array(), (place - f32x4::ONE).to_array()],
+        fades: fade(place).to_array(),
+    }
+}
+
+/// Perlin's quintic, whose first and second derivatives are zero at both ends; fused as in Cycles.
+#[inline(always)]
+fn fade(t: f32x4) -> f32x4 {
+    let factor = |t: f32| fused(t, fused(t, 6.0, -15.0), 10.0);
+    let [x, y, z, w] = t.to_array();
+    (t * t) * (t * f32x4::new([factor(x), factor(y), factor(z), factor(w)]))
+}
+
+impl Axes {
+    /// This one of the two cells on an axis, for four corners.
+    #[inline(always)]
+    fn at(&self, axis: usize, side: usize) -> (Words, f32x4) {
+        (
+            Words::splat(self.cells[side][axis]),
+            f32x4::splat(self.places[side][axis]),
+        )
+    }
+
+    /// The first and then the second, two corners each.
+    #[inline(always)]
+    fn slow(&self, axis: usize) -> (Words, f32x4) {
+        let (a, b) = (self.cells[0][axis], self.cells[1][axis]);
+        let (x, y) = (self.places[0][axis], self.places[1][axis]);
+        (Words::new([a, a, b, b]), f32x4::new([x, x, y, y]))
+    }
+
+    /// The first and the second in turn.
+    #[inline(always)]
+    fn quick(&self, axis: usize) -> (Words, f32x4) {
+        let (a, b) = (self.cells[0][axis], self.cells[1][axis]);
+        let (x, y) = (self.places[0][axis], self.places[1][axis]);
+        (Words::new([a, b, a, b]), f32x4::new([x, y, x, y]))
+    }
+}
+
+/// Between the two ends of a cell, with slopes of 1 to 8, up or down.
+#[inline(always)]
+fn gradients_1(axes: &Axes) -> f32 {
+    let gradient = |side: usize| {
+        let hash = hash::words_1(axes.cells[side][0]);
+        let slope = (1 + (hash & 7)) as f32;
+        let slope = if hash & 8 == 0 { slope } else { -slope };
+        slope * axes.places[side][0]
+    };
+    let (left, right) = (gradient(0), gradient(1));
+    fused(axes.fades[0], right - left, left)
+}
+
+/// Between the four corners of a cell.
+#[inline(always)]
+fn gradients_2(axes: &Axes) -> f32 {
+    let ((i, x), (j, y)) = (axes.slow(0), axes.quick(1));
+    let values = lanes::gradient_2(lanes::words_2(i, j), x, y);
+    bilinear(values, axes.fades[0], axes.fades[1])
+}
+
+/// Between the eight corners of a cell.
+#[inline(always)]
+fn gradients_3(axes: &Axes) -> f32 {
+    let ((j, y), (k, z)) = (axes.slow(1), axes.quick(2));
+    let gradient = |side: usize| {
+        let (i, x) = axes.at(0, side);
+        lanes::gradient_3(lanes::words_3(i, j, k), x, y, z)
+    };
+    let values = between(gradient(0), gradient(1), axes.fades[0]);
+    bilinear(values, axes.fades[1], axes.fades[2])
+}
+
+/// Between the sixteen corners of a cell.
+#[inline(always)]
+fn gradients_4(axes: &Axes) -> f32 {
+    let ((j, y), (k, z)) = (axes.slow(1), axes.quick(2));
+    let gradient = |x_side: usize, w_side: usize| {
+        let ((i, x), (l, w)) = (axes.at(0, x_side), axes.at(3, w_side));
+        lanes::gradient_4(lanes::words_4(i, j, k, l), x, y, z, w)
+    };
+    let low = between(gradient(0, 0), gradient(0, 1), axes.fades[3]);
+    let high = between(gradient(1, 0), gradient(1, 1), axes.fades[3]);
+    let values = between(low, high, axes.fades[0]);
+    bilinear(values, axes.fades[1], axes.fades[2])
+}
+
+/// Between four corners and four others.
+#[inline(always)]
+fn between(low: f32x4, high: f32x4, t: f32) -> f32x4 {
+    low + (high - low) * f32x4::splat(t)
+}
+
+/// Between four corners, the `slow` axis first.
+#[inline(always)]
+fn bilinear(values: f32x4, slow: f32, quick: f32) -> f32 {
+    let [a, b, c, d] = values.to_array();
+    mix(mix(a, c, slow), mix(b, d, slow), quick)
 }

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::fractal::Octaves;
 use super::off_edges;
+use super::perlin::Point;
 
 choice! {
     /// The shape of the waves.
@@ -130,7 +131,9 @@ pub fn wave(settings: &WaveSettings, inputs: &WaveInputs) -> f32 {
             roughness: inputs.detail_roughness,
             lacunarity: 2.0,
         };
-        phase += inputs.distortion * (octaves.fbm(p * inputs.detail_scale, true) * 2.0 - 1.0);
+        let at = (p * inputs.detail_scale).to_array();
+        let at = Point::<3>::from_axes(|axis| at[axis]);
+        phase += inputs.distortion * (octaves.fbm(at, true) * 2.0 - 1.0);
     }
     match settings.profile {
         WaveProfile::Sin => 0.5 + 0.5 * (phase - FRAC_PI_2).sin(),

@@ -82,6 +82,9 @@ def voronoi():
             settings = {"voronoi_dimensions": dimensions, "feature": feature, "normalize": True}
             settings["distance"] = metrics[number]
             yield settings, {"Detail": 2.6, "Roughness": 0.7, "Lacunarity": 2.2, "Smoothness": 1.0, "Exponent": 3.0}
+            # Of points on a lattice many are equally near, and the order of the cells decides.
+            settings = {"voronoi_dimensions": dimensions, "feature": feature, "distance": metrics[-1 - number]}
+            yield settings, {"Scale": 1.0, "Randomness": 0.0, "Smoothness": 0.0, "Exponent": 0.5}
         for normalize in (False, True):
             settings = {"voronoi_dimensions": dimensions, "feature": "DISTANCE_TO_EDGE", "normalize": normalize}
             yield settings, {"Scale": 2.0, "Detail": 1.6 if normalize else 0.0, "Randomness": 0.8}

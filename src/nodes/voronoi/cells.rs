@@ -131,18 +131,50 @@ fn sum<const N: usize>(terms: [f32; N]) -> f32 {
         .unwrap_or(0.0)
 }
 
-/// Calls for each cell that is at most `reach` away on every axis, X first: the order decides between equal distances.
+/// The cells that are at most `reach` away on every axis, X first: the order decides between equal distances.
+struct Around<const N: usize> {
+    reach: i32,
+    next: Option<[i32; N]>,
+}
+
 #[inline(always)]
-fn around<const N: usize>(reach: i32, mut visit: impl FnMut([i32; N])) {
-    let mut offset = [-reach; N];
-    loop {
-        visit(offset);
-        let Some(axis) = offset.iter().position(|step| *step < reach) else {
-            return;
-        };
-        offset[axis] += 1;
-        offset[..axis].fill(-reach);
+fn around<const N: usize>(reach: i32) -> Around<N> {
+    Around {
+        reach,
+        next: Some([-reach; N]),
     }
+}
+
+impl<const N: usize> Iterator for Around<N> {
+    type Item = [i32; N];
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<[i32; N]> {
+        let offset = self.next?;
+        let mut following = offset;
+        self.next = None;
+        for step in &mut following {
+            if *step < self.reach {
+                *step += 1;
+                self.next = Some(following);
+                break;
+            }
+            *step = -self.reach;
+        }
+        Some(offset)
+    }
+}
+
+/// The cell of a place and, along each axis, the neighbour on the nearer side.
+#[inline(always)]
+fn close_by<const N: usize>(place: [f32; N]) -> impl Iterator<Item = [i32; N]> {
+    (0..=N).map(move |number| {
+        std::array::from_fn(|axis| match place[axis] < 0.5 {
+            _ if number != axis + 1 => 0,
+            true => -1,
+            false => 1,
+        })
+    })
 }
 
 impl<const N: usize> Cells<N>
@@ -166,46 +198,90 @@ where
     /// The distance by the metric.
     #[inline(always)]
     pub(super) fn distance(&self, a: [f32; N], b: [f32; N]) -> f32 {
-        let key = self.distance_key(a, b);
-        if N == 1 {
-            return key;
-        }
-        match self.metric {
-            VoronoiMetric::Euclidean => key.sqrt(),
-            VoronoiMetric::Manhattan | VoronoiMetric::Chebychev => key,
-            VoronoiMetric::Minkowski => key.powf(1.0 / self.exponent),
-        }
+        self.distance_of_key(self.key(a, b))
     }
 
     /// What grows with the distance, and costs less.
     #[inline(always)]
-    fn distance_key(&self, a: [f32; N], b: [f32; N]) -> f32 {
-        let difference = minus(a, b);
-        if N == 1 {
-            return difference[0].abs();
-        }
+    fn key(&self, a: [f32; N], b: [f32; N]) -> f32 {
+        self.key_of_terms(minus(a, b).map(|x| self.term(x)))
+    }
+
+    /// What an axis adds to the key.
+    #[inline(always)]
+    fn term(&self, difference: f32) -> f32 {
         match self.metric {
-            VoronoiMetric::Euclidean => dot(difference, difference),
-            VoronoiMetric::Manhattan => sum(difference.map(f32::abs)),
-            VoronoiMetric::Chebychev => difference.into_iter().fold(0.0, |a, b| b.abs().max(a)),
-            VoronoiMetric::Minkowski => sum(difference.map(|x| x.abs().powf(self.exponent))),
+            VoronoiMetric::Euclidean if N > 1 => difference * difference,
+            VoronoiMetric::Minkowski if N > 1 => difference.abs().powf(self.exponent),
+            _ => difference.abs(),
         }
+    }
+
+    #[inline(always)]
+    fn key_of_terms(&self, terms: [f32; N]) -> f32 {
+        if self.metric == VoronoiMetric::Chebychev {
+            terms.into_iter().fold(0.0, |a, b| b.max(a))
+        } else {
+            sum(terms)
+        }
+    }
+
+    #[inline(always)]
+    fn distance_of_key(&self, key: f32) -> f32 {
+        match self.metric {
+            VoronoiMetric::Euclidean if N > 1 => key.sqrt(),
+            VoronoiMetric::Minkowski if N > 1 => key.powf(1.0 / self.exponent),
+            _ => key,
+        }
+    }
+
+    /// The same cells, measured by the straight line.
+    fn straight(&self) -> Self {
+        Self {
+            metric: VoronoiMetric::Euclidean,
+            ..*self
+        }
+    }
+
+    /// How near the points of the cells around `middle` can be to a place.
+    #[inline(always)]
+    fn bounds(&self, place: [f32; N], middle: [i32; N], reach: i32) -> Bounds<N> {
+        let mut terms = [[0.0; STEPS]; N];
+        // The power is neither exactly monotonic nor, with an exponent that is not positive, a growing one.
+        let (margin, grows) = match self.metric {
+            VoronoiMetric::Minkowski => (0.9999, self.exponent > 0.0),
+            _ => (1.0, true),
+        };
+        if grows {
+            for (axis, terms) in terms.iter_mut().enumerate() {
+                for step in -reach..=reach {
+                    let corner = (middle[axis] + step) as f32;
+                    let below = corner - place[axis];
+                    let above = place[axis] - (corner + self.randomness);
+                    let gap = below.max(above).max(0.0);
+                    terms[index(step)] = self.term(gap) * margin;
+                }
+            }
+        }
+        Bounds(terms)
+    }
+
+    /// The two least keys of a few points that are probably near: as bounds they spare most of the others.
+    #[inline(always)]
+    fn near(&self, cell: [f32; N], local: [f32; N]) -> [f32; 2] {
+        let [mut first, mut second] = [f32::MAX; 2];
+        for offset in close_by(local) {
+            let key = self.key(self.point(cell, offset), local);
+            second = second.min(key.max(first));
+            first = first.min(key);
+        }
+        [first, second]
     }
 
     /// F1: the nearest point.
     pub(super) fn nearest(&self, p: [f32; N]) -> Nearest<N> {
         let (cell, local) = split(p);
-        let mut least = f32::MAX;
-        let mut found = ([0; N], [0.0; N]);
-        around(1, |offset| {
-            let point = self.point(cell, offset);
-            let key = self.distance_key(point, local);
-            if key < least {
-                least = key;
-                found = (offset, point);
-            }
-        });
-        let (offset, point) = found;
+        let (_, offset, point) = self.least(cell, local);
         Nearest {
             distance: self.distance(point, local),
             color: Self::color(cell, offset),
@@ -213,12 +289,37 @@ where
         }
     }
 
+    /// The nearest point: its key, cell and place.
+    #[inline(always)]
+    fn least(&self, cell: [f32; N], local: [f32; N]) -> (f32, [i32; N], [f32; N]) {
+        let bounds = self.bounds(local, [0; N], 1);
+        let [near, _] = self.near(cell, local);
+        let mut found = (f32::MAX, [0; N], [0.0; N]);
+        for offset in around(1) {
+            let bound = bounds.key(self, offset);
+            if bound > near || bound >= found.0 {
+                continue;
+            }
+            let point = self.point(cell, offset);
+            let key = self.key(point, local);
+            if key < found.0 {
+                found = (key, offset, point);
+            }
+        }
+        found
+    }
+
     /// F2: the second nearest point.
     pub(super) fn second_nearest(&self, p: [f32; N]) -> Nearest<N> {
         let (cell, local) = split(p);
+        let bounds = self.bounds(local, [0; N], 1);
+        let [_, near] = self.near(cell, local);
         let mut first = (f32::MAX, [0; N], [0.0; N]);
         let mut second = first;
-        around(1, |offset| {
+        for offset in around(1) {
+            if bounds.key(self, offset) > near {
+                continue;
+            }
             let point = self.point(cell, offset);
             let distance = self.distance(point, local);
             if distance < first.0 {
@@ -227,7 +328,7 @@ where
             } else if distance < second.0 {
                 second = (distance, offset, point);
             }
-        });
+        }
         let (distance, offset, point) = second;
         Nearest {
             distance,
@@ -239,17 +340,21 @@ where
     /// F1 by a smooth minimum over two cells in each direction.
     pub(super) fn smooth(&self, p: [f32; N]) -> Nearest<N> {
         let (cell, local) = split(p);
+        let bounds = self.bounds(local, [0; N], 2);
         let smoothness = self.smoothness;
         let mut result = Nearest::default();
         let mut first = true;
-        around(2, |offset| {
-            let point = self.point(cell, offset);
-            let distance = self.distance(point, local);
-            let share = if first {
-                1.0
-            } else {
+        for offset in around(2) {
+            let share = |result: &Nearest<N>, distance: f32| {
                 smoothstep(0.5 + 0.5 * (result.distance - distance) / smoothness)
             };
+            // A share of nothing changes nothing, and grows with nearness.
+            if !first && share(&result, self.distance_of_key(bounds.key(self, offset))) == 0.0 {
+                continue;
+            }
+            let point = self.point(cell, offset);
+            let distance = self.distance(point, local);
+            let share = if first { 1.0 } else { share(&result, distance) };
             first = false;
             let correction = smoothness * share * (1.0 - share);
             result.distance =
@@ -259,7 +364,7 @@ where
             for (mixed, new) in result.position.iter_mut().zip(point) {
                 *mixed = mix(*mixed, new, share) - correction;
             }
-        });
+        }
         result.position = plus(cell, result.position);
         result
     }
@@ -268,6 +373,8 @@ where
     pub(super) fn distance_to_edge(&self, p: [f32; N]) -> f32 {
         // Squared distance below which two points are one.
         const SAME: f32 = 0.0001;
+        // More than rounding can make of a distance.
+        const MARGIN: f32 = 0.001;
         let (cell, local) = split(p);
         if N == 1 {
             // Here edges are taken from the point of this cell, be it the nearest or not.
@@ -275,62 +382,84 @@ where
             let edge = |step: i32| (middle + self.point(cell, [step; N])[0]) / 2.0;
             return (edge(-1) - local[0]).abs().min((edge(1) - local[0]).abs());
         }
-        let mut least = f32::MAX;
-        let mut closest = [0.0; N];
-        around(1, |offset| {
-            let to_point = minus(self.point(cell, offset), local);
-            let key = dot(to_point, to_point);
-            if key < least {
-                least = key;
-                closest = to_point;
-            }
-        });
-        let mut distance = f32::MAX;
-        around(1, |offset| {
+        let straight = self.straight();
+        let (_, _, closest) = straight.least(cell, local);
+        let closest = minus(closest, local);
+        let radius = dot(closest, closest).sqrt();
+        let edge = |offset: [i32; N]| {
             let to_point = minus(self.point(cell, offset), local);
             let across = minus(to_point, closest);
             let length_squared = dot(across, across);
             if length_squared > SAME {
                 let middle = plus(closest, to_point).map(|x| x / 2.0);
                 let length = length_squared.sqrt();
-                distance = distance.min(dot(middle, across.map(|x| x / length)));
+                dot(middle, across.map(|x| x / length))
+            } else {
+                f32::MAX
             }
-        });
+        };
+        let mut distance = f32::MAX;
+        for offset in close_by(local) {
+            distance = distance.min(edge(offset));
+        }
+        let bounds = straight.bounds(local, [0; N], 1);
+        for offset in around(1) {
+            // By the triangle's inequality, an edge is at least half as far as its point is farther than the closest.
+            let farther = bounds.key(&straight, offset).sqrt() - radius;
+            if 0.5 * farther <= distance + MARGIN {
+                distance = distance.min(edge(offset));
+            }
+        }
         distance
     }
 
     /// Half the distance from the nearest point to the point nearest to it.
     pub(super) fn sphere_radius(&self, p: [f32; N]) -> f32 {
         let (cell, local) = split(p);
-        let straight = Self {
-            metric: VoronoiMetric::Euclidean,
-            ..*self
-        };
-        let mut least = f32::MAX;
-        let mut closest = ([0; N], [0.0; N]);
-        around(1, |offset| {
-            let point = self.point(cell, offset);
-            let key = straight.distance_key(point, local);
-            if key < least {
-                least = key;
-                closest = (offset, point);
-            }
-        });
-        let (from, closest) = closest;
+        let straight = self.straight();
+        let (_, from, closest) = straight.least(cell, local);
+        let bounds = straight.bounds(closest, from, 1);
         let mut least = f32::MAX;
         let mut neighbour = [0.0; N];
-        around(1, |step| {
-            if step == [0; N] {
-                return;
+        let place = std::array::from_fn(|axis| closest[axis] - from[axis] as f32);
+        for step in close_by(place).chain(around(1)) {
+            if step == [0; N] || bounds.key(&straight, step) >= least {
+                continue;
             }
             let offset = std::array::from_fn(|axis| step[axis] + from[axis]);
             let point = self.point(cell, offset);
-            let key = straight.distance_key(closest, point);
+            let key = straight.key(closest, point);
             if key < least {
                 least = key;
                 neighbour = point;
             }
-        });
+        }
         straight.distance(neighbour, closest) / 2.0
+    }
+}
+
+/// Room for bounds on each axis: two in each direction, made up to a power of two.
+const STEPS: usize = 8;
+
+#[inline(always)]
+fn index(step: i32) -> usize {
+    (step + 2) as usize % STEPS
+}
+
+/// The least that each axis adds to a distance's key, by the step along it. What these say is too far is not looked into:
+/// the hash of a cell costs more than its bound. Differences, terms and sums are those of the keys and monotonic even as
+/// rounded, so that no cell is passed over that would have counted.
+struct Bounds<const N: usize>([[f32; STEPS]; N]);
+
+impl<const N: usize> Bounds<N>
+where
+    Cells<N>: Cellular<N>,
+{
+    /// The least key of a point in this cell.
+    #[inline(always)]
+    fn key(&self, cells: &Cells<N>, offset: [i32; N]) -> f32 {
+        cells.key_of_terms(std::array::from_fn(|axis| {
+            self.0[axis][index(offset[axis])]
+        }))
     }
 }
