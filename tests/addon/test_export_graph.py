@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """SUNDOG_shader_graph: what is written of node trees, when it is, and what it asks of meshes and objects."""
 
-import json
 import os
 import time
 import unittest
@@ -9,7 +8,7 @@ import unittest
 import bpy
 import export_kit as kit
 import numpy
-from sundog.export import evaluated, geometry, graph, nodes
+from sundog.export import evaluated, graph, nodes
 
 
 class GraphTest(kit.ExportTest):
@@ -482,6 +481,352 @@ class Tables(GraphTest):
             table = table or [r[0] for r in self.only(self.export(), "ShaderNodeValToRGB")["properties"]["color_ramp"]["table"]]
             expected = numpy.interp(at, numpy.linspace(0, 1, len(table)), table)
             self.assertAlmostEqual(float(kit.cycles_pixels(4, 4, 1)[2, 2, 0]), expected, delta=1e-3)
+
+
+class When(GraphTest):
+    """When a graph is written, and the verdicts."""
+
+    def test_what_glTF_can_say_has_none(self):
+        self.tree()
+        found = self.export()
+        self.assertIsNone(self.graph_of(found))
+        self.assertNotIn("SUNDOG_shader_graph", found.root["extensionsUsed"])
+
+    def test_nothing_is_written_while_it_is_off(self):
+        tree, glow = self.tree()
+        tree.links.new(self.varying(tree), glow.inputs["Color"])
+        graph.ENABLED = False
+        found = self.export()
+        self.assertIsNone(self.graph_of(found))
+        self.assertEqual(found.verdict("material", "m")["verdict"], "approximated")
+        self.assertNotIn("not evaluated", found.verdict("material", "m")["detail"])
+
+    def test_nodes_that_are_not_evaluated_are_named(self):
+        def sky(tree, glow):
+            return tree.nodes.new("ShaderNodeTexSky").outputs[0]
+
+        def island(tree, glow):
+            return tree.nodes.new("ShaderNodeNewGeometry").outputs["Random Per Island"]
+
+        def tube(tree, glow):
+            node = tree.nodes.new("ShaderNodeTexImage")
+            node.projection, node.image = "TUBE", bpy.data.images.new("image", 2, 2)
+            return node.outputs[0]
+
+        def tiled(tree, glow):
+            node = tree.nodes.new("ShaderNodeTexImage")
+            node.image = bpy.data.images.new("tiles", 2, 2, tiled=True)
+            return node.outputs[0]
+
+        def instancer(tree, glow):
+            node = tree.nodes.new("ShaderNodeAttribute")
+            node.attribute_type, node.attribute_name = "INSTANCER", "here"
+            return node.outputs[0]
+
+        def placed(tree, glow):
+            node = tree.nodes.new("ShaderNodeTexNoise")
+            node.texture_mapping.scale = (2, 1, 1)
+            return node.outputs[0]
+
+        def layered(tree, glow):
+            node = tree.nodes.new("ShaderNodeBsdfPrincipled")
+            node.inputs["Coat Weight"].default_value = 0.5
+            tree.links.new(self.varying(tree), node.inputs["Base Color"])
+            return node.outputs[0]
+
+        for fill, words in (
+            (sky, "Sky Texture"), (island, "Geometry (Random Per Island)"), (tube, "Image Texture (Projection TUBE)"),
+            (tiled, "Image Texture (tiled)"), (instancer, "Attribute (Attribute Type INSTANCER)"),
+            (placed, "Noise Texture (with a texture mapping of its own)"), (layered, "Principled BSDF (Coat Weight)"),
+        ):  # fmt: skip
+            with self.subTest(words=words):
+                self.setUp()
+                tree, glow = self.tree()
+                output = fill(tree, glow)
+                tree.links.new(output, tree.nodes["Material Output"].inputs["Surface"] if output.type == "SHADER" else glow.inputs["Color"])
+                graph.ENABLED = False
+                before = self.export().verdict("material", "m")
+                graph.ENABLED = True
+                found = self.export()
+                self.assertIsNone(self.graph_of(found))
+                after = found.verdict("material", "m")
+                self.assertEqual(after["verdict"], before["verdict"])
+                self.assertNotEqual(after["verdict"], "exact")
+                self.assertEqual(after["detail"], f"{before['detail']}; its nodes are not evaluated as they are because of: {words}")
+
+    def test_what_a_mix_does_not_show_needs_not_be_evaluated(self):
+        tree, glow = self.tree()
+        tree.links.new(self.varying(tree), glow.inputs["Color"])
+        mixed = tree.nodes.new("ShaderNodeMixShader")
+        tree.links.new(glow.outputs[0], mixed.inputs[1])
+        tree.links.new(tree.nodes.new("ShaderNodeSubsurfaceScattering").outputs[0], mixed.inputs[2])
+        tree.links.new(mixed.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        mixed.inputs[0].default_value = 0
+        found = self.export()
+        self.assertNotIn("ShaderNodeSubsurfaceScattering", [n["type"] for n in self.graph_of(found)["nodes"]])
+        mixed.inputs[0].default_value = 0.5
+        self.assertIsNone(self.graph_of(self.export()))
+
+    def test_volume_and_displacement_are_still_told(self):
+        tree, glow = self.tree()
+        output = tree.nodes["Material Output"]
+        tree.links.new(self.varying(tree), glow.inputs["Color"])
+        tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
+        tree.links.new(tree.nodes.new("ShaderNodeDisplacement").outputs[0], output.inputs["Displacement"])
+        found = self.export()
+        self.assertIsNotNone(self.graph_of(found))
+        verdict = found.verdict("material", "m")
+        self.assertEqual(verdict["verdict"], "lost")
+        self.assertIn("volume", verdict["detail"])
+        self.assertIn("displacement", verdict["detail"])
+        self.assertNotIn("mean", verdict["detail"])
+
+    def test_only_the_output_for_cycles_counts(self):
+        tree, glow = self.tree()
+        other = tree.nodes.new("ShaderNodeOutputMaterial")
+        other.target, tree.nodes["Material Output"].target = "CYCLES", "EEVEE"
+        shown = tree.nodes.new("ShaderNodeEmission")
+        shown.name = "shown"
+        tree.links.new(self.varying(tree), shown.inputs["Color"])
+        tree.links.new(shown.outputs[0], other.inputs["Surface"])
+        self.assertEqual(self.graph_of(self.export())["nodes"][-1]["name"], "shown")
+
+
+class Images(GraphTest):
+    """The files of images."""
+
+    def test_an_original_and_copies(self):
+        tree, glow = self.tree()
+        total = glow.inputs["Color"]
+
+        def show(image, name):
+            nonlocal total
+            node, summed = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeVectorMath")
+            node.image, node.name = image, name
+            node.extension, node.projection, node.projection_blend = "EXTEND", "BOX", 0.25
+            tree.links.new(node.outputs["Color"], summed.inputs[0])
+            tree.links.new(summed.outputs[0], total)
+            total = summed.inputs[1]
+
+        values = numpy.random.default_rng(2).random((4, 4, 4), numpy.float32)
+        made = bpy.data.images.new("own", 4, 4, alpha=True)
+        made.pixels.foreach_set(values.reshape(-1))
+        made.filepath_raw, made.file_format = os.path.join(self.folder, "own.png"), "PNG"
+        made.save()
+        show(bpy.data.images.load(made.filepath_raw), "own")
+        show(made, "own again")
+        drawn = bpy.data.images.new("drawn", 4, 4, alpha=True)
+        drawn.pixels.foreach_set(values.reshape(-1))
+        show(drawn, "drawn")
+        data = bpy.data.images.new("data", 4, 4)
+        data.pixels.foreach_set(values.reshape(-1))
+        data.colorspace_settings.name = "Non-Color"
+        show(data, "data")
+        floats = bpy.data.images.new("floats", 4, 4, alpha=True, float_buffer=True)
+        floats.alpha_mode = "PREMUL"
+        floats.pixels.foreach_set(values.reshape(-1))
+        show(floats, "floats")
+        linear = bpy.data.images.new("linear", 4, 4)
+        linear.pixels.foreach_set(values.reshape(-1))
+        linear.colorspace_settings.name = "Linear Rec.709"
+        show(linear, "linear")
+        found = self.export()
+        nodes_by_name = {n.get("name"): n for n in self.graph_of(found)["nodes"]}
+        seen = {}
+        for name in ("own", "own again", "drawn", "data", "floats", "linear"):
+            properties = nodes_by_name[name]["properties"]
+            self.assertEqual((properties["extension"], properties["projection"], properties["projection_blend"]), ("EXTEND", "BOX", 0.25))
+            self.assertEqual(properties["uv_set"], 0)
+            seen[name] = properties["image"]
+            self.assertEqual((seen[name]["width"], seen[name]["height"]), (4, 4))
+        files = {n: os.path.join(os.path.dirname(found.path), found["images"][i["index"]]["uri"]) for n, i in seen.items()}
+        self.assertTrue(os.path.samefile(files["own"], made.filepath_raw))
+        self.assertEqual(seen["own"]["index"], seen["own again"]["index"])
+        spaces = {n: i["colorspace"] for n, i in seen.items()}
+        self.assertEqual(spaces, {"own": "sRGB", "own again": "sRGB", "drawn": "sRGB", "data": "Non-Color", "floats": "Linear Rec.709", "linear": "Linear Rec.709"})
+        for name, image in (("drawn", drawn), ("data", data), ("linear", linear)):
+            again = bpy.data.images.load(files[name])
+            again.colorspace_settings.name = "Non-Color" if name == "data" else "sRGB" if name == "drawn" else "Linear Rec.709"
+            got, expected = (numpy.array(i.pixels[:]).reshape(4, 4, 4) for i in (again, image))
+            self.near(got, expected, 1 / 1024)
+        self.assertEqual(found.verdict("material", "m")["verdict"], "exact")
+
+    def test_missing_images(self):
+        tree, glow = self.tree()
+        node = tree.nodes.new("ShaderNodeTexImage")
+        node.image = bpy.data.images.new("gone", 2, 2)
+        node.image.source, node.image.filepath = "FILE", "//gone.png"
+        tree.links.new(node.outputs["Color"], glow.inputs["Color"])
+        tree.links.new(self.varying(tree, 0), glow.inputs["Strength"])
+        found = self.export()
+        self.assertEqual(self.only(found, "ShaderNodeEmission")["inputs"]["Color"], [1, 0, 1, 1])
+        verdict = found.verdict("material", "m")
+        self.assertEqual(verdict["verdict"], "approximated")
+        self.assertIn("missing", verdict["detail"])
+
+
+class Meshes(GraphTest):
+    """What graphs ask of meshes and objects."""
+
+    def primitive(self, found):
+        (primitive,) = found["meshes"][0]["primitives"]
+        return primitive
+
+    def test_uv_maps_have_one_numbering(self):
+        mesh = kit.plane("m")
+        for number, name in enumerate(("second", "third")):
+            for corner in mesh.uv_layers.new(name=name).data:
+                corner.uv = (number + 0.25, 0.5)
+        mesh.uv_layers["UVMap"].active_render = True
+        tree, glow = self.tree(mesh=mesh)
+        image = bpy.data.images.new("image", 2, 2)
+        image.pack()
+        total = glow.inputs["Color"]
+        for name in ("third", "", "second", "third"):
+            where, node, summed = (tree.nodes.new(f"ShaderNode{k}") for k in ("UVMap", "TexImage", "VectorMath"))
+            where.uv_map, where.name, node.image = name, f"map {name}", image
+            tree.links.new(where.outputs[0], node.inputs[0])
+            tree.links.new(node.outputs[0], summed.inputs[0])
+            tree.links.new(summed.outputs[0], total)
+            total = summed.inputs[1]
+        tree.links.new(self.varying(tree), total)
+        found = self.export()
+        sets = {n["properties"]["uv_map"]: n["properties"]["uv_set"] for n in self.graph_of(found)["nodes"] if n["type"] == "ShaderNodeUVMap"}
+        self.assertEqual(sorted(sets.values()), [0, 1, 2])
+        attributes = self.primitive(found)["attributes"]
+        for name, expected in (("third", (1.25, 0.5)), ("second", (0.25, 0.5))):
+            self.near(found.array(attributes[f"TEXCOORD_{sets[name]}"])[0], expected)
+        self.assertGreater(numpy.ptp(found.array(attributes[f"TEXCOORD_{sets['']}"])), 0.5)
+        emissive = found.material("m").get("emissiveTexture")
+        if emissive:
+            self.assertEqual(emissive.get("texCoord", 0), sets["third"])
+
+    def test_attributes(self):
+        mesh = kit.plane("m")
+        rng = numpy.random.default_rng(4)
+        values = {}
+        for name, kind, field, width, domain, count in (
+            ("painted", "FLOAT_COLOR", "color", 4, "CORNER", 4), ("flow", "FLOAT_VECTOR", "vector", 3, "POINT", 4), ("pair", "FLOAT2", "vector", 2, "POINT", 4),
+        ):  # fmt: skip
+            values[name] = rng.random((count, width), numpy.float32)
+            mesh.attributes.new(name, kind, domain).data.foreach_set(field, values[name].reshape(-1))
+        tree, glow = self.tree(mesh=mesh)
+        total = glow.inputs["Color"]
+        for name, output in (("painted", "Alpha"), ("painted", "Color"), ("flow", "Vector"), ("pair", "Fac"), ("nowhere", "Vector")):
+            node, summed = tree.nodes.new("ShaderNodeAttribute"), tree.nodes.new("ShaderNodeVectorMath")
+            node.attribute_name = name
+            tree.links.new(next(o for o in node.outputs if o.identifier == output), summed.inputs[0])
+            tree.links.new(summed.outputs[0], total)
+            total = summed.inputs[1]
+        tree.links.new(tree.nodes.new("ShaderNodeVertexColor").outputs[0], total)
+        found = self.export()
+        names = {}
+        for node in self.graph_of(found)["nodes"]:
+            properties = node.get("properties", {})
+            if "attribute" in properties:
+                names[properties.get("attribute_name", properties.get("layer_name"))] = properties["attribute"]
+        self.assertEqual(len(set(names.values())), 5)
+        attributes = self.primitive(found)["attributes"]
+        self.near(found.array(attributes[names["painted"]]), values["painted"])
+        corners = found.array(attributes[names["flow"]])
+        self.near(corners, values["flow"])
+        self.near(found.array(attributes[names["pair"]]), numpy.repeat(values["pair"][:, :1], 3, axis=1))
+        self.assertEqual(found.array(attributes[names["nowhere"]]).max(), 0)
+        self.near(found.array(attributes[names[""]]), values["painted"][:, :3])
+        self.assertEqual(found.verdict("material", "m")["verdict"], "exact")
+
+    def test_cycles_takes_the_first_of_two_numbers(self):
+        mesh = kit.plane("m")
+        mesh.attributes.new("pair", "FLOAT2", "POINT").data.foreach_set("vector", [0.8, 0.1] * 4)
+        tree, glow = self.tree(mesh=mesh)
+        node = tree.nodes.new("ShaderNodeAttribute")
+        node.attribute_name = "pair"
+        tree.links.new(next(o for o in node.outputs if o.identifier == "Fac"), glow.inputs["Color"])
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 1
+        self.near(kit.cycles_pixels(4, 4, 1)[2, 2], [0.8] * 3, 1e-4)
+
+    def generated(self, found):
+        """Generated coordinates of a cube's vertices by the file's texture space."""
+        primitive = self.primitive(found)
+        space = primitive["extensions"]["SUNDOG_mesh"]["texture_space"]
+        points = found.array(primitive["attributes"]["POSITION"])
+        size = numpy.array(space["size"])
+        return points, (points - space["location"] + size) / (2 * size)
+
+    def test_texture_spaces_are_those_of_cycles(self):
+        """Seen from above: red and green are the first two coordinates."""
+        def plain(made):
+            pass
+
+        def array(made):
+            made.modifiers.new("array", "ARRAY").count = 2
+
+        def own(made):
+            made.data.use_auto_texspace = False
+            made.data.texspace_location, made.data.texspace_size = (0.2, 0.1, 0), (2, 3, 1)
+
+        for change in (plain, array, own):
+            with self.subTest(change=change.__name__):
+                self.setUp()
+                tree, glow = self.tree(mesh=kit.plane("m"))
+                change(bpy.data.objects["m"])
+                tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], glow.inputs["Color"])
+                self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 2
+                shown = kit.cycles_pixels(8, 8, 1)
+                points, coordinates = self.generated(self.export())
+                # Linear over the plane: fitted by the corners.
+                terms = numpy.c_[points[:, :2], numpy.ones(len(points))]
+                fitted = numpy.linalg.lstsq(terms, coordinates, rcond=None)[0]
+                at = (numpy.arange(8) + 0.5) / 4 - 1
+                grid = numpy.stack([*numpy.meshgrid(at, at), numpy.ones((8, 8))], axis=-1)
+                self.near(numpy.maximum(grid @ fitted, 0), shown, 2e-3)
+
+    def test_deformed_meshes_are_told(self):
+        tree, glow = self.tree(mesh=kit.cube("m"))
+        tree.links.new(self.varying(tree), glow.inputs["Color"])
+        self.assertNotIn(("object", "m"), [(v["kind"], v["name"]) for v in self.export().result.verdicts])
+        made = bpy.data.objects["m"]
+        made.modifiers.new("bent", "SIMPLE_DEFORM").deform_method = "TAPER"
+        verdict = self.export().verdict("object", "m")
+        self.assertEqual(verdict["verdict"], "approximated")
+        self.assertIn("generated", verdict["detail"])
+        made.modifiers.clear()
+        made.modifiers.new("array", "ARRAY")
+        self.assertNotIn(("object", "m"), [(v["kind"], v["name"]) for v in self.export().result.verdicts])
+
+    def test_object_info_is_that_of_cycles(self):
+        tree, glow = self.tree("Blüte")
+        told = tree.nodes.new("ShaderNodeObjectInfo")
+        made = bpy.data.objects["Blüte"]
+        made.color, made.pass_index = (0.1, 0.2, 0.3, 0.4), 7
+        bpy.data.materials["Blüte"].pass_index = 3
+        place = self.link("place", None)
+        place.instance_type = "COLLECTION"
+        inside = bpy.data.collections.new("inside")
+        place.instance_collection, place.location = inside, (4, 0, 0)
+        inside.objects.link(bpy.data.objects.new("instanced", made.data))
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 8
+        self.camera.location = (2, 0, 10)
+        for output in ("Random", "Color", "Alpha", "Object Index", "Material Index"):
+            tree.links.new(told.outputs[output], glow.inputs["Color"])
+            shown = kit.cycles_pixels(8, 8, 1)[3]
+            found = self.export()
+            for name, pixel in (("Blüte", shown[1]), ("instanced", shown[5])):
+                content = found.node(name).get("extensions", {}).get("SUNDOG_object", {})
+                if output == "Material Index":
+                    self.assertEqual(self.graph_of(found, "Blüte")["pass_index"], 3)
+                    self.assertEqual(content, {})
+                    self.near(pixel, [3] * 3)
+                    continue
+                color = content["color"]
+                expected = {"Random": content["random"], "Color": color[:3], "Alpha": color[3], "Object Index": content["pass_index"]}[output]
+                self.near(pixel, numpy.broadcast_to(expected, 3), 1e-6)
+        self.assertEqual(found.verdict("material", "Blüte")["verdict"], "exact")
+
+    def test_objects_without_need_stay_as_they_are(self):
+        tree, glow = self.tree()
+        tree.links.new(self.varying(tree), glow.inputs["Color"])
+        self.assertNotIn("extensions", self.export().node("m"))
 
 
 if __name__ == "__main__":

@@ -23,8 +23,7 @@ def hash_of_name(name):
     """The 32 bits that Cycles makes of an object's name: the name as a number of base 37, mixed with zero."""
     number = 0
     for byte in name.encode():
-        # Its characters have signs.
-        number = (number * 37 + (byte - 256 if byte > 127 else byte)) % 0x100000000
+        number = (number * 37 + byte) % 0x100000000
     return _mixed(number, 0)
 
 
