@@ -17,6 +17,7 @@ class MaterialTest(kit.ExportTest):
 
     def setUp(self):
         super().setUp()
+        self.write_graphs(False)
         self.mesh = kit.plane()
         self.link("plane", self.mesh)
         self.made = kit.material("m")

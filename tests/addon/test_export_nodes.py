@@ -17,6 +17,7 @@ class Arithmetic(kit.ExportTest):
 
     def setUp(self):
         super().setUp()
+        self.write_graphs(False)
         self.cases = []
 
     def case(self, label, kind, fill):

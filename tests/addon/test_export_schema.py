@@ -9,7 +9,6 @@ import unittest
 import bpy
 import export_kit as kit
 import schema_check
-from sundog.export import graph
 
 
 class Schema(kit.ExportTest):
@@ -17,8 +16,7 @@ class Schema(kit.ExportTest):
 
     def setUp(self):
         super().setUp()
-        before, graph.ENABLED = graph.ENABLED, True
-        self.addCleanup(setattr, graph, "ENABLED", before)
+        self.write_graphs(True)
 
     def everything(self):
         """A file with every extension in it."""

@@ -19,23 +19,33 @@ ALL = Rule()
 
 EVALUATED = {
     # Inputs
-    "ShaderNodeTexCoord": Rule({"from_instancer": {False}}),
+    "ShaderNodeTexCoord": Rule(
+        {"from_instancer": {False}}, frozenset({"Generated", "Normal", "UV", "Object", "Camera", "Reflection"})
+    ),
     "ShaderNodeUVMap": Rule({"from_instancer": {False}}),
     "ShaderNodeValue": ALL,
     "ShaderNodeRGB": ALL,
-    "ShaderNodeBlackbody": ALL,
+    # Of a constant temperature, which stands as its colour.
+    "ShaderNodeBlackbody": Rule(outputs=frozenset()),
     "ShaderNodeFresnel": ALL,
     "ShaderNodeLayerWeight": ALL,
     "ShaderNodeNewGeometry": Rule(
         outputs=frozenset({"Position", "Normal", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing"})
     ),
     "ShaderNodeObjectInfo": ALL,
-    "ShaderNodeCameraData": ALL,
-    "ShaderNodeLightPath": ALL,
+    "ShaderNodeCameraData": Rule(outputs=frozenset({"View Z Depth", "View Distance"})),
+    "ShaderNodeLightPath": Rule(
+        outputs=frozenset({
+            "Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Transmission Ray", "Is Volume Scatter Ray",
+            "Ray Length", "Ray Depth",
+        })
+    ),  # fmt: skip
     "ShaderNodeVertexColor": ALL,
     "ShaderNodeAttribute": Rule({"attribute_type": {"GEOMETRY"}}),
     # Textures
-    "ShaderNodeTexImage": Rule({"projection": {"FLAT", "BOX"}, "interpolation": {"Linear", "Closest"}}),
+    "ShaderNodeTexImage": Rule(
+        {"projection": {"FLAT", "BOX"}, "interpolation": {"Linear", "Closest"}, "extension": {"REPEAT", "EXTEND", "MIRROR"}}
+    ),
     "ShaderNodeTexNoise": ALL,
     "ShaderNodeTexVoronoi": ALL,
     "ShaderNodeTexWave": ALL,
@@ -57,8 +67,9 @@ EVALUATED = {
     "ShaderNodeVectorTransform": ALL,
     "ShaderNodeCombineXYZ": ALL,
     "ShaderNodeSeparateXYZ": ALL,
-    "ShaderNodeNormal": ALL,
-    "ShaderNodeNormalMap": ALL,
+    # Its direction is a constant; the product with it is not evaluated.
+    "ShaderNodeNormal": Rule(outputs=frozenset()),
+    "ShaderNodeNormalMap": Rule({"convention": {"OPENGL"}}),
     "ShaderNodeBump": ALL,
     # Colours
     "ShaderNodeMix": Rule({"data_type": {"FLOAT", "VECTOR", "RGBA"}}),
@@ -77,11 +88,10 @@ EVALUATED = {
         zero=("Subsurface Weight", "Sheen Weight", "Coat Weight", "Thin Film Thickness", "Thin Wall")
     ),
     "ShaderNodeBsdfDiffuse": ALL,
-    "ShaderNodeBsdfGlossy": ALL,
+    "ShaderNodeBsdfGlossy": Rule({"distribution": {"GGX", "MULTI_GGX"}}),
     # What the Glossy BSDF is called from 4.0 on.
-    "ShaderNodeBsdfAnisotropic": ALL,
+    "ShaderNodeBsdfAnisotropic": Rule({"distribution": {"GGX", "MULTI_GGX"}}),
     "ShaderNodeBsdfTransparent": ALL,
-    "ShaderNodeBsdfGlass": Rule(zero=("Thin Film Thickness",)),
     "ShaderNodeEmission": ALL,
     "ShaderNodeMixShader": ALL,
     "ShaderNodeAddShader": ALL,

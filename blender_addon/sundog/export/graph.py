@@ -6,7 +6,7 @@ Trees may have thousands of nodes behind one another, so nothing here calls itse
 
 import math
 
-from . import colorspace, evaluated, images
+from . import blackbody, colorspace, evaluated, images
 from .nodes import INLINED, MOST_NODES, Place, not_finite, tree_of
 
 # Whether graphs are written at all.
@@ -234,6 +234,9 @@ class Walk:
             return zero if zero != () else None
         if node.type in {"RGB", "VALUE"} or (node.type == "NORMAL" and socket.identifier == "Normal"):
             return _numbers(socket, socket.type)
+        if node.type == "BLACKBODY":
+            temperature = self._feeding(node.inputs["Temperature"], place.groups)
+            return (*map(float, blackbody.color(temperature)), 1.0) if isinstance(temperature, float) else None
         if node.type == "TEX_IMAGE" and self.picture(node) is images.MISSING:
             return 1.0 if socket.identifier == "Alpha" else (*images.MISSING, 1.0)
         if node.type == "ATTRIBUTE" and not node.attribute_name:
@@ -253,6 +256,9 @@ class Walk:
         return [p for p, found in self._pictures.items() if found is images.MISSING]
 
     def _image_objections(self, node):
+        if node.type == "BLACKBODY":
+            temperature = self._feeding(node.inputs["Temperature"], place.groups)
+            return (*map(float, blackbody.color(temperature)), 1.0) if isinstance(temperature, float) else None
         if node.type == "TEX_IMAGE" and self.picture(node).source not in evaluated.IMAGE_SOURCES:
             yield f"{node.bl_label} ({self.picture(node).source.lower()})"
 
