@@ -126,7 +126,7 @@ pub struct Ray {
 }
 
 /// A hit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hit {
     /// Multiple of the ray's direction.
     pub distance: f32,

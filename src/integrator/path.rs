@@ -39,20 +39,11 @@ pub(super) struct Previous {
     pub pdf: f32,
     /// Light sampling could not have found what the ray finds.
     pub only_bsdf: bool,
-    /// What the surface did; `None` at the camera. With [`Scattering::Transmission`] the ray goes on
-    /// beyond the surface; Cycles' ray visibility has the same three kinds.
-    pub scattering: Option<Scattering>,
+    /// The kind of the ray. With [`RayKind::Transmission`] it goes on beyond the surface.
+    pub kind: RayKind,
 }
 
-impl Previous {
-    /// The kind of the ray.
-    #[inline]
-    fn kind(&self) -> RayKind {
-        self.scattering.map_or(RayKind::Camera, kind_of)
-    }
-}
-
-/// The kind of the rays that leave from a scattering.
+/// The kind of the rays that leave from a scattering: Cycles' ray visibility has the same three.
 #[inline]
 fn kind_of(scattering: Scattering) -> RayKind {
     match scattering {
@@ -77,6 +68,7 @@ impl<E: Features> BsdfFeatures for Compiled<E> {
 pub(super) type KernelBsdf<E> = Bsdf<Compiled<E>>;
 
 /// A hit that the path stops at.
+#[derive(Default)]
 struct Found {
     hit: Hit,
     /// The path has left the same surface: it is met again in [`Walk::own`], without a ray.
@@ -152,14 +144,15 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
             at: LightSampleContext::new(camera_ray.origin, None),
             pdf: 0.0,
             only_bsdf: true,
-            scattering: None,
+            kind: RayKind::Camera,
         },
         scatterings: [0; 3],
         passage: Passage::default(),
     };
     let scene = (world, settings, sampler);
     let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
-    while let Some(found) = walk.next_surface() {
+    let mut found = Found::default();
+    while walk.next_surface(&mut found) {
         let mut surface = world.surface::<E>(&found.hit, walk.origin, walk.direction);
         walk.arrive(&found, &mut surface);
         walk.add_emission(&found, &surface);
@@ -246,25 +239,27 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     }
 
     /// The next surface that the path does not pass, with the light of the lamps on the way to it, or of what lies behind all
-    /// surfaces.
+    /// surfaces. Whether there is one.
     #[inline(always)]
-    fn next_surface(&mut self) -> Option<Found> {
+    fn next_surface(&mut self, found: &mut Found) -> bool {
         loop {
-            let found = self.next_interface()?;
+            if !self.next_interface(found) {
+                return false;
+            }
             if !(E::EVERYTHING && self.world.is_tinted()) || found.again {
-                return Some(found);
+                return true;
             }
             let left = self.settings.transparent_left(self.passed);
-            let key = self.sampler.key(Dimension::Opacity, self.bounce);
-            let key = key.wrapping_add(self.passed);
-            match tinted::<E>(self.world, &found.hit, (self.origin, self.direction), key) {
+            let ray = (self.origin, self.direction);
+            let place = (self.sampler, self.bounce, self.passed);
+            match tinted::<E>(self.world, &found.hit, ray, place) {
                 Tinted::Stops(weight) => {
                     self.throughput *= weight;
-                    return Some(found);
+                    return true;
                 }
                 Tinted::Passes(..) if left == 0 => {
                     self.end(End::Transparent);
-                    return None;
+                    return false;
                 }
                 Tinted::Passes(weight, onward) => {
                     self.throughput *= weight;
@@ -278,12 +273,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// The next surface, as far as that lets no light pass without a colour.
     #[inline(always)]
-    fn next_interface(&mut self) -> Option<Found> {
+    fn next_interface(&mut self, found: &mut Found) -> bool {
         let again = E::CURVED && self.own.is_some();
         self.rays += u32::from(!again);
         self.light.sink.step(|| Step::Ray {
             bounce: self.bounce,
-            kind: self.beside.previous.kind(),
+            kind: self.beside.previous.kind,
             origin: self.origin,
             direction: self.direction,
             span: self.span,
@@ -299,25 +294,26 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         }
         if limit.is_some() {
             self.end(End::Transparent);
-            return None;
+            return false;
         }
         let Some(hit) = hit else {
             self.add_environment();
             self.end(End::Nothing);
-            return None;
+            return false;
         };
         if self.bounce == 0 && self.world.is_holdout(&hit) {
             self.first.transparent = true;
             self.end(End::Holdout);
-            return None;
+            return false;
         }
-        Some(Found { hit, again })
+        *found = Found { hit, again };
+        true
     }
 
     /// What the ray meets, or where it would pass one transparent surface too many.
     #[inline(always)]
     fn intersect(&mut self) -> (Option<Hit>, Option<f32>) {
-        let (ray, kind) = ((self.origin, self.direction), self.beside.previous.kind());
+        let (ray, kind) = ((self.origin, self.direction), self.beside.previous.kind);
         let (sampler, bounce) = (self.sampler, self.bounce);
         let key = move || sampler.key(Dimension::Opacity, bounce);
         let mut hit = if E::EVERYTHING && self.settings.transparent != u32::MAX {
@@ -350,7 +346,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     /// Kind of the ray and number of the surface that it comes from, for what sees some rays alone.
     #[inline(always)]
     fn seen_by(&self) -> (RayKind, u32) {
-        (self.beside.previous.kind(), self.bounce.saturating_sub(1))
+        (self.beside.previous.kind, self.bounce.saturating_sub(1))
     }
 
     #[inline(always)]
@@ -493,7 +489,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     fn bare(&self, surface: &Surface) -> KernelBsdf<E> {
         let changes = self
             .settings
-            .changes::<E>(self.min_pdf, self.beside.previous.scattering);
+            .changes::<E>(self.min_pdf, self.beside.previous.kind);
         KernelBsdf::<E>::new(surface.normals, -self.direction, surface.inside, changes)
     }
 
@@ -590,7 +586,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         };
         // No light sample passes the surface that is in its way.
         self.beside.previous.only_bsdf = s.delta || self.own.is_some();
-        self.beside.previous.scattering = Some(s.scattering);
+        self.beside.previous.kind = kind;
         if E::FACETS && !s.delta {
             self.min_pdf = self.min_pdf.min(s.pdf);
         }
@@ -611,7 +607,7 @@ fn tinted<E: Features>(
     world: &World,
     hit: &Hit,
     (origin, direction): (Vec3, Vec3),
-    key: u32,
+    (sampler, bounce, passed): (&Sampler, u32, u32),
 ) -> Tinted {
     let Some((passes, rest)) = world.tint(hit) else {
         return Tinted::Stops(Vec3::ONE);
@@ -622,7 +618,8 @@ fn tinted<E: Features>(
     } else {
         0.0
     };
-    if hashed(key, hit.primitive, hit.object()) >= p {
+    let key = sampler.key(Dimension::Opacity, bounce);
+    if hashed(key.wrapping_add(passed), hit.primitive, hit.object()) >= p {
         return Tinted::Stops(Vec3::splat(rest / (1.0 - p)));
     }
     let surface = world.surface::<E>(hit, origin, direction);

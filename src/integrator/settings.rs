@@ -3,14 +3,15 @@
 use super::path::Previous;
 use crate::effects::Features;
 use crate::light::power_heuristic;
-use crate::shading::{Changes, Scattering};
+use crate::shading::Changes;
+use crate::world::RayKind;
 
 /// What a path takes from the settings.
 #[derive(Clone, Copy, Debug)]
 pub struct PathSettings {
     /// Indirect bounces: 0 is direct light only, as Cycles counts "Max Bounces".
     pub bounces: u32,
-    /// The same for the scatterings of one kind, in the order of [`Scattering`]; `u32::MAX` for no limit.
+    /// The same for the scatterings of one kind, in the order of [`crate::shading::Scattering`]; `u32::MAX` for no limit.
     pub limits: [u32; 3],
     /// Surfaces that a path may pass by their opacity, as Cycles counts its transparent "Max Bounces";
     /// `u32::MAX` for no limit.
@@ -78,16 +79,12 @@ impl PathSettings {
     /// What the path changes about the next surface. As Cycles leaves caustics out, the kind of the ray decides, so that a
     /// reflection seen in a mirror stays.
     #[inline]
-    pub(super) fn changes<E: Features>(
-        &self,
-        min_pdf: f32,
-        previous: Option<Scattering>,
-    ) -> Changes {
+    pub(super) fn changes<E: Features>(&self, min_pdf: f32, previous: RayKind) -> Changes {
         let mut changes = Changes::NONE;
         if E::FACETS && self.filter_glossy > 0.0 {
             changes.least_alpha = self.least_alpha(min_pdf);
         }
-        if E::FACETS && previous == Some(Scattering::Diffuse) {
+        if E::FACETS && previous == RayKind::Diffuse {
             changes.caustics = self.caustics;
         }
         changes

@@ -154,6 +154,9 @@ impl Sampler {
 
     /// A key for decisions that a path takes an unknown number of times between two bounces
     /// (opacity of what a ray passes): to be hashed with what is hit.
+    ///
+    /// A call, as few rays need it: where it is inlined, a part of it is calculated for all.
+    #[inline(never)]
     pub fn key(&self, dimension: Dimension, bounce: u32) -> u32 {
         let low = mix32(self.index as u32 ^ self.seed);
         let high = mix32((self.index >> 32) as u32 ^ low);

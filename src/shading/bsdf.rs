@@ -502,7 +502,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 alone: (weight, 0.0),
             });
         }
-        let mut sums = self.sums(index, wi, transmitted);
+        // Surfaces of glass or metal alone have no other lobe.
+        let is_alone = self.others.len() == 1 && self.lambert.color == Vec3::ZERO;
+        let mut sums = if is_alone {
+            Sums::ZERO
+        } else {
+            self.sums(index, wi, transmitted)
+        };
         sums.add(of, entry.p, entry.is_diffuse);
         Self::weigh(wi, scattering, &sums)
     }

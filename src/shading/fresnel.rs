@@ -138,7 +138,7 @@ impl Fresnel {
     }
 
     /// Reflectance under an angle to the facet.
-    #[inline]
+    #[inline(always)]
     pub fn reflectance(&self, cos: f32) -> Vec3 {
         match *self {
             Self::Constant => Vec3::ONE,

@@ -41,7 +41,7 @@ impl Glass {
     }
 
     /// Value and density.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate(&self, smooth: Vec3, wi_world: Vec3, transmitted: bool) -> LobeValue {
         let facets = &self.facets;
         let (wo, wi) = (facets.wo(), facets.local(wi_world));
@@ -93,7 +93,7 @@ impl Glass {
     }
 
     /// Draws a direction.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, smooth: Vec3, u: Vec2, choice: f32) -> Option<LobeSample> {
         let facets = &self.facets;
         let wo = facets.wo();

@@ -200,7 +200,7 @@ pub struct Reflection {
 
 impl Reflection {
     /// Value and density.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate(&self, smooth: Vec3, wi_world: Vec3) -> LobeValue {
         let facets = &self.facets;
         let (wo, wi) = (facets.wo(), facets.local(wi_world));
@@ -223,7 +223,7 @@ impl Reflection {
     }
 
     /// Draws a direction.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
         let facets = &self.facets;
         let wo = facets.wo();
