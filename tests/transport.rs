@@ -13,8 +13,9 @@ use sundog::film::Passes;
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
 use sundog::scene::{
-    AlphaMode, Anisotropy, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light,
-    LightKind, MetallicRoughness, NormalTexture, Projection, RayKind, Scene, Texture, Visibility,
+    AlphaMode, Anisotropy, Aperture, AreaShape, Camera, Coat, CoatNormal, Environment, Image,
+    ImageId, Light, LightKind, MetallicRoughness, NormalTexture, Projection, RayKind, Scene, Sheen,
+    Texture, Visibility,
 };
 use sundog::selftest::kit::{
     camera, constant_environment, diffuse, glass, light, place, quad, sphere,
@@ -500,6 +501,21 @@ fn gallery() -> Vec<(&'static str, Scene)> {
                 rotation: 0.5,
                 texture: None,
             }),
+            coat: Some(Box::new(Coat {
+                weight: 0.8,
+                texture: Some(texture(0)),
+                roughness: 0.2,
+                roughness_texture: None,
+                ior: 1.6,
+                tint: [0.9, 0.7, 0.8],
+                normal: CoatNormal::Smooth,
+            })),
+            sheen: Some(Box::new(Sheen {
+                color: [0.5, 0.4, 0.3],
+                color_texture: None,
+                roughness: 0.4,
+                roughness_texture: None,
+            })),
             base_color_texture: Some(texture(0)),
             normal_texture: Some(NormalTexture {
                 texture: texture(0),

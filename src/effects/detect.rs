@@ -241,6 +241,8 @@ impl Findings {
         add(Effect::Unlit, summary.unlit);
         add(Effect::DiffuseRoughness, summary.is_rough_diffuse);
         add(Effect::Anisotropy, summary.is_anisotropic);
+        add(Effect::Coat, summary.is_coated);
+        add(Effect::Sheen, summary.has_sheen);
         let mut there = BTreeSet::new();
         for p in &summary.principled {
             there.extend(lobes(p));

@@ -41,6 +41,8 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::Gloss
         | Effect::DiffuseRoughness
         | Effect::Anisotropy
+        | Effect::Coat
+        | Effect::Sheen
         | STRUCTURE
 );
 /// What can't be left out, as it is how the world is built.

@@ -41,7 +41,7 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
     for node in &mut m.graph.nodes {
         let sockets = node.kind.sockets().iter();
         for (input, socket) in node.inputs.iter_mut().zip(sockets) {
-            if socket.name == "Normal" && !set.contains(Effect::NormalMaps) {
+            if socket.name.ends_with("Normal") && !set.contains(Effect::NormalMaps) {
                 *input = Input::None;
             }
         }
@@ -65,6 +65,12 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
         }
         if !set.contains(Effect::DiffuseRoughness) {
             without(principled::DIFFUSE_ROUGHNESS);
+        }
+        if !set.contains(Effect::Coat) {
+            without(principled::COAT_WEIGHT);
+        }
+        if !set.contains(Effect::Sheen) {
+            without(principled::SHEEN_WEIGHT);
         }
         if !set.contains(Effect::Metal) {
             without(principled::METALLIC);

@@ -62,6 +62,10 @@ pub struct MetallicRoughness {
     pub edge_tint: bool,
     /// Highlights that are longer one way.
     pub anisotropy: Option<Anisotropy>,
+    /// A clear coat.
+    pub coat: Option<Box<Coat>>,
+    /// A layer of fibres.
+    pub sheen: Option<Box<Sheen>>,
     /// What the file says; see `Scene` users for what culling does.
     pub double_sided: bool,
     /// Shows its base colour without light (KHR_materials_unlit).
@@ -96,6 +100,8 @@ impl Default for MetallicRoughness {
             diffuse_roughness: 0.0,
             edge_tint: false,
             anisotropy: None,
+            coat: None,
+            sheen: None,
             double_sided: false,
             unlit: false,
         }
@@ -116,6 +122,12 @@ impl MetallicRoughness {
         if let Some(Anisotropy::Gltf { texture, .. }) = &mut self.anisotropy {
             all.push(texture);
         }
+        if let Some(coat) = &mut self.coat {
+            all.extend([&mut coat.texture, &mut coat.roughness_texture]);
+        }
+        if let Some(sheen) = &mut self.sheen {
+            all.extend([&mut sheen.color_texture, &mut sheen.roughness_texture]);
+        }
         all
     }
 
@@ -124,6 +136,49 @@ impl MetallicRoughness {
         let textures = self.textures_mut().into_iter();
         textures.filter_map(|t| Some(t.as_ref()?.uv_set)).max()
     }
+}
+
+/// A clear coat (KHR_materials_clearcoat; index and tint by SUNDOG_material).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coat {
+    /// Its share.
+    pub weight: f32,
+    /// Factor in R.
+    pub texture: Option<Texture>,
+    /// Perceptual roughness.
+    pub roughness: f32,
+    /// Factor in G.
+    pub roughness_texture: Option<Texture>,
+    /// Index of refraction.
+    pub ior: f32,
+    /// Colour.
+    pub tint: [f32; 3],
+    /// Its normals.
+    pub normal: CoatNormal,
+}
+
+/// Normals of a coat.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CoatNormal {
+    /// Those of what it lies on, with their map (Blender's).
+    OfBase,
+    /// The surface's own (glTF's).
+    Smooth,
+    /// A map.
+    Map(NormalTexture),
+}
+
+/// A layer of fibres (KHR_materials_sheen; the weight is in the colour).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheen {
+    /// Its colour.
+    pub color: [f32; 3],
+    /// RGB, sRGB-encoded in 8- and 16-bit files.
+    pub color_texture: Option<Texture>,
+    /// Perceptual roughness.
+    pub roughness: f32,
+    /// Factor in A.
+    pub roughness_texture: Option<Texture>,
 }
 
 /// Highlights that are longer one way.
@@ -284,12 +339,53 @@ impl Builder {
     }
 
     fn normal(&mut self, m: &MetallicRoughness) -> Input {
-        let normal = m.normal_texture.as_ref().map(|normal| {
-            let image = self.image(&normal.texture, ImageUse::Data);
-            let map = Node::new(NodeKind::NormalMap).with(normal_map::STRENGTH, normal.scale);
-            self.0.add(map.with(normal_map::COLOR, image))
-        });
+        let normal = m.normal_texture.as_ref();
+        let normal = normal.map(|normal| self.normal_map(normal));
         normal.map_or(Input::None, Input::Link)
+    }
+
+    fn normal_map(&mut self, normal: &NormalTexture) -> Link {
+        let image = self.image(&normal.texture, ImageUse::Data);
+        let map = Node::new(NodeKind::NormalMap).with(normal_map::STRENGTH, normal.scale);
+        self.0.add(map.with(normal_map::COLOR, image))
+    }
+
+    /// A Principled BSDF with its coat and its fibres.
+    fn layered(&mut self, m: &MetallicRoughness, mut node: Node) -> Node {
+        if let Some(coat) = &m.coat {
+            let weight = self.number(coat.weight, coat.texture.as_ref(), node::RED);
+            let texture = coat.roughness_texture.as_ref();
+            let roughness = self.number(coat.roughness, texture, node::GREEN);
+            let normal = match &coat.normal {
+                CoatNormal::Map(normal) => self.normal_map(normal).into(),
+                // What is no direction stands for the surface's own.
+                CoatNormal::Smooth if m.normal_texture.is_some() => Input::float(0.0),
+                _ => Input::None,
+            };
+            node = node
+                .with(principled::COAT_WEIGHT, weight)
+                .with(principled::COAT_ROUGHNESS, roughness)
+                .with(principled::COAT_IOR, coat.ior)
+                .with(principled::COAT_TINT, coat.tint)
+                .with(principled::COAT_NORMAL, normal);
+        }
+        if let Some(sheen) = &m.sheen {
+            let color = self.color(sheen.color, sheen.color_texture.as_ref());
+            let roughness = match &sheen.roughness_texture {
+                None => Input::from(sheen.roughness),
+                Some(texture) => {
+                    let output = node::ALPHA;
+                    let image = self.image(texture, ImageUse::Data);
+                    let alpha = Link { output, ..image };
+                    self.product(sheen.roughness, alpha, false).into()
+                }
+            };
+            node = node
+                .with(principled::SHEEN_WEIGHT, 1.0)
+                .with(principled::SHEEN_ROUGHNESS, roughness)
+                .with(principled::SHEEN_TINT, color);
+        }
+        node
     }
 
     fn glossy(&mut self, m: &MetallicRoughness, distribution: Distribution, color: Link) -> Link {
@@ -408,23 +504,23 @@ impl Builder {
             thin_wall: m.thin_walled,
             edge_tint: m.edge_tint,
         };
-        self.0.add(
-            Node::new(kind)
-                .with(principled::BASE_COLOR, base_color)
-                .with(principled::METALLIC, metallic)
-                .with(principled::ROUGHNESS, roughness)
-                .with(principled::IOR, m.ior)
-                .with(principled::DIFFUSE_ROUGHNESS, m.diffuse_roughness)
-                .with(principled::ANISOTROPIC, anisotropy)
-                .with(principled::ANISOTROPIC_ROTATION, rotation)
-                .with(principled::TANGENT, tangent)
-                .with(principled::SPECULAR_IOR_LEVEL, specular)
-                .with(principled::SPECULAR_TINT, tint)
-                .with(principled::TRANSMISSION_WEIGHT, transmission)
-                .with(principled::EMISSION_COLOR, emission)
-                .with(principled::EMISSION_STRENGTH, 1.0)
-                .with(principled::NORMAL, normal),
-        )
+        let node = Node::new(kind)
+            .with(principled::BASE_COLOR, base_color)
+            .with(principled::METALLIC, metallic)
+            .with(principled::ROUGHNESS, roughness)
+            .with(principled::IOR, m.ior)
+            .with(principled::DIFFUSE_ROUGHNESS, m.diffuse_roughness)
+            .with(principled::ANISOTROPIC, anisotropy)
+            .with(principled::ANISOTROPIC_ROTATION, rotation)
+            .with(principled::TANGENT, tangent)
+            .with(principled::SPECULAR_IOR_LEVEL, specular)
+            .with(principled::SPECULAR_TINT, tint)
+            .with(principled::TRANSMISSION_WEIGHT, transmission)
+            .with(principled::EMISSION_COLOR, emission)
+            .with(principled::EMISSION_STRENGTH, 1.0)
+            .with(principled::NORMAL, normal);
+        let node = self.layered(m, node);
+        self.0.add(node)
     }
 }
 

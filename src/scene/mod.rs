@@ -29,7 +29,9 @@ pub use fingerprint::fingerprint;
 pub use inventory::{BoundsInfo, Inventory};
 pub use left_out::LeftOut;
 pub use material::{ImageUse, Material, Sampler, Texture, TextureFilter, UvTransform, Wrap};
-pub use metallic_roughness::{AlphaMode, Anisotropy, MetallicRoughness, NormalTexture};
+pub use metallic_roughness::{
+    AlphaMode, Anisotropy, Coat, CoatNormal, MetallicRoughness, NormalTexture, Sheen,
+};
 pub use settings::{ColorManagement, RenderDefaults};
 pub use simplify::simplify;
 pub use texel::decoded;

@@ -256,6 +256,21 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
     }
 
+    /// How the path changes what it does.
+    pub(super) fn changes(&self) -> Changes {
+        self.changes
+    }
+
+    /// The Lambertian lobe.
+    pub(super) fn lambert(&self) -> Diffuse {
+        self.lambert
+    }
+
+    /// The lobes in the list, and the albedo of each.
+    pub(super) fn lobes(&self) -> impl Iterator<Item = (Lobe, Vec3)> {
+        self.others.iter().map(|entry| (entry.lobe, entry.albedo))
+    }
+
     /// The normals of the surface.
     #[inline]
     pub(super) fn normals(&self) -> &Normals {

@@ -5,6 +5,7 @@ pub mod closure;
 pub mod dielectrics;
 pub mod fresnel;
 pub mod ggx;
+pub mod layers;
 pub mod normal;
 pub mod principled;
 pub mod program;

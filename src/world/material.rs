@@ -5,8 +5,10 @@ use crate::effects::{self, Effect};
 use crate::scene::graph::node::principled;
 use crate::scene::graph::{PrincipledSummary, TangentKind};
 use crate::scene::{ImageUse, Material, Scene, Texture};
+use crate::shading::layers::{Coat, Fibres, Layers};
 use crate::shading::program::{
-    Known, Place, Programs, Root, Shader, Source, Weighted, compile, parameters, reflected,
+    Evaluation, Known, LayerRoots, Place, Programs, Root, Shader, Source, Weighted, compile,
+    parameters, reflected,
 };
 use crate::shading::tables::Rows;
 use crate::shading::texture::{PreparedTexture, Raster};
@@ -39,6 +41,8 @@ pub struct PreparedMaterial {
     pub dielectrics: Arc<Dielectrics>,
     /// By shader, where it is not one Principled BSDF.
     mixed: Vec<Arc<Dielectrics>>,
+    /// Of the coats of those.
+    coats: Vec<Option<Arc<Dielectrics>>>,
 }
 
 /// Makes each raster once.
@@ -127,7 +131,14 @@ impl Preparer {
     fn mixed(&self, shaders: &[Weighted]) -> Vec<Arc<Dielectrics>> {
         let is_plain = |weighted: &Weighted| {
             weighted.weight.constant() == Some(Vec3::ONE)
-                && matches!(weighted.shader, Shader::Principled { tangent: None, .. })
+                && matches!(
+                    weighted.shader,
+                    Shader::Principled {
+                        tangent: None,
+                        layers: None,
+                        ..
+                    }
+                )
         };
         if shaders.is_empty() || shaders.len() == 1 && is_plain(&shaders[0]) {
             return Vec::new();
@@ -138,6 +149,31 @@ impl Preparer {
                 self.dielectrics(Some(&p), linked)
             }
             Shader::Diffuse { .. } | Shader::Glossy { .. } => self.dielectrics(None, &[]),
+        };
+        shaders.iter().map(|w| tables(&w.shader)).collect()
+    }
+
+    /// Tables of the coats, by shader.
+    fn coats(&self, shaders: &[Weighted]) -> Vec<Option<Arc<Dielectrics>>> {
+        let tables = |shader: &Shader| match shader {
+            Shader::Principled {
+                layers: Some(layers),
+                ..
+            } => {
+                let coat = layers.coat.as_ref()?;
+                let number = |root: &Root| root.constant().map(|c| c.x);
+                let (roughness, ior) = (number(&coat.roughness), number(&coat.ior).unwrap_or(1.5));
+                let rows = Rows::between(
+                    roughness.unwrap_or(0.0),
+                    roughness.filter(|_| !self.roughens).unwrap_or(1.0),
+                );
+                let needs = (ior > 1.0, false);
+                let key = (ior.to_bits(), 1f32.to_bits(), false, needs, rows);
+                Some(tables_of(key, || {
+                    Dielectrics::needed(ior, 1.0, false, needs, rows)
+                }))
+            }
+            _ => None,
         };
         shaders.iter().map(|w| tables(&w.shader)).collect()
     }
@@ -175,6 +211,7 @@ impl Preparer {
             single_sided: !m.double_sided,
             dielectrics: self.dielectrics(p, linked),
             mixed: self.mixed(&programs.shaders),
+            coats: self.coats(&programs.shaders),
             programs,
         }
     }
@@ -258,10 +295,9 @@ impl PreparedMaterial {
 
     /// Whether it asks for tangents of texture coordinates, and for radial ones.
     pub fn tangents(&self) -> (bool, bool) {
-        let mut shaders = self.programs.shaders.iter();
         let reads = |kind| self.programs.surface.reads_tangent(kind);
         (
-            shaders.any(|shader| shader.shader.normal().is_some()) || reads(TangentKind::Uv),
+            self.programs.surface.has_normal_map() || reads(TangentKind::Uv),
             reads(TangentKind::Radial),
         )
     }
@@ -307,9 +343,8 @@ impl PreparedMaterial {
         bsdf: &mut Bsdf<K>,
     ) {
         self.programs.surface.at(place, |at| {
-            for (Weighted { weight, shader }, tables) in
-                self.programs.shaders.iter().zip(&self.mixed)
-            {
+            let shaders = self.programs.shaders.iter().zip(&self.mixed);
+            for (number, (Weighted { weight, shader }, tables)) in shaders.enumerate() {
                 let weight = at.number(weight);
                 // What is not a number goes on, to be counted.
                 if weight <= 0.0 {
@@ -320,9 +355,22 @@ impl PreparedMaterial {
                 let tangent = shader.tangent().map(|root| at.color(root));
                 let tangent = tangent.filter(|tangent| *tangent != Vec3::ZERO);
                 match shader {
-                    Shader::Principled { base, linked, .. } => {
+                    Shader::Principled {
+                        base,
+                        linked,
+                        layers,
+                        ..
+                    } => {
                         let p = parameters(base, linked, at);
-                        bsdf.add_principled(weight, &p, tables, (normal, tangent));
+                        let frame = (normal, tangent);
+                        match layers {
+                            None => bsdf.add_principled(weight, &p, tables, frame),
+                            Some(layers) => {
+                                let normals = (normal, &side as &dyn Fn(Vec3) -> Vec3);
+                                let layers = self.layers(number, layers, normals, at);
+                                bsdf.add_layered(weight, (&p, &layers), tables, frame);
+                            }
+                        }
                     }
                     Shader::Diffuse {
                         color, roughness, ..
@@ -346,6 +394,37 @@ impl PreparedMaterial {
                 }
             }
         });
+    }
+
+    /// What lies over the base of one of its shaders.
+    fn layers<P: Place>(
+        &self,
+        shader: usize,
+        roots: &LayerRoots,
+        (normal, side): (Vec3, &dyn Fn(Vec3) -> Vec3),
+        at: &mut Evaluation<'_, P>,
+    ) -> Layers<'_> {
+        let tables = self.coats.get(shader).and_then(|tables| tables.as_deref());
+        let coat = roots.coat.as_ref().zip(tables).map(|(coat, tables)| Coat {
+            weight: at.number(&coat.weight),
+            roughness: at.number(&coat.roughness).clamp(0.0, 1.0),
+            ior: at.number(&coat.ior).max(1.0),
+            tint: reflected(at.color(&coat.tint)),
+            normal: match &coat.normal {
+                Some(map) => side(at.color(map)),
+                None => normal,
+            },
+            tables,
+        });
+        let fibres = roots
+            .fibres
+            .as_ref()
+            .map(|[weight, roughness, tint]| Fibres {
+                weight: at.number(weight),
+                roughness: at.number(roughness),
+                tint: reflected(at.color(tint)),
+            });
+        Layers { coat, fibres }
     }
 
     /// What the material says where it has no textures.

@@ -20,8 +20,6 @@ from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 # Inputs that SUNDOG_material has and the program does not render: the id of their effect, and what they are called.
 UNRENDERED = {
     "subsurface": ("subsurface", "subsurface scattering"),
-    "sheen": ("sheen", "sheen"),
-    "coat": ("coat", "the coat"),
     "thin_film": ("thin-film", "the thin film"),
 }
 

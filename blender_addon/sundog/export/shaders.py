@@ -228,15 +228,10 @@ class Reader:
                 "scale": self._number(source, "Subsurface Scale"),
                 "radius": radius.value.tolist() if isinstance(radius, Const) else [1, 1, 1],
             }
-        if (weight := self._number(source, "Sheen Weight")) != 0:
-            others["sheen"] = {"weight": weight, "roughness": self._number(source, "Sheen Roughness"), **self._tint(source, "Sheen Tint")}
-        if (weight := self._number(source, "Coat Weight")) != 0:
-            others["coat"] = {
-                "weight": weight,
-                "roughness": self._number(source, "Coat Roughness"),
-                "ior": self._number(source, "Coat IOR", 1.5),
-                **self._tint(source, "Coat Tint"),
-            }
+        others.update(self._layer(source, "Sheen", ("Weight", "Roughness")))
+        others.update(self._layer(source, "Coat", ("Weight", "Roughness", "IOR")))
+        if "coat" in others and self._has_own_normal(source):
+            self.note(APPROXIMATED, "the coat has the normals of what it lies on instead of its own", "coat")
         others.update(self._anisotropy(source, "Anisotropic", "Anisotropic Rotation"))
         others.update(self._thin_film(source))
         emission = multiply(self._scalar(source, "Emission Strength"), self._color(source, "Emission Color"))
@@ -260,6 +255,28 @@ class Reader:
             others=others,
             thin_walled=self._thin_wall(source),
         )
+
+    def _layer(self, source, name, numbers):
+        """A layer over the base of a Principled BSDF: {} where it is not there, otherwise its numbers and its tint."""
+        values = {n.lower(): self._scalar(source, f"{name} {n}", Const(1.5 if n == "IOR" else 0.0)) for n in numbers}
+        weight = values["weight"]
+        if isinstance(weight, Const) and weight.value <= 0:
+            return {}
+        tint = self._color(source, f"{name} Tint")
+        if not all(isinstance(v, Const) for v in (tint, *values.values())):
+            self.note(APPROXIMATED, f"an input of the {name.lower()} varies: 0.5 is used for numbers, white for the tint", name.lower())
+        found = {key: float(v.value) if isinstance(v, Const) else 0.5 for key, v in values.items()}
+        if isinstance(values.get("ior"), expressions.Expression) and not isinstance(values["ior"], Const):
+            found["ior"] = 1.5
+        return {name.lower(): {**found, **self._tint(source, f"{name} Tint")}}
+
+    def _has_own_normal(self, source):
+        """Whether a coat has other normals than what it lies on."""
+        coat, base = (source.input(name) for name in ("Coat Normal", "Normal"))
+        if coat is None:
+            return False
+        coat, base = self.walker.source(coat), self.walker.source(base)
+        return coat.socket.is_output and coat.socket != base.socket
 
     def _diffuse_roughness(self, source, name):
         value = self._scalar(source, name)

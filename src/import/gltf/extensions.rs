@@ -161,21 +161,7 @@ pub(super) fn report_material(
     let number =
         |key: &str, default: f64| value.get(key).and_then(Value::as_f64).unwrap_or(default);
     let positive = |key: &str, default: f64| number(key, default) > 0.0;
-    let color = |key: &str, default: f64| match value.get(key).and_then(Value::as_array) {
-        Some(items) => items.iter().any(|v| v.as_f64().is_some_and(|v| v > 0.0)),
-        None => default > 0.0,
-    };
     let (effect, there, instead) = match name {
-        "KHR_materials_clearcoat" => (
-            Effect::Coat,
-            positive("clearcoatFactor", 0.0),
-            "rendered without the coat",
-        ),
-        "KHR_materials_sheen" => (
-            Effect::Sheen,
-            color("sheenColorFactor", 0.0),
-            "rendered without the sheen",
-        ),
         "KHR_materials_iridescence" => (
             Effect::ThinFilm,
             positive("iridescenceFactor", 0.0),

@@ -5,10 +5,13 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::schema::{AnisotropyJson, TangentJson};
+use super::schema::{AnisotropyJson, CoatJson, SheenJson, TangentJson};
 use super::textures::Images;
 use crate::scene::graph::TangentKind;
-use crate::scene::{Anisotropy, Diagnostics, Effect, MetallicRoughness, Subject, Texture, Verdict};
+use crate::scene::{
+    Anisotropy, Coat, CoatNormal, Diagnostics, Effect, MetallicRoughness, NormalTexture, Sheen,
+    Subject, Texture, Verdict,
+};
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -48,7 +51,7 @@ fn texture(
 }
 
 /// KHR_materials_anisotropy, if it has a strength.
-pub(super) fn anisotropy(
+fn anisotropy(
     extension: &Value,
     owner: &str,
     images: &mut Images,
@@ -66,6 +69,143 @@ pub(super) fn anisotropy(
     }))
 }
 
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+struct ClearcoatKhr {
+    clearcoat_factor: f32,
+    clearcoat_texture: Option<Value>,
+    clearcoat_roughness_factor: f32,
+    clearcoat_roughness_texture: Option<Value>,
+    clearcoat_normal_texture: Option<Value>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+struct SheenKhr {
+    sheen_color_factor: [f32; 3],
+    sheen_color_texture: Option<Value>,
+    sheen_roughness_factor: f32,
+    sheen_roughness_texture: Option<Value>,
+}
+
+/// Reads the layers that SUNDOG_material does not tell of.
+pub(super) fn read_khr<'v>(
+    at: &dyn Fn(&str) -> Option<&'v Value>,
+    owner: &str,
+    material: &mut MetallicRoughness,
+    images: &mut Images,
+    diagnostics: &mut Diagnostics,
+) -> Result<(), String> {
+    if material.anisotropy.is_none()
+        && let Some(extension) = at("/extensions/KHR_materials_anisotropy")
+    {
+        material.anisotropy = anisotropy(extension, owner, images, diagnostics)?;
+        report_anisotropy(material, diagnostics);
+    }
+    if material.coat.is_none()
+        && let Some(extension) = at("/extensions/KHR_materials_clearcoat")
+    {
+        material.coat = clearcoat(extension, owner, images, diagnostics)?;
+    }
+    if material.sheen.is_none()
+        && let Some(extension) = at("/extensions/KHR_materials_sheen")
+    {
+        let name = &material.name;
+        material.sheen = sheen(extension, (owner, name), images, diagnostics)?;
+    }
+    if (material.coat.is_some() || material.sheen.is_some()) && material.emission != [0.0; 3] {
+        diagnostics.report_effect(
+            Effect::Coat,
+            "emission-below-layers",
+            Verdict::Approximated,
+            "emission below a coat or sheen",
+            Subject::Material(material.name.clone()),
+            "the layers take nothing from it",
+        );
+    }
+    Ok(())
+}
+
+fn clearcoat(
+    extension: &Value,
+    owner: &str,
+    images: &mut Images,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Box<Coat>>, String> {
+    let khr: ClearcoatKhr = read(extension, "KHR_materials_clearcoat")?;
+    if khr.clearcoat_factor <= 0.0 {
+        return Ok(None);
+    }
+    let mut texture = |value: &Option<Value>| texture(value.as_ref(), owner, images, diagnostics);
+    let scale = |value: &Value| value.get("scale").and_then(Value::as_f64).unwrap_or(1.0) as f32;
+    let map = texture(&khr.clearcoat_normal_texture)?.zip(khr.clearcoat_normal_texture.as_ref());
+    Ok(Some(Box::new(Coat {
+        weight: khr.clearcoat_factor,
+        texture: texture(&khr.clearcoat_texture)?,
+        roughness: khr.clearcoat_roughness_factor,
+        roughness_texture: texture(&khr.clearcoat_roughness_texture)?,
+        ior: 1.5,
+        tint: [1.0; 3],
+        normal: match map {
+            Some((texture, value)) => CoatNormal::Map(NormalTexture {
+                texture,
+                scale: scale(value),
+            }),
+            None => CoatNormal::Smooth,
+        },
+    })))
+}
+
+fn sheen(
+    extension: &Value,
+    (owner, name): (&str, &str),
+    images: &mut Images,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Box<Sheen>>, String> {
+    let khr: SheenKhr = read(extension, "KHR_materials_sheen")?;
+    if khr.sheen_color_factor.iter().all(|&c| c <= 0.0) {
+        return Ok(None);
+    }
+    diagnostics.report_effect(
+        Effect::Sheen,
+        "charlie-sheen",
+        Verdict::Approximated,
+        "KHR_materials_sheen",
+        Subject::Material(name.into()),
+        "rendered as Blender's sheen of the same colour and roughness",
+    );
+    let mut texture = |value: &Option<Value>| texture(value.as_ref(), owner, images, diagnostics);
+    Ok(Some(Box::new(Sheen {
+        color: khr.sheen_color_factor,
+        color_texture: texture(&khr.sheen_color_texture)?,
+        roughness: khr.sheen_roughness_factor,
+        roughness_texture: texture(&khr.sheen_roughness_texture)?,
+    })))
+}
+
+/// What SUNDOG_material says of a coat.
+pub(super) fn blender_coat(json: &CoatJson) -> Box<Coat> {
+    Box::new(Coat {
+        weight: json.weight,
+        texture: None,
+        roughness: json.roughness,
+        roughness_texture: None,
+        ior: json.ior.unwrap_or(1.5),
+        tint: json.tint,
+        normal: CoatNormal::OfBase,
+    })
+}
+
+/// What SUNDOG_material says of a sheen.
+pub(super) fn blender_sheen(json: &SheenJson) -> Box<Sheen> {
+    Box::new(Sheen {
+        color: json.tint.map(|c| c * json.weight),
+        color_texture: None,
+        roughness: json.roughness,
+        roughness_texture: None,
+    })
+}
+
 /// What SUNDOG_material says of it.
 pub(super) fn blender_anisotropy(json: &AnisotropyJson) -> Anisotropy {
     Anisotropy::Blender {
@@ -80,7 +220,7 @@ pub(super) fn blender_anisotropy(json: &AnisotropyJson) -> Anisotropy {
 }
 
 /// Highlights more than ten times as long as wide are rendered as those.
-pub(super) fn report_anisotropy(material: &MetallicRoughness, diagnostics: &mut Diagnostics) {
+fn report_anisotropy(material: &MetallicRoughness, diagnostics: &mut Diagnostics) {
     let Some(Anisotropy::Gltf { strength, .. }) = material.anisotropy else {
         return;
     };

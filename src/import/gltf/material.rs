@@ -208,14 +208,8 @@ pub(super) fn load_material(
         })?;
         apply_sundog(&extension, options, &owner, &mut material, diagnostics);
     }
-    if material.anisotropy.is_none()
-        && let Some(extension) = at("/extensions/KHR_materials_anisotropy")
-    {
-        let broken = |problem| ImportError::malformed(&document.file, owner.clone(), problem);
-        let found = layers::anisotropy(extension, &owner, images, diagnostics).map_err(broken)?;
-        material.anisotropy = found;
-        layers::report_anisotropy(&material, diagnostics);
-    }
+    layers::read_khr(&at, &owner, &mut material, images, diagnostics)
+        .map_err(|problem| ImportError::malformed(&document.file, owner.clone(), problem))?;
     report_unrendered(at("/extensions"), &material.name, diagnostics);
     Ok(material)
 }
@@ -236,24 +230,12 @@ fn legal_factor(factor: [f32; 3], name: &str, diagnostics: &mut Diagnostics) -> 
 }
 
 /// Inputs of Blender's Principled BSDF that are not rendered yet, and what is shown in their place.
-const UNRENDERED: [(&str, Effect, &str, &str); 4] = [
+const UNRENDERED: [(&str, Effect, &str, &str); 2] = [
     (
         "subsurface",
         Effect::Subsurface,
         "subsurface scattering",
         "rendered as a diffuse surface",
-    ),
-    (
-        "sheen",
-        Effect::Sheen,
-        "sheen",
-        "rendered without the sheen",
-    ),
-    (
-        "coat",
-        Effect::Coat,
-        "the coat",
-        "rendered without the coat",
     ),
     (
         "thin_film",
@@ -289,6 +271,8 @@ fn apply_sundog(
         .anisotropy
         .as_ref()
         .map(layers::blender_anisotropy);
+    material.coat = extension.coat.as_ref().map(layers::blender_coat);
+    material.sheen = extension.sheen.as_ref().map(layers::blender_sheen);
     if let Some(color) = extension.transparent_color {
         material.transparent_color = color;
     }
@@ -369,6 +353,8 @@ fn report_unrendered(extensions: Option<&Value>, material: &str, diagnostics: &m
     for (name, value) in extensions {
         match name.as_str() {
             "KHR_materials_anisotropy"
+            | "KHR_materials_clearcoat"
+            | "KHR_materials_sheen"
             | "KHR_materials_emissive_strength"
             | "KHR_materials_ior"
             | "KHR_materials_specular"

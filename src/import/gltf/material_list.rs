@@ -9,7 +9,9 @@ use super::shapes::mesh_name;
 use super::textures::Images;
 use crate::import::{ImportError, ImportOptions};
 use crate::scene::graph::TangentKind;
-use crate::scene::{Anisotropy, Diagnostics, Effect, MaterialId, MetallicRoughness, Verdict};
+use crate::scene::{
+    Anisotropy, CoatNormal, Diagnostics, Effect, MaterialId, MetallicRoughness, Verdict,
+};
 
 /// The materials that the scene's meshes use, in file order, and the images that these use.
 pub(super) struct Materials<'a> {
@@ -96,6 +98,11 @@ impl<'a> Materials<'a> {
 /// The set of texture coordinates that a material's tangents follow, and what needs them.
 fn tangents(material: &MetallicRoughness) -> Option<(u32, Effect)> {
     if let Some(normal) = &material.normal_texture {
+        return Some((normal.texture.uv_set, Effect::NormalMaps));
+    }
+    if let Some(coat) = &material.coat
+        && let CoatNormal::Map(normal) = &coat.normal
+    {
         return Some((normal.texture.uv_set, Effect::NormalMaps));
     }
     let set = match material.anisotropy.as_ref()? {

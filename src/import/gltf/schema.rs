@@ -54,6 +54,8 @@ pub(super) struct SundogMaterial {
     pub transparent_color: Option<[f32; 3]>,
     pub edge_tint: Option<bool>,
     pub anisotropy: Option<AnisotropyJson>,
+    pub coat: Option<CoatJson>,
+    pub sheen: Option<SheenJson>,
     /// What is not rendered, and what is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
@@ -69,6 +71,27 @@ pub(super) struct AnisotropyJson {
     pub tangent: TangentJson,
     #[serde(default)]
     pub uv_set: u32,
+}
+
+/// Blender's coat.
+#[derive(Debug, Deserialize)]
+pub(super) struct CoatJson {
+    pub weight: f32,
+    #[serde(default)]
+    pub roughness: f32,
+    pub ior: Option<f32>,
+    #[serde(default = "white")]
+    pub tint: [f32; 3],
+}
+
+/// Blender's sheen.
+#[derive(Debug, Deserialize)]
+pub(super) struct SheenJson {
+    pub weight: f32,
+    #[serde(default)]
+    pub roughness: f32,
+    #[serde(default = "white")]
+    pub tint: [f32; 3],
 }
 
 /// What a tangent follows.

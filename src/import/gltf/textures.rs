@@ -15,8 +15,8 @@ use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::image::{self, Format};
 use crate::scene::{
-    self, Diagnostics, ImageId, MetallicRoughness, NormalTexture, Sampler, Texture, TextureFilter,
-    UvTransform, Verdict, Wrap,
+    self, CoatNormal, Diagnostics, ImageId, MetallicRoughness, NormalTexture, Sampler, Texture,
+    TextureFilter, UvTransform, Verdict, Wrap,
 };
 
 /// The images that materials turned out to need, each once.
@@ -386,6 +386,14 @@ fn renumber(material: &mut MetallicRoughness, places: &[Option<ImageId>]) {
     }
     if shone && material.emission_texture.is_none() {
         material.emission = [0.0; 3];
+    }
+    if let Some(coat) = &mut material.coat
+        && let CoatNormal::Map(normal) = &mut coat.normal
+    {
+        match place(normal.texture.image) {
+            Some(image) => normal.texture.image = image,
+            None => coat.normal = CoatNormal::Smooth,
+        }
     }
     material.normal_texture = material.normal_texture.take().and_then(|normal| {
         let image = place(normal.texture.image)?;

@@ -1,6 +1,6 @@
 //! Graphs without what changes nothing: constants are folded, branches that are not seen are gone.
 
-use super::node::{glossy, math, mix, mix_shader, normal_map, principled};
+use super::node::{LAYERS, glossy, math, mix, mix_shader, normal_map, principled};
 use super::{
     Blend, Facts, Graph, Input, Lane, Link, MathOperation, Node, NodeKind, Range, SocketKind, Unit,
 };
@@ -38,6 +38,7 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
             cut_hidden(graph, (at, edge_tint), &results, &factors);
         }
         cut_tangent(graph, at);
+        cut_layers(graph, at);
         instead[at] = replacement(graph, at, facts);
         let result = graph.result((&results, &taken), at, facts);
         results.push(result);
@@ -93,6 +94,25 @@ fn cut_hidden(
         && !(edge_tint && most(graph, METALLIC) > 0.0)
     {
         cut(graph, SPECULAR_TINT);
+    }
+}
+
+/// A layer that is not there has no images.
+fn cut_layers(graph: &mut Graph, at: usize) {
+    let node = &mut graph.nodes[at];
+    if !matches!(node.kind, NodeKind::PrincipledBsdf { .. }) {
+        return;
+    }
+    for (weight, others) in LAYERS {
+        if node.inputs[weight] == Input::float(0.0) {
+            for &socket in others {
+                let fresh = principled::SOCKETS[socket];
+                node.inputs[socket] = match fresh.kind {
+                    SocketKind::Vector => Input::None,
+                    _ => Input::Value(fresh.default),
+                };
+            }
+        }
     }
 }
 

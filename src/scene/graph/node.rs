@@ -75,6 +75,12 @@ impl Legal {
     /// KHR_materials_ior: 0 stands for a reflectance of 1 at all angles, otherwise at least 1.
     const IOR: Self = Self::within(1.0, LARGEST, 1.5);
 
+    /// An index of refraction of what lies on something.
+    const INDEX: Self = Self {
+        infinite: 1e4,
+        ..Self::within(1.0, 1e4, 1.5)
+    };
+
     /// The nearest legal number.
     pub fn nearest(&self, value: f32) -> f32 {
         if value.is_nan() {
@@ -161,6 +167,14 @@ sockets! {
         TRANSMISSION_WEIGHT: Float "Transmission Weight" = [0.0; 3], Legal::share(0.0);
         EMISSION_COLOR: Color "Emission Color" = [1.0; 3], Legal::positive(0.0);
         EMISSION_STRENGTH: Float "Emission Strength" = [0.0; 3], Legal::positive(0.0);
+        COAT_WEIGHT: Float "Coat Weight" = [0.0; 3], Legal::share(0.0);
+        COAT_ROUGHNESS: Float "Coat Roughness" = [0.03; 3], Legal::share(0.03);
+        COAT_IOR: Float "Coat IOR" = [1.5; 3], Legal::INDEX;
+        COAT_TINT: Color "Coat Tint" = [1.0; 3], Legal::positive(1.0);
+        COAT_NORMAL: Vector "Coat Normal" = [0.0; 3], Legal::ANY;
+        SHEEN_WEIGHT: Float "Sheen Weight" = [0.0; 3], Legal::share(0.0);
+        SHEEN_ROUGHNESS: Float "Sheen Roughness" = [0.5; 3], Legal::share(0.5);
+        SHEEN_TINT: Color "Sheen Tint" = [1.0; 3], Legal::positive(1.0);
     }
 }
 sockets! {
@@ -208,6 +222,23 @@ sockets! {
         B: Shader "Shader" = [0.0; 3], Legal::ANY;
     }
 }
+
+/// Weights of a Principled BSDF's layers, with the sockets that count only where the layer is.
+pub const LAYERS: [(usize, &[usize]); 2] = [
+    (
+        principled::COAT_WEIGHT,
+        &[
+            principled::COAT_ROUGHNESS,
+            principled::COAT_IOR,
+            principled::COAT_TINT,
+            principled::COAT_NORMAL,
+        ],
+    ),
+    (
+        principled::SHEEN_WEIGHT,
+        &[principled::SHEEN_ROUGHNESS, principled::SHEEN_TINT],
+    ),
+];
 
 /// Operations of the Math node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

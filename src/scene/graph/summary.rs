@@ -114,6 +114,10 @@ pub struct Summary {
     pub emission: Vec3,
     /// Some diffuse reflection is rough.
     pub is_rough_diffuse: bool,
+    /// Some of it has a coat.
+    pub is_coated: bool,
+    /// Some of it has a layer of fibres.
+    pub has_sheen: bool,
     /// Some facets spread further one way than across it.
     pub is_anisotropic: bool,
     /// What passes straight on takes a colour.
@@ -149,7 +153,7 @@ fn slot(kind: &NodeKind, socket: usize, unlit: bool) -> Option<Slot> {
             principled::SPECULAR_TINT => Some(Slot::SpecularColor),
             principled::TRANSMISSION_WEIGHT => Some(Slot::Transmission),
             principled::EMISSION_COLOR | principled::EMISSION_STRENGTH => Some(Slot::Emission),
-            principled::NORMAL | principled::TANGENT => None,
+            principled::NORMAL | principled::TANGENT | principled::COAT_NORMAL => None,
             _ => Some(Slot::MetallicRoughness),
         },
         NodeKind::DiffuseBsdf if socket == diffuse::COLOR => Some(Slot::BaseColor),
@@ -275,6 +279,8 @@ impl Graph {
             glossy: Vec::new(),
             emission: Vec3::ZERO,
             is_rough_diffuse: false,
+            is_coated: false,
+            has_sheen: false,
             is_anisotropic: self.nodes.iter().any(super::Node::is_anisotropic),
             is_tinted: false,
             unlit: self.is_unlit(),
@@ -293,6 +299,8 @@ impl Graph {
                     let level = range(principled::SPECULAR_IOR_LEVEL).number();
                     summary.is_rough_diffuse |=
                         range(principled::DIFFUSE_ROUGHNESS).number().1 > 0.0;
+                    summary.is_coated |= range(principled::COAT_WEIGHT).number().1 > 0.0;
+                    summary.has_sheen |= range(principled::SHEEN_WEIGHT).number().1 > 0.0;
                     summary.principled.push(PrincipledSummary {
                         base_color: color(principled::BASE_COLOR),
                         metallic: range(principled::METALLIC).number(),

@@ -7,6 +7,8 @@ pub mod diffuse;
 pub mod glass;
 pub mod microfacet;
 pub mod rough_diffuse;
+pub mod sheen;
+mod sheen_table;
 pub mod sheet;
 
 #[cfg(test)]
@@ -16,6 +18,7 @@ pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use microfacet::{Facets, Reflection};
 pub use rough_diffuse::RoughDiffuse;
+pub use sheen::Sheen;
 pub use sheet::Sheet;
 
 use super::Scattering;
@@ -99,6 +102,8 @@ pub enum Lobe {
     Glass(Glass),
     /// A thin transmitting sheet.
     Sheet(Sheet),
+    /// A layer of fibres.
+    Sheen(Sheen),
 }
 
 impl Lobe {
@@ -114,6 +119,7 @@ impl Lobe {
             Self::Diffuse(l) if !transmitted => l.evaluate((smooth, l.normal != smooth), wi),
             Self::RoughDiffuse(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Reflection(l) if !transmitted => l.evaluate(smooth, wi),
+            Self::Sheen(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Glass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::Sheet(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             _ => LobeValue::ZERO,
@@ -132,6 +138,7 @@ impl Lobe {
             Self::Diffuse(l) => l.sample(smooth, u),
             Self::RoughDiffuse(l) => l.sample(smooth, u),
             Self::Reflection(l) => l.sample(smooth, u),
+            Self::Sheen(l) => l.sample(smooth, u),
             Self::Glass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::Sheet(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             _ => None,
@@ -141,7 +148,10 @@ impl Lobe {
     /// The kind of what the lobe does on the viewer's side.
     #[inline]
     pub fn is_diffuse(&self) -> bool {
-        matches!(self, Self::Diffuse(_) | Self::RoughDiffuse(_))
+        matches!(
+            self,
+            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Sheen(_)
+        )
     }
 
     /// What a sample of the lobe did to its path.
@@ -149,7 +159,7 @@ impl Lobe {
     pub fn scattering(&self, transmitted: bool) -> Scattering {
         match self {
             _ if transmitted => Scattering::Transmission,
-            Self::Diffuse(_) | Self::RoughDiffuse(_) => Scattering::Diffuse,
+            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Sheen(_) => Scattering::Diffuse,
             _ => Scattering::Glossy,
         }
     }
@@ -158,7 +168,7 @@ impl Lobe {
     #[inline]
     pub fn is_delta(&self) -> bool {
         match self {
-            Self::Diffuse(_) | Self::RoughDiffuse(_) => false,
+            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Sheen(_) => false,
             Self::Reflection(l) => l.facets.is_smooth(),
             Self::Glass(l) => l.facets.is_smooth(),
             Self::Sheet(l) => l.facets.is_smooth(),
@@ -183,6 +193,7 @@ impl Lobe {
         match self {
             Self::Diffuse(l) => l.normal,
             Self::RoughDiffuse(l) => l.normal,
+            Self::Sheen(l) => l.normal(),
             Self::Reflection(l) => l.facets.normal(),
             Self::Glass(l) => l.facets.normal(),
             Self::Sheet(l) => l.facets.normal(),
@@ -192,10 +203,33 @@ impl Lobe {
     /// Share of the albedo that is reflected, and that goes through; both without tint if `albedo` is.
     pub fn colors(&self, albedo: Vec3) -> [Vec3; 2] {
         match self {
-            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Reflection(_) => [albedo, Vec3::ZERO],
+            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Reflection(_) | Self::Sheen(_) => {
+                [albedo, Vec3::ZERO]
+            }
             Self::Glass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::Sheet(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
         }
+    }
+
+    /// The same lobe with another weight.
+    #[must_use]
+    pub fn scaled(mut self, by: Vec3) -> Self {
+        match &mut self {
+            Self::Diffuse(l) => l.color *= by,
+            Self::RoughDiffuse(l) => l.weight *= by,
+            Self::Reflection(l) => l.weight *= by,
+            Self::Glass(Glass {
+                weight, reflected, ..
+            })
+            | Self::Sheet(Sheet {
+                weight, reflected, ..
+            }) => {
+                *weight *= by;
+                *reflected *= by;
+            }
+            Self::Sheen(l) => *l = l.scaled(by),
+        }
+        self
     }
 
     /// Bound of the value over the density of samples, each choice by its probability.
@@ -203,6 +237,7 @@ impl Lobe {
         match self {
             Self::Diffuse(l) => l.color.max_element(),
             Self::RoughDiffuse(l) => l.max_sample_weight(),
+            Self::Sheen(l) => l.albedo().max_element(),
             Self::Reflection(l) => l.weight.max_element(),
             // The choice is by the mean of the channels, of which each is at most three times the mean.
             Self::Glass(l) => 3.0 * l.weight.max(l.reflected).max_element(),

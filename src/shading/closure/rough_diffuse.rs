@@ -14,7 +14,7 @@ pub const LEAST_ROUGHNESS: f32 = 1e-5;
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDiffuse {
     /// Weight of the lobe.
-    weight: Vec3,
+    pub(super) weight: Vec3,
     /// Albedo of the grooves.
     color: Vec3,
     /// The lobe's own normal.

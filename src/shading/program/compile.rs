@@ -1,6 +1,8 @@
 //! From graphs to programs.
 
-use super::{Opacity, Operand, Operation, Program, Programs, Root, Shader, Weighted};
+use super::{
+    CoatRoots, LayerRoots, Opacity, Operand, Operation, Program, Programs, Root, Shader, Weighted,
+};
 use crate::scene::graph::node::{
     diffuse, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, tangent,
     transparent,
@@ -452,6 +454,27 @@ fn tangent_of<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, socket: usiz
         .then(|| root(compiler.operand(node.inputs[socket])))
 }
 
+/// What lies over a Principled BSDF.
+fn layers<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Box<LayerRoots>> {
+    use principled::{
+        COAT_IOR, COAT_NORMAL, COAT_ROUGHNESS, COAT_TINT, COAT_WEIGHT, SHEEN_ROUGHNESS, SHEEN_TINT,
+        SHEEN_WEIGHT,
+    };
+    let inputs = &compiler.graph.nodes[at].inputs;
+    let is_there = |weight: usize| inputs[weight] != Input::float(0.0);
+    let (coated, has_fibres) = (is_there(COAT_WEIGHT), is_there(SHEEN_WEIGHT));
+    let mut value = |socket: usize| root(compiler.operand(inputs[socket]));
+    let coat = coated.then(|| CoatRoots {
+        weight: value(COAT_WEIGHT),
+        roughness: value(COAT_ROUGHNESS),
+        ior: value(COAT_IOR),
+        tint: value(COAT_TINT),
+        normal: (inputs[COAT_NORMAL] != Input::None).then(|| value(COAT_NORMAL)),
+    });
+    let fibres = has_fibres.then(|| [SHEEN_WEIGHT, SHEEN_ROUGHNESS, SHEEN_TINT].map(&mut value));
+    (coated || has_fibres).then(|| Box::new(LayerRoots { coat, fibres }))
+}
+
 fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader> {
     let node = &compiler.graph.nodes[at];
     let tangent = match node.kind {
@@ -473,11 +496,13 @@ fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader
                 .map(|socket| (socket, value(socket)))
                 .collect();
             let base = known(compiler.graph, at);
+            let layers = layers(compiler, at);
             Shader::Principled {
                 base,
                 linked,
                 normal,
                 tangent,
+                layers,
             }
         }
         NodeKind::DiffuseBsdf => Shader::Diffuse {
@@ -506,10 +531,12 @@ fn roots_of(weighted: &mut Weighted) -> Vec<&mut Root> {
             linked,
             normal,
             tangent,
+            layers,
             ..
         } => {
             roots.extend(linked.iter_mut().map(|(_, root)| root));
             roots.extend(normal.iter_mut().chain(tangent));
+            roots.extend(layers.iter_mut().flat_map(|layers| layers.roots()));
         }
         Shader::Diffuse {
             color,

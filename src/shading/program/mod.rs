@@ -134,6 +134,12 @@ impl Program {
         self.operations.is_empty()
     }
 
+    /// Whether it has a normal map.
+    pub fn has_normal_map(&self) -> bool {
+        let is = |o: &Operation| matches!(o, Operation::NormalMap { .. });
+        self.operations.iter().any(is)
+    }
+
     /// Whether it reads a tangent of some kind.
     pub fn reads_tangent(&self, kind: TangentKind) -> bool {
         let is = |o: &Operation| matches!(o, Operation::Tangent { kind: of, .. } if *of == kind);
@@ -300,6 +306,8 @@ pub enum Shader {
         normal: Option<Root>,
         /// The tangent, if it is anisotropic.
         tangent: Option<Root>,
+        /// What lies over it.
+        layers: Option<Box<LayerRoots>>,
     },
     /// A Diffuse BSDF.
     Diffuse {
@@ -327,6 +335,47 @@ pub enum Shader {
         /// With the energy of multiple scattering.
         compensated: bool,
     },
+}
+
+/// The sockets of a coat.
+#[derive(Clone, Debug)]
+pub struct CoatRoots {
+    /// Its share.
+    pub weight: Root,
+    /// Roughness.
+    pub roughness: Root,
+    /// Index of refraction.
+    pub ior: Root,
+    /// Colour.
+    pub tint: Root,
+    /// Its own normal map, if it has one.
+    pub normal: Option<Root>,
+}
+
+/// What lies over a Principled BSDF's base.
+#[derive(Clone, Debug)]
+pub struct LayerRoots {
+    /// The coat.
+    pub coat: Option<CoatRoots>,
+    /// Weight, roughness and tint of the fibres.
+    pub fibres: Option<[Root; 3]>,
+}
+
+impl LayerRoots {
+    /// All of them.
+    fn roots(&mut self) -> impl Iterator<Item = &mut Root> {
+        let coat = self.coat.iter_mut().flat_map(|coat| {
+            let CoatRoots {
+                weight,
+                roughness,
+                ior,
+                tint,
+                normal,
+            } = coat;
+            [weight, roughness, ior, tint].into_iter().chain(normal)
+        });
+        coat.chain(self.fibres.iter_mut().flatten())
+    }
 }
 
 /// A shader and its share of the surface.

@@ -219,6 +219,8 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         diffuse_roughness: 0.0,
         edge_tint: false,
         anisotropy: None,
+        coat: None,
+        sheen: None,
         double_sided: is(of, "double_sided"),
         unlit: is(of, "unlit"),
     }

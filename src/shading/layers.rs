@@ -1,0 +1,161 @@
+//! What lies over a Principled BSDF's base: sheen, and below it a coat. Each leaves to what is below what it does not reflect.
+
+use super::bsdf::Bsdf;
+use super::closure::{BsdfFeatures, Facets, Lobe, Reflection, Sheen};
+use super::dielectrics::Dielectrics;
+use super::fresnel::{self, Fresnel};
+use super::ggx::Alpha;
+use super::principled::Principled;
+use super::tables::{LutCoordinate, Reflection as Albedos};
+use crate::math::sqr;
+use glam::Vec3;
+
+/// A clear coat at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Coat<'a> {
+    /// Its share.
+    pub weight: f32,
+    /// Perceptual roughness.
+    pub roughness: f32,
+    /// Index of refraction, at least 1.
+    pub ior: f32,
+    /// Colour of what goes through it straight.
+    pub tint: Vec3,
+    /// Its own normal.
+    pub normal: Vec3,
+    /// Tables of its interface.
+    pub tables: &'a Dielectrics,
+}
+
+/// Fibres at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Fibres {
+    /// Their share.
+    pub weight: f32,
+    /// Perceptual roughness.
+    pub roughness: f32,
+    /// Colour.
+    pub tint: Vec3,
+}
+
+/// What lies over the base at a point.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Layers<'a> {
+    /// The clear coat.
+    pub coat: Option<Coat<'a>>,
+    /// The fibres above it.
+    pub fibres: Option<Fibres>,
+}
+
+/// Layers of less weight are not there, as in Cycles.
+const LEAST_WEIGHT: f32 = 1e-5;
+
+impl<K: BsdfFeatures> Bsdf<K> {
+    /// Adds the lobes of a Principled BSDF with layers.
+    #[cold]
+    #[inline(never)]
+    pub fn add_layered(
+        &mut self,
+        weight: f32,
+        (p, layers): (&Principled, &Layers<'_>),
+        tables: &Dielectrics,
+        (normal, tangent): (Vec3, Option<Vec3>),
+    ) {
+        let coat = layers.coat.as_ref().filter(|c| c.weight > LEAST_WEIGHT);
+        let fibres = layers.fibres.filter(|f| f.weight > LEAST_WEIGHT);
+        let mut rest = weight;
+        if let Some(fibres) = fibres {
+            let normal = match coat {
+                Some(coat) => normal.lerp(coat.normal, coat.weight.min(1.0)).normalize(),
+                None => normal,
+            };
+            rest *= self.add_fibres(rest, fibres, normal);
+        }
+        let Some(coat) = coat else {
+            self.add_principled(rest, p, tables, (normal, tangent));
+            return;
+        };
+        let cos;
+        (rest, cos) = self.add_coat(rest, coat);
+        if rest <= 0.0 {
+            return;
+        }
+        let tint = through(coat, cos);
+        if tint == Vec3::ONE {
+            self.add_principled(rest, p, tables, (normal, tangent));
+            return;
+        }
+        let changes = self.changes();
+        let mut below = Self::new(*self.normals(), self.wo(), self.is_inside(), changes);
+        below.add_principled(rest, p, tables, (normal, tangent));
+        self.add_all(&below, tint);
+    }
+
+    /// Adds fibres; the share of what is left to what lies below.
+    fn add_fibres(&mut self, weight: f32, fibres: Fibres, normal: Vec3) -> f32 {
+        let color = fibres.tint * fibres.weight;
+        let Some(lobe) = Sheen::new(color * weight, fibres.roughness, normal, self.wo()) else {
+            return 1.0;
+        };
+        self.add(Lobe::Sheen(lobe), lobe.albedo());
+        (1.0 - lobe.albedo().max_element() / weight).max(0.0)
+    }
+
+    /// Adds the coat; what is left to what lies below, and the cosine of the view to it.
+    fn add_coat(&mut self, weight: f32, coat: &Coat<'_>) -> (f32, f32) {
+        let roughness = self.roughened(coat.roughness);
+        let alpha = Alpha::isotropic(sqr(roughness));
+        let facets = Facets::new(self.normals(), coat.normal, None, self.wo(), alpha);
+        let cos = facets.cos();
+        if !self.keeps_reflections() || cos <= 0.0 || coat.ior <= 1.0 {
+            return (weight, cos);
+        }
+        let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, roughness));
+        let f0 = fresnel::f0_from_ior(coat.ior);
+        let (effective_cosine, average_blend) = coat.tables.layer(1.0, cos, place);
+        let reflectance = fresnel::dielectric(effective_cosine, coat.ior).reflectance;
+        let average = Vec3::splat(f0 + (1.0 - f0) * average_blend);
+        let (gain, single) = match place.map(Albedos::at) {
+            Some(albedos) => (albedos.compensation(average), albedos.directional),
+            None => (Vec3::ONE, 1.0),
+        };
+        let share = weight * coat.weight;
+        let albedo = gain * (single * reflectance);
+        let fresnel = Fresnel::Dielectric {
+            f0: Vec3::splat(f0),
+            eta: coat.ior,
+            true_f0: f0,
+        };
+        self.add(
+            Lobe::Reflection(Reflection {
+                weight: gain * share,
+                facets,
+                fresnel,
+            }),
+            albedo * share,
+        );
+        let left = 1.0 - coat.weight * albedo.max_element();
+        (weight * left.max(0.0), cos)
+    }
+
+    /// Adds the lobes of another BSDF, times a colour.
+    fn add_all(&mut self, other: &Self, tint: Vec3) {
+        let lambert = other.lambert();
+        if lambert.color != Vec3::ZERO {
+            self.add_lambert(lambert.color * tint, lambert.normal);
+        }
+        for (lobe, albedo) in other.lobes() {
+            self.add(lobe.scaled(tint), albedo * tint);
+        }
+    }
+}
+
+/// The colour of what goes through the coat to the viewer: by its way in it, as Cycles has it.
+fn through(coat: &Coat<'_>, cos: f32) -> Vec3 {
+    if coat.tint == Vec3::ONE {
+        return Vec3::ONE;
+    }
+    let sine = (1.0 - sqr(cos)).max(0.0) / sqr(coat.ior.max(1.0));
+    let way = 1.0 / (1.0 - sine).sqrt().max(1e-6);
+    Vec3::ONE.lerp(coat.tint.powf(way), coat.weight)
+}
