@@ -492,7 +492,7 @@ mod tests {
         for i in 0..5 {
             let (code, material) = ("any", Subject::Material(format!("Paint {i}")));
             told.report_effect(
-                Effect::Coat,
+                Effect::ThinFilm,
                 code,
                 Verdict::Lost,
                 "words",
@@ -510,7 +510,7 @@ mod tests {
             "rendered",
         );
         let set = EffectReport::of(&Scene::default(), &RequestedSettings::default(), &[], &told);
-        let coat = &set.findings[Effect::Coat as usize];
+        let coat = &set.findings[Effect::ThinFilm as usize];
         assert_eq!((coat.state, coat.count), (State::Unsupported, 5));
         let first = &coat.because_of[0];
         assert_eq!(
