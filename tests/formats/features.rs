@@ -1251,7 +1251,7 @@ fn a_material_of_blender_goes_beyond_gltf() {
             "KHR_materials_specular": { "specularFactor": 1.0 },
             "KHR_materials_transmission": { "transmissionFactor": 1.0 },
             "SUNDOG_material": { "base_color": [1.5, 0.5, 0.0], "specular": 1.8, "thin_walled": false,
-                "coat": { "weight": 1 }, "sheen": {} }
+                "thin_film": { "thickness": 1 }, "subsurface": {} }
         }
     }]);
     let imported = file.load();

@@ -76,6 +76,7 @@ pub(super) struct AnisotropyJson {
 /// Blender's coat.
 #[derive(Debug, Deserialize)]
 pub(super) struct CoatJson {
+    #[serde(default)]
     pub weight: f32,
     #[serde(default)]
     pub roughness: f32,
@@ -87,6 +88,7 @@ pub(super) struct CoatJson {
 /// Blender's sheen.
 #[derive(Debug, Deserialize)]
 pub(super) struct SheenJson {
+    #[serde(default)]
     pub weight: f32,
     #[serde(default)]
     pub roughness: f32,

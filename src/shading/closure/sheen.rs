@@ -41,9 +41,12 @@ impl Sheen {
         let (cos, roughness) = (cell(normal.dot(wo)), cell(roughness.clamp(1e-3, 1.0)));
         let albedo = read(&ALBEDO, cos, roughness);
         let (a, b) = (read(&A, cos, roughness), read(&B, cos, roughness));
+        // Twice, as the first difference cancels where the view is near to the normal.
+        let tangent = wo - normal * normal.dot(wo);
+        let tangent = tangent - normal * normal.dot(tangent);
         (a.abs() >= 1e-5 && albedo >= 1e-5).then(|| Self {
             weight: weight * albedo,
-            frame: Frame::from_normal_and_tangent(normal, wo),
+            frame: Frame::from_normal_and_tangent(normal, tangent),
             a,
             b,
         })
@@ -86,7 +89,7 @@ impl Sheen {
     pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
         let cosine = warp::cosine_hemisphere(u);
         let local = Vec3::new(cosine.x - cosine.z * self.b, cosine.y, cosine.z * self.a);
-        let wi = self.frame.to_world(local.try_normalize()?);
+        let wi = self.frame.to_world(local).try_normalize()?;
         let of = self.evaluate(smooth, wi);
         (of.pdf > 0.0).then_some(LobeSample {
             wi,
