@@ -161,7 +161,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
             None => roughness,
         };
         let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, mean));
-        let albedos = place.map(Albedos::at);
+        // Solid glass has a table of its own.
+        let is_solid =
+            K::TRANSMISSION && p.metallic <= 0.0 && p.transmission >= 1.0 && !p.thin_walled;
+        let albedos = place.filter(|_| !is_solid).map(Albedos::at);
         let compensation =
             |f_average: Vec3| albedos.map_or(Vec3::ONE, |r| r.compensation(f_average));
         let single_scattering = || albedos.map_or(1.0, |r| r.directional);
@@ -193,7 +196,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
             let single = if p.thin_walled {
                 single_scattering()
             } else {
-                let place = place.map(|_| LutCoordinate::new(cos, roughness));
+                let place = match tangent {
+                    Some(_) => place.map(|_| LutCoordinate::new(cos, roughness)),
+                    None => place,
+                };
                 let solid = tables.solid.as_ref().zip(place);
                 solid.map_or(1.0, |(t, at)| t.both(at, self.is_inside()))
             };
