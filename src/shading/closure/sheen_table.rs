@@ -2,6 +2,11 @@
 //! Cosines*, 2022, with its published table of the volume (github.com/tizian/ltc-sheen, `ltc_table_sheen_volume`), rounded to
 //! five digits.
 
+#![expect(
+    clippy::approx_constant,
+    reason = "a fitted number that happens to be near ln 2"
+)]
+
 /// Points over the cosine of the view, and over the roughness.
 pub const SIZE: usize = 32;
 
