@@ -27,6 +27,7 @@ fn square() -> Scene {
         colors: Some(vec![[1.0; 4]; 4]),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         material: Some(MaterialId(0)),
+        ..Mesh::default()
     };
     let camera = Camera {
         name: "camera".into(),
@@ -56,12 +57,14 @@ fn placed(at: DVec3) -> Instance {
         world_from_object: DAffine3::from_translation(at),
         visibility: Visibility::ALL,
         holdout: false,
+        info: Default::default(),
     }
 }
 
 fn prepared(scene: &Scene, uv_pass: bool) -> World {
     let options = Options {
         camera: &scene.cameras[0],
+        rows: 4,
         aspect: 1.0,
         effects: ALL,
         threads: Some(1),

@@ -58,6 +58,7 @@ fn instance(x: f64) -> Instance {
         world_from_object: DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)),
         visibility: Visibility::ALL,
         holdout: false,
+        info: Default::default(),
     }
 }
 

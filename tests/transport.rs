@@ -137,7 +137,7 @@ fn no_light_leaks_into_a_closed_room_of_any_scale_or_place() {
 fn no_ray_hits_the_triangle_that_it_leaves() {
     use sundog::math::{Frame, float::ray_origin, warp};
     use sundog::sampler::{Dimension, Sequence};
-    use sundog::world::{Options, World};
+    use sundog::world::{Asking, Options, World};
     for (scale, center) in [
         (1e-4, DVec3::ZERO),
         (1.0, DVec3::ZERO),
@@ -147,6 +147,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
         let scene = closed_room(scale, center);
         let options = Options {
             camera: &scene.cameras[0],
+            rows: 48,
             aspect: 1.0,
             effects: enumset::EnumSet::empty(),
             threads: Some(1),
@@ -178,7 +179,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 let id = (hit.instance, hit.geometry, hit.primitive);
                 self_hits += u32::from(last == Some(id));
                 last = Some(id);
-                let surface = world.surface::<Matte>(&hit, origin, direction);
+                let surface = world.surface::<Matte>(&hit, origin, Asking::along(direction));
                 let n = surface.normals.geometric;
                 direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(
                     sampler.pair(Dimension::Bsdf, bounce),

@@ -42,6 +42,7 @@ fn add(scene: &mut Scene, name: &str, material: u32, place: DAffine3, quads: &[[
         world_from_object: place,
         visibility: Visibility::ALL,
         holdout: false,
+        info: Default::default(),
     });
 }
 

@@ -54,6 +54,7 @@ fn world(scene: &Scene, effects: EnumSet<Effect>) -> Outcome<World> {
     let camera = scene.cameras.first().ok_or("the scene has no camera")?;
     let options = Options {
         camera,
+        rows: 48,
         aspect: 1.0,
         effects,
         threads: Some(1),

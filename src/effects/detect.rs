@@ -234,7 +234,7 @@ impl Findings {
         for slot in Slot::ALL {
             add(slot.effect(), m.graph.has_texture(slot));
         }
-        let bumpy = m.graph.normal_map_strengths().any(|s| s != 0.0);
+        let bumpy = m.graph.bends_normals();
         let summary = m.summary();
         add(Effect::NormalMaps, bumpy);
         add(Effect::MeshLights, summary.emits());

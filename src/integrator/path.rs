@@ -15,7 +15,7 @@ use crate::math::average;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit, ray_origin};
 use crate::sampler::{Dimension, Sampler, hashed};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
-use crate::world::{Hit, Intersection, Passage, RayKind, Source, Surface, World};
+use crate::world::{Asking, Hit, Intersection, Passage, RayKind, Source, Surface, World};
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
 
@@ -153,7 +153,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
     let mut found = Found::default();
     while walk.next_surface(&mut found) {
-        let mut surface = world.surface::<E>(&found.hit, walk.origin, walk.direction);
+        let mut surface = world.surface::<E>(&found.hit, walk.origin, walk.asking(&found.hit));
         walk.arrive(&found, &mut surface);
         walk.add_emission(&found, &surface);
         let Some(parameters) = walk.goes_on(&surface) else {
@@ -232,6 +232,17 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         }
     }
 
+    /// The ray, as programs at what it meets may ask about it.
+    #[inline(always)]
+    fn asking(&self, hit: &Hit) -> Asking {
+        Asking {
+            direction: self.direction,
+            distance: hit.distance,
+            kind: self.beside.previous.kind.bit(),
+            depth: self.bounce,
+        }
+    }
+
     /// The path ends, for a reason. The path without a recorder has no code for it.
     #[inline(always)]
     fn end(&mut self, why: End) {
@@ -250,7 +261,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 return true;
             }
             let left = self.settings.transparent_left(self.passed);
-            let ray = (self.origin, self.direction);
+            let ray = (self.origin, self.asking(&found.hit));
             let place = (self.sampler, self.bounce, self.passed);
             match tinted::<E>(self.world, &found.hit, ray, place) {
                 Tinted::Stops(weight) => {
@@ -606,10 +617,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 fn tinted<E: Features>(
     world: &World,
     hit: &Hit,
-    (origin, direction): (Vec3, Vec3),
+    (origin, asking): (Vec3, Asking),
     (sampler, bounce, passed): (&Sampler, u32, u32),
 ) -> Tinted {
-    let Some((passes, rest)) = world.tint(hit) else {
+    let Some((passes, rest)) = world.tint(hit, asking) else {
         return Tinted::Stops(Vec3::ONE);
     };
     let share = average(passes);
@@ -622,7 +633,7 @@ fn tinted<E: Features>(
     if hashed(key.wrapping_add(passed), hit.primitive, hit.object()) >= p {
         return Tinted::Stops(Vec3::splat(rest / (1.0 - p)));
     }
-    let surface = world.surface::<E>(hit, origin, direction);
+    let surface = world.surface::<E>(hit, origin, asking);
     let normal = surface.normals.geometric;
     Tinted::Passes(passes / p, ray_origin(surface.point, -normal))
 }

@@ -1,4 +1,5 @@
-//! Blender's procedural texture nodes as pure functions of their sockets.
+//! What Blender's nodes compute: pure functions of their sockets, which know neither graphs nor surfaces.
+//! Vectors are in Blender's axes; colours are linear in the scene's space.
 //!
 //! Each file is one node, or what several of them share: its settings are enums by Blender's own identifiers, its inputs
 //! are the node's sockets by name, with Blender's defaults. The values are those of Cycles 5.2 within rounding: hashes,
@@ -36,14 +37,21 @@ macro_rules! choice {
 
 pub mod brick;
 pub mod checker;
+pub mod color;
+pub mod curve;
 mod fractal;
 pub mod gabor;
 pub mod gradient;
 mod hash;
 mod lanes;
 pub mod magic;
+pub mod math;
+pub mod mix;
 pub mod noise;
 mod perlin;
+pub mod range;
+pub mod vector;
+pub mod vector_math;
 pub mod voronoi;
 pub mod wave;
 pub mod white_noise;

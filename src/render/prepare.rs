@@ -51,6 +51,7 @@ struct MadeFor {
 struct Wanted<'a> {
     camera: &'a Camera,
     aspect: f64,
+    rows: u32,
     called_for: EnumSet<Effect>,
     effects: EnumSet<Effect>,
     made_for: MadeFor,
@@ -79,6 +80,7 @@ impl<'a> Wanted<'a> {
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
         Ok(Self {
             camera,
+            rows: settings.height,
             aspect: f64::from(settings.width) / f64::from(settings.height)
                 * camera.pixel_aspect(&scene.render),
             called_for,
@@ -109,6 +111,7 @@ impl<'a> Wanted<'a> {
         Options {
             camera: self.camera,
             aspect: self.aspect,
+            rows: self.rows,
             // What the list leaves out is left out of the world, not only of the kernel.
             effects: self.effects,
             threads: Some(threads),
@@ -363,6 +366,7 @@ mod tests {
             world_from_object: glam::DAffine3::IDENTITY,
             visibility: Visibility::ALL,
             holdout: false,
+            info: Default::default(),
         };
         let mut scene = Scene {
             meshes: vec![Mesh {

@@ -1,6 +1,6 @@
 //! A number that stands for a scene's content, so that a picture can say what it shows.
 
-use super::{Pixels, Scene, Visibility};
+use super::{ObjectInfo, Pixels, Scene, TextureSpace, Visibility};
 use crate::math::primaries::WorkingSpace;
 use sha2::{Digest, Sha256};
 
@@ -45,6 +45,15 @@ pub fn fingerprint(scene: &Scene) -> String {
                 .map(bytemuck::cast_slice)
                 .unwrap_or_default(),
         );
+        for values in &mesh.attributes {
+            block("attribute", bytemuck::cast_slice(values));
+        }
+        if mesh.texture_space != TextureSpace::default() {
+            block(
+                "texture space",
+                format!("{:?}", mesh.texture_space).as_bytes(),
+            );
+        }
         block("triangles", bytemuck::cast_slice(&mesh.triangles));
         block("material", format!("{:?}", mesh.material).as_bytes());
     }
@@ -57,6 +66,9 @@ pub fn fingerprint(scene: &Scene) -> String {
         if (instance.visibility, instance.holdout) != (Visibility::ALL, false) {
             let seen = [instance.visibility.bits(), u32::from(instance.holdout)];
             block("seen", bytemuck::cast_slice(&seen));
+        }
+        if instance.info != ObjectInfo::default() {
+            block("info", format!("{:?}", instance.info).as_bytes());
         }
     }
     for image in &scene.images {
@@ -104,6 +116,7 @@ mod tests {
                 world_from_object: DAffine3::IDENTITY,
                 visibility: Visibility::ALL,
                 holdout: false,
+                info: Default::default(),
             }],
             ..Scene::default()
         }

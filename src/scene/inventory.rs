@@ -370,6 +370,11 @@ impl Scene {
                         .map(|uvs| size_of_val(uvs.as_slice()))
                         .sum::<usize>()
                     + mesh.colors.as_deref().map_or(0, size_of_val)
+                    + mesh
+                        .attributes
+                        .iter()
+                        .map(|v| size_of_val(&v[..]))
+                        .sum::<usize>()
                     + size_of_val(mesh.triangles.as_slice())
             })
             .sum();

@@ -5,7 +5,8 @@ use super::graph::node::{
     transparent,
 };
 use super::graph::{
-    Blend, Distribution, Graph, Input, Link, MathOperation, Node, NodeKind, TangentKind,
+    Blend, Distribution, Graph, ImageProjection, Input, Link, MathOperation, Node, NodeKind,
+    NormalSpace, TangentKind,
 };
 use super::{ImageUse, Material, Texture};
 
@@ -109,6 +110,18 @@ impl Default for MetallicRoughness {
 }
 
 impl MetallicRoughness {
+    /// The material, of a graph instead of its own where there is one.
+    pub fn with_graph(self, graph: Option<Graph>) -> Material {
+        match graph {
+            None => self.into(),
+            Some(graph) => Material {
+                name: self.name,
+                graph,
+                double_sided: self.double_sided,
+            },
+        }
+    }
+
     /// All textures but the normal map.
     pub fn textures_mut(&mut self) -> Vec<&mut Option<Texture>> {
         let mut all = vec![
@@ -236,8 +249,11 @@ struct Builder(Graph);
 impl Builder {
     fn image(&mut self, texture: &Texture, usage: ImageUse) -> Link {
         let texture = texture.clone();
-        self.0
-            .add(Node::new(NodeKind::ImageTexture { texture, usage }))
+        self.0.add(Node::new(NodeKind::ImageTexture {
+            texture,
+            usage,
+            projection: ImageProjection::Flat,
+        }))
     }
 
     fn channel(&mut self, texture: &Texture, output: u8) -> Link {
@@ -346,7 +362,9 @@ impl Builder {
 
     fn normal_map(&mut self, normal: &NormalTexture) -> Link {
         let image = self.image(&normal.texture, ImageUse::Data);
-        let map = Node::new(NodeKind::NormalMap).with(normal_map::STRENGTH, normal.scale);
+        let space = NormalSpace::Gltf;
+        let map = Node::new(NodeKind::NormalMap { space });
+        let map = map.with(normal_map::STRENGTH, normal.scale);
         self.0.add(map.with(normal_map::COLOR, image))
     }
 

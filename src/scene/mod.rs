@@ -98,10 +98,67 @@ pub struct Mesh {
     pub uvs: Vec<Vec<[f32; 2]>>,
     /// Linear vertex colour with alpha (COLOR_0); multiplies base colour and alpha.
     pub colors: Option<Vec<[f32; 4]>>,
+    /// What shader graphs ask for beside these, by its numbers; RGBA or XYZ.
+    pub attributes: Vec<Vec<[f32; 4]>>,
+    /// Where the mesh lies in its own texture coordinates ("Generated").
+    pub texture_space: TextureSpace,
     /// Corner indices, each below `positions.len()`.
     pub triangles: Vec<[u32; 3]>,
     /// The material of all triangles; `None` is the file format's default material.
     pub material: Option<MaterialId>,
+}
+
+/// A box in a mesh's own (Blender's) axes, across which its "Generated" coordinates go from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureSpace {
+    /// Its middle.
+    pub location: [f32; 3],
+    /// Half of its extents.
+    pub size: [f32; 3],
+}
+
+impl TextureSpace {
+    /// The box around some points, as Blender's own automatic one.
+    pub fn around(points: &[[f32; 3]]) -> Self {
+        let points = || points.iter().map(|p| glam::Vec3::from(*p));
+        let low = points().fold(glam::Vec3::INFINITY, glam::Vec3::min);
+        let high = points().fold(glam::Vec3::NEG_INFINITY, glam::Vec3::max);
+        Self {
+            location: (0.5 * (low + high)).to_array(),
+            size: (0.5 * (high - low)).to_array(),
+        }
+    }
+}
+
+impl Default for TextureSpace {
+    /// From −1 to 1, as that of Blender's new cube.
+    fn default() -> Self {
+        Self {
+            location: [0.0; 3],
+            size: [1.0; 3],
+        }
+    }
+}
+
+/// What Blender's Object Info node says of an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectInfo {
+    /// Its colour and opacity in the viewport.
+    pub color: [f32; 4],
+    /// Its pass index.
+    pub index: f32,
+    /// A number of its own, 0 to 1.
+    pub random: f32,
+}
+
+impl Default for ObjectInfo {
+    fn default() -> Self {
+        Self {
+            color: [1.0; 4],
+            index: 0.0,
+            random: 0.0,
+        }
+    }
 }
 
 /// A mesh placed in the world.
@@ -117,6 +174,8 @@ pub struct Instance {
     pub visibility: Visibility,
     /// Where the camera sees it the picture is empty.
     pub holdout: bool,
+    /// What shader graphs may ask about it.
+    pub info: ObjectInfo,
 }
 
 /// A decoded image. Rows from top to bottom, pixels interleaved.

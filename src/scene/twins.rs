@@ -218,6 +218,7 @@ mod tests {
             world_from_object: DAffine3::from_translation(DVec3::X * x),
             visibility,
             holdout: false,
+            info: Default::default(),
         };
         let all = Visibility::ALL;
         let mut scene = Scene {

@@ -418,6 +418,10 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
         && fits(mesh.tangents.as_ref().map(Vec::len))
         && fits(mesh.radial.as_ref().map(Vec::len))
         && fits(mesh.colors.as_ref().map(Vec::len))
+        && mesh
+            .attributes
+            .iter()
+            .all(|values| fits(Some(values.len())))
         && mesh.uvs.iter().all(|set| fits(Some(set.len())));
     if !lengths_match {
         diagnostics.report(
@@ -477,6 +481,13 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
         );
     }
     let mut replaced = false;
+    let space = &mut mesh.texture_space;
+    let numbers = space.location.iter_mut().chain(&mut space.size);
+    for value in numbers.chain(mesh.attributes.iter_mut().flatten().flatten()) {
+        if !value.is_finite() {
+            *value = 0.0;
+        }
+    }
     for value in mesh.colors.iter_mut().flatten().flatten() {
         if !(value.is_finite() && *value >= 0.0) {
             (*value, replaced) = (0.0, true);

@@ -129,6 +129,7 @@ mod tests {
                 world_from_object: place,
                 visibility: Visibility::ALL,
                 holdout: false,
+                info: Default::default(),
             }],
             materials: vec![Material::default()],
             ..Scene::default()

@@ -154,6 +154,7 @@ pub fn place(
             world_from_object: *t,
             visibility: Visibility::ALL,
             holdout: false,
+            info: Default::default(),
         });
     }
 }
@@ -175,6 +176,7 @@ pub fn constant_environment(radiance: f32) -> Option<Environment> {
 pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
     let options = Options {
         camera: &scene.cameras[0],
+        rows: 64,
         aspect: 1.0,
         effects: effects::ALL,
         threads: None,

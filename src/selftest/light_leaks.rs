@@ -8,7 +8,7 @@ use crate::math::{Frame, float, warp};
 use crate::render::RenderError;
 use crate::sampler::hashed;
 use crate::scene::{Mesh, RayKind, Scene};
-use crate::world::World;
+use crate::world::{Asking, World};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -119,7 +119,7 @@ fn follow(world: &World, inside: Vec3, path: u32) -> Leaks {
         if left == Some(triangle) {
             leaks.onto_itself += 1;
         }
-        let surface = world.surface::<Matte>(&hit, origin, direction);
+        let surface = world.surface::<Matte>(&hit, origin, Asking::along(direction));
         if !surface.inside {
             leaks.from_outside += 1;
             break;
@@ -417,7 +417,7 @@ fn planes_through_the_camera(effort: Effort) -> Result<Vec<Finding>, RenderError
                 continue;
             };
             met += 1;
-            let surface = world.surface::<Matte>(&hit, from, to - from);
+            let surface = world.surface::<Matte>(&hit, from, Asking::along(to - from));
             let n = surface.normals.geometric;
             let direction = Frame::from_normal(n)
                 .to_world(warp::cosine_hemisphere(Vec2::new(number(4), number(5))));
@@ -490,7 +490,8 @@ fn close_sheets(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                     let Some(hit) = meet(&world, Vec3::ZERO, direction) else {
                         return (1, 0);
                     };
-                    let surface = world.surface::<Matte>(&hit, Vec3::ZERO, direction);
+                    let surface =
+                        world.surface::<Matte>(&hit, Vec3::ZERO, Asking::along(direction));
                     let origin = float::ray_origin(surface.point, -surface.normals.geometric);
                     let next = meet(&world, origin, direction);
                     let skipped = next.is_none_or(|next| next.geometry != 1);

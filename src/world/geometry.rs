@@ -1,13 +1,13 @@
 //! Meshes, placed meshes, and the surface at a hit.
 
 use super::material::PreparedMaterial;
+use super::place::{Asking, HitPoint, ObjectFacts};
 use crate::effects::{Features, General};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
 use crate::scene::graph::TangentKind;
 use crate::scene::{Mesh, Visibility};
 use crate::shading::Normals;
-use crate::shading::program::Place;
 use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -18,9 +18,11 @@ pub struct MeshData {
     pub triangles: Arc<TriangleMesh>,
     normals: Option<Vec<[f32; 3]>>,
     tangents: Option<Vec<[f32; 4]>>,
-    radial: Option<Vec<[f32; 3]>>,
-    uvs: Vec<Vec<[f32; 2]>>,
-    colors: Option<Vec<[f32; 4]>>,
+    pub(super) radial: Option<Vec<[f32; 3]>>,
+    pub(super) uvs: Vec<Vec<[f32; 2]>>,
+    pub(super) colors: Option<Vec<[f32; 4]>>,
+    /// Attributes that programs ask for, by their numbers.
+    pub(super) attributes: Vec<Vec<[f32; 4]>>,
     /// Index of the material.
     pub material: u32,
 }
@@ -36,6 +38,8 @@ pub struct Attributes {
     pub radial: bool,
     /// Colours.
     pub colors: bool,
+    /// So many attributes.
+    pub attributes: usize,
 }
 
 /// Transforms normals: the cofactor matrix keeps their direction under any scale and mirror.
@@ -109,23 +113,18 @@ impl MeshData {
             tangents,
             radial,
             uvs: mesh.uvs.iter().take(kept.uv_sets).cloned().collect(),
+            attributes: mesh
+                .attributes
+                .iter()
+                .take(kept.attributes)
+                .cloned()
+                .collect(),
             colors: mesh
                 .colors
                 .clone()
                 .filter(|c| kept.colors && c.iter().flatten().any(|&c| c != 1.0)),
             material,
         })
-    }
-
-    /// A point on a triangle, for look-ups.
-    #[inline]
-    pub fn at(&self, triangle: u32, u: f32, v: f32) -> HitPoint<'_> {
-        HitPoint {
-            mesh: self,
-            corners: self.triangles.triangles()[triangle as usize],
-            u,
-            v,
-        }
     }
 
     /// Bytes of corners and of attributes.
@@ -171,49 +170,6 @@ impl MeshData {
     }
 }
 
-/// A point on a triangle by its barycentric coordinates.
-#[derive(Clone, Copy)]
-pub struct HitPoint<'a> {
-    mesh: &'a MeshData,
-    corners: [u32; 3],
-    u: f32,
-    v: f32,
-}
-
-impl HitPoint<'_> {
-    #[inline]
-    fn vector(&self, values: &[[f32; 3]]) -> Vec3 {
-        let [a, b, c] = self.corners.map(|i| Vec3::from(values[i as usize]));
-        a + (b - a) * self.u + (c - a) * self.v
-    }
-}
-
-impl Place for HitPoint<'_> {
-    #[inline]
-    fn uv(&self, set: u32) -> Vec2 {
-        self.mesh
-            .uvs
-            .get(set as usize)
-            .map_or(Vec2::ZERO, |values| {
-                let [a, b, c] = self.corners.map(|i| Vec2::from(values[i as usize]));
-                a + (b - a) * self.u + (c - a) * self.v
-            })
-    }
-
-    #[inline]
-    fn color(&self) -> Vec4 {
-        self.mesh.colors.as_ref().map_or(Vec4::ONE, |c| {
-            let [a, b, d] = self.corners.map(|i| Vec4::from(c[i as usize]));
-            a + (b - a) * self.u + (d - a) * self.v
-        })
-    }
-
-    /// Opacity and emission know no normals.
-    fn mapped_normal(&self, _: Vec3, _: f32) -> Vec3 {
-        Vec3::ZERO
-    }
-}
-
 /// A mesh placed in the top scene; the index is Embree's number of the geometry.
 #[derive(Clone)]
 pub struct MeshInstance {
@@ -224,6 +180,8 @@ pub struct MeshInstance {
     flipped: bool,
     /// Which rays see it.
     pub visibility: Visibility,
+    /// What programs may ask about it, where some do.
+    pub facts: Option<Arc<ObjectFacts>>,
 }
 
 #[derive(Clone)]
@@ -234,6 +192,26 @@ struct Placement {
 }
 
 impl MeshInstance {
+    /// A point on a triangle of its mesh, for look-ups, as a ray sees it.
+    #[inline]
+    pub fn at<'a>(
+        &'a self,
+        mesh: &'a MeshData,
+        (triangle, u, v): (u32, f32, f32),
+        asking: Asking,
+    ) -> HitPoint<'a> {
+        HitPoint {
+            mesh,
+            entry: self,
+            corners: mesh.triangles.triangles()[triangle as usize],
+            triangle,
+            u,
+            v,
+            asking,
+            normal: Vec3::ZERO,
+        }
+    }
+
     /// A mesh in world space.
     pub fn flat(mesh: u32, flipped: bool, visibility: Visibility) -> Self {
         Self {
@@ -241,6 +219,7 @@ impl MeshInstance {
             instance: None,
             flipped,
             visibility,
+            facts: None,
         }
     }
 
@@ -265,7 +244,14 @@ impl MeshInstance {
             instance: Some(Box::new(placement)),
             flipped,
             visibility,
+            facts: None,
         }
+    }
+
+    /// The same, with what programs may ask about it.
+    #[must_use]
+    pub fn with_facts(self, facts: Option<Arc<ObjectFacts>>) -> Self {
+        Self { facts, ..self }
     }
 
     /// The placement of an instance.
@@ -385,7 +371,7 @@ impl MeshInstance {
 
 /// Normalises vectors of any size that f32 holds.
 #[inline]
-fn unit_or_zero(v: Vec3) -> Vec3 {
+pub(super) fn unit_or_zero(v: Vec3) -> Vec3 {
     let size = v.abs().max_element();
     if size > 0.0 && size.is_finite() {
         (v / size).normalize()
@@ -430,7 +416,7 @@ impl Surface<'_> {
 /// A surface of several shaders, or of another than a Principled BSDF.
 pub struct Mixed<'a> {
     material: &'a PreparedMaterial,
-    place: Shaded<'a>,
+    place: HitPoint<'a>,
     inside: bool,
 }
 
@@ -454,10 +440,11 @@ pub fn surface<'a, E: Features>(
     mesh: &'a MeshData,
     material: &'a PreparedMaterial,
     hit: &Hit,
-    (origin, direction): (Vec3, Vec3),
+    (origin, asking): (Vec3, Asking),
 ) -> Surface<'a> {
+    let direction = asking.direction;
     // Looked up once.
-    let at = mesh.at(hit.primitive, hit.u, hit.v);
+    let at = entry.at(mesh, (hit.primitive, hit.u, hit.v), asking);
     let corners = mesh.triangles.between(at.corners).map(Vec3::from);
     let by_corners = entry.point_between::<E>(corners, hit.u, hit.v);
     let point = float::hit_point(by_corners, origin, direction * hit.distance);
@@ -485,11 +472,9 @@ pub fn surface<'a, E: Features>(
     let mut mixed = None;
     let mut varying = None;
     if E::EVERYTHING {
-        let place = Shaded {
-            entry,
-            at,
-            triangle: hit.primitive,
+        let place = HitPoint {
             normal: smooth_outside,
+            ..at
         };
         if let Some((parameters, normal)) = material.parameters(&place) {
             varying = Some(parameters);
@@ -535,7 +520,11 @@ pub fn lift(entry: &MeshInstance, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec
     let Some(normals) = &mesh.normals else {
         return Vec3::ZERO;
     };
-    let at = mesh.at(hit.primitive, hit.u, hit.v);
+    let at = entry.at(
+        mesh,
+        (hit.primitive, hit.u, hit.v),
+        Asking::along(Vec3::ZERO),
+    );
     let sign = if entry.normal::<General>(at.vector(normals)).dot(side) < 0.0 {
         -1.0
     } else {
@@ -558,95 +547,88 @@ pub fn lift(entry: &MeshInstance, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec
     }
 }
 
-/// A hit whose normal is known.
-#[derive(Clone, Copy)]
-struct Shaded<'a> {
-    entry: &'a MeshInstance,
-    at: HitPoint<'a>,
-    triangle: u32,
-    /// The smooth one, outside.
-    normal: Vec3,
-}
-
-impl Place for Shaded<'_> {
-    #[inline]
-    fn uv(&self, set: u32) -> Vec2 {
-        self.at.uv(set)
+impl MeshInstance {
+    /// The normal that those of the corners make at a point, outside; the triangle's own where there are none.
+    pub fn smooth_normal(&self, mesh: &MeshData, at: &HitPoint) -> Vec3 {
+        let outside = self.geometric_normal::<General>(mesh, at.triangle);
+        let Some(normals) = &mesh.normals else {
+            return outside;
+        };
+        let smooth = unit_or_zero(self.normal::<General>(at.vector(normals)));
+        if smooth == Vec3::ZERO {
+            outside
+        } else if smooth.dot(outside) < 0.0 {
+            -smooth
+        } else {
+            smooth
+        }
     }
 
-    #[inline]
-    fn color(&self) -> Vec4 {
-        self.at.color()
+    /// The normal that a tangent-space one stands for, on the outside; 0 where there is none.
+    pub fn mapped_normal(&self, at: &HitPoint, normal: Vec3, mapped: Vec3) -> Vec3 {
+        let Some((t, b)) = self.tangent_frame(at, normal) else {
+            return Vec3::ZERO;
+        };
+        let n = unit_or_zero(t * mapped.x + b * mapped.y + normal * mapped.z);
+        if n.dot(normal) > 0.0 { n } else { Vec3::ZERO }
     }
 
-    fn mapped_normal(&self, tangent_space: Vec3, strength: f32) -> Vec3 {
-        mapped_normal(self, tangent_space, strength).unwrap_or(Vec3::ZERO)
-    }
-
-    fn tangent(&self, kind: TangentKind, direction: Vec2) -> Vec3 {
+    /// A direction along the surface; 0 where there is none.
+    pub fn tangent(
+        &self,
+        at: &HitPoint,
+        normal: Vec3,
+        (kind, direction): (TangentKind, Vec2),
+    ) -> Vec3 {
         match kind {
-            TangentKind::Uv => match tangent_frame(self) {
+            TangentKind::Uv => match self.tangent_frame(at, normal) {
                 Some((t, b)) => t * direction.x + b * direction.y,
                 None => Vec3::ZERO,
             },
-            TangentKind::Radial => match &self.at.mesh.radial {
-                Some(radial) => self.entry.normal::<General>(self.at.vector(radial)),
+            TangentKind::Radial => match &at.mesh.radial {
+                Some(radial) => self.normal::<General>(at.vector(radial)),
                 None => Vec3::ZERO,
             },
         }
     }
-}
 
-/// The normal that a map's texel stands for, on the outside.
-fn mapped_normal(of: &Shaded, texel: Vec3, scale: f32) -> Option<Vec3> {
-    let (t, b) = tangent_frame(of)?;
-    let n = t * (texel.x * scale) + b * (texel.y * scale) + of.normal * texel.z;
-    let n = unit_or_zero(n);
-    (n != Vec3::ZERO && n.dot(of.normal) > 0.0).then_some(n)
-}
-
-/// Tangent and bitangent across the smooth normal.
-fn tangent_frame(of: &Shaded) -> Option<(Vec3, Vec3)> {
-    let Shaded {
-        entry,
-        at,
-        triangle,
-        normal,
-    } = *of;
-    let mesh = at.mesh;
-    let (tangent, sign) = match &mesh.tangents {
-        Some(tangents) => {
-            let [a, b, c] = at.corners.map(|i| Vec4::from(tangents[i as usize]));
-            let t = a + (b - a) * at.u + (c - a) * at.v;
-            // The handedness is one of the triangle, not to be interpolated.
-            (t.truncate(), if a.w < 0.0 { -1.0 } else { 1.0 })
-        }
-        None => {
-            // From the triangle's own texture coordinates.
-            let [p0, p1, p2] = mesh.corners(triangle);
-            let uv = mesh.uvs.first()?;
-            let [t0, t1, t2] = at.corners.map(|i| Vec2::from(uv[i as usize]));
-            let (d1, d2) = (t1 - t0, t2 - t0);
-            let det = d1.perp_dot(d2);
-            if det == 0.0 {
-                return None;
+    /// Tangent and bitangent across the smooth normal.
+    fn tangent_frame(&self, at: &HitPoint, normal: Vec3) -> Option<(Vec3, Vec3)> {
+        let mesh = at.mesh;
+        let (tangent, sign) = match &mesh.tangents {
+            Some(tangents) => {
+                let [a, b, c] = at.corners.map(|i| Vec4::from(tangents[i as usize]));
+                let t = a + (b - a) * at.u + (c - a) * at.v;
+                // The handedness is one of the triangle, not to be interpolated.
+                (t.truncate(), if a.w < 0.0 { -1.0 } else { 1.0 })
             }
-            (
-                (((p1 - p0) * d2.y) - ((p2 - p0) * d1.y)) / det,
-                if det < 0.0 { 1.0 } else { -1.0 },
-            )
+            None => {
+                // From the triangle's own texture coordinates.
+                let [p0, p1, p2] = mesh.corners(at.triangle);
+                let uv = mesh.uvs.first()?;
+                let [t0, t1, t2] = at.corners.map(|i| Vec2::from(uv[i as usize]));
+                let (d1, d2) = (t1 - t0, t2 - t0);
+                let det = d1.perp_dot(d2);
+                if det == 0.0 {
+                    return None;
+                }
+                (
+                    (((p1 - p0) * d2.y) - ((p2 - p0) * d1.y)) / det,
+                    if det < 0.0 { 1.0 } else { -1.0 },
+                )
+            }
+        };
+        let world = self.vector::<General>(tangent);
+        // Given tangents of a mesh in world space have their sign turned over already.
+        let mirror = if self.flipped && (self.instance.is_some() || mesh.tangents.is_none()) {
+            -1.0
+        } else {
+            1.0
+        };
+        let t = unit_or_zero(world - normal * normal.dot(world));
+        if t == Vec3::ZERO {
+            return None;
         }
-    };
-    let world = entry.vector::<General>(tangent);
-    // Given tangents of a mesh in world space have their sign turned over already.
-    let mirror = if entry.flipped && (entry.instance.is_some() || mesh.tangents.is_none()) {
-        -1.0
-    } else {
-        1.0
-    };
-    let t = unit_or_zero(world - normal * normal.dot(world));
-    if t == Vec3::ZERO {
-        return None;
+        Some((t, normal.cross(t) * (sign * mirror)))
     }
-    Some((t, normal.cross(t) * (sign * mirror)))
 }

@@ -2,6 +2,7 @@
 
 use super::geometry::{MeshData, MeshInstance};
 use super::material::PreparedMaterial;
+use super::place::Asking;
 use crate::effects::{self, Effect, General};
 use crate::ffi::embree::{Device, EmbreeError};
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
@@ -37,7 +38,8 @@ impl EmissiveSurface for PlacedMesh {
         }
         let mut radiance = material.emission;
         if material.emission_varies() || material.translucent {
-            let at = mesh.at(triangle, weights.x, weights.y);
+            let place = (triangle, weights.x, weights.y);
+            let at = entry.at(mesh, place, Asking::along(wi));
             radiance = material.emitted(&at);
             if material.translucent {
                 radiance *= material.opacity(&at);
@@ -50,7 +52,12 @@ impl EmissiveSurface for PlacedMesh {
     }
 
     fn mean_emission(&self, triangle: u32) -> f32 {
-        let Self { mesh, material, .. } = self;
+        let Self {
+            entry,
+            mesh,
+            material,
+            ..
+        } = self;
         if !material.emission_varies() {
             return luminance(material.emission);
         }
@@ -64,7 +71,7 @@ impl EmissiveSurface for PlacedMesh {
                     (i as f32 + 1.0 / 3.0) / N as f32,
                     (j as f32 + 1.0 / 3.0) / N as f32,
                 );
-                let at = mesh.at(triangle, u, v);
+                let at = entry.at(mesh, (triangle, u, v), Asking::along(Vec3::ZERO));
                 sum += luminance(material.emitted(&at));
             }
         }

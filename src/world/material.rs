@@ -2,6 +2,7 @@
 
 use super::Options;
 use crate::effects::{self, Effect};
+use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::principled;
 use crate::scene::graph::{PrincipledSummary, TangentKind};
 use crate::scene::{ImageUse, Material, Scene, Texture};
@@ -441,14 +442,46 @@ impl PreparedMaterial {
             emission,
             ..
         } = &self.programs;
-        let opacity = opacity.iter().flat_map(|o| o.program.textures());
-        let read = surface.textures().iter().chain(emission.textures());
+        let opacity = opacity.iter().map(|o| &o.program);
         // Where there are no tangents, those of the first set take their place.
         let bumps = usize::from(self.tangents().0);
-        let sets = read
-            .chain(opacity)
-            .map(|texture| texture.uv_set as usize + 1);
+        let programs = [surface, emission].into_iter().chain(opacity);
+        let sets = programs.map(|program| program.uv_sets());
         sets.fold(bumps, usize::max)
+    }
+
+    fn asked(&self) -> impl Iterator<Item = PlaceInput> {
+        let Programs {
+            surface,
+            opacity,
+            emission,
+            ..
+        } = &self.programs;
+        let opacity = opacity.iter().map(|o| &o.program);
+        let programs = [surface, emission].into_iter().chain(opacity);
+        programs.flat_map(|program| program.place_inputs())
+    }
+
+    /// Whether its programs do more than glTF's materials call for.
+    pub fn computes(&self) -> bool {
+        let opacity = self.programs.opacity.as_ref();
+        self.programs.surface.computes()
+            || self.programs.emission.computes()
+            || opacity.is_some_and(|o| o.program.computes())
+    }
+
+    /// Whether its programs ask about places.
+    pub fn asks_about_places(&self) -> bool {
+        self.asked().next().is_some()
+    }
+
+    /// How many attributes of vertices its programs ask for.
+    pub fn attributes(&self) -> usize {
+        let numbers = self.asked().map(|input| match input {
+            PlaceInput::Attribute(number) => number as usize + 1,
+            _ => 0,
+        });
+        numbers.fold(0, usize::max)
     }
 
     /// Whether [`Self::emitted`] looks at the place.

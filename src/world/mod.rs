@@ -6,13 +6,15 @@ mod interfaces;
 mod lights;
 mod material;
 mod origin;
+mod place;
 mod placed;
 
 pub use crate::ffi::embree::{Hit, InstructionSet};
 pub use crate::light::Source;
 pub use crate::scene::RayKind;
-pub use geometry::{HitPoint, Surface};
+pub use geometry::Surface;
 pub use interfaces::Passage;
+pub use place::{Asking, HitPoint};
 
 use crate::camera::Camera;
 use crate::effects::{self, Effect, Features, General};
@@ -29,6 +31,7 @@ use geometry::MeshInstance;
 use glam::{DVec3, Vec2, Vec3};
 use material::PreparedMaterial;
 use origin::{Extent, Origin};
+use place::View;
 use placed::Geometry;
 use serde::Serialize;
 use std::sync::Arc;
@@ -110,6 +113,8 @@ pub struct Options<'a> {
     pub camera: &'a scene::Camera,
     /// Width over height of the picture.
     pub aspect: f64,
+    /// Rows of the picture.
+    pub rows: u32,
     /// Effects that are kept.
     pub effects: EnumSet<Effect>,
     /// Threads that build.
@@ -219,6 +224,8 @@ impl World {
             None
         };
         let eye = Eye::new(options.camera, origin);
+        // What programs know of the view.
+        stale.lights |= self.geometry.look(View::new(options, origin));
         // Which way closed lamps shine hangs on where the camera is.
         stale.lights |=
             stale.geometry || stale.materials || self.lights.depends_on(&self.eye, &eye);
@@ -277,9 +284,9 @@ impl World {
         set
     }
 
-    /// Whether some material has other shaders than one Principled BSDF: only the general kernel adds these.
+    /// Whether some material has other shaders than one Principled BSDF, or computes: only the general kernel has these.
     pub fn has_mixed_shaders(&self) -> bool {
-        self.materials.iter().any(|m| m.is_mixed())
+        self.materials.iter().any(|m| m.is_mixed() || m.computes())
     }
 
     /// The material of an object (by its number among those with triangles): its number in the scene, or the
@@ -302,7 +309,8 @@ impl World {
         if !mesh.has_uvs() {
             return Vec2::ZERO;
         }
-        let uv = mesh.at(hit.primitive, hit.u, hit.v).uv(0);
+        let place = (hit.primitive, hit.u, hit.v);
+        let uv = entry.at(mesh, place, Asking::along(Vec3::ZERO)).uv(0);
         Vec2::new(uv.x, 1.0 - uv.y)
     }
 
@@ -323,7 +331,7 @@ impl World {
 
     /// Opacity of a hit (0 for a back face that is hidden).
     #[inline]
-    fn opacity<E: Features>(&self, hit: &Hit, direction: Vec3) -> f32 {
+    fn opacity<E: Features>(&self, hit: &Hit, direction: Vec3, kind: RayKind) -> f32 {
         if self.is_hidden(hit, direction) {
             return 0.0;
         }
@@ -337,7 +345,13 @@ impl World {
         if material.is_tinted {
             return 1.0;
         }
-        let at = mesh.at(hit.primitive, hit.u, hit.v);
+        let asking = Asking {
+            direction,
+            distance: hit.distance,
+            kind: kind.bit(),
+            depth: 0,
+        };
+        let at = entry.at(mesh, (hit.primitive, hit.u, hit.v), asking);
         material.opacity(&at)
     }
 
@@ -350,13 +364,14 @@ impl World {
     /// What passes straight on at a hit, as a colour, and the share of the rest; `None` where that takes no colour.
     #[cold]
     #[inline(never)]
-    pub fn tint(&self, hit: &Hit) -> Option<(Vec3, f32)> {
+    pub fn tint(&self, hit: &Hit, asking: Asking) -> Option<(Vec3, f32)> {
         let entry = &self.geometry.entries[hit.object() as usize];
         let mesh = &self.geometry.meshes[entry.mesh as usize];
         let material = &self.materials[mesh.material as usize];
+        let place = (hit.primitive, hit.u, hit.v);
         material
             .is_tinted
-            .then(|| material.passing(&mesh.at(hit.primitive, hit.u, hit.v)))
+            .then(|| material.passing(&entry.at(mesh, place, asking)))
     }
 
     /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at
@@ -390,7 +405,7 @@ impl World {
         }
         let key = key();
         self.geometry.embree.intersect_filtered(&ray, |hit| {
-            Self::stops(hit, self.opacity::<E>(hit, direction), key)
+            Self::stops(hit, self.opacity::<E>(hit, direction, kind), key)
         })
     }
 
@@ -421,7 +436,7 @@ impl World {
             if self.is_hidden(hit, direction) {
                 return false;
             }
-            let stops = Self::stops(hit, self.opacity::<E>(hit, direction), key);
+            let stops = Self::stops(hit, self.opacity::<E>(hit, direction, kind), key);
             if !stops {
                 passed.push((hit.distance, hit.instance, hit.geometry, hit.primitive));
             }
@@ -482,9 +497,13 @@ impl World {
         let mut share = Vec3::ONE;
         let mut left = limit;
         let blocked = self.geometry.embree.occluded_filtered(&ray, |hit| {
-            share *= match self.is_tinted().then(|| self.tint(hit)).flatten() {
+            share *= match self
+                .is_tinted()
+                .then(|| self.tint(hit, Asking::of_shadow(direction, hit)))
+                .flatten()
+            {
                 Some((passes, _)) if !self.is_hidden(hit, direction) => passes,
-                _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction)),
+                _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction, RayKind::Shadow)),
             };
             if limit != u32::MAX && !self.is_hidden(hit, direction) {
                 if left == 0 {
@@ -590,7 +609,7 @@ impl World {
 
     /// The surface at a hit of the ray that begins at `origin`.
     #[inline]
-    pub fn surface<E: Features>(&self, hit: &Hit, origin: Vec3, direction: Vec3) -> Surface<'_> {
+    pub fn surface<E: Features>(&self, hit: &Hit, origin: Vec3, asking: Asking) -> Surface<'_> {
         let index = if E::CURVED {
             hit.object()
         } else {
@@ -603,7 +622,7 @@ impl World {
             mesh,
             &self.materials[mesh.material as usize],
             hit,
-            (origin, direction),
+            (origin, asking),
         )
     }
 }

@@ -4,6 +4,7 @@ use super::Options;
 use super::geometry::{Attributes, MeshData, MeshInstance};
 use super::interfaces;
 use super::material::PreparedMaterial;
+use super::place::{ObjectFacts, View};
 use crate::effects::{self, Effect};
 use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError};
 use crate::scene::{Instance, Mesh, RayKind, Scene};
@@ -39,6 +40,8 @@ struct Needs {
     tinted: bool,
     /// It is an interface that close ones are put in order with.
     ordered: bool,
+    /// Its programs ask about places.
+    asks: bool,
 }
 
 impl Needs {
@@ -53,10 +56,12 @@ impl Needs {
                 tangents: material.tangents().0,
                 radial: material.tangents().1,
                 colors: options.effects.contains(Effect::VertexColors),
+                attributes: material.attributes(),
             },
             filtered,
             tinted: material.is_tinted,
             ordered: ordered && material.bounds_a_solid() && !filtered,
+            asks: material.asks_about_places(),
         }
     }
 
@@ -87,6 +92,7 @@ struct Builder<'a> {
     robust: bool,
     origin: DVec3,
     keeps_visibility: bool,
+    view: View,
     top: embree::Scene,
     meshes: Vec<Arc<MeshData>>,
     entries: Vec<MeshInstance>,
@@ -111,20 +117,24 @@ impl Builder<'_> {
             translation: instance.world_from_object.translation - self.origin,
             ..instance.world_from_object
         };
+        let facts = needs.asks.then(|| {
+            let about = (instance.info, mesh.texture_space);
+            let place = &instance.world_from_object;
+            let facts = ObjectFacts::new(place, self.origin, is_shared, about, self.view);
+            Arc::new(facts)
+        });
         if !is_shared {
             let data = MeshData::new(mesh, material, Some(&transform), needs.attributes)?;
             self.top
                 .add_triangles(&data.triangles, needs.filtered, visibility.bits())?;
-            self.entries.push(MeshInstance::flat(
-                self.meshes.len() as u32,
-                transform.matrix3.determinant() < 0.0,
-                visibility,
-            ));
+            let flipped = transform.matrix3.determinant() < 0.0;
+            let entry = MeshInstance::flat(self.meshes.len() as u32, flipped, visibility);
+            self.entries.push(entry.with_facts(facts));
             self.meshes.push(Arc::new(data));
             return Ok(());
         }
         let (number, child) = self.shared(instance.mesh.0 as usize, mesh, (material, needs))?;
-        let entry = MeshInstance::instance(number, &transform, visibility);
+        let entry = MeshInstance::instance(number, &transform, visibility).with_facts(facts);
         let m = &entry.transform();
         self.top.add_instance(
             &child,
@@ -175,6 +185,7 @@ impl Geometry {
             robust,
             origin,
             keeps_visibility: options.effects.contains(Effect::RayVisibility),
+            view: View::new(options, origin),
             top: embree::Scene::new(device, robust)?,
             meshes: Vec::new(),
             entries: Vec::new(),
@@ -215,6 +226,17 @@ impl Geometry {
             },
             needs,
         })
+    }
+
+    /// Programs at its objects see another view from now on. Whether there are any.
+    pub fn look(&mut self, view: View) -> bool {
+        let facts = self.entries.iter_mut().filter_map(|e| e.facts.as_mut());
+        let mut some = false;
+        for facts in facts {
+            Arc::make_mut(facts).view = view;
+            some = true;
+        }
+        some
     }
 
     /// Whether it was made for what these materials need.

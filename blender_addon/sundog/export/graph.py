@@ -10,7 +10,7 @@ from . import blackbody, colorspace, evaluated, images
 from .nodes import INLINED, MOST_NODES, Place, not_finite, tree_of
 
 # Whether graphs are written at all.
-ENABLED = False
+ENABLED = True
 
 # Sockets that hold their own value for all that Blender's panels do not show it.
 _VALUED = {

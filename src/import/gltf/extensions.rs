@@ -33,6 +33,7 @@ fn may_be_required(name: &str) -> bool {
                 | "SUNDOG_camera"
                 | "SUNDOG_material"
                 | "SUNDOG_mesh"
+                | "SUNDOG_shader_graph"
                 | "SUNDOG_sampler"
         )
 }

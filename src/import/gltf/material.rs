@@ -361,7 +361,8 @@ fn report_unrendered(extensions: Option<&Value>, material: &str, diagnostics: &m
             | "KHR_materials_transmission"
             | "KHR_materials_unlit"
             | "KHR_materials_volume"
-            | "SUNDOG_material" => {}
+            | "SUNDOG_material"
+            | "SUNDOG_shader_graph" => {}
             _ => extensions::report_material(name, value, material, diagnostics),
         }
     }

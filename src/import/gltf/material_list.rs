@@ -5,10 +5,11 @@ use std::collections::{BTreeSet, HashMap};
 use super::container::Document;
 use super::material;
 use super::mesh::PrimitiveMaterial;
+use super::shader_graph;
 use super::shapes::mesh_name;
 use super::textures::Images;
 use crate::import::{ImportError, ImportOptions};
-use crate::scene::graph::TangentKind;
+use crate::scene::graph::{Graph, TangentKind};
 use crate::scene::{
     Anisotropy, CoatNormal, Diagnostics, Effect, MaterialId, MetallicRoughness, Verdict,
 };
@@ -16,6 +17,8 @@ use crate::scene::{
 /// The materials that the scene's meshes use, in file order, and the images that these use.
 pub(super) struct Materials<'a> {
     pub(super) list: Vec<MetallicRoughness>,
+    /// What is rendered instead, where a node tree is known.
+    pub(super) graphs: Vec<Option<Graph>>,
     /// By glTF material index (or none).
     pub(super) by_primitive: HashMap<Option<usize>, PrimitiveMaterial>,
     pub(super) images: Images<'a>,
@@ -43,6 +46,7 @@ impl<'a> Materials<'a> {
         }
         let mut images = Images::new(document);
         let mut list = Vec::new();
+        let mut graphs = Vec::new();
         let mut by_primitive = HashMap::new();
         for index in used {
             let mut material = match index {
@@ -63,8 +67,23 @@ impl<'a> Materials<'a> {
                     );
                 }),
             };
-            let tangents = material.as_ref().and_then(tangents);
-            let radial = material.as_ref().is_some_and(|m| {
+            let graph = match (index, &material) {
+                (Some(index), Some(m)) => {
+                    let which = (index, &*m.name);
+                    shader_graph::load(document, which, &mut images, diagnostics)?
+                }
+                _ => None,
+            };
+            let attributes = graph.as_ref().map_or(0, |loaded| loaded.graph.attributes());
+            let of_graph = graph.as_ref().and_then(|graph| graph.tangents);
+            let tangents = of_graph
+                .map(|set| (set, Effect::NormalMaps))
+                .or_else(|| material.as_ref().and_then(tangents));
+            let is_radial = |loaded: &shader_graph::Loaded| {
+                let mut nodes = loaded.graph.nodes.iter();
+                nodes.any(|node| node.is_anisotropic_about_z())
+            };
+            let radial = graph.as_ref().is_some_and(is_radial) || material.as_ref().is_some_and(|m| {
                 let radial = TangentKind::Radial;
                 matches!(m.anisotropy, Some(Anisotropy::Blender { tangent, .. }) if tangent == radial)
             });
@@ -74,6 +93,7 @@ impl<'a> Materials<'a> {
             let brightest = brightest(document, material.as_ref());
             let id = material.map(|material| {
                 list.push(material);
+                graphs.push(graph.map(|loaded| loaded.graph));
                 MaterialId((list.len() - 1) as u32)
             });
             by_primitive.insert(
@@ -83,12 +103,14 @@ impl<'a> Materials<'a> {
                     tangents,
                     radial,
                     uv_set,
+                    attributes,
                     brightest,
                 },
             );
         }
         Ok(Self {
             list,
+            graphs,
             by_primitive,
             images,
         })

@@ -12,7 +12,7 @@ use super::draco::Decoded;
 use super::schema::TextureSpaceJson;
 use super::tangents;
 use crate::import::budget::Budget;
-use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, Verdict};
+use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, TextureSpace, Verdict};
 
 /// What a primitive needs to know of its material.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +24,8 @@ pub(super) struct PrimitiveMaterial {
     pub radial: bool,
     /// The highest UV set of its other textures.
     pub uv_set: Option<u32>,
+    /// So many attributes of its own does its node tree ask for.
+    pub attributes: usize,
     /// Vertex colours above this would make the surface send out more light than arrives; `None` if they may.
     pub brightest: Option<[f32; 3]>,
 }
@@ -33,6 +35,8 @@ pub(super) struct Attributes<'a> {
     pub primitive: &'a json::mesh::Primitive,
     /// What came out of its compressed stream, if it has one.
     pub decoded: Option<Decoded>,
+    /// Accessors of "_SUNDOG_0", "_SUNDOG_1" …
+    pub own: Vec<usize>,
     /// The box of its generated coordinates.
     pub texture_space: Option<TextureSpaceJson>,
 }
@@ -49,6 +53,9 @@ impl Attributes<'_> {
         })
     }
 }
+
+/// More attributes of their own than this no node tree refers to.
+pub(super) const MOST_ATTRIBUTES: usize = 64;
 
 /// More texture coordinate sets than this no material of ours refers to.
 const UV_SETS: u32 = 8;
@@ -161,6 +168,7 @@ pub(super) fn load_primitive(
         }
         None => None,
     };
+    let own = own_attributes(document, attributes, (count, material.attributes), budget)?;
     if attribute(Semantic::Colors(1)).is_some() {
         diagnostics.report_effect(
             Effect::VertexColors,
@@ -215,6 +223,9 @@ pub(super) fn load_primitive(
     let radial = material
         .radial
         .then(|| tangents::radial(&positions, attributes.texture_space));
+    let texture_space = attributes
+        .texture_space
+        .map_or_else(|| TextureSpace::around(&positions), Into::into);
     let mut mesh = Mesh {
         name: name.into(),
         positions,
@@ -223,6 +234,8 @@ pub(super) fn load_primitive(
         radial,
         uvs,
         colors,
+        attributes: own,
+        texture_space,
         triangles,
         material: material.id,
     };
@@ -266,6 +279,49 @@ pub(super) fn load_primitive(
         );
     }
     Ok(Some((mesh, dropped)))
+}
+
+/// Attributes "_SUNDOG_0", "_SUNDOG_1" …, so many as the material's node tree asks for; those that are not there are black.
+fn own_attributes(
+    document: &Document,
+    attributes: &Attributes,
+    (count, wanted): (u32, usize),
+    budget: &Budget,
+) -> Result<Vec<Vec<[f32; 4]>>, String> {
+    let one = |number: usize| {
+        let source = attributes.own.get(number).map(|&index| Source {
+            index,
+            unpacked: None,
+        });
+        let Some(source) = source else {
+            budget.take(u64::from(count), 16)?;
+            return Ok(vec![[0.0, 0.0, 0.0, 1.0]; count as usize]);
+        };
+        let values: Vec<[f32; 4]> = match accessor::shape(document, source)?.kind {
+            Type::Scalar => accessor::read_f32::<1>(document, source, budget)?
+                .into_iter()
+                .map(|[v]| [v, v, v, 1.0])
+                .collect(),
+            Type::Vec2 => accessor::read_f32::<2>(document, source, budget)?
+                .into_iter()
+                .map(|[x, y]| [x, y, 0.0, 1.0])
+                .collect(),
+            Type::Vec3 => accessor::read_f32::<3>(document, source, budget)?
+                .into_iter()
+                .map(|[x, y, z]| [x, y, z, 1.0])
+                .collect(),
+            _ => accessor::read_f32::<4>(document, source, budget)?,
+        };
+        if values.len() == count as usize {
+            Ok(values)
+        } else {
+            let length = values.len();
+            Err(format!(
+                "it has {count} positions but {length} values of _SUNDOG_{number}"
+            ))
+        }
+    };
+    (0..wanted).map(one).collect()
 }
 
 /// RGB or RGBA; missing alpha is 1.
@@ -375,6 +431,9 @@ fn drop_unused_vertices(mesh: &mut Mesh) {
         keep(radial, &used);
     }
     mesh.uvs.iter_mut().for_each(|set| keep(set, &used));
+    for values in &mut mesh.attributes {
+        keep(values, &used);
+    }
     if let Some(colors) = &mut mesh.colors {
         keep(colors, &used);
     }

@@ -16,6 +16,7 @@ mod named;
 mod placement;
 mod scene_extension;
 mod schema;
+mod shader_graph;
 mod shapes;
 mod tangents;
 mod textures;
@@ -82,9 +83,10 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         &mut diagnostics,
     )?;
     let mut materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
-    let images = materials
-        .images
-        .decode(&mut materials.list, &mut diagnostics);
+    let images =
+        materials
+            .images
+            .decode(&mut materials.list, &mut materials.graphs, &mut diagnostics);
 
     let meshes = load_meshes(
         &document,
@@ -95,7 +97,12 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     )?;
     let mut scene = Scene {
         generator: document.core.asset.generator.clone(),
-        materials: materials.list.into_iter().map(Into::into).collect(),
+        materials: materials
+            .list
+            .into_iter()
+            .zip(materials.graphs)
+            .map(|(flat, graph)| flat.with_graph(graph))
+            .collect(),
         images,
         lights,
         cameras,
@@ -126,6 +133,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
                 world_from_object: place.world_from_object,
                 visibility: place.visibility,
                 holdout: place.holdout,
+                info: place.info,
             });
         }
     }

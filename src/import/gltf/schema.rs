@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use crate::scene::{RayKind, Visibility};
+use crate::scene::{ObjectInfo, RayKind, TextureSpace, Visibility};
 
 /// Scenes, nodes, cameras, skins and lights.
 #[derive(Debug, Default)]
@@ -118,6 +118,12 @@ pub(super) struct SundogMesh {
 pub(super) struct TextureSpaceJson {
     pub location: [f32; 3],
     pub size: [f32; 3],
+}
+
+impl From<TextureSpaceJson> for TextureSpace {
+    fn from(TextureSpaceJson { location, size }: TextureSpaceJson) -> Self {
+        Self { location, size }
+    }
 }
 
 /// The facets of a Glossy BSDF.
@@ -237,8 +243,23 @@ pub(super) struct SundogObject {
     pub holdout: bool,
     #[serde(default)]
     pub shadow_catcher: bool,
+    pub color: Option<[f32; 4]>,
+    pub pass_index: Option<f32>,
+    pub random: Option<f32>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+impl SundogObject {
+    /// What shader graphs may ask.
+    pub(super) fn info(&self) -> ObjectInfo {
+        let plain = ObjectInfo::default();
+        ObjectInfo {
+            color: self.color.unwrap_or(plain.color),
+            index: self.pass_index.unwrap_or(plain.index),
+            random: self.random.unwrap_or(plain.random),
+        }
+    }
 }
 
 #[derive(Debug, Deserialize)]

@@ -178,9 +178,16 @@ fn load_mesh(
             Some(Err(problem)) => return Err(broken(problem)),
             None => None,
         };
+        let own = (0..mesh::MOST_ATTRIBUTES).map_while(|number| {
+            let place = format!("{pointer}/attributes/_SUNDOG_{number}");
+            let index = document.value.pointer(&place)?.as_u64()?;
+            usize::try_from(index).ok()
+        });
+        let own = own.collect();
         let attributes = Attributes {
             primitive,
             decoded,
+            own,
             texture_space,
         };
         let material = primitive.material.map(|m| m.value());
@@ -189,6 +196,7 @@ fn load_mesh(
             tangents: None,
             radial: false,
             uv_set: None,
+            attributes: 0,
             brightest: Some([1.0; 3]),
         };
         let material = materials.get(&material).copied().unwrap_or(none);

@@ -111,6 +111,9 @@ pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
         gather(radial, &origin);
     }
     mesh.uvs.iter_mut().for_each(|set| gather(set, &origin));
+    for values in &mut mesh.attributes {
+        gather(values, &origin);
+    }
     if let Some(colors) = &mut mesh.colors {
         gather(colors, &origin);
     }

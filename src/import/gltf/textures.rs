@@ -14,6 +14,7 @@ use super::container::{Document, Located};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::image::{self, Format};
+use crate::scene::graph::Graph;
 use crate::scene::{
     self, CoatNormal, Diagnostics, ImageId, MetallicRoughness, NormalTexture, Sampler, Texture,
     TextureFilter, UvTransform, Verdict, Wrap,
@@ -218,7 +219,7 @@ impl<'a> Images<'a> {
         chosen
     }
 
-    fn image(
+    pub(super) fn image(
         &mut self,
         index: usize,
         owner: &str,
@@ -312,6 +313,7 @@ impl<'a> Images<'a> {
     pub(super) fn decode(
         self,
         materials: &mut [MetallicRoughness],
+        graphs: &mut [Option<Graph>],
         diagnostics: &mut Diagnostics,
     ) -> Vec<scene::Image> {
         // Views that lie over each other do not make the file larger than it is.
@@ -358,6 +360,11 @@ impl<'a> Images<'a> {
         }
         for material in materials {
             renumber(material, &places);
+        }
+        for texture in graphs.iter_mut().flatten().flat_map(Graph::textures_mut) {
+            let place = places.get(texture.image.0 as usize).copied().flatten();
+            // What is lost is cut out when the scene is validated.
+            texture.image = place.unwrap_or(ImageId(u32::MAX));
         }
         images
     }

@@ -11,7 +11,9 @@ use super::schema::{self, InstancingJson, NodeJson};
 use super::{accessor, camera, extensions, lights};
 use crate::import::budget::Budget;
 use crate::import::{ImportError, ImportOptions};
-use crate::scene::{Camera, Diagnostics, Effect, Instance, Light, Subject, Verdict, Visibility};
+use crate::scene::{
+    Camera, Diagnostics, Effect, Instance, Light, ObjectInfo, Subject, Verdict, Visibility,
+};
 
 /// A mesh in one shape: meshes with a skin or with weights of their node's own cannot be shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -27,6 +29,7 @@ pub(super) struct Placed {
     pub(super) world_from_object: DAffine3,
     pub(super) visibility: Visibility,
     pub(super) holdout: bool,
+    pub(super) info: ObjectInfo,
 }
 
 /// Nodes with one parent that are still to be visited.
@@ -212,6 +215,7 @@ impl Walk<'_> {
                 None => vec![DAffine3::IDENTITY],
             };
             let (visibility, holdout) = self.object(node, name);
+            let info = node.extensions.object.as_ref().map(|object| object.info());
             let by_node = (node.skin.is_some() || node.weights.is_some()).then_some(index);
             for copy in copies {
                 let mesh = Shaped { mesh, by_node };
@@ -221,6 +225,7 @@ impl Walk<'_> {
                     world_from_object: world * copy,
                     visibility,
                     holdout,
+                    info: info.unwrap_or_default(),
                 });
             }
             if node.skin.is_some() {

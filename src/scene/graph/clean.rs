@@ -44,7 +44,7 @@ impl Graph {
             for (input, (socket, default)) in node.inputs.iter_mut().zip(sockets) {
                 let wants_shader = socket.kind == SocketKind::Shader;
                 let good = match *input {
-                    Input::None => !matches!(socket.kind, SocketKind::Float | SocketKind::Color),
+                    Input::None => default == Input::None,
                     Input::Value(_) => !wants_shader,
                     Input::Link(link) => before
                         .get(link.node as usize)
@@ -73,7 +73,7 @@ impl Graph {
         let mut cut = vec![false; self.nodes.len()];
         for (at, node) in self.nodes.iter().enumerate() {
             cut[at] = match (&node.kind, node.texture()) {
-                (NodeKind::NormalMap, _) => node.inputs[normal_map::COLOR]
+                (NodeKind::NormalMap { .. }, _) => node.inputs[normal_map::COLOR]
                     .link()
                     .is_some_and(|link| cut[link.node as usize]),
                 (_, Some(texture)) => {
@@ -87,7 +87,7 @@ impl Graph {
             for (input, socket) in node.inputs.iter_mut().zip(sockets) {
                 if input.link().is_some_and(|link| cut[link.node as usize]) {
                     *input = match socket.kind {
-                        SocketKind::Vector => Input::None,
+                        SocketKind::Normal | SocketKind::Coordinates => Input::None,
                         _ => Input::float(1.0),
                     };
                 }

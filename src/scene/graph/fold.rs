@@ -23,8 +23,10 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
             if let Input::Link(link) = input {
                 input = instead[link.node as usize].unwrap_or(input);
             }
-            if matches!(socket.kind, SocketKind::Float | SocketKind::Color)
-                && let Some(value) = graph.range_of(&results, input, socket.kind).constant()
+            if matches!(
+                socket.kind,
+                SocketKind::Float | SocketKind::Color | SocketKind::Vector
+            ) && let Some(value) = graph.range_of(&results, input, socket.kind).constant()
             {
                 input = Input::Value(value);
             }
@@ -163,7 +165,7 @@ fn replacement(graph: &Graph, at: usize, facts: &mut impl Facts) -> Option<Input
             Blend::Multiply if is(mix::B, 1.0) => alias(mix::A),
             _ => None,
         },
-        NodeKind::NormalMap => is_flat(graph, at, facts).then_some(Input::None),
+        NodeKind::NormalMap { .. } => is_flat(graph, at, facts).then_some(Input::None),
         NodeKind::MixShader if leads_to_nothing(graph, at) => None,
         NodeKind::MixShader if is(mix_shader::FACTOR, 0.0) => Some(inputs[mix_shader::A]),
         NodeKind::MixShader if is(mix_shader::FACTOR, 1.0) => Some(inputs[mix_shader::B]),

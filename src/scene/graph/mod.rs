@@ -6,14 +6,19 @@
 
 mod clean;
 mod fold;
+pub mod function;
 pub mod node;
 mod range;
 mod summary;
 
 pub use clean::Faults;
 pub use fold::fold;
+use function::PlaceInput;
+
+pub use function::Function;
 pub use node::{
-    Blend, Distribution, Lane, Legal, MathOperation, NodeKind, Socket, SocketKind, TangentKind,
+    Blend, Distribution, ImageProjection, Lane, Legal, MathOperation, NodeKind, NormalSpace,
+    Socket, SocketKind, TangentKind,
 };
 pub use range::{Facts, Range, Unit};
 pub use summary::{Opacity, PrincipledSummary, Slot, Summary};
@@ -87,8 +92,10 @@ impl Node {
     /// With Blender's defaults in all sockets.
     pub fn new(kind: NodeKind) -> Self {
         let default = |socket: &Socket| match socket.kind {
-            SocketKind::Vector | SocketKind::Shader => Input::None,
-            SocketKind::Float | SocketKind::Color => Input::Value(socket.default),
+            SocketKind::Normal | SocketKind::Coordinates | SocketKind::Shader => Input::None,
+            SocketKind::Float | SocketKind::Color | SocketKind::Vector => {
+                Input::Value(socket.default)
+            }
         };
         let inputs = kind.sockets().iter().map(default).collect();
         Self { kind, inputs }
@@ -209,15 +216,47 @@ impl Graph {
             })
     }
 
-    /// Whether there is a normal map.
+    /// How many attributes of vertices its nodes ask for.
+    pub fn attributes(&self) -> usize {
+        let of = |node: &Node| match node.kind {
+            NodeKind::Function(Function::Place(PlaceInput::Attribute(number))) => {
+                number as usize + 1
+            }
+            _ => 0,
+        };
+        self.nodes.iter().map(of).fold(0, usize::max)
+    }
+
+    /// Whether some shader has another normal than the surface: by a map, a bump, or numbers.
     pub fn has_normal_map(&self) -> bool {
-        self.nodes.iter().any(|n| n.kind == NodeKind::NormalMap)
+        let bends = |n: &Node| {
+            let normal = |socket: &Socket| socket.kind == SocketKind::Normal;
+            let shades = n.kind.outputs().first().map(|o| o.0) == Some(SocketKind::Shader);
+            let mut sockets = n.kind.sockets().iter().zip(&n.inputs);
+            shades && sockets.any(|(s, input)| normal(s) && input.link().is_some())
+        };
+        self.nodes.iter().any(bends)
+    }
+
+    /// Whether some shader's normal is another than the surface's: maps of strength 0 change nothing.
+    pub fn bends_normals(&self) -> bool {
+        let bends = |link: Link| {
+            let node = self.node(link);
+            !matches!(node.kind, NodeKind::NormalMap { .. })
+                || node.inputs[node::normal_map::STRENGTH] != Input::float(0.0)
+        };
+        self.nodes.iter().any(|n| {
+            let shades = n.kind.outputs().first().map(|o| o.0) == Some(SocketKind::Shader);
+            let sockets = n.kind.sockets().iter().zip(&n.inputs);
+            let mut normals = sockets.filter(|(s, _)| s.kind == SocketKind::Normal);
+            shades && normals.any(|(_, input)| input.link().is_some_and(bends))
+        })
     }
 
     /// Whether a tangent of some kind is read: by a normal map, or for anisotropy.
     pub fn has_tangent(&self, kind: TangentKind) -> bool {
         self.nodes.iter().any(|n| match n.kind {
-            NodeKind::NormalMap => kind == TangentKind::Uv,
+            NodeKind::NormalMap { .. } => kind == TangentKind::Uv,
             NodeKind::Tangent { kind: of } => kind == of,
             _ => kind == TangentKind::Radial && n.is_anisotropic_about_z(),
         })
@@ -225,7 +264,8 @@ impl Graph {
 
     /// The strengths of the normal maps; of one that varies, 1.
     pub fn normal_map_strengths(&self) -> impl Iterator<Item = f32> {
-        let maps = self.nodes.iter().filter(|n| n.kind == NodeKind::NormalMap);
+        let is_map = |n: &&Node| matches!(n.kind, NodeKind::NormalMap { .. });
+        let maps = self.nodes.iter().filter(is_map);
         maps.map(|map| match map.inputs[node::normal_map::STRENGTH] {
             Input::Value([strength, ..]) => strength,
             _ => 1.0,

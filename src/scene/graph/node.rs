@@ -4,6 +4,7 @@
 //! operation in `shading::program`, where it does more than arithmetic.
 
 use super::super::material::{ImageUse, Texture};
+use super::function::Function;
 
 /// What an input takes, or an output gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,8 +13,12 @@ pub enum SocketKind {
     Float,
     /// A colour.
     Color,
-    /// A direction. Without a link it is the surface's own.
+    /// Three numbers, in Blender's axes.
     Vector,
+    /// Texture coordinates, in Blender's axes. Without a link they are those of the node.
+    Coordinates,
+    /// A normal or a tangent, outside of the surface. Without a link it is the surface's own.
+    Normal,
     /// What a surface does with light. It has no value of its own.
     Shader,
 }
@@ -157,13 +162,13 @@ sockets! {
         METALLIC: Float "Metallic" = [0.0; 3], Legal::share(0.0);
         ROUGHNESS: Float "Roughness" = [0.5; 3], Legal::share(1.0);
         IOR: Float "IOR" = [1.5; 3], Legal::IOR;
-        NORMAL: Vector "Normal" = [0.0; 3], Legal::ANY;
+        NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
         DIFFUSE_ROUGHNESS: Float "Diffuse Roughness" = [0.0; 3], Legal::share(0.0);
         SPECULAR_IOR_LEVEL: Float "Specular IOR Level" = [0.5; 3], Legal::positive(0.5);
         SPECULAR_TINT: Color "Specular Tint" = [1.0; 3], Legal::positive(1.0);
         ANISOTROPIC: Float "Anisotropic" = [0.0; 3], Legal::share(0.0);
         ANISOTROPIC_ROTATION: Float "Anisotropic Rotation" = [0.0; 3], Legal::ANY;
-        TANGENT: Vector "Tangent" = [0.0; 3], Legal::ANY;
+        TANGENT: Normal "Tangent" = [0.0; 3], Legal::ANY;
         TRANSMISSION_WEIGHT: Float "Transmission Weight" = [0.0; 3], Legal::share(0.0);
         EMISSION_COLOR: Color "Emission Color" = [1.0; 3], Legal::positive(0.0);
         EMISSION_STRENGTH: Float "Emission Strength" = [0.0; 3], Legal::positive(0.0);
@@ -171,7 +176,7 @@ sockets! {
         COAT_ROUGHNESS: Float "Coat Roughness" = [0.03; 3], Legal::share(0.03);
         COAT_IOR: Float "Coat IOR" = [1.5; 3], Legal::INDEX;
         COAT_TINT: Color "Coat Tint" = [1.0; 3], Legal::positive(1.0);
-        COAT_NORMAL: Vector "Coat Normal" = [0.0; 3], Legal::ANY;
+        COAT_NORMAL: Normal "Coat Normal" = [0.0; 3], Legal::ANY;
         SHEEN_WEIGHT: Float "Sheen Weight" = [0.0; 3], Legal::share(0.0);
         SHEEN_ROUGHNESS: Float "Sheen Roughness" = [0.5; 3], Legal::share(0.5);
         SHEEN_TINT: Color "Sheen Tint" = [1.0; 3], Legal::positive(1.0);
@@ -182,7 +187,7 @@ sockets! {
     diffuse {
         COLOR: Color "Color" = [0.8; 3], Legal::ALBEDO;
         ROUGHNESS: Float "Roughness" = [0.0; 3], Legal::share(0.0);
-        NORMAL: Vector "Normal" = [0.0; 3], Legal::ANY;
+        NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
     }
 }
 sockets! {
@@ -192,8 +197,8 @@ sockets! {
         ROUGHNESS: Float "Roughness" = [0.5; 3], Legal::share(1.0);
         ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
         ROTATION: Float "Rotation" = [0.0; 3], Legal::ANY;
-        NORMAL: Vector "Normal" = [0.0; 3], Legal::ANY;
-        TANGENT: Vector "Tangent" = [0.0; 3], Legal::ANY;
+        NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
+        TANGENT: Normal "Tangent" = [0.0; 3], Legal::ANY;
     }
 }
 sockets! {
@@ -330,6 +335,42 @@ pub enum Distribution {
     MultiscatterGgx,
 }
 
+sockets! {
+    /// Inputs of the Image Texture node.
+    image_texture { VECTOR: Coordinates "Vector" = [0.0; 3], Legal::ANY; }
+}
+
+/// Axes of a normal map's texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum NormalSpace {
+    /// Tangent, bitangent, normal. The strength scales the first two before normalisation, as in glTF.
+    #[default]
+    Gltf,
+    /// Tangent, bitangent, normal. The strength goes from the surface's own normal to the map's, as in Blender.
+    Tangent,
+    /// The object's, in Blender's axes.
+    Object,
+    /// The world's, in Blender's axes.
+    World,
+}
+
+/// How an image lies in the space of its coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum ImageProjection {
+    /// By the first two.
+    #[default]
+    Flat,
+    /// On the sides of a box, blended over so much of the edges.
+    Box {
+        /// 0 to 1.
+        blend: f32,
+    },
+    /// About the Z axis, on a sphere.
+    Sphere,
+    /// About the Z axis, on a tube.
+    Tube,
+}
+
 /// What a node is, with its properties that are no sockets.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NodeKind {
@@ -339,7 +380,11 @@ pub enum NodeKind {
         texture: Texture,
         /// What its values mean.
         usage: ImageUse,
+        /// How it lies in the space of linked coordinates.
+        projection: ImageProjection,
     },
+    /// What other nodes compute.
+    Function(Function),
     /// Colours of vertices, white where there are none: Color, Alpha.
     ColorAttribute,
     /// A colour's numbers: Red, Green, Blue.
@@ -356,8 +401,11 @@ pub enum NodeKind {
         /// How.
         blend: Blend,
     },
-    /// A tangent-space normal map. The strength scales x and y before normalisation, as in glTF.
-    NormalMap,
+    /// A normal map.
+    NormalMap {
+        /// In which axes its texels are, and what its strength does.
+        space: NormalSpace,
+    },
     /// A direction along the surface. That of texture coordinates may be turned by a direction in tangent space, whose x and y
     /// stand as numbers 0 to 1 for -1 to 1.
     Tangent {
@@ -391,8 +439,10 @@ pub enum NodeKind {
 /// Which of four numbers an output is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
-    /// The first three.
+    /// The first three: a colour, of which a number is the luminance.
     Rgb,
+    /// The first three: a vector, of which a number is the mean.
+    Xyz,
     /// One of them: 0 to 3.
     One(u8),
 }
@@ -414,11 +464,13 @@ impl NodeKind {
     /// The inputs, in their order.
     pub fn sockets(&self) -> &'static [Socket] {
         match self {
-            Self::ImageTexture { .. } | Self::ColorAttribute => &[],
+            Self::ImageTexture { .. } => image_texture::SOCKETS,
+            Self::Function(function) => function.sockets(),
+            Self::ColorAttribute => &[],
             Self::SeparateColor => separate::SOCKETS,
             Self::Math { .. } => math::SOCKETS,
             Self::MixColor { .. } => mix::SOCKETS,
-            Self::NormalMap => normal_map::SOCKETS,
+            Self::NormalMap { .. } => normal_map::SOCKETS,
             Self::Tangent { .. } => tangent::SOCKETS,
             Self::PrincipledBsdf { .. } => principled::SOCKETS,
             Self::DiffuseBsdf => diffuse::SOCKETS,
@@ -432,8 +484,9 @@ impl NodeKind {
 
     /// The outputs: what they give, and which numbers of the node's result they are.
     pub fn outputs(&self) -> &'static [(SocketKind, Lane)] {
-        use SocketKind::{Color, Float, Shader, Vector};
+        use SocketKind::{Color, Float, Normal, Shader};
         match self {
+            Self::Function(function) => function.outputs(),
             Self::ImageTexture { .. } | Self::ColorAttribute => {
                 &[(Color, Lane::Rgb), (Float, Lane::One(3))]
             }
@@ -444,7 +497,7 @@ impl NodeKind {
             ],
             Self::Math { .. } => &[(Float, Lane::One(0))],
             Self::MixColor { .. } => &[(Color, Lane::Rgb)],
-            Self::NormalMap | Self::Tangent { .. } => &[(Vector, Lane::Rgb)],
+            Self::NormalMap { .. } | Self::Tangent { .. } => &[(Normal, Lane::Rgb)],
             Self::PrincipledBsdf { .. }
             | Self::DiffuseBsdf
             | Self::GlossyBsdf { .. }

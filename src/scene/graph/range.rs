@@ -69,7 +69,11 @@ impl Range {
                 let gray = |color: Vec4| Vec4::splat(luminance(color.truncate()));
                 Self::of([gray(self.low), gray(self.high)])
             }
-            (Lane::Rgb, _) => self,
+            (Lane::Xyz, SocketKind::Float) => {
+                let mean = |v: Vec4| Vec4::splat(v.truncate().element_sum() / 3.0);
+                Self::of([mean(self.low), mean(self.high)])
+            }
+            (Lane::Rgb | Lane::Xyz, _) => self,
         }
     }
 
@@ -107,6 +111,10 @@ pub trait Facts {
     fn image(&mut self, texture: &Texture, usage: ImageUse, taken: [bool; 4]) -> Range;
     /// Colours of vertices.
     fn colors(&self) -> Range;
+    /// What other nodes may give that are not the same everywhere.
+    fn varying(&self) -> Range {
+        Range::UNKNOWN
+    }
     /// Whether a normal map of a strength changes nothing.
     fn is_flat(&mut self, _texture: &Texture, _strength: f32) -> bool {
         false
@@ -122,6 +130,10 @@ pub struct Unit {
 
 impl Facts for Unit {
     fn image(&mut self, _: &Texture, _: ImageUse, _: [bool; 4]) -> Range {
+        Range::SHARE
+    }
+
+    fn varying(&self) -> Range {
         Range::SHARE
     }
 
@@ -198,7 +210,9 @@ impl Graph {
             self.range_of(results, node.inputs[socket], kind)
         };
         match &node.kind {
-            NodeKind::ImageTexture { texture, usage } => facts.image(texture, *usage, taken[at]),
+            NodeKind::ImageTexture { texture, usage, .. } => {
+                facts.image(texture, *usage, taken[at])
+            }
             NodeKind::ColorAttribute => facts.colors(),
             NodeKind::SeparateColor => of(separate::COLOR),
             NodeKind::Math { operation, clamp } => {
@@ -218,6 +232,15 @@ impl Graph {
                     [at(factor.0), at(factor.1)]
                 }))
             }
+            NodeKind::Function(function) => {
+                let known = (0..node.inputs.len()).map(|socket| {
+                    let value = of(socket).constant()?;
+                    Some(Vec3::from(value).extend(value[0]))
+                });
+                let inputs: Option<Vec<Vec4>> = known.collect();
+                let result = inputs.and_then(|inputs| function.evaluate(&inputs));
+                result.map_or_else(|| facts.varying(), Range::only)
+            }
             _ => Range::UNKNOWN,
         }
     }
@@ -232,7 +255,7 @@ impl Graph {
                 let of = &mut taken[link.node as usize];
                 match self.gives(link).1 {
                     Lane::One(i) => of[usize::from(i)] = true,
-                    Lane::Rgb => {
+                    Lane::Rgb | Lane::Xyz => {
                         for (i, of) in of[..3].iter_mut().enumerate() {
                             *of |= node.kind != NodeKind::SeparateColor || by_node[i];
                         }

@@ -27,6 +27,7 @@ fn image(graph: &mut Graph, number: u32) -> Link {
     graph.add(Node::new(NodeKind::ImageTexture {
         texture: ImageId(number).into(),
         usage: ImageUse::Color,
+        projection: Default::default(),
     }))
 }
 
@@ -205,9 +206,11 @@ fn normal_maps_of_no_strength_are_none() {
     for (strength, gone) in [(0.0, true), (0.5, false)] {
         let mut graph = Graph::default();
         let any = image(&mut graph, 1);
-        let map = Node::new(NodeKind::NormalMap)
-            .with(normal_map::STRENGTH, strength)
-            .with(normal_map::COLOR, any);
+        let map = Node::new(NodeKind::NormalMap {
+            space: Default::default(),
+        })
+        .with(normal_map::STRENGTH, strength)
+        .with(normal_map::COLOR, any);
         let map = graph.add(map);
         let graph = folded(graph, surface().with(principled::NORMAL, map));
         assert_eq!(!graph.has_normal_map(), gone);

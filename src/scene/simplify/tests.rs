@@ -55,6 +55,7 @@ fn scene(materials: Vec<MetallicRoughness>, images: Vec<Image>) -> Scene {
             world_from_object: DAffine3::IDENTITY,
             visibility: Visibility::ALL,
             holdout: false,
+            info: Default::default(),
         });
     }
     scene

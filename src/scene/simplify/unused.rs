@@ -28,6 +28,11 @@ fn mesh_bytes(mesh: &Mesh) -> u64 {
         + mesh.tangents.as_deref().map_or(0, size_of_val)
         + mesh.radial.as_deref().map_or(0, size_of_val)
         + mesh.colors.as_deref().map_or(0, size_of_val)
+        + mesh
+            .attributes
+            .iter()
+            .map(|v| size_of_val(&v[..]))
+            .sum::<usize>()
         + uvs) as u64
 }
 

@@ -1,20 +1,23 @@
 //! From graphs to programs.
 
 use super::{
-    CoatRoots, LayerRoots, Opacity, Operand, Operation, Program, Programs, Root, Shader, Weighted,
+    Call, CoatRoots, Height, LayerRoots, Opacity, Operand, Operation, Program, Programs, Root,
+    Shader, Weighted,
 };
+use crate::scene::graph::function::bump;
 use crate::scene::graph::node::{
-    diffuse, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, tangent,
-    transparent,
+    diffuse, emission, glossy, image_texture, math, mix, mix_shader, normal_map, principled,
+    separate, tangent, transparent,
 };
 use crate::scene::graph::{
-    self, Blend, Distribution, Facts, Graph, Input, Lane, Link, MathOperation, NodeKind, Range,
-    TangentKind,
+    self, Blend, Distribution, Facts, Function, Graph, Input, Lane, Link, MathOperation, NodeKind,
+    Range, SocketKind, TangentKind,
 };
 use crate::scene::{ImageUse, Texture};
 use crate::shading::Principled;
 use crate::shading::texture::PreparedTexture;
 use glam::{Vec3, Vec4};
+use std::cell::RefCell;
 
 /// Gives textures their rasters; those without an image are white.
 pub trait Source {
@@ -58,15 +61,26 @@ struct Compiler<'a, S> {
     program: Program,
     /// The register or constant of each node that has one.
     results: Vec<Option<Operand>>,
+    /// Of heights within heights.
+    depth: u32,
+    /// So many heights have been compiled.
+    heights: &'a mut u32,
 }
 
+/// Heights within heights that are seen: each level multiplies the work by three.
+const DEEPEST: u32 = 4;
+/// Heights of one material.
+const MOST_HEIGHTS: u32 = 4096;
+
 impl<'a, S: Source> Compiler<'a, S> {
-    fn new(graph: &'a Graph, source: &'a mut S) -> Self {
+    fn new(graph: &'a Graph, source: &'a mut S, heights: &'a mut u32) -> Self {
         Self {
             graph,
             source,
             program: Program::default(),
             results: vec![None; graph.nodes.len()],
+            depth: 0,
+            heights,
         }
     }
 
@@ -107,24 +121,35 @@ impl<'a, S: Source> Compiler<'a, S> {
             (Operand::Constant(value), Lane::One(i)) => {
                 Operand::Constant(Vec4::splat(value[usize::from(i)]))
             }
-            (Operand::Constant(value), Lane::Rgb) => Operand::Constant(value),
+            (Operand::Constant(value), Lane::Rgb | Lane::Xyz) => Operand::Constant(value),
             // A number stands in all places.
             (one @ Operand::Register(_, Lane::One(_)), _) => one,
-            (Operand::Register(at, Lane::Rgb), lane) => Operand::Register(at, lane),
+            (Operand::Register(at, Lane::Rgb | Lane::Xyz), lane) => Operand::Register(at, lane),
         }
     }
 
     fn node(&mut self, at: usize) -> Operand {
         let operation = match &self.graph.nodes[at].kind {
-            NodeKind::ImageTexture { texture, usage } => {
-                match self.source.texture(texture, *usage) {
-                    Some(texture) => {
-                        self.program.textures.push(texture);
-                        Operation::Image(self.program.textures.len() as u32 - 1)
-                    }
-                    None => return ONE,
+            NodeKind::ImageTexture {
+                texture,
+                usage,
+                projection,
+            } => {
+                let Some(texture) = self.source.texture(texture, *usage) else {
+                    return ONE;
+                };
+                self.program.textures.push(texture);
+                let texture = self.program.textures.len() as u32 - 1;
+                match self.graph.nodes[at].inputs[image_texture::VECTOR] {
+                    Input::None => Operation::Image(texture),
+                    _ => Operation::ImageAt {
+                        texture,
+                        projection: *projection,
+                        at: self.input(at, image_texture::VECTOR),
+                    },
                 }
             }
+            NodeKind::Function(function) => return self.call(at, function),
             NodeKind::ColorAttribute => Operation::VertexColor,
             // Its outputs are the numbers of what it takes.
             NodeKind::SeparateColor => return self.input(at, separate::COLOR),
@@ -140,7 +165,8 @@ impl<'a, S: Source> Compiler<'a, S> {
                 a: self.input(at, mix::A),
                 b: self.input(at, mix::B),
             },
-            NodeKind::NormalMap => Operation::NormalMap {
+            NodeKind::NormalMap { space } => Operation::NormalMap {
+                space: *space,
                 color: self.input(at, normal_map::COLOR),
                 strength: self.input(at, normal_map::STRENGTH),
             },
@@ -157,6 +183,80 @@ impl<'a, S: Source> Compiler<'a, S> {
             | NodeKind::AddShader => return ZERO,
         };
         Operand::Register(self.emit(operation), Lane::Rgb)
+    }
+
+    /// A node's function.
+    fn call(&mut self, at: usize, function: &Function) -> Operand {
+        let sockets = function.sockets();
+        let mut inputs = Vec::with_capacity(sockets.len());
+        for (place, socket) in sockets.iter().enumerate() {
+            let operand = self.converted(at, place, socket.kind);
+            inputs.push((operand, socket.kind));
+        }
+        let mut height = None;
+        if matches!(function, Function::Bump { .. }) {
+            height = self.height(self.graph.nodes[at].inputs[bump::HEIGHT]);
+            inputs[bump::HEIGHT].0 = ZERO;
+            if height.is_none() {
+                // What is as high everywhere is not raised.
+                return inputs[bump::NORMAL].0;
+            }
+        }
+        self.program.calls.push(Call {
+            function: function.clone(),
+            inputs,
+            height,
+        });
+        let call = self.program.calls.len() as u32 - 1;
+        let lane = match function.outputs() {
+            [(_, lane @ Lane::One(_))] => *lane,
+            _ => Lane::Rgb,
+        };
+        Operand::Register(self.emit(Operation::Call(call)), lane)
+    }
+
+    /// What an input gives as a socket takes it: normals stand outside in glTF's axes, vectors of them on the viewer's side
+    /// in Blender's.
+    fn converted(&mut self, at: usize, socket: usize, takes: SocketKind) -> Operand {
+        let input = self.graph.nodes[at].inputs[socket];
+        let operand = self.input(at, socket);
+        let Some(link) = input.link() else {
+            return operand;
+        };
+        let gives_normal = self.graph.gives(link).0 == SocketKind::Normal;
+        let takes_normal = takes == SocketKind::Normal;
+        match (gives_normal, takes_normal) {
+            (true, false) => {
+                let lane = Lane::Xyz;
+                Operand::Register(self.emit(Operation::Facing(operand)), lane)
+            }
+            (false, true) => {
+                let lane = Lane::Xyz;
+                Operand::Register(self.emit(Operation::Outside(operand)), lane)
+            }
+            _ => operand,
+        }
+    }
+
+    /// The program of a height; `None` where nothing varies, or where heights of heights go too deep.
+    fn height(&mut self, input: Input) -> Option<Box<Height>> {
+        if self.depth >= DEEPEST || *self.heights >= MOST_HEIGHTS {
+            return None;
+        }
+        input.link()?;
+        *self.heights += 1;
+        let mut compiler = Compiler {
+            graph: self.graph,
+            source: &mut *self.source,
+            program: Program::default(),
+            results: vec![None; self.graph.nodes.len()],
+            depth: self.depth + 1,
+            heights: &mut *self.heights,
+        };
+        let operand = compiler.operand(input);
+        let mut root = root(operand);
+        let program = compiler.finish(&mut [&mut root]);
+        (!program.is_constant()).then(|| Box::new(Height { program, root }))
     }
 
     /// Arithmetic of numbers, done at once where both are known.
@@ -328,7 +428,7 @@ impl<'a, S: Source> Compiler<'a, S> {
         while (program.operations.len() >> program.shift) >= 64 {
             program.shift += 1;
         }
-        narrow(&mut program.operations, roots);
+        narrow(&mut program.operations, &program.calls, roots);
         let block = |operand: Operand| match operand {
             Operand::Constant(_) => 0u64,
             Operand::Register(at, _) => 1 << (at >> program.shift),
@@ -337,9 +437,7 @@ impl<'a, S: Source> Compiler<'a, S> {
         let mut takes = [0u64; 64];
         for (at, operation) in program.operations.iter().enumerate() {
             let takes = &mut takes[at >> program.shift];
-            for operand in operation.takes() {
-                *takes |= block(operand);
-            }
+            operation.each_taken(&program.calls, |operand| *takes |= block(operand));
         }
         for root in roots {
             root.needs = block(root.operand);
@@ -354,20 +452,28 @@ impl<'a, S: Source> Compiler<'a, S> {
 }
 
 impl Operation {
-    /// What it takes, with constants in the places that are left over.
-    fn takes(&self) -> [Operand; 3] {
+    /// Calls for each operand that it takes.
+    fn each_taken(&self, calls: &[Call], mut take: impl FnMut(Operand)) {
         match *self {
-            Self::Image(_) | Self::Alpha(_) | Self::VertexColor => [ZERO; 3],
-            Self::Math { a, b, .. } => [a, b, ZERO],
-            Self::Mix { factor, a, b, .. } => [factor, a, b],
-            Self::NormalMap { color, strength } => [color, strength, ZERO],
-            Self::Tangent { direction, .. } => [direction, ZERO, ZERO],
+            Self::Image(_) | Self::Alpha(_) | Self::VertexColor => {}
+            Self::ImageAt { at, .. } => take(at),
+            Self::Math { a, b, .. } => [a, b].into_iter().for_each(take),
+            Self::Mix { factor, a, b, .. } => [factor, a, b].into_iter().for_each(take),
+            Self::NormalMap {
+                color, strength, ..
+            } => [color, strength].into_iter().for_each(take),
+            Self::Tangent { direction, .. } => take(direction),
+            Self::Outside(normal) | Self::Facing(normal) => take(normal),
+            Self::Call(number) => {
+                let inputs = &calls[number as usize].inputs;
+                inputs.iter().for_each(|(operand, _)| take(*operand));
+            }
         }
     }
 }
 
 /// Where an image's opacity is all that is taken of it, its colours are not looked up.
-fn narrow(operations: &mut [Operation], roots: &[&mut Root]) {
+fn narrow(operations: &mut [Operation], calls: &[Call], roots: &[&mut Root]) {
     let mut is_color = vec![false; operations.len()];
     let mut read = |operand: Operand| {
         if let Operand::Register(at, lane) = operand {
@@ -375,7 +481,7 @@ fn narrow(operations: &mut [Operation], roots: &[&mut Root]) {
         }
     };
     for operation in operations.iter() {
-        operation.takes().into_iter().for_each(&mut read);
+        operation.each_taken(calls, &mut read);
     }
     roots.iter().for_each(|root| read(root.operand));
     for (operation, is_color) in operations.iter_mut().zip(is_color) {
@@ -450,8 +556,12 @@ fn tangent_of<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, socket: usiz
         };
         return Some(root(Operand::Register(compiler.emit(operation), Lane::Rgb)));
     }
-    node.is_anisotropic()
-        .then(|| root(compiler.operand(node.inputs[socket])))
+    let input = node.inputs[socket];
+    node.is_anisotropic().then(|| {
+        // What is behind it is emitted first.
+        compiler.operand(input);
+        root(compiler.converted(at, socket, SocketKind::Normal))
+    })
 }
 
 /// What lies over a Principled BSDF.
@@ -463,13 +573,18 @@ fn layers<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Box<La
     let inputs = &compiler.graph.nodes[at].inputs;
     let is_there = |weight: usize| inputs[weight] != Input::float(0.0);
     let (coated, has_fibres) = (is_there(COAT_WEIGHT), is_there(SHEEN_WEIGHT));
+    let normal = (inputs[COAT_NORMAL] != Input::None).then(|| {
+        // What is behind it is emitted first.
+        compiler.operand(inputs[COAT_NORMAL]);
+        root(compiler.converted(at, COAT_NORMAL, SocketKind::Normal))
+    });
     let mut value = |socket: usize| root(compiler.operand(inputs[socket]));
     let coat = coated.then(|| CoatRoots {
         weight: value(COAT_WEIGHT),
         roughness: value(COAT_ROUGHNESS),
         ior: value(COAT_IOR),
         tint: value(COAT_TINT),
-        normal: (inputs[COAT_NORMAL] != Input::None).then(|| value(COAT_NORMAL)),
+        normal,
     });
     let fibres = has_fibres.then(|| [SHEEN_WEIGHT, SHEEN_ROUGHNESS, SHEEN_TINT].map(&mut value));
     (coated || has_fibres).then(|| Box::new(LayerRoots { coat, fibres }))
@@ -482,10 +597,16 @@ fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader
         NodeKind::GlossyBsdf { .. } => tangent_of(compiler, at, glossy::TANGENT),
         _ => None,
     };
-    let mut value = |socket: usize| root(compiler.operand(node.inputs[socket]));
-    let mut vector = |socket: usize| match node.inputs[socket] {
+    let (graph, compiler) = (compiler.graph, RefCell::new(compiler));
+    let value = |socket: usize| root(compiler.borrow_mut().operand(node.inputs[socket]));
+    let vector = |socket: usize| match node.inputs[socket] {
         Input::None => None,
-        _ => Some(value(socket)),
+        input => {
+            let mut compiler = compiler.borrow_mut();
+            // What is behind it is emitted first.
+            compiler.operand(input);
+            Some(root(compiler.converted(at, socket, SocketKind::Normal)))
+        }
     };
     Some(match node.kind {
         NodeKind::PrincipledBsdf { .. } => {
@@ -495,8 +616,8 @@ fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader
                 .filter(|&socket| node.inputs[socket].link().is_some())
                 .map(|socket| (socket, value(socket)))
                 .collect();
-            let base = known(compiler.graph, at);
-            let layers = layers(compiler, at);
+            let base = known(graph, at);
+            let layers = layers(&mut compiler.borrow_mut(), at);
             Shader::Principled {
                 base,
                 linked,
@@ -563,7 +684,8 @@ fn roots_of(weighted: &mut Weighted) -> Vec<&mut Root> {
 }
 
 fn surface(graph: &Graph, source: &mut impl Source) -> (Program, Vec<Weighted>) {
-    let mut compiler = Compiler::new(graph, source);
+    let mut heights = 0;
+    let mut compiler = Compiler::new(graph, source, &mut heights);
     let mut shaders: Vec<Weighted> = Vec::new();
     for (at, weight) in compiler.body() {
         if let Some(shader) = shader(&mut compiler, at) {
@@ -583,7 +705,8 @@ fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
     if !(0..graph.nodes.len()).any(clear) {
         return None;
     }
-    let mut compiler = Compiler::new(graph, source);
+    let mut heights = 0;
+    let mut compiler = Compiler::new(graph, source, &mut heights);
     let leaves = compiler.leaves(graph.surface);
     let (clear, rest): (Vec<_>, Vec<_>) = leaves.into_iter().partition(|(at, _)| clear(*at));
     let mut transmittance = ZERO;
@@ -603,7 +726,8 @@ fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
 }
 
 fn emission(graph: &Graph, source: &mut impl Source) -> (Program, Root) {
-    let mut compiler = Compiler::new(graph, source);
+    let mut heights = 0;
+    let mut compiler = Compiler::new(graph, source, &mut heights);
     let mut sum = Operand::Constant(Vec4::W);
     for (at, weight) in compiler.body() {
         let node = &graph.nodes[at];

@@ -4,14 +4,18 @@
 //! socket of a shader knows which of them it needs, and they run when it is asked for: an image that nobody asks for is
 //! not read. What is constant has no operations.
 
+mod call;
 mod compile;
+mod projection;
 
+pub use call::{Call, Height};
 pub use compile::{Known, Source, compile};
 
 use super::texture::PreparedTexture;
 use crate::math::luminance;
+use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::node::principled;
-use crate::scene::graph::{Blend, Lane, MathOperation, TangentKind};
+use crate::scene::graph::{Blend, ImageProjection, Lane, MathOperation, NormalSpace, TangentKind};
 use crate::shading::Principled;
 use glam::{Vec2, Vec3, Vec4};
 
@@ -21,8 +25,24 @@ pub trait Place {
     fn uv(&self, set: u32) -> Vec2;
     /// Vertex colour; white where there is none.
     fn color(&self) -> Vec4;
-    /// The normal outside of a tangent-space one whose x and y are scaled; 0 where there is none.
-    fn mapped_normal(&self, tangent_space: Vec3, strength: f32) -> Vec3;
+    /// The normal outside of one in some space, at a strength; 0 where there is none.
+    fn mapped_normal(&self, space: NormalSpace, normal: Vec3, strength: f32) -> Vec3;
+    /// What a node asks about the place.
+    fn input(&self, input: PlaceInput) -> Vec4;
+    /// A vector of one space in another.
+    fn transformed(&self, v: Vec3, what: Transformed, from: Space, to: Space) -> Vec3;
+    /// A normal outside, in Blender's axes and on the viewer's side; of 0 the surface's own.
+    fn facing(&self, outside: Vec3) -> Vec3;
+    /// The other way round.
+    fn outside(&self, facing: Vec3) -> Vec3;
+    /// The ways across the surface to its neighbours, so many pixels apart, in Blender's axes.
+    fn steps(&self, pixels: f32) -> [Vec3; 2];
+    /// The neighbour at one of these steps.
+    fn neighbour(&self, step: Vec3) -> Self
+    where
+        Self: Sized;
+    /// How much larger the object is than its own units.
+    fn object_scale(&self) -> f32;
     /// A direction along the surface; one of texture coordinates is turned by x and y in tangent space. 0 where there is none.
     fn tangent(&self, _kind: TangentKind, _direction: Vec2) -> Vec3 {
         Vec3::ZERO
@@ -45,6 +65,21 @@ pub enum Operation {
     Image(u32),
     /// The opacity of a texture, of which nobody takes more.
     Alpha(u32),
+    /// A texture, by its number, at coordinates.
+    ImageAt {
+        /// Which.
+        texture: u32,
+        /// How it lies in their space.
+        projection: ImageProjection,
+        /// Where.
+        at: Operand,
+    },
+    /// What a node computes: a call, by its number.
+    Call(u32),
+    /// A normal on the viewer's side, in Blender's axes, as one outside.
+    Outside(Operand),
+    /// A normal outside as one on the viewer's side, in Blender's axes.
+    Facing(Operand),
     /// The vertices' colour.
     VertexColor,
     /// Arithmetic of numbers.
@@ -69,8 +104,10 @@ pub enum Operation {
         /// Above.
         b: Operand,
     },
-    /// A tangent-space normal map.
+    /// A normal map.
     NormalMap {
+        /// In which axes.
+        space: NormalSpace,
         /// Its texel.
         color: Operand,
         /// Its strength.
@@ -109,6 +146,7 @@ impl Root {
 pub struct Program {
     operations: Vec<Operation>,
     textures: Vec<PreparedTexture>,
+    calls: Vec<Call>,
     /// A block has 2 to the power of this many operations: there are 64 blocks at most.
     shift: u32,
 }
@@ -149,6 +187,44 @@ impl Program {
     /// The textures that it reads.
     pub fn textures(&self) -> &[PreparedTexture] {
         &self.textures
+    }
+
+    /// Whether it does more than glTF's materials call for.
+    pub fn computes(&self) -> bool {
+        let more = |operation: &Operation| {
+            matches!(operation, Operation::ImageAt { .. } | Operation::Outside(_))
+        };
+        !self.calls.is_empty() || self.operations.iter().any(more)
+    }
+
+    /// What its nodes ask about the place, those behind bumps included.
+    pub fn place_inputs(&self) -> Vec<PlaceInput> {
+        let of_operation = |operation: &Operation| match operation {
+            Operation::ImageAt {
+                projection: ImageProjection::Box { .. },
+                ..
+            } => Some(PlaceInput::ObjectNormal),
+            Operation::NormalMap {
+                space: NormalSpace::Object,
+                ..
+            } => Some(PlaceInput::Object),
+            _ => None,
+        };
+        let of_calls = self.calls.iter().flat_map(Call::place_inputs);
+        let of_operations = self.operations.iter().filter_map(of_operation);
+        of_calls.chain(of_operations).collect()
+    }
+
+    /// How many sets of texture coordinates it reads.
+    pub fn uv_sets(&self) -> usize {
+        let textures = self.textures.iter().map(|t| t.uv_set as usize + 1);
+        let inputs = self.place_inputs().into_iter().map(|input| match input {
+            PlaceInput::Uv(set) => set as usize + 1,
+            _ => 0,
+        });
+        let heights = self.calls.iter().filter_map(|call| call.height());
+        let heights = heights.map(|height| height.program.uv_sets());
+        textures.chain(inputs).chain(heights).fold(0, usize::max)
     }
 
     /// Evaluates at a place what is asked for.
@@ -215,7 +291,7 @@ impl<P: Place> Evaluation<'_, P> {
     fn read_color(&self, operand: Operand) -> Vec3 {
         match operand {
             Operand::Constant(value) => value.truncate(),
-            Operand::Register(at, Lane::Rgb) => self.registers[at as usize].truncate(),
+            Operand::Register(at, Lane::Rgb | Lane::Xyz) => self.registers[at as usize].truncate(),
             Operand::Register(at, Lane::One(i)) => {
                 Vec3::splat(self.registers[at as usize][usize::from(i)])
             }
@@ -228,6 +304,9 @@ impl<P: Place> Evaluation<'_, P> {
             Operand::Constant(value) => value.x,
             Operand::Register(at, Lane::One(i)) => self.registers[at as usize][usize::from(i)],
             Operand::Register(at, Lane::Rgb) => luminance(self.registers[at as usize].truncate()),
+            Operand::Register(at, Lane::Xyz) => {
+                self.registers[at as usize].truncate().element_sum() / 3.0
+            }
         }
     }
 
@@ -255,6 +334,17 @@ impl<P: Place> Evaluation<'_, P> {
                 let texture = &self.program.textures[number as usize];
                 Vec4::splat(texture.read_alpha(self.place.uv(texture.uv_set)))
             }
+            Operation::ImageAt {
+                texture,
+                projection,
+                at,
+            } => {
+                let texture = &self.program.textures[texture as usize];
+                projection::read(texture, projection, self.read_color(at), self.place)
+            }
+            Operation::Call(number) => self.call(&self.program.calls[number as usize]),
+            Operation::Outside(normal) => self.place.outside(self.read_color(normal)).extend(1.0),
+            Operation::Facing(normal) => self.place.facing(self.read_color(normal)).extend(1.0),
             Operation::VertexColor => self.place.color(),
             Operation::Math {
                 operation,
@@ -278,12 +368,15 @@ impl<P: Place> Evaluation<'_, P> {
                 let (a, b) = (self.read_color(a), self.read_color(b));
                 blend.of(self.read_number(factor), a, b).extend(1.0)
             }
-            Operation::NormalMap { color, strength } => {
-                let tangent_space = self.read_color(color) * 2.0 - 1.0;
+            Operation::NormalMap {
+                space,
+                color,
+                strength,
+            } => {
+                let normal = self.read_color(color) * 2.0 - 1.0;
                 let strength = self.read_number(strength);
-                self.place
-                    .mapped_normal(tangent_space, strength)
-                    .extend(1.0)
+                let mapped = self.place.mapped_normal(space, normal, strength);
+                mapped.extend(1.0)
             }
             Operation::Tangent { kind, direction } => {
                 let direction = self.read_color(direction) * 2.0 - 1.0;
@@ -413,6 +506,12 @@ impl Shader {
     }
 }
 
+/// A number between 0 and 1; what is not a number stays so.
+#[inline]
+fn share(value: f32) -> f32 {
+    value.clamp(0.0, 1.0)
+}
+
 /// The sockets of a Principled BSDF at a place. Below metal nothing is read that is not seen.
 #[inline]
 pub fn parameters<P: Place>(
@@ -423,20 +522,20 @@ pub fn parameters<P: Place>(
     let mut p = *base;
     for (socket, root) in linked {
         match *socket {
-            principled::METALLIC => p.metallic = at.number(root),
+            principled::METALLIC => p.metallic = share(at.number(root)),
             principled::BASE_COLOR => p.base_color = reflected(at.color(root)),
-            principled::ROUGHNESS => p.roughness = at.number(root),
-            principled::ANISOTROPIC => p.anisotropy = at.number(root),
+            principled::ROUGHNESS => p.roughness = share(at.number(root)),
+            principled::ANISOTROPIC => p.anisotropy = share(at.number(root)),
             principled::ANISOTROPIC_ROTATION => p.anisotropy_rotation = at.number(root),
             principled::SPECULAR_TINT if p.edge_tint => {
                 p.specular_color = reflected(at.color(root));
             }
             _ if p.metallic >= 1.0 => {}
-            principled::IOR => p.ior = at.number(root),
-            principled::SPECULAR_IOR_LEVEL => p.specular = 2.0 * at.number(root),
+            principled::IOR => p.ior = at.number(root).max(1.0),
+            principled::SPECULAR_IOR_LEVEL => p.specular = 2.0 * at.number(root).max(0.0),
             principled::SPECULAR_TINT => p.specular_color = reflected(at.color(root)),
-            principled::TRANSMISSION_WEIGHT => p.transmission = at.number(root),
-            principled::DIFFUSE_ROUGHNESS => p.diffuse_roughness = at.number(root),
+            principled::TRANSMISSION_WEIGHT => p.transmission = share(at.number(root)),
+            principled::DIFFUSE_ROUGHNESS => p.diffuse_roughness = share(at.number(root)),
             _ => {}
         }
     }

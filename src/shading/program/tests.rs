@@ -1,5 +1,6 @@
 use super::*;
 use crate::math::primaries::WorkingSpace;
+use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::node::{diffuse, emission, glossy, math, mix_shader, transparent};
 use crate::scene::graph::{Distribution, Graph, Input, Link, Node, NodeKind};
 use crate::scene::{
@@ -36,9 +37,42 @@ impl Source for Texels {
 #[derive(Default)]
 struct Here {
     read: Cell<usize>,
+    at: Vec3,
 }
 
 impl Place for Here {
+    fn input(&self, input: PlaceInput) -> Vec4 {
+        match input {
+            PlaceInput::Generated => self.at.extend(1.0),
+            PlaceInput::Incoming => Vec3::Z.extend(1.0),
+            _ => Vec4::ZERO,
+        }
+    }
+    fn transformed(&self, v: Vec3, _: Transformed, _: Space, _: Space) -> Vec3 {
+        v
+    }
+    fn facing(&self, outside: Vec3) -> Vec3 {
+        if outside == Vec3::ZERO {
+            Vec3::Z
+        } else {
+            outside
+        }
+    }
+    fn outside(&self, facing: Vec3) -> Vec3 {
+        facing
+    }
+    fn steps(&self, pixels: f32) -> [Vec3; 2] {
+        [Vec3::X * pixels, Vec3::Y * pixels]
+    }
+    fn neighbour(&self, step: Vec3) -> Self {
+        Self {
+            at: self.at + step,
+            read: self.read.clone(),
+        }
+    }
+    fn object_scale(&self) -> f32 {
+        2.0
+    }
     fn uv(&self, _: u32) -> Vec2 {
         self.read.set(self.read.get() + 1);
         Vec2::splat(0.5)
@@ -48,7 +82,7 @@ impl Place for Here {
         Vec4::new(0.5, 1.0, 1.0, 0.75)
     }
 
-    fn mapped_normal(&self, tangent_space: Vec3, strength: f32) -> Vec3 {
+    fn mapped_normal(&self, _: NormalSpace, tangent_space: Vec3, strength: f32) -> Vec3 {
         tangent_space * strength
     }
 }
@@ -261,6 +295,7 @@ fn programs_of_any_length_run_what_a_socket_needs_and_no_more() {
             graph.add(Node::new(NodeKind::ImageTexture {
                 texture: ImageId(0).into(),
                 usage: ImageUse::Data,
+                projection: Default::default(),
             }))
         };
         let rough = image(&mut graph);

@@ -139,7 +139,11 @@ fn multiply(graph: &mut Graph, socket: usize, texture: Texture) {
             _ => ImageUse::Data,
         };
         let texture = texture.clone();
-        let image = Node::new(NodeKind::ImageTexture { texture, usage });
+        let image = Node::new(NodeKind::ImageTexture {
+            texture,
+            usage,
+            projection: Default::default(),
+        });
         let product = match usage {
             ImageUse::Color => Node::new(NodeKind::MixColor {
                 blend: Blend::Multiply,
@@ -162,10 +166,16 @@ fn bump(graph: &mut Graph, texture: Texture, strength: f32) {
     for at in principled_of(graph).into_iter().rev() {
         let usage = ImageUse::Data;
         let texture = texture.clone();
-        let image = Node::new(NodeKind::ImageTexture { texture, usage });
-        let map = Node::new(NodeKind::NormalMap)
-            .with(normal_map::STRENGTH, strength)
-            .with(normal_map::COLOR, link(at));
+        let image = Node::new(NodeKind::ImageTexture {
+            texture,
+            usage,
+            projection: Default::default(),
+        });
+        let map = Node::new(NodeKind::NormalMap {
+            space: Default::default(),
+        })
+        .with(normal_map::STRENGTH, strength)
+        .with(normal_map::COLOR, link(at));
         insert(graph, at, principled::NORMAL, vec![image, map]);
     }
 }

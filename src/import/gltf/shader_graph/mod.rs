@@ -1,0 +1,351 @@
+//! Blender's node trees as the add-on writes them (`SUNDOG_shader_graph`; docs/gltf-extensions.md).
+
+mod function;
+mod shader;
+mod texture;
+
+use super::container::Document;
+use super::textures::Images;
+use crate::import::ImportError;
+use crate::scene::graph::{Graph, Input, Link, Node, NodeKind, SocketKind, node};
+use crate::scene::{Diagnostics, Subject, Verdict};
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use std::collections::{BTreeSet, HashMap};
+
+/// The extension of a material.
+#[derive(Debug, Deserialize)]
+pub(super) struct ShaderGraphJson {
+    #[serde(default)]
+    nodes: Vec<NodeJson>,
+    surface: Option<Reference>,
+    displacement: Option<Reference>,
+    #[serde(default)]
+    displacement_method: Option<String>,
+    #[serde(default)]
+    pass_index: f32,
+}
+
+#[derive(Debug, Deserialize)]
+struct NodeJson {
+    #[serde(rename = "type")]
+    kind: String,
+    #[serde(default)]
+    properties: Map<String, Value>,
+    #[serde(default)]
+    inputs: HashMap<String, SocketJson>,
+}
+
+/// What stands in a socket.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+enum SocketJson {
+    Link(Reference),
+    Number(f32),
+    Switch(bool),
+    Numbers(Vec<f32>),
+}
+
+/// An output of a node before.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq, Hash)]
+struct Reference {
+    node: usize,
+    output: String,
+}
+
+/// Why a graph is not taken: in words, as the end of a sentence.
+struct Refusal(String);
+
+impl Refusal {
+    fn of(node: &NodeJson, what: &str) -> Self {
+        Self(format!("{} ({what})", node.kind))
+    }
+}
+
+/// More nodes than this are no material.
+const MOST_NODES: usize = 200_000;
+
+/// A graph on its way.
+struct Reader<'a, 'i, 'd> {
+    source: &'a ShaderGraphJson,
+    graph: Graph,
+    /// What the outputs in use give.
+    made: HashMap<Reference, Input>,
+    images: &'a mut Images<'i>,
+    diagnostics: &'d mut Diagnostics,
+    owner: &'a str,
+    /// The normal that shaders take where none is linked: that of the displacement.
+    normal: Input,
+}
+
+/// A graph, and what it needs of meshes.
+pub(super) struct Loaded {
+    pub graph: Graph,
+    /// The set of texture coordinates along which its tangents lie.
+    pub tangents: Option<u32>,
+}
+
+/// Reads the graph of a material, if it has one that is evaluated; what is not has a verdict, and the flat material counts.
+pub(super) fn load(
+    document: &Document,
+    (index, name): (usize, &str),
+    images: &mut Images,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Loaded>, ImportError> {
+    let pointer = format!("/materials/{index}");
+    let Some(value) = document.extension(&pointer, "SUNDOG_shader_graph") else {
+        return Ok(None);
+    };
+    let owner = format!("material \"{name}\"");
+    let source = ShaderGraphJson::deserialize(value).map_err(|problem| {
+        let told = format!("its SUNDOG_shader_graph cannot be read: {problem}");
+        ImportError::malformed(&document.file, owner.clone(), told)
+    })?;
+    let mut reader = Reader {
+        source: &source,
+        graph: Graph::default(),
+        made: HashMap::new(),
+        images,
+        diagnostics,
+        owner: &owner,
+        normal: Input::None,
+    };
+    match reader.read() {
+        Ok(()) => {
+            let mut graph = reader.graph;
+            graph.prune();
+            let maps = source
+                .nodes
+                .iter()
+                .filter(|n| n.kind == "ShaderNodeNormalMap");
+            let sets = maps.filter_map(|n| Some(n.number("uv_set")? as u32));
+            Ok(Some(Loaded {
+                graph,
+                tangents: sets.min(),
+            }))
+        }
+        Err(Stop::Broken(error)) => Err(error),
+        Err(Stop::Refused(Refusal(what))) => {
+            diagnostics.report(
+                "shader-graph",
+                Verdict::Approximated,
+                format!("node tree with {what}"),
+                Subject::Material(name.to_owned()),
+                "the material's flat version is rendered instead",
+            );
+            Ok(None)
+        }
+    }
+}
+
+/// Why reading ends.
+enum Stop {
+    /// The file is broken.
+    Broken(ImportError),
+    /// Something in it is not evaluated.
+    Refused(Refusal),
+}
+
+impl From<Refusal> for Stop {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl From<ImportError> for Stop {
+    fn from(error: ImportError) -> Self {
+        Self::Broken(error)
+    }
+}
+
+impl Reader<'_, '_, '_> {
+    fn read(&mut self) -> Result<(), Stop> {
+        let source = self.source;
+        if source.nodes.len() > MOST_NODES {
+            return Err(Refusal(format!("{} nodes", source.nodes.len())).into());
+        }
+        let (used, of_displacement) = self.used();
+        // Displacement first: shaders take the normal that comes of it.
+        for at in 0..source.nodes.len() {
+            if of_displacement[at] {
+                self.make_all(at, &used)?;
+            }
+        }
+        self.normal = self.displaced()?;
+        for at in 0..source.nodes.len() {
+            if !of_displacement[at] {
+                self.make_all(at, &used)?;
+            }
+        }
+        if let Some(surface) = &source.surface {
+            self.graph.surface = self.made.get(surface).and_then(|input| input.link());
+        }
+        Ok(())
+    }
+
+    /// The outputs in use, by node, and the nodes that the displacement needs.
+    fn used(&self) -> (Vec<BTreeSet<String>>, Vec<bool>) {
+        let nodes = &self.source.nodes;
+        let mut used = vec![BTreeSet::new(); nodes.len()];
+        let mut of_displacement = vec![false; nodes.len()];
+        let bumps = self.source.displacement_method.as_deref() != Some("DISPLACEMENT");
+        let displacement = self.source.displacement.iter().filter(|_| bumps);
+        for (root, displaces) in displacement
+            .map(|root| (root, true))
+            .chain(self.source.surface.iter().map(|root| (root, false)))
+        {
+            if let Some(outputs) = used.get_mut(root.node) {
+                outputs.insert(root.output.clone());
+                of_displacement[root.node] |= displaces;
+            }
+        }
+        for at in (0..nodes.len()).rev() {
+            if used[at].is_empty() {
+                continue;
+            }
+            let displaces = of_displacement[at];
+            for input in nodes[at].inputs.values() {
+                // Links go to nodes before: what goes elsewhere is no link.
+                if let SocketJson::Link(link) = input
+                    && link.node < at
+                {
+                    used[link.node].insert(link.output.clone());
+                    of_displacement[link.node] |= displaces;
+                }
+            }
+        }
+        (used, of_displacement)
+    }
+
+    fn make_all(&mut self, at: usize, used: &[BTreeSet<String>]) -> Result<(), Stop> {
+        for output in &used[at] {
+            let input = self.make(at, output, &used[at])?;
+            let output = output.clone();
+            self.made.insert(Reference { node: at, output }, input);
+        }
+        Ok(())
+    }
+
+    /// The normal of the displacement, raised as a Bump of its height (Blender's "Bump Only").
+    fn displaced(&mut self) -> Result<Input, Stop> {
+        let source = self.source;
+        let Some(root) = &source.displacement else {
+            return Ok(Input::None);
+        };
+        if matches!(source.displacement_method.as_deref(), Some(m) if m != "BUMP") {
+            self.diagnostics.report(
+                "displacement",
+                Verdict::Lost,
+                "true displacement",
+                self.owner,
+                "the surface stays where it is",
+            );
+            return Ok(Input::None);
+        }
+        Ok(self.made.get(root).copied().unwrap_or(Input::None))
+    }
+
+    /// What an output gives.
+    fn make(&mut self, at: usize, output: &str, used: &BTreeSet<String>) -> Result<Input, Stop> {
+        let source = self.source;
+        let node = &source.nodes[at];
+        if let Some(input) = self.shader(at)? {
+            return Ok(input);
+        }
+        let is_image = node.kind == "ShaderNodeTexImage";
+        if is_image || matches!(&*node.kind, "ShaderNodeAttribute" | "ShaderNodeVertexColor") {
+            // One node for both outputs.
+            let of_other = self.made.get(&Reference {
+                node: at,
+                output: "Alpha".to_owned(),
+            });
+            let link = match of_other.and_then(|input| input.link()) {
+                Some(link) => link,
+                None if is_image => self.image(at)?,
+                None => self.attribute(at)?,
+            };
+            let output = match output {
+                "Alpha" => node::ALPHA,
+                "Vector" | "Fac" => 2,
+                _ => node::COLOR,
+            };
+            return Ok(Link { output, ..link }.into());
+        }
+        if node.kind == "ShaderNodeNormalMap" {
+            return self.normal_map(at);
+        }
+        let found = function::of(node, (output, used), source.pass_index)?;
+        let kind = NodeKind::Function(found.function);
+        // Outputs that are computed together are those of one node.
+        let mut others = used.iter().filter_map(|output| {
+            let node = at;
+            let output = output.clone();
+            self.made.get(&Reference { node, output })?.link()
+        });
+        let same = others.find(|link| self.graph.node(*link).kind == kind);
+        let link = match same {
+            Some(link) => link,
+            None => self.add(at, kind, found.aliases),
+        };
+        Ok(Link {
+            output: found.output,
+            ..link
+        }
+        .into())
+    }
+
+    /// Adds a node whose sockets are those of the tree's node, by their names.
+    fn add(&mut self, at: usize, kind: NodeKind, aliases: &[(&str, &str)]) -> Link {
+        let source = self.source;
+        let mut node = Node::new(kind);
+        for (place, socket) in node.kind.sockets().iter().enumerate() {
+            let alias = aliases.iter().find(|(ours, _)| *ours == socket.name);
+            let name = alias.map_or(socket.name, |(_, theirs)| theirs);
+            let input = self.input(&source.nodes[at], name, socket.kind);
+            if let Some(input) = input {
+                node.inputs[place] = input;
+            } else if socket.kind == SocketKind::Normal && socket.name == "Normal" {
+                node.inputs[place] = self.normal;
+            } else if socket.kind == SocketKind::Vector
+                && socket.name == "Vector"
+                && source.nodes[at].kind.starts_with("ShaderNodeTex")
+            {
+                node.inputs[place] = self.generated();
+            }
+        }
+        self.graph.add(node)
+    }
+
+    /// What stands in a socket; `None` where nothing does. Versions call factors "Fac" or "Factor".
+    fn input(&self, node: &NodeJson, name: &str, kind: SocketKind) -> Option<Input> {
+        let other = match name {
+            "Fac" => "Factor",
+            "Factor" => "Fac",
+            name => name,
+        };
+        let found = node.inputs.get(name).or_else(|| node.inputs.get(other))?;
+        match found {
+            SocketJson::Link(link) => self.made.get(link).copied(),
+            _ if kind == SocketKind::Shader => None,
+            SocketJson::Number(value) => Some(Input::float(*value)),
+            SocketJson::Switch(on) => Some(Input::float(f32::from(*on))),
+            SocketJson::Numbers(values) => match **values {
+                [x, y, z, ..] => Some(Input::Value([x, y, z])),
+                [x, y] => Some(Input::Value([x, y, 0.0])),
+                [x] => Some(Input::float(x)),
+                [] => None,
+            },
+        }
+    }
+
+    /// "Generated" coordinates, which textures take where nothing is linked.
+    fn generated(&mut self) -> Input {
+        use crate::scene::graph::Function;
+        use crate::scene::graph::function::PlaceInput;
+        let kind = NodeKind::Function(Function::Place(PlaceInput::Generated));
+        self.graph.add(Node::new(kind)).into()
+    }
+}
+
+#[cfg(test)]
+mod tests;

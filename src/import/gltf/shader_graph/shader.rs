@@ -1,0 +1,218 @@
+//! Shaders, images and normal maps of node trees.
+
+use super::{Reader, Refusal, SocketJson, Stop};
+use crate::scene::graph::function::PlaceInput;
+use crate::scene::graph::node::{self, image_texture, math, mix_shader, transparent};
+use crate::scene::graph::{
+    Distribution, Function, ImageProjection, Input, Link, MathOperation, Node, NodeKind,
+    NormalSpace, SocketKind,
+};
+use crate::scene::{ImageId, ImageUse, Sampler, Texture, TextureFilter, UvTransform, Wrap};
+use serde_json::Value;
+
+impl Reader<'_, '_, '_> {
+    /// The shader, attribute or displacement of a node, if it is one.
+    pub(super) fn shader(&mut self, at: usize) -> Result<Option<Input>, Stop> {
+        let source = self.source;
+        let node = &source.nodes[at];
+        let text = |name: &str| node.properties.get(name).and_then(Value::as_str);
+        let link = match node.kind.strip_prefix("ShaderNode").unwrap_or(&node.kind) {
+            "BsdfPrincipled" => self.principled(at),
+            "BsdfDiffuse" => self.add(at, NodeKind::DiffuseBsdf, &[]),
+            "BsdfGlossy" | "BsdfAnisotropic" => {
+                let distribution = match text("distribution") {
+                    Some("MULTI_GGX") => Distribution::MultiscatterGgx,
+                    Some("GGX") => Distribution::Ggx,
+                    other => return Err(Refusal::of(node, other.unwrap_or("unknown")).into()),
+                };
+                self.add(at, NodeKind::GlossyBsdf { distribution }, &[])
+            }
+            "BsdfTransparent" => self.add(at, NodeKind::TransparentBsdf, &[]),
+            "Emission" => self.add(at, NodeKind::Emission, &[]),
+            "MixShader" => {
+                let link = self.add(at, NodeKind::MixShader, &[]);
+                self.second_shader(at, link, mix_shader::B);
+                link
+            }
+            "AddShader" => {
+                let link = self.add(at, NodeKind::AddShader, &[]);
+                self.second_shader(at, link, node::add_shader::B);
+                link
+            }
+            "Displacement" => return self.displacement(at).map(Some),
+            _ => return Ok(None),
+        };
+        Ok(Some(link.into()))
+    }
+
+    /// Both shaders of a mix or a sum have one name, and two identifiers.
+    fn second_shader(&mut self, at: usize, link: Link, socket: usize) {
+        let second = self.input(&self.source.nodes[at], "Shader_001", SocketKind::Shader);
+        self.graph.nodes[link.node as usize].inputs[socket] = second.unwrap_or(Input::None);
+    }
+
+    fn principled(&mut self, at: usize) -> Link {
+        let source = self.source;
+        let node = &source.nodes[at];
+        let is_on = |input: &SocketJson| match input {
+            SocketJson::Switch(on) => *on,
+            SocketJson::Number(value) => *value != 0.0,
+            _ => false,
+        };
+        let thin_wall = node.inputs.get("Thin Wall").is_some_and(is_on);
+        let kind = NodeKind::PrincipledBsdf {
+            thin_wall,
+            edge_tint: true,
+        };
+        let mut shader = self.add(at, kind, &[]);
+        let alpha = self.input(node, "Alpha", SocketKind::Float);
+        let alpha = alpha.unwrap_or(Input::float(1.0));
+        if alpha != Input::float(1.0) {
+            let clear = Node::new(NodeKind::TransparentBsdf);
+            let clear = self.graph.add(clear.with(transparent::COLOR, 1.0));
+            let operation = MathOperation::Multiply;
+            let share = Node::new(NodeKind::Math {
+                operation,
+                clamp: true,
+            });
+            let share = self
+                .graph
+                .add(share.with(math::A, alpha).with(math::B, 1.0));
+            let mixed = Node::new(NodeKind::MixShader).with(mix_shader::FACTOR, share);
+            let mixed = mixed.with(mix_shader::A, clear).with(mix_shader::B, shader);
+            shader = self.graph.add(mixed);
+        }
+        shader
+    }
+
+    /// The normal that a Displacement node raises (Cycles: a Bump of its height, of strength and distance 1).
+    fn displacement(&mut self, at: usize) -> Result<Input, Stop> {
+        let source = self.source;
+        let node = &source.nodes[at];
+        let number = |name: &str, default: f32| {
+            let input = self.input(node, name, SocketKind::Float);
+            input.unwrap_or(Input::float(default))
+        };
+        let (height, middle, scale) = (
+            number("Height", 0.0),
+            number("Midlevel", 0.5),
+            number("Scale", 1.0),
+        );
+        let object_space = node.properties.get("space").and_then(Value::as_str) != Some("WORLD");
+        let calculation = |operation, a: Input, b: Input| {
+            let node = Node::new(NodeKind::Math {
+                operation,
+                clamp: false,
+            });
+            node.with(math::A, a).with(math::B, b)
+        };
+        let above = calculation(MathOperation::Subtract, height, middle);
+        let above = self.graph.add(above).into();
+        let raised = calculation(MathOperation::Multiply, above, scale);
+        let raised = self.graph.add(raised);
+        let bump = Node::new(NodeKind::Function(Function::Bump {
+            invert: false,
+            object_space,
+        }));
+        let bump = bump.with(crate::scene::graph::function::bump::HEIGHT, raised);
+        Ok(self.graph.add(bump).into())
+    }
+
+    pub(super) fn attribute(&mut self, at: usize) -> Result<Link, Stop> {
+        let node = &self.source.nodes[at];
+        let name = node.properties.get("attribute").and_then(Value::as_str);
+        let input = match name {
+            Some("COLOR_0") => PlaceInput::VertexColor,
+            Some(name) => {
+                let number = name.strip_prefix("_SUNDOG_").and_then(|n| n.parse().ok());
+                let number = number.filter(|n| *n < super::super::mesh::MOST_ATTRIBUTES as u32);
+                PlaceInput::Attribute(number.ok_or_else(|| Refusal::of(node, name))?)
+            }
+            None => return Err(Refusal::of(node, "without an attribute").into()),
+        };
+        let kind = NodeKind::Function(Function::Place(input));
+        Ok(self.graph.add(Node::new(kind)))
+    }
+
+    pub(super) fn normal_map(&mut self, at: usize) -> Result<Input, Stop> {
+        let source = self.source;
+        let node = &source.nodes[at];
+        let text = |name: &str| node.properties.get(name).and_then(Value::as_str);
+        let space = match text("space") {
+            Some("TANGENT") => NormalSpace::Tangent,
+            Some("OBJECT") => NormalSpace::Object,
+            Some("WORLD") => NormalSpace::World,
+            other => return Err(Refusal::of(node, other.unwrap_or("unknown")).into()),
+        };
+        if text("convention").is_some_and(|c| c != "OPENGL") {
+            return Err(Refusal::of(node, "DirectX's convention").into());
+        }
+        let link = self.add(at, NodeKind::NormalMap { space }, &[]);
+        Ok(link.into())
+    }
+
+    pub(super) fn image(&mut self, at: usize) -> Result<Link, Stop> {
+        let source = self.source;
+        let node = &source.nodes[at];
+        let text = |name: &str| node.properties.get(name).and_then(Value::as_str);
+        let Some(image) = node.properties.get("image") else {
+            return Err(Refusal::of(node, "without an image").into());
+        };
+        let of_image = |name: &str| image.get(name).and_then(Value::as_str);
+        let Some(index) = image.get("index").and_then(Value::as_u64) else {
+            return Err(Refusal::of(node, "without an image").into());
+        };
+        let found = self
+            .images
+            .image(index as usize, self.owner, self.diagnostics)?;
+        let data = matches!(
+            of_image("colorspace"),
+            Some("Non-Color" | "Raw" | "Data" | "Generic Data")
+        );
+        let wrap = match text("extension") {
+            Some("REPEAT") | None => Wrap::Repeat,
+            Some("EXTEND") => Wrap::Clamp,
+            Some("MIRROR") => Wrap::Mirror,
+            Some(other) => return Err(Refusal::of(node, other).into()),
+        };
+        let filter = match text("interpolation") {
+            Some("Linear") | None => TextureFilter::Linear,
+            Some("Closest") => TextureFilter::Nearest,
+            Some(other) => return Err(Refusal::of(node, other).into()),
+        };
+        let blend = node.number("projection_blend").unwrap_or(0.0);
+        let projection = match text("projection") {
+            Some("FLAT") | None => ImageProjection::Flat,
+            Some("BOX") => ImageProjection::Box { blend },
+            Some("SPHERE") => ImageProjection::Sphere,
+            Some("TUBE") => ImageProjection::Tube,
+            Some(other) => return Err(Refusal::of(node, other).into()),
+        };
+        let vector = self.input(node, "Vector", SocketKind::Coordinates);
+        let texture = Texture {
+            // An image that is lost is cut out of the graph later, and told.
+            image: found.unwrap_or(ImageId(u32::MAX)),
+            uv_set: node.number("uv_set").unwrap_or(0.0) as u32,
+            transform: UvTransform::default(),
+            sampler: Sampler {
+                wrap_u: wrap,
+                wrap_v: wrap,
+                filter,
+                weighted: of_image("alpha_mode") == Some("STRAIGHT"),
+            },
+        };
+        let usage = if data {
+            ImageUse::Data
+        } else {
+            ImageUse::Color
+        };
+        let shared = Node::new(NodeKind::ImageTexture {
+            texture,
+            usage,
+            projection,
+        });
+        Ok(self
+            .graph
+            .add(shared.with(image_texture::VECTOR, vector.unwrap_or(Input::None))))
+    }
+}

@@ -1,0 +1,103 @@
+use crate::import;
+use crate::scene::graph::{Function, NodeKind};
+use crate::scene::{Diagnostics, Scene};
+use serde_json::{Value, json};
+
+/// A triangle with a node tree.
+fn load(graph: Value) -> (Scene, Diagnostics) {
+    let positions: Vec<u8> = [0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("p.bin"), positions).unwrap();
+    let document = json!({
+        "asset": {"version": "2.0"},
+        "extensionsUsed": ["SUNDOG_shader_graph"],
+        "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "materials": [{"name": "m", "extensions": {"SUNDOG_shader_graph": graph}}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+            "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": "p.bin"}]
+    });
+    let path = folder.path().join("scene.gltf");
+    std::fs::write(&path, document.to_string()).unwrap();
+    let loaded = import::load(&path, &Default::default()).unwrap();
+    (loaded.scene, loaded.diagnostics)
+}
+
+fn kinds(scene: &Scene) -> Vec<&NodeKind> {
+    scene.materials[0]
+        .graph
+        .nodes
+        .iter()
+        .map(|n| &n.kind)
+        .collect()
+}
+
+#[test]
+fn trees_become_graphs() {
+    let (scene, diagnostics) = load(json!({
+        "blender": [5, 2, 3],
+        "nodes": [
+            {"type": "ShaderNodeTexCoord"},
+            {"type": "ShaderNodeMapping", "properties": {"vector_type": "POINT"},
+                "inputs": {"Vector": {"node": 0, "output": "Generated"}, "Scale": [2, 2, 2]}},
+            {"type": "ShaderNodeBsdfDiffuse",
+                "inputs": {"Color": {"node": 1, "output": "Vector"}, "Roughness": 0.5}},
+            {"type": "ShaderNodeBsdfTransparent", "inputs": {"Color": [1, 1, 1, 1]}},
+            {"type": "ShaderNodeMixShader", "inputs": {"Fac": 0.25,
+                "Shader": {"node": 2, "output": "BSDF"}, "Shader_001": {"node": 3, "output": "BSDF"}}}
+        ],
+        "surface": {"node": 4, "output": "Shader"}
+    }));
+    assert!(diagnostics.iter().all(|d| d.code != "shader-graph"));
+    let kinds = kinds(&scene);
+    assert!(matches!(kinds[0], NodeKind::Function(Function::Place(_))));
+    assert!(matches!(kinds[1], NodeKind::Function(Function::Mapping(_))));
+    assert!(kinds.contains(&&NodeKind::DiffuseBsdf));
+    assert_eq!(kinds.last(), Some(&&NodeKind::MixShader));
+}
+
+#[test]
+fn what_is_not_evaluated_is_named_and_the_flat_material_counts() {
+    for node in [
+        json!({"type": "ShaderNodeScript"}),
+        json!({"type": "ShaderNodeMath", "properties": {"operation": "GUESS"}}),
+        json!({"type": "ShaderNodeValToRGB", "properties": {}}),
+        json!({"type": "ShaderNodeTexImage"}),
+    ] {
+        let (scene, diagnostics) = load(json!({
+            "nodes": [node, {"type": "ShaderNodeEmission",
+                "inputs": {"Color": {"node": 0, "output": "Color"}}}],
+            "surface": {"node": 1, "output": "Emission"}
+        }));
+        let told = diagnostics
+            .iter()
+            .find(|d| d.code == "shader-graph")
+            .unwrap();
+        assert!(
+            told.feature.contains(node["type"].as_str().unwrap()),
+            "{told:?}"
+        );
+        assert!(matches!(
+            kinds(&scene).last(),
+            Some(NodeKind::PrincipledBsdf { .. })
+        ));
+    }
+}
+
+#[test]
+fn links_that_go_nowhere_or_onwards_are_none() {
+    let (scene, _) = load(json!({
+        "nodes": [
+            {"type": "ShaderNodeMath", "properties": {"operation": "ADD"},
+                "inputs": {"Value": {"node": 0, "output": "Value"}, "Value_001": {"node": 9, "output": "Value"}}},
+            {"type": "ShaderNodeEmission", "inputs": {"Strength": {"node": 0, "output": "Value"}}}
+        ],
+        "surface": {"node": 1, "output": "Emission"}
+    }));
+    assert!(scene.materials[0].emits());
+}

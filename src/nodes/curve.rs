@@ -1,0 +1,84 @@
+//! Color Ramp and curves: tables, as Cycles reads them.
+
+use glam::Vec4;
+
+/// Numbers along a line from 0 to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// At equal distances, the first at 0 and the last at 1.
+    pub entries: Vec<Vec4>,
+    /// Between entries lies a line; otherwise the entry before counts.
+    pub interpolate: bool,
+    /// Beyond the ends goes the line of the last two; otherwise the ends count.
+    pub extrapolate: bool,
+}
+
+impl Table {
+    /// The value at a place.
+    pub fn at(&self, place: f32) -> Vec4 {
+        let Some(last) = self.entries.len().checked_sub(1) else {
+            return Vec4::ZERO;
+        };
+        if self.extrapolate && last > 0 && !(0.0..=1.0).contains(&place) {
+            let (end, inner, beyond) = if place < 0.0 {
+                (self.entries[0], self.entries[1], -place)
+            } else {
+                (self.entries[last], self.entries[last - 1], place - 1.0)
+            };
+            return end + (end - inner) * (beyond * last as f32);
+        }
+        let along = place.clamp(0.0, 1.0) * last as f32;
+        // What is not a number goes on, to be counted.
+        if along.is_nan() {
+            return Vec4::NAN;
+        }
+        let entry = (along as usize).min(last);
+        let t = along - entry as f32;
+        if !self.interpolate || t == 0.0 {
+            return self.entries[entry];
+        }
+        self.entries[entry] * (1.0 - t) + self.entries[(entry + 1).min(last)] * t
+    }
+}
+
+/// A curve for each of three numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curves {
+    /// The curves.
+    pub table: Table,
+    /// Where they begin.
+    pub least: f32,
+    /// Where they end.
+    pub most: f32,
+}
+
+impl Curves {
+    /// Each number by its own curve.
+    pub fn of(&self, v: glam::Vec3) -> glam::Vec3 {
+        let range = self.most - self.least;
+        let at = |x: f32| self.table.at(super::math::divided(x - self.least, range));
+        glam::Vec3::new(at(v.x).x, at(v.y).y, at(v.z).z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_read_between_and_beyond_their_entries() {
+        let mut table = Table {
+            entries: [0.0, 1.0, 4.0].map(Vec4::splat).to_vec(),
+            interpolate: true,
+            extrapolate: false,
+        };
+        assert_eq!([0.25, 0.75, 2.0].map(|x| table.at(x).x), [0.5, 2.5, 4.0]);
+        table.interpolate = false;
+        assert_eq!([0.25, 0.75, 1.0].map(|x| table.at(x).x), [0.0, 1.0, 4.0]);
+        table.extrapolate = true;
+        assert_eq!([-0.5, 1.5].map(|x| table.at(x).x), [-1.0, 7.0]);
+        assert!(table.at(f32::NAN).x.is_nan());
+        table.entries.clear();
+        assert_eq!(table.at(0.5), Vec4::ZERO);
+    }
+}

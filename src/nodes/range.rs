@@ -1,0 +1,82 @@
+//! Map Range and Clamp.
+
+use super::math::divided;
+
+/// How Map Range goes from one end to the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RangeKind {
+    /// In a line.
+    Linear,
+    /// In steps.
+    Stepped,
+    /// By 3t² − 2t³.
+    SmoothStep,
+    /// By 6t⁵ − 15t⁴ + 10t³.
+    SmootherStep,
+}
+
+impl RangeKind {
+    /// By Blender's identifier.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "LINEAR" => Self::Linear,
+            "STEPPED" => Self::Stepped,
+            "SMOOTHSTEP" => Self::SmoothStep,
+            "SMOOTHERSTEP" => Self::SmootherStep,
+            _ => return None,
+        })
+    }
+
+    /// A number brought from one range to another; 0 where the first one is empty. The smooth ones end at the ends.
+    pub fn of(self, value: f32, from: (f32, f32), to: (f32, f32), steps: f32, clamp: bool) -> f32 {
+        if from.0 == from.1 {
+            return 0.0;
+        }
+        let t = divided(value - from.0, from.1 - from.0);
+        let ends = |t: f32| t.clamp(0.0, 1.0);
+        let t = match self {
+            Self::Linear => t,
+            Self::Stepped if steps <= 0.0 => 0.0,
+            Self::Stepped => (t * (steps + 1.0)).floor() / steps,
+            Self::SmoothStep => {
+                let t = ends(t);
+                t * t * (3.0 - 2.0 * t)
+            }
+            Self::SmootherStep => {
+                let t = ends(t);
+                t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
+            }
+        };
+        let result = to.0 + t * (to.1 - to.0);
+        if clamp && matches!(self, Self::Linear | Self::Stepped) {
+            between(result, to.0, to.1)
+        } else {
+            result
+        }
+    }
+}
+
+/// A number brought between two others, whichever is the lesser.
+pub fn between(value: f32, a: f32, b: f32) -> f32 {
+    value.max(a.min(b)).min(a.max(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_mapped_in_both_directions() {
+        let of =
+            |kind: RangeKind, value, clamp| kind.of(value, (0.0, 2.0), (1.0, -1.0), 4.0, clamp);
+        assert_eq!(of(RangeKind::Linear, 3.0, false), -2.0);
+        assert_eq!(of(RangeKind::Linear, 3.0, true), -1.0);
+        assert_eq!(of(RangeKind::Stepped, 1.0, false), 0.0);
+        assert_eq!(of(RangeKind::SmoothStep, 1.0, false), 0.0);
+        assert_eq!(of(RangeKind::SmootherStep, 9.0, false), -1.0);
+        assert_eq!(
+            RangeKind::Linear.of(1.0, (2.0, 2.0), (3.0, 4.0), 1.0, true),
+            0.0
+        );
+    }
+}

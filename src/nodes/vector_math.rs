@@ -1,0 +1,162 @@
+//! The Vector Math node.
+
+use super::math;
+use glam::Vec3;
+
+/// What the Vector Math node does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are Blender's")]
+pub enum VectorMath {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    MultiplyAdd,
+    CrossProduct,
+    Project,
+    Reflect,
+    Refract,
+    FaceForward,
+    DotProduct,
+    Distance,
+    Length,
+    Scale,
+    Normalize,
+    Absolute,
+    Power,
+    Sign,
+    Minimum,
+    Maximum,
+    Floor,
+    Ceil,
+    Fraction,
+    Modulo,
+    Wrap,
+    Snap,
+    Round,
+    Sine,
+    Cosine,
+    Tangent,
+}
+
+/// Of each of the three numbers.
+fn each(a: Vec3, b: Vec3, of: impl Fn(f32, f32) -> f32) -> Vec3 {
+    Vec3::new(of(a.x, b.x), of(a.y, b.y), of(a.z, b.z))
+}
+
+/// a / b in each number, and 0 where b is 0.
+pub fn divided(a: Vec3, b: Vec3) -> Vec3 {
+    each(a, b, math::divided)
+}
+
+impl VectorMath {
+    /// By Blender's identifier.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "ADD" => Self::Add,
+            "SUBTRACT" => Self::Subtract,
+            "MULTIPLY" => Self::Multiply,
+            "DIVIDE" => Self::Divide,
+            "MULTIPLY_ADD" => Self::MultiplyAdd,
+            "CROSS_PRODUCT" => Self::CrossProduct,
+            "PROJECT" => Self::Project,
+            "REFLECT" => Self::Reflect,
+            "REFRACT" => Self::Refract,
+            "FACEFORWARD" => Self::FaceForward,
+            "DOT_PRODUCT" => Self::DotProduct,
+            "DISTANCE" => Self::Distance,
+            "LENGTH" => Self::Length,
+            "SCALE" => Self::Scale,
+            "NORMALIZE" => Self::Normalize,
+            "ABSOLUTE" => Self::Absolute,
+            "POWER" => Self::Power,
+            "SIGN" => Self::Sign,
+            "MINIMUM" => Self::Minimum,
+            "MAXIMUM" => Self::Maximum,
+            "FLOOR" => Self::Floor,
+            "CEIL" => Self::Ceil,
+            "FRACTION" => Self::Fraction,
+            "MODULO" => Self::Modulo,
+            "WRAP" => Self::Wrap,
+            "SNAP" => Self::Snap,
+            "ROUND" => Self::Round,
+            "SINE" => Self::Sine,
+            "COSINE" => Self::Cosine,
+            "TANGENT" => Self::Tangent,
+            _ => return None,
+        })
+    }
+
+    /// The vector and the number that come out; one of them is 0, as Blender's node has one output at a time.
+    pub fn of(self, a: Vec3, b: Vec3, c: Vec3, scale: f32) -> (Vec3, f32) {
+        let vector = match self {
+            Self::DotProduct => return (Vec3::ZERO, a.dot(b)),
+            Self::Distance => return (Vec3::ZERO, a.distance(b)),
+            Self::Length => return (Vec3::ZERO, a.length()),
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => divided(a, b),
+            Self::MultiplyAdd => a * b + c,
+            Self::CrossProduct => a.cross(b),
+            Self::Project => b * math::divided(a.dot(b), b.length_squared()),
+            Self::Reflect => {
+                let n = b.normalize_or_zero();
+                a - n * (2.0 * n.dot(a))
+            }
+            Self::Refract => {
+                let n = b.normalize_or_zero();
+                let cos = n.dot(a);
+                let k = 1.0 - scale * scale * (1.0 - cos * cos);
+                if k < 0.0 {
+                    Vec3::ZERO
+                } else {
+                    a * scale - n * (scale * cos + k.sqrt())
+                }
+            }
+            Self::FaceForward if c.dot(b) < 0.0 => a,
+            Self::FaceForward => -a,
+            Self::Scale => a * scale,
+            Self::Normalize => a.normalize_or_zero(),
+            Self::Absolute => a.abs(),
+            Self::Power => each(a, b, math::power),
+            Self::Sign => each(a, a, |v, _| math::Math::Sign.of(v, 0.0, 0.0)),
+            Self::Minimum => a.min(b),
+            Self::Maximum => a.max(b),
+            Self::Floor => a.floor(),
+            Self::Ceil => a.ceil(),
+            Self::Fraction => a - a.floor(),
+            Self::Modulo => each(a, b, math::modulo),
+            Self::Wrap => Vec3::new(
+                math::wrapped(a.x, b.x, c.x),
+                math::wrapped(a.y, b.y, c.y),
+                math::wrapped(a.z, b.z, c.z),
+            ),
+            Self::Snap => divided(a, b).floor() * b,
+            Self::Round => (a + 0.5).floor(),
+            Self::Sine => each(a, a, |v, _| v.sin()),
+            Self::Cosine => each(a, a, |v, _| v.cos()),
+            Self::Tangent => each(a, a, |v, _| v.tan()),
+        };
+        (vector, 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vectors_are_calculated_as_in_blender() {
+        let of = |name, a, b, c, s| VectorMath::from_name(name).unwrap().of(a, b, c, s);
+        let (x, y) = (Vec3::X, Vec3::Y);
+        assert_eq!(of("CROSS_PRODUCT", x, y, y, 0.0).0, Vec3::Z);
+        assert_eq!(of("DOT_PRODUCT", x + y, y, y, 0.0).1, 1.0);
+        assert_eq!(of("PROJECT", x + y, y * 3.0, y, 0.0).0, y);
+        assert_eq!(of("PROJECT", x, Vec3::ZERO, y, 0.0).0, Vec3::ZERO);
+        assert_eq!(of("REFLECT", x - y, y * 2.0, y, 0.0).0, x + y);
+        assert_eq!(of("REFRACT", -y, y, y, 0.7).0, -y);
+        assert_eq!(of("FACEFORWARD", x, y, -y, 0.0).0, x);
+        assert_eq!(of("MODULO", -x * 1.5, x, y, 0.0).0.x, -0.5);
+    }
+}

@@ -1,0 +1,113 @@
+//! What nodes compute of numbers alone.
+
+use super::Function;
+use crate::math::luminance;
+use crate::nodes::color::{bright_contrast, gamma, hue_saturation, invert};
+use crate::nodes::range::between;
+use glam::{Vec3, Vec4};
+
+fn clamped(value: f32, clamp: bool) -> f32 {
+    if clamp { value.clamp(0.0, 1.0) } else { value }
+}
+
+impl Function {
+    /// The result, from what stands in the sockets; a number stands in all places. `None` where it depends on the place
+    /// that is shaded.
+    pub fn evaluate(&self, inputs: &[Vec4]) -> Option<Vec4> {
+        let number = |socket: usize| inputs[socket].x;
+        let vector = |socket: usize| inputs[socket].truncate();
+        let same = Vec4::splat;
+        let full = |v: Vec3| v.extend(1.0);
+        Some(match self {
+            Self::Texture(texture) => texture.evaluate(inputs),
+            Self::Math { operation, clamp } => {
+                let result = operation.of(number(0), number(1), number(2));
+                same(clamped(result, *clamp))
+            }
+            Self::VectorMath(operation) => {
+                let (v, n) = operation.of(vector(0), vector(1), vector(2), number(3));
+                v.extend(n)
+            }
+            Self::MixFloat { clamp } => {
+                let t = clamped(number(0), *clamp);
+                same(number(1) * (1.0 - t) + number(2) * t)
+            }
+            Self::MixVector { clamp } => {
+                let t = vector(0);
+                let t = if *clamp {
+                    t.clamp(Vec3::ZERO, Vec3::ONE)
+                } else {
+                    t
+                };
+                full(vector(1) * (1.0 - t) + vector(2) * t)
+            }
+            Self::MixColor {
+                blend,
+                clamp,
+                clamp_result,
+            } => {
+                let mixed = blend.of(clamped(number(0), *clamp), vector(1), vector(2));
+                full(if *clamp_result {
+                    mixed.clamp(Vec3::ZERO, Vec3::ONE)
+                } else {
+                    mixed
+                })
+            }
+            Self::ColorRamp(table) => table.at(number(0)),
+            Self::Curves(curves) => {
+                let t = number(0);
+                full(vector(1) * (1.0 - t) + curves.of(vector(1)) * t)
+            }
+            Self::FloatCurve(curves) => {
+                let (t, value) = (number(0), number(1));
+                same(value * (1.0 - t) + curves.of(Vec3::splat(value)).x * t)
+            }
+            Self::MapRange { kind, clamp } => {
+                let (from, to) = ((number(1), number(2)), (number(3), number(4)));
+                same(kind.of(number(0), from, to, number(5), *clamp))
+            }
+            Self::MapRangeVector { kind, clamp } => {
+                let one = |i: usize| {
+                    let at = |socket: usize| inputs[socket][i];
+                    kind.of(at(0), (at(1), at(2)), (at(3), at(4)), at(5), *clamp)
+                };
+                full(Vec3::new(one(0), one(1), one(2)))
+            }
+            Self::Clamp { sorted: true } => same(between(number(0), number(1), number(2))),
+            Self::Clamp { sorted: false } => same(number(0).max(number(1)).min(number(2))),
+            Self::CombineColor(model) => {
+                full(model.combine(Vec3::new(number(0), number(1), number(2))))
+            }
+            Self::CombineXyz => full(Vec3::new(number(0), number(1), number(2))),
+            Self::SeparateColor(model) => full(model.separate(vector(0))),
+            Self::SeparateXyz => full(vector(0)),
+            Self::HueSaturation => full(hue_saturation(
+                number(0),
+                number(1),
+                number(2),
+                number(3),
+                vector(4),
+            )),
+            Self::BrightContrast => full(bright_contrast(vector(0), number(1), number(2))),
+            Self::Gamma => full(gamma(vector(0), number(1))),
+            Self::Invert => full(invert(number(0), vector(1))),
+            Self::RgbToBw => same(luminance(vector(0))),
+            Self::Mapping(mapping) => full(mapping.of(vector(0), vector(1), vector(2), vector(3))),
+            Self::VectorRotate { axis, invert } => {
+                use crate::nodes::vector::RotationAxis::EulerXyz;
+                let angle = if *axis == EulerXyz {
+                    vector(4)
+                } else {
+                    Vec3::splat(number(3))
+                };
+                full(axis.of(vector(0), vector(1), vector(2), angle, *invert))
+            }
+            Self::Place(_)
+            | Self::VectorTransform { .. }
+            | Self::Fresnel
+            | Self::LayerFresnel
+            | Self::LayerFacing
+            | Self::Bump { .. } => return None,
+        })
+    }
+}

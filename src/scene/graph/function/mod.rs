@@ -1,0 +1,273 @@
+//! Nodes that compute numbers, vectors and colours: converters, textures, and what is known of the place that is shaded.
+
+mod evaluate;
+mod sockets;
+mod texture;
+
+use super::node::{Lane, Socket, SocketKind};
+use crate::nodes::color::ColorModel;
+use crate::nodes::curve::{Curves, Table};
+use crate::nodes::math::Math;
+use crate::nodes::mix::BlendMode;
+use crate::nodes::range::RangeKind;
+use crate::nodes::vector::{Mapping, RotationAxis};
+use crate::nodes::vector_math::VectorMath;
+pub use sockets::bump;
+use std::sync::Arc;
+pub use texture::{ProceduralTexture, VoronoiPart};
+
+/// Spaces that Vector Transform goes between, in Blender's axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are Blender's")]
+pub enum Space {
+    World,
+    Object,
+    Camera,
+}
+
+/// What Vector Transform transforms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are Blender's")]
+pub enum Transformed {
+    Point,
+    Vector,
+    Normal,
+}
+
+/// What is known of the place that is shaded. Vectors are in Blender's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PlaceInput {
+    /// Texture Coordinate: across the mesh's texture space.
+    Generated,
+    /// Texture Coordinate: the normal, in the object's space.
+    ObjectNormal,
+    /// Texture coordinates of a set, v upwards.
+    Uv(u32),
+    /// Texture Coordinate: in the object's space.
+    Object,
+    /// Texture Coordinate: in the space of another object, to which the rows go from the world.
+    OfObject([[f32; 4]; 3]),
+    /// Texture Coordinate and Camera Data: in the camera's space.
+    Camera,
+    /// Texture Coordinate: across the picture.
+    Window,
+    /// Texture Coordinate: the mirrored direction to the viewer.
+    Reflection,
+    /// Geometry: in the world.
+    Position,
+    /// Geometry: the normal on the viewer's side.
+    Normal,
+    /// Geometry: the tangent about the object's Z axis.
+    Tangent,
+    /// Geometry: the triangle's own normal on the viewer's side.
+    TrueNormal,
+    /// Geometry: the direction to the viewer.
+    Incoming,
+    /// Geometry: on the triangle.
+    Parametric,
+    /// Geometry: seen from behind.
+    Backfacing,
+    /// Object Info: where its origin is.
+    ObjectLocation,
+    /// Object Info: its colour.
+    ObjectColor,
+    /// Object Info: its opacity in the viewport.
+    ObjectAlpha,
+    /// Object Info: its pass index.
+    ObjectIndex,
+    /// Object Info: the material's pass index.
+    MaterialIndex(f32),
+    /// Object Info: a number of its own.
+    ObjectRandom,
+    /// Camera Data: along the view.
+    ViewDepth,
+    /// Camera Data: from the camera.
+    ViewDistance,
+    /// A colour of the vertices: those of COLOR_0.
+    VertexColor,
+    /// An attribute of the vertices, by its number.
+    Attribute(u32),
+    /// Light Path: the ray is of some of these kinds, by [`crate::scene::Visibility`]'s bits.
+    IsRay(u32),
+    /// Light Path: how many surfaces the path has met before.
+    RayDepth,
+    /// Light Path: how long the ray is.
+    RayLength,
+}
+
+/// What a node computes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Function {
+    /// Something of the place.
+    Place(PlaceInput),
+    /// A procedural texture.
+    Texture(ProceduralTexture),
+    /// Math.
+    Math {
+        /// Which.
+        operation: Math,
+        /// Brought to 0..=1.
+        clamp: bool,
+    },
+    /// Vector Math.
+    VectorMath(VectorMath),
+    /// Mix of numbers.
+    MixFloat {
+        /// The factor is brought to 0..=1.
+        clamp: bool,
+    },
+    /// Mix of vectors, with a factor for each number or one for all.
+    MixVector {
+        /// The factor is brought to 0..=1.
+        clamp: bool,
+    },
+    /// Mix of colours.
+    MixColor {
+        /// How.
+        blend: BlendMode,
+        /// The factor is brought to 0..=1.
+        clamp: bool,
+        /// The result is.
+        clamp_result: bool,
+    },
+    /// Color Ramp.
+    ColorRamp(Arc<Table>),
+    /// RGB Curves, and Vector Curves.
+    Curves(Arc<Curves>),
+    /// Float Curve.
+    FloatCurve(Arc<Curves>),
+    /// Map Range of a number.
+    MapRange {
+        /// Which way.
+        kind: RangeKind,
+        /// It ends at the ends.
+        clamp: bool,
+    },
+    /// Map Range of a vector.
+    MapRangeVector {
+        /// Which way.
+        kind: RangeKind,
+        /// It ends at the ends.
+        clamp: bool,
+    },
+    /// Clamp.
+    Clamp {
+        /// The ends may be in any order.
+        sorted: bool,
+    },
+    /// Combine Color.
+    CombineColor(ColorModel),
+    /// Combine XYZ.
+    CombineXyz,
+    /// Separate Color.
+    SeparateColor(ColorModel),
+    /// Separate XYZ.
+    SeparateXyz,
+    /// Hue/Saturation/Value.
+    HueSaturation,
+    /// Brightness/Contrast.
+    BrightContrast,
+    /// Gamma.
+    Gamma,
+    /// Invert Color.
+    Invert,
+    /// RGB to BW.
+    RgbToBw,
+    /// Mapping.
+    Mapping(Mapping),
+    /// Vector Rotate.
+    VectorRotate {
+        /// About what.
+        axis: RotationAxis,
+        /// The other way.
+        invert: bool,
+    },
+    /// Vector Transform.
+    VectorTransform {
+        /// What.
+        what: Transformed,
+        /// From where.
+        from: Space,
+        /// To where.
+        to: Space,
+    },
+    /// Fresnel.
+    Fresnel,
+    /// Layer Weight's "Fresnel".
+    LayerFresnel,
+    /// Layer Weight's "Facing".
+    LayerFacing,
+    /// Bump.
+    Bump {
+        /// Hollows instead of hills.
+        invert: bool,
+        /// Distances are the object's.
+        object_space: bool,
+    },
+}
+
+impl Function {
+    /// The inputs, in their order.
+    pub fn sockets(&self) -> &'static [Socket] {
+        sockets::of(self)
+    }
+
+    /// The outputs: what they give, and which numbers of the result they are.
+    pub fn outputs(&self) -> &'static [(SocketKind, Lane)] {
+        use SocketKind::{Color, Float, Normal, Vector};
+        match self {
+            Self::Texture(texture) => texture.outputs(),
+            Self::Place(input) => match input {
+                PlaceInput::Backfacing
+                | PlaceInput::ObjectAlpha
+                | PlaceInput::ObjectIndex
+                | PlaceInput::MaterialIndex(_)
+                | PlaceInput::ObjectRandom
+                | PlaceInput::ViewDepth
+                | PlaceInput::ViewDistance
+                | PlaceInput::IsRay(_)
+                | PlaceInput::RayDepth
+                | PlaceInput::RayLength => &[(Float, Lane::One(0))],
+                PlaceInput::ObjectColor | PlaceInput::VertexColor | PlaceInput::Attribute(_) => &[
+                    (Color, Lane::Rgb),
+                    (Float, Lane::One(3)),
+                    (Vector, Lane::Xyz),
+                ],
+                _ => &[(Vector, Lane::Xyz)],
+            },
+            Self::Math { .. }
+            | Self::MixFloat { .. }
+            | Self::FloatCurve(_)
+            | Self::MapRange { .. }
+            | Self::Clamp { .. }
+            | Self::RgbToBw
+            | Self::Fresnel
+            | Self::LayerFresnel
+            | Self::LayerFacing => &[(Float, Lane::One(0))],
+            Self::VectorMath(_) => &[(Vector, Lane::Xyz), (Float, Lane::One(3))],
+            Self::MixVector { .. }
+            | Self::MapRangeVector { .. }
+            | Self::CombineXyz
+            | Self::Mapping(_)
+            | Self::VectorRotate { .. }
+            | Self::VectorTransform { .. } => &[(Vector, Lane::Xyz)],
+            Self::MixColor { .. }
+            | Self::Curves(_)
+            | Self::CombineColor(_)
+            | Self::HueSaturation
+            | Self::BrightContrast
+            | Self::Gamma
+            | Self::Invert => &[(Color, Lane::Rgb)],
+            Self::ColorRamp(_) => &[(Color, Lane::Rgb), (Float, Lane::One(3))],
+            Self::SeparateColor(_) | Self::SeparateXyz => &[
+                (Float, Lane::One(0)),
+                (Float, Lane::One(1)),
+                (Float, Lane::One(2)),
+            ],
+            Self::Bump { .. } => &[(Normal, Lane::Xyz)],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
