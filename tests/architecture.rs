@@ -9,8 +9,9 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("nodes", &[]),
     ("color", &["ffi"]),
-    ("scene", &["math"]),
-    ("import", &["scene", "color", "math"]),
+    // Constants are folded by what nodes compute.
+    ("scene", &["nodes", "math"]),
+    ("import", &["scene", "nodes", "color", "math"]),
     ("sampler", &["math"]),
     // It compiles the scene's shader graphs, and reads the scene's images.
     ("shading", &["scene", "math", "color", "sampler"]),
