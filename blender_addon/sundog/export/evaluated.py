@@ -54,6 +54,7 @@ EVALUATED = {
     "ShaderNodeTexChecker": ALL,
     "ShaderNodeTexGradient": ALL,
     "ShaderNodeTexWhiteNoise": ALL,
+    "ShaderNodeTexGabor": ALL,
     # Numbers
     "ShaderNodeMath": ALL,
     "ShaderNodeFloatCurve": ALL,
