@@ -110,7 +110,7 @@ fn cut_layers(graph: &mut Graph, at: usize) {
             for &socket in others {
                 let fresh = principled::SOCKETS[socket];
                 node.inputs[socket] = match fresh.kind {
-                    SocketKind::Vector => Input::None,
+                    SocketKind::Normal => Input::None,
                     _ => Input::Value(fresh.default),
                 };
             }
