@@ -166,14 +166,14 @@ impl Reader<'_, '_, '_> {
         }
         let (used, of_displacement) = self.used();
         // Displacement first: shaders take the normal that comes of it.
-        for at in 0..source.nodes.len() {
-            if of_displacement[at] {
+        for (at, &displaces) in of_displacement.iter().enumerate() {
+            if displaces {
                 self.make_all(at, &used)?;
             }
         }
         self.normal = self.displaced()?;
-        for at in 0..source.nodes.len() {
-            if !of_displacement[at] {
+        for (at, &displaces) in of_displacement.iter().enumerate() {
+            if !displaces {
                 self.make_all(at, &used)?;
             }
         }
