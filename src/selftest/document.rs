@@ -104,7 +104,7 @@ fn extend(document: &mut Value) {
         (
             "/materials/0".into(),
             "material",
-            json!({ "base_color": [1.2, 0.5, 0.1], "specular": 1.5, "thin_walled": false, "sheen": 0.5 }),
+            json!({ "base_color": [1.2, 0.5, 0.1], "specular": 1.5, "thin_walled": false, "sheen": { "weight": 0.5, "roughness": 0.3 } }),
         ),
     ] {
         if let Some(members) = document.pointer_mut(&at).and_then(Value::as_object_mut) {

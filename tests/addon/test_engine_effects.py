@@ -92,11 +92,11 @@ class Effects(EngineTest):
 
     def test_what_the_program_lacks_comes_first(self):
         material = bpy.data.objects["Cube"].active_material
-        material.node_tree.nodes["Principled BSDF"].inputs["Coat Weight"].default_value = 1
+        material.node_tree.nodes["Principled BSDF"].inputs["Subsurface Weight"].default_value = 1
         with quiet():
             bpy.ops.sundog.check_scene()
-        self.assertEqual(found("coat")["state"], "lacking")
-        self.assertEqual(drawn(effects.SUNDOG_RENDER_PT_effects).texts[0], "coat: Material")
+        self.assertEqual(found("subsurface")["state"], "lacking")
+        self.assertEqual(drawn(effects.SUNDOG_RENDER_PT_effects).texts[0], "subsurface: Material")
 
     def test_after_a_render_the_list_is_the_renders(self):
         self.glass()

@@ -528,14 +528,14 @@ class When(GraphTest):
 
         def layered(tree, glow):
             node = tree.nodes.new("ShaderNodeBsdfPrincipled")
-            node.inputs["Coat Weight"].default_value = 0.5
+            node.inputs["Subsurface Weight"].default_value = 0.5
             tree.links.new(self.varying(tree), node.inputs["Base Color"])
             return node.outputs[0]
 
         for fill, words in (
             (sky, "Sky Texture"), (island, "Geometry (Random Per Island)"), (tube, "Image Texture (Projection TUBE)"),
             (tiled, "Image Texture (tiled)"), (instancer, "Attribute (Attribute Type INSTANCER)"),
-            (placed, "Noise Texture (with a texture mapping of its own)"), (layered, "Principled BSDF (Coat Weight)"),
+            (placed, "Noise Texture (with a texture mapping of its own)"), (layered, "Principled BSDF (Subsurface Weight)"),
         ):  # fmt: skip
             with self.subTest(words=words):
                 self.setUp()
@@ -603,6 +603,8 @@ class Images(GraphTest):
             node.image, node.name = image, name
             node.extension, node.projection, node.projection_blend = "EXTEND", "BOX", 0.25
             tree.links.new(node.outputs["Color"], summed.inputs[0])
+            # Colours whose opacity nothing asks for are flattened.
+            tree.links.new(node.outputs["Alpha"], next(s for s in summed.inputs if s.identifier == "Scale"))
             tree.links.new(summed.outputs[0], total)
             total = summed.inputs[1]
 

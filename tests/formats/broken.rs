@@ -162,15 +162,16 @@ fn the_rich_file_is_whole() {
         told,
         [
             "animation",
+            "charlie-sheen",
+            "emission-below-layers",
             "light-range",
             "light-units",
             "skin",
             "spot-edge",
-            "unsupported-material"
         ]
     );
     assert_eq!(
-        found(&imported, "unsupported-material")[0].feature,
+        found(&imported, "charlie-sheen")[0].feature,
         "KHR_materials_sheen"
     );
 }

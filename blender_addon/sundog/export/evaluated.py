@@ -86,7 +86,7 @@ EVALUATED = {
     "ShaderNodeRGBToBW": ALL,
     # Shaders
     "ShaderNodeBsdfPrincipled": Rule(
-        zero=("Subsurface Weight", "Thin Film Thickness", "Thin Wall")
+        zero=("Subsurface Weight", "Sheen Weight", "Thin Film Thickness", "Thin Wall")
     ),
     "ShaderNodeBsdfDiffuse": ALL,
     "ShaderNodeBsdfGlossy": Rule({"distribution": {"GGX", "MULTI_GGX"}}),

@@ -256,11 +256,11 @@ class Walk:
         return [p for p, found in self._pictures.items() if found is images.MISSING]
 
     def _image_objections(self, node):
-        if node.type == "BLACKBODY":
-            temperature = self._feeding(node.inputs["Temperature"], place.groups)
-            return (*map(float, blackbody.color(temperature)), 1.0) if isinstance(temperature, float) else None
         if node.type == "TEX_IMAGE" and self.picture(node).source not in evaluated.IMAGE_SOURCES:
             yield f"{node.bl_label} ({self.picture(node).source.lower()})"
+        elif node.type == "TEX_IMAGE" and not node.outputs["Alpha"].is_linked and images.multiplies(self.picture(node)):
+            # The program takes the colours as they are where nothing asks for their opacity.
+            yield f"{node.bl_label} (colours multiplied by their opacity)"
 
     def _finite(self, socket, value):
         values = value if isinstance(value, tuple) else (value,)
