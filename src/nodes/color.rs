@@ -3,15 +3,16 @@
 use super::math::power;
 use glam::Vec3;
 
-/// In which numbers Combine Color and Separate Color count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ColorModel {
-    /// Red, green, blue.
-    Rgb,
-    /// Hue, saturation, value.
-    Hsv,
-    /// Hue, saturation, lightness.
-    Hsl,
+choice! {
+    /// In which numbers Combine Color and Separate Color count.
+    ColorModel {
+        /// Red, green, blue.
+        Rgb = "RGB",
+        /// Hue, saturation, value.
+        Hsv = "HSV",
+        /// Hue, saturation, lightness.
+        Hsl = "HSL",
+    }
 }
 
 /// The hue of a colour, by its greatest and least numbers; 0 where it is grey.
@@ -86,16 +87,6 @@ fn from_hsl(c: Vec3) -> Vec3 {
 }
 
 impl ColorModel {
-    /// By Blender's identifier.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "RGB" => Self::Rgb,
-            "HSV" => Self::Hsv,
-            "HSL" => Self::Hsl,
-            _ => return None,
-        })
-    }
-
     /// Its numbers of a colour.
     pub fn separate(self, c: Vec3) -> Vec3 {
         match self {

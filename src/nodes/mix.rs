@@ -3,29 +3,30 @@
 use super::color::{from_hsv, to_hsv};
 use glam::Vec3;
 
-/// Blend modes of the Mix node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names are Blender's")]
-pub enum BlendMode {
-    Mix,
-    Darken,
-    Multiply,
-    Burn,
-    Lighten,
-    Screen,
-    Dodge,
-    Add,
-    Overlay,
-    SoftLight,
-    LinearLight,
-    Difference,
-    Exclusion,
-    Subtract,
-    Divide,
-    Hue,
-    Saturation,
-    Color,
-    Value,
+choice! {
+    /// Blend modes of the Mix node.
+    #[allow(missing_docs, reason = "the names are Blender's")]
+    BlendMode {
+        Mix = "MIX",
+        Darken = "DARKEN",
+        Multiply = "MULTIPLY",
+        Burn = "BURN",
+        Lighten = "LIGHTEN",
+        Screen = "SCREEN",
+        Dodge = "DODGE",
+        Add = "ADD",
+        Overlay = "OVERLAY",
+        SoftLight = "SOFT_LIGHT",
+        LinearLight = "LINEAR_LIGHT",
+        Difference = "DIFFERENCE",
+        Exclusion = "EXCLUSION",
+        Subtract = "SUBTRACT",
+        Divide = "DIVIDE",
+        Hue = "HUE",
+        Saturation = "SATURATION",
+        Color = "COLOR",
+        Value = "VALUE",
+    }
 }
 
 fn each(a: Vec3, b: Vec3, of: impl Fn(f32, f32) -> f32) -> Vec3 {
@@ -37,32 +38,6 @@ fn lerp(a: Vec3, b: Vec3, t: f32) -> Vec3 {
 }
 
 impl BlendMode {
-    /// By Blender's identifier.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "MIX" => Self::Mix,
-            "DARKEN" => Self::Darken,
-            "MULTIPLY" => Self::Multiply,
-            "BURN" => Self::Burn,
-            "LIGHTEN" => Self::Lighten,
-            "SCREEN" => Self::Screen,
-            "DODGE" => Self::Dodge,
-            "ADD" => Self::Add,
-            "OVERLAY" => Self::Overlay,
-            "SOFT_LIGHT" => Self::SoftLight,
-            "LINEAR_LIGHT" => Self::LinearLight,
-            "DIFFERENCE" => Self::Difference,
-            "EXCLUSION" => Self::Exclusion,
-            "SUBTRACT" => Self::Subtract,
-            "DIVIDE" => Self::Divide,
-            "HUE" => Self::Hue,
-            "SATURATION" => Self::Saturation,
-            "COLOR" => Self::Color,
-            "VALUE" => Self::Value,
-            _ => return None,
-        })
-    }
-
     /// B blended over A by a factor.
     pub fn of(self, t: f32, a: Vec3, b: Vec3) -> Vec3 {
         let rest = 1.0 - t;

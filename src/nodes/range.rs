@@ -1,49 +1,36 @@
 //! Map Range and Clamp.
 
 use super::math::divided;
+use super::smoothstep;
 
-/// How Map Range goes from one end to the other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RangeKind {
-    /// In a line.
-    Linear,
-    /// In steps.
-    Stepped,
-    /// By 3t² − 2t³.
-    SmoothStep,
-    /// By 6t⁵ − 15t⁴ + 10t³.
-    SmootherStep,
+choice! {
+    /// How Map Range goes from one end to the other.
+    RangeKind {
+        /// In a line.
+        Linear = "LINEAR",
+        /// In steps.
+        Stepped = "STEPPED",
+        /// By 3t² − 2t³.
+        SmoothStep = "SMOOTHSTEP",
+        /// By 6t⁵ − 15t⁴ + 10t³.
+        SmootherStep = "SMOOTHERSTEP",
+    }
 }
 
 impl RangeKind {
-    /// By Blender's identifier.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "LINEAR" => Self::Linear,
-            "STEPPED" => Self::Stepped,
-            "SMOOTHSTEP" => Self::SmoothStep,
-            "SMOOTHERSTEP" => Self::SmootherStep,
-            _ => return None,
-        })
-    }
-
     /// A number brought from one range to another; 0 where the first one is empty. The smooth ones end at the ends.
     pub fn of(self, value: f32, from: (f32, f32), to: (f32, f32), steps: f32, clamp: bool) -> f32 {
         if from.0 == from.1 {
             return 0.0;
         }
         let t = divided(value - from.0, from.1 - from.0);
-        let ends = |t: f32| t.clamp(0.0, 1.0);
         let t = match self {
             Self::Linear => t,
             Self::Stepped if steps <= 0.0 => 0.0,
             Self::Stepped => (t * (steps + 1.0)).floor() / steps,
-            Self::SmoothStep => {
-                let t = ends(t);
-                t * t * (3.0 - 2.0 * t)
-            }
+            Self::SmoothStep => smoothstep(t),
             Self::SmootherStep => {
-                let t = ends(t);
+                let t = t.clamp(0.0, 1.0);
                 t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
             }
         };

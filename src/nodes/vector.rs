@@ -3,17 +3,18 @@
 use super::vector_math::divided;
 use glam::{EulerRot, Mat3, Quat, Vec3};
 
-/// What the Mapping node maps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mapping {
-    /// Points: scaled, turned, moved.
-    Point,
-    /// The texture instead: all of it backwards.
-    Texture,
-    /// Directions: scaled and turned.
-    Vector,
-    /// Normals: scaled by the inverse, turned, of unit length.
-    Normal,
+choice! {
+    /// What the Mapping node maps.
+    Mapping {
+        /// Points: scaled, turned, moved.
+        Point = "POINT",
+        /// The texture instead: all of it backwards.
+        Texture = "TEXTURE",
+        /// Directions: scaled and turned.
+        Vector = "VECTOR",
+        /// Normals: scaled by the inverse, turned, of unit length.
+        Normal = "NORMAL",
+    }
 }
 
 /// Turns by angles about X, then Y, then Z.
@@ -22,17 +23,6 @@ fn euler(angles: Vec3) -> Mat3 {
 }
 
 impl Mapping {
-    /// By Blender's identifier.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "POINT" => Self::Point,
-            "TEXTURE" => Self::Texture,
-            "VECTOR" => Self::Vector,
-            "NORMAL" => Self::Normal,
-            _ => return None,
-        })
-    }
-
     /// The mapped vector.
     pub fn of(self, v: Vec3, location: Vec3, rotation: Vec3, scale: Vec3) -> Vec3 {
         match self {
@@ -44,30 +34,19 @@ impl Mapping {
     }
 }
 
-/// About what Vector Rotate turns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names are Blender's")]
-pub enum RotationAxis {
-    AxisAngle,
-    X,
-    Y,
-    Z,
-    EulerXyz,
+choice! {
+    /// About what Vector Rotate turns.
+    #[allow(missing_docs, reason = "the names are Blender's")]
+    RotationAxis {
+        AxisAngle = "AXIS_ANGLE",
+        X = "X_AXIS",
+        Y = "Y_AXIS",
+        Z = "Z_AXIS",
+        EulerXyz = "EULER_XYZ",
+    }
 }
 
 impl RotationAxis {
-    /// By Blender's identifier.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "AXIS_ANGLE" => Self::AxisAngle,
-            "X_AXIS" => Self::X,
-            "Y_AXIS" => Self::Y,
-            "Z_AXIS" => Self::Z,
-            "EULER_XYZ" => Self::EulerXyz,
-            _ => return None,
-        })
-    }
-
     /// The vector, turned about the centre.
     pub fn of(self, v: Vec3, center: Vec3, axis: Vec3, angle: Vec3, backwards: bool) -> Vec3 {
         let turn = if backwards { -angle.x } else { angle.x };

@@ -3,40 +3,41 @@
 use super::math;
 use glam::Vec3;
 
-/// What the Vector Math node does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names are Blender's")]
-pub enum VectorMath {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    MultiplyAdd,
-    CrossProduct,
-    Project,
-    Reflect,
-    Refract,
-    FaceForward,
-    DotProduct,
-    Distance,
-    Length,
-    Scale,
-    Normalize,
-    Absolute,
-    Power,
-    Sign,
-    Minimum,
-    Maximum,
-    Floor,
-    Ceil,
-    Fraction,
-    Modulo,
-    Wrap,
-    Snap,
-    Round,
-    Sine,
-    Cosine,
-    Tangent,
+choice! {
+    /// What the Vector Math node does.
+    #[allow(missing_docs, reason = "the names are Blender's")]
+    VectorMath {
+        Add = "ADD",
+        Subtract = "SUBTRACT",
+        Multiply = "MULTIPLY",
+        Divide = "DIVIDE",
+        MultiplyAdd = "MULTIPLY_ADD",
+        CrossProduct = "CROSS_PRODUCT",
+        Project = "PROJECT",
+        Reflect = "REFLECT",
+        Refract = "REFRACT",
+        FaceForward = "FACEFORWARD",
+        DotProduct = "DOT_PRODUCT",
+        Distance = "DISTANCE",
+        Length = "LENGTH",
+        Scale = "SCALE",
+        Normalize = "NORMALIZE",
+        Absolute = "ABSOLUTE",
+        Power = "POWER",
+        Sign = "SIGN",
+        Minimum = "MINIMUM",
+        Maximum = "MAXIMUM",
+        Floor = "FLOOR",
+        Ceil = "CEIL",
+        Fraction = "FRACTION",
+        Modulo = "MODULO",
+        Wrap = "WRAP",
+        Snap = "SNAP",
+        Round = "ROUND",
+        Sine = "SINE",
+        Cosine = "COSINE",
+        Tangent = "TANGENT",
+    }
 }
 
 /// Of each of the three numbers.
@@ -50,43 +51,6 @@ pub fn divided(a: Vec3, b: Vec3) -> Vec3 {
 }
 
 impl VectorMath {
-    /// By Blender's identifier.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "ADD" => Self::Add,
-            "SUBTRACT" => Self::Subtract,
-            "MULTIPLY" => Self::Multiply,
-            "DIVIDE" => Self::Divide,
-            "MULTIPLY_ADD" => Self::MultiplyAdd,
-            "CROSS_PRODUCT" => Self::CrossProduct,
-            "PROJECT" => Self::Project,
-            "REFLECT" => Self::Reflect,
-            "REFRACT" => Self::Refract,
-            "FACEFORWARD" => Self::FaceForward,
-            "DOT_PRODUCT" => Self::DotProduct,
-            "DISTANCE" => Self::Distance,
-            "LENGTH" => Self::Length,
-            "SCALE" => Self::Scale,
-            "NORMALIZE" => Self::Normalize,
-            "ABSOLUTE" => Self::Absolute,
-            "POWER" => Self::Power,
-            "SIGN" => Self::Sign,
-            "MINIMUM" => Self::Minimum,
-            "MAXIMUM" => Self::Maximum,
-            "FLOOR" => Self::Floor,
-            "CEIL" => Self::Ceil,
-            "FRACTION" => Self::Fraction,
-            "MODULO" => Self::Modulo,
-            "WRAP" => Self::Wrap,
-            "SNAP" => Self::Snap,
-            "ROUND" => Self::Round,
-            "SINE" => Self::Sine,
-            "COSINE" => Self::Cosine,
-            "TANGENT" => Self::Tangent,
-            _ => return None,
-        })
-    }
-
     /// The vector and the number that come out; one of them is 0, as Blender's node has one output at a time.
     pub fn of(self, a: Vec3, b: Vec3, c: Vec3, scale: f32) -> (Vec3, f32) {
         let vector = match self {

@@ -195,6 +195,15 @@ impl HitPoint<'_> {
         )
     }
 
+    #[inline]
+    fn four(&self, values: &[[f32; 4]]) -> Vec4 {
+        between(
+            self.corners.map(|i| Vec4::from(values[i as usize])),
+            self.u,
+            self.v,
+        )
+    }
+
     fn facts(&self) -> Option<&ObjectFacts> {
         self.entry.facts.as_deref()
     }
@@ -274,13 +283,8 @@ impl Place for HitPoint<'_> {
 
     #[inline]
     fn color(&self) -> Vec4 {
-        self.mesh.colors.as_ref().map_or(Vec4::ONE, |c| {
-            between(
-                self.corners.map(|i| Vec4::from(c[i as usize])),
-                self.u,
-                self.v,
-            )
-        })
+        let colors = self.mesh.colors.as_ref();
+        colors.map_or(Vec4::ONE, |values| self.four(values))
     }
 
     fn mapped_normal(&self, space: NormalSpace, normal: Vec3, strength: f32) -> Vec3 {
@@ -346,7 +350,6 @@ impl Place for HitPoint<'_> {
                 let m = &facts.view.camera;
                 number((m.vector(self.in_world()) + m.translation).length())
             }
-            PlaceInput::Window => Vec4::ZERO,
             PlaceInput::Reflection => {
                 let n = to_blender(self.side(self.outer_normal()));
                 let i = -to_blender(self.asking.direction).normalize_or_zero();
@@ -380,16 +383,8 @@ impl Place for HitPoint<'_> {
             PlaceInput::ObjectRandom => number(facts.info.random),
             PlaceInput::VertexColor => self.color(),
             PlaceInput::Attribute(n) => {
-                self.mesh
-                    .attributes
-                    .get(n as usize)
-                    .map_or(Vec4::ZERO, |values| {
-                        between(
-                            self.corners.map(|i| Vec4::from(values[i as usize])),
-                            self.u,
-                            self.v,
-                        )
-                    })
+                let values = self.mesh.attributes.get(n as usize);
+                values.map_or(Vec4::ZERO, |values| self.four(values))
             }
             PlaceInput::IsRay(kinds) => number(f32::from(self.asking.kind & kinds != 0)),
             PlaceInput::RayDepth => number(self.asking.depth as f32),

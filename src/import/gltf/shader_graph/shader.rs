@@ -15,7 +15,7 @@ impl Reader<'_, '_, '_> {
     pub(super) fn shader(&mut self, at: usize) -> Result<Option<Input>, Stop> {
         let source = self.source;
         let node = &source.nodes[at];
-        let text = |name: &str| node.properties.get(name).and_then(Value::as_str);
+        let text = |name: &str| node.text(name);
         let link = match node.kind.strip_prefix("ShaderNode").unwrap_or(&node.kind) {
             "BsdfPrincipled" => self.principled(at),
             "BsdfDiffuse" => self.add(at, NodeKind::DiffuseBsdf, &[]),
@@ -98,7 +98,7 @@ impl Reader<'_, '_, '_> {
             number("Midlevel", 0.5),
             number("Scale", 1.0),
         );
-        let object_space = node.properties.get("space").and_then(Value::as_str) != Some("WORLD");
+        let object_space = node.text("space") != Some("WORLD");
         let calculation = |operation, a: Input, b: Input| {
             let node = Node::new(NodeKind::Math {
                 operation,
@@ -120,8 +120,7 @@ impl Reader<'_, '_, '_> {
 
     pub(super) fn attribute(&mut self, at: usize) -> Result<Link, Stop> {
         let node = &self.source.nodes[at];
-        let name = node.properties.get("attribute").and_then(Value::as_str);
-        let input = match name {
+        let input = match node.text("attribute") {
             Some("COLOR_0") => PlaceInput::VertexColor,
             Some(name) => {
                 let number = name.strip_prefix("_SUNDOG_").and_then(|n| n.parse().ok());
@@ -137,7 +136,7 @@ impl Reader<'_, '_, '_> {
     pub(super) fn normal_map(&mut self, at: usize) -> Result<Input, Stop> {
         let source = self.source;
         let node = &source.nodes[at];
-        let text = |name: &str| node.properties.get(name).and_then(Value::as_str);
+        let text = |name: &str| node.text(name);
         let space = match text("space") {
             Some("TANGENT") => NormalSpace::Tangent,
             Some("OBJECT") => NormalSpace::Object,
@@ -154,7 +153,7 @@ impl Reader<'_, '_, '_> {
     pub(super) fn image(&mut self, at: usize) -> Result<Link, Stop> {
         let source = self.source;
         let node = &source.nodes[at];
-        let text = |name: &str| node.properties.get(name).and_then(Value::as_str);
+        let text = |name: &str| node.text(name);
         let Some(image) = node.properties.get("image") else {
             return Err(Refusal::of(node, "without an image").into());
         };

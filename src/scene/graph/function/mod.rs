@@ -49,8 +49,6 @@ pub enum PlaceInput {
     OfObject([[f32; 4]; 3]),
     /// Texture Coordinate and Camera Data: in the camera's space.
     Camera,
-    /// Texture Coordinate: across the picture.
-    Window,
     /// Texture Coordinate: the mirrored direction to the viewer.
     Reflection,
     /// Geometry: in the world.
