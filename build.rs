@@ -137,12 +137,12 @@ const DOUBLED: [(&str, &str); 16] = [
     (".as_vec3()", ""),
     (".as_dvec2()", ""),
     (".as_dvec3()", ""),
-    ("crate::", "crate::selftest::oracle::double::"),
+    ("crate::", "crate::hard_cases::oracle::double::"),
     ("{DVec2, DVec2}", "DVec2"),
     ("{DAffine3, DVec3, DVec3}", "{DAffine3, DVec3}"),
 ];
 
-/// Writes the source of the kernels in f64: the oracle against which they are measured in f32 (`src/selftest/oracle.rs`). It is the
+/// Writes the source of the kernels in f64: the oracle against which they are measured in f32 (`tests/hard_cases/oracle.rs`). It is the
 /// same text but for the types, so that it cannot fall behind.
 fn write_double(out: &Path) -> Result<(), String> {
     let mut text = String::new();

@@ -5,7 +5,7 @@
     unused_imports,
     reason = "tests/fuzz/main.rs draws inputs and makes them smaller, with the same modules"
 )]
-mod fuzzer;
+pub mod fuzzer;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};

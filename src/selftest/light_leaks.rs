@@ -1,7 +1,7 @@
 //! Self-intersection and gaps: rays leave the surface on which they start and no closed surface lets one through.
 
 use super::kit::{camera, diffuse, place, prepared, quad, sphere};
-use super::{Case, Effort, Finding, interfaces};
+use super::{Case, Effort, Finding};
 use crate::effects::Matte;
 use crate::ffi::embree::Hit;
 use crate::math::{Frame, float, warp};
@@ -34,31 +34,12 @@ pub const CASES: &[Case] = &[
         about: "Sheets that are 1e-6 of their distance apart: rays meet the nearer one, and rays from one meet the other.",
         run: close_sheets,
     },
-    Case {
-        name: "coplanar-duplicates",
-        about: "The same triangles twice, in other colours: which is seen does not depend on the seed.",
-        run: coplanar_duplicates,
-    },
-    Case {
-        name: "thin-plates",
-        about: "Plates of glass from a tenth to two millionths of their distance thick: light that passes is reflected at both sides.",
-        run: interfaces::thin_plates,
-    },
-    Case {
-        name: "touching-interfaces",
-        about: "Balls of glass that touch from inside and outside, a shell of a millionth, a ball in one of the same size: in a white furnace none is seen.",
-        run: interfaces::touching_interfaces,
-    },
-    Case {
-        name: "liquid-in-a-glass",
-        about: "Liquid that ends at its glass, reaches into it, or leaves a gap of 1e-5 to 2e-7 of its size: in a white furnace it is not seen.",
-        run: interfaces::liquid_in_a_glass,
-    },
 ];
 
 const FOREVER: (f32, f32) = (float::RAY_START, f32::INFINITY);
 
-fn meet(world: &World, origin: Vec3, direction: Vec3) -> Option<Hit> {
+/// The nearest hit of a ray.
+pub fn meet(world: &World, origin: Vec3, direction: Vec3) -> Option<Hit> {
     world.intersect::<Matte>(origin, direction, FOREVER, RayKind::Diffuse, || 0)
 }
 
@@ -441,7 +422,7 @@ fn planes_through_the_camera(effort: Effort) -> Result<Vec<Finding>, RenderError
 }
 
 /// The square of ±1 at z = −1 as n × n quads.
-fn grid(n: u32) -> Mesh {
+pub fn grid(n: u32) -> Mesh {
     let mut mesh = Mesh {
         name: "grid".into(),
         ..Mesh::default()
@@ -511,61 +492,4 @@ fn close_sheets(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         }
     }
     Ok(findings)
-}
-
-fn coplanar_duplicates(effort: Effort) -> Result<Vec<Finding>, RenderError> {
-    let rays: u32 = effort.of(50_000, 1_000_000, 20_000_000);
-    let turned = DMat3::from_quat(DQuat::from_axis_angle(
-        DVec3::new(2.0, -3.0, 6.0) / 7.0,
-        0.5,
-    ));
-    let at = DAffine3 {
-        matrix3: turned,
-        translation: DVec3::new(0.1, 0.2, -0.3),
-    };
-    let with = |second: Mesh| {
-        let mut scene = Scene::default();
-        for sheet in [grid(5), second] {
-            place(&mut scene, sheet, diffuse([0.5; 3]), &[at]);
-        }
-        scene.cameras.push(camera(DVec3::ZERO, 1.0));
-        prepared(&scene)
-    };
-    let met = |world: &World, i: u32| {
-        let number = |d: u32| hashed(d, i, 3);
-        let from = warp::sphere(Vec2::new(number(0), number(1))) * 3.0;
-        let to = DVec3::new(
-            f64::from(1.8 * number(2) - 0.9),
-            f64::from(1.8 * number(3) - 0.9),
-            -1.0,
-        );
-        let to = (turned * to).as_vec3() + Vec3::new(0.1, 0.2, -0.3);
-        meet(world, from, to - from).map(|hit| (hit.geometry, hit.primitive))
-    };
-    let count = |is: &(dyn Fn(u32) -> bool + Sync)| {
-        (0..rays).into_par_iter().filter(|&i| is(i)).count() as u64
-    };
-    let copies = with(grid(5))?;
-    let second = count(&|i| met(&copies, i).is_some_and(|(geometry, _)| geometry == 1));
-    // Of sheets that are cut along other diagonals each ray meets one or the other, but the same one in each world: what is
-    // seen of them is a function of the ray alone.
-    let cut_otherwise = || {
-        let mut mesh = grid(5);
-        for pair in mesh.triangles.chunks_exact_mut(2) {
-            let ([a, b, c], [_, _, d]) = (pair[0], pair[1]);
-            pair.copy_from_slice(&[[a, b, d], [b, c, d]]);
-        }
-        with(mesh)
-    };
-    let (once, again) = (cut_otherwise()?, cut_otherwise()?);
-    let differ = count(&|i| met(&once, i) != met(&again, i));
-    // Whichever of the two it is: always the same one.
-    let minority = second.min(u64::from(rays) - second);
-    Ok(vec![
-        Finding::none("rays that met the other one", minority),
-        Finding::none(
-            "rays that met another of two that are cut differently in a second world",
-            differ,
-        ),
-    ])
 }

@@ -2,8 +2,8 @@
 
 use super::kit::{self, camera, constant_environment, diffuse, place, quad, sphere};
 use crate::scene::{
-    Aperture, AreaShape, Image, ImageId, Light, LightKind, MeshId, MetallicRoughness,
-    NormalTexture, Projection, Scene, Texture, TextureFilter, UvTransform,
+    Aperture, AreaShape, Image, ImageId, Light, LightKind, MetallicRoughness, NormalTexture,
+    Projection, Scene, Texture, TextureFilter, UvTransform,
 };
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -95,18 +95,6 @@ impl Similarity {
         }
         scene
     }
-}
-
-/// All instances become meshes of their own, their vertices still in object space.
-pub fn flattened(scene: &Scene) -> Scene {
-    let mut flat = scene.clone();
-    flat.meshes.clear();
-    for instance in &mut flat.instances {
-        flat.meshes
-            .push(scene.meshes[instance.mesh.0 as usize].clone());
-        instance.mesh = MeshId(flat.meshes.len() as u32 - 1);
-    }
-    flat
 }
 
 fn texture(image: u32) -> Texture {

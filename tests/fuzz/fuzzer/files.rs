@@ -2,6 +2,7 @@
 //! proportion (who runs the fuzzer limits what the process may take), and what is read renders.
 
 use super::build::number;
+use super::document::{document, picture, written};
 use super::rng::Rng;
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -12,7 +13,6 @@ use sundog::film::Picture;
 use sundog::import::{ImportOptions, load, load_environment};
 use sundog::render::{RenderSettings, Silent, render};
 use sundog::scene::Scene;
-use sundog::selftest::document::{document, picture, written};
 use sundog::selftest::kit::camera;
 
 /// Kinds of files.

@@ -1,14 +1,42 @@
-//! Interfaces of glass that are close or touch; the cases stand in the group of the gaps.
+//! Surfaces that lie in each other, and interfaces of glass that are close or touch.
 
-use super::kit::{
-    Bench, camera, colors, constant_environment, diffuse, glass, mean, place, quad, small, sphere,
+use super::{Case, Effort, Finding};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3};
+use rayon::prelude::*;
+use sundog::math::{float, warp};
+use sundog::render::RenderError;
+use sundog::sampler::hashed;
+use sundog::scene::{Mesh, MetallicRoughness, Scene};
+use sundog::selftest::kit::{
+    Bench, camera, colors, constant_environment, diffuse, glass, mean, place, prepared, quad,
+    small, sphere,
 };
-use super::light_leaks::cube;
-use super::{Effort, Finding};
-use crate::math::float;
-use crate::render::RenderError;
-use crate::scene::{MetallicRoughness, Scene};
-use glam::{DAffine3, DQuat, DVec3};
+use sundog::selftest::light_leaks::{cube, grid, meet};
+use sundog::world::World;
+
+/// The cases.
+pub const CASES: &[Case] = &[
+    Case {
+        name: "coplanar-duplicates",
+        about: "The same triangles twice, in other colours: which is seen does not depend on the seed.",
+        run: coplanar_duplicates,
+    },
+    Case {
+        name: "thin-plates",
+        about: "Plates of glass from a tenth to two millionths of their distance thick: light that passes is reflected at both sides.",
+        run: thin_plates,
+    },
+    Case {
+        name: "touching-interfaces",
+        about: "Balls of glass that touch from inside and outside, a shell of a millionth, a ball in one of the same size: in a white furnace none is seen.",
+        run: touching_interfaces,
+    },
+    Case {
+        name: "liquid-in-a-glass",
+        about: "Liquid that ends at its glass, reaches into it, or leaves a gap of 1e-5 to 2e-7 of its size: in a white furnace it is not seen.",
+        run: liquid_in_a_glass,
+    },
+];
 
 /// Reflectance of unpolarised light at the entry into a dielectric, in f64.
 fn fresnel(cos: f64, ior: f64) -> f64 {
@@ -20,7 +48,7 @@ fn fresnel(cos: f64, ior: f64) -> f64 {
 
 /// A plate before a panel of radiance 1: what passes is (1 − R)/(1 + R), all reflections between its sides added up.
 /// Each sample is 1 or 0 but for roundings: the mean has the variance T (1 − T) / n.
-pub fn thin_plates(effort: Effort) -> Result<Vec<Finding>, RenderError> {
+fn thin_plates(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let settings = small(effort.of(64, 1024, 4096), 12);
     let n = f64::from(settings.samples * settings.width * settings.height);
     let (mut findings, mut bench) = (Vec::new(), Bench::default());
@@ -104,7 +132,7 @@ const FLAT: (bool, f64) = (false, 0.0);
 /// Normals of the corners, with the bound of `coarse-furnace`.
 const SMOOTH: (bool, f64) = (true, 5e-3);
 
-pub fn touching_interfaces(effort: Effort) -> Result<Vec<Finding>, RenderError> {
+fn touching_interfaces(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let samples = effort.of(4, 64, 1024);
     let (mut findings, mut bench) = (Vec::new(), Bench::default());
     for (name, balls) in [
@@ -130,7 +158,7 @@ pub fn touching_interfaces(effort: Effort) -> Result<Vec<Finding>, RenderError> 
     Ok(bench.with(findings))
 }
 
-pub fn liquid_in_a_glass(effort: Effort) -> Result<Vec<Finding>, RenderError> {
+fn liquid_in_a_glass(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let samples = effort.of(4, 64, 1024);
     let (mut findings, mut bench) = (Vec::new(), Bench::default());
     let mut add = |name: &str, radius, normals| {
@@ -160,4 +188,61 @@ pub fn liquid_in_a_glass(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         add(name, radius, SMOOTH)?;
     }
     Ok(bench.with(findings))
+}
+
+fn coplanar_duplicates(effort: Effort) -> Result<Vec<Finding>, RenderError> {
+    let rays: u32 = effort.of(50_000, 1_000_000, 20_000_000);
+    let turned = DMat3::from_quat(DQuat::from_axis_angle(
+        DVec3::new(2.0, -3.0, 6.0) / 7.0,
+        0.5,
+    ));
+    let at = DAffine3 {
+        matrix3: turned,
+        translation: DVec3::new(0.1, 0.2, -0.3),
+    };
+    let with = |second: Mesh| {
+        let mut scene = Scene::default();
+        for sheet in [grid(5), second] {
+            place(&mut scene, sheet, diffuse([0.5; 3]), &[at]);
+        }
+        scene.cameras.push(camera(DVec3::ZERO, 1.0));
+        prepared(&scene)
+    };
+    let met = |world: &World, i: u32| {
+        let number = |d: u32| hashed(d, i, 3);
+        let from = warp::sphere(Vec2::new(number(0), number(1))) * 3.0;
+        let to = DVec3::new(
+            f64::from(1.8 * number(2) - 0.9),
+            f64::from(1.8 * number(3) - 0.9),
+            -1.0,
+        );
+        let to = (turned * to).as_vec3() + Vec3::new(0.1, 0.2, -0.3);
+        meet(world, from, to - from).map(|hit| (hit.geometry, hit.primitive))
+    };
+    let count = |is: &(dyn Fn(u32) -> bool + Sync)| {
+        (0..rays).into_par_iter().filter(|&i| is(i)).count() as u64
+    };
+    let copies = with(grid(5))?;
+    let second = count(&|i| met(&copies, i).is_some_and(|(geometry, _)| geometry == 1));
+    // Of sheets that are cut along other diagonals each ray meets one or the other, but the same one in each world: what is
+    // seen of them is a function of the ray alone.
+    let cut_otherwise = || {
+        let mut mesh = grid(5);
+        for pair in mesh.triangles.chunks_exact_mut(2) {
+            let ([a, b, c], [_, _, d]) = (pair[0], pair[1]);
+            pair.copy_from_slice(&[[a, b, d], [b, c, d]]);
+        }
+        with(mesh)
+    };
+    let (once, again) = (cut_otherwise()?, cut_otherwise()?);
+    let differ = count(&|i| met(&once, i) != met(&again, i));
+    // Whichever of the two it is: always the same one.
+    let minority = second.min(u64::from(rays) - second);
+    Ok(vec![
+        Finding::none("rays that met the other one", minority),
+        Finding::none(
+            "rays that met another of two that are cut differently in a second world",
+            differ,
+        ),
+    ])
 }

@@ -1,15 +1,15 @@
 //! What is not finite: none of it reaches the film, each sample of it is counted with its cause, and numbers that
 //! make no sense are mended before anything is rendered.
 
-use super::kit::{
+use super::{Case, Effort, Finding};
+use glam::{DAffine3, DVec3};
+use sundog::film::Picture;
+use sundog::render::{RenderError, RenderSettings, Rendering, Silent, render, replay};
+use sundog::scene::validate::clean;
+use sundog::scene::{Diagnostics, Light, LightKind, MetallicRoughness, Scene};
+use sundog::selftest::kit::{
     Bench, camera, colors, constant_environment, diffuse, light, place, quad, small, sphere,
 };
-use super::{Case, Effort, Finding};
-use crate::film::Picture;
-use crate::render::{RenderError, RenderSettings, Rendering, Silent, render, replay};
-use crate::scene::validate::clean;
-use crate::scene::{Diagnostics, Light, LightKind, MetallicRoughness, Scene};
-use glam::{DAffine3, DVec3};
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -228,7 +228,7 @@ fn break_number(scene: &mut Scene, number: usize, value: f32) {
         20 => scene.cameras[0].clip_near = wide,
         21 => scene.cameras[0].clip_far = wide,
         22 => {
-            scene.cameras[0].projection = crate::scene::Projection::Perspective {
+            scene.cameras[0].projection = sundog::scene::Projection::Perspective {
                 vertical_fov: wide,
                 aspect: None,
             };

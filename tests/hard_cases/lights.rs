@@ -2,18 +2,18 @@
 
 use super::kit::{self, Bench, Mean};
 use super::{Case, Effort, Finding, environments};
-use crate::light::area::Area;
-use crate::light::estimate::{Angle, LightBounds};
-use crate::light::lamp::{Cone, Lamp};
-use crate::light::sun::Sun;
-use crate::light::tree::Tree;
-use crate::light::triangle::Triangle;
-use crate::math::float::gamma;
-use crate::render::RenderError;
-use crate::sampler::hashed;
-use crate::scene::{AreaShape, Light, LightKind, MetallicRoughness, Scene};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
+use sundog::light::area::Area;
+use sundog::light::estimate::{Angle, LightBounds};
+use sundog::light::lamp::{Cone, Lamp};
+use sundog::light::sun::Sun;
+use sundog::light::tree::Tree;
+use sundog::light::triangle::Triangle;
+use sundog::math::float::gamma;
+use sundog::render::RenderError;
+use sundog::sampler::hashed;
+use sundog::scene::{AreaShape, Light, LightKind, MetallicRoughness, Scene};
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -553,7 +553,7 @@ fn lit(strength: f32) -> Scene {
         kit::diffuse([0.7; 3]),
         &[up],
     );
-    let shining = crate::scene::MetallicRoughness {
+    let shining = sundog::scene::MetallicRoughness {
         emission: [3.0 * strength; 3],
         ..kit::diffuse([0.2; 3])
     };

@@ -3,12 +3,12 @@
 use super::kit::{self, Bench};
 use super::materials::{TABLE_ERROR, albedo, lobes, seen_at};
 use super::{Case, Effort, Finding};
-use crate::render::{Filter, FilterKind, RenderError, RenderSettings};
-use crate::sampler::hashed;
-use crate::scene::{Image, ImageId, LightKind, Mesh, MetallicRoughness, NormalTexture, Scene};
-use crate::shading::{AllFeatures, Bsdf, Dielectrics, Principled};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::f64::consts::FRAC_PI_2;
+use sundog::render::{Filter, FilterKind, RenderError, RenderSettings};
+use sundog::sampler::hashed;
+use sundog::scene::{Image, ImageId, LightKind, Mesh, MetallicRoughness, NormalTexture, Scene};
+use sundog::shading::{AllFeatures, Bsdf, Dielectrics, Principled};
 
 /// The cases.
 pub const CASES: &[Case] = &[

@@ -1,23 +1,23 @@
 //! Triangles: without area, like needles, twice, broken, one and ten million.
 
-use super::kit::{
-    Bench, camera, colors, constant_environment, differing, diffuse, mean, place, prepared, quad,
-    small, sphere,
-};
-use super::light_leaks::leaks;
 use super::{Case, Effort, Finding};
-use crate::effects::Matte;
-use crate::import::{self, ImportOptions};
-use crate::math::float;
-use crate::render::{LightSampling, RenderError, RenderSettings};
-use crate::sampler::hashed;
-use crate::scene::validate::clean;
-use crate::scene::{
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use std::sync::atomic::{AtomicU32, Ordering};
+use sundog::effects::Matte;
+use sundog::import::{self, ImportOptions};
+use sundog::math::float;
+use sundog::render::{LightSampling, RenderError, RenderSettings};
+use sundog::sampler::hashed;
+use sundog::scene::validate::clean;
+use sundog::scene::{
     Diagnostics, Image, ImageId, Mesh, MetallicRoughness, NormalTexture, RayKind, Scene, Texture,
     Visibility,
 };
-use glam::{DAffine3, DQuat, DVec3, Vec3};
-use std::sync::atomic::{AtomicU32, Ordering};
+use sundog::selftest::kit::{
+    Bench, camera, colors, constant_environment, differing, diffuse, mean, place, prepared, quad,
+    small, sphere,
+};
+use sundog::selftest::light_leaks::leaks;
 
 /// The cases.
 pub const CASES: &[Case] = &[

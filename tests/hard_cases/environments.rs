@@ -3,11 +3,11 @@
 use super::kit::{self, Bench, Mean};
 use super::lights::{Z, square};
 use super::{Effort, Finding};
-use crate::import::load_environment;
-use crate::light::environment::Environment;
-use crate::render::RenderError;
-use crate::scene::{Pixels, Scene};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
+use sundog::import::load_environment;
+use sundog::light::environment::Environment;
+use sundog::render::RenderError;
+use sundog::scene::{Pixels, Scene};
 
 /// The integral of an environment of ones but for one texel, by its bilinear interpolation: a tent of ±1 texel in longitude
 /// and latitude; rows of directions are weighted by their solid angle (8 points of the midpoint rule a texel and axis).

@@ -4,14 +4,14 @@
 //! units. Where a kernel subtracts on purpose, its error is told in units of the larger term.
 
 use super::{Case, Effort, Finding};
-use crate::light::lamp::Lamp;
-use crate::light::rectangle::SphericalRectangle;
-use crate::light::triangle::Triangle;
-use crate::math::warp;
-use crate::render::RenderError;
-use crate::sampler::hashed;
-use crate::shading::{fresnel, ggx};
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use sundog::light::lamp::Lamp;
+use sundog::light::rectangle::SphericalRectangle;
+use sundog::light::triangle::Triangle;
+use sundog::math::warp;
+use sundog::render::RenderError;
+use sundog::sampler::hashed;
+use sundog::shading::{fresnel, ggx};
 
 /// The kernels in f64, made by build.rs of the same text.
 #[allow(dead_code, missing_docs, unused_imports, clippy::all)]

@@ -1,18 +1,18 @@
 //! Cameras: angles, scales, lenses and places at their ends.
 
-use super::kit::{
+use super::{Case, Effort, Finding};
+use glam::{DAffine3, DQuat, DVec3, Vec2};
+use sundog::camera::{Aperture, Camera, Lens, Span};
+use sundog::math::float;
+use sundog::render::{BounceLimits, LightSampling, RenderError, RenderSettings};
+use sundog::sampler::{Sequence, hashed};
+use sundog::scene::validate::clean;
+use sundog::scene::{self, Diagnostics, MetallicRoughness, Projection, Scene};
+use sundog::selftest::kit::{
     self, Bench, camera, colors, constant_environment, differing, diffuse, mean, place, quad,
     rel_mse, small, sphere,
 };
-use super::still_life::{Lit, Similarity, looking, still_life};
-use super::{Case, Effort, Finding};
-use crate::camera::{Aperture, Camera, Lens, Span};
-use crate::math::float;
-use crate::render::{BounceLimits, LightSampling, RenderError, RenderSettings};
-use crate::sampler::{Sequence, hashed};
-use crate::scene::validate::clean;
-use crate::scene::{self, Diagnostics, MetallicRoughness, Projection, Scene};
-use glam::{DAffine3, DQuat, DVec3, Vec2};
+use sundog::selftest::still_life::{Lit, Similarity, looking, still_life};
 
 /// The cases.
 pub const CASES: &[Case] = &[
