@@ -64,17 +64,19 @@ const ROOFS: &[&str] = &["cli", "selftest"];
 /// Files outside `src/ffi` in which `unsafe` is allowed, each a hot spot where a measurement has shown the gain.
 const UNSAFE_HOT_SPOTS: &[&str] = &[];
 
-fn sources() -> Vec<PathBuf> {
-    fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                walk(&path, files);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                files.push(path);
-            }
+/// All files of Rust below a folder.
+fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            walk(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
         }
     }
+}
+
+fn sources() -> Vec<PathBuf> {
     let mut files = Vec::new();
     walk(&root().join("src"), &mut files);
     files.sort();
@@ -91,7 +93,11 @@ fn name(path: &Path) -> String {
 
 /// The program in a file: without comments, and without the tests that stand at its end.
 fn program(text: &str) -> String {
-    let text = text.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
+    let inside = text.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
+    let text = inside
+        .split("#[cfg(test)]\n#[path")
+        .next()
+        .unwrap_or_default();
     text.lines()
         .map(|line| line.split("//").next().unwrap_or_default())
         .collect::<Vec<_>>()
@@ -268,4 +274,24 @@ fn nobody_leaves_through_exit_handlers() {
             assert!(!program.contains(way), "{}: {way}", name(&path));
         }
     }
+}
+
+/// A file's unit tests are found by its own path.
+#[test]
+fn unit_tests_are_at_the_path_of_their_file() {
+    let mut units = BTreeSet::new();
+    for path in sources() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let Some((_, rest)) = text.split_once("#[cfg(test)]\n#[path = \"") else {
+            continue;
+        };
+        let given = path.parent().unwrap().join(rest.split('"').next().unwrap());
+        let source = path.strip_prefix(root().join("src")).unwrap();
+        let unit = root().join("tests/unit").join(source);
+        assert_eq!(given.canonicalize().unwrap(), unit, "{}", name(&path));
+        units.insert(unit);
+    }
+    let mut files = Vec::new();
+    walk(&root().join("tests/unit"), &mut files);
+    assert_eq!(files.into_iter().collect::<BTreeSet<_>>(), units);
 }

@@ -93,22 +93,5 @@ pub fn effect_lines(findings: &[Finding], page: &mut Page) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effects::EffectReport;
-    use crate::scene::Scene;
-
-    #[test]
-    fn effects_with_the_same_reason_share_a_line() {
-        let mut page = Page::default();
-        effect_lines(&EffectReport::detect(&Scene::default()).findings, &mut page);
-        let text = page.text();
-        assert!(
-            !text.contains("effect  ") && !text.contains("lacking"),
-            "{text}"
-        );
-        let lines: Vec<_> = text.lines().collect();
-        let coat = lines.iter().find(|line| line.contains("coat, sheen"));
-        assert!(coat.unwrap().ends_with("weight 0 as there is no material"));
-    }
-}
+#[path = "../../tests/unit/cli/effect_lines.rs"]
+mod tests;

@@ -526,4 +526,5 @@ impl DisplayProcessor {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/color/config.rs"]
 mod tests;

@@ -511,4 +511,5 @@ impl CommittedScene {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/ffi/embree.rs"]
 mod tests;

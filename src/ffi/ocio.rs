@@ -272,4 +272,5 @@ impl Drop for Processor {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/ffi/ocio.rs"]
 mod tests;

@@ -103,26 +103,5 @@ impl Sun {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::math::warp::grid;
-
-    #[test]
-    fn irradiance_does_not_depend_on_the_angle() {
-        for angle in [0f32, 1e-5, 0.00918, 0.5, 3.0] {
-            let sun = Sun::new(Vec3::Y, Vec3::splat(3.0), angle);
-            let n = 64;
-            let mut sum = 0f64;
-            for u in grid(n) {
-                let d = sun.sample(u);
-                sum += f64::from(sun.arriving().x * d.wi.y);
-                if !sun.is_delta() {
-                    let by_radiance = sun.radiance().x / d.pdf;
-                    assert!((sun.arriving().x / by_radiance - 1.0).abs() < 1e-6);
-                }
-            }
-            let found = sum / f64::from(n * n);
-            assert!((found / 3.0 - 1.0).abs() < 1e-3, "{angle}: {found}");
-        }
-    }
-}
+#[path = "../../tests/unit/light/sun.rs"]
+mod tests;

@@ -3,7 +3,7 @@
 //!
 //! Each file is one node, or what several of them share: its settings are enums by Blender's own identifiers, its inputs
 //! are the node's sockets by name, with Blender's defaults. The values are those of Cycles 5.2 within rounding: hashes,
-//! lattices and the order of operations are part of what these nodes mean. `tests.rs` holds them beside Cycles' values.
+//! lattices and the order of operations are part of what these nodes mean. `tests/unit/nodes/mod.rs` holds them beside Cycles' values.
 //!
 //! Sources: Cycles' `kernel/svm` for the numbers; the papers are named where a node follows one.
 
@@ -57,6 +57,7 @@ pub mod wave;
 pub mod white_noise;
 
 #[cfg(test)]
+#[path = "../../tests/unit/nodes/mod.rs"]
 mod tests;
 
 pub use brick::{BrickInputs, BrickSettings, brick};

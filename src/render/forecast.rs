@@ -518,4 +518,5 @@ impl Fit {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/render/forecast.rs"]
 mod tests;

@@ -518,4 +518,5 @@ fn values<T: bytemuck::Pod>(from: &mut impl Read, count: usize) -> io::Result<Ve
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/render/saved.rs"]
 mod tests;

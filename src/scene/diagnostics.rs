@@ -235,51 +235,5 @@ impl std::fmt::Display for Diagnostic {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_same_feature_is_told_once_with_a_count() {
-        let mut list = Diagnostics::default();
-        for i in 0..10 {
-            list.report(
-                "x",
-                Verdict::Lost,
-                "KHR_y",
-                format!("material {i}"),
-                "left out",
-            );
-        }
-        let messages: Vec<_> = list.iter().collect();
-        assert_eq!(messages.len(), 1);
-        assert_eq!(messages[0].count, 10);
-        assert_eq!(
-            messages[0].to_string(),
-            "KHR_y (material 0, material 1, material 2, material 3 and 6 more): left out"
-        );
-    }
-
-    #[test]
-    fn an_effect_and_the_names_of_its_materials_come_through_when_lists_are_joined() {
-        let mut list = Diagnostics::default();
-        for name in ["Paint", "a \"b\""] {
-            let mut one = Diagnostics::default();
-            let material = Subject::Material(name.into());
-            one.report_effect(
-                Effect::Coat,
-                "x",
-                Verdict::Lost,
-                "the coat",
-                material,
-                "none",
-            );
-            list.append(one);
-        }
-        let message = list.iter().next().unwrap();
-        assert_eq!((message.effect, message.count), (Some(Effect::Coat), 2));
-        assert_eq!(message.objects[1].name(), "a \"b\"");
-        let json = serde_json::to_value(&list).unwrap();
-        assert_eq!(json[0]["effect"], "coat");
-        assert_eq!(json[0]["objects"][0], "material \"Paint\"");
-    }
-}
+#[path = "../../tests/unit/scene/diagnostics.rs"]
+mod tests;

@@ -627,4 +627,5 @@ impl<K: BsdfFeatures> Bsdf<K> {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/shading/bsdf.rs"]
 mod tests;

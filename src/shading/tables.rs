@@ -445,4 +445,5 @@ pub fn refract(wo: Vec3, h: Vec3, cos_t: f32, eta: f32) -> Vec3 {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/shading/tables.rs"]
 mod tests;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Values of Blender's procedural texture nodes as Cycles computes them, for src/nodes/tests.rs.
+"""Values of Blender's procedural texture nodes as Cycles computes them, for tests/unit/nodes/mod.rs.
 
     PYTHON_WITH_BPY tests/python/texture_values.py FOLDER [--nodes Noise,Wave] [--points 1024]
 

@@ -336,4 +336,5 @@ impl Graph {
 }
 
 #[cfg(test)]
+#[path = "../../../tests/unit/scene/graph/mod.rs"]
 mod tests;

@@ -31,4 +31,5 @@ pub fn simplify(scene: &mut Scene) -> Vec<LeftOut> {
 }
 
 #[cfg(test)]
+#[path = "../../../tests/unit/scene/simplify/mod.rs"]
 mod tests;

@@ -12,6 +12,7 @@ mod sheen_table;
 pub mod sheet;
 
 #[cfg(test)]
+#[path = "../../../tests/unit/shading/closure/mod.rs"]
 mod tests;
 
 pub use diffuse::Diffuse;

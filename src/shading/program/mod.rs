@@ -569,4 +569,5 @@ pub struct Programs {
 }
 
 #[cfg(test)]
+#[path = "../../../tests/unit/shading/program/mod.rs"]
 mod tests;

@@ -348,4 +348,5 @@ impl Reader<'_, '_, '_> {
 }
 
 #[cfg(test)]
+#[path = "../../../../tests/unit/import/gltf/shader_graph/mod.rs"]
 mod tests;

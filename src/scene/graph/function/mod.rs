@@ -268,4 +268,5 @@ impl Function {
 }
 
 #[cfg(test)]
+#[path = "../../../../tests/unit/scene/graph/function/mod.rs"]
 mod tests;

@@ -1,0 +1,34 @@
+use super::*;
+use std::str::FromStr;
+
+#[test]
+fn the_table_is_in_order_and_names_are_found() {
+    for (i, row) in TABLE.iter().enumerate() {
+        assert_eq!(row.0 as usize, i, "{}", row.1);
+        assert!(Passes::parse([row.1].into_iter()).unwrap().has(row.0));
+    }
+    let some = Passes::parse(["Env", "Depth"].into_iter()).unwrap();
+    let names: Vec<_> = some.iter().map(Pass::name).collect();
+    assert_eq!(names, ["Combined", "Depth", "Env"]);
+    assert_eq!(some.floats(), 4 + 1 + 3);
+    assert!(some.need_light_passes() && !Passes::default().need_light_passes());
+    let error = Passes::parse(["Fog"].into_iter()).unwrap_err();
+    assert!(
+        error.contains("Fog") && error.contains("TransInd"),
+        "{error}"
+    );
+}
+
+#[test]
+fn lists_of_passes() {
+    assert_eq!(Passes::from_str("all"), Ok(Passes::ALL));
+    let some = Passes::from_str("Depth, Debug Sample Count").unwrap();
+    assert_eq!(some.floats(), 4 + 1 + 1);
+    for wrong in ["", "Depth,", "depth", "Fog"] {
+        assert!(
+            Passes::from_str(wrong)
+                .unwrap_err()
+                .contains("there are: Combined")
+        );
+    }
+}

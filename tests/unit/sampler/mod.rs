@@ -1,0 +1,207 @@
+use super::*;
+
+/// The first 2^k samples of each replicate are a (0, k, 2)-net: each elementary interval holds
+/// exactly one point.
+#[test]
+fn blocks_of_a_pixel_are_nets_in_every_elementary_interval() {
+    for seed in 0..4 {
+        for k in [2u32, 4, 6, 8] {
+            let sequence = Sequence::new(seed);
+            for (px, py, bounce) in [(0, 0, 0), (17, 5, 1), (1000, 77, 9)] {
+                let points: Vec<Vec2> = (0..1 << k)
+                    .map(|s| sequence.sampler(px, py, 2 * s + seed % 2))
+                    .map(|sampler| sampler.pair(Dimension::Bsdf, bounce))
+                    .collect();
+                for a in 0..=k {
+                    let (nx, ny) = (1u32 << a, 1u32 << (k - a));
+                    let mut seen = vec![false; 1 << k];
+                    for p in &points {
+                        let cell =
+                            (p.x * nx as f32) as usize + nx as usize * (p.y * ny as f32) as usize;
+                        assert!(!seen[cell], "seed {seed} k {k} a {a}");
+                        seen[cell] = true;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The first two of a triple are the pair, and the first 2^k samples of a replicate are a
+/// (1, k, 3)-net: each elementary interval of volume 2^(1 − k) holds two points.
+#[test]
+fn triples_are_nets_of_quality_one() {
+    for (seed, k) in [(0, 4u32), (1, 6), (2, 7)] {
+        let sequence = Sequence::new(seed);
+        let samplers: Vec<_> = (0..1 << k)
+            .map(|s| sequence.sampler(12, 7, 2 * s + seed % 2))
+            .collect();
+        let points: Vec<Vec3> = samplers
+            .iter()
+            .map(|s| s.triple(Dimension::Light, 3))
+            .collect();
+        for (s, p) in samplers.iter().zip(&points) {
+            assert_eq!(s.pair(Dimension::Light, 3), p.truncate());
+        }
+        for a in 0..k {
+            for b in 0..k - a {
+                let n = [1usize << a, 1 << b, 1 << (k - 1 - a - b)];
+                let mut seen = vec![0; n.iter().product()];
+                for p in &points {
+                    let cell: [usize; 3] = std::array::from_fn(|i| (p[i] * n[i] as f32) as usize);
+                    seen[cell[0] + n[0] * (cell[1] + n[1] * cell[2])] += 1;
+                }
+                assert!(
+                    seen.iter().all(|&count| count == 2),
+                    "seed {seed} k {k} {n:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Samples that a choice picks are still evenly spread: with two choices of 7/8 and 1/8, the
+/// variance of the mean of a step over the larger one's samples is far below that of a random
+/// subset's, p(1 − p)/n.
+#[test]
+fn a_choice_leaves_the_rest_stratified() {
+    let (n, trials) = (256, 64);
+    let mut square = 0.0;
+    for seed in 0..trials {
+        let sequence = Sequence::new(seed);
+        let hits = (0..n)
+            .map(|s| sequence.sampler(2, 9, s).triple(Dimension::Bsdf, 0))
+            .filter(|p| p.z < 0.875 && p.x < 0.5 && p.y < 0.25)
+            .count();
+        square += (hits as f64 / f64::from(n) - 0.875 / 8.0).powi(2);
+    }
+    let random = 0.875 / 8.0 * (1.0 - 0.875 / 8.0) / f64::from(n);
+    assert!(square / f64::from(trials) < random / 8.0);
+}
+
+/// The errors of two replicates have no correlation: its coefficient over n independent seeds has a
+/// standard deviation of 1/√n; 5 σ. (Halves of one net fail here: where one errs upwards, the other
+/// errs downwards.)
+#[test]
+fn replicates_err_independently() {
+    let (n, seeds) = (16u32, 4096u32);
+    let error = |seed, replicate| {
+        let sequence = Sequence::new(seed);
+        let sum: f64 = (0..n)
+            .map(|s| sequence.sampler(5, 6, 2 * s + replicate))
+            .map(|sampler| sampler.pair(Dimension::Light, 1))
+            .map(|p| f64::from(u8::from(p.x * p.x + p.y * p.y < 1.0)))
+            .sum();
+        sum / f64::from(n) - std::f64::consts::FRAC_PI_4
+    };
+    let (mut product, mut squares) = (0.0, [0.0; 2]);
+    for seed in 0..seeds {
+        let [a, b] = [error(seed, 0), error(seed, 1)];
+        product += a * b;
+        squares[0] += a * a;
+        squares[1] += b * b;
+    }
+    let correlation = product / f64::sqrt(squares[0] * squares[1]);
+    assert!(
+        correlation.abs() < 5.0 / f64::from(seeds).sqrt(),
+        "{correlation}"
+    );
+}
+
+/// χ² test of uniformity over pixels at a fixed sample: 64 cells, so 63 degrees of freedom;
+/// the 1e-6 quantile is 131 (Wilson–Hilferty). Points of one picture are a net, so the
+/// statistic is in fact far smaller than that; a defect of the hashes would make it large.
+#[test]
+fn numbers_are_uniform_over_seeds() {
+    let mut cells = [0f64; 64];
+    let n = 16_384;
+    for seed in 0..n {
+        let p = Sequence::new(seed)
+            .sampler(3, 5, 0)
+            .pair(Dimension::Bsdf, 1);
+        cells[(p.x * 8.0) as usize + 8 * (p.y * 8.0) as usize] += 1.0;
+    }
+    let expected = f64::from(n) / 64.0;
+    let chi2: f64 = cells
+        .iter()
+        .map(|c| (c - expected).powi(2) / expected)
+        .sum();
+    assert!(chi2 < 131.0, "{chi2}");
+}
+
+/// Different names and bounces are uncorrelated: the correlation coefficient of n
+/// independent pairs has a standard deviation of 1/√n; 5 σ over all pairs of dimensions.
+#[test]
+fn dimensions_are_uncorrelated() {
+    use Dimension::*;
+    let n = 4096u32;
+    let sequence = Sequence::new(11);
+    let names = [
+        (Filter, 0),
+        (Bsdf, 0),
+        (Light, 0),
+        (Roulette, 0),
+        (Bsdf, 1),
+        (Light, 1),
+    ];
+    let columns: Vec<Vec<f64>> = names
+        .iter()
+        .flat_map(|&(d, b)| {
+            (0..3).map(move |axis| {
+                (0..n)
+                    .map(|s| f64::from(sequence.sampler(9, 4, s).triple(d, b)[axis]) - 0.5)
+                    .collect()
+            })
+        })
+        .collect();
+    for i in 0..columns.len() {
+        for j in 0..i {
+            let r: f64 = columns[i]
+                .iter()
+                .zip(&columns[j])
+                .map(|(a, b)| a * b * 12.0)
+                .sum::<f64>()
+                / f64::from(n);
+            assert!(r.abs() < 5.0 / f64::from(n).sqrt(), "{i} {j}: {r}");
+        }
+    }
+}
+
+#[test]
+fn a_smooth_integral_converges_faster_than_random() {
+    // ∫ sin(πx)·sin(πy) = 4/π²; the error of scrambled nets falls as N^-1.5.
+    let error = |n: u32| {
+        let mut square = 0f64;
+        let trials = 32;
+        for seed in 0..trials {
+            let sequence = Sequence::new(seed);
+            let mean: f64 = (0..n)
+                .map(|s| {
+                    let p = sequence.sampler(1, 2, s).pair(Dimension::Bsdf, 0);
+                    (f64::from(p.x) * std::f64::consts::PI).sin()
+                        * (f64::from(p.y) * std::f64::consts::PI).sin()
+                })
+                .sum::<f64>()
+                / f64::from(n);
+            square += (mean - 4.0 / std::f64::consts::PI.powi(2)).powi(2);
+        }
+        (square / f64::from(trials)).sqrt()
+    };
+    let slope = (error(4096) / error(64)).log2() / 6.0;
+    assert!(slope < -1.2, "{slope}");
+}
+
+#[test]
+fn indices_above_two_to_the_32_keep_their_places() {
+    let sequence = Sequence::new(0);
+    let p = sequence
+        .sampler(4095, 4095, (1 << 24) - 1)
+        .pair(Dimension::Filter, 0);
+    assert!((0.0..1.0).contains(&p.x) && (0.0..1.0).contains(&p.y));
+    assert_ne!(
+        p,
+        sequence
+            .sampler(4095, 4094, (1 << 24) - 1)
+            .pair(Dimension::Filter, 0)
+    );
+}
