@@ -117,6 +117,10 @@ pub(super) fn run(
         effects: effects::names(prepared.compiled),
     });
 
+    // Before the film: what outlives it and lies above it in the heap would keep the film's memory from being given back.
+    let effects = effects::names(prepared.compiled);
+    let left_out = prepared.left_out.clone();
+    let embree = prepared.world.embree_version.clone();
     let kept = Kept {
         light_passes: settings.passes.need_light_passes(),
         costs: settings.passes.has(Pass::Cost),
@@ -191,10 +195,10 @@ pub(super) fn run(
             non_finite_causes: bad.causes,
             error,
             clamped: clamps.then(|| clamped(&tiles)),
-            effects: effects::names(prepared.compiled),
-            left_out: prepared.left_out.clone(),
+            effects,
+            left_out,
             threads,
-            embree: prepared.world.embree_version.clone(),
+            embree,
             instruction_set: prepared.world.instructions,
         },
     })

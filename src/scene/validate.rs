@@ -4,7 +4,10 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::flatten::directions;
-use super::{Diagnostics, Effect, LightKind, Material, Mesh, Projection, Scene, Verdict, twins};
+use super::{
+    Camera, Diagnostics, Effect, Light, LightKind, Material, Mesh, Projection, Scene, Verdict,
+    twins,
+};
 use crate::math::words::counted;
 
 /// Makes a scene fit for rendering: drops what has no meaning, repairs what has one, and says so.
@@ -38,6 +41,24 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         }
     }
     tally.report(diagnostics);
+    clean_instances(scene, diagnostics);
+    twins::leave_out_across(scene).report(
+        diagnostics,
+        "shining-twins-of-others",
+        Verdict::Approximated,
+        "that shine and stand where one of another object does",
+    );
+    scene
+        .lights
+        .retain_mut(|light| clean_light(light, diagnostics));
+    scene
+        .cameras
+        .retain_mut(|camera| clean_camera(camera, diagnostics));
+    clean_environment(scene, images, diagnostics);
+}
+
+/// Drops instances that show nothing or cannot be placed.
+fn clean_instances(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     let meshes = &scene.meshes;
     // The largest coordinate of each mesh.
     let farthest: Vec<f32> = meshes
@@ -76,160 +97,162 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         }
         kept
     });
-    twins::leave_out_across(scene).report(
-        diagnostics,
-        "shining-twins-of-others",
-        Verdict::Approximated,
-        "that shine and stand where one of another object does",
-    );
-    scene.lights.retain_mut(|light| {
-        let numbers = match light.kind {
-            LightKind::Point {
-                intensity, radius, ..
-            } => [intensity, radius, 0.0, 0.0],
-            LightKind::Spot {
-                intensity,
-                radius,
-                half_angle,
-                blend,
-                ..
-            } => [intensity, radius, half_angle, blend],
-            LightKind::Sun { irradiance, angle } => [irradiance, angle, 0.0, 0.0],
-            LightKind::Area {
-                size: [x, y],
-                power,
-                spread,
-                ..
-            } => [x, y, power, spread],
-        };
-        let sane = numbers
-            .iter()
-            .chain(&light.color)
-            .all(|n| n.is_finite() && *n >= 0.0)
-            && light.world_from_light.is_finite()
-            && light.world_from_light.z_axis_direction().is_some();
-        if !sane {
-            diagnostics.report(
-                "bad-light",
-                Verdict::Lost,
-                "light with a negative number, one that is not finite, or no direction",
-                &light.name,
-                "left out",
-            );
-            return false;
-        }
-        let extent = match light.kind {
-            LightKind::Point { radius, .. } | LightKind::Spot { radius, .. } => radius,
-            LightKind::Area { size: [x, y], .. } => x.max(y),
-            LightKind::Sun { .. } => 0.0,
-        };
-        if !is_within_reach(extent, &light.world_from_light, &light.name, diagnostics) {
-            return false;
-        }
-        if let LightKind::Point { radius, .. } | LightKind::Spot { radius, .. } = &mut light.kind
-            && *radius > 0.0
-            && f64::from(*radius) < LEAST
-        {
-            *radius = 0.0;
-            diagnostics.report(
-                "tiny-lamp",
-                Verdict::Exact,
-                "lamp smaller than 10⁻¹⁷ m",
-                &light.name,
-                "rendered as a point",
-            );
-        }
-        if let LightKind::Area { size: [x, y], .. } = light.kind {
-            let m = light.world_from_light.matrix3;
-            let edges = (m.x_axis * f64::from(x), m.y_axis * f64::from(y));
-            if edges.0.cross(edges.1) == DVec3::ZERO {
-                diagnostics.report_effect(
-                    Effect::AreaLights,
-                    "flat-light",
-                    Verdict::Lost,
-                    "area light without an area",
-                    &light.name,
-                    "left out",
-                );
-                return false;
-            }
-            let extent = edges.0.length().max(edges.1.length());
-            report_tiny(extent, &light.name, diagnostics);
-        }
-        true
-    });
-    scene.cameras.retain_mut(|camera| {
-        let positive = |n: f64| n.is_finite() && n > 0.0;
-        let sane = camera.world_from_camera.is_finite()
-            && camera.world_from_camera.matrix3.determinant() != 0.0
-            && match camera.projection {
-                Projection::Perspective {
-                    vertical_fov,
-                    aspect,
-                } => {
-                    positive(vertical_fov)
-                        && vertical_fov < std::f64::consts::PI
-                        && aspect.is_none_or(positive)
-                }
-                Projection::Orthographic {
-                    half_width,
-                    half_height,
-                } => positive(half_width) && positive(half_height),
-                Projection::Equirectangular {
-                    longitude,
-                    latitude,
-                } => [longitude, latitude]
-                    .iter()
-                    .all(|[from, to]| from.is_finite() && to.is_finite() && from != to),
-            };
-        if !sane {
-            diagnostics.report(
-                "bad-camera",
-                Verdict::Lost,
-                "camera with an impossible angle, size or transform",
-                &camera.name,
-                "left out",
-            );
-            return false;
-        }
-        let near_is_sane = camera.clip_near.is_finite() && camera.clip_near >= 0.0;
-        let far_is_sane = !camera.clip_far.is_nan() && camera.clip_far > camera.clip_near;
-        if !(near_is_sane && far_is_sane) {
-            diagnostics.report(
-                "bad-clipping",
-                Verdict::Approximated,
-                "camera with impossible clipping distances",
-                &camera.name,
-                "nothing is clipped",
-            );
-            (camera.clip_near, camera.clip_far) = (0.0, f64::INFINITY);
-        }
-        if camera.window.is_some_and(|window| !window.is_sane()) {
-            diagnostics.report(
-                "bad-window",
-                Verdict::Approximated,
-                "camera with impossible edges of the picture",
-                &camera.name,
-                "its angle or size is used instead",
-            );
-            camera.window = None;
-        }
-        if camera
-            .aperture
-            .is_some_and(|a| a.radius != 0.0 && !a.is_sane())
-        {
+}
+
+/// Whether a light can be rendered; one that is too small for its kind is a point.
+fn clean_light(light: &mut Light, diagnostics: &mut Diagnostics) -> bool {
+    let numbers = match light.kind {
+        LightKind::Point {
+            intensity, radius, ..
+        } => [intensity, radius, 0.0, 0.0],
+        LightKind::Spot {
+            intensity,
+            radius,
+            half_angle,
+            blend,
+            ..
+        } => [intensity, radius, half_angle, blend],
+        LightKind::Sun { irradiance, angle } => [irradiance, angle, 0.0, 0.0],
+        LightKind::Area {
+            size: [x, y],
+            power,
+            spread,
+            ..
+        } => [x, y, power, spread],
+    };
+    let sane = numbers
+        .iter()
+        .chain(&light.color)
+        .all(|n| n.is_finite() && *n >= 0.0)
+        && light.world_from_light.is_finite()
+        && light.world_from_light.z_axis_direction().is_some();
+    if !sane {
+        diagnostics.report(
+            "bad-light",
+            Verdict::Lost,
+            "light with a negative number, one that is not finite, or no direction",
+            &light.name,
+            "left out",
+        );
+        return false;
+    }
+    let extent = match light.kind {
+        LightKind::Point { radius, .. } | LightKind::Spot { radius, .. } => radius,
+        LightKind::Area { size: [x, y], .. } => x.max(y),
+        LightKind::Sun { .. } => 0.0,
+    };
+    if !is_within_reach(extent, &light.world_from_light, &light.name, diagnostics) {
+        return false;
+    }
+    if let LightKind::Point { radius, .. } | LightKind::Spot { radius, .. } = &mut light.kind
+        && *radius > 0.0
+        && f64::from(*radius) < LEAST
+    {
+        *radius = 0.0;
+        diagnostics.report(
+            "tiny-lamp",
+            Verdict::Exact,
+            "lamp smaller than 10⁻¹⁷ m",
+            &light.name,
+            "rendered as a point",
+        );
+    }
+    if let LightKind::Area { size: [x, y], .. } = light.kind {
+        let m = light.world_from_light.matrix3;
+        let edges = (m.x_axis * f64::from(x), m.y_axis * f64::from(y));
+        if edges.0.cross(edges.1) == DVec3::ZERO {
             diagnostics.report_effect(
-                Effect::DepthOfField,
-                "bad-aperture",
-                Verdict::Approximated,
-                "camera with an impossible aperture",
-                &camera.name,
-                "rendered as a pinhole: all is sharp",
+                Effect::AreaLights,
+                "flat-light",
+                Verdict::Lost,
+                "area light without an area",
+                &light.name,
+                "left out",
             );
+            return false;
         }
-        camera.aperture = camera.aperture.filter(crate::scene::Aperture::is_sane);
-        true
-    });
+        let extent = edges.0.length().max(edges.1.length());
+        report_tiny(extent, &light.name, diagnostics);
+    }
+    true
+}
+
+/// Whether a camera can be rendered; clipping, window and aperture that have no meaning are left out of it.
+fn clean_camera(camera: &mut Camera, diagnostics: &mut Diagnostics) -> bool {
+    let positive = |n: f64| n.is_finite() && n > 0.0;
+    let sane = camera.world_from_camera.is_finite()
+        && camera.world_from_camera.matrix3.determinant() != 0.0
+        && match camera.projection {
+            Projection::Perspective {
+                vertical_fov,
+                aspect,
+            } => {
+                positive(vertical_fov)
+                    && vertical_fov < std::f64::consts::PI
+                    && aspect.is_none_or(positive)
+            }
+            Projection::Orthographic {
+                half_width,
+                half_height,
+            } => positive(half_width) && positive(half_height),
+            Projection::Equirectangular {
+                longitude,
+                latitude,
+            } => [longitude, latitude]
+                .iter()
+                .all(|[from, to]| from.is_finite() && to.is_finite() && from != to),
+        };
+    if !sane {
+        diagnostics.report(
+            "bad-camera",
+            Verdict::Lost,
+            "camera with an impossible angle, size or transform",
+            &camera.name,
+            "left out",
+        );
+        return false;
+    }
+    let near_is_sane = camera.clip_near.is_finite() && camera.clip_near >= 0.0;
+    let far_is_sane = !camera.clip_far.is_nan() && camera.clip_far > camera.clip_near;
+    if !(near_is_sane && far_is_sane) {
+        diagnostics.report(
+            "bad-clipping",
+            Verdict::Approximated,
+            "camera with impossible clipping distances",
+            &camera.name,
+            "nothing is clipped",
+        );
+        (camera.clip_near, camera.clip_far) = (0.0, f64::INFINITY);
+    }
+    if camera.window.is_some_and(|window| !window.is_sane()) {
+        diagnostics.report(
+            "bad-window",
+            Verdict::Approximated,
+            "camera with impossible edges of the picture",
+            &camera.name,
+            "its angle or size is used instead",
+        );
+        camera.window = None;
+    }
+    if camera
+        .aperture
+        .is_some_and(|a| a.radius != 0.0 && !a.is_sane())
+    {
+        diagnostics.report_effect(
+            Effect::DepthOfField,
+            "bad-aperture",
+            Verdict::Approximated,
+            "camera with an impossible aperture",
+            &camera.name,
+            "rendered as a pinhole: all is sharp",
+        );
+    }
+    camera.aperture = camera.aperture.filter(crate::scene::Aperture::is_sane);
+    true
+}
+
+/// Drops an environment whose numbers have no meaning.
+fn clean_environment(scene: &mut Scene, images: usize, diagnostics: &mut Diagnostics) {
     if let Some(environment) = &mut scene.environment {
         let sane = environment
             .radiance

@@ -65,6 +65,7 @@ pub(super) fn load_material(
         .clone()
         .unwrap_or_else(|| format!("material {index}"));
     let owner = format!("material \"{name}\"");
+    let malformed = |problem| ImportError::malformed(&document.file, owner.clone(), problem);
     let value = document.value.pointer(&format!("/materials/{index}"));
     let at = |pointer: &str| value.and_then(|v| v.pointer(pointer));
     let pbr = &source.pbr_metallic_roughness;
@@ -97,25 +98,13 @@ pub(super) fn load_material(
     )?;
     material.emission = source.emissive_factor.0;
     material.emission_texture = texture(&source.emissive_texture, "/emissiveTexture", diagnostics)?;
-
-    // Without the texture that says where, the factor would make all of it shine.
-    if source.emissive_texture.is_some() && material.emission_texture.is_none() {
-        material.emission = [0.0; 3];
-    }
+    set_emission_strength(source, &mut material);
     let known = source.extensions.as_ref();
-    if let Some(strength) = known.and_then(|e| e.emissive_strength.as_ref()) {
-        material.emission = material.emission.map(|c| c * strength.emissive_strength.0);
-    }
-    if material.emission == [0.0; 3] {
-        material.emission_texture = None;
-    }
     if let Some(ior) = known.and_then(|e| e.ior.as_ref()) {
         material.ior = ior.ior.0;
     }
     if let Some(specular) = known.and_then(|e| e.specular.as_ref()) {
         let base = "/extensions/KHR_materials_specular";
-        material.specular = specular.specular_factor.0;
-        material.specular_color = specular.specular_color_factor.0;
         material.specular_texture = texture(
             &specular.specular_texture,
             &format!("{base}/specularTexture"),
@@ -126,44 +115,26 @@ pub(super) fn load_material(
             &format!("{base}/specularColorTexture"),
             diagnostics,
         )?;
-        // Where Blender's specular level is above 1/2, its exporter leaves the factor at 1 and writes the level into the
-        // colour. A factor says the same of the reflectance at normal incidence, and it is what changes the curve above
-        // that, as the level does in Blender.
-        let brightest = material.specular_color.into_iter().fold(0.0, f32::max);
-        if brightest > 1.0
-            && brightest.is_finite()
-            && material.specular == 1.0
-            && material.specular_color_texture.is_none()
-        {
-            material.specular = brightest;
-            material.specular_color = material.specular_color.map(|c| c / brightest);
-        }
+        set_specular(specular, &mut material);
     }
     if let Some(transmission) = known.and_then(|e| e.transmission.as_ref()) {
         let base = "/extensions/KHR_materials_transmission";
         material.transmission = transmission.transmission_factor.0;
         if material.transmission != 0.0 {
-            material.transmission_texture = texture(
+            let (info, pointer) = (
                 &transmission.transmission_texture,
-                &format!("{base}/transmissionTexture"),
-                diagnostics,
-            )?;
+                format!("{base}/transmissionTexture"),
+            );
+            material.transmission_texture = texture(info, &pointer, diagnostics)?;
         }
     }
     material.unlit = known.is_some_and(|e| e.unlit.is_some());
 
     if let Some(normal) = &source.normal_texture {
-        let found = images.texture_at(
-            normal.index.value(),
-            normal.tex_coord,
-            at("/normalTexture"),
-            &owner,
-            diagnostics,
-        )?;
-        material.normal_texture = found.map(|texture| NormalTexture {
-            texture,
-            scale: normal.scale,
-        });
+        let (image, set) = (normal.index.value(), normal.tex_coord);
+        let found = images.texture_at(image, set, at("/normalTexture"), &owner, diagnostics)?;
+        let scale = normal.scale;
+        material.normal_texture = found.map(|texture| NormalTexture { texture, scale });
     }
     if source.occlusion_texture.is_some() {
         diagnostics.report(
@@ -174,20 +145,7 @@ pub(super) fn load_material(
             "ignored: a path tracer finds the shadows that they stand for",
         );
     }
-    material.alpha_mode = match source.alpha_mode {
-        Checked::Valid(Alpha::Mask) => AlphaMode::Mask {
-            cutoff: source.alpha_cutoff.map_or(0.5, |c| c.0),
-        },
-        Checked::Valid(Alpha::Blend) => AlphaMode::Blend,
-        Checked::Valid(Alpha::Opaque) => AlphaMode::Opaque,
-        Checked::Invalid => {
-            return Err(ImportError::malformed(
-                &document.file,
-                owner,
-                "its alphaMode is none that glTF knows",
-            ));
-        }
-    };
+    material.alpha_mode = alpha_mode(document, source, &owner)?;
     let said = at("/extensions/SUNDOG_material/thin_walled").is_some();
     volume(
         document,
@@ -200,18 +158,70 @@ pub(super) fn load_material(
     );
     if let Some(extension) = at("/extensions/SUNDOG_material") {
         let extension = SundogMaterial::deserialize(extension).map_err(|problem| {
-            ImportError::malformed(
-                &document.file,
-                owner.clone(),
-                format!("its SUNDOG_material cannot be read: {problem}"),
-            )
+            malformed(format!("its SUNDOG_material cannot be read: {problem}"))
         })?;
         apply_sundog(&extension, options, &owner, &mut material, diagnostics);
     }
-    layers::read_khr(&at, &owner, &mut material, images, diagnostics)
-        .map_err(|problem| ImportError::malformed(&document.file, owner.clone(), problem))?;
+    layers::read_khr(&at, &owner, &mut material, images, diagnostics).map_err(malformed)?;
     report_unrendered(at("/extensions"), &material.name, diagnostics);
     Ok(material)
+}
+
+/// Nothing shines without a strength, nor without the texture that says where.
+fn set_emission_strength(source: &json::Material, material: &mut MetallicRoughness) {
+    if source.emissive_texture.is_some() && material.emission_texture.is_none() {
+        material.emission = [0.0; 3];
+    }
+    if let Some(strength) = source
+        .extensions
+        .as_ref()
+        .and_then(|e| e.emissive_strength.as_ref())
+    {
+        material.emission = material.emission.map(|c| c * strength.emissive_strength.0);
+    }
+    if material.emission == [0.0; 3] {
+        material.emission_texture = None;
+    }
+}
+
+/// Takes over the factors of KHR_materials_specular.
+///
+/// Where Blender's specular level is above 1/2, its exporter leaves the factor at 1 and writes the level into the colour. A
+/// factor says the same of the reflectance at normal incidence, and it is what changes the curve above that, as the level
+/// does in Blender.
+fn set_specular(specular: &json::extensions::material::Specular, material: &mut MetallicRoughness) {
+    material.specular = specular.specular_factor.0;
+    material.specular_color = specular.specular_color_factor.0;
+    let brightest = material.specular_color.into_iter().fold(0.0, f32::max);
+    if brightest > 1.0
+        && brightest.is_finite()
+        && material.specular == 1.0
+        && material.specular_color_texture.is_none()
+    {
+        material.specular = brightest;
+        material.specular_color = material.specular_color.map(|c| c / brightest);
+    }
+}
+
+fn alpha_mode(
+    document: &Document,
+    source: &json::Material,
+    owner: &str,
+) -> Result<AlphaMode, ImportError> {
+    Ok(match source.alpha_mode {
+        Checked::Valid(Alpha::Mask) => AlphaMode::Mask {
+            cutoff: source.alpha_cutoff.map_or(0.5, |c| c.0),
+        },
+        Checked::Valid(Alpha::Blend) => AlphaMode::Blend,
+        Checked::Valid(Alpha::Opaque) => AlphaMode::Opaque,
+        Checked::Invalid => {
+            return Err(ImportError::malformed(
+                &document.file,
+                owner,
+                "its alphaMode is none that glTF knows",
+            ));
+        }
+    })
 }
 
 /// glTF's own factor ends at 1; only SUNDOG_material goes beyond. Not-a-numbers are left to `scene::validate`.

@@ -75,15 +75,12 @@ pub(super) fn load_primitive(
     let Checked::Valid(mode) = primitive.mode else {
         return Err("its primitive mode is none that glTF knows".into());
     };
-    if matches!(
-        mode,
-        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
-    ) {
-        let feature = if mode == Mode::Points {
-            "points"
-        } else {
-            "lines"
-        };
+    let without_surface = match mode {
+        Mode::Points => Some("points"),
+        Mode::Lines | Mode::LineLoop | Mode::LineStrip => Some("lines"),
+        _ => None,
+    };
+    if let Some(feature) = without_surface {
         diagnostics.report(
             "not-triangles",
             Verdict::Lost,
@@ -93,52 +90,14 @@ pub(super) fn load_primitive(
         );
         return Ok(None);
     }
-    let attribute = |semantic| attributes.get(semantic);
-    let Some(positions) = attribute(Semantic::Positions) else {
-        diagnostics.report(
-            "no-positions",
-            Verdict::Lost,
-            "mesh without positions",
-            name,
-            "left out",
-        );
+    let shape = read_shape(document, name, attributes, pose, budget, diagnostics)?;
+    let Some((positions, normals, mut tangents)) = shape else {
         return Ok(None);
     };
-    let mut positions = accessor::read_f32::<3>(document, positions, budget)?;
     let count =
         u32::try_from(positions.len()).map_err(|_| "it has more than 2³² vertices".to_string())?;
-    let whole = |what: &str, length: usize| {
-        if length == count as usize {
-            Ok(())
-        } else {
-            Err(format!("it has {count} positions but {length} {what}"))
-        }
-    };
-
-    let mut normals = match attribute(Semantic::Normals) {
-        Some(index) => {
-            let normals = accessor::read_f32::<3>(document, index, budget)?;
-            whole("normals", normals.len())?;
-            Some(normals)
-        }
-        None => None,
-    };
-    let mut tangents = match attribute(Semantic::Tangents) {
-        // "When normals are not specified […] the provided tangents (if present) MUST be ignored."
-        Some(index) if normals.is_some() => {
-            let tangents = accessor::read_f32::<4>(document, index, budget)?;
-            whole("tangents", tangents.len())?;
-            Some(tangents)
-        }
-        _ => None,
-    };
-    let shape = deform::Shape {
-        positions: &mut positions,
-        normals: normals.as_mut(),
-        tangents: tangents.as_mut(),
-    };
-    let odd = pose.apply(document, attributes, shape, budget)?;
-    odd.report(name, diagnostics);
+    let whole = |what: &str, length: usize| same_length(positions.len(), what, length);
+    let attribute = |semantic| attributes.get(semantic);
     let mut uvs = Vec::new();
     for set in 0..UV_SETS {
         let Some(index) = attribute(Semantic::TexCoords(set)) else {
@@ -150,20 +109,9 @@ pub(super) fn load_primitive(
     }
     let colors = match attribute(Semantic::Colors(0)) {
         Some(index) => {
-            let mut colors = read_colors(document, index, budget)?;
+            let colors = read_colors(document, index, budget)?;
             whole("vertex colours", colors.len())?;
-            if let Some(most) = material.brightest
-                && limit_colors(&mut colors, most)
-            {
-                diagnostics.report_effect(
-                    Effect::VertexColors,
-                    "bright-vertex-colours",
-                    Verdict::Approximated,
-                    "vertex colours that make a surface brighter than white",
-                    name,
-                    "brought down to white: it would make light of nothing",
-                );
-            }
+            let colors = limited(colors, material, name, diagnostics);
             Some(colors)
         }
         None => None,
@@ -180,32 +128,7 @@ pub(super) fn load_primitive(
         );
     }
 
-    // A compressed stream holds triangles, whatever the mode.
-    let mode = if attributes.decoded.is_some() {
-        Mode::Triangles
-    } else {
-        mode
-    };
-    let corners = match (&attributes.decoded, &primitive.indices) {
-        (Some(decoded), _) => {
-            budget.take(decoded.corners.len() as u64, 4)?;
-            decoded.corners.clone()
-        }
-        (None, Some(index)) => accessor::read_indices(document, index.value(), budget)?,
-        (None, None) => {
-            budget.take(u64::from(count), 4)?;
-            (0..count).collect()
-        }
-    };
-    budget.take(
-        corners.len() as u64,
-        if mode == Mode::Triangles { 4 } else { 12 },
-    )?;
-    let mut triangles = assemble(mode, &corners);
-    drop(corners);
-    let before = triangles.len();
-    triangles.retain(|t| t.iter().all(|&i| i < count));
-    let dropped = before - triangles.len();
+    let (triangles, dropped) = read_triangles(document, attributes, mode, count, budget)?;
     if triangles.is_empty() {
         diagnostics.report(
             "empty-mesh",
@@ -240,20 +163,147 @@ pub(super) fn load_primitive(
         material: material.id,
     };
     drop_unused_vertices(&mut mesh);
+    complete_for_material(&mut mesh, material, budget, diagnostics)?;
+    Ok(Some((mesh, dropped)))
+}
+
+/// Positions, normals and tangents.
+type Shape = (Vec<[f32; 3]>, Option<Vec<[f32; 3]>>, Option<Vec<[f32; 4]>>);
+
+/// Reads where a primitive's vertices are, in its pose; `None` if nowhere.
+fn read_shape(
+    document: &Document,
+    name: &str,
+    attributes: &Attributes,
+    pose: &Pose,
+    budget: &Budget,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Shape>, String> {
+    let attribute = |semantic| attributes.get(semantic);
+    let Some(positions) = attribute(Semantic::Positions) else {
+        diagnostics.report(
+            "no-positions",
+            Verdict::Lost,
+            "mesh without positions",
+            name,
+            "left out",
+        );
+        return Ok(None);
+    };
+    let mut positions = accessor::read_f32::<3>(document, positions, budget)?;
+    let count = positions.len();
+    let mut normals = None;
+    if let Some(source) = attribute(Semantic::Normals) {
+        let read = accessor::read_f32::<3>(document, source, budget)?;
+        same_length(count, "normals", read.len())?;
+        normals = Some(read);
+    }
+    let mut tangents = None;
+    // "When normals are not specified […] the provided tangents (if present) MUST be ignored."
+    if let Some(source) = attribute(Semantic::Tangents).filter(|_| normals.is_some()) {
+        let read = accessor::read_f32::<4>(document, source, budget)?;
+        same_length(count, "tangents", read.len())?;
+        tangents = Some(read);
+    }
+    let shape = deform::Shape {
+        positions: &mut positions,
+        normals: normals.as_mut(),
+        tangents: tangents.as_mut(),
+    };
+    let odd = pose.apply(document, attributes, shape, budget)?;
+    odd.report(name, diagnostics);
+    Ok(Some((positions, normals, tangents)))
+}
+
+fn same_length(positions: usize, what: &str, length: usize) -> Result<(), String> {
+    if length == positions {
+        Ok(())
+    } else {
+        Err(format!("it has {positions} positions but {length} {what}"))
+    }
+}
+
+/// Vertex colours that make no light of nothing.
+fn limited(
+    mut colors: Vec<[f32; 4]>,
+    material: PrimitiveMaterial,
+    name: &str,
+    diagnostics: &mut Diagnostics,
+) -> Vec<[f32; 4]> {
+    if let Some(most) = material.brightest
+        && limit_colors(&mut colors, most)
+    {
+        diagnostics.report_effect(
+            Effect::VertexColors,
+            "bright-vertex-colours",
+            Verdict::Approximated,
+            "vertex colours that make a surface brighter than white",
+            name,
+            "brought down to white: it would make light of nothing",
+        );
+    }
+    colors
+}
+
+/// The triangles of a primitive, and how many were left out because their corners do not exist.
+fn read_triangles(
+    document: &Document,
+    attributes: &Attributes,
+    mode: Mode,
+    count: u32,
+    budget: &Budget,
+) -> Result<(Vec<[u32; 3]>, usize), String> {
+    // A compressed stream holds triangles, whatever the mode.
+    let mode = if attributes.decoded.is_some() {
+        Mode::Triangles
+    } else {
+        mode
+    };
+    let corners = match (&attributes.decoded, &attributes.primitive.indices) {
+        (Some(decoded), _) => {
+            budget.take(decoded.corners.len() as u64, 4)?;
+            decoded.corners.clone()
+        }
+        (None, Some(index)) => accessor::read_indices(document, index.value(), budget)?,
+        (None, None) => {
+            budget.take(u64::from(count), 4)?;
+            (0..count).collect()
+        }
+    };
+    budget.take(
+        corners.len() as u64,
+        if mode == Mode::Triangles { 4 } else { 12 },
+    )?;
+    let mut triangles = assemble(mode, &corners);
+    drop(corners);
+    let before = triangles.len();
+    triangles.retain(|t| t.iter().all(|&i| i < count));
+    let dropped = before - triangles.len();
+    Ok((triangles, dropped))
+}
+
+/// Calculates tangents that the material needs and the file does not have, and says which texture coordinates are missing.
+fn complete_for_material(
+    mesh: &mut Mesh,
+    material: PrimitiveMaterial,
+    budget: &Budget,
+    diagnostics: &mut Diagnostics,
+) -> Result<(), String> {
+    let name = mesh.name.clone();
     if let Some((set, effect)) = material.tangents
         && mesh.tangents.is_none()
     {
         if mesh.uvs.len() > set as usize {
             // Corners come apart before they are welded again: three full vertices a triangle.
             budget.take(mesh.triangles.len() as u64 * 3, 60)?;
-            tangents::compute(&mut mesh, set as usize);
+            tangents::compute(mesh, set as usize);
         } else if effect == Effect::Anisotropy {
             diagnostics.report_effect(
                 effect,
                 "anisotropy-without-uv",
                 Verdict::Lost,
                 format!("anisotropy on meshes without texture coordinate set {set}"),
-                name,
+                &name,
                 "rendered with an isotropic highlight",
             );
         } else {
@@ -262,7 +312,7 @@ pub(super) fn load_primitive(
                 "normal-map-without-uv",
                 Verdict::Lost,
                 format!("normal map on meshes without texture coordinate set {set}"),
-                name,
+                &name,
                 "the plain normals are used",
             );
         }
@@ -274,11 +324,11 @@ pub(super) fn load_primitive(
             "texture-without-uv",
             Verdict::Approximated,
             format!("texture on meshes without texture coordinate set {set}"),
-            name,
+            &name,
             "its texel at (0, 0) is shown everywhere, as viewers of glTF do",
         );
     }
-    Ok(Some((mesh, dropped)))
+    Ok(())
 }
 
 /// Attributes "_SUNDOG_0", "_SUNDOG_1" …, so many as the material's node tree asks for; those that are not there are black.
