@@ -12,6 +12,7 @@ use sundog::effects::{self, Matte};
 use sundog::film::Passes;
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
+use sundog::scene::graph::{Node, NodeKind, SimpleBsdf};
 use sundog::scene::{
     AlphaMode, Anisotropy, Aperture, AreaShape, Camera, Coat, CoatNormal, Environment, Image,
     ImageId, Light, LightKind, MetallicRoughness, NormalTexture, Projection, RayKind, Scene, Sheen,
@@ -639,6 +640,15 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     if let Some(ball) = scene.instances.last_mut() {
         ball.holdout = true;
     }
+    place(
+        &mut scene,
+        quad([1.0, -0.9, 1.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        MetallicRoughness {
+            simple: Some(Box::new(Node::new(NodeKind::Bsdf(SimpleBsdf::Translucent)))),
+            ..MetallicRoughness::default()
+        },
+        &[DAffine3::IDENTITY],
+    );
     list.push(("images everywhere, clear glass, a hole", scene));
     list
 }

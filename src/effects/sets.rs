@@ -43,6 +43,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::Anisotropy
         | Effect::Coat
         | Effect::Sheen
+        | Effect::DiffuseTransmission
         | STRUCTURE
 );
 /// What can't be left out, as it is how the world is built.

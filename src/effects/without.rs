@@ -3,7 +3,7 @@
 use super::detect::kind_of_glass;
 use super::sets;
 use crate::scene::graph::node::{diffuse, principled};
-use crate::scene::graph::{Graph, Input, NodeKind, Opacity, Slot};
+use crate::scene::graph::{Graph, Input, Node, NodeKind, Opacity, Slot};
 use crate::scene::{Effect, Environment, Light, Material};
 use enumset::EnumSet;
 
@@ -52,6 +52,14 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
             && let Some((socket, _)) = node.anisotropy_sockets()
         {
             node.inputs[socket] = Input::float(0.0);
+        }
+        if let NodeKind::Bsdf(bsdf) = node.kind
+            && !set.contains(node.simple_effect(bsdf))
+        {
+            node.kind = NodeKind::DiffuseBsdf;
+            node.inputs = Node::new(NodeKind::DiffuseBsdf)
+                .with(diffuse::COLOR, 0.0)
+                .inputs;
         }
         if !matches!(node.kind, NodeKind::PrincipledBsdf { .. }) {
             continue;

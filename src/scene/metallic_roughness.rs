@@ -55,6 +55,8 @@ pub struct MetallicRoughness {
     pub thin_walled: bool,
     /// A Glossy BSDF of the base colour and the roughness, and nothing else (SUNDOG_material).
     pub glossy: Option<Distribution>,
+    /// A shader of one lobe, and nothing else (SUNDOG_material).
+    pub simple: Option<Box<Node>>,
     /// Colour of the light that passes straight on where the opacity is below 1 (SUNDOG_material).
     pub transparent_color: [f32; 3],
     /// Roughness of the diffuse base (SUNDOG_material).
@@ -97,6 +99,7 @@ impl Default for MetallicRoughness {
             transmission_texture: None,
             thin_walled: true,
             glossy: None,
+            simple: None,
             transparent_color: [1.0; 3],
             diffuse_roughness: 0.0,
             edge_tint: false,
@@ -555,6 +558,16 @@ impl From<MetallicRoughness> for Material {
         let shader = if m.unlit {
             let emission = Node::new(NodeKind::Emission).with(emission::COLOR, color);
             builder.0.add(emission)
+        } else if let Some(node) = &m.simple {
+            let normal = builder.normal(&m);
+            let mut node = Node::clone(node);
+            let sockets = node.kind.sockets().iter();
+            for (input, socket) in node.inputs.iter_mut().zip(sockets) {
+                if socket.name == "Normal" {
+                    *input = normal;
+                }
+            }
+            builder.0.add(node)
         } else if let Some(distribution) = m.glossy {
             builder.glossy(&m, distribution, color)
         } else {

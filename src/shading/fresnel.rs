@@ -82,6 +82,35 @@ pub fn grazing_blend(reflectance: f32, f0: f32) -> f32 {
     ((reflectance - f0) / (1.0 - f0).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
 }
 
+/// cosθ (1 − cosθ)⁶: how the edges of tinted metals bend away from Schlick's approximation.
+#[inline]
+fn bend(cos: f32) -> f32 {
+    schlick_weight(cos) * cos * (1.0 - cos).max(0.0)
+}
+
+/// Unpolarised reflectance of a conductor in vacuum (Born and Wolf, 14.2; the real and the imaginary part of the refracted
+/// wave's normal component are u and v).
+#[cold]
+#[inline(never)]
+pub fn conductor(cos: f32, n: Vec3, k: Vec3) -> Vec3 {
+    let c = cos.clamp(0.0, 1.0);
+    let real = n * n - k * k;
+    let difference = real - Vec3::splat(1.0 - c * c);
+    let cross = 2.0 * n * k;
+    let length = (difference * difference + cross * cross).map(f32::sqrt);
+    let root = |square: Vec3| square.max(Vec3::ZERO).map(f32::sqrt);
+    let (u, v) = (
+        root(0.5 * (length + difference)),
+        root(0.5 * (length - difference)),
+    );
+    let ratio = |a: Vec3, b: Vec3| a / b.max(Vec3::splat(f32::MIN_POSITIVE));
+    let square = |a: Vec3, b: Vec3| a * a + b * b;
+    let across = ratio(square(Vec3::splat(c) - u, v), square(Vec3::splat(c) + u, v));
+    let (a, b) = (real * c, cross * c);
+    let along = ratio(square(a - u, b - v), square(a + u, b + v));
+    (0.5 * (across + along)).clamp(Vec3::ZERO, Vec3::ONE)
+}
+
 /// The reflectance of a lobe's facets.
 #[derive(Clone, Copy, Debug)]
 pub enum Fresnel {
@@ -98,6 +127,13 @@ pub enum Fresnel {
         f0: Vec3,
         /// What it lacks of Schlick's, over cosθ (1 − cosθ)⁶.
         lack: Vec3,
+    },
+    /// A metal by its complex index of refraction.
+    Conductor {
+        /// The real part.
+        n: Vec3,
+        /// The imaginary part.
+        k: Vec3,
     },
     /// A dielectric by the true equations, blended from a tint at normal incidence to white.
     Dielectric {
@@ -120,10 +156,9 @@ impl Fresnel {
         }
         let tint = tint.clamp(Vec3::ZERO, Vec3::ONE);
         let cos = 1.0 / 7.0;
-        let there = cos * schlick_weight(cos) * (1.0 - cos);
         Self::Tinted {
             f0,
-            lack: schlick(f0, cos) * (Vec3::ONE - tint) / there,
+            lack: schlick(f0, cos) * (Vec3::ONE - tint) / bend(cos),
         }
     }
 
@@ -133,6 +168,12 @@ impl Fresnel {
         match *self {
             Self::Schlick { f0 } => schlick_average(f0),
             Self::Tinted { f0, lack } => schlick_average(f0) - lack * (1.0 / 126.0),
+            Self::Conductor { n, k } => {
+                // Of the tinted metal that has its reflectance at normal incidence and at cosθ = 1/7.
+                let (f0, edge) = (conductor(1.0, n, k), conductor(1.0 / 7.0, n, k));
+                let lack = (schlick(f0, 1.0 / 7.0) - edge) / bend(1.0 / 7.0);
+                (schlick_average(f0) - lack * (1.0 / 126.0)).clamp(Vec3::ZERO, Vec3::ONE)
+            }
             Self::Constant | Self::Dielectric { .. } => Vec3::ONE,
         }
     }
@@ -144,9 +185,9 @@ impl Fresnel {
             Self::Constant => Vec3::ONE,
             Self::Schlick { f0 } => schlick(f0, cos),
             Self::Tinted { f0, lack } => {
-                let bend = schlick_weight(cos) * cos * (1.0 - cos);
-                (schlick(f0, cos) - lack * bend).clamp(Vec3::ZERO, Vec3::ONE)
+                (schlick(f0, cos) - lack * bend(cos)).clamp(Vec3::ZERO, Vec3::ONE)
             }
+            Self::Conductor { n, k } => conductor(cos, n, k),
             Self::Dielectric { f0, eta, true_f0 } => {
                 let blend = grazing_blend(dielectric(cos, eta).reflectance, true_f0);
                 f0 + (Vec3::ONE - f0) * blend

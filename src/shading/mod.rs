@@ -9,6 +9,7 @@ pub mod layers;
 pub mod normal;
 pub mod principled;
 pub mod program;
+pub mod simple;
 pub mod tables;
 pub mod texture;
 

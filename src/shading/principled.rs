@@ -64,7 +64,7 @@ impl Default for Principled {
 
 /// α along and across the tangent, for a perceptual roughness, as in the Principled BSDF of Blender and of Burley 2012.
 #[inline]
-fn principled_alpha(roughness: f32, anisotropy: f32) -> Alpha {
+pub(super) fn principled_alpha(roughness: f32, anisotropy: f32) -> Alpha {
     let alpha = sqr(roughness);
     if anisotropy == 0.0 {
         return Alpha::isotropic(alpha);
@@ -348,7 +348,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
 
     /// Adds a reflecting lobe, unless this path leaves caustics out.
     #[inline]
-    fn add_reflection(&mut self, lobe: Reflection, albedo: Vec3) {
+    pub(super) fn add_reflection(&mut self, lobe: Reflection, albedo: Vec3) {
         // A view below the bent normal sees no facet.
         if self.keeps_reflections() && lobe.facets.cos() > 0.0 {
             self.add(Lobe::Reflection(lobe), albedo);

@@ -3,14 +3,15 @@
 use super::Options;
 use crate::effects::{self, Effect};
 use crate::scene::graph::function::PlaceInput;
-use crate::scene::graph::node::principled;
-use crate::scene::graph::{PrincipledSummary, TangentKind};
+use crate::scene::graph::node::{glass, principled};
+use crate::scene::graph::{PrincipledSummary, SimpleBsdf, TangentKind};
 use crate::scene::{ImageUse, Material, Scene, Texture};
 use crate::shading::layers::{Coat, Fibres, Layers};
 use crate::shading::program::{
     Evaluation, Known, LayerRoots, Place, Programs, Root, Shader, Source, Weighted, compile,
     parameters, reflected,
 };
+use crate::shading::simple::SimpleValues;
 use crate::shading::tables::Rows;
 use crate::shading::texture::{PreparedTexture, Raster};
 use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled, ggx, turned};
@@ -149,9 +150,27 @@ impl Preparer {
                 let p = summary_of(base, linked);
                 self.dielectrics(Some(&p), linked)
             }
+            Shader::Simple { bsdf, sockets, .. } => self.simple(*bsdf, sockets),
             Shader::Diffuse { .. } | Shader::Glossy { .. } => self.dielectrics(None, &[]),
         };
         shaders.iter().map(|w| tables(&w.shader)).collect()
+    }
+
+    /// Tables of the solid of a Glass BSDF.
+    fn simple(&self, bsdf: SimpleBsdf, sockets: &[Root]) -> Arc<Dielectrics> {
+        if !matches!(bsdf, SimpleBsdf::Glass { .. }) {
+            return self.dielectrics(None, &[]);
+        }
+        let number = |socket: usize| sockets[socket].constant().map(|c| c.x);
+        let (roughness, ior) = (number(glass::ROUGHNESS), number(glass::IOR).unwrap_or(1.5));
+        let rows = Rows::between(
+            roughness.unwrap_or(0.0),
+            roughness.filter(|_| !self.roughens).unwrap_or(1.0),
+        );
+        let key = (ior.to_bits(), 1f32.to_bits(), false, (false, true), rows);
+        tables_of(key, || {
+            Dielectrics::needed(ior, 1.0, false, (false, true), rows)
+        })
     }
 
     /// Tables of the coats, by shader.
@@ -207,8 +226,10 @@ impl Preparer {
             unlit: summary.unlit,
             translucent: summary.is_translucent(),
             is_tinted: summary.is_tinted && summary.is_translucent(),
-            lets_through: solids.clone().next().is_some(),
-            bounds_a_solid: solids.any(|p| !p.thin_wall),
+            lets_through: solids.clone().next().is_some()
+                || summary.simple.iter().any(|(bsdf, _)| bsdf.transmits()),
+            bounds_a_solid: solids.any(|p| !p.thin_wall)
+                || summary.simple.iter().any(|(bsdf, _)| bsdf.bounds_a_solid()),
             single_sided: !m.double_sided,
             dielectrics: self.dielectrics(p, linked),
             mixed: self.mixed(&programs.shaders),
@@ -315,6 +336,7 @@ impl PreparedMaterial {
             let normal = shader.normal().map_or(Vec3::ZERO, |root| at.color(root));
             match shader {
                 Shader::Principled { base, linked, .. } => (parameters(base, linked, at), normal),
+                Shader::Simple { .. } => (MATTE, normal),
                 Shader::Diffuse { color, .. } | Shader::Glossy { color, .. } => {
                     let base_color = at.color(color);
                     (
@@ -378,6 +400,18 @@ impl PreparedMaterial {
                     } => {
                         let (color, roughness) = (reflected(at.color(color)), at.number(roughness));
                         bsdf.add_diffuse(weight, color, roughness, normal);
+                    }
+                    Shader::Simple {
+                        bsdf: kind,
+                        sockets,
+                        ..
+                    } => {
+                        let values = SimpleValues {
+                            kind: *kind,
+                            sockets,
+                            weight,
+                        };
+                        bsdf.add_simple(&values, at, tables, (normal, tangent));
                     }
                     Shader::Glossy {
                         color,

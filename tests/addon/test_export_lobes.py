@@ -128,6 +128,27 @@ class Lobes(kit.ExportTest):
         self.show(rows)
         self.assertEqual({v["verdict"] for v in self.agree().values()}, {"exact"})
 
+    def test_shaders_of_one_lobe_are_those_of_cycles(self):
+        """Diffuse transmission, metals, fibres, toon shading, refraction and glass."""
+        def toon(kind, size):
+            made = alone(f"{kind} toon {size}", "ShaderNodeBsdfToon", Color=RED, Size=size, Smooth=0.3)
+            made.node_tree.nodes["Toon BSDF"].component = kind
+            return made
+        def metal(kind, roughness):
+            made = alone(f"{kind} {roughness}", "ShaderNodeBsdfMetallic", Roughness=roughness)
+            made.node_tree.nodes["Metallic BSDF"].fresnel_type = kind
+            return made
+        rows = [
+            [alone("translucent", "ShaderNodeBsdfTranslucent", Color=BLUE), metal("F82", 0.5), metal("F82", 0.7),
+             metal("PHYSICAL_CONDUCTOR", 0.5), metal("PHYSICAL_CONDUCTOR", 0.7)],
+            [alone(f"fibres {r}", "ShaderNodeBsdfSheen", Color=GOLD, Roughness=r) for r in (0.1, 0.3, 0.5, 0.75, 1)],
+            [toon("DIFFUSE", 0.3), toon("DIFFUSE", 0.9), toon("GLOSSY", 0.2), toon("GLOSSY", 0.6),
+             alone("refraction", "ShaderNodeBsdfRefraction", Roughness=0.5, IOR=1.3)],
+            [alone(f"glass {r}", "ShaderNodeBsdfGlass", Roughness=r) for r in (0.4, 0.5, 0.6, 0.8, 1)],
+        ]
+        self.show(rows)
+        self.assertEqual({v["verdict"] for v in self.agree().values()}, {"exact"})
+
     def agree(self):
         """Compares the picture with Cycles'; the verdicts on materials."""
         found = self.export()

@@ -16,6 +16,17 @@ from .verdicts import APPROXIMATED, LOST, Finding
 LEAST_ALPHA = 1 / 16
 
 
+# Shaders of one lobe: their names in SUNDOG_material, and their sockets.
+SIMPLE = {
+    "BSDF_TRANSLUCENT": ("translucent", ("Color",)),
+    "BSDF_REFRACTION": ("refraction", ("Color", "Roughness", "IOR")),
+    "BSDF_GLASS": ("glass", ("Color", "Roughness", "IOR")),
+    "BSDF_METALLIC": ("metallic", ("Base Color", "Edge Tint", "Roughness")),
+    "BSDF_SHEEN": ("sheen", ("Color", "Roughness")),
+    "BSDF_TOON": ("toon", ("Color", "Size", "Smooth")),
+}
+
+
 class TextureSpec:
     """An image and how it lies on the surface; `wrap` holds glTF's numbers for both directions."""
 
@@ -129,11 +140,36 @@ class Reader:
         self._volume(nodes.Place(output.inputs["Volume"]))
         if self._is_linked(nodes.Place(output.inputs["Displacement"])):
             self.note_lasting(LOST, "displacement is left out")
-        surface = self.surface(nodes.Place(output.inputs["Surface"]))
+        place = nodes.Place(output.inputs["Surface"])
+        surface = self._simple(self.walker.source(place)) or self.surface(place)
         if surface is None:
             # Without a surface shader, rays pass through, be there a volume or not.
             return Surface(alpha=ZERO)
         return surface
+
+    def _simple(self, source):
+        """The surface of a shader of one lobe whose inputs are the same everywhere; None for all others."""
+        node = source.node
+        if not source.socket.is_output or node.type not in SIMPLE:
+            return None
+        kind, sockets = SIMPLE[node.type]
+        distribution = getattr(node, "distribution", "GGX")
+        if kind == "metallic" and node.fresnel_type != "F82":
+            kind, sockets = "conductor", ("IOR", "Extinction", "Roughness")
+        elif kind == "toon":
+            kind = "diffuse-toon" if node.component == "DIFFUSE" else "glossy-toon"
+        plain = distribution in {"GGX", "MULTI_GGX", "MICROFIBER"}
+        for name in ("Anisotropy", "Thin Film Thickness"):
+            plain = plain and (source.input(name) is None or self._is_const(self._scalar(source, name), 0))
+        colored = {name for name in sockets if source.input(name).socket.type in {"RGBA", "VECTOR"}}
+        values = {name: self._color(source, name) if name in colored else self._scalar(source, name) for name in sockets}
+        if not plain or not all(isinstance(v, Const) for v in values.values()):
+            return None
+        inputs = {n: [float(c) for c in v.value] if n in colored else float(v.value) for n, v in values.items()}
+        shown = WHITE if kind == "conductor" else values[sockets[0]]
+        thin = {"transmission": ONE, "ior": Const(1.5)} if kind in {"glass", "refraction"} else {}
+        found = {"type": kind, "multiscatter": distribution == "MULTI_GGX", "inputs": inputs}
+        return Surface(base_color=shown, normal=self._normal(source), others={"bsdf": found}, **thin)
 
     def _is_linked(self, place):
         return self.walker.source(place).socket.is_output

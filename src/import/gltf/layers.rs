@@ -5,9 +5,12 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::schema::{AnisotropyJson, CoatJson, SheenJson, TangentJson};
+use super::extensions::report_property;
+use super::schema::{AnisotropyJson, BsdfJson, BsdfKindJson, CoatJson, SheenJson, TangentJson};
 use super::textures::Images;
-use crate::scene::graph::TangentKind;
+use crate::scene::graph::{
+    Distribution, Input, Node, NodeKind, SimpleBsdf, SocketKind, TangentKind,
+};
 use crate::scene::{
     Anisotropy, Coat, CoatNormal, Diagnostics, Effect, MetallicRoughness, NormalTexture, Sheen,
     Subject, Texture, Verdict,
@@ -181,6 +184,40 @@ fn sheen(
         roughness: khr.sheen_roughness_factor,
         roughness_texture: texture(&khr.sheen_roughness_texture)?,
     })))
+}
+
+/// A shader of one lobe with what stands in its sockets.
+pub(super) fn simple(json: &BsdfJson, owner: &str, diagnostics: &mut Diagnostics) -> Node {
+    let distribution = if json.multiscatter {
+        Distribution::MultiscatterGgx
+    } else {
+        Distribution::Ggx
+    };
+    let metallic = |conductor| SimpleBsdf::Metallic {
+        conductor,
+        distribution,
+    };
+    let mut node = Node::new(NodeKind::Bsdf(match json.kind {
+        BsdfKindJson::Translucent => SimpleBsdf::Translucent,
+        BsdfKindJson::Refraction => SimpleBsdf::Refraction,
+        BsdfKindJson::Glass => SimpleBsdf::Glass { distribution },
+        BsdfKindJson::Metallic => metallic(false),
+        BsdfKindJson::Conductor => metallic(true),
+        BsdfKindJson::Sheen => SimpleBsdf::Sheen,
+        BsdfKindJson::DiffuseToon => SimpleBsdf::Toon { glossy: false },
+        BsdfKindJson::GlossyToon => SimpleBsdf::Toon { glossy: true },
+    }));
+    for (name, value) in &json.inputs {
+        let mut sockets = node.kind.sockets().iter();
+        let socket = sockets.position(|s| s.name == name && s.kind != SocketKind::Vector);
+        let color = <[f32; 3]>::deserialize(value).map(Input::Value);
+        let input = color.or_else(|_| f32::deserialize(value).map(Input::float));
+        match (socket, input) {
+            (Some(socket), Ok(input)) => node.inputs[socket] = input,
+            _ => report_property(diagnostics, "SUNDOG_material", name, owner),
+        }
+    }
+    node
 }
 
 /// What SUNDOG_material says of a coat.

@@ -281,6 +281,10 @@ fn apply_sundog(
         .anisotropy
         .as_ref()
         .map(layers::blender_anisotropy);
+    material.simple = match &extension.bsdf {
+        Some(bsdf) => Some(Box::new(layers::simple(bsdf, owner, diagnostics))),
+        None => None,
+    };
     material.coat = extension.coat.as_ref().map(layers::blender_coat);
     material.sheen = extension.sheen.as_ref().map(layers::blender_sheen);
     if let Some(color) = extension.transparent_color {

@@ -54,6 +54,7 @@ pub(super) struct SundogMaterial {
     pub transparent_color: Option<[f32; 3]>,
     pub edge_tint: Option<bool>,
     pub anisotropy: Option<AnisotropyJson>,
+    pub bsdf: Option<BsdfJson>,
     pub coat: Option<CoatJson>,
     pub sheen: Option<SheenJson>,
     /// What is not rendered, and what is not known.
@@ -71,6 +72,33 @@ pub(super) struct AnisotropyJson {
     pub tangent: TangentJson,
     #[serde(default)]
     pub uv_set: u32,
+}
+
+/// A shader of one lobe.
+#[derive(Debug, Deserialize)]
+pub(super) struct BsdfJson {
+    #[serde(rename = "type")]
+    pub kind: BsdfKindJson,
+    /// Further scatterings are there.
+    #[serde(default)]
+    pub multiscatter: bool,
+    /// Numbers and colours by the names of Blender's sockets.
+    #[serde(default)]
+    pub inputs: Map<String, Value>,
+}
+
+/// Which shader.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum BsdfKindJson {
+    Translucent,
+    Refraction,
+    Glass,
+    Metallic,
+    Conductor,
+    Sheen,
+    DiffuseToon,
+    GlossyToon,
 }
 
 /// Blender's coat.

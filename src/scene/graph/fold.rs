@@ -1,8 +1,9 @@
 //! Graphs without what changes nothing: constants are folded, branches that are not seen are gone.
 
-use super::node::{LAYERS, glossy, math, mix, mix_shader, normal_map, principled};
+use super::node::{LAYERS, glossy, math, metallic, mix, mix_shader, normal_map, principled};
 use super::{
-    Blend, Facts, Graph, Input, Lane, Link, MathOperation, Node, NodeKind, Range, SocketKind, Unit,
+    Blend, Facts, Graph, Input, Lane, Link, MathOperation, Node, NodeKind, Range, SimpleBsdf,
+    SocketKind, Unit,
 };
 
 /// Folds what is the same everywhere, and takes out what is not seen, as far as the facts say.
@@ -124,6 +125,7 @@ fn cut_tangent(graph: &mut Graph, at: usize) {
     let [tangent, rotation] = match node.kind {
         NodeKind::PrincipledBsdf { .. } => [principled::TANGENT, principled::ANISOTROPIC_ROTATION],
         NodeKind::GlossyBsdf { .. } => [glossy::TANGENT, glossy::ROTATION],
+        NodeKind::Bsdf(SimpleBsdf::Metallic { .. }) => [metallic::TANGENT, metallic::ROTATION],
         _ => return,
     };
     if !node.is_anisotropic() {

@@ -18,7 +18,7 @@ use function::PlaceInput;
 pub use function::Function;
 pub use node::{
     Blend, Distribution, ImageProjection, Lane, Legal, MathOperation, NodeKind, NormalSpace,
-    Socket, SocketKind, TangentKind,
+    SimpleBsdf, Socket, SocketKind, TangentKind,
 };
 pub use range::{Facts, Range, Unit};
 pub use summary::{Opacity, PrincipledSummary, Slot, Summary};
@@ -115,6 +115,9 @@ impl Node {
                 Some((node::principled::ANISOTROPIC, node::principled::TANGENT))
             }
             NodeKind::GlossyBsdf { .. } => Some((node::glossy::ANISOTROPY, node::glossy::TANGENT)),
+            NodeKind::Bsdf(SimpleBsdf::Metallic { .. }) => {
+                Some((node::metallic::ANISOTROPY, node::metallic::TANGENT))
+            }
             _ => None,
         }
     }

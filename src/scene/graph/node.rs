@@ -202,6 +202,53 @@ sockets! {
     }
 }
 sockets! {
+    /// Inputs of the Translucent BSDF.
+    translucent {
+        COLOR: Color "Color" = [0.8; 3], Legal::ALBEDO;
+        NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Refraction BSDF and of the Glass BSDF.
+    glass {
+        COLOR: Color "Color" = [1.0; 3], Legal::share(0.0);
+        ROUGHNESS: Float "Roughness" = [0.0; 3], Legal::share(1.0);
+        IOR: Float "IOR" = [1.5; 3], Legal::within(1e-4, 1e4, 1.5);
+        NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Metallic BSDF.
+    metallic {
+        BASE_COLOR: Color "Base Color" = [0.617, 0.577, 0.54], Legal::share(0.0);
+        EDGE_TINT: Color "Edge Tint" = [0.695, 0.726, 0.77], Legal::share(1.0);
+        IOR: Color "IOR" = [2.757, 2.513, 2.231], Legal::positive(1.0);
+        EXTINCTION: Color "Extinction" = [3.867, 3.404, 3.009], Legal::positive(0.0);
+        ROUGHNESS: Float "Roughness" = [0.5; 3], Legal::share(1.0);
+        ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::share(0.0);
+        ROTATION: Float "Rotation" = [0.0; 3], Legal::ANY;
+        NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
+        TANGENT: Normal "Tangent" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Sheen BSDF.
+    sheen {
+        COLOR: Color "Color" = [0.8; 3], Legal::ALBEDO;
+        ROUGHNESS: Float "Roughness" = [0.5; 3], Legal::share(0.5);
+        NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Toon BSDF.
+    toon {
+        COLOR: Color "Color" = [0.8; 3], Legal::ALBEDO;
+        SIZE: Float "Size" = [0.5; 3], Legal::share(0.5);
+        SMOOTH: Float "Smooth" = [0.0; 3], Legal::share(0.0);
+        NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
     /// Inputs of the Transparent BSDF.
     transparent { COLOR: Color "Color" = [1.0; 3], Legal::share(1.0); }
 }
@@ -371,6 +418,60 @@ pub enum ImageProjection {
     Tube,
 }
 
+/// Shaders of one lobe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SimpleBsdf {
+    /// Diffuse transmission.
+    Translucent,
+    /// Refraction at facets, without reflection.
+    Refraction,
+    /// Reflection and refraction, both of the colour.
+    Glass {
+        /// The spread of the facets.
+        distribution: Distribution,
+    },
+    /// A metal.
+    Metallic {
+        /// By its complex index of refraction instead of its colours.
+        conductor: bool,
+        /// The spread of the facets.
+        distribution: Distribution,
+    },
+    /// Fibres.
+    Sheen,
+    /// Light from within a cone.
+    Toon {
+        /// About the mirrored view instead of the normal.
+        glossy: bool,
+    },
+}
+
+impl SimpleBsdf {
+    /// Its inputs.
+    pub fn sockets(self) -> &'static [Socket] {
+        match self {
+            Self::Translucent => translucent::SOCKETS,
+            Self::Refraction | Self::Glass { .. } => glass::SOCKETS,
+            Self::Metallic { .. } => metallic::SOCKETS,
+            Self::Sheen => sheen::SOCKETS,
+            Self::Toon { .. } => toon::SOCKETS,
+        }
+    }
+
+    /// Whether light is refracted into a solid.
+    pub fn bounds_a_solid(self) -> bool {
+        matches!(self, Self::Refraction | Self::Glass { .. })
+    }
+
+    /// Whether light goes through.
+    pub fn transmits(self) -> bool {
+        matches!(
+            self,
+            Self::Translucent | Self::Refraction | Self::Glass { .. }
+        )
+    }
+}
+
 /// What a node is, with its properties that are no sockets.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NodeKind {
@@ -426,6 +527,8 @@ pub enum NodeKind {
         /// Their spread.
         distribution: Distribution,
     },
+    /// Another shader of one lobe.
+    Bsdf(SimpleBsdf),
     /// Light passes straight on.
     TransparentBsdf,
     /// Emitted light.
@@ -475,6 +578,7 @@ impl NodeKind {
             Self::PrincipledBsdf { .. } => principled::SOCKETS,
             Self::DiffuseBsdf => diffuse::SOCKETS,
             Self::GlossyBsdf { .. } => glossy::SOCKETS,
+            Self::Bsdf(bsdf) => bsdf.sockets(),
             Self::TransparentBsdf => transparent::SOCKETS,
             Self::Emission => emission::SOCKETS,
             Self::MixShader => mix_shader::SOCKETS,
@@ -501,6 +605,7 @@ impl NodeKind {
             Self::PrincipledBsdf { .. }
             | Self::DiffuseBsdf
             | Self::GlossyBsdf { .. }
+            | Self::Bsdf(_)
             | Self::TransparentBsdf
             | Self::Emission
             | Self::MixShader

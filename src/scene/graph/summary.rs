@@ -1,8 +1,8 @@
 //! What can be said of a graph without looking at its images.
 
 use super::super::Effect;
-use super::node::{diffuse, emission, glossy, math, mix_shader, principled, transparent};
-use super::{Graph, Input, Link, MathOperation, NodeKind, Range, Unit};
+use super::node::{diffuse, emission, glass, glossy, math, mix_shader, principled, transparent};
+use super::{Graph, Input, Link, MathOperation, NodeKind, Range, SimpleBsdf, SocketKind, Unit};
 use glam::Vec3;
 
 /// Sockets of shaders, by what users call the images in them.
@@ -110,6 +110,8 @@ pub struct Summary {
     pub diffuse: Vec<Vec3>,
     /// The colours of its Glossy BSDFs.
     pub glossy: Vec<Vec3>,
+    /// Its shaders of one lobe, each with the effect that it is.
+    pub simple: Vec<(SimpleBsdf, Effect)>,
     /// Emitted radiance where images are white.
     pub emission: Vec3,
     /// Some diffuse reflection is rough.
@@ -163,11 +165,35 @@ fn slot(kind: &NodeKind, socket: usize, unlit: bool) -> Option<Slot> {
             glossy::NORMAL | glossy::TANGENT => None,
             _ => Some(Slot::MetallicRoughness),
         },
+        NodeKind::Bsdf(bsdf) => match bsdf.sockets()[socket].kind {
+            SocketKind::Color => Some(Slot::BaseColor),
+            SocketKind::Float => Some(Slot::MetallicRoughness),
+            _ => None,
+        },
         NodeKind::Emission if unlit => Some(Slot::BaseColor),
         NodeKind::Emission => Some(Slot::Emission),
         NodeKind::TransparentBsdf => Some(Slot::BaseColor),
         NodeKind::MixShader if socket == mix_shader::FACTOR => Some(Slot::BaseColor),
         _ => None,
+    }
+}
+
+impl super::Node {
+    /// The effect that a shader of one lobe is.
+    pub fn simple_effect(&self, bsdf: SimpleBsdf) -> Effect {
+        match bsdf {
+            SimpleBsdf::Translucent => Effect::DiffuseTransmission,
+            SimpleBsdf::Refraction | SimpleBsdf::Glass { .. } => {
+                if self.inputs[glass::ROUGHNESS] == Input::float(0.0) {
+                    Effect::ClearGlass
+                } else {
+                    Effect::RoughGlass
+                }
+            }
+            SimpleBsdf::Metallic { .. } | SimpleBsdf::Toon { glossy: true } => Effect::Metal,
+            SimpleBsdf::Sheen => Effect::Sheen,
+            SimpleBsdf::Toon { glossy: false } => Effect::DiffuseRoughness,
+        }
     }
 }
 
@@ -207,6 +233,7 @@ impl Graph {
                 NodeKind::PrincipledBsdf { .. }
                     | NodeKind::DiffuseBsdf
                     | NodeKind::GlossyBsdf { .. }
+                    | NodeKind::Bsdf(_)
             )
         };
         self.nodes.iter().any(|n| shines(&n.kind)) && !self.nodes.iter().any(|n| scatters(&n.kind))
@@ -244,9 +271,7 @@ impl Graph {
             };
         };
         let factor = self.nodes[at].inputs[mix_shader::FACTOR];
-        let (low, high) = self
-            .range_of(results, factor, super::SocketKind::Float)
-            .number();
+        let (low, high) = self.range_of(results, factor, SocketKind::Float).number();
         let below = if clear_is_b { high > 0.0 } else { low < 1.0 };
         match self.cutoff(factor) {
             Some(cutoff) => Opacity::Clip {
@@ -277,6 +302,7 @@ impl Graph {
             principled: Vec::new(),
             diffuse: Vec::new(),
             glossy: Vec::new(),
+            simple: Vec::new(),
             emission: Vec3::ZERO,
             is_rough_diffuse: false,
             is_coated: false,
@@ -319,6 +345,7 @@ impl Graph {
                     let color = node.inputs[transparent::COLOR];
                     summary.is_tinted |= color != Input::Value([1.0; 3]);
                 }
+                NodeKind::Bsdf(bsdf) => summary.simple.push((bsdf, node.simple_effect(bsdf))),
                 NodeKind::GlossyBsdf { .. } => summary.glossy.push(color(glossy::COLOR)),
                 NodeKind::Emission => {
                     let strength = range(emission::STRENGTH).number().1;

@@ -10,6 +10,8 @@ pub mod rough_diffuse;
 pub mod sheen;
 mod sheen_table;
 pub mod sheet;
+pub mod toon;
+pub mod translucent;
 
 #[cfg(test)]
 #[path = "../../../tests/unit/shading/closure/mod.rs"]
@@ -21,6 +23,8 @@ pub use microfacet::{Facets, Reflection};
 pub use rough_diffuse::RoughDiffuse;
 pub use sheen::Sheen;
 pub use sheet::Sheet;
+pub use toon::Toon;
+pub use translucent::Translucent;
 
 use super::Scattering;
 use glam::{Vec2, Vec3};
@@ -105,6 +109,10 @@ pub enum Lobe {
     Sheet(Sheet),
     /// A layer of fibres.
     Sheen(Sheen),
+    /// A cone of light that counts.
+    Toon(Toon),
+    /// Diffuse transmission.
+    Translucent(Translucent),
 }
 
 impl Lobe {
@@ -121,6 +129,8 @@ impl Lobe {
             Self::RoughDiffuse(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Reflection(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Sheen(l) if !transmitted => l.evaluate(smooth, wi),
+            Self::Toon(l) if !transmitted => l.evaluate(wi),
+            Self::Translucent(l) if K::TRANSMISSION && transmitted => l.evaluate(wi),
             Self::Glass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::Sheet(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             _ => LobeValue::ZERO,
@@ -140,6 +150,8 @@ impl Lobe {
             Self::RoughDiffuse(l) => l.sample(smooth, u),
             Self::Reflection(l) => l.sample(smooth, u),
             Self::Sheen(l) => l.sample(smooth, u),
+            Self::Toon(l) => l.sample(u),
+            Self::Translucent(l) if K::TRANSMISSION => l.sample(u),
             Self::Glass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::Sheet(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             _ => None,
@@ -149,6 +161,9 @@ impl Lobe {
     /// The kind of what the lobe does on the viewer's side.
     #[inline]
     pub fn is_diffuse(&self) -> bool {
+        if let Self::Toon(l) = self {
+            return !l.is_glossy();
+        }
         matches!(
             self,
             Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Sheen(_)
@@ -160,7 +175,7 @@ impl Lobe {
     pub fn scattering(&self, transmitted: bool) -> Scattering {
         match self {
             _ if transmitted => Scattering::Transmission,
-            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Sheen(_) => Scattering::Diffuse,
+            _ if self.is_diffuse() => Scattering::Diffuse,
             _ => Scattering::Glossy,
         }
     }
@@ -169,7 +184,11 @@ impl Lobe {
     #[inline]
     pub fn is_delta(&self) -> bool {
         match self {
-            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Sheen(_) => false,
+            Self::Diffuse(_)
+            | Self::RoughDiffuse(_)
+            | Self::Sheen(_)
+            | Self::Toon(_)
+            | Self::Translucent(_) => false,
             Self::Reflection(l) => l.facets.is_smooth(),
             Self::Glass(l) => l.facets.is_smooth(),
             Self::Sheet(l) => l.facets.is_smooth(),
@@ -185,7 +204,7 @@ impl Lobe {
     /// Whether light goes through.
     #[inline]
     pub fn transmits(&self) -> bool {
-        matches!(self, Self::Glass(_) | Self::Sheet(_))
+        matches!(self, Self::Glass(_) | Self::Sheet(_) | Self::Translucent(_))
     }
 
     /// The lobe's own normal.
@@ -195,6 +214,8 @@ impl Lobe {
             Self::Diffuse(l) => l.normal,
             Self::RoughDiffuse(l) => l.normal,
             Self::Sheen(l) => l.normal(),
+            Self::Toon(l) => l.normal(),
+            Self::Translucent(l) => l.normal,
             Self::Reflection(l) => l.facets.normal(),
             Self::Glass(l) => l.facets.normal(),
             Self::Sheet(l) => l.facets.normal(),
@@ -204,9 +225,12 @@ impl Lobe {
     /// Share of the albedo that is reflected, and that goes through; both without tint if `albedo` is.
     pub fn colors(&self, albedo: Vec3) -> [Vec3; 2] {
         match self {
-            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Reflection(_) | Self::Sheen(_) => {
-                [albedo, Vec3::ZERO]
-            }
+            Self::Diffuse(_)
+            | Self::RoughDiffuse(_)
+            | Self::Reflection(_)
+            | Self::Sheen(_)
+            | Self::Toon(_) => [albedo, Vec3::ZERO],
+            Self::Translucent(_) => [Vec3::ZERO, albedo],
             Self::Glass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::Sheet(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
         }
@@ -229,6 +253,8 @@ impl Lobe {
                 *reflected *= by;
             }
             Self::Sheen(l) => *l = l.scaled(by),
+            Self::Toon(l) => l.weight *= by,
+            Self::Translucent(l) => l.color *= by,
         }
         self
     }
@@ -239,6 +265,8 @@ impl Lobe {
             Self::Diffuse(l) => l.color.max_element(),
             Self::RoughDiffuse(l) => l.max_sample_weight(),
             Self::Sheen(l) => l.albedo().max_element(),
+            Self::Toon(l) => l.weight.max_element(),
+            Self::Translucent(l) => l.color.max_element(),
             Self::Reflection(l) => l.weight.max_element(),
             // The choice is by the mean of the channels, of which each is at most three times the mean.
             Self::Glass(l) => 3.0 * l.weight.max(l.reflected).max_element(),

@@ -11,7 +11,7 @@ use crate::scene::graph::node::{
 };
 use crate::scene::graph::{
     self, Blend, Distribution, Facts, Function, Graph, Input, Lane, Link, MathOperation, NodeKind,
-    Range, SocketKind, TangentKind,
+    Range, SimpleBsdf, SocketKind, TangentKind,
 };
 use crate::scene::{ImageUse, Texture};
 use crate::shading::Principled;
@@ -177,6 +177,7 @@ impl<'a, S: Source> Compiler<'a, S> {
             NodeKind::PrincipledBsdf { .. }
             | NodeKind::DiffuseBsdf
             | NodeKind::GlossyBsdf { .. }
+            | NodeKind::Bsdf(_)
             | NodeKind::TransparentBsdf
             | NodeKind::Emission
             | NodeKind::MixShader
@@ -564,6 +565,34 @@ fn tangent_of<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, socket: usiz
     })
 }
 
+fn simple<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, bsdf: SimpleBsdf) -> Shader {
+    let node = &compiler.graph.nodes[at];
+    let tangent = node
+        .anisotropy_sockets()
+        .and_then(|(_, socket)| tangent_of(compiler, at, socket));
+    let (mut sockets, mut normal) = (Vec::new(), None);
+    for (number, (socket, input)) in bsdf.sockets().iter().zip(&node.inputs).enumerate() {
+        let is_direction = socket.kind == SocketKind::Normal;
+        if is_direction && (socket.name != "Normal" || *input == Input::None) {
+            sockets.push(root(ZERO));
+            continue;
+        }
+        // What is behind it is emitted first.
+        compiler.operand(*input);
+        let value = root(compiler.converted(at, number, socket.kind));
+        if is_direction {
+            normal = Some(value);
+        }
+        sockets.push(value);
+    }
+    Shader::Simple {
+        bsdf,
+        sockets,
+        normal,
+        tangent,
+    }
+}
+
 /// What lies over a Principled BSDF.
 fn layers<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Box<LayerRoots>> {
     use principled::{
@@ -592,6 +621,9 @@ fn layers<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Box<La
 
 fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader> {
     let node = &compiler.graph.nodes[at];
+    if let NodeKind::Bsdf(bsdf) = node.kind {
+        return Some(simple(compiler, at, bsdf));
+    }
     let tangent = match node.kind {
         NodeKind::PrincipledBsdf { .. } => tangent_of(compiler, at, principled::TANGENT),
         NodeKind::GlossyBsdf { .. } => tangent_of(compiler, at, glossy::TANGENT),
@@ -667,6 +699,12 @@ fn roots_of(weighted: &mut Weighted) -> Vec<&mut Root> {
             roots.extend([color, roughness]);
             roots.extend(normal);
         }
+        Shader::Simple {
+            sockets,
+            normal,
+            tangent,
+            ..
+        } => roots.extend(sockets.iter_mut().chain(normal).chain(tangent)),
         Shader::Glossy {
             color,
             roughness,

@@ -15,7 +15,9 @@ use super::texture::PreparedTexture;
 use crate::math::luminance;
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::node::principled;
-use crate::scene::graph::{Blend, ImageProjection, Lane, MathOperation, NormalSpace, TangentKind};
+use crate::scene::graph::{
+    Blend, ImageProjection, Lane, MathOperation, NormalSpace, SimpleBsdf, TangentKind,
+};
 use crate::shading::Principled;
 use glam::{Vec2, Vec3, Vec4};
 
@@ -428,6 +430,17 @@ pub enum Shader {
         /// With the energy of multiple scattering.
         compensated: bool,
     },
+    /// A shader of one lobe.
+    Simple {
+        /// Which.
+        bsdf: SimpleBsdf,
+        /// Its sockets; those for normals and tangents are not read.
+        sockets: Vec<Root>,
+        /// The normal map, if it has one.
+        normal: Option<Root>,
+        /// The tangent, if it is anisotropic.
+        tangent: Option<Root>,
+    },
 }
 
 /// The sockets of a coat.
@@ -493,14 +506,17 @@ impl Shader {
         match self {
             Self::Principled { normal, .. }
             | Self::Diffuse { normal, .. }
-            | Self::Glossy { normal, .. } => normal.as_ref(),
+            | Self::Glossy { normal, .. }
+            | Self::Simple { normal, .. } => normal.as_ref(),
         }
     }
 
     /// Its tangent, if it is anisotropic.
     pub fn tangent(&self) -> Option<&Root> {
         match self {
-            Self::Principled { tangent, .. } | Self::Glossy { tangent, .. } => tangent.as_ref(),
+            Self::Principled { tangent, .. }
+            | Self::Glossy { tangent, .. }
+            | Self::Simple { tangent, .. } => tangent.as_ref(),
             Self::Diffuse { .. } => None,
         }
     }

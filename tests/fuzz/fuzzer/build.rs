@@ -215,6 +215,7 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         transmission_texture: texture(scene, "transmission"),
         thin_walled: is(of, "thin"),
         glossy: None,
+        simple: None,
         transparent_color: [1.0; 3],
         diffuse_roughness: 0.0,
         edge_tint: false,

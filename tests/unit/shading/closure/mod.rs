@@ -52,6 +52,27 @@ fn cases() -> Vec<Case> {
             Lobe::Sheen(Sheen::new(Vec3::ONE, roughness, Vec3::Z, wo).unwrap())
         }));
     }
+    cases.push(case("translucent", |_| {
+        let (color, normal) = (Vec3::ONE, Vec3::Z);
+        Lobe::Translucent(Translucent { color, normal })
+    }));
+    for (is_glossy, sizes) in [(false, (0.5, 0.3)), (true, (0.3, 0.2))] {
+        cases.push(case(&format!("toon {is_glossy}"), move |wo| {
+            Lobe::Toon(Toon::new(Vec3::ONE, sizes, Vec3::Z, wo, is_glossy).unwrap())
+        }));
+    }
+    // Refraction alone: facets that reflect nothing.
+    cases.push(case("glass that only refracts", |wo| {
+        Lobe::Glass(Glass {
+            weight: Vec3::ONE,
+            reflected: Vec3::ZERO,
+            f0: Vec3::ZERO,
+            tint: Vec3::ONE,
+            eta: 1.5,
+            true_f0: 1.0,
+            facets: facets(wo, Vec2::splat(0.4)).unbounded(),
+        })
+    }));
     for alpha in [Vec2::splat(0.4), Vec2::new(0.25, 0.7), Vec2::new(0.9, 0.3)] {
         let (f0, eta) = (Vec3::new(0.9, 0.5, 0.1), 1.5);
         let true_f0 = fresnel::f0_from_ior(eta);
@@ -59,6 +80,10 @@ fn cases() -> Vec<Case> {
             Fresnel::Constant,
             Fresnel::Schlick { f0 },
             Fresnel::metal(f0, Vec3::new(0.2, 0.5, 1.0)),
+            Fresnel::Conductor {
+                n: Vec3::new(0.2, 0.9, 2.7),
+                k: Vec3::new(3.9, 2.5, 3.8),
+            },
             Fresnel::Dielectric { f0, eta, true_f0 },
         ] {
             cases.push(case(
@@ -197,8 +222,8 @@ fn samples_follow_the_density_and_their_weights_the_value() {
 fn light_goes_both_ways_alike() {
     let directions = [view(0.8, 0.3), view(0.3, 1.7), view(0.55, 4.0)];
     for Case { name, make } in cases() {
-        if name.starts_with("sheen") {
-            // A fit for each view by itself.
+        if name.starts_with("sheen") || name.starts_with("toon") {
+            // A fit for each view by itself; light that counts without its cosine.
             continue;
         }
         for a in directions {

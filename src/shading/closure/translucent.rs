@@ -1,0 +1,41 @@
+//! Diffuse transmission: what meets the surface leaves it on the other side, the same in all directions.
+
+use super::{LobeSample, LobeValue};
+use crate::math::{Frame, warp};
+use glam::{Vec2, Vec3};
+use std::f32::consts::FRAC_1_PI;
+
+/// A Lambertian lobe on the other side.
+#[derive(Clone, Copy, Debug)]
+pub struct Translucent {
+    /// Albedo times the lobe's weight.
+    pub color: Vec3,
+    /// The lobe's own normal, on the viewer's side.
+    pub normal: Vec3,
+}
+
+impl Translucent {
+    /// Value and density for a direction beyond the surface.
+    pub fn evaluate(&self, wi: Vec3) -> LobeValue {
+        let cos = -wi.dot(self.normal);
+        if cos <= 0.0 {
+            return LobeValue::ZERO;
+        }
+        LobeValue {
+            value: self.color * (cos * FRAC_1_PI),
+            pdf: warp::cosine_hemisphere_pdf(cos),
+        }
+    }
+
+    /// Draws a direction by the cosine.
+    pub fn sample(&self, u: Vec2) -> Option<LobeSample> {
+        let wi = Frame::from_normal(-self.normal).to_world(warp::cosine_hemisphere(u));
+        let of = self.evaluate(wi);
+        (of.pdf > 0.0).then_some(LobeSample {
+            wi,
+            transmitted: true,
+            delta: false,
+            of,
+        })
+    }
+}

@@ -1,0 +1,166 @@
+//! Blender's shaders of one lobe: Translucent, Refraction, Glass, Metallic, Sheen and Toon BSDF.
+
+use super::bsdf::Bsdf;
+use super::closure::{BsdfFeatures, Facets, Glass, Lobe, Reflection, Sheen, Toon, Translucent};
+use super::dielectrics::Dielectrics;
+use super::fresnel::{self, Fresnel};
+use super::ggx::Alpha;
+use super::principled::{principled_alpha, turned};
+use super::program::{Evaluation, Place, Root, reflected};
+use super::tables::{LutCoordinate, Reflection as Albedos};
+use crate::math::sqr;
+use crate::scene::graph::node::{glass, metallic, sheen, toon, translucent};
+use crate::scene::graph::{Distribution, SimpleBsdf};
+use glam::Vec3;
+
+/// A shader, ready to be read.
+#[derive(Clone, Copy, Debug)]
+pub struct SimpleValues<'a> {
+    /// Which.
+    pub kind: SimpleBsdf,
+    /// Its sockets.
+    pub sockets: &'a [Root],
+    /// Its share of the surface.
+    pub weight: f32,
+}
+
+impl<K: BsdfFeatures> Bsdf<K> {
+    /// Adds the lobe of a shader.
+    #[cold]
+    #[inline(never)]
+    pub fn add_simple<P: Place>(
+        &mut self,
+        of: &SimpleValues<'_>,
+        at: &mut Evaluation<'_, P>,
+        tables: &Dielectrics,
+        frame: (Vec3, Option<Vec3>),
+    ) {
+        let (sockets, weight, normal) = (of.sockets, of.weight, frame.0);
+        match of.kind {
+            SimpleBsdf::Translucent => {
+                let color = reflected(at.color(&sockets[translucent::COLOR])) * weight;
+                self.add(Lobe::Translucent(Translucent { color, normal }), color);
+            }
+            SimpleBsdf::Refraction => self.add_glass(of, at, None, normal),
+            SimpleBsdf::Glass { distribution } => {
+                let is_compensated = distribution == Distribution::MultiscatterGgx;
+                self.add_glass(of, at, Some((tables, is_compensated)), normal);
+            }
+            SimpleBsdf::Metallic { .. } => self.add_metal(of, at, frame),
+            SimpleBsdf::Sheen => {
+                let color = reflected(at.color(&sockets[sheen::COLOR])) * weight;
+                let roughness = at.number(&sockets[sheen::ROUGHNESS]);
+                if let Some(lobe) = Sheen::new(color, roughness, normal, self.wo()) {
+                    self.add(Lobe::Sheen(lobe), lobe.albedo());
+                }
+            }
+            SimpleBsdf::Toon { glossy } => {
+                let color = reflected(at.color(&sockets[toon::COLOR])) * weight;
+                let sizes = (
+                    at.number(&sockets[toon::SIZE]),
+                    at.number(&sockets[toon::SMOOTH]),
+                );
+                if (!glossy || self.keeps_reflections())
+                    && let Some(lobe) = Toon::new(color, sizes, normal, self.wo(), glossy)
+                {
+                    self.add(Lobe::Toon(lobe), color);
+                }
+            }
+        }
+    }
+
+    /// Adds refraction, with reflection if there are tables for it (and whether further scatterings are there).
+    fn add_glass<P: Place>(
+        &mut self,
+        of: &SimpleValues<'_>,
+        at: &mut Evaluation<'_, P>,
+        reflection: Option<(&Dielectrics, bool)>,
+        normal: Vec3,
+    ) {
+        let color = reflected(at.color(&of.sockets[glass::COLOR]));
+        let roughness = self.roughened(at.number(&of.sockets[glass::ROUGHNESS]).clamp(0.0, 1.0));
+        let ior = fresnel::bounded_ior(at.number(&of.sockets[glass::IOR]));
+        let alpha = Alpha::isotropic(sqr(roughness));
+        let facets = Facets::new(self.normals(), normal, None, self.wo(), alpha);
+        let [reflects, transmits] = self.keeps_caustics();
+        if facets.cos() <= 0.0 || !(transmits || reflects && reflection.is_some()) {
+            return;
+        }
+        let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(facets.cos(), roughness));
+        let single = match reflection {
+            Some((tables, true)) => {
+                let solid = tables.solid.as_ref().zip(place);
+                solid.map_or(1.0, |(t, at)| t.both(at, self.is_inside()))
+            }
+            _ => 1.0,
+        };
+        let true_f0 = fresnel::f0_from_ior(ior);
+        let weight = Vec3::splat(of.weight / single);
+        let lobe = Glass {
+            weight,
+            reflected: match reflection {
+                Some(_) if reflects => weight * color,
+                _ => Vec3::ZERO,
+            },
+            f0: reflection.map_or(Vec3::ZERO, |_| Vec3::splat(true_f0)),
+            tint: if transmits { color } else { Vec3::ZERO },
+            eta: if self.is_inside() { 1.0 / ior } else { ior },
+            // With 1 no angle reflects more than at normal incidence, which is nothing.
+            true_f0: if reflection.is_some() { true_f0 } else { 1.0 },
+            facets: facets.unbounded(),
+        };
+        self.add(Lobe::Glass(lobe), Vec3::splat(of.weight));
+    }
+
+    fn add_metal<P: Place>(
+        &mut self,
+        of: &SimpleValues<'_>,
+        at: &mut Evaluation<'_, P>,
+        (normal, tangent): (Vec3, Option<Vec3>),
+    ) {
+        let SimpleBsdf::Metallic {
+            conductor,
+            distribution,
+        } = of.kind
+        else {
+            return;
+        };
+        let sockets = of.sockets;
+        let metal = if conductor {
+            Fresnel::Conductor {
+                n: reflected(at.color(&sockets[metallic::IOR])),
+                k: reflected(at.color(&sockets[metallic::EXTINCTION])),
+            }
+        } else {
+            let color = reflected(at.color(&sockets[metallic::BASE_COLOR])).min(Vec3::ONE);
+            Fresnel::metal(color, at.color(&sockets[metallic::EDGE_TINT]))
+        };
+        let roughness = at.number(&sockets[metallic::ROUGHNESS]).clamp(0.0, 1.0);
+        let anisotropy = at.number(&sockets[metallic::ANISOTROPY]);
+        let turns = at.number(&sockets[metallic::ROTATION]);
+        let tangent = tangent.filter(|_| anisotropy > 0.0);
+        let tangent = tangent.map(|t| turned(t, normal, turns));
+        let alpha = match tangent {
+            Some(_) => principled_alpha(roughness, anisotropy),
+            None => Alpha::isotropic(sqr(roughness)),
+        };
+        let alpha = self.roughened_alpha(alpha);
+        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), alpha);
+        let cos = facets.cos().max(0.0);
+        let (mut gain, mut single) = (Vec3::ONE, 1.0);
+        if !alpha.is_smooth() {
+            let albedos = Albedos::at(LutCoordinate::new(cos, alpha.mean_roughness()));
+            single = albedos.directional;
+            if distribution == Distribution::MultiscatterGgx {
+                gain = albedos.compensation(metal.average());
+            }
+        }
+        let albedo = metal.reflectance(cos) * gain * (single * of.weight);
+        let lobe = Reflection {
+            weight: gain * of.weight,
+            facets,
+            fresnel: metal,
+        };
+        self.add_reflection(lobe, albedo);
+    }
+}
