@@ -281,10 +281,8 @@ fn apply_sundog(
         .anisotropy
         .as_ref()
         .map(layers::blender_anisotropy);
-    material.simple = match &extension.bsdf {
-        Some(bsdf) => Some(Box::new(layers::simple(bsdf, owner, diagnostics))),
-        None => None,
-    };
+    let simple = |bsdf| Box::new(layers::simple(bsdf, owner, diagnostics));
+    material.simple = extension.bsdf.as_ref().map(simple);
     material.coat = extension.coat.as_ref().map(layers::blender_coat);
     material.sheen = extension.sheen.as_ref().map(layers::blender_sheen);
     if let Some(color) = extension.transparent_color {
