@@ -244,6 +244,11 @@ impl Findings {
         add(Effect::Coat, summary.is_coated);
         add(Effect::Sheen, summary.has_sheen);
         let mut there = BTreeSet::new();
+        there.extend(
+            summary
+                .is_thin_subsurface
+                .then_some(Effect::DiffuseTransmission),
+        );
         there.extend(summary.simple.iter().map(|(_, effect)| *effect));
         for p in &summary.principled {
             there.extend(lobes(p));

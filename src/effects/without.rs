@@ -80,6 +80,9 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
         if !set.contains(Effect::Sheen) {
             without(principled::SHEEN_WEIGHT);
         }
+        if !set.contains(Effect::DiffuseTransmission) {
+            without(principled::SUBSURFACE_WEIGHT);
+        }
         if !set.contains(Effect::Metal) {
             without(principled::METALLIC);
         }

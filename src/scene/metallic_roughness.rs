@@ -524,6 +524,8 @@ impl Builder {
         let kind = NodeKind::PrincipledBsdf {
             thin_wall: m.thin_walled,
             edge_tint: m.edge_tint,
+            once: false,
+            pane: false,
         };
         let node = Node::new(kind)
             .with(principled::BASE_COLOR, base_color)

@@ -7,9 +7,11 @@ pub mod fresnel;
 pub mod ggx;
 pub mod layers;
 pub mod normal;
+pub mod pane;
 pub mod principled;
 pub mod program;
 pub mod simple;
+pub mod spread;
 pub mod tables;
 pub mod texture;
 

@@ -10,6 +10,7 @@ use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
 use super::tables::{LutCoordinate, Reflection as Albedos};
 use crate::math::sqr;
+use crate::scene::graph::Distribution;
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
@@ -30,10 +31,18 @@ pub struct Principled {
     pub specular_color: Vec3,
     /// That tints the reflectance of metals at grazing angles, too.
     pub edge_tint: bool,
+    /// Facets scatter once ("GGX"), without what further scatterings give back.
+    pub once: bool,
     /// Share of transmission instead of diffusion.
     pub transmission: f32,
     /// Transmits without refraction.
     pub thin_walled: bool,
+    /// The sheet is a pane of Blender's, with reflections between its sides.
+    pub pane: bool,
+    /// Share of light that goes on below the surface of a pane; what does below other surfaces is not rendered.
+    pub subsurface: f32,
+    /// How much more of it comes out behind than before, −1..=1.
+    pub subsurface_anisotropy: f32,
     /// Roughness of the diffuse base, 0..=1.
     pub diffuse_roughness: f32,
     /// How much longer highlights are along the tangent, 0..=1. What is transmitted has none of it.
@@ -53,8 +62,12 @@ impl Default for Principled {
             specular: 1.0,
             specular_color: Vec3::ONE,
             edge_tint: true,
+            once: false,
             transmission: 0.0,
             thin_walled: false,
+            pane: false,
+            subsurface: 0.0,
+            subsurface_anisotropy: 0.0,
             diffuse_roughness: 0.0,
             anisotropy: 0.0,
             anisotropy_rotation: 0.0,
@@ -90,6 +103,13 @@ fn glossy_alpha(roughness: f32, anisotropy: f32) -> Alpha {
         (alpha * (1.0 - a), alpha / (1.0 - a))
     };
     Alpha::anisotropic(Vec2::new(x, y).min(Vec2::ONE))
+}
+
+/// The colour of light that crosses the boundary of a solid, which it does twice: half the tint each time.
+#[inline]
+fn half_tint(base_color: Vec3) -> Vec3 {
+    let base = base_color.min(Vec3::ONE);
+    Vec3::new(base.x.sqrt(), base.y.sqrt(), base.z.sqrt())
 }
 
 /// A tangent turned about the normal.
@@ -141,7 +161,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         // A dielectric without specular reflects nothing. (What is not a number goes on, to be counted.)
         if p.metallic <= 0.0 && p.transmission <= 0.0 && specular <= 0.0 {
             if rest > 0.0 {
-                self.add_diffuse(rest, p.base_color, p.diffuse_roughness, normal);
+                self.add_base(rest, p, normal);
             }
             return;
         }
@@ -164,7 +184,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         // Solid glass has a table of its own.
         let is_solid =
             K::TRANSMISSION && p.metallic <= 0.0 && p.transmission >= 1.0 && !p.thin_walled;
-        let albedos = place.filter(|_| !is_solid).map(Albedos::at);
+        let albedos = place.filter(|_| !is_solid && !p.once).map(Albedos::at);
         let compensation =
             |f_average: Vec3| albedos.map_or(Vec3::ONE, |r| r.compensation(f_average));
         let single_scattering = || albedos.map_or(1.0, |r| r.directional);
@@ -188,23 +208,29 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
         if K::TRANSMISSION && p.transmission > 0.0 && rest > 0.0 {
             let share = p.transmission * rest;
-            // Anisotropy is of what reflects alone.
-            let clear = match tangent {
-                Some(_) => self.isotropic_facets(normal, sqr(roughness)),
-                None => facets,
-            };
-            let single = if p.thin_walled {
-                single_scattering()
-            } else {
-                let place = match tangent {
-                    Some(_) => place.map(|_| LutCoordinate::new(cos, roughness)),
-                    None => place,
-                };
-                let solid = tables.solid.as_ref().zip(place);
-                solid.map_or(1.0, |(t, at)| t.both(at, self.is_inside()))
-            };
-            self.add_transmission(share, p, (ior, clear.unbounded()), single);
             rest *= 1.0 - p.transmission;
+            if p.pane && p.thin_walled {
+                self.add_pane(share, p, ior, normal);
+            } else {
+                // Anisotropy is of what reflects alone.
+                let clear = match tangent {
+                    Some(_) => self.isotropic_facets(normal, sqr(roughness)),
+                    None => facets,
+                };
+                let gain = if p.thin_walled {
+                    Vec3::splat(1.0 / single_scattering())
+                } else {
+                    let place = match tangent {
+                        Some(_) => place.map(|_| LutCoordinate::new(cos, roughness)),
+                        None => place,
+                    };
+                    let solid = tables.solid.as_ref().zip(place).filter(|_| !p.once);
+                    solid.map_or(Vec3::ONE, |(t, at)| {
+                        t.compensation(at, self.is_inside(), half_tint(p.base_color))
+                    })
+                };
+                self.add_transmission(share, p, (ior, clear.unbounded()), gain);
+            }
         }
         if rest <= 0.0 {
             return;
@@ -232,7 +258,18 @@ impl<K: BsdfFeatures> Bsdf<K> {
             );
             below *= (1.0 - albedo.max_element()).max(0.0);
         }
-        self.add_diffuse(below, p.base_color, p.diffuse_roughness, normal);
+        self.add_base(below, p, normal);
+    }
+
+    /// Adds what lies under all that reflects and transmits.
+    #[inline]
+    fn add_base(&mut self, weight: f32, p: &Principled, normal: Vec3) {
+        let mut rest = weight;
+        if K::TRANSMISSION && p.subsurface > 0.0 {
+            self.add_thin_subsurface(weight * p.subsurface, p, normal);
+            rest *= 1.0 - p.subsurface;
+        }
+        self.add_diffuse(rest, p.base_color, p.diffuse_roughness, normal);
     }
 
     #[cold]
@@ -242,20 +279,20 @@ impl<K: BsdfFeatures> Bsdf<K> {
         Facets::new(self.normals(), normal, None, self.wo(), alpha)
     }
 
-    /// Adds the boundary of a solid, or a sheet. `single`: its albedo without compensation.
+    /// Adds the boundary of a solid, or a sheet. `gain`: what further scatterings give back.
     #[inline]
     fn add_transmission(
         &mut self,
         share: f32,
         p: &Principled,
         (ior, facets): (f32, Facets),
-        single: f32,
+        gain: Vec3,
     ) {
         let base = p.base_color.min(Vec3::ONE);
         let true_f0 = fresnel::f0_from_ior(ior);
         let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
         let [reflects, transmits] = self.keeps_caustics();
-        let weight = Vec3::splat(share / single);
+        let weight = gain * share;
         let reflected = if reflects { weight } else { Vec3::ZERO };
         let kept = |tint: Vec3| if transmits { tint } else { Vec3::ZERO };
         if (!reflects && !transmits) || facets.cos() <= 0.0 {
@@ -276,8 +313,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 weight,
                 reflected,
                 f0,
-                // Light crosses the boundary of a solid twice: half the tint each time.
-                tint: kept(Vec3::new(base.x.sqrt(), base.y.sqrt(), base.z.sqrt())),
+                tint: kept(half_tint(p.base_color)),
                 eta: if self.is_inside() { 1.0 / ior } else { ior },
                 true_f0,
                 facets,
@@ -304,8 +340,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
     }
 
-    /// Adds Blender's Glossy BSDF: facets of one colour at all angles. `compensated`: further scatterings are there, as in its
-    /// "Multiscatter GGX".
+    /// Adds Blender's Glossy BSDF: facets of one colour at all angles.
     #[inline]
     pub fn add_glossy(
         &mut self,
@@ -313,7 +348,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         color: Vec3,
         (roughness, anisotropy): (f32, f32),
         (normal, tangent): (Vec3, Option<Vec3>),
-        compensated: bool,
+        distribution: Distribution,
     ) {
         if !K::FACETS || color == Vec3::ZERO || weight <= 0.0 {
             return;
@@ -324,6 +359,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
             Alpha::isotropic(sqr(roughness))
         };
         let alpha = self.roughened_alpha(alpha);
+        if matches!(
+            distribution,
+            Distribution::Beckmann | Distribution::AshikhminShirley
+        ) {
+            self.add_other_glossy(color * weight, &alpha, (normal, tangent), distribution);
+            return;
+        }
         let facets = Facets::new(self.normals(), normal, tangent, self.wo(), alpha);
         let (mut gain, mut single) = (Vec3::ONE, 1.0);
         if !alpha.is_smooth() {
@@ -332,7 +374,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 alpha.mean_roughness(),
             ));
             single = at.directional;
-            if compensated {
+            if distribution == Distribution::MultiscatterGgx {
                 gain = at.compensation(color.min(Vec3::ONE));
             }
         }

@@ -1,13 +1,16 @@
 //! Blender's shaders of one lobe: Translucent, Refraction, Glass, Metallic, Sheen and Toon BSDF.
 
 use super::bsdf::Bsdf;
-use super::closure::{BsdfFeatures, Facets, Glass, Lobe, Reflection, Sheen, Toon, Translucent};
+use super::closure::{
+    BsdfFeatures, Facets, Glass, Lobe, Phong, Reflection, Sheen, Toon, Translucent, Velvet,
+};
 use super::dielectrics::Dielectrics;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
 use super::principled::{principled_alpha, turned};
 use super::program::{Evaluation, Place, Root, reflected};
-use super::tables::{LutCoordinate, Reflection as Albedos};
+use super::spread::{Beckmann, Spread};
+use super::tables::{LutCoordinate, Reflection as Albedos, Solid};
 use crate::math::sqr;
 use crate::scene::graph::node::{glass, metallic, sheen, toon, translucent};
 use crate::scene::graph::{Distribution, SimpleBsdf};
@@ -41,16 +44,35 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 let color = reflected(at.color(&sockets[translucent::COLOR])) * weight;
                 self.add(Lobe::Translucent(Translucent { color, normal }), color);
             }
-            SimpleBsdf::Refraction => self.add_glass(of, at, None, normal),
-            SimpleBsdf::Glass { distribution } => {
-                let is_compensated = distribution == Distribution::MultiscatterGgx;
-                self.add_glass(of, at, Some((tables, is_compensated)), normal);
-            }
-            SimpleBsdf::Metallic { .. } => self.add_metal(of, at, frame),
-            SimpleBsdf::Sheen => {
+            SimpleBsdf::Refraction { distribution } => match distribution {
+                Distribution::Beckmann => {
+                    self.add_glass(of, at, None, (normal, Lobe::BeckmannGlass));
+                }
+                _ => self.add_glass(of, at, None, (normal, Lobe::Glass)),
+            },
+            SimpleBsdf::Glass { distribution } => match distribution {
+                Distribution::Beckmann => {
+                    self.add_glass(of, at, Some(None), (normal, Lobe::BeckmannGlass));
+                }
+                _ => {
+                    let solid = tables.solid.as_ref();
+                    let solid = solid.filter(|_| distribution == Distribution::MultiscatterGgx);
+                    self.add_glass(of, at, Some(solid), (normal, Lobe::Glass));
+                }
+            },
+            SimpleBsdf::Metallic { distribution, .. } => match distribution {
+                Distribution::Beckmann => {
+                    self.add_metal(of, at, frame, Lobe::BeckmannReflection);
+                }
+                _ => self.add_metal(of, at, frame, Lobe::Reflection),
+            },
+            SimpleBsdf::Sheen { velvet } => {
                 let color = reflected(at.color(&sockets[sheen::COLOR])) * weight;
                 let roughness = at.number(&sockets[sheen::ROUGHNESS]);
-                if let Some(lobe) = Sheen::new(color, roughness, normal, self.wo()) {
+                if velvet {
+                    let lobe = Velvet::new(color, roughness, normal, self.wo());
+                    self.add(Lobe::Velvet(lobe), color);
+                } else if let Some(lobe) = Sheen::new(color, roughness, normal, self.wo()) {
                     self.add(Lobe::Sheen(lobe), lobe.albedo());
                 }
             }
@@ -69,13 +91,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
     }
 
-    /// Adds refraction, with reflection if there are tables for it (and whether further scatterings are there).
-    fn add_glass<P: Place>(
+    /// Adds refraction, with reflection if there is something for `reflection`: the table of what further scatterings give back,
+    /// if they do.
+    fn add_glass<P: Place, S: Spread>(
         &mut self,
         of: &SimpleValues<'_>,
         at: &mut Evaluation<'_, P>,
-        reflection: Option<(&Dielectrics, bool)>,
-        normal: Vec3,
+        reflection: Option<Option<&Solid>>,
+        (normal, kind): (Vec3, fn(Glass<S>) -> Lobe),
     ) {
         let color = reflected(at.color(&of.sockets[glass::COLOR]));
         let roughness = self.roughened(at.number(&of.sockets[glass::ROUGHNESS]).clamp(0.0, 1.0));
@@ -87,15 +110,12 @@ impl<K: BsdfFeatures> Bsdf<K> {
             return;
         }
         let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(facets.cos(), roughness));
-        let single = match reflection {
-            Some((tables, true)) => {
-                let solid = tables.solid.as_ref().zip(place);
-                solid.map_or(1.0, |(t, at)| t.both(at, self.is_inside()))
-            }
-            _ => 1.0,
+        let gain = match reflection.flatten().zip(place) {
+            Some((solid, place)) => solid.compensation(place, self.is_inside(), color),
+            None => Vec3::ONE,
         };
         let true_f0 = fresnel::f0_from_ior(ior);
-        let weight = Vec3::splat(of.weight / single);
+        let weight = gain * of.weight;
         let lobe = Glass {
             weight,
             reflected: match reflection {
@@ -109,14 +129,15 @@ impl<K: BsdfFeatures> Bsdf<K> {
             true_f0: if reflection.is_some() { true_f0 } else { 1.0 },
             facets: facets.unbounded(),
         };
-        self.add(Lobe::Glass(lobe), Vec3::splat(of.weight));
+        self.add(kind(lobe), Vec3::splat(of.weight));
     }
 
-    fn add_metal<P: Place>(
+    fn add_metal<P: Place, S: Spread>(
         &mut self,
         of: &SimpleValues<'_>,
         at: &mut Evaluation<'_, P>,
         (normal, tangent): (Vec3, Option<Vec3>),
+        kind: fn(Reflection<S>) -> Lobe,
     ) {
         let SimpleBsdf::Metallic {
             conductor,
@@ -161,6 +182,37 @@ impl<K: BsdfFeatures> Bsdf<K> {
             facets,
             fresnel: metal,
         };
-        self.add_reflection(lobe, albedo);
+        // A view below the bent normal sees no facet.
+        if self.keeps_reflections() && facets.cos() > 0.0 {
+            self.add(kind(lobe), albedo);
+        }
+    }
+
+    /// Adds reflection of one colour from facets that are not those of GGX.
+    #[cold]
+    pub(super) fn add_other_glossy(
+        &mut self,
+        color: Vec3,
+        alpha: &Alpha,
+        (normal, tangent): (Vec3, Option<Vec3>),
+        distribution: Distribution,
+    ) {
+        let (lobe, cos) = if distribution == Distribution::AshikhminShirley {
+            let lobe = Phong::new(color, self.normals(), (normal, tangent), self.wo(), alpha);
+            (Lobe::Phong(lobe), lobe.cos())
+        } else {
+            let facets =
+                Facets::<Beckmann>::new(self.normals(), normal, tangent, self.wo(), *alpha);
+            let lobe = Reflection {
+                weight: color,
+                facets,
+                fresnel: Fresnel::Constant,
+            };
+            (Lobe::BeckmannReflection(lobe), facets.cos())
+        };
+        // A view below the bent normal sees no facet.
+        if self.keeps_reflections() && cos > 0.0 {
+            self.add(lobe, color);
+        }
     }
 }

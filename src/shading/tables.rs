@@ -338,6 +338,43 @@ impl Grazing {
 struct Side {
     table: Table,
     grazing: Option<Grazing>,
+    /// Cosine-weighted means, by row.
+    averages: Vec<f32>,
+    rows: Rows,
+}
+
+impl Side {
+    fn with_averages(mut self) -> Self {
+        let n = 64;
+        let mean = |row: usize| {
+            let first = row.min(self.rows.last - 1);
+            let at = |k: usize| {
+                let cos = (k as f32 + 0.5) / n as f32;
+                let roughness = row as f32 / (ROUGHNESSES - 1) as f32;
+                let mut place = LutCoordinate::new(cos, roughness);
+                // Rows beyond those that are there are not read.
+                place.index = first * COSINES + place.index % COSINES;
+                place.up = (row - first) as f32;
+                2.0 * cos * self.read(place) / n as f32
+            };
+            (0..n).map(at).sum()
+        };
+        self.averages = (self.rows.first..=self.rows.last).map(mean).collect();
+        self
+    }
+
+    #[inline]
+    fn read(&self, place: LutCoordinate) -> f32 {
+        match &self.grazing {
+            Some(grazing) if place.index % COSINES < grazing.points.columns => grazing.read(place),
+            _ => self.table.read(place),
+        }
+    }
+
+    fn average(&self, place: LutCoordinate) -> f32 {
+        let row = place.index / COSINES - self.rows.first;
+        mix(self.averages[row], self.averages[row + 1], place.up)
+    }
 }
 
 impl Solid {
@@ -355,7 +392,10 @@ impl Solid {
             Side {
                 table: Table::tabulate_from(points.map_or(0, |p| p.columns), rows, albedo),
                 grazing: points.map(|points| Grazing::tabulate(rows, points, albedo)),
+                averages: Vec::new(),
+                rows,
             }
+            .with_averages()
         };
         Self([side(false), side(true)])
     }
@@ -363,11 +403,24 @@ impl Solid {
     /// The albedo at a place.
     #[inline]
     pub fn both(&self, place: LutCoordinate, inside: bool) -> f32 {
+        self.0[usize::from(inside)].read(place)
+    }
+
+    /// By what a single-scattering lobe is scaled that tints what goes through; what further scatterings give back has the
+    /// tint of each ([`Reflection::compensation`]).
+    #[inline]
+    pub fn compensation(&self, place: LutCoordinate, inside: bool, tint: Vec3) -> Vec3 {
         let side = &self.0[usize::from(inside)];
-        match &side.grazing {
-            Some(grazing) if place.index % COSINES < grazing.points.columns => grazing.read(place),
-            _ => side.table.read(place),
+        let directional = side.read(place);
+        if tint == Vec3::ONE {
+            return Vec3::splat(1.0 / directional);
         }
+        let average = side.average(place);
+        Reflection {
+            directional,
+            average,
+        }
+        .compensation(tint)
     }
 }
 

@@ -4,7 +4,7 @@ use super::Options;
 use crate::effects::{self, Effect};
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{glass, principled};
-use crate::scene::graph::{PrincipledSummary, SimpleBsdf, TangentKind};
+use crate::scene::graph::{Distribution, PrincipledSummary, SimpleBsdf, TangentKind};
 use crate::scene::{ImageUse, Material, Scene, Texture};
 use crate::shading::layers::{Coat, Fibres, Layers};
 use crate::shading::program::{
@@ -158,7 +158,8 @@ impl Preparer {
 
     /// Tables of the solid of a Glass BSDF.
     fn simple(&self, bsdf: SimpleBsdf, sockets: &[Root]) -> Arc<Dielectrics> {
-        if !matches!(bsdf, SimpleBsdf::Glass { .. }) {
+        let distribution = Distribution::MultiscatterGgx;
+        if bsdf != (SimpleBsdf::Glass { distribution }) {
             return self.dielectrics(None, &[]);
         }
         let number = |socket: usize| sockets[socket].constant().map(|c| c.x);
@@ -227,6 +228,7 @@ impl Preparer {
             translucent: summary.is_translucent(),
             is_tinted: summary.is_tinted && summary.is_translucent(),
             lets_through: solids.clone().next().is_some()
+                || summary.is_thin_subsurface
                 || summary.simple.iter().any(|(bsdf, _)| bsdf.transmits()),
             bounds_a_solid: solids.any(|p| !p.thin_wall)
                 || summary.simple.iter().any(|(bsdf, _)| bsdf.bounds_a_solid()),
@@ -269,6 +271,10 @@ const MATTE: Principled = Principled {
     specular: 0.0,
     specular_color: Vec3::ONE,
     edge_tint: false,
+    once: false,
+    pane: false,
+    subsurface: 0.0,
+    subsurface_anisotropy: 0.0,
     transmission: 0.0,
     thin_walled: true,
     diffuse_roughness: 0.0,
@@ -418,13 +424,13 @@ impl PreparedMaterial {
                         roughness,
                         anisotropy,
                         rotation,
-                        compensated,
+                        distribution,
                         ..
                     } => {
                         let facets = (at.number(roughness), at.number(anisotropy));
                         let color = reflected(at.color(color));
                         let tangent = tangent.map(|t| turned(t, normal, at.number(rotation)));
-                        bsdf.add_glossy(weight, color, facets, (normal, tangent), *compensated);
+                        bsdf.add_glossy(weight, color, facets, (normal, tangent), *distribution);
                     }
                 }
             }

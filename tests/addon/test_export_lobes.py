@@ -117,13 +117,14 @@ class Lobes(kit.ExportTest):
         self.assertEqual({v["verdict"] for v in self.agree().values()}, {"exact"})
 
     def test_layered_pictures_are_those_of_cycles(self):
-        """Coats of all roughnesses, indices and tints. Sheen is up to 29 % beside Cycles, and said to be approximated."""
+        """Coats of all roughnesses, indices and tints, and sheen."""
         def principled(name, **inputs):
             return alone(name, "ShaderNodeBsdfPrincipled", Base_Color=RED, **inputs)
         rows = [
             [principled(f"coat {r}", Roughness=0.7, Coat_Weight=1, Coat_Roughness=r) for r in (0.3, 0.4, 0.5, 0.75, 1)],
             [principled(f"index {i}", Roughness=0.5, Coat_Weight=0.5, Coat_Roughness=0.4, Coat_IOR=i) for i in (1, 1.2, 1.6, 2, 3)],
             [principled(f"tint {t}", Metallic=t, Roughness=0.5, Coat_Weight=t, Coat_Roughness=0.5, Coat_Tint=BLUE) for t in PARTS],
+            [principled(f"sheen {r}", Sheen_Weight=1, Sheen_Roughness=r, Sheen_Tint=GOLD) for r in (0.1, 0.3, 0.5, 0.75, 1)],
         ]
         self.show(rows)
         self.assertEqual({v["verdict"] for v in self.agree().values()}, {"exact"})

@@ -160,7 +160,7 @@ class Newer(kit.ExportTest):
 
     def test_a_thin_wall_is_a_sheet(self):
         found = self.wall(Base_Color=(0.8, 0.6, 0.4, 1), Transmission_Weight=1, Roughness=0)
-        self.assertEqual(found.verdict("material", "m")["verdict"], "approximated")
+        self.assertEqual(found.verdict("material", "m")["verdict"], "exact")
         self.assertIs(found.material("m")["extensions"]["SUNDOG_material"]["thin_walled"], True)
         # What is behind is seen in its place and colour; a solid would bend it, and tint it by the root of that.
         behind = kit.plane("behind", 1.0)
@@ -176,8 +176,7 @@ class Newer(kit.ExportTest):
         self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 0.5
         theirs = kit.cycles_pixels(4, 4, 64).mean(axis=(0, 1))
         ours = kit.rendered(self.export().path, 4, 4, 64).mean(axis=(0, 1))
-        # A sheet of two sides reflects (1 - (1 - f) / (1 + f)) of the light, f = 0.04; without what goes back and forth, f.
-        self.near(ours, theirs, 0.06)
+        self.near(ours, theirs, 0.01)
 
     def test_a_thin_wall_that_lets_nothing_through_is_exact(self):
         found = self.wall(Base_Color=(0.8, 0.6, 0.4, 1))

@@ -13,6 +13,8 @@ class Rule(typing.NamedTuple):
     outputs: frozenset | None = None
     # Inputs, by identifier, that have to be 0 and without a link.
     zero: tuple = ()
+    # Inputs, by identifier, that must have no link.
+    constant: tuple = ()
 
 
 ALL = Rule()
@@ -85,13 +87,19 @@ EVALUATED = {
     "ShaderNodeInvert": ALL,
     "ShaderNodeRGBToBW": ALL,
     # Shaders
-    "ShaderNodeBsdfPrincipled": Rule(
-        zero=("Subsurface Weight", "Sheen Weight", "Thin Film Thickness", "Thin Wall")
-    ),
+    "ShaderNodeBsdfPrincipled": Rule(zero=("Thin Film Thickness",), constant=("Thin Wall",)),
+    # As a diffuse surface, which is told.
+    "ShaderNodeSubsurfaceScattering": ALL,
     "ShaderNodeBsdfDiffuse": ALL,
-    "ShaderNodeBsdfGlossy": Rule({"distribution": {"GGX", "MULTI_GGX"}}),
+    "ShaderNodeBsdfGlossy": ALL,
     # What the Glossy BSDF is called from 4.0 on.
-    "ShaderNodeBsdfAnisotropic": Rule({"distribution": {"GGX", "MULTI_GGX"}}),
+    "ShaderNodeBsdfAnisotropic": ALL,
+    "ShaderNodeBsdfTranslucent": ALL,
+    "ShaderNodeBsdfRefraction": ALL,
+    "ShaderNodeBsdfGlass": Rule(zero=("Thin Film Thickness",)),
+    "ShaderNodeBsdfMetallic": Rule(zero=("Thin Film Thickness",)),
+    "ShaderNodeBsdfSheen": ALL,
+    "ShaderNodeBsdfToon": ALL,
     "ShaderNodeBsdfTransparent": ALL,
     "ShaderNodeEmission": ALL,
     "ShaderNodeMixShader": ALL,
@@ -122,6 +130,7 @@ def objections(node, inputs, outputs):
         yield from (f"{label} ({names[o]})" for o in sorted(outputs - rule.outputs))
     names = {s.identifier: s.name for s in node.inputs}
     yield from (f"{label} ({names[i]})" for i in rule.zero if inputs.get(i, 0) != 0)
+    yield from (f"{label} ({names[i]} by a link)" for i in rule.constant if inputs.get(i, 0) is None)
     if not _is_plain(getattr(node, "texture_mapping", None)):
         yield f"{label} (with a texture mapping of its own)"
 

@@ -11,7 +11,7 @@ import numpy
 
 from . import colorspace, gltf, images
 from .graph import Link
-from .verdicts import APPROXIMATED
+from .verdicts import APPROXIMATED, LOST
 
 # As Cycles tabulates ramps and curves (from 4.4 on): so many entries, the last one at the end of the range.
 TABLE_SIZE = 257
@@ -49,6 +49,7 @@ class GraphWriter:
         """The Written of a walk."""
         for use in walk.uses:
             self._demand(use)
+            self._tell(use)
         self.result.attributes = sorted((name, width) for name, width in self._widths.items() if not self._is_color(name))
         nodes, places = [], {}
 
@@ -87,6 +88,19 @@ class GraphWriter:
             extension["pass_index"] = material.pass_index
         self.result.extension = extension
         return self.result
+
+    def _tell(self, use):
+        """What of a shader is not rendered as Cycles does."""
+        kind, inputs = use.node.bl_idname, use.inputs
+        is_principled = kind == "ShaderNodeBsdfPrincipled"
+        if kind == "ShaderNodeSubsurfaceScattering" or (is_principled and inputs.get("Subsurface Weight", 0.0) != 0.0):
+            if not inputs.get("Thin Wall", 0.0):
+                self.result.findings.append((LOST, "subsurface scattering is not rendered yet", "subsurface"))
+            elif inputs.get("Diffuse Roughness", 0.0) != 0.0:
+                self.result.findings.append((APPROXIMATED, "light below the surface of a thin wall is scattered without roughness"))
+        ior = inputs.get("IOR")
+        if is_principled and isinstance(ior, float) and ior < 1:
+            self.result.findings.append((APPROXIMATED, "an index of refraction below 1 is rendered as 1"))
 
     def _demand(self, use):
         kind, inputs = use.node.bl_idname, use.inputs

@@ -199,11 +199,11 @@ pub(super) fn simple(json: &BsdfJson, owner: &str, diagnostics: &mut Diagnostics
     };
     let mut node = Node::new(NodeKind::Bsdf(match json.kind {
         BsdfKindJson::Translucent => SimpleBsdf::Translucent,
-        BsdfKindJson::Refraction => SimpleBsdf::Refraction,
+        BsdfKindJson::Refraction => SimpleBsdf::Refraction { distribution },
         BsdfKindJson::Glass => SimpleBsdf::Glass { distribution },
         BsdfKindJson::Metallic => metallic(false),
         BsdfKindJson::Conductor => metallic(true),
-        BsdfKindJson::Sheen => SimpleBsdf::Sheen,
+        BsdfKindJson::Sheen => SimpleBsdf::Sheen { velvet: false },
         BsdfKindJson::DiffuseToon => SimpleBsdf::Toon { glossy: false },
         BsdfKindJson::GlossyToon => SimpleBsdf::Toon { glossy: true },
     }));

@@ -180,6 +180,8 @@ sockets! {
         SHEEN_WEIGHT: Float "Sheen Weight" = [0.0; 3], Legal::share(0.0);
         SHEEN_ROUGHNESS: Float "Sheen Roughness" = [0.5; 3], Legal::share(0.5);
         SHEEN_TINT: Color "Sheen Tint" = [1.0; 3], Legal::positive(1.0);
+        SUBSURFACE_WEIGHT: Float "Subsurface Weight" = [0.0; 3], Legal::share(0.0);
+        SUBSURFACE_ANISOTROPY: Float "Subsurface Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
     }
 }
 sockets! {
@@ -380,6 +382,10 @@ pub enum Distribution {
     Ggx,
     /// GGX with the energy of multiple scattering.
     MultiscatterGgx,
+    /// Beckmann's.
+    Beckmann,
+    /// The Phong distribution of Ashikhmin and Shirley, which only the Glossy BSDF has.
+    AshikhminShirley,
 }
 
 sockets! {
@@ -424,7 +430,10 @@ pub enum SimpleBsdf {
     /// Diffuse transmission.
     Translucent,
     /// Refraction at facets, without reflection.
-    Refraction,
+    Refraction {
+        /// The spread of the facets.
+        distribution: Distribution,
+    },
     /// Reflection and refraction, both of the colour.
     Glass {
         /// The spread of the facets.
@@ -438,7 +447,10 @@ pub enum SimpleBsdf {
         distribution: Distribution,
     },
     /// Fibres.
-    Sheen,
+    Sheen {
+        /// Facets that stand on end, instead of fibres.
+        velvet: bool,
+    },
     /// Light from within a cone.
     Toon {
         /// About the mirrored view instead of the normal.
@@ -451,23 +463,23 @@ impl SimpleBsdf {
     pub fn sockets(self) -> &'static [Socket] {
         match self {
             Self::Translucent => translucent::SOCKETS,
-            Self::Refraction | Self::Glass { .. } => glass::SOCKETS,
+            Self::Refraction { .. } | Self::Glass { .. } => glass::SOCKETS,
             Self::Metallic { .. } => metallic::SOCKETS,
-            Self::Sheen => sheen::SOCKETS,
+            Self::Sheen { .. } => sheen::SOCKETS,
             Self::Toon { .. } => toon::SOCKETS,
         }
     }
 
     /// Whether light is refracted into a solid.
     pub fn bounds_a_solid(self) -> bool {
-        matches!(self, Self::Refraction | Self::Glass { .. })
+        matches!(self, Self::Refraction { .. } | Self::Glass { .. })
     }
 
     /// Whether light goes through.
     pub fn transmits(self) -> bool {
         matches!(
             self,
-            Self::Translucent | Self::Refraction | Self::Glass { .. }
+            Self::Translucent | Self::Refraction { .. } | Self::Glass { .. }
         )
     }
 }
@@ -517,8 +529,12 @@ pub enum NodeKind {
     PrincipledBsdf {
         /// Transmission without refraction, as through a thin sheet; otherwise the surface bounds a solid.
         thin_wall: bool,
+        /// Such a sheet is Blender's, with reflections between its sides, and light goes through below its surface.
+        pane: bool,
         /// The Specular Tint tints the edges of metals too, as in Blender; glTF has no word for that.
         edge_tint: bool,
+        /// Its facets scatter once, in the place of all the times that light stays between them.
+        once: bool,
     },
     /// Diffuse reflection.
     DiffuseBsdf,

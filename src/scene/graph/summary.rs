@@ -120,6 +120,8 @@ pub struct Summary {
     pub is_coated: bool,
     /// Some of it has a layer of fibres.
     pub has_sheen: bool,
+    /// Light goes through below the surface of some of its thin walls.
+    pub is_thin_subsurface: bool,
     /// Some facets spread further one way than across it.
     pub is_anisotropic: bool,
     /// What passes straight on takes a colour.
@@ -183,7 +185,7 @@ impl super::Node {
     pub fn simple_effect(&self, bsdf: SimpleBsdf) -> Effect {
         match bsdf {
             SimpleBsdf::Translucent => Effect::DiffuseTransmission,
-            SimpleBsdf::Refraction | SimpleBsdf::Glass { .. } => {
+            SimpleBsdf::Refraction { .. } | SimpleBsdf::Glass { .. } => {
                 if self.inputs[glass::ROUGHNESS] == Input::float(0.0) {
                     Effect::ClearGlass
                 } else {
@@ -191,7 +193,7 @@ impl super::Node {
                 }
             }
             SimpleBsdf::Metallic { .. } | SimpleBsdf::Toon { glossy: true } => Effect::Metal,
-            SimpleBsdf::Sheen => Effect::Sheen,
+            SimpleBsdf::Sheen { .. } => Effect::Sheen,
             SimpleBsdf::Toon { glossy: false } => Effect::DiffuseRoughness,
         }
     }
@@ -307,6 +309,7 @@ impl Graph {
             is_rough_diffuse: false,
             is_coated: false,
             has_sheen: false,
+            is_thin_subsurface: false,
             is_anisotropic: self.nodes.iter().any(super::Node::is_anisotropic),
             is_tinted: false,
             unlit: self.is_unlit(),
@@ -327,6 +330,8 @@ impl Graph {
                         range(principled::DIFFUSE_ROUGHNESS).number().1 > 0.0;
                     summary.is_coated |= range(principled::COAT_WEIGHT).number().1 > 0.0;
                     summary.has_sheen |= range(principled::SHEEN_WEIGHT).number().1 > 0.0;
+                    summary.is_thin_subsurface |=
+                        range(principled::SUBSURFACE_WEIGHT).number().1 > 0.0;
                     summary.principled.push(PrincipledSummary {
                         base_color: color(principled::BASE_COLOR),
                         metallic: range(principled::METALLIC).number(),

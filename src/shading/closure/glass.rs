@@ -2,12 +2,13 @@
 
 use super::microfacet::{Facet, Facets, transmitting_facet};
 use super::{LobeSample, LobeValue};
+use crate::shading::spread::{Ggx, Spread};
 use crate::shading::tables::{self, refract};
 use glam::{Vec2, Vec3};
 
 /// Reflection and refraction at facets.
 #[derive(Clone, Copy, Debug)]
-pub struct Glass {
+pub struct Glass<S = Ggx> {
     /// Weight of what goes through, with what further scatterings give back.
     pub weight: Vec3,
     /// Weight of what is reflected.
@@ -21,10 +22,10 @@ pub struct Glass {
     /// Reflectance of `eta` at normal incidence.
     pub true_f0: f32,
     /// The facets.
-    pub facets: Facets,
+    pub facets: Facets<S>,
 }
 
-impl Glass {
+impl<S: Spread> Glass<S> {
     /// Whether light goes straight through.
     #[inline]
     pub(super) fn is_straight(&self) -> bool {

@@ -1,15 +1,18 @@
-//! GGX facets, and the reflection from them.
+//! Facets, and the reflection from them.
 
 use super::{LobeSample, LobeValue, Normals};
 use crate::math::{Frame, average};
 use crate::shading::fresnel::{self, Fresnel};
 use crate::shading::ggx::{self, Alpha};
 use crate::shading::normal;
+use crate::shading::spread::{Ggx, Spread};
 use glam::{Vec2, Vec3};
+use std::marker::PhantomData;
 
-/// Facets about a lobe's own normal, seen from a view.
+/// Facets about a lobe's own normal, seen from a view. They are drawn as those of GGX, however they spread.
 #[derive(Clone, Copy, Debug)]
-pub struct Facets {
+pub struct Facets<S = Ggx> {
+    spread: PhantomData<S>,
     /// About the mean normal, x along the tangent.
     frame: Frame,
     /// The normal that was asked for; `frame.z` is bent so that reflections leave the surface.
@@ -36,7 +39,7 @@ impl Facet {
     }
 }
 
-impl Facets {
+impl<S: Spread> Facets<S> {
     /// About a normal, with the tangent for anisotropic ones. What they reflect below the surface is not drawn.
     #[inline(always)]
     pub fn new(
@@ -57,6 +60,7 @@ impl Facets {
         };
         let local = frame.to_local(wo);
         Self {
+            spread: PhantomData,
             frame,
             normal,
             view: ggx::View::new(local, &alpha),
@@ -82,6 +86,12 @@ impl Facets {
     #[inline]
     pub fn normal(&self) -> Vec3 {
         self.frame.z
+    }
+
+    /// The widths of their slopes.
+    #[inline]
+    pub(super) fn alpha(&self) -> &Alpha {
+        &self.alpha
     }
 
     /// Whether the facets are a mirror.
@@ -131,7 +141,7 @@ impl Facets {
     pub(super) fn reflect(&self, h: Vec3, wi: Vec3) -> (f32, f32) {
         let d = ggx::d(h, &self.alpha);
         (
-            0.25 * d * self.view.g2_over_cos(wi, &self.alpha),
+            0.25 * d * S::masking(h, wi, &self.view, &self.alpha),
             d * self.view.reflection_density(self.bound),
         )
     }
@@ -146,7 +156,7 @@ impl Facets {
         let jacobian = eta * eta * -cos_i / (sum * sum);
         let common = ggx::d(h, &self.alpha) * cos_o * jacobian;
         (
-            common * self.view.g2_over_cos(wi, &self.alpha),
+            common * S::masking(h, wi, &self.view, &self.alpha),
             common * self.view.g1_over_cos(),
         )
     }
@@ -189,16 +199,16 @@ impl Facets {
 
 /// Light reflected by facets: a metal, a glossy surface, or the dielectric layer over a diffuse base.
 #[derive(Clone, Copy, Debug)]
-pub struct Reflection {
+pub struct Reflection<S = Ggx> {
     /// Weight of the lobe, with what further scatterings give back.
     pub weight: Vec3,
     /// The facets.
-    pub facets: Facets,
+    pub facets: Facets<S>,
     /// How much a facet reflects.
     pub fresnel: Fresnel,
 }
 
-impl Reflection {
+impl<S: Spread> Reflection<S> {
     /// Value and density.
     #[inline(always)]
     pub fn evaluate(&self, smooth: Vec3, wi_world: Vec3) -> LobeValue {

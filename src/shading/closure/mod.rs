@@ -3,6 +3,7 @@
 //! A lobe knows its weight, its own normal and its view. Directions `wo` (to the viewer) and `wi` (to the light) point away
 //! from the surface, in world space. A new lobe is a file here, a variant of [`Lobe`], and a case of its test.
 
+pub mod ashikhmin;
 pub mod diffuse;
 pub mod glass;
 pub mod microfacet;
@@ -17,6 +18,7 @@ pub mod translucent;
 #[path = "../../../tests/unit/shading/closure/mod.rs"]
 mod tests;
 
+pub use ashikhmin::{Phong, Velvet};
 pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use microfacet::{Facets, Reflection};
@@ -27,6 +29,7 @@ pub use toon::Toon;
 pub use translucent::Translucent;
 
 use super::Scattering;
+use super::spread::{Beckmann, Spread};
 use glam::{Vec2, Vec3};
 
 /// The normals at a point.
@@ -107,8 +110,16 @@ pub enum Lobe {
     Glass(Glass),
     /// A thin transmitting sheet.
     Sheet(Sheet),
+    /// Reflection from facets of Beckmann's distribution.
+    BeckmannReflection(Reflection<Beckmann>),
+    /// The boundary of a solid with them.
+    BeckmannGlass(Glass<Beckmann>),
+    /// Reflection from facets of a Phong distribution.
+    Phong(Phong),
     /// A layer of fibres.
     Sheen(Sheen),
+    /// Facets that stand on end.
+    Velvet(Velvet),
     /// A cone of light that counts.
     Toon(Toon),
     /// Diffuse transmission.
@@ -129,8 +140,12 @@ impl Lobe {
             Self::RoughDiffuse(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Reflection(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Sheen(l) if !transmitted => l.evaluate(smooth, wi),
-            Self::Toon(l) if !transmitted => l.evaluate(wi),
-            Self::Translucent(l) if K::TRANSMISSION && transmitted => l.evaluate(wi),
+            Self::BeckmannReflection(l) if !transmitted => l.evaluate(smooth, wi),
+            Self::Phong(l) if !transmitted => l.evaluate(smooth, wi),
+            Self::Velvet(l) if !transmitted => l.evaluate(smooth, wi),
+            Self::Toon(l) if !transmitted => l.evaluate(smooth, wi),
+            Self::Translucent(l) if K::TRANSMISSION && transmitted => l.evaluate(smooth, wi),
+            Self::BeckmannGlass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::Glass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::Sheet(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             _ => LobeValue::ZERO,
@@ -150,8 +165,12 @@ impl Lobe {
             Self::RoughDiffuse(l) => l.sample(smooth, u),
             Self::Reflection(l) => l.sample(smooth, u),
             Self::Sheen(l) => l.sample(smooth, u),
-            Self::Toon(l) => l.sample(u),
-            Self::Translucent(l) if K::TRANSMISSION => l.sample(u),
+            Self::BeckmannReflection(l) => l.sample(smooth, u),
+            Self::Phong(l) => l.sample(smooth, u),
+            Self::Velvet(l) => l.sample(smooth, u),
+            Self::Toon(l) => l.sample(smooth, u),
+            Self::Translucent(l) if K::TRANSMISSION => l.sample(smooth, u),
+            Self::BeckmannGlass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::Glass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::Sheet(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             _ => None,
@@ -166,7 +185,7 @@ impl Lobe {
         }
         matches!(
             self,
-            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Sheen(_)
+            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Sheen(_) | Self::Velvet(_)
         )
     }
 
@@ -187,9 +206,13 @@ impl Lobe {
             Self::Diffuse(_)
             | Self::RoughDiffuse(_)
             | Self::Sheen(_)
+            | Self::Velvet(_)
             | Self::Toon(_)
             | Self::Translucent(_) => false,
             Self::Reflection(l) => l.facets.is_smooth(),
+            Self::BeckmannReflection(l) => l.facets.is_smooth(),
+            Self::BeckmannGlass(l) => l.facets.is_smooth(),
+            Self::Phong(l) => l.is_smooth(),
             Self::Glass(l) => l.facets.is_smooth(),
             Self::Sheet(l) => l.facets.is_smooth(),
         }
@@ -198,13 +221,20 @@ impl Lobe {
     /// Whether light goes through straight on, or bent by one angle alone, although what is reflected does not.
     #[inline]
     pub fn is_straight(&self) -> bool {
-        matches!(self, Self::Glass(l) if l.is_straight())
+        match self {
+            Self::Glass(l) => l.is_straight(),
+            Self::BeckmannGlass(l) => l.is_straight(),
+            _ => false,
+        }
     }
 
     /// Whether light goes through.
     #[inline]
     pub fn transmits(&self) -> bool {
-        matches!(self, Self::Glass(_) | Self::Sheet(_) | Self::Translucent(_))
+        matches!(
+            self,
+            Self::Glass(_) | Self::BeckmannGlass(_) | Self::Sheet(_) | Self::Translucent(_)
+        )
     }
 
     /// The lobe's own normal.
@@ -214,7 +244,11 @@ impl Lobe {
             Self::Diffuse(l) => l.normal,
             Self::RoughDiffuse(l) => l.normal,
             Self::Sheen(l) => l.normal(),
+            Self::Velvet(l) => l.normal(),
             Self::Toon(l) => l.normal(),
+            Self::BeckmannReflection(l) => l.facets.normal(),
+            Self::BeckmannGlass(l) => l.facets.normal(),
+            Self::Phong(l) => l.facets.normal(),
             Self::Translucent(l) => l.normal,
             Self::Reflection(l) => l.facets.normal(),
             Self::Glass(l) => l.facets.normal(),
@@ -228,10 +262,14 @@ impl Lobe {
             Self::Diffuse(_)
             | Self::RoughDiffuse(_)
             | Self::Reflection(_)
+            | Self::BeckmannReflection(_)
+            | Self::Phong(_)
             | Self::Sheen(_)
+            | Self::Velvet(_)
             | Self::Toon(_) => [albedo, Vec3::ZERO],
             Self::Translucent(_) => [Vec3::ZERO, albedo],
             Self::Glass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
+            Self::BeckmannGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::Sheet(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
         }
     }
@@ -243,7 +281,13 @@ impl Lobe {
             Self::Diffuse(l) => l.color *= by,
             Self::RoughDiffuse(l) => l.weight *= by,
             Self::Reflection(l) => l.weight *= by,
+            Self::BeckmannReflection(l) => l.weight *= by,
+            Self::Phong(l) => l.weight *= by,
+            Self::Velvet(l) => l.weight *= by,
             Self::Glass(Glass {
+                weight, reflected, ..
+            })
+            | Self::BeckmannGlass(Glass {
                 weight, reflected, ..
             })
             | Self::Sheet(Sheet {
@@ -268,8 +312,14 @@ impl Lobe {
             Self::Toon(l) => l.weight.max_element(),
             Self::Translucent(l) => l.color.max_element(),
             Self::Reflection(l) => l.weight.max_element(),
+            Self::BeckmannReflection(l) => Beckmann::EXCESS * l.weight.max_element(),
+            Self::Phong(l) => l.weight.max_element(),
+            Self::Velvet(l) => l.max_sample_weight(),
             // The choice is by the mean of the channels, of which each is at most three times the mean.
             Self::Glass(l) => 3.0 * l.weight.max(l.reflected).max_element(),
+            Self::BeckmannGlass(l) => {
+                3.0 * Beckmann::EXCESS * l.weight.max(l.reflected).max_element()
+            }
             Self::Sheet(l) => 3.0 * l.weight.max(l.reflected).max_element(),
         }
     }

@@ -27,12 +27,8 @@ fn cell(x: f32) -> (usize, f32) {
 }
 
 fn read(table: &[[f32; SIZE]; SIZE], cos: (usize, f32), roughness: (usize, f32)) -> f32 {
-    let row = |row: &[f32; SIZE]| mix(row[cos.0], row[cos.0 + 1], cos.1);
-    mix(
-        row(&table[roughness.0]),
-        row(&table[roughness.0 + 1]),
-        roughness.1,
-    )
+    let row = |row: &[f32; SIZE]| mix(row[roughness.0], row[roughness.0 + 1], roughness.1);
+    mix(row(&table[cos.0]), row(&table[cos.0 + 1]), cos.1)
 }
 
 impl Sheen {

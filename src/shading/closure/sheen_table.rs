@@ -10,7 +10,7 @@
 /// Points over the cosine of the view, and over the roughness.
 pub const SIZE: usize = 32;
 
-/// The transform's A, by roughness and then by cosine.
+/// The transform's A, by cosine and then by roughness.
 #[rustfmt::skip]
 pub static A: [[f32; SIZE]; SIZE] = [
     [0.01415, 0.01941, 0.01927, 0.03084, 0.04118, 0.05088, 0.06054, 0.07075, 0.08222, 0.09597, 0.11173, 0.12869, 0.14693, 0.16755, 0.19101, 0.21608, 0.24162, 0.26781, 0.29552, 0.32493, 0.35603, 0.38874, 0.42286, 0.45873, 0.49554, 0.53272, 0.56932, 0.60446, 0.63783, 0.66881, 0.6974, 0.72363],

@@ -2,6 +2,7 @@
 
 use super::{LobeSample, LobeValue};
 use crate::math::Frame;
+use crate::shading::normal;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -68,7 +69,7 @@ impl Toon {
     }
 
     /// Value and density.
-    pub fn evaluate(&self, wi: Vec3) -> LobeValue {
+    pub fn evaluate(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
         // Of the sine and the cosine: an arc cosine has no digits about the axis.
         let angle = self.axis.cross(wi).length().atan2(self.axis.dot(wi));
         if wi.dot(self.normal) <= 0.0 || angle >= self.greatest() {
@@ -80,14 +81,19 @@ impl Toon {
             1.0 - (angle - self.angle) / self.border
         };
         let pdf = 1.0 / (TAU * self.height());
-        LobeValue {
-            value: self.weight * (pdf * share.max(0.0)),
-            pdf,
+        let mut value = self.weight * (pdf * share.max(0.0));
+        if self.normal != smooth {
+            value *= match normal::bump_shadowing(smooth, self.normal, wi) {
+                // Highlights end at the terminator without being softened, as in Cycles.
+                softened if softened > 0.0 && self.is_glossy => 1.0,
+                softened => softened,
+            };
         }
+        LobeValue { value, pdf }
     }
 
     /// Draws a direction from the cone.
-    pub fn sample(&self, u: Vec2) -> Option<LobeSample> {
+    pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
         let down = u.x * self.height();
         let sine = (down * (2.0 - down)).max(0.0).sqrt();
         let (sin_phi, cos_phi) = (TAU * u.y).sin_cos();
@@ -95,7 +101,7 @@ impl Toon {
         let wi = Frame::from_normal(self.axis)
             .to_world(local)
             .try_normalize()?;
-        let of = self.evaluate(wi);
+        let of = self.evaluate(smooth, wi);
         (of.pdf > 0.0).then_some(LobeSample {
             wi,
             transmitted: false,

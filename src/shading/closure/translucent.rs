@@ -2,6 +2,7 @@
 
 use super::{LobeSample, LobeValue};
 use crate::math::{Frame, warp};
+use crate::shading::normal;
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -16,21 +17,25 @@ pub struct Translucent {
 
 impl Translucent {
     /// Value and density for a direction beyond the surface.
-    pub fn evaluate(&self, wi: Vec3) -> LobeValue {
+    pub fn evaluate(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
         let cos = -wi.dot(self.normal);
         if cos <= 0.0 {
             return LobeValue::ZERO;
         }
+        let mut value = self.color * (cos * FRAC_1_PI);
+        if self.normal != smooth {
+            value *= normal::bump_shadowing(smooth, self.normal, -wi);
+        }
         LobeValue {
-            value: self.color * (cos * FRAC_1_PI),
+            value,
             pdf: warp::cosine_hemisphere_pdf(cos),
         }
     }
 
     /// Draws a direction by the cosine.
-    pub fn sample(&self, u: Vec2) -> Option<LobeSample> {
+    pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
         let wi = Frame::from_normal(-self.normal).to_world(warp::cosine_hemisphere(u));
-        let of = self.evaluate(wi);
+        let of = self.evaluate(smooth, wi);
         (of.pdf > 0.0).then_some(LobeSample {
             wi,
             transmitted: true,

@@ -10,8 +10,8 @@ use crate::scene::graph::node::{
     separate, tangent, transparent,
 };
 use crate::scene::graph::{
-    self, Blend, Distribution, Facts, Function, Graph, Input, Lane, Link, MathOperation, NodeKind,
-    Range, SimpleBsdf, SocketKind, TangentKind,
+    self, Blend, Facts, Function, Graph, Input, Lane, Link, MathOperation, NodeKind, Range,
+    SimpleBsdf, SocketKind, TangentKind,
 };
 use crate::scene::{ImageUse, Texture};
 use crate::shading::Principled;
@@ -527,6 +527,10 @@ fn known(graph: &Graph, at: usize) -> Principled {
                 ..
             }
         ),
+        pane: matches!(node.kind, NodeKind::PrincipledBsdf { pane: true, .. }),
+        subsurface: color(principled::SUBSURFACE_WEIGHT).x,
+        subsurface_anisotropy: color(principled::SUBSURFACE_ANISOTROPY).x,
+        once: matches!(node.kind, NodeKind::PrincipledBsdf { once: true, .. }),
         diffuse_roughness: color(principled::DIFFUSE_ROUGHNESS).x,
         anisotropy: color(principled::ANISOTROPIC).x,
         anisotropy_rotation: color(principled::ANISOTROPIC_ROTATION).x,
@@ -534,7 +538,7 @@ fn known(graph: &Graph, at: usize) -> Principled {
 }
 
 /// Sockets that are read at hits, metallic first: what it hides is not read.
-const READ: [usize; 10] = [
+const READ: [usize; 12] = [
     principled::METALLIC,
     principled::BASE_COLOR,
     principled::ROUGHNESS,
@@ -545,6 +549,8 @@ const READ: [usize; 10] = [
     principled::SPECULAR_TINT,
     principled::TRANSMISSION_WEIGHT,
     principled::DIFFUSE_ROUGHNESS,
+    principled::SUBSURFACE_WEIGHT,
+    principled::SUBSURFACE_ANISOTROPY,
 ];
 
 /// The tangent of an anisotropic shader. Without a link it is the radial one, as in Cycles.
@@ -664,7 +670,7 @@ fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader
             roughness: value(diffuse::ROUGHNESS),
         },
         NodeKind::GlossyBsdf { distribution } => Shader::Glossy {
-            compensated: distribution == Distribution::MultiscatterGgx,
+            distribution,
             normal: vector(glossy::NORMAL),
             tangent,
             color: value(glossy::COLOR),

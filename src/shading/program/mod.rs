@@ -16,7 +16,7 @@ use crate::math::luminance;
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::node::principled;
 use crate::scene::graph::{
-    Blend, ImageProjection, Lane, MathOperation, NormalSpace, SimpleBsdf, TangentKind,
+    Blend, Distribution, ImageProjection, Lane, MathOperation, NormalSpace, SimpleBsdf, TangentKind,
 };
 use crate::shading::Principled;
 use glam::{Vec2, Vec3, Vec4};
@@ -427,8 +427,8 @@ pub enum Shader {
         normal: Option<Root>,
         /// The tangent, if it is anisotropic.
         tangent: Option<Root>,
-        /// With the energy of multiple scattering.
-        compensated: bool,
+        /// The spread of its facets.
+        distribution: Distribution,
     },
     /// A shader of one lobe.
     Simple {
@@ -552,6 +552,8 @@ pub fn parameters<P: Place>(
             principled::SPECULAR_TINT => p.specular_color = reflected(at.color(root)),
             principled::TRANSMISSION_WEIGHT => p.transmission = share(at.number(root)),
             principled::DIFFUSE_ROUGHNESS => p.diffuse_roughness = share(at.number(root)),
+            principled::SUBSURFACE_WEIGHT => p.subsurface = share(at.number(root)),
+            principled::SUBSURFACE_ANISOTROPY => p.subsurface_anisotropy = at.number(root),
             _ => {}
         }
     }

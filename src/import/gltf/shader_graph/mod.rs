@@ -74,6 +74,8 @@ struct Reader<'a, 'i, 'd> {
     images: &'a mut Images<'i>,
     diagnostics: &'d mut Diagnostics,
     owner: &'a str,
+    /// The material's.
+    name: &'a str,
     /// The normal that shaders take where none is linked: that of the displacement.
     normal: Input,
 }
@@ -108,6 +110,7 @@ pub(super) fn load(
         images,
         diagnostics,
         owner: &owner,
+        name,
         normal: Input::None,
     };
     match reader.read() {

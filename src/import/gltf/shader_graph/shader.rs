@@ -1,14 +1,27 @@
 //! Shaders, images and normal maps of node trees.
 
-use super::{Reader, Refusal, SocketJson, Stop};
+use super::{NodeJson, Reader, Refusal, SocketJson, Stop};
 use crate::scene::graph::function::PlaceInput;
-use crate::scene::graph::node::{self, image_texture, math, mix_shader, transparent};
+use crate::scene::graph::node::{self, image_texture, math, mix_shader, principled, transparent};
 use crate::scene::graph::{
     Distribution, Function, ImageProjection, Input, Link, MathOperation, Node, NodeKind,
-    NormalSpace, SocketKind,
+    NormalSpace, SimpleBsdf, SocketKind,
 };
-use crate::scene::{ImageId, ImageUse, Sampler, Texture, TextureFilter, UvTransform, Wrap};
+use crate::scene::{
+    Effect, ImageId, ImageUse, Sampler, Subject, Texture, TextureFilter, UvTransform, Verdict, Wrap,
+};
 use serde_json::Value;
+
+/// The spread of a shader's facets.
+fn distribution(node: &NodeJson) -> Result<Distribution, Refusal> {
+    match node.text("distribution") {
+        Some("MULTI_GGX") => Ok(Distribution::MultiscatterGgx),
+        Some("GGX") => Ok(Distribution::Ggx),
+        Some("BECKMANN") => Ok(Distribution::Beckmann),
+        Some("ASHIKHMIN_SHIRLEY") => Ok(Distribution::AshikhminShirley),
+        other => Err(Refusal::of(node, other.unwrap_or("unknown"))),
+    }
+}
 
 impl Reader<'_, '_, '_> {
     /// The shader, attribute or displacement of a node, if it is one.
@@ -18,14 +31,56 @@ impl Reader<'_, '_, '_> {
         let text = |name: &str| node.text(name);
         let link = match node.kind.strip_prefix("ShaderNode").unwrap_or(&node.kind) {
             "BsdfPrincipled" => self.principled(at),
+            "SubsurfaceScattering" => {
+                self.without_subsurface();
+                // Its own roughness is that of the entry.
+                self.add(at, NodeKind::DiffuseBsdf, &[("Roughness", "")])
+            }
             "BsdfDiffuse" => self.add(at, NodeKind::DiffuseBsdf, &[]),
             "BsdfGlossy" | "BsdfAnisotropic" => {
-                let distribution = match text("distribution") {
-                    Some("MULTI_GGX") => Distribution::MultiscatterGgx,
-                    Some("GGX") => Distribution::Ggx,
+                let distribution = distribution(node)?;
+                self.add(at, NodeKind::GlossyBsdf { distribution }, &[])
+            }
+            "BsdfTranslucent" => self.add(at, NodeKind::Bsdf(SimpleBsdf::Translucent), &[]),
+            "BsdfRefraction" => {
+                let distribution = distribution(node)?;
+                self.add(
+                    at,
+                    NodeKind::Bsdf(SimpleBsdf::Refraction { distribution }),
+                    &[],
+                )
+            }
+            "BsdfGlass" => {
+                let distribution = distribution(node)?;
+                self.add(at, NodeKind::Bsdf(SimpleBsdf::Glass { distribution }), &[])
+            }
+            "BsdfMetallic" => {
+                let conductor = match text("fresnel_type") {
+                    Some("F82") => false,
+                    Some("PHYSICAL_CONDUCTOR") => true,
                     other => return Err(Refusal::of(node, other.unwrap_or("unknown")).into()),
                 };
-                self.add(at, NodeKind::GlossyBsdf { distribution }, &[])
+                let bsdf = SimpleBsdf::Metallic {
+                    conductor,
+                    distribution: distribution(node)?,
+                };
+                self.add(at, NodeKind::Bsdf(bsdf), &[])
+            }
+            "BsdfSheen" => {
+                let velvet = match text("distribution") {
+                    Some("MICROFIBER") => false,
+                    Some("ASHIKHMIN") => true,
+                    other => return Err(Refusal::of(node, other.unwrap_or("unknown")).into()),
+                };
+                self.add(at, NodeKind::Bsdf(SimpleBsdf::Sheen { velvet }), &[])
+            }
+            "BsdfToon" => {
+                let glossy = match text("component") {
+                    Some("DIFFUSE") => false,
+                    Some("GLOSSY") => true,
+                    other => return Err(Refusal::of(node, other.unwrap_or("unknown")).into()),
+                };
+                self.add(at, NodeKind::Bsdf(SimpleBsdf::Toon { glossy }), &[])
             }
             "BsdfTransparent" => self.add(at, NodeKind::TransparentBsdf, &[]),
             "Emission" => self.add(at, NodeKind::Emission, &[]),
@@ -45,6 +100,18 @@ impl Reader<'_, '_, '_> {
         Ok(Some(link.into()))
     }
 
+    /// Tells that light does not go on below the surface.
+    fn without_subsurface(&mut self) {
+        self.diagnostics.report_effect(
+            Effect::Subsurface,
+            "unsupported-material",
+            Verdict::Lost,
+            "subsurface scattering",
+            Subject::Material(self.name.to_owned()),
+            "rendered as a diffuse surface",
+        );
+    }
+
     /// Both shaders of a mix or a sum have one name, and two identifiers.
     fn second_shader(&mut self, at: usize, link: Link, socket: usize) {
         let second = self.input(&self.source.nodes[at], "Shader_001", SocketKind::Shader);
@@ -60,11 +127,20 @@ impl Reader<'_, '_, '_> {
             _ => false,
         };
         let thin_wall = node.inputs.get("Thin Wall").is_some_and(is_on);
+        let is_there = |input: Option<Input>| input.is_some_and(|i| i != Input::float(0.0));
+        let scatters = is_there(self.input(node, "Subsurface Weight", SocketKind::Float));
         let kind = NodeKind::PrincipledBsdf {
             thin_wall,
+            pane: true,
             edge_tint: true,
+            once: node.text("distribution") == Some("GGX"),
         };
         let mut shader = self.add(at, kind, &[]);
+        if scatters && !thin_wall {
+            let made = &mut self.graph.nodes[shader.node as usize];
+            made.inputs[principled::SUBSURFACE_WEIGHT] = Input::float(0.0);
+            self.without_subsurface();
+        }
         let alpha = self.input(node, "Alpha", SocketKind::Float);
         let alpha = alpha.unwrap_or(Input::float(1.0));
         if alpha != Input::float(1.0) {

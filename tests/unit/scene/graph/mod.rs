@@ -46,6 +46,8 @@ fn surface() -> Node {
     Node::new(NodeKind::PrincipledBsdf {
         thin_wall: false,
         edge_tint: false,
+        once: false,
+        pane: false,
     })
 }
 

@@ -61,6 +61,41 @@ fn cases() -> Vec<Case> {
             Lobe::Toon(Toon::new(Vec3::ONE, sizes, Vec3::Z, wo, is_glossy).unwrap())
         }));
     }
+    for alpha in [Vec2::splat(0.3), Vec2::new(0.25, 0.7), Vec2::splat(1.0)] {
+        cases.push(case(&format!("Beckmann {alpha}"), move |wo| {
+            let tangent = (alpha.x != alpha.y).then_some(Vec3::new(0.6, 0.8, 0.0));
+            let alpha = Alpha::anisotropic(alpha);
+            Lobe::BeckmannReflection(Reflection {
+                weight: Vec3::ONE,
+                facets: Facets::new(&UP, Vec3::Z, tangent, wo, alpha),
+                fresnel: Fresnel::Constant,
+            })
+        }));
+        cases.push(case(&format!("Phong {alpha}"), move |wo| {
+            let tangent = (alpha.x != alpha.y).then_some(Vec3::new(0.6, 0.8, 0.0));
+            let alpha = Alpha::anisotropic(alpha);
+            Lobe::Phong(Phong::new(Vec3::ONE, &UP, (Vec3::Z, tangent), wo, &alpha))
+        }));
+    }
+    for roughness in [0.3, 1.0] {
+        cases.push(case(&format!("velvet {roughness}"), move |wo| {
+            Lobe::Velvet(Velvet::new(Vec3::ONE, roughness, Vec3::Z, wo))
+        }));
+    }
+    for eta in [1.5, 1.0 / 1.5] {
+        let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
+        cases.push(case(&format!("glass {eta} of Beckmann"), move |wo| {
+            Lobe::BeckmannGlass(Glass {
+                weight: Vec3::ONE,
+                reflected: Vec3::ONE,
+                f0,
+                tint: Vec3::ONE,
+                eta,
+                true_f0: f0.x,
+                facets: Facets::new(&UP, Vec3::Z, None, wo, Alpha::isotropic(0.4)).unbounded(),
+            })
+        }));
+    }
     // Refraction alone: facets that reflect nothing.
     cases.push(case("glass that only refracts", |wo| {
         Lobe::Glass(Glass {

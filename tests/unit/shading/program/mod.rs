@@ -310,6 +310,8 @@ fn programs_of_any_length_run_what_a_socket_needs_and_no_more() {
         let node = Node::new(NodeKind::PrincipledBsdf {
             thin_wall: false,
             edge_tint: false,
+            once: false,
+            pane: false,
         })
         .with(principled::ROUGHNESS, sum)
         .with(principled::METALLIC, metal);

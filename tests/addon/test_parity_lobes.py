@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each of Blender's shaders, alone and in mixes, beside Cycles: balls by both programs, from one scene."""
+
+import math
+import subprocess
+import unittest
+
+import bpy
+import export_kit as kit
+import numpy
+from sundog.export import graph
+
+# Balls a row, and pixels a ball.
+ROW, SIZE = 8, 24
+RED, GOLD, BLUE = (0.9, 0.4, 0.2, 1), (0.9, 0.6, 0.2, 1), (0.2, 0.5, 0.9, 1)
+MEAN, ERROR = 0.01, 1e-3
+
+
+class Shaders:
+    """Materials made of shaders."""
+
+    def __init__(self):
+        self.materials = []
+
+    def tree(self, name):
+        """(node tree, the surface's socket) of a new material."""
+        material = bpy.data.materials.new(name)
+        material.use_nodes = True
+        tree = material.node_tree
+        tree.nodes.clear()
+        self.materials.append(material)
+        return tree, tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"]
+
+    @staticmethod
+    def shader(tree, kind, properties=None, **inputs):
+        """A shader's node. Inputs by name with _ for blanks: values, or kinds of texture nodes whose factor they take."""
+        node = tree.nodes.new(f"ShaderNode{kind}")
+        for key, value in (properties or {}).items():
+            setattr(node, key, value)
+        for key, value in inputs.items():
+            socket = node.inputs[key.replace("_", " ")]
+            if isinstance(value, str):
+                texture = tree.nodes.new(f"ShaderNode{value}")
+                tree.links.new(texture.outputs[0], socket)
+            else:
+                socket.default_value = value
+        return node
+
+    def alone(self, name, kind, properties=None, **inputs):
+        """A material of one shader."""
+        tree, surface = self.tree(name)
+        tree.links.new(self.shader(tree, kind, properties, **inputs).outputs[0], surface)
+
+    def mixed(self, name, factor, *parts):
+        """A material of two shaders, each (kind, properties, inputs), mixed by a number or a layer weight; added if None."""
+        tree, surface = self.tree(name)
+        mix = tree.nodes.new("ShaderNodeAddShader" if factor is None else "ShaderNodeMixShader")
+        first = 0 if factor is None else 1
+        if factor == "facing":
+            tree.links.new(tree.nodes.new("ShaderNodeLayerWeight").outputs["Facing"], mix.inputs[0])
+        elif factor is not None:
+            mix.inputs[0].default_value = factor
+        for number, (kind, properties, inputs) in enumerate(parts):
+            made = self.shader(tree, kind, properties, **inputs)
+            tree.links.new(made.outputs[0], mix.inputs[first + number])
+        tree.links.new(mix.outputs[0], surface)
+
+
+class Parity(kit.ExportTest):
+    """What both programs show."""
+
+    # Rougher than this there are no caustics that so few samples miss.
+    SAMPLES = 256
+
+    def setUp(self):
+        super().setUp()
+        before, graph.ENABLED = graph.ENABLED, True
+        self.addCleanup(setattr, graph, "ENABLED", before)
+
+    def place(self, materials):
+        """A ball for each material, lit from both sides."""
+        rows = math.ceil(len(materials) / ROW)
+        for number, material in enumerate(materials):
+            line, column = divmod(number, ROW)
+            # As meshes, not as instances: each has its own material.
+            bpy.ops.mesh.primitive_uv_sphere_add(
+                segments=64, ring_count=32, radius=0.4, location=(column - (ROW - 1) / 2, line - (rows - 1) / 2, 0), rotation=(0.5, 0.3, 0.2)
+            )
+            ball = bpy.context.object
+            ball.data.shade_smooth()
+            ball.data.materials.append(material)
+        for name, color, angles in (("sun", (1, 0.9, 0.8), (0.5, 0.7, 0)), ("back", (0.4, 0.6, 1), (2.4, -0.4, 0))):
+            sun = bpy.data.lights.new(name, "SUN")
+            sun.energy, sun.angle, sun.color = 3, 0.6, color
+            self.link(name, sun, rotation_euler=angles)
+        self.scene.world = bpy.data.worlds.new("world")
+        self.scene.world.use_nodes = True
+        background = next(n for n in self.scene.world.node_tree.nodes if n.type == "BACKGROUND")
+        background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
+        data = self.camera.data
+        # The lens is as wide as the longer side.
+        data.type, data.ortho_scale = "ORTHO", max(ROW, rows)
+        cycles = self.scene.cycles
+        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        for kind in ("max", "diffuse", "glossy", "transmission", "transparent_max"):
+            setattr(cycles, f"{kind}_bounces", 16)
+        return ROW * SIZE, rows * SIZE
+
+    def shown(self, path, width, height, seed):
+        """The program's picture, with its own numbers of chance."""
+        picture = f"{path}.{seed}.exr"
+        command = [kit.program(), "render", path, "-o", picture, "--width", str(width), "--height", str(height), "--quiet", "--allow-outside"]
+        command += ["--samples", str(self.SAMPLES), "--filter", "box", "--exr-layers", "combined", "--bounces", "16", "--seed", str(seed)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return kit.exr_pixels(picture)
+
+    def compare(self, shaders, verdicts=frozenset({"exact"})):
+        """Renders all materials twice by both programs; fails where one differs, saying by how much."""
+        materials = shaders.materials
+        width, height = self.place(materials)
+        render = self.scene.render
+        render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
+        found = self.export()
+        said = {v["name"]: v for v in found.result.verdicts if v["kind"] == "material"}
+        seen, got = [], []
+        for seed in (1, 2):
+            self.scene.cycles.seed = seed
+            seen.append(kit.cycles_pixels(width, height, self.SAMPLES))
+            got.append(self.shown(found.path, width, height, seed))
+        wrong = []
+        for number, material in enumerate(materials):
+            line, column = divmod(number, ROW)
+            part = numpy.s_[line * SIZE : (line + 1) * SIZE, column * SIZE : (column + 1) * SIZE]
+            a, b = ([picture[part] for picture in pictures] for pictures in (got, seen))
+            mean, expected = numpy.mean(a), numpy.mean(b)
+            # What is left beside the noise: the product of two errors whose noises have nothing in common.
+            error = ((a[0] - b[0]) * (a[1] - b[1]) / (numpy.mean(b, axis=0) ** 2 + 0.01)).mean()
+            verdict = said[material.name]
+            words = f"{material.name}: mean {mean:.4f} against {expected:.4f} ({mean / expected - 1:+.2%}), relMSE {error:.1e}"
+            bad = abs(mean / expected - 1) > MEAN or error > ERROR or verdict["verdict"] not in verdicts
+            details = "; ".join(f"{f}" for f in verdict.get("findings", ()) or [verdict.get("detail", "")])
+            print("MISS " if bad else "ok   ", words, verdict["verdict"], details)
+            if bad:
+                wrong.append(f"{words} {verdict['verdict']} {details}")
+        self.assertFalse(wrong, "\n" + "\n".join(wrong))
+
+    def test_shaders_of_one_lobe(self):
+        """Each alone."""
+        s = Shaders()
+        s.alone("translucent", "BsdfTranslucent", Color=BLUE)
+        for distribution in ("GGX", "MULTI_GGX"):
+            for roughness in (0.3, 0.6, 1.0):
+                s.alone(f"glossy {distribution} {roughness}", "BsdfAnisotropic", {"distribution": distribution}, Color=GOLD, Roughness=roughness)
+                s.alone(f"glass {distribution} {roughness}", "BsdfGlass", {"distribution": distribution}, Color=BLUE, Roughness=roughness, IOR=1.4)
+        for roughness in (0.3, 0.7):
+            s.alone(f"refraction {roughness}", "BsdfRefraction", {"distribution": "GGX"}, Color=GOLD, Roughness=roughness, IOR=1.3)
+        for kind in ("F82", "PHYSICAL_CONDUCTOR"):
+            for distribution in ("GGX", "MULTI_GGX"):
+                s.alone(f"metallic {kind} {distribution}", "BsdfMetallic", {"distribution": distribution, "fresnel_type": kind}, Roughness=0.6)
+        s.alone("metallic anisotropic", "BsdfMetallic", Roughness=0.6, Anisotropy=0.7)
+        for roughness in (0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1):
+            s.alone(f"sheen {roughness}", "BsdfSheen", Color=GOLD, Roughness=roughness)
+        for component in ("DIFFUSE", "GLOSSY"):
+            for size, smooth in ((0.3, 0.2), (0.8, 0.0)):
+                s.alone(f"toon {component} {size}", "BsdfToon", {"component": component}, Color=RED, Size=size, Smooth=smooth)
+        self.compare(s)
+
+    def test_mixes(self):
+        """Shaders in mixes and sums, with numbers from textures."""
+        s = Shaders()
+        matte = ("BsdfDiffuse", {}, {"Color": RED})
+        for kind, properties, inputs in (
+            ("BsdfTranslucent", {}, {"Color": BLUE}),
+            ("BsdfGlass", {}, {"Color": BLUE, "Roughness": 0.4}),
+            ("BsdfRefraction", {}, {"Roughness": 0.5, "IOR": 1.3}),
+            ("BsdfMetallic", {}, {"Roughness": 0.5}),
+            ("BsdfSheen", {}, {"Color": GOLD, "Roughness": 0.3}),
+            ("BsdfToon", {}, {"Color": GOLD, "Size": 0.4, "Smooth": 0.2}),
+        ):
+            s.mixed(f"matte and {kind}", 0.4, matte, (kind, properties, inputs))
+            s.mixed(f"{kind} by facing", "facing", matte, (kind, properties, inputs))
+        s.mixed("glass and clear", 0.5, ("BsdfGlass", {}, {"Roughness": 0.5}), ("BsdfTransparent", {}, {"Color": BLUE}))
+        s.mixed("refraction plus gloss", None, ("BsdfRefraction", {}, {"Roughness": 0.5}), ("BsdfAnisotropic", {}, {"Color": (0.2, 0.2, 0.2, 1), "Roughness": 0.5}))
+        s.alone("glass by noise", "BsdfGlass", Roughness="TexNoise")
+        s.alone("translucent by noise", "BsdfTranslucent", Color="TexNoise")
+        s.alone("metal by noise", "BsdfMetallic", Roughness="TexNoise")
+        self.compare(s)
+
+    def test_other_distributions(self):
+        """Beckmann's and Ashikhmin's."""
+        s = Shaders()
+        for roughness in (0.3, 0.6, 1.0):
+            for distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY"):
+                s.alone(f"glossy {distribution} {roughness}", "BsdfAnisotropic", {"distribution": distribution}, Color=GOLD, Roughness=roughness)
+            s.alone(f"velvet {roughness}", "BsdfSheen", {"distribution": "ASHIKHMIN"}, Color=GOLD, Roughness=roughness)
+        for distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY"):
+            s.alone(f"anisotropic {distribution}", "BsdfAnisotropic", {"distribution": distribution}, Color=GOLD, Roughness=0.6, Anisotropy=0.6, Rotation=0.2)
+        for kind in ("F82", "PHYSICAL_CONDUCTOR"):
+            s.alone(f"metallic {kind}", "BsdfMetallic", {"distribution": "BECKMANN", "fresnel_type": kind}, Roughness=0.6)
+        s.alone("refraction", "BsdfRefraction", {"distribution": "BECKMANN"}, Roughness=0.4, IOR=1.3)
+        s.alone("glass", "BsdfGlass", {"distribution": "BECKMANN"}, Color=BLUE, Roughness=0.4)
+        self.compare(s)
+
+    def test_principled(self):
+        """GGX, thin walls, normals of coats; light below the surface is told."""
+        s = Shaders()
+        ggx = {"distribution": "GGX"}
+        for roughness in (0.4, 0.7, 1.0):
+            s.alone(f"GGX {roughness}", "BsdfPrincipled", ggx, Base_Color=RED, Roughness=roughness)
+            s.alone(f"GGX metal {roughness}", "BsdfPrincipled", ggx, Base_Color=RED, Roughness=roughness, Metallic=1.0)
+        s.alone("GGX glass", "BsdfPrincipled", ggx, Base_Color=BLUE, Roughness=0.4, Transmission_Weight=1.0)
+        s.alone("MULTI_GGX glass", "BsdfPrincipled", {"distribution": "MULTI_GGX"}, Base_Color=BLUE, Roughness=0.4, Transmission_Weight=1.0)
+        for weight in (1.0, 0.5):
+            tree, surface = s.tree(f"coat with waves {weight}")
+            node = s.shader(tree, "BsdfPrincipled", Base_Color=RED, Coat_Weight=weight, Coat_Roughness=0.4, Roughness=0.7)
+            bump = s.shader(tree, "Bump", Height="TexWave", Distance=0.05)
+            tree.links.new(bump.outputs[0], node.inputs["Coat Normal"])
+            tree.links.new(node.outputs[0], surface)
+        if any(i.name == "Thin Wall" for i in node.inputs):
+            for roughness in (0.0, 0.3, 0.6):
+                s.alone(f"pane {roughness}", "BsdfPrincipled", Thin_Wall=True, Base_Color=BLUE, Transmission_Weight=1.0, Roughness=roughness)
+            s.alone("half a pane", "BsdfPrincipled", Thin_Wall=True, Base_Color=BLUE, Transmission_Weight=0.5, Roughness=0.5, IOR=1.8)
+            for anisotropy in (-0.5, 0.0, 0.8):
+                inputs = {"Subsurface_Weight": 0.8, "Subsurface_Anisotropy": anisotropy}
+                s.alone(f"leaf {anisotropy}", "BsdfPrincipled", Thin_Wall=True, Base_Color=RED, Roughness=0.6, **inputs)
+        self.compare(s)
+
+    def test_sheen_of_principled(self):
+        """Sheen over bases, by numbers and by textures."""
+        s = Shaders()
+        for roughness in (0.1, 0.3, 0.5, 1.0):
+            s.alone(f"sheen {roughness}", "BsdfPrincipled", Base_Color=RED, Sheen_Weight=1.0, Sheen_Roughness=roughness, Sheen_Tint=GOLD)
+        s.alone("sheen by noise", "BsdfPrincipled", Base_Color=RED, Sheen_Weight="TexNoise", Sheen_Roughness=0.3)
+        s.alone("sheen over coat", "BsdfPrincipled", Base_Color=RED, Sheen_Weight=0.7, Coat_Weight=0.6, Coat_Roughness=0.4, Roughness=0.6)
+        self.compare(s)
+
+
+if __name__ == "__main__":
+    unittest.main()
