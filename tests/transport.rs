@@ -3,6 +3,7 @@
 mod accuracy;
 mod closed_lamps;
 mod forecast;
+mod patterns;
 mod replay;
 mod studies;
 mod visibility;
@@ -650,6 +651,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         &[DAffine3::IDENTITY],
     );
     list.push(("images everywhere, clear glass, a hole", scene));
+    list.push(("patterns", patterns::scene()));
     list
 }
 

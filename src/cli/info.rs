@@ -9,9 +9,10 @@ use crate::effects::{EffectReport, Finding, RequestedSettings};
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::render::memory::PREPARED_BYTES_A_TRIANGLE;
-use crate::scene::{BoundsInfo, Diagnostics, Inventory, LeftOut, fingerprint, simplify};
+use crate::scene::{BoundsInfo, Diagnostics, Inventory, LeftOut, Scene, fingerprint, simplify};
 use serde::Serialize;
 use serde_json::json;
+use std::collections::{BTreeMap, HashMap};
 
 /// Runs the command.
 ///
@@ -26,6 +27,7 @@ pub fn run(args: &args::Info) -> Result<u8, Failure> {
         let needed = Needed::of(&mut file);
         document["hash"] = json!(needed.hash);
         document["left_out"] = json!(needed.left_out);
+        document["nodes"] = json!(needed.nodes);
         document["effects"] = json!(needed.effects);
         console::json_document(&document);
     } else {
@@ -36,6 +38,9 @@ pub fn run(args: &args::Info) -> Result<u8, Failure> {
         let needed = Needed::of(&mut file);
         page.line("hash", needed.hash);
         page.append(&inventory);
+        for nodes in &needed.nodes {
+            page.line("nodes", nodes.words());
+        }
         left_out_lines(&needed.left_out, &mut page);
         effect_lines(&needed.effects, &mut page);
         diagnostic_lines(&file.diagnostics, &mut page);
@@ -50,17 +55,68 @@ struct Needed {
     left_out: Vec<LeftOut>,
     /// What a renderer has to be able to do for this scene, and what else Sundog can do.
     effects: Vec<Finding>,
+    /// Of materials with nodes beside shaders.
+    nodes: Vec<Nodes>,
+}
+
+/// The nodes of a material, shaders left aside.
+#[derive(Serialize)]
+struct Nodes {
+    material: String,
+    /// How many of each name are evaluated at hits.
+    evaluated: BTreeMap<&'static str, usize>,
+    /// How many are constants, or change nothing.
+    folded: usize,
+}
+
+impl Nodes {
+    fn words(&self) -> String {
+        let name = |(name, &count): (&&str, &usize)| match count {
+            1 => (*name).to_owned(),
+            _ => format!("{name} ({count})"),
+        };
+        let evaluated: Vec<_> = self.evaluated.iter().map(name).collect();
+        let evaluated = match evaluated.is_empty() {
+            true => "none".into(),
+            false => evaluated.join(", "),
+        };
+        format!(
+            "\"{}\" at hits: {evaluated}; folded: {}",
+            self.material, self.folded
+        )
+    }
+}
+
+/// By the material's name.
+fn node_counts(scene: &Scene) -> HashMap<String, usize> {
+    let materials = scene.materials.iter();
+    materials
+        .map(|m| (m.name.clone(), m.graph.nodes_by_label().values().sum()))
+        .collect()
 }
 
 impl Needed {
     /// Leaves the scene without what changes nothing.
     fn of(file: &mut SceneFile) -> Self {
+        let before = node_counts(&file.scene);
         let left_out = simplify(&mut file.scene);
+        let nodes = file.scene.materials.iter().filter_map(|material| {
+            let all = before.get(&material.name).copied().unwrap_or(0);
+            let evaluated = material.graph.nodes_by_label();
+            let folded = all.saturating_sub(evaluated.values().sum());
+            (all > 0).then(|| Nodes {
+                material: material.name.clone(),
+                evaluated,
+                folded,
+            })
+        });
+        let nodes = nodes.collect();
         let requested = RequestedSettings::default();
         let report = EffectReport::of(&file.scene, &requested, &left_out, &file.diagnostics);
         Self {
             hash: fingerprint(&file.scene),
             left_out,
+            nodes,
             effects: report.findings,
         }
     }

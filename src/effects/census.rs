@@ -113,6 +113,9 @@ impl Census {
             | Effect::Dispersion => materials("weight 0"),
             Effect::DiffuseRoughness => materials("smooth"),
             Effect::Anisotropy => materials("the same spread all around"),
+            effect if super::sets::PROCEDURAL_TEXTURES.contains(effect) => {
+                materials("no such pattern")
+            }
             Effect::Absorption => materials("clear, or not solid,"),
             Effect::Media => "there is none in the file".into(),
             Effect::MotionBlur => "nothing moves in the file".into(),

@@ -243,7 +243,8 @@ impl Findings {
         add(Effect::Anisotropy, summary.is_anisotropic);
         add(Effect::Coat, summary.is_coated);
         add(Effect::Sheen, summary.has_sheen);
-        let mut there = BTreeSet::new();
+        let mut there: BTreeSet<Effect> =
+            m.graph.procedural_textures().map(|t| t.effect()).collect();
         there.extend(
             summary
                 .is_thin_subsurface

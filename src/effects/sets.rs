@@ -46,15 +46,29 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::DiffuseTransmission
         | STRUCTURE
 );
+/// Patterns that materials' programs compute.
+pub const PROCEDURAL_TEXTURES: EnumSet<Effect> = enum_set!(
+    Effect::NoiseTexture
+        | Effect::VoronoiTexture
+        | Effect::WaveTexture
+        | Effect::MagicTexture
+        | Effect::BrickTexture
+        | Effect::CheckerTexture
+        | Effect::GradientTexture
+        | Effect::WhiteNoiseTexture
+        | Effect::GaborTexture
+);
 /// What can't be left out, as it is how the world is built.
 pub const STRUCTURE: EnumSet<Effect> = enum_set!(Effect::SmoothNormals | Effect::Instances);
 /// Everything that kernels and worlds may have or lack.
-pub const ALL: EnumSet<Effect> =
-    enum_set!(PATHS | Effect::DepthOfField | Effect::Holdouts | Effect::LightTree);
+pub const ALL: EnumSet<Effect> = enum_set!(
+    PATHS | PROCEDURAL_TEXTURES | Effect::DepthOfField | Effect::Holdouts | Effect::LightTree
+);
 
 /// Names that stand for several effects, which share their code.
-pub const GROUPS: [(EnumSet<Effect>, &str); 5] = [
+pub const GROUPS: [(EnumSet<Effect>, &str); 6] = [
     (TEXTURES, "textures"),
+    (PROCEDURAL_TEXTURES, "procedural-textures"),
     (ALPHA, "alpha"),
     (TRANSMISSION, "transmission"),
     (LAMPS, "lamps"),

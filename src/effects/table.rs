@@ -13,7 +13,7 @@ pub enum Decided {
     Kernels,
     /// While paths are traced: a branch in all kernels.
     Branch,
-    /// When the scene is prepared: tables, buffers and the camera's rays have it or not.
+    /// When the scene is prepared: tables, buffers, materials' programs and the camera's rays have it or not.
     Preparation,
     /// By the settings of the render, outside of the path loop.
     Settings,
@@ -97,6 +97,15 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::Sheen, Kernels, ["the shine of fabric", "a placed material has a sheen whose weight is not 0"]),
         line(E::Anisotropy, Kernels, ["highlights that are longer one way", "a placed material has an anisotropy that is not 0"]),
         line(E::DiffuseRoughness, Kernels, ["rough diffuse reflection", "a placed material has a diffuse roughness above 0"]),
+        line(E::NoiseTexture, Preparation, ["clouds of noise", "a placed material has a Noise Texture that its program evaluates at hits"]),
+        line(E::VoronoiTexture, Preparation, ["cells around points", "a placed material has a Voronoi Texture that its program evaluates at hits"]),
+        line(E::WaveTexture, Preparation, ["bands and rings", "a placed material has a Wave Texture that its program evaluates at hits"]),
+        line(E::MagicTexture, Preparation, ["folded sines", "a placed material has a Magic Texture that its program evaluates at hits"]),
+        line(E::BrickTexture, Preparation, ["courses of bricks", "a placed material has a Brick Texture that its program evaluates at hits"]),
+        line(E::CheckerTexture, Preparation, ["chequers", "a placed material has a Checker Texture that its program evaluates at hits"]),
+        line(E::GradientTexture, Preparation, ["ramps across space", "a placed material has a Gradient Texture that its program evaluates at hits"]),
+        line(E::WhiteNoiseTexture, Preparation, ["a random number for each place", "a placed material has a White Noise Texture that its program evaluates at hits"]),
+        line(E::GaborTexture, Preparation, ["noise of one frequency and direction", "a placed material has a Gabor Texture that its program evaluates at hits"]),
         line(E::ThinFilm, Absent, ["interference of a thin film", "the importer meets one whose weight is not 0"]),
         line(E::Subsurface, Absent, ["light that goes on below the surface", "the importer meets one whose weight is not 0"]),
         line(E::DiffuseTransmission, Kernels, ["light that is scattered through a sheet", "a placed material has a Translucent BSDF, or light below the surface of a thin wall"]),

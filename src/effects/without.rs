@@ -17,7 +17,7 @@ pub fn keeps_environment(set: EnumSet<Effect>, environment: &Environment) -> boo
     set.contains(environment.effect())
 }
 
-/// A material without the effects that a set lacks: images leave their factors, opacity is 1, glass is opaque, metal a dielectric
+/// A material without the effects that a set lacks: images leave their factors, patterns a grey of 0.5, opacity is 1, glass is opaque, metal a dielectric
 /// of its colour, and a dielectric does not reflect. What calls for no more than the set has stays as it is.
 pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
     let mut m = material.clone();
@@ -29,6 +29,7 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
             }
         }
     }
+    m.graph.make_grey(|texture| !set.contains(texture.effect()));
     let alpha = match m.summary().opacity {
         Opacity::Full => sets::ALL,
         Opacity::Clip { .. } => EnumSet::only(Effect::AlphaClip),

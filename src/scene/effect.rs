@@ -101,6 +101,24 @@ pub enum Effect {
     Anisotropy,
     /// Oren and Nayar's kind of diffuse reflection.
     DiffuseRoughness,
+    /// Noise textures.
+    NoiseTexture,
+    /// Voronoi textures.
+    VoronoiTexture,
+    /// Wave textures.
+    WaveTexture,
+    /// Magic textures.
+    MagicTexture,
+    /// Brick textures.
+    BrickTexture,
+    /// Checker textures.
+    CheckerTexture,
+    /// Gradient textures.
+    GradientTexture,
+    /// White Noise textures.
+    WhiteNoiseTexture,
+    /// Gabor textures.
+    GaborTexture,
     /// Interference.
     ThinFilm,
     /// Light below the surface.

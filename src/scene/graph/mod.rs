@@ -7,6 +7,7 @@
 mod clean;
 mod fold;
 pub mod function;
+mod label;
 pub mod node;
 mod range;
 mod summary;
@@ -15,7 +16,7 @@ pub use clean::Faults;
 pub use fold::fold;
 use function::PlaceInput;
 
-pub use function::Function;
+pub use function::{Function, ProceduralTexture};
 pub use node::{
     Blend, Distribution, ImageProjection, Lane, Legal, MathOperation, NodeKind, NormalSpace,
     SimpleBsdf, Socket, SocketKind, TangentKind,
@@ -298,6 +299,31 @@ impl Graph {
             }
         }
         self.roots().into_iter().flatten().for_each(place);
+    }
+
+    /// Patterns that are computed.
+    pub fn procedural_textures(&self) -> impl Iterator<Item = &ProceduralTexture> {
+        self.nodes.iter().filter_map(|node| match &node.kind {
+            NodeKind::Function(Function::Texture(texture)) => Some(texture),
+            _ => None,
+        })
+    }
+
+    /// Puts 0.5 in the place of some patterns: about the mean of most.
+    pub fn make_grey(&mut self, is_grey: impl Fn(&ProceduralTexture) -> bool) {
+        let grey: Vec<bool> = self
+            .nodes
+            .iter()
+            .map(|node| match &node.kind {
+                NodeKind::Function(Function::Texture(texture)) => is_grey(texture),
+                _ => false,
+            })
+            .collect();
+        for input in self.nodes.iter_mut().flat_map(|node| &mut node.inputs) {
+            if input.link().is_some_and(|link| grey[link.node as usize]) {
+                *input = Input::float(0.5);
+            }
+        }
     }
 
     /// Makes images white where one socket reads them; others that read the same images keep them.

@@ -96,7 +96,7 @@ impl<'a, S: Source> Compiler<'a, S> {
             Input::Value(value) => return Operand::Constant(Vec3::from(value).extend(1.0)),
             Input::None => return ZERO,
         };
-        let needed = self.graph.behind([link]);
+        let needed = self.before(link);
         for (at, _) in needed.into_iter().enumerate().filter(|(_, needed)| *needed) {
             if self.results[at].is_none() {
                 let result = self.node(at);
@@ -104,6 +104,29 @@ impl<'a, S: Source> Compiler<'a, S> {
             }
         }
         self.of(link)
+    }
+
+    /// Which nodes run before a link is read. The height of a bump has a program of its own.
+    fn before(&self, link: Link) -> Vec<bool> {
+        let nodes = &self.graph.nodes;
+        let mut needed = vec![false; nodes.len()];
+        needed[link.node as usize] = true;
+        for at in (0..=link.node as usize)
+            .rev()
+            .filter(|at| self.results[*at].is_none())
+        {
+            if !needed[at] {
+                continue;
+            }
+            let node = &nodes[at];
+            let raised = matches!(node.kind, NodeKind::Function(Function::Bump { .. }));
+            for (socket, input) in node.inputs.iter().enumerate() {
+                if let (Input::Link(link), false) = (input, raised && socket == bump::HEIGHT) {
+                    needed[link.node as usize] = true;
+                }
+            }
+        }
+        needed
     }
 
     /// What an input of a node gives whose nodes have been emitted.
@@ -190,14 +213,17 @@ impl<'a, S: Source> Compiler<'a, S> {
     fn call(&mut self, at: usize, function: &Function) -> Operand {
         let sockets = function.sockets();
         let mut inputs = Vec::with_capacity(sockets.len());
+        let raised = matches!(function, Function::Bump { .. });
         for (place, socket) in sockets.iter().enumerate() {
-            let operand = self.converted(at, place, socket.kind);
+            let operand = match raised && place == bump::HEIGHT {
+                true => ZERO,
+                false => self.converted(at, place, socket.kind),
+            };
             inputs.push((operand, socket.kind));
         }
         let mut height = None;
-        if matches!(function, Function::Bump { .. }) {
+        if raised {
             height = self.height(self.graph.nodes[at].inputs[bump::HEIGHT]);
-            inputs[bump::HEIGHT].0 = ZERO;
             if height.is_none() {
                 // What is as high everywhere is not raised.
                 return inputs[bump::NORMAL].0;

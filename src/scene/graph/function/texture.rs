@@ -6,6 +6,7 @@ use crate::nodes::{
     GradientType, MagicInputs, NoiseInputs, NoiseSettings, VoronoiInputs, VoronoiSettings,
     WaveInputs, WaveSettings,
 };
+use crate::scene::Effect;
 use glam::{Vec3, Vec4};
 
 /// Outputs of the Voronoi Texture that are computed together.
@@ -47,6 +48,23 @@ pub enum ProceduralTexture {
     WhiteNoise(Dimensions),
     /// Gabor: Value, Phase, Intensity.
     Gabor(GaborType),
+}
+
+impl ProceduralTexture {
+    /// The effect that it calls for.
+    pub fn effect(&self) -> Effect {
+        match self {
+            Self::Noise(_) | Self::NoiseFactor(_) => Effect::NoiseTexture,
+            Self::Voronoi { .. } => Effect::VoronoiTexture,
+            Self::Wave(_) => Effect::WaveTexture,
+            Self::Magic(_) => Effect::MagicTexture,
+            Self::Brick(_) => Effect::BrickTexture,
+            Self::Checker => Effect::CheckerTexture,
+            Self::Gradient(_) => Effect::GradientTexture,
+            Self::WhiteNoise(_) => Effect::WhiteNoiseTexture,
+            Self::Gabor(_) => Effect::GaborTexture,
+        }
+    }
 }
 
 const fn socket(name: &'static str, kind: SocketKind, default: f32) -> Socket {
