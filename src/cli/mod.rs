@@ -32,7 +32,7 @@ pub use out_of_memory::used_up as memory_used_up;
 
 use args::{Command, Program, program, sentence};
 use clap::error::ErrorKind;
-use clap::{ArgMatches, FromArgMatches};
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use exit::{EXIT_ERROR, EXIT_OK, EXIT_USAGE};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -106,7 +106,12 @@ pub fn main() -> u8 {
 }
 
 fn run() -> u8 {
-    let matches = program().try_get_matches();
+    // Only help shows presets, which are all arguments made anew.
+    let matches = Program::command().try_get_matches();
+    let matches = matches.or_else(|error| match error.kind() {
+        ErrorKind::DisplayHelp => program().try_get_matches(),
+        _ => Err(error),
+    });
     let parsed = matches.and_then(|matches| {
         let program = Program::from_arg_matches(&matches)?;
         Ok((matches, program.command))

@@ -100,6 +100,9 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
     if statistics.non_finite > 0 {
         reporter.warn(&summary::non_finite(statistics));
     }
+    if statistics.lobes_left_out > 0 {
+        reporter.warn(&summary::lobes_left_out(statistics));
+    }
     let hash = rendering.scene_hash.get_or_init(|| fingerprint(scene));
     let metadata = metadata(path, hash, &settings, statistics);
     outputs.write(&rendering.picture, &metadata, &reporter)?;

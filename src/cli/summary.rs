@@ -7,6 +7,7 @@ use super::{Failure, console};
 use crate::math::words::{counted, estimated};
 use crate::output::Metadata;
 use crate::render::{Rendering, Statistics};
+use crate::shading::bsdf::MOST_LOBES;
 use serde::Serialize;
 use serde_json::json;
 
@@ -71,6 +72,18 @@ pub fn tell_end(
         &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "written": outputs.names() }),
     );
     Ok(())
+}
+
+/// What a render says whose surfaces have more lobes than are kept.
+pub fn lobes_left_out(statistics: &Statistics) -> String {
+    format!(
+        "{} left out where more than {MOST_LOBES} are mixed at a point: those that reflect least; simpler node trees keep all",
+        counted(
+            console::grouped(statistics.lobes_left_out),
+            "lobe was",
+            "lobes were"
+        )
+    )
 }
 
 /// What a render says that has left samples out: how many, why, and how to see it.

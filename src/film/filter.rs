@@ -2,10 +2,13 @@
 //! (Ernst, Stamminger, Greiner, *Filter Importance Sampling*, 2006). Each sample counts 1 in its
 //! own pixel alone, so that pixels need no neighbours and no locks.
 
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 /// Points of the tabulated inverse; between them it is linear.
 const STEPS: usize = 1024;
+/// Cells of the tabulated shape. The middle of one stands for it: an error of its width squared, in half widths of the filter
+/// 4e-9.
+const CELLS: usize = 16 * STEPS;
 
 /// A separable, symmetric filter ready to be sampled.
 #[derive(Clone, Debug)]
@@ -16,17 +19,16 @@ pub struct FilterTable {
 }
 
 impl FilterTable {
-    /// From the one-dimensional shape, even in its argument, over a support of `width` pixels
-    /// about 0.
-    pub fn new(width: f64, shape: impl Fn(f64) -> f64) -> Self {
-        // The middle of a cell stands for it: an error of its width squared, in half widths of the filter 4e-9.
-        let cells = 16 * STEPS;
+    /// From the one-dimensional shape, even in its argument, over a support of `width` pixels about 0: its values in the
+    /// middles of cells, from the rim to the centre.
+    fn new(width: f64, shape: impl Iterator<Item = f64>) -> Self {
+        let cells = CELLS;
         let at = |i: usize| 0.5 * width * (1.0 - i as f64 / cells as f64);
         // Sums from the rim to the centre: the tail's small numbers come first and keep their digits.
         let mut total = 0f64;
         let mut sums = vec![total; cells + 1];
-        for (i, sum) in sums.iter_mut().skip(1).enumerate() {
-            total += shape(0.5 * (at(i) + at(i + 1))).max(0.0);
+        for (sum, value) in sums.iter_mut().skip(1).zip(shape) {
+            total += value.max(0.0);
             *sum = total;
         }
         let mut cell = 0;
@@ -50,25 +52,31 @@ impl FilterTable {
 
     /// One pixel wide, all the same.
     pub fn box_filter() -> Self {
-        Self::new(1.0, |_| 1.0)
+        Self::new(1.0, std::iter::repeat(1.0))
     }
 
     /// The four-term window of Blackman and Harris (Harris 1978, table 1, 92 dB). `width` is what
     /// Blender calls the filter's width: half of the window, which is near 0 over its outer half.
     pub fn blackman_harris(width: f64) -> Self {
-        let support = 2.0 * width;
-        Self::new(support, |x| {
+        let cell = std::f64::consts::PI / CELLS as f64;
+        let turn = DVec2::from_angle(cell);
+        let angles = std::iter::successors(Some(DVec2::from_angle(0.5 * cell)), |at| {
+            Some(turn.rotate(*at))
+        });
+        let window = angles.map(|DVec2 { x: c, .. }| {
             // Cosines of t, 2t and 3t, the latter two as polynomials in the first.
-            let c = (std::f64::consts::TAU * (x / support + 0.5)).cos();
             let (c2, c3) = (2.0 * c * c - 1.0, (4.0 * c * c - 3.0) * c);
             0.35875 - 0.48829 * c + 0.14128 * c2 - 0.01168 * c3
-        })
+        });
+        Self::new(2.0 * width, window)
     }
 
     /// A Gaussian of standard deviation `width`/4, cut at six of them, as Blender's filter of that
     /// width: exp(−2 (2x/width)²) over three times the width.
     pub fn gauss(width: f64) -> Self {
-        Self::new(3.0 * width, |x| (-2.0 * (2.0 * x / width).powi(2)).exp())
+        let middle = |i| 3.0 * (1.0 - (f64::from(i) + 0.5) / CELLS as f64);
+        let shape = (0..CELLS as u32).map(|i| (-2.0 * f64::powi(middle(i), 2)).exp());
+        Self::new(3.0 * width, shape)
     }
 
     /// Offset from the pixel's centre in pixels.

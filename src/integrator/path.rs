@@ -28,6 +28,8 @@ pub struct Path {
     pub clamped: [f32; 2],
     /// Rays that were traced.
     pub rays: u32,
+    /// Lobes that surfaces with too many of them went without.
+    pub lobes_left_out: u32,
     /// Features of the first hit.
     pub first: FirstHit,
 }
@@ -152,6 +154,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     let scene = (world, settings, sampler);
     let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
     let mut found = Found::default();
+    let mut lobes_left_out = 0;
     while walk.next_surface(&mut found) {
         let mut surface = world.surface::<E>(&found.hit, walk.origin, walk.asking(&found.hit));
         walk.arrive(&found, &mut surface);
@@ -163,7 +166,10 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let mut bsdf = walk.bare(&surface);
         let normal = surface.normals.shading;
         match &surface.mixed {
-            Some(mixed) if E::EVERYTHING => mixed.add_to(&mut bsdf, surface.normals.smooth),
+            Some(mixed) if E::EVERYTHING => {
+                mixed.add_to(&mut bsdf, surface.normals.smooth);
+                lobes_left_out += bsdf.left_out();
+            }
             _ => bsdf.add_principled(1.0, parameters, surface.dielectrics, (normal, None)),
         }
         bsdf.finish();
@@ -200,6 +206,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         radiance: light.radiance,
         clamped: light.clamped,
         rays,
+        lobes_left_out,
         first,
     }
 }

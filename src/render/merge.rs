@@ -150,6 +150,7 @@ impl Merged {
                 prepare: Duration::ZERO,
                 trace: Duration::try_from_secs_f64(header.traced.seconds).unwrap_or_default(),
                 rays: header.traced.rays,
+                lobes_left_out: header.traced.lobes_left_out,
                 non_finite: header.traced.non_finite,
                 non_finite_examples: header.traced.non_finite_examples.clone(),
                 non_finite_causes: header.traced.non_finite_causes.clone(),

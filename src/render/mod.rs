@@ -189,6 +189,8 @@ pub struct Statistics {
     pub trace: Duration,
     /// Camera, bounce and shadow rays.
     pub rays: u64,
+    /// Lobes that surfaces went without, as they have more than are kept at a hit. 0 of all but the largest node trees.
+    pub lobes_left_out: u64,
     /// Paths whose contribution was not finite: left out and counted. 0 in a healthy render.
     pub non_finite: u64,
     /// The first of them, as pixel x, pixel y, sample index.

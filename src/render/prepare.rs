@@ -213,6 +213,7 @@ impl Prepared {
             width: settings.width,
             height: settings.height,
             rays: AtomicU64::new(before.rays),
+            lobes_left_out: AtomicU64::new(before.lobes_left_out),
             done: AtomicU64::new(before.samples),
             bad: Mutex::new(BadSamples {
                 count: before.non_finite,

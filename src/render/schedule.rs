@@ -190,6 +190,7 @@ pub(super) fn run(
             prepare,
             trace: trace + Duration::from_secs_f64(before.seconds),
             rays: job.rays.load(Ordering::Relaxed),
+            lobes_left_out: job.lobes_left_out.load(Ordering::Relaxed),
             non_finite: bad.count,
             non_finite_examples: bad.examples,
             non_finite_causes: bad.causes,
@@ -564,6 +565,7 @@ impl Run<'_> {
             let traced = Traced {
                 samples: self.job.done.load(Ordering::Relaxed),
                 rays: self.job.rays.load(Ordering::Relaxed),
+                lobes_left_out: self.job.lobes_left_out.load(Ordering::Relaxed),
                 seconds: self.before.seconds + self.trace_begun.elapsed().as_secs_f64(),
                 non_finite: bad.count,
                 non_finite_examples: bad.examples,

@@ -66,6 +66,8 @@ pub struct Job<'a> {
     pub width: u32,
     pub height: u32,
     pub rays: AtomicU64,
+    /// Lobes that surfaces went without.
+    pub lobes_left_out: AtomicU64,
     /// Pixel samples done.
     pub done: AtomicU64,
     pub bad: Mutex<BadSamples>,
@@ -98,7 +100,7 @@ impl Job<'_> {
 
     /// Takes some of the samples that pixels of a row lack.
     fn run(&self, row: &mut Scanline) {
-        let (mut rays, mut done) = (0u64, 0u64);
+        let (mut rays, mut done, mut lobes_left_out) = (0u64, 0u64, 0u64);
         let mut clock = self.costs.then(Instant::now);
         let (first, y) = row.place;
         for (index, (x, pixel)) in (first..).zip(&mut row.pixels).enumerate() {
@@ -114,6 +116,7 @@ impl Job<'_> {
                 let number = self.first_sample + pixel.samples;
                 let path = self.sample(x, y, number, pixel, row.light_passes.get_mut(index));
                 rays += u64::from(path.rays);
+                lobes_left_out += u64::from(path.lobes_left_out);
                 for (sum, c) in row.clamped.iter_mut().zip(path.clamped) {
                     *sum += f64::from(c);
                 }
@@ -126,6 +129,8 @@ impl Job<'_> {
             }
         }
         self.rays.fetch_add(rays, Ordering::Relaxed);
+        self.lobes_left_out
+            .fetch_add(lobes_left_out, Ordering::Relaxed);
         self.done.fetch_add(done, Ordering::Relaxed);
     }
 

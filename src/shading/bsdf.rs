@@ -12,7 +12,7 @@ use std::f32::consts::PI;
 use std::marker::PhantomData;
 
 /// Lobes that a surface may have beside the Lambertian one.
-const MOST_LOBES: usize = 12;
+pub const MOST_LOBES: usize = 12;
 /// A lobe whose albedo is estimated too low must not starve.
 const LEAST_SHARE: f32 = 0.05;
 
@@ -64,6 +64,8 @@ pub struct Bsdf<K = AllFeatures> {
     agrees: bool,
     /// Probability of the lobes in the list.
     p_others: f32,
+    /// Lobes that found no room in the list.
+    left_out: u32,
 }
 
 /// What a surface did to a path, as Cycles tells rays apart: diffuse and glossy reflection, and what
@@ -185,7 +187,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
             is_samplable: false,
             agrees: true,
             p_others: 0.0,
+            left_out: 0,
         }
+    }
+
+    /// How many lobes found no room, as [`MOST_LOBES`] others weigh more.
+    pub fn left_out(&self) -> u32 {
+        self.left_out
     }
 
     /// Adds a Lambertian lobe. Those with one normal are one.
@@ -215,8 +223,22 @@ impl<K: BsdfFeatures> Bsdf<K> {
             p: 0.0,
         };
         self.is_samplable |= !entry.is_delta;
-        let left_out = self.others.try_push(entry).is_err();
-        debug_assert!(!left_out, "more than {MOST_LOBES} lobes");
+        if let Err(full) = self.others.try_push(entry) {
+            self.crowd(full.element());
+        }
+    }
+
+    /// Of more lobes than there is room for, those of the least albedo are left out.
+    #[cold]
+    #[inline(never)]
+    fn crowd(&mut self, entry: Entry) {
+        self.left_out += 1;
+        let weight = |entry: &Entry| average(entry.albedo);
+        let least = self.others.iter_mut();
+        let least = least.min_by(|a, b| weight(a).total_cmp(&weight(b)));
+        if let Some(least) = least.filter(|least| weight(least) < weight(&entry)) {
+            *least = entry;
+        }
     }
 
     /// Shares the probabilities out, when all lobes are added.

@@ -123,6 +123,11 @@ impl PreparedTexture {
         }
     }
 
+    /// Whether its numbers, as they are stored, are 0 to 1.
+    pub fn ends_at_one(&self) -> bool {
+        !matches!(self.raster.pixels, Pixels::F32(_))
+    }
+
     /// The opacity that [`Self::read`] has in its fourth place.
     #[inline]
     pub fn read_alpha(&self, uv: Vec2) -> f32 {

@@ -28,6 +28,9 @@ pub struct Traced {
     pub rays: u64,
     /// Seconds of tracing.
     pub seconds: f64,
+    /// Lobes that surfaces went without.
+    #[serde(default)]
+    pub lobes_left_out: u64,
     /// Samples that were not finite …
     pub non_finite: u64,
     /// … and where the first of them were.
@@ -43,6 +46,7 @@ impl Traced {
         self.samples = self.samples.saturating_add(other.samples);
         self.rays = self.rays.saturating_add(other.rays);
         self.seconds += other.seconds;
+        self.lobes_left_out = self.lobes_left_out.saturating_add(other.lobes_left_out);
         self.non_finite = self.non_finite.saturating_add(other.non_finite);
         self.non_finite_examples
             .extend_from_slice(&other.non_finite_examples);
@@ -54,7 +58,12 @@ impl Traced {
 
     /// What can't be true of it.
     fn fault(&self, size: (u32, u32)) -> Option<&'static str> {
-        let counts = [self.samples, self.rays, self.non_finite];
+        let counts = [
+            self.samples,
+            self.rays,
+            self.lobes_left_out,
+            self.non_finite,
+        ];
         let causes = self.non_finite_causes.values();
         if counts.iter().chain(causes).any(|&n| n > LARGEST_COUNT) {
             return Some("its counts are none");

@@ -235,17 +235,23 @@ pub fn fold(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
 
 /// Makes one of materials that differ in nothing but their names.
 pub fn join(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
-    let mut known: HashMap<String, u32> = HashMap::new();
+    // By what tells most of them apart at once.
+    let mut known: HashMap<(usize, bool), Vec<u32>> = HashMap::new();
     let mut firsts = Vec::with_capacity(scene.materials.len());
     for (number, material) in scene.materials.iter().enumerate() {
         let number = number as u32;
-        let nameless = Material {
-            name: String::new(),
-            ..material.clone()
+        let key = (material.graph.nodes.len(), material.double_sided);
+        let similar = known.entry(key).or_default();
+        let is_same = |&first: &u32| {
+            let first = &scene.materials[first as usize].graph;
+            // The shortest decimals that tell a float from all others: the same text, the same bits.
+            *first == material.graph && format!("{first:?}") == format!("{:?}", material.graph)
         };
-        // The shortest decimals that tell a float from all others: the same text, the same bits.
-        let first = *known.entry(format!("{nameless:?}")).or_insert(number);
-        if first != number {
+        let first = similar.iter().copied().find(|first| is_same(first));
+        let first = first.unwrap_or(number);
+        if first == number {
+            similar.push(number);
+        } else {
             let why = "materials identical to others";
             LeftOut::add(left_out, None, why, &material.name, 0);
         }

@@ -84,6 +84,17 @@ impl<'a, S: Source> Compiler<'a, S> {
         }
     }
 
+    /// Whether an operand is the opacity of an image of integers: 0 to 1.
+    fn is_share(&self, operand: Operand) -> bool {
+        let Operand::Register(at, Lane::One(3)) = operand else {
+            return false;
+        };
+        match self.program.operations[at as usize] {
+            Operation::Image(texture) => self.program.textures[texture as usize].ends_at_one(),
+            _ => false,
+        }
+    }
+
     fn emit(&mut self, operation: Operation) -> u32 {
         self.program.operations.push(operation);
         self.program.operations.len() as u32 - 1
@@ -176,12 +187,18 @@ impl<'a, S: Source> Compiler<'a, S> {
             NodeKind::ColorAttribute => Operation::VertexColor,
             // Its outputs are the numbers of what it takes.
             NodeKind::SeparateColor => return self.input(at, separate::COLOR),
-            NodeKind::Math { operation, clamp } => Operation::Math {
-                operation: *operation,
-                clamp: *clamp,
-                a: self.input(at, math::A),
-                b: self.input(at, math::B),
-            },
+            NodeKind::Math { operation, clamp } => {
+                let (a, b) = (self.input(at, math::A), self.input(at, math::B));
+                if *operation == MathOperation::Multiply && is(a, 1.0) && self.is_share(b) {
+                    return b;
+                }
+                Operation::Math {
+                    operation: *operation,
+                    clamp: *clamp,
+                    a,
+                    b,
+                }
+            }
             NodeKind::MixColor { blend } => Operation::Mix {
                 blend: *blend,
                 factor: self.input(at, mix::FACTOR),

@@ -321,11 +321,32 @@ impl<P: Place> Evaluation<'_, P> {
             missing &= missing - 1;
             let last = (first + (1 << self.program.shift)).min(self.program.operations.len());
             for at in first..last {
-                self.registers[at] = self.operate(at);
+                // Cut-outs ask for little else, many times for each path.
+                let value = match self.program.operations[at] {
+                    Operation::Math {
+                        operation,
+                        clamp,
+                        a,
+                        b,
+                    } => self.math(operation, clamp, a, b),
+                    _ => self.operate(at),
+                };
+                self.registers[at] = value;
             }
         }
     }
 
+    #[inline(always)]
+    fn math(&self, operation: MathOperation, clamp: bool, a: Operand, b: Operand) -> Vec4 {
+        let result = operation.of(self.read_number(a), self.read_number(b));
+        Vec4::splat(if clamp {
+            result.clamp(0.0, 1.0)
+        } else {
+            result
+        })
+    }
+
+    #[inline(never)]
     fn operate(&self, at: usize) -> Vec4 {
         match self.program.operations[at] {
             Operation::Image(number) => {
@@ -353,14 +374,7 @@ impl<P: Place> Evaluation<'_, P> {
                 clamp,
                 a,
                 b,
-            } => {
-                let result = operation.of(self.read_number(a), self.read_number(b));
-                Vec4::splat(if clamp {
-                    result.clamp(0.0, 1.0)
-                } else {
-                    result
-                })
-            }
+            } => self.math(operation, clamp, a, b),
             Operation::Mix {
                 blend,
                 factor,

@@ -461,3 +461,23 @@ fn kernels_with_and_without_facets_agree_on_matte_surfaces() {
         }
     }
 }
+
+#[test]
+fn of_too_many_lobes_the_weakest_are_left_out_and_counted() {
+    let n = normals(Vec3::Z);
+    let mut bsdf: Bsdf = Bsdf::new(n, direction(0.7), false, Changes::NONE);
+    let colors = (1..=MOST_LOBES + 3).map(|i| Vec3::splat(i as f32 / 100.0));
+    for color in colors {
+        let normal = n.shading;
+        bsdf.add(Lobe::Diffuse(Diffuse { color, normal }), color);
+    }
+    bsdf.finish();
+    assert_eq!(bsdf.left_out(), 3);
+    let mut kept: Vec<f32> = bsdf.lobes().map(|(_, albedo)| albedo.x * 100.0).collect();
+    kept.sort_by(f32::total_cmp);
+    let expected: Vec<f32> = (4..=MOST_LOBES + 3).map(|i| i as f32).collect();
+    for (kept, expected) in kept.iter().zip(&expected) {
+        assert!((kept - expected).abs() < 1e-4, "{kept} {expected}");
+    }
+    assert_eq!(kept.len(), MOST_LOBES);
+}
