@@ -3,16 +3,10 @@
 use super::Failure;
 use super::progress::Reporter;
 use crate::output;
-use crate::render::{Saved, State, StateError, memory};
+use crate::render::{Saved, State, memory};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
-
-impl From<StateError> for Failure {
-    fn from(error: StateError) -> Self {
-        Failure::new(error.to_string())
-    }
-}
 
 /// The file, and when it was written.
 pub struct Checkpoint {

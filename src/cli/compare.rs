@@ -1,21 +1,16 @@
 //! `sundog compare`: how far a picture is from a reference.
 
+use super::Failure;
 use super::args::{Compare, Seen};
+use super::console::{self, warn};
 use super::exit::EXIT_OK;
 use super::report_file::{ReportFiles, check_page};
 use super::view::{self, View};
-use super::{Failure, console};
 use crate::measure::{self, Comparison, Difference, Encoding, MeasureError, RgbImage};
 use crate::output::{self, Format, png};
 use crate::render::memory;
 use crate::scene::ColorManagement;
 use serde::Serialize;
-
-impl From<MeasureError> for Failure {
-    fn from(error: MeasureError) -> Self {
-        Failure::new(error.to_string())
-    }
-}
 
 /// What comparing takes beyond the first picture, in bytes a pixel: 321 MiB more for 2048 × 2048 pixels than for 64 × 64, less
 /// the 12 bytes of the first one.
@@ -111,7 +106,7 @@ pub fn run(args: &Compare) -> Result<u8, Failure> {
             difference_map_scale: scale,
         });
     } else {
-        console::output(&table(&difference, &seen));
+        console::output(&difference.text(&console::one_line(&seen)));
         if let (Some(path), Some(scale)) = (map_path, scale) {
             console::output(&format!(
                 "difference map   {} (brightest: {scale})\n",
@@ -120,10 +115,6 @@ pub fn run(args: &Compare) -> Result<u8, Failure> {
         }
     }
     Ok(EXIT_OK)
-}
-
-fn warn(warning: &str) {
-    console::message(&format!("sundog: warning: {warning}"));
 }
 
 /// What one sees of both pictures, and in words how: by the flags, else by the sRGB curve.
@@ -167,51 +158,4 @@ struct Answer {
     difference: Difference,
     seen: String,
     difference_map_scale: Option<f64>,
-}
-
-fn table(d: &Difference, seen: &str) -> String {
-    let ratio = match d.luminance_ratio {
-        Some(ratio) => format!(
-            "{ratio:.6} ({:.6} / {:.6})",
-            d.mean_luminance_a, d.mean_luminance_b
-        ),
-        None => format!("none, the reference is black ({:.6})", d.mean_luminance_a),
-    };
-    let given = |value: Option<f64>, none: &str| {
-        value.map_or_else(|| none.to_owned(), |value| format!("{value:.6}"))
-    };
-    let hdr = match (d.encoding, d.hdr_flip_exposures) {
-        (Encoding::Display, _) => "none, display values have no exposures".to_owned(),
-        (_, None) => "none, the reference is black".to_owned(),
-        (_, Some(exposures)) => format!(
-            "{} ({} exposures from {:+.2} to {:+.2} stops)",
-            given(d.hdr_flip, ""),
-            exposures.count,
-            exposures.start,
-            exposures.stop
-        ),
-    };
-    let mut text = format!(
-        "RMSE             {:.6e}\nrelMSE           {:.6e} (error {:.3} %)\nMAPE             {:.6e}\nSMAPE            {:.6e}\nmean luminance   {ratio}\nlargest          {:.6e} at {}, {}\nSSIM             {}\nFLIP             {:.6}\nHDR-FLIP         {hdr}\nseen             {}\n",
-        d.rmse,
-        d.rel_mse,
-        d.error_percent(),
-        d.mape,
-        d.smape,
-        d.largest,
-        d.largest_at.0,
-        d.largest_at.1,
-        given(d.ssim, "none, a side has less than 11 pixels"),
-        d.flip,
-        console::one_line(seen),
-    );
-    if d.non_finite_a + d.non_finite_b > 0 {
-        text.push_str(&format!(
-            "not finite       {} and {} pixels, left out of {}\n",
-            console::grouped(d.non_finite_a),
-            console::grouped(d.non_finite_b),
-            console::grouped(u64::from(d.width) * u64::from(d.height))
-        ));
-    }
-    text
 }

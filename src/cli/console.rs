@@ -44,6 +44,11 @@ pub fn message(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{}", one_line(text));
 }
 
+/// Writes a warning to the standard error.
+pub fn warn(text: &str) {
+    message(&format!("sundog: warning: {text}"));
+}
+
 /// Writes lines to the standard error.
 pub fn page(text: &str) {
     text.lines().for_each(message);

@@ -1,7 +1,7 @@
 //! What `sundog info` says of effects, in lines.
 
 use super::console;
-use crate::effects::{Cause, Finding, State, Thing};
+use crate::effects::{Finding, lines};
 use crate::scene::LeftOut;
 
 /// Lines of a name and a text.
@@ -26,69 +26,17 @@ impl Page {
     }
 }
 
-/// Names that a line shows; JSON has more.
-const SHOWN: usize = 4;
-
-fn cause(cause: &Cause) -> String {
-    match (cause.kind, &cause.object) {
-        (Thing::Material, Some(object)) => format!("{} (on {object})", cause.name),
-        _ => cause.name.clone(),
-    }
-}
-
-fn causes(finding: &Finding) -> String {
-    let shown: Vec<_> = finding.because_of.iter().take(SHOWN).map(cause).collect();
-    let more = finding.count.saturating_sub(shown.len());
-    let names = shown.join(", ");
-    if more == 0 {
-        names
-    } else {
-        format!("{names} and {more} more")
-    }
-}
-
 /// A line for each reason why something in the file need not be rendered.
 pub fn left_out_lines(left_out: &[LeftOut], page: &mut Page) {
-    for entry in left_out {
-        let mut text = match entry.effect {
-            None => entry.to_string(),
-            Some(effect) => format!("{effect}: {entry}"),
-        };
-        if entry.bytes > 0 {
-            text.push_str(&format!(" ({})", console::bytes(entry.bytes)));
-        }
+    for text in left_out.iter().map(lines::left_out) {
         page.line("left out", text);
     }
 }
 
 /// A line for each effect that is called for or unsupported, and one for each reason why others are not.
 pub fn effect_lines(findings: &[Finding], page: &mut Page) {
-    for finding in findings {
-        let line = || {
-            format!(
-                "{} ({}): {}",
-                finding.effect,
-                finding.about,
-                causes(finding)
-            )
-        };
-        match finding.state {
-            State::Needed => page.line("effect", line()),
-            State::Unsupported => page.line("lacking", line()),
-            State::LeftOut => {}
-        }
-    }
-    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
-    for finding in findings.iter().filter(|f| f.state == State::LeftOut) {
-        for reason in &finding.reasons {
-            match reasons.iter_mut().find(|(known, _)| known == reason) {
-                Some((_, effects)) => effects.push(finding.effect.id()),
-                None => reasons.push((reason, vec![finding.effect.id()])),
-            }
-        }
-    }
-    for (reason, effects) in reasons {
-        page.line("not needed", format!("{}: {reason}", effects.join(", ")));
+    for (name, text) in lines::findings(findings) {
+        page.line(name, text);
     }
 }
 

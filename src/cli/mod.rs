@@ -64,11 +64,24 @@ impl Failure {
     }
 }
 
-impl From<crate::render::memory::NotEnoughMemory> for Failure {
-    fn from(error: crate::render::memory::NotEnoughMemory) -> Self {
-        Self::new(error.to_string())
-    }
+/// Errors of other rooms that are one sentence.
+macro_rules! failures {
+    ($($error:ty),*) => {$(
+        impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Self::new(error.to_string())
+            }
+        }
+    )*};
 }
+
+failures!(
+    crate::color::ColorError,
+    crate::measure::MeasureError,
+    crate::render::StateError,
+    crate::render::memory::NotEnoughMemory,
+    crate::report::ReportError
+);
 
 impl From<crate::output::OutputError> for Failure {
     fn from(error: crate::output::OutputError) -> Self {

@@ -3,21 +3,14 @@
 use super::progress::Reporter;
 use super::view::View;
 use super::{Failure, args, console};
-use crate::film::{Bands, Extract, Picture};
+use crate::film::{Bands, Picture};
 use crate::measure;
 use crate::output::{self, Format, Metadata, exr};
-use crate::render::{OutputTime, Rendering};
+use crate::render::{OutputTime, Rendering, Tried};
 use crate::scene::ColorManagement;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
-
-/// Bands of a picture that are tried out.
-const TRIED: usize = 4;
-/// So many times as long as they let expect takes the rest of the whole, as they fit the processor's caches, and it does not:
-/// 0.97 to 1.25, median 1.12 of eight renders of 1280 pixels a row (cornell, foliage, many-lights, glass, 3 and 10 s; then
-/// by the whole time of the bands). With it three of cornell ended after 10.01 to 10.23 of 10 s.
-const WHOLE: f64 = 1.12;
+use std::time::Instant;
 
 /// Where the picture goes.
 pub struct Outputs {
@@ -25,13 +18,6 @@ pub struct Outputs {
     exr: exr::ExrOptions,
     /// There if PNG or JPEG files are wanted.
     view: Option<View>,
-}
-
-/// How long a part of the output took.
-#[derive(Clone, Copy, Default)]
-struct Tried {
-    files: Duration,
-    seen_error: Duration,
 }
 
 impl Outputs {
@@ -109,29 +95,24 @@ impl Outputs {
                 }
             }
         }
-        let mut failures = failures.into_iter();
-        let Some(mut first) = failures.next() else {
-            return Ok(());
-        };
-        for failure in failures {
-            first.message = format!("{}; {}", first.message, failure.message);
-        }
-        Err(first)
+        let joined = failures
+            .into_iter()
+            .reduce(|first: Failure, other| Failure {
+                message: format!("{}; {}", first.message, other.message),
+                ..first
+            });
+        joined.map_or(Ok(()), Err)
     }
 
     /// A failure of something else than the picture, which says that the picture is there nevertheless.
     pub fn are_there(&self, failure: Failure) -> Failure {
-        match self.names().as_slice() {
-            [] => failure,
-            [name] => Failure {
-                message: format!("{}; {name} is written", failure.message),
-                ..failure
-            },
-            names => Failure {
-                message: format!("{}; {} are written", failure.message, names.join(", ")),
-                ..failure
-            },
+        let names = self.names();
+        if names.is_empty() {
+            return failure;
         }
+        let are = if names.len() == 1 { "is" } else { "are" };
+        let message = format!("{}; {} {are} written", failure.message, names.join(", "));
+        Failure { message, ..failure }
     }
 
     /// All files at once: some keep one thread alone busy for a while.
@@ -182,13 +163,16 @@ impl Outputs {
                 }
             }
             Format::Png | Format::Jpeg => {
+                if picture.layers.is_empty() {
+                    return Err(Failure::new("the render has no layer with colours"));
+                }
                 if let Some(view) = &self.view {
                     view.write(
                         path,
                         format,
                         picture.width,
                         picture.height,
-                        &colors(picture)?,
+                        &picture.colors().collect::<Vec<_>>(),
                         metadata,
                     )?;
                 }
@@ -200,42 +184,7 @@ impl Outputs {
     /// How long it will take to make the files of a picture like this one, and to tell the error of what one sees: some
     /// bands of it are written to a folder beside the first file, which is then removed.
     pub fn rehearse(&self, film: &dyn Bands) -> OutputTime {
-        let (begun, blank): (Vec<_>, Vec<_>) =
-            (0..film.bands().len()).partition(|&band| film.is_begun(band));
-        let (begun, blank) = (self.of_these(film, &begun), self.of_these(film, &blank));
-        // Of a picture of one kind both are as that kind.
-        let full = begun.or(blank).unwrap_or_default();
-        OutputTime {
-            full: full.files,
-            blank: blank.unwrap_or(full).files,
-            seen_error: full.seen_error,
-            is_guess: begun.is_none(),
-        }
-    }
-
-    /// How long it will take if all bands are as these; `None` if these are none.
-    ///
-    /// What takes as long for few rows as for many (the disk, threads, what is made at the first use) must not be
-    /// multiplied: so one band is tried, and then some; and before that one for what is made at the first use.
-    fn of_these(&self, film: &dyn Bands, bands: &[usize]) -> Option<Tried> {
-        let one = Extract::of(film, bands, 1)?;
-        let (first, second) = (self.try_out(&one), self.try_out(&one));
-        let some = Extract::of(film, bands, TRIED)?;
-        let time = self.try_out(&some);
-        let whole = |least: Duration, time: Duration| {
-            let rows = some.rows() - one.rows();
-            if rows == 0 {
-                return least.mul_f64(f64::from(film.size().1) / f64::from(one.rows()));
-            }
-            let rest = f64::from(film.size().1) - f64::from(some.rows());
-            time + time
-                .saturating_sub(least)
-                .mul_f64(WHOLE * rest / f64::from(rows))
-        };
-        Some(Tried {
-            files: whole(first.files.min(second.files), time.files),
-            seen_error: whole(first.seen_error.min(second.seen_error), time.seen_error),
-        })
+        OutputTime::rehearsed(film, |film| self.try_out(film))
     }
 
     /// How long it takes to make what is wanted of this.
@@ -293,19 +242,13 @@ impl Outputs {
     }
 }
 
-/// The colours of the first layer, which is the picture itself.
+/// The picture's colours.
 pub fn light(picture: &Picture) -> measure::RgbImage {
-    let pixels = picture.layers.first().map_or_else(Vec::new, |layer| {
-        layer
-            .data
-            .chunks_exact(layer.channels.len().max(1))
-            .map(|pixel| std::array::from_fn(|c| pixel.get(c).copied().unwrap_or(0.0)))
-            .collect()
-    });
+    let colors = picture.colors();
     measure::RgbImage {
         width: picture.width,
         height: picture.height,
-        pixels,
+        pixels: colors.map(|[r, g, b, _]| [r, g, b]).collect(),
         encoding: measure::Encoding::Linear,
     }
 }
@@ -316,23 +259,4 @@ fn flip(view: &View, test: &Picture, reference: &Picture) -> Result<f64, Failure
     let (shown_test, shown) = (view.seen(&test)?, view.seen(&reference)?);
     let map = measure::flip_map([&test, &reference, &shown_test, &shown]);
     Ok(map.iter().map(|&v| f64::from(v)).sum::<f64>() / map.len().max(1) as f64)
-}
-
-/// The pixels of the picture itself, with associated alpha (1 where the picture has none).
-fn colors(picture: &Picture) -> Result<Vec<[f32; 4]>, Failure> {
-    let missing = || Failure::new("the render has no layer with colours");
-    let layer = picture.layers.first().ok_or_else(missing)?;
-    match layer.channels.len() {
-        3 => Ok(layer
-            .data
-            .chunks_exact(3)
-            .map(|p| [p[0], p[1], p[2], 1.0])
-            .collect()),
-        4 => Ok(layer
-            .data
-            .chunks_exact(4)
-            .map(|p| [p[0], p[1], p[2], p[3]])
-            .collect()),
-        _ => Err(missing()),
-    }
 }

@@ -97,11 +97,8 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
             ),
         });
     }
-    if statistics.non_finite > 0 {
-        reporter.warn(&summary::non_finite(statistics));
-    }
-    if statistics.lobes_left_out > 0 {
-        reporter.warn(&summary::lobes_left_out(statistics));
+    for warning in statistics.warnings() {
+        reporter.warn(&warning);
     }
     let hash = rendering.scene_hash.get_or_init(|| fingerprint(scene));
     let metadata = metadata(path, hash, &settings, statistics);

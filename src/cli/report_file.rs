@@ -2,16 +2,9 @@
 
 use super::Failure;
 use crate::output;
-use crate::report::ReportError;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-
-impl From<ReportError> for Failure {
-    fn from(error: ReportError) -> Self {
-        Failure::new(error.to_string())
-    }
-}
 
 /// What a file holds, by the end of its name.
 #[derive(Clone, Copy, PartialEq, Eq)]

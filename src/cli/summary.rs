@@ -7,12 +7,8 @@ use super::{Failure, console};
 use crate::math::words::{counted, estimated};
 use crate::output::Metadata;
 use crate::render::{Rendering, Statistics};
-use crate::shading::bsdf::MOST_LOBES;
 use serde::Serialize;
 use serde_json::json;
-
-/// So many causes of samples that are not finite are told to people; programs hear all.
-const CAUSES: usize = 4;
 
 /// What a render was, in one line.
 fn end_line(
@@ -72,48 +68,6 @@ pub fn tell_end(
         &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "written": outputs.names() }),
     );
     Ok(())
-}
-
-/// What a render says whose surfaces have more lobes than are kept.
-pub fn lobes_left_out(statistics: &Statistics) -> String {
-    format!(
-        "{} left out where more than {MOST_LOBES} are mixed at a point: those that reflect least; simpler node trees keep all",
-        counted(
-            console::grouped(statistics.lobes_left_out),
-            "lobe was",
-            "lobes were"
-        )
-    )
-}
-
-/// What a render says that has left samples out: how many, why, and how to see it.
-pub fn non_finite(statistics: &Statistics) -> String {
-    let mut causes: Vec<_> = statistics.non_finite_causes.iter().collect();
-    causes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
-    let told = causes.iter().take(CAUSES).map(|(cause, count)| {
-        let count = console::grouped(**count);
-        format!("{cause}: {count}")
-    });
-    let mut told: Vec<_> = told.collect();
-    if causes.len() > CAUSES {
-        told.push(format!("{} causes more", causes.len() - CAUSES));
-    }
-    let example = statistics.non_finite_examples.first();
-    let example = example.map(|(x, y, sample)| {
-        format!(
-            "; --replay {x},{y},{sample} with the same flags shows the path of one; please report it with the scene"
-        )
-    });
-    format!(
-        "{} as black ({}){}",
-        counted(
-            console::grouped(statistics.non_finite),
-            "sample was not finite and counts",
-            "samples were not finite and count"
-        ),
-        told.join(", "),
-        example.unwrap_or_default()
-    )
 }
 
 /// What each picture says about how it was made: the versions, and what is added.

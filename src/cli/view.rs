@@ -1,19 +1,13 @@
 //! From the flags of display, view and look to finished pictures; shared by `render` and `color apply`.
 
 use super::{Failure, args};
-use crate::color::{ColorConfig, ColorError, DisplayTransform};
+use crate::color::{ColorConfig, DisplayTransform};
 use crate::math::primaries::WorkingSpace;
 use crate::measure::{self, Encoding};
 use crate::output::ViewError;
 pub use crate::output::{View, to_rec709};
 use crate::scene::ColorManagement;
 use std::path::Path;
-
-impl From<ColorError> for Failure {
-    fn from(error: ColorError) -> Self {
-        Failure::new(error.to_string())
-    }
-}
 
 impl From<ViewError> for Failure {
     fn from(error: ViewError) -> Self {

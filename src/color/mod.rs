@@ -5,6 +5,7 @@
 
 mod config;
 mod error;
+mod listing;
 mod locate;
 mod looks;
 mod pixels;
@@ -14,6 +15,7 @@ pub use config::{
     ViewSummary,
 };
 pub use error::ColorError;
+pub use listing::Listing;
 pub use locate::{ConfigOrigin, SearchPlaces};
 pub use pixels::{Depth, DisplayPixels, DisplaySamples, SceneColors};
 

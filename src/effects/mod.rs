@@ -8,6 +8,7 @@
 mod census;
 mod detect;
 mod features;
+pub mod lines;
 mod requested;
 mod sets;
 mod table;

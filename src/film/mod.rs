@@ -87,6 +87,19 @@ impl Picture {
             layers,
         }
     }
+
+    /// The pixels of the first layer, which is the picture itself, with associated alpha (1 where there is none).
+    pub fn colors(&self) -> impl Iterator<Item = [f32; 4]> {
+        let pixels = self.layers.iter().take(1).flat_map(|layer| {
+            let channels = layer.channels.len().max(1);
+            layer.data.chunks_exact(channels)
+        });
+        pixels.map(|pixel| {
+            let channel = |c: usize| pixel.get(c).copied();
+            let [r, g, b] = [0, 1, 2].map(|c| channel(c).unwrap_or(0.0));
+            [r, g, b, channel(3).unwrap_or(1.0)]
+        })
+    }
 }
 
 /// Rows of a band of a finished picture.

@@ -10,6 +10,8 @@ pub use path::{Path, meet, trace, trace_with_passes};
 pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step, first_fault};
 pub use settings::PathSettings;
 
+pub use crate::shading::bsdf::MOST_LOBES;
+
 use crate::camera::CameraRay;
 use crate::effects::{Box, ENVIRONMENT, Effect, General, LAMPS, Matte, Opaque, PATHS, STRUCTURE};
 use crate::film::light_passes::PathPasses;

@@ -3,6 +3,7 @@
 use super::flip::{self, Exposures};
 use super::{Encoding, MeasureError, RgbImage, ssim};
 use crate::math::float::REL_MSE_OFFSET;
+use crate::math::words::grouped;
 use crate::math::{LUMINANCE, srgb};
 use crate::report::{self, HeatMap};
 use rayon::prelude::*;
@@ -274,5 +275,56 @@ impl RgbImage {
                 ..*self
             },
         }
+    }
+}
+
+impl Difference {
+    /// The lines of `sundog compare`, with what one sees of the pictures in words.
+    pub fn text(&self, seen: &str) -> String {
+        let d = self;
+        let ratio = match d.luminance_ratio {
+            Some(ratio) => format!(
+                "{ratio:.6} ({:.6} / {:.6})",
+                d.mean_luminance_a, d.mean_luminance_b
+            ),
+            None => format!("none, the reference is black ({:.6})", d.mean_luminance_a),
+        };
+        let given = |value: Option<f64>, none: &str| {
+            value.map_or_else(|| none.to_owned(), |value| format!("{value:.6}"))
+        };
+        let hdr = match (d.encoding, d.hdr_flip_exposures) {
+            (Encoding::Display, _) => "none, display values have no exposures".to_owned(),
+            (_, None) => "none, the reference is black".to_owned(),
+            (_, Some(exposures)) => format!(
+                "{} ({} exposures from {:+.2} to {:+.2} stops)",
+                given(d.hdr_flip, ""),
+                exposures.count,
+                exposures.start,
+                exposures.stop
+            ),
+        };
+        let mut text = format!(
+            "RMSE             {:.6e}\nrelMSE           {:.6e} (error {:.3} %)\nMAPE             {:.6e}\nSMAPE            {:.6e}\nmean luminance   {ratio}\nlargest          {:.6e} at {}, {}\nSSIM             {}\nFLIP             {:.6}\nHDR-FLIP         {hdr}\nseen             {}\n",
+            d.rmse,
+            d.rel_mse,
+            d.error_percent(),
+            d.mape,
+            d.smape,
+            d.largest,
+            d.largest_at.0,
+            d.largest_at.1,
+            given(d.ssim, "none, a side has less than 11 pixels"),
+            d.flip,
+            seen,
+        );
+        if d.non_finite_a + d.non_finite_b > 0 {
+            text.push_str(&format!(
+                "not finite       {} and {} pixels, left out of {}\n",
+                grouped(d.non_finite_a),
+                grouped(d.non_finite_b),
+                grouped(u64::from(d.width) * u64::from(d.height))
+            ));
+        }
+        text
     }
 }

@@ -12,6 +12,9 @@ mod materials;
 pub mod place;
 pub mod still_life;
 mod sums;
+mod tally;
+
+pub use tally::Tally;
 
 use crate::render::RenderError;
 use serde::Serialize;

@@ -14,42 +14,14 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// They stand at the end of the help.
-const EXAMPLES: &[(&str, &str)] = &[
-    (
-        "sundog render scene.glb -o shot.exr -o shot.png",
-        "Render, keep the linear light and a finished picture.",
-    ),
-    (
-        "sundog render scene.glb -o shot.exr --time 2m",
-        "As many samples as two minutes allow.",
-    ),
-    (
-        "sundog render scene.glb -o shot.exr --pixel-error 5%",
-        "As many samples as it takes until no part of the picture is more than 5 % wrong.",
-    ),
-    (
-        "sundog render scene.glb -o shot.png --environment sky.hdr --view AgX",
-        "Light from a picture of the sky.",
-    ),
-    (
-        "sundog info scene.glb",
-        "What is in the scene, and what could not be carried over.",
-    ),
-    (
-        "sundog compare shot.exr reference.exr",
-        "How far the picture is from another one.",
-    ),
-    (
-        "sundog converge scene.glb -o report",
-        "Error against time, as a page with curves.",
-    ),
-];
+/// They stand at the end of the help and of the page, a command and what it does in each line.
+const EXAMPLES: &str = include_str!("examples.md");
 
 /// The end of the help.
 pub fn examples() -> String {
     let mut text = String::from("Examples:\n");
-    for (command, doc) in EXAMPLES {
+    for (command, doc) in EXAMPLES.lines().filter_map(|line| line.split_once("`: ")) {
+        let command = command.trim_start_matches("- `");
         let _ = writeln!(text, "  {command}\n      {doc}");
     }
     text
@@ -232,11 +204,7 @@ pub fn markdown() -> String {
         let _ = writeln!(page, "| `{name}` | {channels} | {doc} |");
     }
     page.push_str(concat!("\n", include_str!("events.md")));
-    page.push_str("\n## Examples\n\n");
-    for (command, doc) in EXAMPLES {
-        let _ = writeln!(page, "- `{command}`: {doc}");
-    }
-    page
+    page + "\n## Examples\n\n" + EXAMPLES
 }
 
 fn write_command(page: &mut String, parent: &str, command: &Command, level: usize) {
