@@ -484,6 +484,54 @@ impl ColorConfig {
     }
 }
 
+impl ColorConfig {
+    /// Makes what turns an image's numbers, which are of a colour space of the configuration, into those of a working space, by
+    /// its name in Blender.
+    ///
+    /// # Errors
+    /// There is no such space, or no way from it; a file that the way needs cannot be read.
+    pub fn input_processor(
+        &self,
+        space: &str,
+        working: &str,
+    ) -> Result<InputProcessor, ColorError> {
+        let broken = |error: OcioError| ColorError::NoInput {
+            space: space.to_owned(),
+            origin: self.origin.clone(),
+            reason: error.text,
+        };
+        // Blender's working space stands in its configuration by its own name. Others have it as the role alone.
+        let is_role = working == "Linear Rec.709"
+            && self.config.is_scene_linear_rec709().unwrap_or(false)
+            || !self.config.has_colour_space(working).map_err(broken)?;
+        let target = if is_role { "scene_linear" } else { working };
+        let processor = self
+            .config
+            .convert_processor(space, target)
+            .map_err(broken)?;
+        Ok(InputProcessor { processor })
+    }
+}
+
+/// Turns an image's numbers into those of a working space.
+#[derive(Debug)]
+pub struct InputProcessor {
+    processor: Processor,
+}
+
+impl InputProcessor {
+    /// Turns colours in place, on all threads of the current rayon pool; alpha stays.
+    ///
+    /// # Errors
+    /// If OpenColorIO fails.
+    pub fn apply(&self, texels: &mut [[f32; 4]]) -> Result<(), ColorError> {
+        texels
+            .par_chunks_mut(PIECE)
+            .try_for_each(|texels| self.processor.apply_rgba(texels))
+            .map_err(|error| ColorError::Apply { reason: error.text })
+    }
+}
+
 /// Turns light into a display's code values.
 #[derive(Debug)]
 pub struct DisplayProcessor {

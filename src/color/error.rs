@@ -119,6 +119,18 @@ pub enum ColorError {
         /// What OpenColorIO says, on one line.
         reason: String,
     },
+    /// There is no way from a colour space to the working space.
+    #[error(
+        "the colour configuration {origin} has no way from '{space}' to its linear space: {reason}"
+    )]
+    NoInput {
+        /// The colour space.
+        space: String,
+        /// Which configuration.
+        origin: ConfigOrigin,
+        /// What OpenColorIO says, on one line.
+        reason: String,
+    },
     /// OpenColorIO failed while it worked on pixels.
     #[error("OpenColorIO failed on the picture: {reason}")]
     Apply {

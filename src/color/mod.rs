@@ -11,8 +11,8 @@ mod looks;
 mod pixels;
 
 pub use config::{
-    ColorConfig, DisplayProcessor, DisplaySummary, DisplayTransform, LookSummary, ResolvedDisplay,
-    ViewSummary,
+    ColorConfig, DisplayProcessor, DisplaySummary, DisplayTransform, InputProcessor, LookSummary,
+    ResolvedDisplay, ViewSummary,
 };
 pub use error::ColorError;
 pub use listing::Listing;

@@ -100,9 +100,55 @@ pub struct Sampler {
     pub wrap_v: Wrap,
     /// Between texels.
     pub filter: TextureFilter,
-    /// Between texels, colours count as much as they are opaque, and where there is no opacity there is no colour: what stands
-    /// in the file where it is transparent has no influence.
-    pub weighted: bool,
+    /// What opacity does to the colours.
+    pub alpha: ImageAlpha,
+}
+
+/// What an image's opacity does to its colours, by Blender's names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum ImageAlpha {
+    /// Nothing: both are taken as they stand, as glTF has it.
+    #[default]
+    ChannelPacked,
+    /// Opacity is 1, whatever the file says.
+    None,
+    /// Colours are multiplied with it before interpolation: what stands in the file where it is transparent has no influence.
+    Straight {
+        /// Colours are divided by it again after interpolation.
+        divided: bool,
+    },
+    /// As `Straight`, but the file's colours are multiplied already.
+    Premultiplied {
+        /// Colours are divided by it after interpolation.
+        divided: bool,
+    },
+}
+
+impl ImageAlpha {
+    /// Colours that count as much as they are opaque.
+    pub const WEIGHTED: Self = Self::Straight { divided: true };
+
+    /// What becomes of the texels: those that give the same ones are one mode.
+    pub fn of_texels(self) -> Self {
+        match self {
+            Self::Straight { .. } => Self::Straight { divided: false },
+            Self::None => Self::None,
+            Self::ChannelPacked | Self::Premultiplied { .. } => Self::ChannelPacked,
+        }
+    }
+
+    /// Whether texels are multiplied before they are interpolated.
+    pub fn multiplies(self) -> bool {
+        matches!(self, Self::Straight { .. })
+    }
+
+    /// Whether what is interpolated is divided by its opacity.
+    pub fn divides(self) -> bool {
+        matches!(
+            self,
+            Self::Straight { divided: true } | Self::Premultiplied { divided: true }
+        )
+    }
 }
 
 /// What lies outside the image.
@@ -115,6 +161,8 @@ pub enum Wrap {
     Mirror,
     /// The border texel.
     Clamp,
+    /// Nothing: transparent black. In Blender it is so along both directions.
+    Clip,
 }
 
 /// Between texels.
@@ -125,6 +173,8 @@ pub enum TextureFilter {
     Linear,
     /// The nearest texel.
     Nearest,
+    /// Cubic B-splines, which smooth: 4 × 4 texels.
+    Cubic,
 }
 
 /// What an image's values mean.

@@ -28,7 +28,9 @@ pub use effect::Effect;
 pub use fingerprint::fingerprint;
 pub use inventory::{BoundsInfo, Inventory};
 pub use left_out::LeftOut;
-pub use material::{ImageUse, Material, Sampler, Texture, TextureFilter, UvTransform, Wrap};
+pub use material::{
+    ImageAlpha, ImageUse, Material, Sampler, Texture, TextureFilter, UvTransform, Wrap,
+};
 pub use metallic_roughness::{
     AlphaMode, Anisotropy, Coat, CoatNormal, MetallicRoughness, NormalTexture, Sheen,
 };

@@ -111,6 +111,10 @@ fn srgb_to_linear(x: f32) -> f32 {
             })
             .collect()
     });
+    if x > 1.0 {
+        // What is divided by a lesser opacity than its own.
+        return ((x + 0.055) / 1.055).powf(2.4);
+    }
     let x = x.clamp(0.0, 1.0) * STEPS as f32;
     let i = (x as usize).min(STEPS - 1);
     let t = x - i as f32;

@@ -3,7 +3,7 @@
 use crate::math::floor;
 use crate::math::primaries::WorkingSpace;
 use crate::scene::texel::{decoded, from_u8, from_u16, rgba};
-use crate::scene::{Image, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
+use crate::scene::{Image, ImageAlpha, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
 use glam::{Mat3, Vec2, Vec4};
 use std::sync::Arc;
 
@@ -17,14 +17,60 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// Shares an image's values, in the precision that they have.
-    pub fn new(image: &Image) -> Self {
+    /// Shares an image's values, in the precision that they have; a copy is made where opacity changes them.
+    pub fn new(image: &Image, alpha: ImageAlpha) -> Self {
+        let channels = image.channels.clamp(1, 4) as usize;
+        let has_alpha = matches!(channels, 2 | 4);
         Self {
             width: image.width.max(1) as usize,
             height: image.height.max(1) as usize,
-            channels: image.channels.clamp(1, 4) as usize,
-            pixels: image.pixels.clone(),
+            channels,
+            pixels: match alpha {
+                ImageAlpha::Straight { .. } if has_alpha => multiplied(&image.pixels, channels),
+                ImageAlpha::None if has_alpha => opaque(&image.pixels, channels),
+                _ => image.pixels.clone(),
+            },
         }
+    }
+}
+
+/// Numbers with something done to each texel, whose last one is its opacity.
+fn changed<T: Copy>(values: &[T], channels: usize, change: impl Fn(&mut [T], &mut T)) -> Vec<T> {
+    let mut values = values.to_vec();
+    for texel in values.chunks_exact_mut(channels) {
+        if let Some((alpha, colors)) = texel.split_last_mut() {
+            change(colors, alpha);
+        }
+    }
+    values
+}
+
+/// Colours multiplied with opacity. Codes are rounded down, as in Cycles.
+fn multiplied(pixels: &Pixels, channels: usize) -> Pixels {
+    fn of<T: Copy>(values: &[T], channels: usize, product: impl Fn(T, T) -> T) -> Vec<T> {
+        changed(values, channels, |colors, alpha| {
+            colors.iter_mut().for_each(|c| *c = product(*c, *alpha));
+        })
+    }
+    match pixels {
+        Pixels::U8(p) => of(p, channels, |c, a| {
+            (u16::from(c) * u16::from(a) / 255) as u8
+        })
+        .into(),
+        Pixels::U16(p) => of(p, channels, |c, a| {
+            (u32::from(c) * u32::from(a) / 65_535) as u16
+        })
+        .into(),
+        Pixels::F32(p) => of(p, channels, |c, a| c * a).into(),
+    }
+}
+
+/// The same colours without transparency.
+fn opaque(pixels: &Pixels, channels: usize) -> Pixels {
+    match pixels {
+        Pixels::U8(p) => changed(p, channels, |_, alpha| *alpha = u8::MAX).into(),
+        Pixels::U16(p) => changed(p, channels, |_, alpha| *alpha = u16::MAX).into(),
+        Pixels::F32(p) => changed(p, channels, |_, alpha| *alpha = 1.0).into(),
     }
 }
 
@@ -39,16 +85,26 @@ pub struct PreparedTexture {
     to_scene: Option<Mat3>,
     /// Which coordinates.
     pub uv_set: u32,
-    /// Colours are weighted by opacity, which the image has.
-    weighted: bool,
     /// uv' = a·u + b·v + c.
     a: Vec2,
     b: Vec2,
     c: Vec2,
 }
 
+/// Where texture coordinates begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// At the upper left: v grows downwards, as in glTF.
+    Upper,
+    /// At the lower left: v grows upwards, as in Blender.
+    Lower,
+}
+
+/// Up to four texels along an axis, with their weights; outside of the image they are transparent black.
+type Taps = ([(Option<usize>, f32); 4], usize);
+
 impl PreparedTexture {
-    /// Prepares a texture of a scene whose colours are in a space.
+    /// Prepares a texture of a scene whose colours are in a space. The raster is multiplied where the sampler asks for that.
     pub fn new(
         texture: &Texture,
         raster: Arc<Raster>,
@@ -57,18 +113,21 @@ impl PreparedTexture {
     ) -> Self {
         let t = &texture.transform;
         let (sin, cos) = t.rotation.sin_cos();
+        let mut sampler = texture.sampler;
+        let has_alpha = matches!(raster.channels, 2 | 4);
+        if !has_alpha && sampler.wrap_u != Wrap::Clip {
+            sampler.alpha = ImageAlpha::ChannelPacked;
+        }
         // KHR_texture_transform: translation · rotation · scale, rotation with [cos, sin; −sin, cos].
         let encoded = raster.pixels.is_encoded(usage);
-        let weighted = texture.sampler.weighted && matches!(raster.channels, 2 | 4);
         Self {
             raster,
-            sampler: texture.sampler,
+            sampler,
             encoded,
             to_scene: space
                 .matrix_from_rec709()
                 .filter(|_| encoded)
                 .map(|matrix| matrix.as_mat3()),
-            weighted,
             uv_set: texture.uv_set,
             a: Vec2::new(cos * t.scale[0], -sin * t.scale[0]),
             b: Vec2::new(sin * t.scale[1], cos * t.scale[1]),
@@ -78,37 +137,38 @@ impl PreparedTexture {
 
     /// The value at texture coordinates; colours linear. Interpolation comes before decoding, as
     /// in Cycles (which keeps 8-bit images encoded too).
-    ///
-    /// Colours weighted by opacity are multiplied with it before, and divided by what comes of it after interpolation: Cycles
-    /// does so with images of straight alpha, unless they are packed by channels.
     #[inline]
     pub fn read(&self, uv: Vec2) -> Vec4 {
+        self.read_from(Origin::Upper, self.a * uv.x + self.b * uv.y + self.c)
+    }
+
+    /// The same at coordinates of a node, which no transform changes.
+    pub fn read_upwards(&self, uv: Vec2) -> Vec4 {
+        self.read_from(Origin::Lower, uv)
+    }
+
+    #[inline(always)]
+    fn read_from(&self, origin: Origin, uv: Vec2) -> Vec4 {
         let channels = self.raster.channels;
-        let weighted = |texel: Vec4| {
-            if self.weighted {
-                (texel.truncate() * texel.w).extend(texel.w)
-            } else {
-                texel
-            }
-        };
         // The form a + (b − a) t: texels that are the same give their own value, to the bit.
         let mix = |a: Vec4, b: Vec4, t| a.lerp_monotonic(b, t);
         // The kind of the numbers is looked at once for all texels.
         let value = match &self.raster.pixels {
+            _ if self.is_special() => self.weighted_sum(origin, uv),
             Pixels::U8(p) => {
-                let texel = |at| weighted(rgba(&p[..], channels, at, from_u8));
-                self.interpolated(uv, texel, mix)
+                let texel = |at| rgba(&p[..], channels, at, from_u8);
+                self.interpolated((origin, uv), texel, mix)
             }
             Pixels::U16(p) => {
-                let texel = |at| weighted(rgba(&p[..], channels, at, from_u16));
-                self.interpolated(uv, texel, mix)
+                let texel = |at| rgba(&p[..], channels, at, from_u16);
+                self.interpolated((origin, uv), texel, mix)
             }
             Pixels::F32(p) => {
-                let texel = |at| weighted(rgba(&p[..], channels, at, |v| v));
-                self.interpolated(uv, texel, mix)
+                let texel = |at| rgba(&p[..], channels, at, |v| v);
+                self.interpolated((origin, uv), texel, mix)
             }
         };
-        let value = if self.weighted && value.w != 0.0 {
+        let value = if self.sampler.alpha.divides() && value.w != 0.0 {
             (value.truncate() / value.w).extend(value.w)
         } else {
             value
@@ -131,28 +191,37 @@ impl PreparedTexture {
     /// The opacity that [`Self::read`] has in its fourth place.
     #[inline]
     pub fn read_alpha(&self, uv: Vec2) -> f32 {
+        if self.is_special() {
+            return self.read(uv).w;
+        }
         let channels = self.raster.channels;
         if !matches!(channels, 2 | 4) {
             return 1.0;
         }
+        let place = (Origin::Upper, self.a * uv.x + self.b * uv.y + self.c);
         let last = channels - 1;
         let mix = |a: f32, b: f32, t| (b - a) * t + a;
         match &self.raster.pixels {
-            Pixels::U8(p) => self.interpolated(uv, |at| from_u8(p[at + last]), mix),
-            Pixels::U16(p) => self.interpolated(uv, |at| from_u16(p[at + last]), mix),
-            Pixels::F32(p) => self.interpolated(uv, |at| p[at + last], mix),
+            Pixels::U8(p) => self.interpolated(place, |at| from_u8(p[at + last]), mix),
+            Pixels::U16(p) => self.interpolated(place, |at| from_u16(p[at + last]), mix),
+            Pixels::F32(p) => self.interpolated(place, |at| p[at + last], mix),
         }
+    }
+
+    /// Whether texels are weighed one by one: what glTF has no word for.
+    #[inline]
+    fn is_special(&self) -> bool {
+        self.sampler.wrap_u == Wrap::Clip || self.sampler.filter == TextureFilter::Cubic
     }
 
     /// The texels about texture coordinates, each told by where its numbers begin, mixed as the filter has them.
     #[inline(always)]
     fn interpolated<T>(
         &self,
-        uv: Vec2,
+        (origin, uv): (Origin, Vec2),
         texel: impl Fn(usize) -> T,
         mix: impl Fn(T, T, f32) -> T,
     ) -> T {
-        let uv = self.a * uv.x + self.b * uv.y + self.c;
         let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
         let Raster {
             width,
@@ -161,22 +230,86 @@ impl PreparedTexture {
             ..
         } = *self.raster;
         let (wu, wv) = (self.sampler.wrap_u, self.sampler.wrap_v);
-        match self.sampler.filter {
-            TextureFilter::Nearest => {
-                let x = wrap(floor(uv.x * width as f32).0, width, wu);
-                let y = wrap(floor(uv.y * height as f32).0, height, wv);
-                texel((y * width + x) * channels)
-            }
-            TextureFilter::Linear => {
-                let (x, s) = floor(uv.x * width as f32 - 0.5);
-                let (y, t) = floor(uv.y * height as f32 - 0.5);
-                let [xa, xb] = [x, x + 1].map(|x| wrap(x, width, wu) * channels);
-                let [ya, yb] = [y, y + 1].map(|y| wrap(y, height, wv) * width * channels);
-                let upper = mix(texel(ya + xa), texel(ya + xb), s);
-                let lower = mix(texel(yb + xa), texel(yb + xb), s);
-                mix(upper, lower, t)
+        let row = |y: usize| match origin {
+            Origin::Upper => y,
+            Origin::Lower => height - 1 - y,
+        };
+        if self.sampler.filter == TextureFilter::Nearest {
+            let x = wrap(floor(uv.x * width as f32).0, width, wu);
+            let y = row(wrap(floor(uv.y * height as f32).0, height, wv));
+            texel((y * width + x) * channels)
+        } else {
+            let (x, s) = floor(uv.x * width as f32 - 0.5);
+            let (y, t) = floor(uv.y * height as f32 - 0.5);
+            let [xa, xb] = [x, x + 1].map(|x| wrap(x, width, wu) * channels);
+            let [ya, yb] = [y, y + 1].map(|y| row(wrap(y, height, wv)) * width * channels);
+            let upper = mix(texel(ya + xa), texel(ya + xb), s);
+            let lower = mix(texel(yb + xa), texel(yb + xb), s);
+            mix(upper, lower, t)
+        }
+    }
+
+    /// The sum of the texels about texture coordinates, each with its weight.
+    #[cold]
+    fn weighted_sum(&self, origin: Origin, uv: Vec2) -> Vec4 {
+        let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
+        let Raster {
+            width,
+            height,
+            channels,
+            ref pixels,
+        } = *self.raster;
+        let (columns, count) = self.taps(uv.x, width, self.sampler.wrap_u);
+        let (rows, row_count) = self.taps(uv.y, height, self.sampler.wrap_v);
+        let mut sum = Vec4::ZERO;
+        for &(y, row_weight) in &rows[..row_count] {
+            for &(x, weight) in &columns[..count] {
+                let (Some(x), Some(y)) = (x, y) else {
+                    continue;
+                };
+                let y = match origin {
+                    Origin::Upper => y,
+                    Origin::Lower => height - 1 - y,
+                };
+                let texel = pixels.texel(channels, (y * width + x) * channels);
+                sum += texel * (row_weight * weight);
             }
         }
+        // Cycles keeps images of one number as such, and those are opaque outside, too.
+        if channels == 1 {
+            sum.w = 1.0;
+        }
+        sum
+    }
+
+    /// The texels along an axis of `n` that a coordinate of it takes.
+    fn taps(&self, at: f32, n: usize, mode: Wrap) -> Taps {
+        let place = |i: i64| {
+            let outside = mode == Wrap::Clip && !(0..n as i64).contains(&i);
+            (!outside).then(|| wrap(i, n, mode))
+        };
+        let none = (None, 0.0);
+        if self.sampler.filter == TextureFilter::Nearest {
+            let (i, _) = floor(at * n as f32);
+            return ([(place(i), 1.0), none, none, none], 1);
+        }
+        let (i, t) = floor(at * n as f32 - 0.5);
+        if self.sampler.filter == TextureFilter::Linear {
+            return ([(place(i), 1.0 - t), (place(i + 1), t), none, none], 2);
+        }
+        // The uniform cubic B-spline.
+        let s = 1.0 - t;
+        let weights = [
+            s * s * s / 6.0,
+            (0.5 * t - 1.0) * t * t + 2.0 / 3.0,
+            (0.5 * s - 1.0) * s * s + 2.0 / 3.0,
+            t * t * t / 6.0,
+        ];
+        let mut taps = [none; 4];
+        for ((tap, i), weight) in taps.iter_mut().zip(i - 1..).zip(weights) {
+            *tap = (place(i), weight);
+        }
+        (taps, 4)
     }
 }
 
@@ -189,7 +322,7 @@ fn wrap(i: i64, n: usize, mode: Wrap) -> usize {
     }
     (match mode {
         Wrap::Repeat => i.rem_euclid(n),
-        Wrap::Clamp => i.clamp(0, n - 1),
+        Wrap::Clamp | Wrap::Clip => i.clamp(0, n - 1),
         Wrap::Mirror => {
             let k = i.rem_euclid(2 * n);
             if k < n { k } else { 2 * n - 1 - k }
@@ -223,12 +356,12 @@ mod tests {
                 wrap_u: wrap,
                 wrap_v: wrap,
                 filter,
-                weighted: false,
+                alpha: ImageAlpha::ChannelPacked,
             },
         };
         PreparedTexture::new(
             &texture,
-            Arc::new(Raster::new(&image)),
+            Arc::new(Raster::new(&image, ImageAlpha::ChannelPacked)),
             usage,
             WorkingSpace::default(),
         )
@@ -289,7 +422,7 @@ mod tests {
                 transform: UvTransform::default(),
                 sampler: Sampler::default(),
             };
-            let raster = Arc::new(Raster::new(&image));
+            let raster = Arc::new(Raster::new(&image, ImageAlpha::ChannelPacked));
             let texture = PreparedTexture::new(&texture, raster, usage, WorkingSpace::AcesCg);
             texture.read(Vec2::splat(0.5)).truncate()
         };
@@ -318,11 +451,15 @@ mod tests {
                     wrap_u: Wrap::Clamp,
                     wrap_v: Wrap::Clamp,
                     filter,
-                    weighted,
+                    alpha: if weighted {
+                        ImageAlpha::WEIGHTED
+                    } else {
+                        ImageAlpha::ChannelPacked
+                    },
                 },
                 ..Texture::from(ImageId(0))
             };
-            let raster = Arc::new(Raster::new(&image));
+            let raster = Arc::new(Raster::new(&image, texture.sampler.alpha));
             let space = WorkingSpace::default();
             PreparedTexture::new(&texture, raster, ImageUse::Color, space).read(Vec2::new(uv, 0.5))
         };
@@ -342,6 +479,86 @@ mod tests {
             near(read(true, filter, 0.25), [0.2, 0.6, 0.2, 0.5]);
             near(read(true, filter, 0.75), [0.0; 4]);
         }
+    }
+
+    #[test]
+    fn outside_of_a_clipped_image_is_nothing_and_splines_smooth() {
+        let read = |filter, wrap, channels: u32, uv: [f32; 2]| {
+            let values = [[0.5f32; 4], [1.0; 4]].map(|texel| texel[..channels as usize].to_vec());
+            let image = Image {
+                name: "two".into(),
+                width: 2,
+                height: 1,
+                channels,
+                pixels: values.concat().into(),
+            };
+            let texture = Texture {
+                sampler: Sampler {
+                    wrap_u: wrap,
+                    wrap_v: wrap,
+                    filter,
+                    alpha: ImageAlpha::ChannelPacked,
+                },
+                ..Texture::from(ImageId(0))
+            };
+            let raster = Arc::new(Raster::new(&image, texture.sampler.alpha));
+            let space = WorkingSpace::default();
+            let texture = PreparedTexture::new(&texture, raster, ImageUse::Color, space);
+            texture.read_upwards(Vec2::from(uv))
+        };
+        use TextureFilter::{Cubic, Linear, Nearest};
+        assert_eq!(read(Nearest, Wrap::Clip, 4, [1.1, 0.5]), Vec4::ZERO);
+        assert_eq!(read(Nearest, Wrap::Clip, 4, [0.9, 0.5]), Vec4::ONE);
+        // At the border half of the texel, and half of nothing.
+        assert_eq!(read(Linear, Wrap::Clip, 3, [1.0, 0.5]), Vec4::splat(0.5));
+        assert_eq!(
+            read(Linear, Wrap::Clip, 1, [1.0, 0.5]),
+            Vec4::new(0.5, 0.5, 0.5, 1.0)
+        );
+        // The middle of a texel has two thirds of it, and a sixth of each neighbour.
+        let smoothed = read(Cubic, Wrap::Clamp, 4, [0.25, 0.5]).x;
+        assert!(
+            (smoothed - (5.0 / 6.0 * 0.5 + 1.0 / 6.0)).abs() < 1e-6,
+            "{smoothed}"
+        );
+    }
+
+    #[test]
+    fn codes_are_multiplied_with_opacity_and_rounded_down() {
+        let image = Image {
+            name: "codes".into(),
+            width: 1,
+            height: 1,
+            channels: 4,
+            pixels: vec![200u8, 255, 7, 100].into(),
+        };
+        let read = |alpha| {
+            let texture = Texture {
+                sampler: Sampler {
+                    alpha,
+                    ..Sampler::default()
+                },
+                ..Texture::from(ImageId(0))
+            };
+            let raster = Arc::new(Raster::new(&image, alpha));
+            let space = WorkingSpace::default();
+            let texture = PreparedTexture::new(&texture, raster, ImageUse::Data, space);
+            texture.read(Vec2::splat(0.5)) * 255.0
+        };
+        let near = |a: Vec4, b: [f32; 4]| {
+            assert!((a - Vec4::from(b)).abs().max_element() < 1e-3, "{a}");
+        };
+        near(
+            read(ImageAlpha::Straight { divided: false }),
+            [78.0, 100.0, 2.0, 100.0],
+        );
+        near(read(ImageAlpha::WEIGHTED), [78.0 * 2.55, 255.0, 5.1, 100.0]);
+        near(
+            read(ImageAlpha::Premultiplied { divided: true }),
+            [510.0, 650.25, 17.85, 100.0],
+        );
+        near(read(ImageAlpha::ChannelPacked), [200.0, 255.0, 7.0, 100.0]);
+        near(read(ImageAlpha::None), [200.0, 255.0, 7.0, 255.0]);
     }
 
     #[test]

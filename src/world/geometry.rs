@@ -16,8 +16,8 @@ use std::sync::Arc;
 pub struct MeshData {
     /// Shared with Embree.
     pub triangles: Arc<TriangleMesh>,
-    normals: Option<Vec<[f32; 3]>>,
-    tangents: Option<Vec<[f32; 4]>>,
+    pub(super) normals: Option<Vec<[f32; 3]>>,
+    pub(super) tangents: Option<Vec<[f32; 4]>>,
     pub(super) radial: Option<Vec<[f32; 3]>>,
     pub(super) uvs: Vec<Vec<[f32; 2]>>,
     pub(super) colors: Option<Vec<[f32; 4]>>,

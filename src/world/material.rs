@@ -5,11 +5,11 @@ use crate::effects::{self, Effect};
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{glass, principled};
 use crate::scene::graph::{Distribution, PrincipledSummary, SimpleBsdf, TangentKind};
-use crate::scene::{ImageUse, Material, Scene, Texture};
+use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
 use crate::shading::layers::{Coat, Fibres, Layers};
 use crate::shading::program::{
-    Evaluation, Known, LayerRoots, Place, Programs, Root, Shader, Source, Weighted, compile,
-    parameters, reflected,
+    Evaluation, Known, LayerRoots, Place, Program, Programs, Root, Shader, Source, Weighted,
+    compile, parameters, reflected,
 };
 use crate::shading::simple::SimpleValues;
 use crate::shading::tables::Rows;
@@ -50,7 +50,8 @@ pub struct PreparedMaterial {
 /// Makes each raster once.
 #[derive(Default)]
 pub struct Preparer {
-    rasters: HashMap<u32, Arc<Raster>>,
+    /// By the image's number, and what opacity does to its texels.
+    rasters: HashMap<(u32, ImageAlpha), Arc<Raster>>,
     /// Surfaces may be made rougher than their materials say.
     roughens: bool,
 }
@@ -293,17 +294,18 @@ pub struct Vertices {
 
 /// The images of a scene.
 struct Textures<'a> {
-    rasters: &'a mut HashMap<u32, Arc<Raster>>,
+    rasters: &'a mut HashMap<(u32, ImageAlpha), Arc<Raster>>,
     scene: &'a Scene,
 }
 
 impl Source for Textures<'_> {
     fn texture(&mut self, texture: &Texture, usage: ImageUse) -> Option<PreparedTexture> {
         let image = self.scene.images.get(texture.image.0 as usize)?;
+        let alpha = texture.sampler.alpha.of_texels();
         let raster = self
             .rasters
-            .entry(texture.image.0)
-            .or_insert_with(|| Arc::new(Raster::new(image)));
+            .entry((texture.image.0, alpha))
+            .or_insert_with(|| Arc::new(Raster::new(image, alpha)));
         let space = self.scene.color_management.working_space;
         Some(PreparedTexture::new(texture, raster.clone(), usage, space))
     }
@@ -323,11 +325,21 @@ impl PreparedMaterial {
 
     /// Whether it asks for tangents of texture coordinates, and for radial ones.
     pub fn tangents(&self) -> (bool, bool) {
-        let reads = |kind| self.programs.surface.reads_tangent(kind);
-        (
-            self.programs.surface.has_normal_map() || reads(TangentKind::Uv),
-            reads(TangentKind::Radial),
-        )
+        let reads = |kind| self.programs().any(|program| program.reads_tangent(kind));
+        let maps = self.programs().any(Program::has_normal_map);
+        (maps || reads(TangentKind::Uv), reads(TangentKind::Radial))
+    }
+
+    /// All of its programs.
+    fn programs(&self) -> impl Iterator<Item = &Program> {
+        let Programs {
+            surface,
+            opacity,
+            emission,
+            ..
+        } = &self.programs;
+        let opacity = opacity.iter().map(|opacity| &opacity.program);
+        [surface, emission].into_iter().chain(opacity)
     }
 
     /// What the material says at a point, and the normal of its map on the outside, 0 without one; `None` where it says the same
@@ -476,30 +488,14 @@ impl PreparedMaterial {
 
     /// Sets of texture coordinates that its textures read.
     pub fn uv_sets(&self) -> usize {
-        let Programs {
-            surface,
-            opacity,
-            emission,
-            ..
-        } = &self.programs;
-        let opacity = opacity.iter().map(|o| &o.program);
         // Where there are no tangents, those of the first set take their place.
         let bumps = usize::from(self.tangents().0);
-        let programs = [surface, emission].into_iter().chain(opacity);
-        let sets = programs.map(|program| program.uv_sets());
+        let sets = self.programs().map(Program::uv_sets);
         sets.fold(bumps, usize::max)
     }
 
     fn asked(&self) -> impl Iterator<Item = PlaceInput> {
-        let Programs {
-            surface,
-            opacity,
-            emission,
-            ..
-        } = &self.programs;
-        let opacity = opacity.iter().map(|o| &o.program);
-        let programs = [surface, emission].into_iter().chain(opacity);
-        programs.flat_map(|program| program.place_inputs())
+        self.programs().flat_map(Program::place_inputs)
     }
 
     /// Whether its programs do more than glTF's materials call for.

@@ -257,6 +257,50 @@ impl HitPoint<'_> {
         if self.is_inside() { -n } else { n }
     }
 
+    /// A tangent-space normal in the frame of the corners' tangents and normals, as Cycles has it: in the object's own axes,
+    /// neither orthogonal nor of unit length between the corners. 0 where there are no tangents.
+    fn mapped_by_corners(&self, own: Vec3, mapped: Vec3) -> Vec3 {
+        let (Some(facts), Some(tangents)) = (self.facts(), &self.mesh.tangents) else {
+            return Vec3::ZERO;
+        };
+        let (axes, back) = (facts.world_axes, facts.object_axes);
+        // Meshes that are placed once stand in the world.
+        let in_world = facts.object_from_world.is_some();
+        let normal_of = |n: Vec3| {
+            if in_world {
+                unit_or_zero(axes.transpose() * n)
+            } else {
+                n
+            }
+        };
+        let tangent = between(
+            self.corners.map(|i| {
+                let t = Vec4::from(tangents[i as usize]).truncate();
+                if in_world { unit_or_zero(back * t) } else { t }
+            }),
+            self.u,
+            self.v,
+        );
+        let normal = match &self.mesh.normals {
+            Some(normals) => between(
+                self.corners
+                    .map(|i| normal_of(Vec3::from(normals[i as usize]))),
+                self.u,
+                self.v,
+            ),
+            None => unit_or_zero(axes.transpose() * own),
+        };
+        // The mirror of the object has turned the signs of what stands in the world.
+        let mirror = if in_world && axes.determinant() < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let sign = tangents[self.corners[0] as usize][3].signum() * mirror;
+        let n = tangent * mapped.x + normal.cross(tangent) * (sign * mapped.y) + normal * mapped.z;
+        unit_or_zero(back.transpose() * n)
+    }
+
     /// A direction of Blender's world in the object's space, for normals.
     fn normal_in_object(&self, n: Vec3) -> Vec3 {
         let Some(facts) = self.facts() else {
@@ -294,7 +338,12 @@ impl Place for HitPoint<'_> {
                 let scale = Vec3::new(strength, strength, 1.0);
                 return self.entry.mapped_normal(self, own, normal * scale);
             }
-            NormalSpace::Tangent => self.entry.mapped_normal(self, own, normal),
+            NormalSpace::Tangent => {
+                let share = strength.clamp(0.0, 1.0);
+                let z = 1.0 + (normal.z - 1.0) * share;
+                let scaled = Vec3::new(normal.x * strength, normal.y * strength, z);
+                return self.mapped_by_corners(own, scaled);
+            }
             NormalSpace::Object => {
                 let world =
                     self.transformed(normal, Transformed::Normal, Space::Object, Space::World);

@@ -6,6 +6,7 @@ mod container;
 mod deform;
 mod draco;
 mod extensions;
+mod image_spaces;
 mod layers;
 mod lights;
 mod material;
@@ -83,7 +84,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         &mut diagnostics,
     )?;
     let mut materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
-    let images =
+    let (images, conversions) =
         materials
             .images
             .decode(&mut materials.list, &mut materials.graphs, &mut diagnostics);
@@ -143,6 +144,12 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         let place = (path, options.allow_outside);
         scene_extension::apply(extension, place, &mut scene, &mut diagnostics);
     }
+    image_spaces::convert(
+        &conversions,
+        &mut scene.images,
+        &scene.color_management,
+        &mut diagnostics,
+    );
     if let Some(world) = extension.and_then(|s| s.world.as_ref())
         && !options.without_world
     {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::container::inside;
+use super::container::{Document, inside};
 use super::extensions::report_properties;
 use super::schema::SundogScene;
 use crate::color::SearchPlaces;
@@ -57,6 +57,14 @@ pub(super) fn apply(
         }
         scene.color_management.working_space = known.unwrap_or_default();
     }
+}
+
+/// The space that a file's colours are in, before it is known which of its scenes is shown.
+pub(super) fn working_space(document: &Document) -> WorkingSpace {
+    let mut extensions = document.graph.scenes.iter().map(|s| &s.extensions);
+    let name = extensions.find_map(|e| e.sundog.as_ref()?.working_space.as_deref());
+    let known = |name: &str| WorkingSpace::ALL.into_iter().find(|s| s.name() == name);
+    name.and_then(known).unwrap_or_default()
 }
 
 /// The configuration that a scene names. One that lies elsewhere counts only if this machine uses it anyway, as does that of

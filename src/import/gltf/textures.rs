@@ -11,22 +11,23 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::container::{Document, Located};
+use super::image_spaces::Conversion;
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::image::{self, Format};
 use crate::scene::graph::Graph;
 use crate::scene::{
-    self, CoatNormal, Diagnostics, ImageId, MetallicRoughness, NormalTexture, Sampler, Texture,
-    TextureFilter, UvTransform, Verdict, Wrap,
+    self, CoatNormal, Diagnostics, ImageAlpha, ImageId, MetallicRoughness, NormalTexture, Sampler,
+    Texture, TextureFilter, UvTransform, Verdict, Wrap,
 };
 
 /// The images that materials turned out to need, each once.
 pub(super) struct Images<'a> {
     document: &'a Document,
     /// By glTF image index; `None` for an image of a kind that we cannot read.
-    known: HashMap<usize, Option<ImageId>>,
+    known: HashMap<(usize, Option<Conversion>), Option<ImageId>>,
     /// By the bytes' place, so that two entries for one file are one image.
-    by_source: HashMap<Source, ImageId>,
+    by_source: HashMap<(Source, Option<Conversion>), ImageId>,
     pending: Vec<Pending<'a>>,
 }
 
@@ -42,6 +43,8 @@ enum Source {
 
 struct Pending<'a> {
     name: String,
+    /// What is done to its numbers once they are there.
+    conversion: Option<Conversion>,
     bytes: std::borrow::Cow<'a, [u8]>,
 }
 
@@ -103,19 +106,19 @@ impl<'a> Images<'a> {
                         "texture {index} uses a sampler that does not exist"
                     ))
                 })?;
-                Sampler {
-                    weighted: self
-                        .is_weighted(number, owner, diagnostics)
-                        .map_err(broken)?,
-                    ..read_sampler(sampler)
+                let weighted = self.is_weighted(number, owner, diagnostics);
+                let mut sampler = read_sampler(sampler);
+                if weighted.map_err(broken)? {
+                    sampler.alpha = ImageAlpha::WEIGHTED;
                 }
+                sampler
             }
             None => Sampler::default(),
         };
         let Some(source) = self.choose_source(index, texture, owner, diagnostics) else {
             return Ok(None);
         };
-        let Some(image) = self.image(source, owner, diagnostics)? else {
+        let Some(image) = self.image((source, None), owner, diagnostics)? else {
             return Ok(None);
         };
         let extensions = json.and_then(|j| j.get("extensions"));
@@ -219,13 +222,15 @@ impl<'a> Images<'a> {
         chosen
     }
 
+    /// An image by its number, and what is to be done to its numbers.
     pub(super) fn image(
         &mut self,
-        index: usize,
+        (index, conversion): (usize, Option<Conversion>),
         owner: &str,
         diagnostics: &mut Diagnostics,
     ) -> Result<Option<ImageId>, ImportError> {
-        if let Some(&known) = self.known.get(&index) {
+        let key = (index, conversion);
+        if let Some(&known) = self.known.get(&key) {
             return Ok(known);
         }
         let document = self.document;
@@ -252,7 +257,7 @@ impl<'a> Images<'a> {
                 Err(ImportError::Remote { address, .. }) => {
                     let told = format!("image at {address}, which is not a file beside the scene");
                     lose(diagnostics, told, &object);
-                    self.known.insert(index, None);
+                    self.known.insert(key, None);
                     return Ok(None);
                 }
                 Err(error) => return Err(error),
@@ -260,17 +265,18 @@ impl<'a> Images<'a> {
             (None, Some(view)) => Source::View(document.place(view.value()).map_err(broken)?),
             (None, None) => return Err(broken("it has neither data nor a file".into())),
         };
+        let source = (source, key.1.clone());
         if let Some(&id) = self.by_source.get(&source) {
-            self.known.insert(index, Some(id));
+            self.known.insert(key, Some(id));
             return Ok(Some(id));
         }
-        let bytes: std::borrow::Cow<'a, [u8]> = match (&source, &image.buffer_view) {
+        let bytes: std::borrow::Cow<'a, [u8]> = match (&source.0, &image.buffer_view) {
             (Source::File(path), _) => match document.read(path, &object) {
                 Ok(data) => data.into(),
                 Err(ImportError::MissingPart { needed, reason, .. }) => {
                     let told = format!("image file {needed}, which cannot be read ({reason})");
                     lose(diagnostics, told, &object);
-                    self.known.insert(index, None);
+                    self.known.insert(key, None);
                     return Ok(None);
                 }
                 Err(error) => return Err(error),
@@ -287,12 +293,12 @@ impl<'a> Images<'a> {
                     &object,
                     "the textures that use them are left out: export with PNG, JPEG, WebP or KTX2 textures",
                 );
-                self.known.insert(index, None);
+                self.known.insert(key, None);
                 return Ok(None);
             }
             Format::Unknown => {
                 lose(diagnostics, "image of an unknown kind".into(), &object);
-                self.known.insert(index, None);
+                self.known.insert(key, None);
                 return Ok(None);
             }
             _ => {}
@@ -303,8 +309,12 @@ impl<'a> Images<'a> {
             .or_else(|| image.uri.clone().filter(|u| !u.starts_with("data:")))
             .unwrap_or_else(|| format!("image {index}"));
         let id = ImageId(u32::try_from(self.pending.len()).unwrap_or(u32::MAX));
-        self.pending.push(Pending { name, bytes });
-        self.known.insert(index, Some(id));
+        self.pending.push(Pending {
+            name,
+            conversion: key.1.clone(),
+            bytes,
+        });
+        self.known.insert(key, Some(id));
         self.by_source.insert(source, id);
         Ok(Some(id))
     }
@@ -315,7 +325,7 @@ impl<'a> Images<'a> {
         materials: &mut [MetallicRoughness],
         graphs: &mut [Option<Graph>],
         diagnostics: &mut Diagnostics,
-    ) -> Vec<scene::Image> {
+    ) -> (Vec<scene::Image>, Vec<(ImageId, Conversion)>) {
         // Views that lie over each other do not make the file larger than it is.
         let (inside, outside) =
             self.pending
@@ -339,16 +349,21 @@ impl<'a> Images<'a> {
             .map(|(pending, size)| {
                 let image =
                     size.and_then(|()| image::decode_checked(&pending.bytes, &pending.name));
-                image.map_err(|reason| (pending.name, reason))
+                match image {
+                    Ok(image) => Ok((image, pending.conversion)),
+                    Err(reason) => Err((pending.name, reason)),
+                }
             })
             .collect();
         let mut images = Vec::with_capacity(decoded.len());
         let mut places = Vec::with_capacity(decoded.len());
+        let mut conversions = Vec::new();
         for image in decoded {
             match image {
-                Ok(image) => {
-                    let place = u32::try_from(images.len()).unwrap_or(u32::MAX);
-                    places.push(Some(ImageId(place)));
+                Ok((image, conversion)) => {
+                    let place = ImageId(u32::try_from(images.len()).unwrap_or(u32::MAX));
+                    conversions.extend(conversion.map(|conversion| (place, conversion)));
+                    places.push(Some(place));
                     images.push(image);
                 }
                 Err((name, reason)) => {
@@ -366,7 +381,7 @@ impl<'a> Images<'a> {
             // What is lost is cut out when the scene is validated.
             texture.image = place.unwrap_or(ImageId(u32::MAX));
         }
-        images
+        (images, conversions)
     }
 }
 
@@ -425,6 +440,6 @@ fn read_sampler(sampler: &json::texture::Sampler) -> Sampler {
             Some(Checked::Valid(MagFilter::Nearest)) => TextureFilter::Nearest,
             _ => TextureFilter::Linear,
         },
-        weighted: false,
+        alpha: ImageAlpha::ChannelPacked,
     }
 }

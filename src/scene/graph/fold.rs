@@ -22,7 +22,15 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
         for (place, socket) in sockets.iter().enumerate() {
             let mut input = graph.nodes[at].inputs[place];
             if let Input::Link(link) = input {
-                input = instead[link.node as usize].unwrap_or(input);
+                let other = instead[link.node as usize].unwrap_or(input);
+                // Sockets of values do not take the surface's own normal by themselves.
+                let is_value = matches!(
+                    socket.kind,
+                    SocketKind::Float | SocketKind::Color | SocketKind::Vector
+                );
+                if other != Input::None || !is_value {
+                    input = other;
+                }
             }
             if matches!(
                 socket.kind,

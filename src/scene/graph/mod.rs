@@ -136,7 +136,16 @@ impl Node {
             && sockets.is_some_and(|(_, tangent)| self.inputs[tangent] == Input::None)
     }
 
-    /// The image of an Image Texture.
+    /// The images that it reads.
+    pub fn textures(&self) -> &[Texture] {
+        match &self.kind {
+            NodeKind::ImageTexture { texture, .. } => std::slice::from_ref(texture),
+            NodeKind::TiledImage { textures, .. } => textures,
+            _ => &[],
+        }
+    }
+
+    /// The image of an Image Texture that has one.
     pub fn texture(&self) -> Option<&Texture> {
         match &self.kind {
             NodeKind::ImageTexture { texture, .. } => Some(texture),
@@ -202,22 +211,22 @@ impl Graph {
     pub fn textures_behind(&self, input: Input) -> impl Iterator<Item = &Texture> {
         let needed = self.behind(input.link());
         let nodes = self.nodes.iter().zip(needed);
-        nodes.filter_map(|(node, needed)| needed.then(|| node.texture())?)
+        let nodes = nodes.filter_map(|(node, needed)| needed.then_some(node));
+        nodes.flat_map(Node::textures)
     }
 
     /// All images.
     pub fn textures(&self) -> impl Iterator<Item = &Texture> {
-        self.nodes.iter().filter_map(Node::texture)
+        self.nodes.iter().flat_map(Node::textures)
     }
 
     /// All images, to be changed.
     pub fn textures_mut(&mut self) -> impl Iterator<Item = &mut Texture> {
-        self.nodes
-            .iter_mut()
-            .filter_map(|node| match &mut node.kind {
-                NodeKind::ImageTexture { texture, .. } => Some(texture),
-                _ => None,
-            })
+        self.nodes.iter_mut().flat_map(|node| match &mut node.kind {
+            NodeKind::ImageTexture { texture, .. } => std::slice::from_mut(texture),
+            NodeKind::TiledImage { textures, .. } => textures,
+            _ => &mut [],
+        })
     }
 
     /// How many attributes of vertices its nodes ask for.
@@ -335,7 +344,7 @@ impl Graph {
         // The nodes before it stand there twice: the second ones are for this socket alone.
         let mut copies: Vec<Node> = self.nodes[..node].to_vec();
         let white = |from: Link, nodes: &[Node]| match nodes[from.node as usize].kind {
-            NodeKind::ImageTexture { .. } => Input::float(1.0),
+            NodeKind::ImageTexture { .. } | NodeKind::TiledImage { .. } => Input::float(1.0),
             _ => Input::Link(Link {
                 node: from.node + shift,
                 ..from

@@ -496,6 +496,17 @@ pub enum NodeKind {
         /// How it lies in the space of linked coordinates.
         projection: ImageProjection,
     },
+    /// Images on unit squares of the plane of coordinates (UDIM); pink where there is none: Color, Alpha.
+    TiledImage {
+        /// The squares' numbers: 1001 at the origin, one more along u, ten more along v.
+        numbers: Vec<u32>,
+        /// An image for each.
+        textures: Vec<Texture>,
+        /// What their values mean.
+        usage: ImageUse,
+        /// How they lie in the space of coordinates.
+        projection: ImageProjection,
+    },
     /// What other nodes compute.
     Function(Function),
     /// Colours of vertices, white where there are none: Color, Alpha.
@@ -583,7 +594,7 @@ impl NodeKind {
     /// The inputs, in their order.
     pub fn sockets(&self) -> &'static [Socket] {
         match self {
-            Self::ImageTexture { .. } => image_texture::SOCKETS,
+            Self::ImageTexture { .. } | Self::TiledImage { .. } => image_texture::SOCKETS,
             Self::Function(function) => function.sockets(),
             Self::ColorAttribute => &[],
             Self::SeparateColor => separate::SOCKETS,
@@ -607,7 +618,7 @@ impl NodeKind {
         use SocketKind::{Color, Float, Normal, Shader};
         match self {
             Self::Function(function) => function.outputs(),
-            Self::ImageTexture { .. } | Self::ColorAttribute => {
+            Self::ImageTexture { .. } | Self::TiledImage { .. } | Self::ColorAttribute => {
                 &[(Color, Lane::Rgb), (Float, Lane::One(3))]
             }
             Self::SeparateColor => &[

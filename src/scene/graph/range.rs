@@ -213,6 +213,7 @@ impl Graph {
             NodeKind::ImageTexture { texture, usage, .. } => {
                 facts.image(texture, *usage, taken[at])
             }
+            NodeKind::TiledImage { .. } => facts.varying(),
             NodeKind::ColorAttribute => facts.colors(),
             NodeKind::SeparateColor => of(separate::COLOR),
             NodeKind::Math { operation, clamp } => {

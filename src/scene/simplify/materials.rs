@@ -4,7 +4,8 @@ use super::images;
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::{self, Facts, Graph, Opacity, Range, Slot, Summary, Unit};
 use crate::scene::{
-    Effect, Image, ImageUse, LeftOut, Material, MaterialId, Pixels, Scene, Texture, decoded,
+    Effect, Image, ImageAlpha, ImageUse, LeftOut, Material, MaterialId, Pixels, Scene, Texture,
+    TextureFilter, Wrap, decoded,
 };
 use glam::{BVec4A, Vec3, Vec4};
 use std::collections::HashMap;
@@ -43,10 +44,18 @@ impl Known<'_> {
         let mut range = match &image.pixels {
             Pixels::F32(_) if !images::is_finite(image) => return Range::UNKNOWN,
             Pixels::F32(_) => Range::FINITE,
+            // Divided by a lesser opacity, what is multiplied in the file may be anything.
+            _ if texture.sampler.alpha.divides() && !texture.sampler.alpha.multiplies() => {
+                Range::FINITE
+            }
             _ if encoded && self.space.matrix_from_rec709().is_some() => Range::FINITE,
             _ => Range::SHARE,
         };
-        if alpha && let Some(least) = self.answers.least_alpha(texture.image, image) {
+        let whole = texture.sampler.wrap_u != Wrap::Clip;
+        if alpha
+            && whole
+            && let Some(least) = self.answers.least_alpha(texture.image, image)
+        {
             range.low.w = least;
         }
         if matches!(image.channels, 1 | 3) || !matches!(image.pixels, Pixels::F32(_)) {
@@ -58,9 +67,17 @@ impl Known<'_> {
     /// The value that a texture has everywhere in one channel, as it is stored: interpolating what is the same gives the
     /// same bits.
     fn constant(&mut self, texture: &Texture, image: &Image, channel: usize) -> Option<f32> {
-        // Weighted by opacity, colours are rounded once more, and there are none where there is no opacity.
+        // B-splines' weights are rounded, and there is nothing outside.
+        if texture.sampler.wrap_u == Wrap::Clip || texture.sampler.filter == TextureFilter::Cubic {
+            return None;
+        }
+        if channel == 3 && texture.sampler.alpha == ImageAlpha::None {
+            return Some(1.0);
+        }
+        // Multiplied by opacity, colours are rounded once more, and there are none where there is no opacity.
+        let alpha = texture.sampler.alpha;
         if channel < 3
-            && texture.sampler.weighted
+            && (alpha.multiplies() || alpha.divides())
             && self.answers.least_alpha(texture.image, image) != Some(1.0)
         {
             return None;
@@ -134,7 +151,9 @@ impl Facts for Known<'_> {
         // A strength above 1 makes the half step larger than what the bits leave open. The slack is for its rounding.
         let most = half_step * (1.0 + 1e-3);
         let flat = |t: Vec4| (t.x - 0.5).abs() <= most && (t.y - 0.5).abs() <= most && t.z > 0.75;
-        strength.abs() <= 1.0 && images::is_whole(image) && image.texels().all(flat)
+        let sampler = texture.sampler;
+        let opaque = sampler.alpha == ImageAlpha::ChannelPacked && sampler.wrap_u != Wrap::Clip;
+        opaque && strength.abs() <= 1.0 && images::is_whole(image) && image.texels().all(flat)
     }
 }
 

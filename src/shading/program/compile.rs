@@ -183,6 +183,26 @@ impl<'a, S: Source> Compiler<'a, S> {
                     },
                 }
             }
+            NodeKind::TiledImage {
+                numbers,
+                textures,
+                usage,
+                projection,
+            } => {
+                let mut tiles = Vec::with_capacity(numbers.len());
+                for (number, texture) in numbers.iter().zip(textures) {
+                    if let Some(texture) = self.source.texture(texture, *usage) {
+                        tiles.push((*number, self.program.textures.len() as u32));
+                        self.program.textures.push(texture);
+                    }
+                }
+                self.program.tiled.push(tiles);
+                Operation::TiledImage {
+                    tiles: self.program.tiled.len() as u32 - 1,
+                    projection: *projection,
+                    at: self.input(at, image_texture::VECTOR),
+                }
+            }
             NodeKind::Function(function) => return self.call(at, function),
             NodeKind::ColorAttribute => Operation::VertexColor,
             // Its outputs are the numbers of what it takes.
@@ -500,7 +520,7 @@ impl Operation {
     fn each_taken(&self, calls: &[Call], mut take: impl FnMut(Operand)) {
         match *self {
             Self::Image(_) | Self::Alpha(_) | Self::VertexColor => {}
-            Self::ImageAt { at, .. } => take(at),
+            Self::ImageAt { at, .. } | Self::TiledImage { at, .. } => take(at),
             Self::Math { a, b, .. } => [a, b].into_iter().for_each(take),
             Self::Mix { factor, a, b, .. } => [factor, a, b].into_iter().for_each(take),
             Self::NormalMap {

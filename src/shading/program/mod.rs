@@ -76,6 +76,15 @@ pub enum Operation {
         /// Where.
         at: Operand,
     },
+    /// The texture of the square in which coordinates lie.
+    TiledImage {
+        /// The number of the list of squares.
+        tiles: u32,
+        /// How they lie in the space of the coordinates.
+        projection: ImageProjection,
+        /// Where.
+        at: Operand,
+    },
     /// What a node computes: a call, by its number.
     Call(u32),
     /// A normal on the viewer's side, in Blender's axes, as one outside.
@@ -148,6 +157,8 @@ impl Root {
 pub struct Program {
     operations: Vec<Operation>,
     textures: Vec<PreparedTexture>,
+    /// Lists of UDIM's squares: their numbers, and those of their textures.
+    tiled: Vec<Vec<(u32, u32)>>,
     calls: Vec<Call>,
     /// A block has 2 to the power of this many operations: there are 64 blocks at most.
     shift: u32,
@@ -177,13 +188,19 @@ impl Program {
     /// Whether it has a normal map.
     pub fn has_normal_map(&self) -> bool {
         let is = |o: &Operation| matches!(o, Operation::NormalMap { .. });
-        self.operations.iter().any(is)
+        self.operations.iter().any(is) || self.heights().any(Self::has_normal_map)
+    }
+
+    /// The programs of its bumps' heights.
+    fn heights(&self) -> impl Iterator<Item = &Program> {
+        let heights = self.calls.iter().filter_map(Call::height);
+        heights.map(|height| &height.program)
     }
 
     /// Whether it reads a tangent of some kind.
     pub fn reads_tangent(&self, kind: TangentKind) -> bool {
         let is = |o: &Operation| matches!(o, Operation::Tangent { kind: of, .. } if *of == kind);
-        self.operations.iter().any(is)
+        self.operations.iter().any(is) || self.heights().any(|height| height.reads_tangent(kind))
     }
 
     /// The textures that it reads.
@@ -194,7 +211,10 @@ impl Program {
     /// Whether it does more than glTF's materials call for.
     pub fn computes(&self) -> bool {
         let more = |operation: &Operation| {
-            matches!(operation, Operation::ImageAt { .. } | Operation::Outside(_))
+            matches!(
+                operation,
+                Operation::ImageAt { .. } | Operation::TiledImage { .. } | Operation::Outside(_)
+            )
         };
         !self.calls.is_empty() || self.operations.iter().any(more)
     }
@@ -205,9 +225,13 @@ impl Program {
             Operation::ImageAt {
                 projection: ImageProjection::Box { .. },
                 ..
+            }
+            | Operation::TiledImage {
+                projection: ImageProjection::Box { .. },
+                ..
             } => Some(PlaceInput::ObjectNormal),
             Operation::NormalMap {
-                space: NormalSpace::Object,
+                space: NormalSpace::Object | NormalSpace::Tangent,
                 ..
             } => Some(PlaceInput::Object),
             _ => None,
@@ -224,8 +248,7 @@ impl Program {
             PlaceInput::Uv(set) => set as usize + 1,
             _ => 0,
         });
-        let heights = self.calls.iter().filter_map(|call| call.height());
-        let heights = heights.map(|height| height.program.uv_sets());
+        let heights = self.heights().map(Self::uv_sets);
         textures.chain(inputs).chain(heights).fold(0, usize::max)
     }
 
@@ -363,7 +386,21 @@ impl<P: Place> Evaluation<'_, P> {
                 at,
             } => {
                 let texture = &self.program.textures[texture as usize];
-                projection::read(texture, projection, self.read_color(at), self.place)
+                projection::read(projection, self.read_color(at), self.place, |uv| {
+                    texture.read_upwards(uv)
+                })
+            }
+            Operation::TiledImage {
+                tiles,
+                projection,
+                at,
+            } => {
+                let tiles = &self.program.tiled[tiles as usize];
+                projection::read(projection, self.read_color(at), self.place, |uv| {
+                    projection::tile(tiles, uv).map_or(projection::MISSING, |(texture, uv)| {
+                        self.program.textures[texture as usize].read_upwards(uv)
+                    })
+                })
             }
             Operation::Call(number) => self.call(&self.program.calls[number as usize]),
             Operation::Outside(normal) => self.place.outside(self.read_color(normal)).extend(1.0),

@@ -3,19 +3,32 @@
 use super::Place;
 use crate::scene::graph::ImageProjection;
 use crate::scene::graph::function::PlaceInput;
-use crate::shading::texture::PreparedTexture;
 use glam::{Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 
-/// A texture at coordinates in Blender's axes.
+/// What Cycles shows where there is no image.
+pub const MISSING: Vec4 = Vec4::new(1.0, 0.0, 1.0, 1.0);
+
+/// The texture of the square in which coordinates lie, and where they lie in it. They are rounded towards 0, as in Cycles:
+/// the square at the origin is seen from the other sides of it, too.
+pub fn tile(tiles: &[(u32, u32)], uv: Vec2) -> Option<(u32, Vec2)> {
+    let corner = uv.trunc();
+    if !(0.0..10.0).contains(&corner.x) || !(0.0..1e6).contains(&corner.y) {
+        return None;
+    }
+    let wanted = 1001 + 10 * corner.y as u32 + corner.x as u32;
+    let (_, texture) = tiles.iter().find(|(number, _)| *number == wanted)?;
+    Some((*texture, uv - corner))
+}
+
+/// What a texture has at coordinates in Blender's axes, as these lie on it.
 pub fn read(
-    texture: &PreparedTexture,
     projection: ImageProjection,
     at: Vec3,
     place: &impl Place,
+    texel: impl Fn(Vec2) -> Vec4,
 ) -> Vec4 {
-    // Files have v downwards.
-    let read = |u: f32, v: f32| texture.read(Vec2::new(u, 1.0 - v));
+    let read = |u: f32, v: f32| texel(Vec2::new(u, v));
     match projection {
         ImageProjection::Flat => read(at.x, at.y),
         ImageProjection::Sphere => {
@@ -103,6 +116,27 @@ mod tests {
             sides(Vec3::new(0.5, 0.5, 0.0), 0.5),
             Vec3::new(0.5, 0.5, 0.0)
         );
+    }
+
+    #[test]
+    fn coordinates_lie_in_the_squares_of_their_whole_numbers() {
+        let tiles = [(1001, 5), (1012, 7)];
+        assert_eq!(
+            tile(&tiles, Vec2::new(1.25, 1.5)),
+            Some((7, Vec2::new(0.25, 0.5)))
+        );
+        assert_eq!(
+            tile(&tiles, Vec2::new(-0.25, 0.5)),
+            Some((5, Vec2::new(-0.25, 0.5)))
+        );
+        for elsewhere in [
+            Vec2::new(1.5, 0.5),
+            Vec2::splat(-1.5),
+            Vec2::NAN,
+            Vec2::X * 11.0,
+        ] {
+            assert_eq!(tile(&tiles, elsewhere), None);
+        }
     }
 
     #[test]

@@ -6,9 +6,9 @@ use glam::{DAffine3, DMat3, DVec3, EulerRot};
 use serde_json::Value;
 use sundog::render::{BounceLimits, LightSampling, RenderSettings};
 use sundog::scene::{
-    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageId, Light, LightKind, Mesh,
-    MetallicRoughness, NormalTexture, Projection, RayKind, Sampler, Scene, Texture, TextureFilter,
-    UvTransform, Visibility, Wrap,
+    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageAlpha, ImageId, Light,
+    LightKind, Mesh, MetallicRoughness, NormalTexture, Projection, RayKind, Sampler, Scene,
+    Texture, TextureFilter, UvTransform, Visibility, Wrap,
 };
 use sundog::selftest::kit::{camera as pinhole, place, quad, sphere};
 
@@ -276,7 +276,11 @@ fn texture(scene: &mut Scene, seed: u64) -> Texture {
             wrap_u: rng.pick(&wraps),
             wrap_v: rng.pick(&wraps),
             filter: rng.pick(&[TextureFilter::Linear, TextureFilter::Nearest]),
-            weighted: rng.chance(0.2),
+            alpha: if rng.chance(0.2) {
+                ImageAlpha::WEIGHTED
+            } else {
+                ImageAlpha::ChannelPacked
+            },
         },
     }
 }

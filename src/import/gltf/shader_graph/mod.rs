@@ -5,6 +5,7 @@ mod shader;
 mod texture;
 
 use super::container::Document;
+use super::scene_extension::working_space;
 use super::textures::Images;
 use crate::import::ImportError;
 use crate::scene::graph::{Graph, Input, Link, Node, NodeKind, SocketKind, node};
@@ -76,6 +77,8 @@ struct Reader<'a, 'i, 'd> {
     owner: &'a str,
     /// The material's.
     name: &'a str,
+    /// What the scene's own colour space is called.
+    linear_names: [&'a str; 3],
     /// The normal that shaders take where none is linked: that of the displacement.
     normal: Input,
 }
@@ -111,6 +114,11 @@ pub(super) fn load(
         diagnostics,
         owner: &owner,
         name,
+        linear_names: [
+            working_space(document).name(),
+            "scene_linear",
+            "Working Space",
+        ],
         normal: Input::None,
     };
     match reader.read() {
@@ -264,7 +272,7 @@ impl Reader<'_, '_, '_> {
             });
             let link = match of_other.and_then(|input| input.link()) {
                 Some(link) => link,
-                None if is_image => self.image(at)?,
+                None if is_image => self.image(at, used.contains("Alpha"))?,
                 None => self.attribute(at)?,
             };
             let output = match output {

@@ -1,14 +1,19 @@
 //! Shaders, images and normal maps of node trees.
 
 use super::{NodeJson, Reader, Refusal, SocketJson, Stop};
+use crate::import::gltf::image_spaces::Conversion;
+use crate::nodes::vector_math::VectorMath;
 use crate::scene::graph::function::PlaceInput;
-use crate::scene::graph::node::{self, image_texture, math, mix_shader, principled, transparent};
+use crate::scene::graph::node::{
+    self, image_texture, math, mix_shader, normal_map, principled, transparent,
+};
 use crate::scene::graph::{
     Distribution, Function, ImageProjection, Input, Link, MathOperation, Node, NodeKind,
     NormalSpace, SimpleBsdf, SocketKind,
 };
 use crate::scene::{
-    Effect, ImageId, ImageUse, Sampler, Subject, Texture, TextureFilter, UvTransform, Verdict, Wrap,
+    Effect, ImageAlpha, ImageId, ImageUse, Sampler, Subject, Texture, TextureFilter, UvTransform,
+    Verdict, Wrap,
 };
 use serde_json::Value;
 
@@ -215,18 +220,35 @@ impl Reader<'_, '_, '_> {
         let text = |name: &str| node.text(name);
         let space = match text("space") {
             Some("TANGENT") => NormalSpace::Tangent,
-            Some("OBJECT") => NormalSpace::Object,
-            Some("WORLD") => NormalSpace::World,
+            Some("OBJECT" | "BLENDER_OBJECT") => NormalSpace::Object,
+            Some("WORLD" | "BLENDER_WORLD") => NormalSpace::World,
             other => return Err(Refusal::of(node, other.unwrap_or("unknown")).into()),
         };
-        if text("convention").is_some_and(|c| c != "OPENGL") {
-            return Err(Refusal::of(node, "DirectX's convention").into());
+        // Blender's own convention has the second and the third axis turned over, and DirectX's the second.
+        let blender = text("space").is_some_and(|space| space.starts_with("BLENDER"));
+        let down = match text("convention") {
+            None | Some("OPENGL") => false,
+            Some("DIRECTX") => true,
+            Some(other) => return Err(Refusal::of(node, other).into()),
+        };
+        let flips = [false, blender != down, blender];
+        if flips == [false; 3] {
+            return Ok(self.add(at, NodeKind::NormalMap { space }, &[]).into());
         }
+        let color = self.input(node, "Color", SocketKind::Color);
+        let color = color.unwrap_or(Input::Value(normal_map::SOCKETS[normal_map::COLOR].default));
+        let multiply_add = Function::VectorMath(VectorMath::MultiplyAdd);
+        let mut flipped = Node::new(NodeKind::Function(multiply_add));
+        let of_flips = |yes: f32, no: f32| Input::Value(flips.map(|f| if f { yes } else { no }));
+        flipped.inputs[..3].copy_from_slice(&[color, of_flips(-1.0, 1.0), of_flips(1.0, 0.0)]);
+        let flipped = self.graph.add(flipped);
         let link = self.add(at, NodeKind::NormalMap { space }, &[]);
+        self.graph.nodes[link.node as usize].inputs[normal_map::COLOR] = flipped.into();
         Ok(link.into())
     }
 
-    pub(super) fn image(&mut self, at: usize) -> Result<Link, Stop> {
+    /// An Image Texture; `divided`: its opacity is read, so that colours are told without it.
+    pub(super) fn image(&mut self, at: usize, divided: bool) -> Result<Link, Stop> {
         let source = self.source;
         let node = &source.nodes[at];
         let text = |name: &str| node.text(name);
@@ -234,25 +256,72 @@ impl Reader<'_, '_, '_> {
             return Err(Refusal::of(node, "without an image").into());
         };
         let of_image = |name: &str| image.get(name).and_then(Value::as_str);
-        let Some(index) = image.get("index").and_then(Value::as_u64) else {
+        let number_of = |of: &Value, name: &str| of.get(name).and_then(Value::as_u64);
+        let Some(index) = number_of(image, "index") else {
             return Err(Refusal::of(node, "without an image").into());
         };
-        let found = self
-            .images
-            .image(index as usize, self.owner, self.diagnostics)?;
-        let data = matches!(
-            of_image("colorspace"),
-            Some("Non-Color" | "Raw" | "Data" | "Generic Data")
-        );
+        let space = of_image("colorspace").unwrap_or("sRGB");
+        let data = matches!(space, "Non-Color" | "Raw" | "Data" | "Generic Data");
+        let mut alpha = match of_image("alpha_mode") {
+            Some("NONE") => ImageAlpha::None,
+            Some("STRAIGHT") if !data => ImageAlpha::Straight { divided },
+            Some("PREMUL") if !data => ImageAlpha::Premultiplied { divided },
+            Some("STRAIGHT" | "PREMUL" | "CHANNEL_PACKED") | None => ImageAlpha::ChannelPacked,
+            Some(other) => return Err(Refusal::of(node, other).into()),
+        };
+        // Numbers of the scene's own space are as good as data.
+        let is_linear = self.linear_names.contains(&space);
+        let usage = if data || is_linear {
+            ImageUse::Data
+        } else {
+            ImageUse::Color
+        };
+        // Codes of sRGB are decoded after interpolation, but floats are no codes here.
+        let decoded_later = space == "sRGB" && image.get("is_float") != Some(&Value::Bool(true));
+        let conversion = (!decoded_later && !data && !is_linear).then(|| Conversion {
+            space: space.to_owned(),
+            alpha: match alpha {
+                ImageAlpha::Premultiplied { .. } => ImageAlpha::Premultiplied { divided: false },
+                alpha => alpha.of_texels(),
+            },
+        });
+        if conversion.is_some() && alpha.multiplies() {
+            // What is converted is multiplied.
+            alpha = ImageAlpha::Premultiplied { divided };
+        }
+        let mut find = |index: u64| {
+            let wanted = (index as usize, conversion.clone());
+            let found = self.images.image(wanted, self.owner, self.diagnostics);
+            // An image that is lost is cut out of the graph later, and told.
+            found.map(|found| found.unwrap_or(ImageId(u32::MAX)))
+        };
+        let found = find(index)?;
+        let (mut numbers, mut tiles) = (Vec::new(), Vec::new());
+        for tile in image
+            .get("tiles")
+            .and_then(Value::as_array)
+            .into_iter()
+            .flatten()
+        {
+            if let (Some(number), Some(index)) =
+                (number_of(tile, "number"), number_of(tile, "index"))
+            {
+                numbers.push(number as u32);
+                tiles.push(find(index)?);
+            }
+        }
         let wrap = match text("extension") {
             Some("REPEAT") | None => Wrap::Repeat,
             Some("EXTEND") => Wrap::Clamp,
             Some("MIRROR") => Wrap::Mirror,
+            Some("CLIP") => Wrap::Clip,
             Some(other) => return Err(Refusal::of(node, other).into()),
         };
         let filter = match text("interpolation") {
             Some("Linear") | None => TextureFilter::Linear,
             Some("Closest") => TextureFilter::Nearest,
+            // Cycles' processor path has no other for "Smart".
+            Some("Cubic" | "Smart") => TextureFilter::Cubic,
             Some(other) => return Err(Refusal::of(node, other).into()),
         };
         let blend = node.number("projection_blend").unwrap_or(0.0);
@@ -263,31 +332,45 @@ impl Reader<'_, '_, '_> {
             Some("TUBE") => ImageProjection::Tube,
             Some(other) => return Err(Refusal::of(node, other).into()),
         };
-        let vector = self.input(node, "Vector", SocketKind::Coordinates);
+        let uv_set = node.number("uv_set").unwrap_or(0.0) as u32;
+        let vector = match self.input(node, "Vector", SocketKind::Coordinates) {
+            // Projections take texture coordinates as places, too.
+            None if projection != ImageProjection::Flat || !tiles.is_empty() => {
+                let kind = NodeKind::Function(Function::Place(PlaceInput::Uv(uv_set)));
+                self.graph.add(Node::new(kind)).into()
+            }
+            vector => vector.unwrap_or(Input::None),
+        };
         let texture = Texture {
-            // An image that is lost is cut out of the graph later, and told.
-            image: found.unwrap_or(ImageId(u32::MAX)),
-            uv_set: node.number("uv_set").unwrap_or(0.0) as u32,
+            image: found,
+            uv_set,
             transform: UvTransform::default(),
             sampler: Sampler {
                 wrap_u: wrap,
                 wrap_v: wrap,
                 filter,
-                weighted: of_image("alpha_mode") == Some("STRAIGHT"),
+                alpha,
             },
         };
-        let usage = if data {
-            ImageUse::Data
+        let kind = if tiles.is_empty() {
+            NodeKind::ImageTexture {
+                texture,
+                usage,
+                projection,
+            }
         } else {
-            ImageUse::Color
+            let textures = tiles.into_iter().map(|image| Texture {
+                image,
+                ..texture.clone()
+            });
+            NodeKind::TiledImage {
+                numbers,
+                textures: textures.collect(),
+                usage,
+                projection,
+            }
         };
-        let shared = Node::new(NodeKind::ImageTexture {
-            texture,
-            usage,
-            projection,
-        });
-        Ok(self
-            .graph
-            .add(shared.with(image_texture::VECTOR, vector.unwrap_or(Input::None))))
+        let shared = Node::new(kind);
+        Ok(self.graph.add(shared.with(image_texture::VECTOR, vector)))
     }
 }
