@@ -506,11 +506,6 @@ class When(GraphTest):
         def island(tree, glow):
             return tree.nodes.new("ShaderNodeNewGeometry").outputs["Random Per Island"]
 
-        def tube(tree, glow):
-            node = tree.nodes.new("ShaderNodeTexImage")
-            node.projection, node.image = "TUBE", bpy.data.images.new("image", 2, 2)
-            return node.outputs[0]
-
         def tiled(tree, glow):
             node = tree.nodes.new("ShaderNodeTexImage")
             node.image = bpy.data.images.new("tiles", 2, 2, tiled=True)
@@ -521,20 +516,14 @@ class When(GraphTest):
             node.attribute_type, node.attribute_name = "INSTANCER", "here"
             return node.outputs[0]
 
-        def placed(tree, glow):
-            node = tree.nodes.new("ShaderNodeTexNoise")
-            node.texture_mapping.scale = (2, 1, 1)
-            return node.outputs[0]
-
         def strand(tree, glow):
             node = tree.nodes.new("ShaderNodeBsdfHair")
             tree.links.new(self.varying(tree), node.inputs["Color"])
             return node.outputs[0]
 
         for fill, words in (
-            (sky, "Sky Texture"), (island, "Geometry (Random Per Island)"), (tube, "Image Texture (Projection TUBE)"),
-            (tiled, "Image Texture (tiled)"), (instancer, "Attribute (Attribute Type INSTANCER)"),
-            (placed, "Noise Texture (with a texture mapping of its own)"), (strand, "Hair BSDF"),
+            (sky, "Sky Texture"), (island, "Geometry (Random Per Island)"), (tiled, "Image Texture (tiles that are not saved)"),
+            (instancer, "Attribute (Attribute Type INSTANCER)"), (strand, "Hair BSDF"),
         ):  # fmt: skip
             with self.subTest(words=words):
                 self.setUp()

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by a Blender of its own: renders worlds as equirectangular pictures, one for each line that it is told.
+"""Run by a Blender of its own: renders worlds as equirectangular pictures, one for each line that it is told, and reads files
+of images as Cycles does.
 
     blender --background --factory-startup --python bake_world.py -- IDLE_SECONDS
 
-A line is a JSON object (see `bake`); the answer is a line that begins with ANSWER. It ends with its input, or when it has been
+A line is a JSON object (see `bake` and `read`); the answer is a line that begins with ANSWER. It ends with its input, or when it has been
 told nothing for so long.
 """
 
@@ -33,7 +34,8 @@ def serve(idle):
         if not line:
             return
         try:
-            answer = bake(**json.loads(line))
+            request = json.loads(line)
+            answer = read(**request) if "picture" in request else bake(**request)
         except BaseException as error:
             traceback.print_exc()
             answer = {"error": f"{type(error).__name__}: {error}"}
@@ -65,6 +67,55 @@ def bake(blend, name, out, width, samples, space, values, sun):
     return answer
 
 
+def read(picture, frame, out):
+    """Writes the numbers of an image file, or of a movie's frame (from 1 on), as height × width × 4 floats, the bottom row first:
+    as they are coded, from 0 to 1."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    image = bpy.data.images.load(picture)
+    image.colorspace_settings.name, image.alpha_mode = "Non-Color", "CHANNEL_PACKED"
+    width, height = image.size
+    if not width or not height:
+        raise ValueError("Blender cannot read it")
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.frame_current = frame
+    scene.world = None
+    plain_settings(scene)
+    # Of each pixel its middle alone: the texel's.
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 0.01
+    scene.cycles.samples = 1
+    camera = bpy.data.cameras.new("camera")
+    camera.type, camera.ortho_scale, camera.sensor_fit = "ORTHO", 1.0, "HORIZONTAL"
+    eye = bpy.data.objects.new("camera", camera)
+    eye.location = (0.5, 0.5 * height / width, 1.0)
+    scene.collection.objects.link(eye)
+    scene.camera = eye
+    mesh = bpy.data.meshes.new("picture")
+    top = height / width
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (1, top, 0), (0, top, 0)], [], [(0, 1, 2, 3)])
+    for corner, place in zip(mesh.uv_layers.new().data, [(0, 0), (1, 0), (1, 1), (0, 1)]):
+        corner.uv = place
+    material = bpy.data.materials.new("picture")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    node, emission, end = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexImage", "Emission", "OutputMaterial"))
+    node.image, node.interpolation, node.extension = image, "Closest", "EXTEND"
+    node.image_user.frame_start, node.image_user.frame_duration = 1, max(frame, 1)
+    tree.links.new(emission.outputs[0], end.inputs["Surface"])
+    mesh.materials.append(material)
+    scene.collection.objects.link(bpy.data.objects.new("picture", mesh))
+    numbers = []
+    for output in ("Color", "Alpha"):
+        tree.links.new(node.outputs[output], emission.inputs["Color"])
+        path = f"{out}.exr"
+        render(scene, path, width, height, 1)
+        numbers.append(pixels_of(path).astype(numpy.float32))
+        os.remove(path)
+    numpy.save(out, numpy.concatenate([numbers[0], numbers[1][..., :1]], axis=2))
+    return {}
+
+
 def prepare(blend, name, space, values):
     """A scene with the world and a camera alone."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -88,6 +139,18 @@ def prepare(blend, name, space, values):
     eye = bpy.data.objects.new("camera", camera)
     scene.collection.objects.link(eye)
     scene.camera = eye
+    plain_settings(scene)
+    # Each texel is the mean over itself.
+    scene.cycles.pixel_filter_type = "BOX"
+    # No light falls on anything here: what makes ready for it can be left out.
+    scene.world.cycles.sampling_method = "NONE"
+    for visible in ("camera", "diffuse", "glossy", "transmission", "scatter"):
+        setattr(scene.world.cycles_visibility, visible, True)
+    return scene
+
+
+def plain_settings(scene):
+    """Settings of a render that shows nothing but what is in the scene, in an OpenEXR file."""
     settings = scene.render
     settings.resolution_percentage = 100
     settings.pixel_aspect_x = settings.pixel_aspect_y = 1.0
@@ -96,17 +159,10 @@ def prepare(blend, name, space, values):
     cycles = scene.cycles
     cycles.device = "CPU"
     cycles.use_adaptive_sampling = cycles.use_denoising = False
-    # Each texel is the mean over itself.
-    cycles.pixel_filter_type = "BOX"
-    # No light falls on anything here: what makes ready for it can be left out.
-    scene.world.cycles.sampling_method = "NONE"
-    for visible in ("camera", "diffuse", "glossy", "transmission", "scatter"):
-        setattr(scene.world.cycles_visibility, visible, True)
     image = settings.image_settings
     image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
     image.exr_codec = "NONE"
     settings.use_file_extension = False
-    return scene
 
 
 def render(scene, out, width, height, samples):

@@ -45,9 +45,7 @@ EVALUATED = {
     "ShaderNodeVertexColor": ALL,
     "ShaderNodeAttribute": Rule({"attribute_type": {"GEOMETRY"}}),
     # Textures
-    "ShaderNodeTexImage": Rule(
-        {"projection": {"FLAT", "BOX"}, "interpolation": {"Linear", "Closest"}, "extension": {"REPEAT", "EXTEND", "MIRROR"}}
-    ),
+    "ShaderNodeTexImage": ALL,
     "ShaderNodeTexNoise": ALL,
     "ShaderNodeTexVoronoi": ALL,
     "ShaderNodeTexWave": ALL,
@@ -72,7 +70,7 @@ EVALUATED = {
     "ShaderNodeSeparateXYZ": ALL,
     # Its direction is a constant; the product with it is not evaluated.
     "ShaderNodeNormal": Rule(outputs=frozenset()),
-    "ShaderNodeNormalMap": Rule({"convention": {"OPENGL"}}),
+    "ShaderNodeNormalMap": ALL,
     "ShaderNodeBump": ALL,
     # Colours
     "ShaderNodeMix": Rule({"data_type": {"FLOAT", "VECTOR", "RGBA"}}),
@@ -106,8 +104,13 @@ EVALUATED = {
     "ShaderNodeAddShader": ALL,
 }
 
+# Textures whose coordinates are the generated ones, where nothing is linked.
+GENERATED = {
+    f"ShaderNodeTex{name}" for name in ("Noise", "Voronoi", "Wave", "Magic", "Brick", "Checker", "Gradient", "Gabor", "Musgrave")
+}
+
 # What is not evaluated for all that it is not a property of its own.
-IMAGE_SOURCES = {"FILE", "GENERATED"}
+IMAGE_SOURCES = {"FILE", "GENERATED", "TILED", "MOVIE"}
 
 
 def objections(node, inputs, outputs):
@@ -131,20 +134,18 @@ def objections(node, inputs, outputs):
     names = {s.identifier: s.name for s in node.inputs}
     yield from (f"{label} ({names[i]})" for i in rule.zero if inputs.get(i, 0) != 0)
     yield from (f"{label} ({names[i]} by a link)" for i in rule.constant if inputs.get(i, 0) is None)
-    if not _is_plain(getattr(node, "texture_mapping", None)):
+    if not is_plain(getattr(node, "texture_mapping", None)) and node.bl_idname not in GENERATED | {"ShaderNodeTexImage"}:
         yield f"{label} (with a texture mapping of its own)"
 
 
-def _is_plain(mapping):
-    """Whether the mapping that textures have from old files, and no panel shows, is the identity."""
+def is_plain(mapping):
+    """Whether the mapping that textures have from old files, and no panel shows, is the identity for Cycles, which knows no
+    least and most."""
     if mapping is None:
         return True
     return (
-        mapping.vector_type == "POINT"
-        and (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
+        (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
         and not any(mapping.translation)
         and not any(mapping.rotation)
         and all(v == 1 for v in mapping.scale)
-        and not getattr(mapping, "use_min", False)
-        and not getattr(mapping, "use_max", False)
     )

@@ -258,9 +258,8 @@ class Walk:
     def _image_objections(self, node):
         if node.type == "TEX_IMAGE" and self.picture(node).source not in evaluated.IMAGE_SOURCES:
             yield f"{node.bl_label} ({self.picture(node).source.lower()})"
-        elif node.type == "TEX_IMAGE" and not node.outputs["Alpha"].is_linked and images.multiplies(self.picture(node)):
-            # The program takes the colours as they are where nothing asks for their opacity.
-            yield f"{node.bl_label} (colours multiplied by their opacity)"
+        elif node.type == "TEX_IMAGE" and self.picture(node).source == "TILED" and not images.are_tiles_saved(self.picture(node)):
+            yield f"{node.bl_label} (tiles that are not saved)"
 
     def _finite(self, socket, value):
         values = value if isinstance(value, tuple) else (value,)

@@ -4,22 +4,18 @@
 import functools
 import hashlib
 import json
+import math
 import os
 
 import bpy
 import numpy
 
-from . import colorspace, gltf, images
+from . import colorspace, evaluated, gltf, images
 from .graph import Link
 from .verdicts import APPROXIMATED, LOST
 
 # As Cycles tabulates ramps and curves (from 4.4 on): so many entries, the last one at the end of the range.
 TABLE_SIZE = 257
-
-# Textures whose coordinates are the generated ones, where nothing is linked.
-_GENERATED = {
-    f"ShaderNodeTex{name}" for name in ("Noise", "Voronoi", "Wave", "Magic", "Brick", "Checker", "Gradient", "Gabor", "Musgrave")
-}
 
 
 class Written:
@@ -79,6 +75,9 @@ class GraphWriter:
             if properties:
                 entry["properties"] = properties
             inputs = {i: link(v) if isinstance(v, Link) else short(v) for i, v in use.inputs.items()}
+            mapping = getattr(use.node, "texture_mapping", None)
+            if not evaluated.is_plain(mapping):
+                inputs["Vector"] = _mapped(nodes, inputs.get("Vector"), mapping, properties.get("uv_set"))
             if inputs:
                 entry["inputs"] = inputs
             places[use] = len(nodes)
@@ -105,7 +104,7 @@ class GraphWriter:
     def _demand(self, use):
         kind, inputs = use.node.bl_idname, use.inputs
         coordinates = (
-            (kind in _GENERATED and "Vector" not in inputs)
+            (kind in evaluated.GENERATED and "Vector" not in inputs)
             or (kind == "ShaderNodeTexCoord" and "Generated" in use.outputs)
             # Tangents about the middle of the object.
             or (kind == "ShaderNodeNewGeometry" and "Tangent" in use.outputs)
@@ -135,7 +134,7 @@ class GraphWriter:
                 self.uvs.append(map_name)
             found["uv_set"] = self.uvs.index(map_name)
         if kind == "ShaderNodeTexImage":
-            found["image"] = self._image(walk.picture(node))
+            found["image"] = self._image(walk.picture(node), node)
         elif kind == "ShaderNodeTexCoord" and node.object is not None and "Object" in use.outputs:
             inverse = node.object.matrix_world.inverted_safe()
             found["object_matrix"] = [float(v) for row in inverse for v in row]
@@ -161,51 +160,127 @@ class GraphWriter:
 
     # Images
 
-    def _image(self, image):
-        space = image.colorspace_settings.name
-        data = space in images.DATA_SPACES
-        path = images.original(image, self.cache, data)
-        alpha = image.alpha_mode
-        if path is None:
-            path, space, alpha = _copy(image, self.cache)
-        if not images.is_exactly_known(image):
-            self._note(f"the colour space {image.colorspace_settings.name} of \"{image.name}\" is read as sRGB")
-        if image.alpha_mode == "PREMUL" and not image.is_float and images.may_have_alpha(image):
-            self._note(f"the alpha of \"{image.name}\" is taken as straight instead of premultiplied")
-        if bpy.app.version >= (5, 1, 0) and image.alpha_mode == "STRAIGHT" and image.is_float and images.multiplies(image):
-            self._note(f"the colours of \"{image.name}\" are taken as multiplied by its alpha already")
+    def _image(self, image, node):
+        if image.source == "TILED":
+            return self._tiles(image, node)
+        if image.is_dirty and image.source == "FILE" and not _is_builtin(image) and images.file_of(image):
+            self._note(f"changes of \"{image.name}\" that are not saved are not seen, as in Cycles")
+            image = images.Picture(image, images.file_of(image))
+        path, space, alpha = _file(image, self.cache)
         described = {
             "index": self.document.shared("images", {"uri": self.document.uri(path)}),
             "colorspace": space,
             "alpha_mode": alpha,
-            "is_float": bool(image.is_float),
+            "is_float": path.endswith((".exr", ".hdr")),
             "source": image.source,
         }
         if image.size[0] and image.size[1]:
             described["width"], described["height"] = image.size
         return described
 
+    def _tiles(self, image, node):
+        tiles = images.tiles_of(image)
+        if node.projection == "BOX":
+            # Its sides lie on the first tile.
+            tiles = {1001: tiles.get(1001)}
+        missing = [str(number) for number, picture in tiles.items() if picture is None]
+        if missing:
+            self._note(f"tiles of \"{image.name}\" are missing: {', '.join(missing)}; they are pink, as in Cycles")
+        written = {number: self._image(picture, node) for number, picture in tiles.items() if picture}
+        if not written:
+            raise images.ImageError(f"the image \"{image.name}\" has no tile that is shown")
+        described = {**next(iter(written.values())), "source": image.source}
+        # Before 5.2 the sides of a box show nothing but the tile, and that all over.
+        if node.projection != "BOX" or bpy.app.version >= (5, 2, 0):
+            described["tiles"] = [{"number": number, "index": file["index"]} for number, file in written.items()]
+        return described
+
     def _note(self, words):
         self.result.findings.append((APPROXIMATED, words))
 
 
-def _copy(image, cache):
-    """(path, colour space, alpha mode) of a new file of an image. Coded numbers stay coded, as they are interpolated so."""
+def _mapped(nodes, vector, mapping, uv_set):
+    """The coordinates of a texture that has a mapping of its own from old files: nodes that do the same, and their output."""
+
+    def add(kind, output, properties, inputs):
+        nodes.append({"type": f"ShaderNode{kind}", "properties": properties, "inputs": inputs})
+        return {"node": len(nodes) - 1, "output": output}
+
+    if vector is None and uv_set is not None:
+        vector = add("UVMap", "UV", {"uv_set": uv_set, "from_instancer": False}, {})
+    elif vector is None:
+        vector = add("TexCoord", "Generated", {"from_instancer": False}, {})
+    axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z)
+    if axes != ("X", "Y", "Z"):
+        apart = add("SeparateXYZ", "X", {}, {"Vector": vector})
+        parts = {to: {**apart, "output": of} for to, of in zip("XYZ", axes) if of != "NONE"}
+        vector = add("CombineXYZ", "Vector", {}, {"X": 0, "Y": 0, "Z": 0, **parts})
+    scale = tuple(mapping.scale)
+    if mapping.vector_type in {"TEXTURE", "NORMAL"}:
+        # As Cycles keeps it from being no scale at all.
+        scale = tuple(v if abs(v) >= 1e-5 else math.copysign(1e-5, v) for v in scale)
+    inputs = {"Vector": vector, "Location": short(tuple(mapping.translation)), "Rotation": short(tuple(mapping.rotation)), "Scale": short(scale)}
+    return add("Mapping", "Vector", {"vector_type": mapping.vector_type}, inputs)
+
+
+def _is_builtin(image):
+    """Whether Cycles has an image from Blender; of others it reads the files."""
+    changed = image.is_dirty and bpy.app.version >= (5, 2, 0)
+    return image.packed_file is not None or image.source in {"GENERATED", "MOVIE"} or changed
+
+
+def _file(image, cache):
+    """(path, colour space, alpha mode) of an image as Cycles takes it: the image's own file, or a copy."""
     name = image.colorspace_settings.name
+    path = None
+    if not (_is_builtin(image) and (image.is_float or image.alpha_mode == "PREMUL")):
+        path = images.original(image, cache, name in images.DATA_SPACES, any_space=True)
+    if path is None:
+        return _copy(image, cache)
+    alpha = image.alpha_mode
+    if alpha in {"STRAIGHT", "PREMUL"} and not _is_builtin(image):
+        alpha = "STRAIGHT" if _multiplies(alpha, images.start_of(image)) else "PREMUL"
+    return path, name, alpha
+
+
+def _multiplies(mode, start):
+    """Whether Cycles multiplies the colours of a file with its alpha: not those of grey with alpha, whatever is told."""
+    kind = images.kind_of(start)
+    if kind == ".png" and start[25] == 4:
+        return False
+    if bpy.app.version >= (5, 1, 0):
+        return mode == "STRAIGHT"
+    # It goes by what the library that reads the file says; the last two are kinds of JPEG 2000.
+    return kind not in {".exr", ".hdr", ".webp"} and start[4:6] != b"jP" and start[:4] != b"\xff\x4f\xff\x51"
+
+
+def _copy(image, cache):
+    """The same of a new file. Coded numbers stay coded, as they are interpolated so."""
+    name, mode, builtin = image.colorspace_settings.name, image.alpha_mode, _is_builtin(image)
     stem = os.path.join(cache, f"graph-{hashlib.sha1(json.dumps(images.identity(image)).encode()).hexdigest()}")
-    if not image.is_float and (name == "sRGB" or name in images.DATA_SPACES):
+    alpha = mode
+    if mode in {"STRAIGHT", "PREMUL"} and not builtin:
+        alpha = "STRAIGHT" if _multiplies(mode, images.start_of(image)) else "PREMUL"
+    if not builtin and (image.is_float or mode == "PREMUL"):
+        # Blender has changed the numbers of the file.
+        codes = images.codes_of(image)
+        path = f"{stem}.{'exr' if codes.dtype == numpy.float32 else 'png'}"
+        if not os.path.isfile(path):
+            (images.write_exr if codes.dtype == numpy.float32 else images.write_png)(path, codes)
+        return path, name, alpha
+    if not image.is_float:
         path = f"{stem}.png"
         if not os.path.isfile(path):
             images.write_png(path, images.coded_pixels(image))
-        return path, name, image.alpha_mode
+        # Before 5.1 Cycles multiplies whatever Blender gives it.
+        return path, name, "STRAIGHT" if builtin and mode == "PREMUL" and bpy.app.version < (5, 1, 0) else alpha
     path = f"{stem}.exr"
-    multiplied = images.multiplies(image)
     if not os.path.isfile(path):
-        values = numpy.nan_to_num(images.linear_pixels(image, multiplied)[::-1], posinf=65504.0, neginf=0.0)
-        images.write_exr(path, values)
-    straight = images.has_straight_alpha(image)
-    space = "Non-Color" if name in images.DATA_SPACES else colorspace.working_space()
-    return path, space, "PREMUL" if straight else image.alpha_mode
+        images.write_exr(path, numpy.nan_to_num(images.linear_pixels(image, True)[::-1], posinf=65504.0, neginf=0.0))
+    # Blender has multiplied them, and from 5.1 on Cycles does so once more.
+    if mode == "STRAIGHT" and bpy.app.version < (5, 1, 0):
+        alpha = "PREMUL"
+    return path, "Non-Color" if name in images.DATA_SPACES else colorspace.working_space(), alpha
 
 
 # Tables

@@ -3,14 +3,16 @@
 the cache folder."""
 
 import hashlib
+import json
 import os
 import struct
+import tempfile
 import zlib
 
 import bpy
 import numpy
 
-from . import colorspace, gltf
+from . import baker, colorspace, gltf
 
 LINEAR_SPACES = {"Linear Rec.709", "Linear", "Non-Color", "Raw", "Generic Data", "scene_linear", "Linear BT.709"}
 DATA_SPACES = {"Non-Color", "Raw", "Generic Data"}
@@ -46,30 +48,80 @@ def is_whole(path):
 
 
 class Picture:
-    """One picture of a sequence of files, with what is asked of images here."""
+    """One picture of a sequence of files, or one tile, with what is asked of images here."""
 
-    source, packed_file, library, is_dirty, has_data = "FILE", None, None, False, False
+    source, library, is_dirty, has_data = "FILE", None, False, False
 
-    def __init__(self, image, path):
+    def __init__(self, image, path, packed=None):
         self.name, self.name_full = image.name, image.name_full
         self.colorspace_settings, self.alpha_mode = image.colorspace_settings, image.alpha_mode
-        self.filepath_raw = path
-        start = _first_bytes(path)
+        self.filepath_raw, self.packed_file = path, packed
+        start = _first_bytes(path) if packed is None else bytes(packed.data[:4096])
         self.is_float = kind_of(start) in {".exr", ".hdr"}
         # Width and height stand in a PNG's header; of other kinds the pixels are read by the program alone.
         is_png = kind_of(start) == ".png" and is_whole(path)
         self.size = struct.unpack(">II", start[16:24]) if is_png else (0, 0)
 
+    # Of a movie.
+    frame = 1
+
     def as_pointer(self):
         """Another one for each picture."""
-        return hash(self.filepath_raw)
+        return hash((self.filepath_raw, self.frame))
+
+
+class Frame(Picture):
+    """A frame of a movie, from 1 on. Cycles has it from Blender, in 8 bits."""
+
+    source = "MOVIE"
+
+    def __init__(self, image, path, frame):
+        super().__init__(image, path)
+        self.frame, self.is_float = frame, False
 
 
 def picture_of(image, user):
-    """The image that a node shows: of a sequence the picture of the frame, as Blender itself counts frames."""
-    if image.source != "SEQUENCE" or image.packed_file is not None or not image.filepath_raw:
+    """The image that a node shows: of a sequence or a movie the picture of the frame."""
+    if image.source not in {"SEQUENCE", "MOVIE"} or image.packed_file is not None or not image.filepath_raw:
         return image
+    frame = _frame_of(user, bpy.context.scene.frame_current)
+    if image.source == "MOVIE":
+        frame = max(1, min(frame, image.frame_duration))
+        return Frame(image, bpy.path.abspath(image.filepath_raw, library=image.library), frame)
+    # Without "Auto Refresh" it stands still in Blender, but not in Cycles.
+    if user.frame_current != frame:
+        user.frame_current = frame
     return Picture(image, bpy.path.abspath(image.filepath_from_user(image_user=user), library=image.library))
+
+
+def _frame_of(user, frame):
+    """The number of the picture that is shown in a frame of the scene, as Blender counts them."""
+    length = user.frame_duration
+    if not length:
+        return 0
+    frame += 1 - user.frame_start
+    if user.use_cyclic:
+        frame = frame % length or length
+    return max(0, min(frame, length)) + user.frame_offset
+
+
+def tiles_of(image):
+    """The pictures of a UDIM image by the numbers of their tiles, None for those that are missing."""
+    found = {}
+    packed = {os.path.basename(file.filepath): file.packed_file for file in image.packed_files}
+    for tile in image.tiles:
+        across, up = (tile.number - 1001) % 10 + 1, (tile.number - 1001) // 10 + 1
+        path = bpy.path.abspath(image.filepath_raw, library=image.library)
+        path = path.replace("<UDIM>", str(tile.number)).replace("<UVTILE>", f"u{across}_v{up}")
+        inside = packed.get(os.path.basename(path))
+        whole = inside is not None or (os.path.isfile(path) and is_whole(path))
+        found[tile.number] = Picture(image, path, inside) if whole else None
+    return found
+
+
+def are_tiles_saved(image):
+    """Whether the tiles of a UDIM image are elsewhere than in Blender's memory alone."""
+    return bool(image.filepath_raw) and not image.is_dirty
 
 
 def _first_bytes(path):
@@ -107,6 +159,8 @@ def is_missing(image):
     """Whether the image's file is away or cannot be read, and nothing of it is in memory."""
     if image.source not in {"FILE", "SEQUENCE", "TILED", "MOVIE"} or image.packed_file is not None or image.has_data:
         return False
+    if image.source == "TILED":
+        return are_tiles_saved(image) and not any(tiles_of(image).values())
     path = file_of(image)
     return (path is None or not is_whole(path)) and not image.size[0]
 
@@ -128,13 +182,14 @@ def identity(image):
         path = file_of(image)
         if path is not None:
             status = os.stat(path)
+            base.append(getattr(image, "frame", 1))
             return [*base, os.path.realpath(path), status.st_mtime_ns, status.st_size]
     return [*base, hashlib.sha1(_raw_pixels(image).tobytes()).hexdigest()]
 
 
 def _raw_pixels(image):
     width, height = image.size
-    if isinstance(image, Picture) and width and height:
+    if isinstance(image, Picture):
         return _decoded(image)
     if width == 0 or height == 0:
         raise ImageError(f"the image \"{image.name}\" has no pixels (its file is missing or cannot be read)")
@@ -148,11 +203,47 @@ def _raw_pixels(image):
     return values
 
 
+# What another Blender has read, by the identities of the pictures: the last ones.
+_read = {}
+
+
 def _decoded(picture):
-    """The numbers of a PNG, height × width × 4 from 0 to 1 as they are coded, the bottom row first (ISO/IEC 15948)."""
-    unknown = ImageError(f"the picture {picture.filepath_raw} of \"{picture.name}\" cannot be read: save it as a PNG of 8 or 16 bits")
-    with open(picture.filepath_raw, "rb") as file:
-        data = file.read()
+    """The numbers of a picture, height × width × 4 as they are coded, from 0 to 1, the bottom row first."""
+    try:
+        data = bytes(picture.packed_file.data) if picture.packed_file is not None else None
+        if data is None:
+            with open(picture.filepath_raw, "rb") as file:
+                data = file.read()
+        if kind_of(data) == ".png" and picture.source != "MOVIE":
+            values = _decoded_png(data)
+            if values is not None:
+                return values
+    except OSError as error:
+        raise ImageError(f"the picture {picture.filepath_raw} of \"{picture.name}\" cannot be read ({error.strerror})") from error
+    return _read_by_blender(picture)
+
+
+def _read_by_blender(picture):
+    """The same by another Blender: this one has no pictures of its own to read them into while it renders."""
+    key = json.dumps(identity(picture))
+    if key not in _read:
+        with tempfile.TemporaryDirectory(prefix="sundog-image-") as folder:
+            path, out = picture.filepath_raw, os.path.join(folder, "numbers.npy")
+            if picture.packed_file is not None:
+                path = os.path.join(folder, os.path.basename(path) or "packed")
+                gltf.write_whole(path, bytes(picture.packed_file.data))
+            try:
+                baker.ask({"picture": path, "frame": picture.frame, "out": out})
+            except baker.BakeError as error:
+                raise ImageError(f"the picture {picture.filepath_raw} of \"{picture.name}\" cannot be read: {error}") from error
+            while len(_read) > 3:
+                _read.pop(next(iter(_read)))
+            _read[key] = numpy.load(out)
+    return _read[key].copy()
+
+
+def _decoded_png(data):
+    """The numbers of a PNG (ISO/IEC 15948); None for kinds that are rare."""
     chunks, place = {}, 8
     while place + 8 <= len(data):
         (length,) = struct.unpack(">I", data[place : place + 4])
@@ -162,15 +253,15 @@ def _decoded(picture):
     width, height, bits, kind, _, _, interlaced = struct.unpack(">IIBBBBB", chunks.get(b"IHDR", b"").ljust(13, b"\0")[:13])
     channels = {0: 1, 2: 3, 4: 2, 6: 4}.get(kind)
     if channels is None or bits not in {8, 16} or interlaced or b"tRNS" in chunks:
-        raise unknown
+        return None
     step = channels * bits // 8
     line = width * step
     try:
         raw = zlib.decompressobj().decompress(chunks.get(b"IDAT", b""), height * (line + 1))
-    except zlib.error as error:
-        raise unknown from error
+    except zlib.error:
+        return None
     if len(raw) != height * (line + 1):
-        raise unknown
+        return None
     rows = numpy.frombuffer(raw, numpy.uint8).reshape(height, line + 1)
     values = numpy.zeros((height + 1, line), numpy.uint8)
     for number, row in enumerate(rows):
@@ -211,7 +302,7 @@ def decode_srgb(values):
     return numpy.where(values <= 0.04045, values / 12.92, ((numpy.maximum(values, 0) + 0.055) / 1.055) ** 2.4)
 
 
-def _start_of(image):
+def start_of(image):
     """The first bytes of the image's file, or None."""
     data = None if image.is_dirty else _packed(image)
     if data is not None:
@@ -225,7 +316,7 @@ def _start_of(image):
 
 def may_have_alpha(image):
     """Whether some texels may be less than opaque, as far as the file's start tells."""
-    start = _start_of(image)
+    start = start_of(image)
     kind = kind_of(start) if start else None
     if kind == ".png":
         # Colour types 4 and 6 have alpha, and palettes may by a chunk of their own.
@@ -259,7 +350,7 @@ def multiplies(image):
 
 def is_associated(image):
     """Whether the file holds colours multiplied with alpha, as OpenEXR does."""
-    start = _start_of(image)
+    start = start_of(image)
     floats = kind_of(start) == ".exr" if start else image.is_float
     return floats and multiplies(image)
 
@@ -276,7 +367,8 @@ def linear_pixels(image, multiplied=False):
         if not multiplied and image.alpha_mode not in {"NONE", "CHANNEL_PACKED"}:
             numpy.divide(values[..., :3], alpha, out=values[..., :3], where=(alpha > 0) & (alpha < 1))
     elif multiplied:
-        values[..., :3] = numpy.round(values[..., :3] * alpha * 255) / 255
+        # Rounded down, as Cycles has it; the slack is for products that are whole.
+        values[..., :3] = numpy.floor(values[..., :3] * alpha * 255 + 1e-3) / 255
     # The pixels of images of floats are in the working space already, or data.
     space = image.colorspace_settings.name
     if not image.is_float and space not in DATA_SPACES:
@@ -298,6 +390,21 @@ def coded_pixels(image):
     return numpy.round(_raw_pixels(image)[::-1] * 255).clip(0, 255).astype(numpy.uint8)
 
 
+def codes_of(image):
+    """The numbers of an image's file as Cycles reads them, the top row first: integers of 8 or 16 bits, or floats."""
+    path = file_of(image)
+    if path is None:
+        raise ImageError(f"the image \"{image.name}\" has no file")
+    values = _read_by_blender(image if isinstance(image, Picture) else Picture(image, path))[::-1]
+    codes = values * 65535
+    whole = numpy.round(codes)
+    if (abs(codes - whole) < 0.02).all() and whole.min() >= 0 and whole.max() <= 65535:
+        # Those of 8 bits are multiples of 65535 / 255.
+        small = whole / 257
+        return small.astype(numpy.uint8) if (small == numpy.round(small)).all() else whole.astype(numpy.uint16)
+    return values
+
+
 def is_exactly_known(image):
     """Whether the image's colour space is one that is followed exactly."""
     # The colour space first: asking for the kind of numbers loads the image.
@@ -315,17 +422,18 @@ def _read_as_blender_does(image, extension, as_data):
     return space in DATA_SPACES if as_data else space == "sRGB"
 
 
-def original(image, cache, as_data):
+def original(image, cache, as_data, any_space=False):
     """A file of the image that the program reads as Cycles reads the image, or None.
 
-    `as_data`: the program takes it as numbers; otherwise 8- and 16-bit files are sRGB.
+    `as_data`: the program takes it as numbers; otherwise 8- and 16-bit files are sRGB. `any_space`: the program is told its
+    colour space.
     """
     if image.is_dirty or image.source not in {"FILE", "TILED"}:
         return None
     data = _packed(image)
     if data is not None:
         extension = kind_of(data)
-        if extension is None or not _read_as_blender_does(image, extension, as_data):
+        if extension is None or not (any_space or _read_as_blender_does(image, extension, as_data)):
             return None
         if extension == ".exr" and not has_blocks(data):
             return None
@@ -338,19 +446,22 @@ def original(image, cache, as_data):
         return None
     with open(path, "rb") as file:
         extension = kind_of(file.read(16))
-    return path if extension and _read_as_blender_does(image, extension, as_data) else None
+    return path if extension and (any_space or _read_as_blender_does(image, extension, as_data)) else None
 
 
 def write_png(path, values):
-    """8-bit PNG of height × width × (3 or 4) integers, the top row first."""
+    """PNG of height × width × (3 or 4) integers of 8 or 16 bits, the top row first."""
     height, width, channels = values.shape
-    rows = numpy.zeros((height, 1 + width * channels), numpy.uint8)
+    bits = 16 if values.dtype == numpy.uint16 else 8
+    if bits == 16:
+        values = numpy.ascontiguousarray(values.astype(">u2")).view(numpy.uint8)
+    rows = numpy.zeros((height, 1 + width * channels * bits // 8), numpy.uint8)
     rows[:, 1:] = values.reshape(height, -1)
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    header = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
+    header = struct.pack(">IIBBBBB", width, height, bits, {3: 2, 4: 6}[channels], 0, 0, 0)
     body = zlib.compress(rows.tobytes(), 1)
     gltf.write_whole(path, [b"\x89PNG\r\n\x1a\n", chunk(b"IHDR", header), chunk(b"IDAT", body), chunk(b"IEND", b"")])
 

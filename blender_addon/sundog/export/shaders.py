@@ -6,7 +6,7 @@ import math
 import bpy
 import numpy
 
-from . import colorspace, expressions, images, nodes
+from . import colorspace, evaluated, expressions, images, nodes
 from .expressions import BLACK, ONE, WHITE, ZERO, Const, Image, Unknown, as_color, as_scalar, mix, multiply
 from .verdicts import APPROXIMATED, LOST, Finding
 
@@ -642,6 +642,8 @@ class Reader:
         wrap = {"EXTEND": 33071, "CLIP": 33071, "MIRROR": 33648}.get(node.extension, 10497)
         if node.extension == "CLIP":
             self.note(APPROXIMATED, f"outside of \"{image.name}\" its border is repeated instead of black")
+        if not evaluated.is_plain(node.texture_mapping):
+            self.note(APPROXIMATED, f"the texture mapping of \"{image.name}\" from an old file is left out")
         uv, transform, own = self._coordinates(place.input("Vector"))
         # Coordinates that are wrapped before the image sees them; the image's own way is left for the others.
         wraps = [one or wrap for one in own]

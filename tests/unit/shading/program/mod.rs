@@ -16,13 +16,14 @@ struct Texels(Vec<[f32; 4]>);
 impl Source for Texels {
     fn texture(&mut self, texture: &Texture, usage: ImageUse) -> Option<PreparedTexture> {
         let texel = self.0.get(texture.image.0 as usize)?;
-        let raster = Raster::new(&Image {
+        let image = Image {
             name: "texel".into(),
             width: 1,
             height: 1,
             channels: 4,
             pixels: texel.to_vec().into(),
-        });
+        };
+        let raster = Raster::new(&image, texture.sampler.alpha);
         let space = WorkingSpace::default();
         Some(PreparedTexture::new(
             texture,
