@@ -170,10 +170,10 @@ def told(record, animation):
 
 
 def groups(verdicts):
-    """What is not exact, the worst first: (verdict, kind, detail, names of those that it befell)."""
+    """What is not exact or is to be told nevertheless, the worst first: (verdict, kind, detail, names of those that it befell)."""
     found = {}
     for verdict in verdicts:
-        if verdict["verdict"] != "exact":
+        if verdict["verdict"] != "exact" or verdict["detail"]:
             found.setdefault((verdict["verdict"], verdict["kind"], verdict["detail"]), []).append(verdict["name"])
     ordered = sorted(found.items(), key=lambda item: (_RANK.get(item[0][0], 0), item[0][1:]))
     return [(*key, names) for key, names in ordered]

@@ -649,7 +649,7 @@ class Images(GraphTest):
         found = self.export()
         self.assertEqual(self.only(found, "ShaderNodeEmission")["inputs"]["Color"], [1, 0, 1, 1])
         verdict = found.verdict("material", "m")
-        self.assertEqual(verdict["verdict"], "approximated")
+        self.assertEqual(verdict["verdict"], "exact")
         self.assertIn("missing", verdict["detail"])
 
 

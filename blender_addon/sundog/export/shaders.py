@@ -8,7 +8,7 @@ import numpy
 
 from . import colorspace, evaluated, expressions, images, nodes
 from .expressions import BLACK, ONE, WHITE, ZERO, Const, Image, Unknown, as_color, as_scalar, mix, multiply
-from .verdicts import APPROXIMATED, LOST, Finding
+from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
 
 # What glows shows only as far as it is opaque: so much at least, and then it glows so many times brighter. Less would hide less
@@ -627,7 +627,7 @@ class Reader:
         """The TextureSpec of an image node; a Const where the image is missing."""
         image = images.picture_of(node.image, node.image_user)
         if images.is_missing(image):
-            self.note_lasting(APPROXIMATED, f"the image \"{image.name}\" is missing or broken ({image.filepath_raw}): pink, as in Cycles")
+            self.note_lasting(EXACT, f"the image \"{image.name}\" is missing or broken ({image.filepath_raw}): pink, as in Cycles")
             return images.MISSING
         if image.source == "TILED":
             self.note(APPROXIMATED, f"of the UDIM image \"{image.name}\" the first tile is used")
