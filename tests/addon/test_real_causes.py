@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What made files of others look different from Cycles, each in a small scene."""
+
+import bpy
+import export_kit as kit
+
+
+class Causes(kit.ExportTest):
+    """Both programs' pictures."""
+
+    def setUp(self):
+        super().setUp()
+        self.write_graphs(True)
+        cycles = self.scene.cycles
+        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        world = self.scene.world = bpy.data.worlds.new("world")
+        world.use_nodes = True
+        world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+
+    def shown(self, samples=64):
+        """(Sundog's, Cycles') mean in the middle of the picture."""
+        found = self.export()
+        cycles = kit.cycles_pixels(16, 16, samples)
+        ours = kit.rendered(found.path, 16, 16, samples)
+        return tuple(p[4:12, 4:12].mean() for p in (ours, cycles))
+
+    def ball(self, material):
+        """A ball that fills the middle of the picture."""
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=3)
+        made = bpy.context.object
+        made.data.shade_smooth()
+        made.data.materials.append(material)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+
+    def test_facets_that_scatter_once(self):
+        """Files of before Blender 4.0 have the distribution GGX, which loses what meets the facets twice."""
+        for color, metallic, roughness in ((0.05, 0, 0.5), (0.8, 0, 0.5), (0.05, 0, 1), (0.8, 1, 0.4)):
+            with self.subTest(color=color, metallic=metallic, roughness=roughness):
+                for made in list(bpy.data.meshes):
+                    bpy.data.meshes.remove(made)
+                material = kit.material("old", Base_Color=(color, color, color, 1), Metallic=metallic, Roughness=roughness, IOR=1.45)
+                next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED").distribution = "GGX"
+                self.ball(material)
+                ours, cycles = self.shown()
+                print(f"{color} {metallic} {roughness}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+                self.near(ours, cycles, 0.01)
+                self.assertEqual(self.export().verdict("material", material.name)["verdict"], "exact")
+
+    def test_missing_normal_map(self):
+        """A normal map that is away is as pink as a picture, and bends the normals as such."""
+        material = kit.material("m", Base_Color=(0.8, 0.3, 0.1, 1))
+        tree = material.node_tree
+        picture, normals = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexImage", "NormalMap"))
+        picture.image = bpy.data.images.new("gone", 2, 2)
+        picture.image.source, picture.image.filepath = "FILE", "//gone.png"
+        tree.links.new(picture.outputs["Color"], normals.inputs["Color"])
+        tree.links.new(normals.outputs["Normal"], next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Normal"])
+        self.link("plane", kit.plane(size=6)).data.materials.append(material)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+        # Light from one side, so that bent normals count.
+        self.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
+        sun = self.link("sun", bpy.data.lights.new("sun", "SUN"))
+        sun.data.energy, sun.rotation_euler = 3, (0, 0.7, 0)
+        ours, cycles = self.shown()
+        print(f"missing normal map: {ours:.5f} {cycles:.5f}")
+        self.assertGreater(cycles, 0.05)
+        self.near(ours, cycles, 0.01)
+        self.assertEqual(self.export().verdict("material", "m")["verdict"], "exact")
