@@ -384,7 +384,6 @@ class ImageParity(kit.ExportTest):
                 for strength in (1.0, 0.4, 2.0, 0.0, "linked"):
                     self.mapped(f"{space} {strength} {convention or ''}", image, strength, space=space, **chosen)
         self.mapped("of a map", image, uv_map="UVMap")
-        self.mapped("of no map", image, uv_map="none such")
 
         def shape(name, number):
             # Hills that fill the square, of an object that is scaled unevenly, mirrored, or there more than once.
