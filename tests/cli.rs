@@ -254,6 +254,10 @@ fn what_cannot_be_understood_is_a_usage_error() {
             ],
             &["--environment FILE"],
         ),
+        (
+            &["info", "scene.gltf", "--cycles", "3.6"],
+            &["--cycles", "4.2", "4.5"],
+        ),
         (&["compare", "a.exr"], &["<B>"]),
         (&["completions", "tcsh"], &["tcsh", "bash"]),
     ] {

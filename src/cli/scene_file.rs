@@ -37,6 +37,7 @@ pub fn load_all(
     let options = ImportOptions {
         light_units: import.light_units,
         transmission: import.transmission,
+        cycles: import.cycles,
         scene: import.scene_name.clone(),
         without_world: environment.is_given()?,
         allow_outside: import.allow_outside,

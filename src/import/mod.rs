@@ -21,6 +21,7 @@ use glam::DVec3;
 
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
+use crate::nodes::CyclesVersion;
 use crate::scene::{
     self, Diagnostics, Effect, Environment, Image, ImageId, Pixels, Scene, Verdict, Visibility,
 };
@@ -36,6 +37,8 @@ pub struct ImportOptions {
     pub scene: Option<String>,
     /// Leaves out the light from all around that the file has: another takes its place.
     pub without_world: bool,
+    /// The version of Cycles that node trees are rendered as; `None` is the one that each was made with.
+    pub cycles: Option<CyclesVersion>,
     /// Reads files, too, that the scene names and that do not lie in its folder (or below it).
     pub allow_outside: bool,
 }

@@ -113,6 +113,23 @@ pub(super) fn color_2(p: Vec2) -> Vec3 {
     )
 }
 
+/// Two numbers to two.
+#[inline]
+pub(super) fn units_2([x, y]: [f32; 2]) -> [f32; 2] {
+    [unit_2(x, y), unit_3(x, y, 1.0)]
+}
+
+/// Four numbers to four, which differ by the order of the numbers.
+#[inline]
+pub(super) fn units_4([x, y, z, w]: [f32; 4]) -> [f32; 4] {
+    [
+        unit_4(x, y, z, w),
+        unit_4(w, x, y, z),
+        unit_4(z, w, x, y),
+        unit_4(y, z, w, x),
+    ]
+}
+
 /// Three numbers to a colour.
 #[inline]
 pub(super) fn color_3(p: Vec3) -> Vec3 {

@@ -4,6 +4,27 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 
+use super::CyclesVersion;
+
+/// The node's menus and boxes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MagicSettings {
+    /// Depth: the number of turns, 0 to 10.
+    pub turbulence_depth: u8,
+    /// Whether coordinates are scaled before they are wrapped, as from 5.2 on, or after.
+    pub scaled_first: bool,
+}
+
+impl MagicSettings {
+    /// The node of a version.
+    pub fn of(version: CyclesVersion, turbulence_depth: u8) -> Self {
+        Self {
+            turbulence_depth,
+            scaled_first: version >= CyclesVersion::new(5, 2),
+        }
+    }
+}
+
 /// The node's sockets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MagicInputs {
@@ -25,13 +46,19 @@ impl Default for MagicInputs {
     }
 }
 
-/// The node's outputs: Fac, the mean of the colour's channels, and Color. `depth` is the node's number of turns, 0 to 10.
-pub fn magic(depth: u8, inputs: &MagicInputs) -> (f32, Vec3) {
+/// The node's outputs: Fac, the mean of the colour's channels, and Color.
+pub fn magic(settings: MagicSettings, inputs: &MagicInputs) -> (f32, Vec3) {
+    let depth = settings.turbulence_depth;
     // A period of 2π on each axis keeps the sum of large coordinates exact enough.
-    let [px, py, pz] = (inputs.vector * inputs.scale).to_array().map(|x| x % TAU);
-    let mut x = ((px + py + pz) * 5.0).sin();
-    let mut y = ((-px + py - pz) * 5.0).cos();
-    let mut z = -((-px - py + pz) * 5.0).cos();
+    let (before, after) = if settings.scaled_first {
+        (inputs.scale, 1.0)
+    } else {
+        (1.0, inputs.scale)
+    };
+    let [px, py, pz] = (inputs.vector * before).to_array().map(|x| x % TAU);
+    let mut x = ((px + py + pz) * 5.0 * after).sin();
+    let mut y = ((-px + py - pz) * 5.0 * after).cos();
+    let mut z = -((-px - py + pz) * 5.0 * after).cos();
     let distortion = inputs.distortion;
     for turn in 1..=depth.min(10) {
         if turn == 1 {

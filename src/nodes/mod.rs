@@ -3,7 +3,9 @@
 //!
 //! Each file is one node, or what several of them share: its settings are enums by Blender's own identifiers, its inputs
 //! are the node's sockets by name, with Blender's defaults. The values are those of Cycles 5.2 within rounding: hashes,
-//! lattices and the order of operations are part of what these nodes mean. `tests/unit/nodes/mod.rs` holds them beside Cycles' values.
+//! lattices and the order of operations are part of what these nodes mean. Where versions of Cycles differ, a setting says
+//! which is meant ([`CyclesVersion`]). `tests/unit/nodes/mod.rs` holds
+//! them beside Cycles' values.
 //!
 //! Sources: Cycles' `kernel/svm` for the numbers; the papers are named where a node follows one.
 
@@ -52,6 +54,7 @@ mod perlin;
 pub mod range;
 pub mod vector;
 pub mod vector_math;
+mod version;
 pub mod voronoi;
 pub mod wave;
 pub mod white_noise;
@@ -64,10 +67,12 @@ pub use brick::{BrickInputs, BrickSettings, brick};
 pub use checker::{CheckerInputs, checker};
 pub use gabor::{GaborInputs, GaborOutputs, GaborType, gabor};
 pub use gradient::{GradientType, gradient};
-pub use magic::{MagicInputs, magic};
+pub use magic::{MagicInputs, MagicSettings, magic};
 pub use noise::{NoiseInputs, NoiseSettings, NoiseType, noise, noise_fac};
+pub use version::CyclesVersion;
 pub use voronoi::{
-    VoronoiFeature, VoronoiInputs, VoronoiMetric, VoronoiOutputs, VoronoiSettings, voronoi,
+    VoronoiFeature, VoronoiHash, VoronoiInputs, VoronoiMetric, VoronoiOutputs, VoronoiSettings,
+    voronoi,
 };
 pub use wave::{
     WaveBandsDirection, WaveInputs, WaveProfile, WaveRingsDirection, WaveSettings, WaveType, wave,

@@ -6,6 +6,7 @@ use super::words::*;
 use crate::color::Depth;
 use crate::film::Passes;
 use crate::import::{LightUnits, Transmission};
+use crate::nodes::CyclesVersion;
 use crate::output::exr::SampleType;
 use crate::render::{
     Caustics, EffectChoice, Filter, InstructionSet, LightSampling, MAX_LIGHT_SAMPLES, MAX_SIDE,
@@ -28,6 +29,11 @@ pub struct Import {
     /// What glTF's transmission means where the file gives no thickness.
     #[arg(long, value_name = "MEANING", value_parser = words(&TRANSMISSION), default_value = "auto")]
     pub transmission: Transmission,
+    /// The version of Cycles whose nodes are computed, such as 4.5; that of the Blender that wrote the file if not given.
+    ///
+    /// Where versions differ (docs/cycles.md says where), patterns of a node tree are those of this one.
+    #[arg(long, value_name = "VERSION", value_parser = values::cycles)]
+    pub cycles: Option<CyclesVersion>,
     /// Read files that the scene names and that do not lie in its folder or below it.
     ///
     /// For scenes that you trust: an absolute path, `../` or a symbolic link in a file from elsewhere may lead to

@@ -1,5 +1,6 @@
 //! How the text of an argument becomes a value, or a clause that says what was expected.
 
+use crate::nodes::CyclesVersion;
 use crate::render::RenderSettings;
 use clap::Arg;
 use clap::builder::{ArgExt, PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -177,6 +178,14 @@ pub fn color(text: &str) -> Result<Color, String> {
     color.ok_or_else(|| {
         "expected three numbers of at least 0 with commas between them, such as 0.5,0.5,0.5".into()
     })
+}
+
+/// A version of Cycles.
+pub fn cycles(text: &str) -> Result<CyclesVersion, String> {
+    // The oldest that the add-on runs in. Later versions than the latest that is known are as that one.
+    let oldest = CyclesVersion::new(4, 2);
+    let version = text.parse().ok().filter(|version| *version >= oldest);
+    version.ok_or_else(|| format!("expected a version of Blender from {oldest} on, such as 4.5"))
 }
 
 /// A share above 0, as a number or in percent.

@@ -70,7 +70,7 @@ impl<'a> Materials<'a> {
             let graph = match (index, &material) {
                 (Some(index), Some(m)) => {
                     let which = (index, &*m.name);
-                    shader_graph::load(document, which, &mut images, diagnostics)?
+                    shader_graph::load(document, which, &mut images, options.cycles, diagnostics)?
                 }
                 _ => None,
             };

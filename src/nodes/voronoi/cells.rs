@@ -1,20 +1,31 @@
 //! One octave of Voronoi cells: a lattice of unit cells with a point in each.
 
-use glam::Vec3;
+use std::marker::PhantomData;
+
+use glam::{Vec2, Vec3, Vec4};
 
 use super::super::{fused, hash, mix, smoothstep, whole};
 use super::VoronoiMetric;
 
-/// Cells of one octave in N dimensions.
+/// Cells of one octave in N dimensions, with the hash H.
 #[derive(Clone, Copy)]
-pub(super) struct Cells<const N: usize> {
+pub(super) struct Cells<const N: usize, H> {
     /// How far points may be from their cells' lowest corners.
     pub randomness: f32,
     /// How far cells flow into each other, 0 to 0.5.
     pub smoothness: f32,
     pub metric: VoronoiMetric,
     pub exponent: f32,
+    pub hash: PhantomData<H>,
 }
+
+/// The PCG hashes of whole numbers: Blender 5.0 and later.
+#[derive(Clone, Copy)]
+pub(super) struct Pcg;
+
+/// lookup3 of the bits of numbers: Blender before 5.0.
+#[derive(Clone, Copy)]
+pub(super) struct Lookup3;
 
 /// What is found about a point.
 #[derive(Clone, Copy)]
@@ -49,7 +60,7 @@ fn number<const N: usize>(cell: [f32; N], offset: [i32; N]) -> [i32; N] {
     std::array::from_fn(|axis| whole(cell[axis]).wrapping_add(offset[axis]))
 }
 
-impl Cellular<1> for Cells<1> {
+impl Cellular<1> for Pcg {
     #[inline(always)]
     fn place([cell]: [f32; 1], [offset]: [i32; 1]) -> [f32; 1] {
         [hash::unit_1(cell + offset as f32)]
@@ -61,7 +72,7 @@ impl Cellular<1> for Cells<1> {
     }
 }
 
-impl Cellular<2> for Cells<2> {
+impl Cellular<2> for Pcg {
     #[inline(always)]
     fn place(cell: [f32; 2], offset: [i32; 2]) -> [f32; 2] {
         hash::pcg_2(number(cell, offset))
@@ -74,7 +85,7 @@ impl Cellular<2> for Cells<2> {
     }
 }
 
-impl Cellular<3> for Cells<3> {
+impl Cellular<3> for Pcg {
     #[inline(always)]
     fn place(cell: [f32; 3], offset: [i32; 3]) -> [f32; 3] {
         hash::pcg_3(number(cell, offset))
@@ -86,7 +97,7 @@ impl Cellular<3> for Cells<3> {
     }
 }
 
-impl Cellular<4> for Cells<4> {
+impl Cellular<4> for Pcg {
     #[inline(always)]
     fn place(cell: [f32; 4], offset: [i32; 4]) -> [f32; 4] {
         hash::pcg_4(number(cell, offset))
@@ -96,6 +107,60 @@ impl Cellular<4> for Cells<4> {
     fn color(cell: [f32; 4], offset: [i32; 4]) -> Vec3 {
         let [x, y, z, _] = hash::pcg_4(number(cell, offset));
         Vec3::new(x, y, z)
+    }
+}
+
+/// The cell's number as it is hashed by its bits.
+#[inline(always)]
+fn corner<const N: usize>(cell: [f32; N], offset: [i32; N]) -> [f32; N] {
+    std::array::from_fn(|axis| cell[axis] + offset[axis] as f32)
+}
+
+impl Cellular<1> for Lookup3 {
+    #[inline(always)]
+    fn place(cell: [f32; 1], offset: [i32; 1]) -> [f32; 1] {
+        Pcg::place(cell, offset)
+    }
+
+    #[inline(always)]
+    fn color(cell: [f32; 1], offset: [i32; 1]) -> Vec3 {
+        Pcg::color(cell, offset)
+    }
+}
+
+impl Cellular<2> for Lookup3 {
+    #[inline(always)]
+    fn place(cell: [f32; 2], offset: [i32; 2]) -> [f32; 2] {
+        hash::units_2(corner(cell, offset))
+    }
+
+    #[inline(always)]
+    fn color(cell: [f32; 2], offset: [i32; 2]) -> Vec3 {
+        hash::color_2(Vec2::from_array(corner(cell, offset)))
+    }
+}
+
+impl Cellular<3> for Lookup3 {
+    #[inline(always)]
+    fn place(cell: [f32; 3], offset: [i32; 3]) -> [f32; 3] {
+        Self::color(cell, offset).to_array()
+    }
+
+    #[inline(always)]
+    fn color(cell: [f32; 3], offset: [i32; 3]) -> Vec3 {
+        hash::color_3(Vec3::from_array(corner(cell, offset)))
+    }
+}
+
+impl Cellular<4> for Lookup3 {
+    #[inline(always)]
+    fn place(cell: [f32; 4], offset: [i32; 4]) -> [f32; 4] {
+        hash::units_4(corner(cell, offset))
+    }
+
+    #[inline(always)]
+    fn color(cell: [f32; 4], offset: [i32; 4]) -> Vec3 {
+        hash::color_4(Vec4::from_array(corner(cell, offset)))
     }
 }
 
@@ -177,14 +242,11 @@ fn close_by<const N: usize>(place: [f32; N]) -> impl Iterator<Item = [i32; N]> {
     })
 }
 
-impl<const N: usize> Cells<N>
-where
-    Self: Cellular<N>,
-{
+impl<const N: usize, H: Cellular<N>> Cells<N, H> {
     /// The point of a cell, seen from the cell that `offset` counts from.
     #[inline(always)]
     fn point(&self, cell: [f32; N], offset: [i32; N]) -> [f32; N] {
-        let place = Self::place(cell, offset);
+        let place = H::place(cell, offset);
         std::array::from_fn(|axis| {
             let corner = offset[axis] as f32;
             if N == 1 {
@@ -239,6 +301,7 @@ where
     fn straight(&self) -> Self {
         Self {
             metric: VoronoiMetric::Euclidean,
+            hash: PhantomData,
             ..*self
         }
     }
@@ -284,7 +347,7 @@ where
         let (_, offset, point) = self.least(cell, local);
         Nearest {
             distance: self.distance(point, local),
-            color: Self::color(cell, offset),
+            color: H::color(cell, offset),
             position: plus(point, cell),
         }
     }
@@ -332,7 +395,7 @@ where
         let (distance, offset, point) = second;
         Nearest {
             distance,
-            color: Self::color(cell, offset),
+            color: H::color(cell, offset),
             position: plus(point, cell),
         }
     }
@@ -360,7 +423,7 @@ where
             result.distance =
                 fused(share, distance - result.distance, result.distance) - correction;
             let correction = correction / (1.0 + 3.0 * smoothness);
-            result.color = mix(result.color, Self::color(cell, offset), share) - correction;
+            result.color = mix(result.color, H::color(cell, offset), share) - correction;
             for (mixed, new) in result.position.iter_mut().zip(point) {
                 *mixed = mix(*mixed, new, share) - correction;
             }
@@ -451,13 +514,10 @@ fn index(step: i32) -> usize {
 /// rounded, so that no cell is passed over that would have counted.
 struct Bounds<const N: usize>([[f32; STEPS]; N]);
 
-impl<const N: usize> Bounds<N>
-where
-    Cells<N>: Cellular<N>,
-{
+impl<const N: usize> Bounds<N> {
     /// The least key of a point in this cell.
     #[inline(always)]
-    fn key(&self, cells: &Cells<N>, offset: [i32; N]) -> f32 {
+    fn key<H: Cellular<N>>(&self, cells: &Cells<N, H>, offset: [i32; N]) -> f32 {
         cells.key_of_terms(std::array::from_fn(|axis| {
             self.0[axis][index(offset[axis])]
         }))

@@ -2,10 +2,12 @@
 
 mod cells;
 
+use std::marker::PhantomData;
+
 use glam::Vec3;
 
-use super::{Dimensions, fused, mix};
-use cells::{Cells, Cellular, Nearest};
+use super::{CyclesVersion, Dimensions, fused, mix};
+use cells::{Cells, Cellular, Lookup3, Nearest, Pcg};
 
 choice! {
     /// What is measured.
@@ -37,6 +39,26 @@ choice! {
     }
 }
 
+/// What puts points into cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum VoronoiHash {
+    /// Before 5.0: Bob Jenkins' lookup3.
+    Lookup3,
+    /// From 5.0 on: PCG hashes of vectors, which are faster.
+    Pcg,
+}
+
+impl VoronoiHash {
+    /// That of a version.
+    pub fn of(version: CyclesVersion) -> Self {
+        if version < CyclesVersion::new(5, 0) {
+            Self::Lookup3
+        } else {
+            Self::Pcg
+        }
+    }
+}
+
 /// The node's menus and boxes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoronoiSettings {
@@ -48,6 +70,8 @@ pub struct VoronoiSettings {
     pub metric: VoronoiMetric,
     /// Whether distances are brought to 0..1.
     pub normalize: bool,
+    /// What puts points into cells.
+    pub hash: VoronoiHash,
 }
 
 /// The node's sockets.
@@ -106,32 +130,41 @@ pub struct VoronoiOutputs {
 
 /// Blender's Voronoi Texture.
 pub fn voronoi(settings: &VoronoiSettings, inputs: &VoronoiInputs) -> VoronoiOutputs {
+    match settings.hash {
+        VoronoiHash::Pcg => hashed::<Pcg>(settings, inputs),
+        VoronoiHash::Lookup3 => hashed::<Lookup3>(settings, inputs),
+    }
+}
+
+/// The node, by a hash.
+fn hashed<H>(settings: &VoronoiSettings, inputs: &VoronoiInputs) -> VoronoiOutputs
+where
+    H: Cellular<1> + Cellular<2> + Cellular<3> + Cellular<4>,
+{
     let Vec3 { x, y, z } = inputs.vector * inputs.scale;
     let w = inputs.w * inputs.scale;
     match settings.dimensions {
-        Dimensions::One => evaluate(settings, inputs, [w], [3]),
-        Dimensions::Two => evaluate(settings, inputs, [x, y], [0, 1]),
-        Dimensions::Three => evaluate(settings, inputs, [x, y, z], [0, 1, 2]),
-        Dimensions::Four => evaluate(settings, inputs, [x, y, z, w], [0, 1, 2, 3]),
+        Dimensions::One => evaluate::<_, H>(settings, inputs, [w], [3]),
+        Dimensions::Two => evaluate::<_, H>(settings, inputs, [x, y], [0, 1]),
+        Dimensions::Three => evaluate::<_, H>(settings, inputs, [x, y, z], [0, 1, 2]),
+        Dimensions::Four => evaluate::<_, H>(settings, inputs, [x, y, z, w], [0, 1, 2, 3]),
     }
 }
 
 /// The node in N dimensions; `axes` says which of X, Y, Z and W they are.
-fn evaluate<const N: usize>(
+fn evaluate<const N: usize, H: Cellular<N>>(
     settings: &VoronoiSettings,
     inputs: &VoronoiInputs,
     p: [f32; N],
     axes: [usize; N],
-) -> VoronoiOutputs
-where
-    Cells<N>: Cellular<N>,
-{
+) -> VoronoiOutputs {
     let fractal = Fractal {
         cells: Cells {
             randomness: inputs.randomness.clamp(0.0, 1.0),
             smoothness: (inputs.smoothness / 2.0).clamp(0.0, 0.5),
             metric: settings.metric,
             exponent: inputs.exponent,
+            hash: PhantomData::<H>,
         },
         detail: inputs.detail.clamp(0.0, 15.0),
         roughness: inputs.roughness.clamp(0.0, 1.0),
@@ -168,18 +201,15 @@ where
 }
 
 /// Octaves of cells, each finer and weaker than the one before it.
-struct Fractal<const N: usize> {
-    cells: Cells<N>,
+struct Fractal<const N: usize, H> {
+    cells: Cells<N, H>,
     detail: f32,
     roughness: f32,
     lacunarity: f32,
     normalize: bool,
 }
 
-impl<const N: usize> Fractal<N>
-where
-    Cells<N>: Cellular<N>,
-{
+impl<const N: usize, H: Cellular<N>> Fractal<N, H> {
     /// Whether the first octave is all there is.
     fn is_single(&self) -> bool {
         self.detail == 0.0 || self.roughness == 0.0

@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::*;
 
-/// One variant of a node: its menus, the numbers in its sockets, and what Cycles makes of some points.
-struct Variant(Value);
+/// One variant of a node: its menus, the numbers in its sockets, and what Cycles of a version makes of some points.
+struct Variant(Value, CyclesVersion);
 
 impl Variant {
     fn choice<T>(&self, name: &str, from_name: fn(&str) -> Option<T>, otherwise: T) -> T {
@@ -61,7 +61,8 @@ impl Variant {
                     scale: self.number("Scale"),
                     distortion: self.number("Distortion"),
                 };
-                fac_and_color(magic(self.setting("turbulence_depth", 2.0) as u8, &inputs))
+                let depth = self.setting("turbulence_depth", 2.0) as u8;
+                fac_and_color(magic(MagicSettings::of(self.1, depth), &inputs))
             }
             "Brick" => fac_and_color(self.brick(vector)),
             "Checker" => fac_and_color(checker(&CheckerInputs {
@@ -145,6 +146,7 @@ impl Variant {
                 VoronoiMetric::Euclidean,
             ),
             normalize: self.0["settings"]["normalize"].as_bool().unwrap_or(false),
+            hash: VoronoiHash::of(self.1),
         };
         let inputs = VoronoiInputs {
             vector: p.truncate(),
@@ -252,6 +254,9 @@ fn agrees(node: &str, variants_at_least: usize) {
         .iter()
         .map(point)
         .collect();
+    let blender = file["blender"].as_str().unwrap();
+    // As "5.2.3 LTS".
+    let version = blender.split(' ').next().unwrap().parse().unwrap();
     let variants = file["variants"].as_array().unwrap();
     assert!(variants.len() >= variants_at_least, "{}", variants.len());
     for variant in variants {
@@ -259,7 +264,7 @@ fn agrees(node: &str, variants_at_least: usize) {
         let taken = &points[number("first")..][..number("count")];
         let ours: Vec<_> = taken
             .iter()
-            .map(|p| Variant(variant.clone()).outputs(*p))
+            .map(|p| Variant(variant.clone(), version).outputs(*p))
             .collect();
         for (output, values) in variant["outputs"].as_object().unwrap() {
             let theirs = floats(values);
@@ -301,6 +306,7 @@ fn waves_are_those_of_cycles() {
 #[test]
 fn magic_is_that_of_cycles() {
     agrees("Magic", 12);
+    agrees("Magic-4.5", 12);
 }
 
 #[test]
@@ -321,6 +327,7 @@ fn gradients_are_those_of_cycles() {
 #[test]
 fn voronoi_cells_are_those_of_cycles() {
     agrees("Voronoi", 75);
+    agrees("Voronoi-4.5", 75);
 }
 
 #[test]
@@ -386,7 +393,7 @@ fn no_number_makes_a_node_panic_or_take_long() {
         };
         wave(&settings, &inputs);
         magic(
-            255,
+            MagicSettings::of(CyclesVersion::LATEST, 255),
             &MagicInputs {
                 vector,
                 distortion: x,
@@ -429,8 +436,11 @@ fn no_number_makes_a_node_panic_or_take_long() {
                     feature: *feature,
                     metric: VoronoiMetric::Minkowski,
                     normalize: true,
+                    hash: VoronoiHash::Pcg,
                 };
                 voronoi(&settings, &inputs);
+                let hash = VoronoiHash::Lookup3;
+                voronoi(&VoronoiSettings { hash, ..settings }, &inputs);
             }
         }
         for gabor_type in GaborType::ALL {

@@ -1,6 +1,7 @@
 //! Nodes that compute, by Blender's names and properties.
 
 use super::{NodeJson, Refusal, texture};
+use crate::nodes::CyclesVersion;
 use crate::nodes::color::ColorModel;
 use crate::nodes::curve::{Curves, Table};
 use crate::nodes::math::Math;
@@ -119,9 +120,10 @@ pub(super) fn of(
     node: &NodeJson,
     (output, used): (&str, &BTreeSet<String>),
     material_index: f32,
+    version: CyclesVersion,
 ) -> Result<Found, Refusal> {
     let kind = node.kind.strip_prefix("ShaderNode").unwrap_or(&node.kind);
-    if let Some(found) = texture::of(node, kind, output, used)? {
+    if let Some(found) = texture::of(node, kind, output, used, version)? {
         return Ok(found);
     }
     let one_of = |names: &[&str]| {

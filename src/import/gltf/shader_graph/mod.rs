@@ -8,6 +8,7 @@ use super::container::Document;
 use super::scene_extension::working_space;
 use super::textures::Images;
 use crate::import::ImportError;
+use crate::nodes::CyclesVersion;
 use crate::scene::graph::{Graph, Input, Link, Node, NodeKind, SocketKind, node};
 use crate::scene::{Diagnostics, Subject, Verdict};
 use serde::Deserialize;
@@ -17,6 +18,9 @@ use std::collections::{BTreeSet, HashMap};
 /// The extension of a material.
 #[derive(Debug, Deserialize)]
 pub(super) struct ShaderGraphJson {
+    /// The version of Blender whose nodes these are.
+    #[serde(default)]
+    blender: Vec<u16>,
     #[serde(default)]
     nodes: Vec<NodeJson>,
     surface: Option<Reference>,
@@ -35,6 +39,15 @@ struct NodeJson {
     properties: Map<String, Value>,
     #[serde(default)]
     inputs: HashMap<String, SocketJson>,
+}
+
+impl ShaderGraphJson {
+    fn version(&self) -> CyclesVersion {
+        match *self.blender {
+            [major, minor, ..] => CyclesVersion::new(major, minor),
+            _ => CyclesVersion::LATEST,
+        }
+    }
 }
 
 /// What stands in a socket.
@@ -81,6 +94,8 @@ struct Reader<'a, 'i, 'd> {
     linear_names: [&'a str; 3],
     /// The normal that shaders take where none is linked: that of the displacement.
     normal: Input,
+    /// What Cycles it is to be as.
+    version: CyclesVersion,
 }
 
 /// A graph, and what it needs of meshes.
@@ -95,6 +110,7 @@ pub(super) fn load(
     document: &Document,
     (index, name): (usize, &str),
     images: &mut Images,
+    version: Option<CyclesVersion>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Option<Loaded>, ImportError> {
     let pointer = format!("/materials/{index}");
@@ -120,6 +136,7 @@ pub(super) fn load(
             "Working Space",
         ],
         normal: Input::None,
+        version: version.unwrap_or_else(|| source.version()),
     };
     match reader.read() {
         Ok(()) => {
@@ -285,7 +302,7 @@ impl Reader<'_, '_, '_> {
         if node.kind == "ShaderNodeNormalMap" {
             return self.normal_map(at);
         }
-        let found = function::of(node, (output, used), source.pass_index)?;
+        let found = function::of(node, (output, used), source.pass_index, self.version)?;
         let kind = NodeKind::Function(found.function);
         // Outputs that are computed together are those of one node.
         let mut others = used.iter().filter_map(|output| {

@@ -3,9 +3,9 @@
 use super::function::Found;
 use super::{NodeJson, Refusal};
 use crate::nodes::{
-    BrickSettings, Dimensions, GaborType, GradientType, NoiseSettings, NoiseType, VoronoiFeature,
-    VoronoiMetric, VoronoiSettings, WaveBandsDirection, WaveProfile, WaveRingsDirection,
-    WaveSettings, WaveType,
+    BrickSettings, CyclesVersion, Dimensions, GaborType, GradientType, MagicSettings,
+    NoiseSettings, NoiseType, VoronoiFeature, VoronoiHash, VoronoiMetric, VoronoiSettings,
+    WaveBandsDirection, WaveProfile, WaveRingsDirection, WaveSettings, WaveType,
 };
 use crate::scene::graph::Function;
 use crate::scene::graph::function::{ProceduralTexture, VoronoiPart};
@@ -17,6 +17,7 @@ pub(super) fn of(
     kind: &str,
     output: &str,
     used: &BTreeSet<String>,
+    version: CyclesVersion,
 ) -> Result<Option<Found>, Refusal> {
     // Of most textures: the colour, and a number.
     let mut place = u8::from(output != "Color");
@@ -51,6 +52,7 @@ pub(super) fn of(
                 feature: node.named("feature", VoronoiFeature::from_name)?,
                 metric: node.named("distance", VoronoiMetric::from_name)?,
                 normalize: node.is("normalize"),
+                hash: VoronoiHash::of(version),
             };
             ProceduralTexture::Voronoi { settings, part }
         }
@@ -61,7 +63,8 @@ pub(super) fn of(
             profile: node.named("wave_profile", WaveProfile::from_name)?,
         }),
         "TexMagic" => {
-            ProceduralTexture::Magic(node.number("turbulence_depth").unwrap_or(2.0) as u8)
+            let depth = node.number("turbulence_depth").unwrap_or(2.0) as u8;
+            ProceduralTexture::Magic(MagicSettings::of(version, depth))
         }
         "TexBrick" => {
             let number = |name: &str, default: f32| node.number(name).unwrap_or(default);

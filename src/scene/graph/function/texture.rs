@@ -3,8 +3,8 @@
 use super::super::node::{Lane, Legal, Socket, SocketKind};
 use crate::nodes::{
     self, BrickInputs, BrickSettings, CheckerInputs, Dimensions, GaborInputs, GaborType,
-    GradientType, MagicInputs, NoiseInputs, NoiseSettings, VoronoiInputs, VoronoiSettings,
-    WaveInputs, WaveSettings,
+    GradientType, MagicInputs, MagicSettings, NoiseInputs, NoiseSettings, VoronoiInputs,
+    VoronoiSettings, WaveInputs, WaveSettings,
 };
 use crate::scene::Effect;
 use glam::{Vec3, Vec4};
@@ -36,8 +36,8 @@ pub enum ProceduralTexture {
     },
     /// Wave: Color, Fac.
     Wave(WaveSettings),
-    /// Magic of a depth: Color, Fac.
-    Magic(u8),
+    /// Magic: Color, Fac.
+    Magic(MagicSettings),
     /// Brick: Color, Fac.
     Brick(BrickSettings),
     /// Checker: Color, Fac.
@@ -239,13 +239,13 @@ impl ProceduralTexture {
                     phase_offset: n(6),
                 },
             )),
-            Self::Magic(depth) => {
+            Self::Magic(settings) => {
                 let inputs = MagicInputs {
                     vector: v(0),
                     scale: n(1),
                     distortion: n(2),
                 };
-                colored(nodes::magic(*depth, &inputs))
+                colored(nodes::magic(*settings, &inputs))
             }
             Self::Brick(settings) => colored(nodes::brick(
                 settings,

@@ -1,10 +1,16 @@
-use crate::import;
+use crate::import::{self, ImportOptions};
+use crate::nodes::VoronoiHash;
+use crate::scene::graph::function::ProceduralTexture;
 use crate::scene::graph::{Function, NodeKind};
 use crate::scene::{Diagnostics, Scene};
 use serde_json::{Value, json};
 
 /// A triangle with a node tree.
 fn load(graph: Value) -> (Scene, Diagnostics) {
+    load_as(graph, &ImportOptions::default())
+}
+
+fn load_as(graph: Value, options: &ImportOptions) -> (Scene, Diagnostics) {
     let positions: Vec<u8> = [0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
         .iter()
         .flat_map(|v| v.to_le_bytes())
@@ -24,7 +30,7 @@ fn load(graph: Value) -> (Scene, Diagnostics) {
     });
     let path = folder.path().join("scene.gltf");
     std::fs::write(&path, document.to_string()).unwrap();
-    let loaded = import::load(&path, &Default::default()).unwrap();
+    let loaded = import::load(&path, options).unwrap();
     (loaded.scene, loaded.diagnostics)
 }
 
@@ -59,6 +65,39 @@ fn trees_become_graphs() {
     assert!(matches!(kinds[1], NodeKind::Function(Function::Mapping(_))));
     assert!(kinds.contains(&&NodeKind::DiffuseBsdf));
     assert_eq!(kinds.last(), Some(&&NodeKind::MixShader));
+}
+
+/// The Voronoi Texture's hash in a tree that this version made, and that is loaded as another.
+fn hash(blender: Value, cycles: Option<&str>) -> VoronoiHash {
+    let options = ImportOptions {
+        cycles: cycles.map(|version| version.parse().unwrap()),
+        ..Default::default()
+    };
+    let graph = json!({
+        "blender": blender,
+        "nodes": [
+            {"type": "ShaderNodeTexVoronoi", "properties": {"voronoi_dimensions": "3D",
+                "feature": "F1", "distance": "EUCLIDEAN", "normalize": false}},
+            {"type": "ShaderNodeEmission", "inputs": {"Color": {"node": 0, "output": "Color"}}}
+        ],
+        "surface": {"node": 1, "output": "Emission"}
+    });
+    let (scene, _) = load_as(graph, &options);
+    let found = kinds(&scene).into_iter().find_map(|kind| match kind {
+        NodeKind::Function(Function::Texture(ProceduralTexture::Voronoi { settings, .. })) => {
+            Some(settings.hash)
+        }
+        _ => None,
+    });
+    found.unwrap()
+}
+
+#[test]
+fn the_version_decides_where_versions_differ() {
+    assert_eq!(hash(json!([4, 5, 15]), None), VoronoiHash::Lookup3);
+    assert_eq!(hash(json!([5, 0, 1]), None), VoronoiHash::Pcg);
+    assert_eq!(hash(json!([5, 2, 3]), Some("4.5")), VoronoiHash::Lookup3);
+    assert_eq!(hash(json!([4, 5, 15]), Some("5.2.3")), VoronoiHash::Pcg);
 }
 
 #[test]
