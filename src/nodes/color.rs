@@ -61,6 +61,12 @@ pub fn from_hsv(c: Vec3) -> Vec3 {
         return Vec3::splat(c.z);
     }
     let hue = if c.x == 1.0 { 0.0 } else { c.x };
+    if !(0.0..1.0).contains(&hue) {
+        // Cycles counts what lies beyond the circle to its last sixth, with its own place between two sixths.
+        let sixths = hue * 6.0;
+        let along = sixths - sixths.floor();
+        return Vec3::new(c.z, c.z * (1.0 - c.y), c.z * (1.0 - c.y * along));
+    }
     (Vec3::ONE + (pure(hue) - 1.0) * c.y) * c.z
 }
 
@@ -161,6 +167,12 @@ mod tests {
             Vec3::new(1.0 / 3.0, 1.0, 0.5)
         );
         assert_eq!(ColorModel::Hsl.separate(Vec3::new(0.0, 0.5, 0.0)).z, 0.25);
+        // As Cycles 5.2 has it of hues beyond the circle.
+        let beyond = from_hsv(Vec3::new(-0.25, 0.5, 0.8));
+        assert!(
+            (beyond - Vec3::new(0.8, 0.4, 0.6)).length() < 1e-6,
+            "{beyond}"
+        );
     }
 
     #[test]

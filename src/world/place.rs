@@ -442,7 +442,7 @@ impl Place for HitPoint<'_> {
     }
 
     fn transformed(&self, v: Vec3, what: Transformed, from: Space, to: Space) -> Vec3 {
-        let Some(facts) = self.facts() else {
+        let Some(facts) = self.facts().filter(|_| from != to) else {
             return v;
         };
         // Through the world, in glTF's axes.

@@ -30,6 +30,10 @@ const MIX_RGB: &[(&str, &str)] = &[
     ("B_Color", "Color2"),
 ];
 const UNIFORM: &[(&str, &str)] = &[("Factor_Vector", "Factor_Float")];
+/// Nodes of Blender before 5.0 that Combine Color and Separate Color took the place of.
+const COMBINE_RGB: &[(&str, &str)] = &[("Red", "R"), ("Green", "G"), ("Blue", "B")];
+const COMBINE_HSV: &[(&str, &str)] = &[("Red", "H"), ("Green", "S"), ("Blue", "V")];
+const SEPARATE_RGB: &[(&str, &str)] = &[("Color", "Image")];
 const VECTOR_CURVE: &[(&str, &str)] = &[("Color", "Vector")];
 
 impl NodeJson {
@@ -72,7 +76,7 @@ fn table(value: Option<&Value>, interpolate: bool, extrapolate: bool) -> Option<
     };
     let entries: Option<Vec<Vec4>> = rows.iter().map(row).collect();
     Some(Table {
-        entries: entries?,
+        entries: entries.filter(|entries| !entries.is_empty())?,
         interpolate,
         extrapolate,
     })
@@ -186,6 +190,23 @@ pub(super) fn of(
             ..only(Function::SeparateColor(
                 node.named("mode", ColorModel::from_name)?,
             ))
+        },
+        "CombineRGB" => Found {
+            aliases: COMBINE_RGB,
+            ..only(Function::CombineColor(ColorModel::Rgb))
+        },
+        "CombineHSV" => Found {
+            aliases: COMBINE_HSV,
+            ..only(Function::CombineColor(ColorModel::Hsv))
+        },
+        "SeparateRGB" => Found {
+            output: one_of(&["R", "G", "B"]),
+            aliases: SEPARATE_RGB,
+            ..only(Function::SeparateColor(ColorModel::Rgb))
+        },
+        "SeparateHSV" => Found {
+            output: one_of(&["H", "S", "V"]),
+            ..only(Function::SeparateColor(ColorModel::Hsv))
         },
         "CombineXYZ" => only(Function::CombineXyz),
         "SeparateXYZ" => Found {

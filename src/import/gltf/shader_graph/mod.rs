@@ -9,7 +9,9 @@ use super::scene_extension::working_space;
 use super::textures::Images;
 use crate::import::ImportError;
 use crate::nodes::CyclesVersion;
-use crate::scene::graph::{Graph, Input, Link, Node, NodeKind, SocketKind, node};
+use crate::nodes::vector_math::VectorMath;
+use crate::scene::graph::function::PlaceInput;
+use crate::scene::graph::{Function, Graph, Input, Link, Node, NodeKind, SocketKind, node};
 use crate::scene::{Diagnostics, Subject, Verdict};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -302,6 +304,17 @@ impl Reader<'_, '_, '_> {
         if node.kind == "ShaderNodeNormalMap" {
             return self.normal_map(at);
         }
+        match (&*node.kind, output) {
+            ("ShaderNodeNormal", "Dot") => return self.normal_dot(at),
+            ("ShaderNodeCameraData", "View Vector") => {
+                let camera = Function::Place(PlaceInput::Camera);
+                let camera = self.graph.add(Node::new(NodeKind::Function(camera)));
+                return Ok(self
+                    .vector_math(VectorMath::Normalize, &[camera.into()])
+                    .into());
+            }
+            _ => {}
+        }
         let found = function::of(node, (output, used), source.pass_index, self.version)?;
         let kind = NodeKind::Function(found.function);
         // Outputs that are computed together are those of one node.
@@ -320,6 +333,38 @@ impl Reader<'_, '_, '_> {
             ..link
         }
         .into())
+    }
+
+    /// A Normal node's product with its direction; both are made one long.
+    fn normal_dot(&mut self, at: usize) -> Result<Input, Stop> {
+        let node = &self.source.nodes[at];
+        let numbers = node.properties.get("direction").and_then(Value::as_array);
+        let number = |i: usize| Some(numbers?.get(i)?.as_f64()? as f32);
+        let (Some(x), Some(y), Some(z)) = (number(0), number(1), number(2)) else {
+            return Err(Refusal::of(node, "without a direction").into());
+        };
+        let direction = glam::Vec3::new(x, y, z).normalize_or_zero().to_array();
+        let normal = self.input(node, "Normal", SocketKind::Vector);
+        let normal = self.vector_math(
+            VectorMath::Normalize,
+            &[normal.unwrap_or(Input::Value([0.0; 3]))],
+        );
+        let both = [normal.into(), Input::Value(direction)];
+        let product = self.vector_math(VectorMath::DotProduct, &both);
+        // The number is the second output.
+        Ok(Link {
+            output: 1,
+            ..product
+        }
+        .into())
+    }
+
+    fn vector_math(&mut self, operation: VectorMath, inputs: &[Input]) -> Link {
+        let mut node = Node::new(NodeKind::Function(Function::VectorMath(operation)));
+        for (place, input) in inputs.iter().enumerate() {
+            node.inputs[place] = *input;
+        }
+        self.graph.add(node)
     }
 
     /// Adds a node whose sockets are those of the tree's node, by their names.
@@ -368,8 +413,6 @@ impl Reader<'_, '_, '_> {
 
     /// "Generated" coordinates, which textures take where nothing is linked.
     fn generated(&mut self) -> Input {
-        use crate::scene::graph::Function;
-        use crate::scene::graph::function::PlaceInput;
         let kind = NodeKind::Function(Function::Place(PlaceInput::Generated));
         self.graph.add(Node::new(kind)).into()
     }

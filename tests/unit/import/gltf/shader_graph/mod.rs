@@ -1,7 +1,7 @@
 use crate::import::{self, ImportOptions};
 use crate::nodes::VoronoiHash;
 use crate::scene::graph::function::ProceduralTexture;
-use crate::scene::graph::{Function, NodeKind};
+use crate::scene::graph::{Function, Input, NodeKind};
 use crate::scene::{Diagnostics, Scene};
 use serde_json::{Value, json};
 
@@ -106,6 +106,11 @@ fn what_is_not_evaluated_is_named_and_the_flat_material_counts() {
         json!({"type": "ShaderNodeScript"}),
         json!({"type": "ShaderNodeMath", "properties": {"operation": "GUESS"}}),
         json!({"type": "ShaderNodeValToRGB", "properties": {}}),
+        json!({"type": "ShaderNodeValToRGB",
+            "properties": {"color_ramp": {"interpolation": "LINEAR", "table": []}}}),
+        json!({"type": "ShaderNodeRGBCurve",
+            "properties": {"curves": {"min_x": 0, "max_x": 1, "table": [["stop"]]}}}),
+        json!({"type": "ShaderNodeNormal"}),
         json!({"type": "ShaderNodeTexImage"}),
     ] {
         let (scene, diagnostics) = load(json!({
@@ -126,6 +131,69 @@ fn what_is_not_evaluated_is_named_and_the_flat_material_counts() {
             Some(NodeKind::PrincipledBsdf { .. })
         ));
     }
+}
+
+/// Of trees that grow by doubling, no way through them is walked twice.
+#[test]
+fn ten_thousand_nodes_are_read_in_bounded_time() {
+    let begun = std::time::Instant::now();
+    let mut nodes = vec![json!({"type": "ShaderNodeTexCoord"})];
+    for at in 0..10_000 {
+        let output = if at == 0 { "Generated" } else { "Value" };
+        let before = json!({"node": at, "output": output});
+        nodes.push(
+            json!({"type": "ShaderNodeMath", "properties": {"operation": "SUBTRACT"},
+            "inputs": {"Value": before, "Value_001": before}}),
+        );
+    }
+    nodes.push(json!({"type": "ShaderNodeEmission",
+        "inputs": {"Strength": {"node": 10_000, "output": "Value"}}}));
+    let last = nodes.len() - 1;
+    let (scene, diagnostics) = load(json!({
+        "blender": [5, 2, 3], "nodes": nodes, "surface": {"node": last, "output": "Emission"}
+    }));
+    assert!(diagnostics.iter().all(|d| d.code != "shader-graph"));
+    assert_eq!(scene.materials[0].graph.nodes.len(), 10_002);
+    // A fraction of a second; what is not linear in the nodes takes minutes.
+    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
+}
+
+#[test]
+fn circles_of_links_are_cut() {
+    let math = |from: usize| {
+        json!({"type": "ShaderNodeMath", "properties": {"operation": "ADD"},
+            "inputs": {"Value": {"node": from, "output": "Value"}, "Value_001": 2}})
+    };
+    let (scene, _) = load(json!({
+        "nodes": [math(2), math(0), math(1), {"type": "ShaderNodeEmission",
+            "inputs": {"Strength": {"node": 2, "output": "Value"}}}],
+        "surface": {"node": 3, "output": "Emission"}
+    }));
+    assert!(scene.materials[0].emits());
+}
+
+#[test]
+fn numbers_beyond_floats_do_not_get_into_the_scene() {
+    let (scene, diagnostics) = load(json!({
+        "nodes": [
+            {"type": "ShaderNodeMath", "properties": {"operation": "ADD"},
+                "inputs": {"Value": 1e300, "Value_001": -1e300}},
+            {"type": "ShaderNodeBsdfDiffuse",
+                "inputs": {"Color": [1e39, -1e39, 0, 1], "Roughness": {"node": 0, "output": "Value"}}}
+        ],
+        "surface": {"node": 1, "output": "BSDF"}
+    }));
+    let inputs = scene.materials[0]
+        .graph
+        .nodes
+        .iter()
+        .flat_map(|n| &n.inputs);
+    for input in inputs {
+        if let Input::Value(numbers) = input {
+            assert!(numbers.iter().all(|n| n.is_finite()), "{numbers:?}");
+        }
+    }
+    assert!(diagnostics.iter().next().is_some());
 }
 
 #[test]
