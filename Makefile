@@ -3,7 +3,7 @@
 # Rust is taken from PATH, else from where its installer puts it.
 export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
 
-.PHONY: help demo test test-long setup build addon bench clean
+.PHONY: help demo test test-long setup build addon parity bench clean
 
 help:
 	@echo 'make demo    set up, build, and render one of the scenes (one minute once built)'
@@ -12,6 +12,7 @@ help:
 	@echo 'make build   set up and build target/release/sundog'
 	@echo 'make addon   build the Blender extension with the program inside: dist/sundog-VERSION-linux-x64.zip'
 	@echo 'make setup   system packages, Rust, Embree, OpenColorIO and libclang only'
+	@echo 'make parity  compare every shader node with Cycles: BLENDER=5.2.3 FILTER=Noise,Mix FOLDER=out/parity (minutes)'
 	@echo 'make bench   measure Sundog against Cycles, into docs/notes/benchmarks.md (long; an idle machine)'
 	@echo 'make clean   remove what was built; the cache folder and .native/ stay'
 
@@ -36,6 +37,14 @@ test-long: setup
 bench: build
 	@scripts/setup-bpy.sh 4.5.15
 	@"$${SUNDOG_BPY_PYTHON:-$${XDG_CACHE_HOME:-$$HOME/.cache}/sundog/bpy-4.5.15/bin/python}" scripts/benchmark.py
+
+BLENDER ?= 5.2.3
+FILTER ?=
+FOLDER ?= out/parity
+
+parity: build
+	@scripts/setup-bpy.sh "$(BLENDER)"
+	@"$${XDG_CACHE_HOME:-$$HOME/.cache}/sundog/bpy-$(BLENDER)/bin/python" tests/addon/parity.py --filter "$(FILTER)" --folder "$(FOLDER)"
 
 clean:
 	rm -rf target out dist
