@@ -1,11 +1,11 @@
 //! A scene that calls for every procedural texture.
 
 use glam::{DAffine3, DQuat, DVec3};
-use sundog::nodes::voronoi::{VoronoiFeature, VoronoiMetric};
+use sundog::nodes::voronoi::{VoronoiFeature, VoronoiHash, VoronoiMetric};
 use sundog::nodes::wave::{WaveBandsDirection, WaveProfile, WaveRingsDirection, WaveType};
 use sundog::nodes::{
-    BrickSettings, Dimensions, GaborType, GradientType, NoiseSettings, NoiseType, VoronoiSettings,
-    WaveSettings,
+    BrickSettings, CyclesVersion, Dimensions, GaborType, GradientType, MagicSettings,
+    NoiseSettings, NoiseType, VoronoiSettings, WaveSettings,
 };
 use sundog::scene::graph::function::{PlaceInput, VoronoiPart};
 use sundog::scene::graph::node::diffuse;
@@ -27,6 +27,7 @@ pub fn scene() -> Scene {
                 feature: VoronoiFeature::F1,
                 metric: VoronoiMetric::Euclidean,
                 normalize: false,
+                hash: VoronoiHash::Pcg,
             },
             part: VoronoiPart::Color,
         },
@@ -36,7 +37,7 @@ pub fn scene() -> Scene {
             rings_direction: WaveRingsDirection::X,
             profile: WaveProfile::Sin,
         }),
-        ProceduralTexture::Magic(2),
+        ProceduralTexture::Magic(MagicSettings::of(CyclesVersion::LATEST, 2)),
         ProceduralTexture::Brick(BrickSettings::default()),
         ProceduralTexture::Checker,
         ProceduralTexture::Gradient(GradientType::Linear),
