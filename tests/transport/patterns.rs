@@ -51,10 +51,10 @@ pub fn scene() -> Scene {
     scene.cameras.push(camera(DVec3::new(0.0, 0.2, 4.0), 0.8));
     for (number, texture) in textures.into_iter().enumerate() {
         let mut graph = Graph::default();
-        let position = NodeKind::Function(Function::Place(PlaceInput::Position));
-        let position = graph.add(Node::new(position));
+        let coordinates = NodeKind::Function(Function::Place(PlaceInput::Object));
+        let coordinates = graph.add(Node::new(coordinates));
         let pattern = Node::new(NodeKind::Function(Function::Texture(texture)));
-        let pattern = graph.add(pattern.with(0, position));
+        let pattern = graph.add(pattern.with(0, coordinates));
         let surface = Node::new(NodeKind::DiffuseBsdf).with(diffuse::COLOR, pattern);
         graph.surface = Some(graph.add(surface));
         let material = Material {
