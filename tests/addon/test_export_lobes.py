@@ -130,7 +130,7 @@ class Lobes(kit.ExportTest):
         self.assertEqual({v["verdict"] for v in self.agree().values()}, {"exact"})
 
     def test_shaders_of_one_lobe_are_those_of_cycles(self):
-        """Diffuse transmission, metals, fibres, toon shading, refraction and glass."""
+        """Diffuse transmission, metals, fibres, toon shading and refraction."""
         def toon(kind, size):
             made = alone(f"{kind} toon {size}", "ShaderNodeBsdfToon", Color=RED, Size=size, Smooth=0.3)
             made.node_tree.nodes["Toon BSDF"].component = kind
@@ -145,8 +145,8 @@ class Lobes(kit.ExportTest):
             [alone(f"fibres {r}", "ShaderNodeBsdfSheen", Color=GOLD, Roughness=r) for r in (0.1, 0.3, 0.5, 0.75, 1)],
             [toon("DIFFUSE", 0.3), toon("DIFFUSE", 0.9), toon("GLOSSY", 0.2), toon("GLOSSY", 0.6),
              alone("refraction", "ShaderNodeBsdfRefraction", Roughness=0.5, IOR=1.3)],
-            [alone(f"glass {r}", "ShaderNodeBsdfGlass", Roughness=r) for r in (0.4, 0.5, 0.6, 0.8, 1)],
         ]
+        # Rough glass leaks the light of lamps in Cycles: test_parity_lobes compares it in the light of a uniform world.
         self.show(rows)
         self.assertEqual({v["verdict"] for v in self.agree().values()}, {"exact"})
 

@@ -107,12 +107,17 @@ impl Reader<'_, '_, '_> {
 
     /// Tells that light does not go on below the surface.
     fn without_subsurface(&mut self) {
+        let material = Subject::Material(self.name.to_owned());
+        // The flat material may have said so already.
+        if self.diagnostics.has_told(Effect::Subsurface, &material) {
+            return;
+        }
         self.diagnostics.report_effect(
             Effect::Subsurface,
             "unsupported-material",
             Verdict::Lost,
             "subsurface scattering",
-            Subject::Material(self.name.to_owned()),
+            material,
             "rendered as a diffuse surface",
         );
     }
