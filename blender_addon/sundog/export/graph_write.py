@@ -237,10 +237,15 @@ def _file(image, cache):
         path = images.original(image, cache, name in images.DATA_SPACES, any_space=True)
     if path is None:
         return _copy(image, cache)
-    alpha = image.alpha_mode
-    if alpha in {"STRAIGHT", "PREMUL"} and not _is_builtin(image):
-        alpha = "STRAIGHT" if _multiplies(alpha, images.start_of(image)) else "PREMUL"
-    return path, name, alpha
+    return path, name, _alpha_of(image)
+
+
+def _alpha_of(image):
+    """The alpha mode by which Cycles takes an image's own numbers."""
+    mode = image.alpha_mode
+    if mode not in {"STRAIGHT", "PREMUL"} or _is_builtin(image):
+        return mode
+    return "STRAIGHT" if _multiplies(mode, images.start_of(image)) else "PREMUL"
 
 
 def _multiplies(mode, start):
@@ -258,9 +263,7 @@ def _copy(image, cache):
     """The same of a new file. Coded numbers stay coded, as they are interpolated so."""
     name, mode, builtin = image.colorspace_settings.name, image.alpha_mode, _is_builtin(image)
     stem = os.path.join(cache, f"graph-{hashlib.sha1(json.dumps(images.identity(image)).encode()).hexdigest()}")
-    alpha = mode
-    if mode in {"STRAIGHT", "PREMUL"} and not builtin:
-        alpha = "STRAIGHT" if _multiplies(mode, images.start_of(image)) else "PREMUL"
+    alpha = _alpha_of(image)
     if not builtin and (image.is_float or mode == "PREMUL"):
         # Blender has changed the numbers of the file.
         codes = images.codes_of(image)
