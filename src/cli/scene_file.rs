@@ -124,6 +124,7 @@ impl args::Environment {
                 radiance,
                 rotation: DMat3::IDENTITY,
                 visibility: Visibility::ALL,
+                graph: None,
             });
         }
         Ok(())

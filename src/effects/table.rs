@@ -76,7 +76,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::MeshLights, Kernels, ["emissive triangles", "a used material emits (an unlit one: is not black)"]),
         line(E::Suns, Kernels, ["sun lights", "there is one that is not black and that some rays see"]),
         line(E::ConstantEnvironment, Kernels, ["the same light from all around", "the world is not black, and has no image or one that is the same everywhere"]),
-        line(E::ImageEnvironment, Kernels, ["light from all around by an image", "the world is not black and has an image that is not the same everywhere"]),
+        line(E::ImageEnvironment, Kernels, ["light from all around by an image or a node tree", "the world is not black and has an image that is not the same everywhere, or a node tree"]),
         line(E::LightTree, Preparation, ["the choice between lights by where they are, among many by a tree", "there is more than one lamp or emissive triangle"]),
         line(E::Instances, Kernels, ["meshes that are placed more than once", "a mesh is"]),
         line(E::RayVisibility, Kernels, ["objects and lights that some rays do not see", "an object, a light or the world is hidden from diffuse, glossy or transmission rays, or a light casts no shadow or has a limit of bounces"]),

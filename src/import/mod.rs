@@ -154,6 +154,7 @@ pub fn load_environment(
         radiance: [strength; 3],
         rotation: Environment::turned_about_up(rotation_degrees.to_radians()),
         visibility: Visibility::ALL,
+        graph: None,
     });
     Ok(diagnostics)
 }

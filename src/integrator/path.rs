@@ -182,6 +182,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let normal = bsdf.receiving_normal();
         let at = &mut walk.beside.previous.at;
         world.lights.context_into(at, surface.point.point, normal);
+        at.bounces = walk.bounce;
         let vertex = Vertex::<E> {
             world,
             settings,

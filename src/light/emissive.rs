@@ -374,7 +374,11 @@ impl Light {
         let part = match self {
             Self::Triangle(triangle) => &triangle.part,
             Self::Rectangle(rectangle) => &rectangle.part,
-            Self::Lamp(_) | Self::Area(_) | Self::Sun(_) | Self::Environment(_) => return None,
+            Self::Lamp(_)
+            | Self::Area(_)
+            | Self::Sun(_)
+            | Self::Environment(_)
+            | Self::Computed(_) => return None,
         };
         Some((part.mesh.instance, part.mesh.rules))
     }

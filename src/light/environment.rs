@@ -1,12 +1,15 @@
-//! Light from all around: a constant, or an equirectangular image sampled in two dimensions.
+//! Light from all around: a constant, an equirectangular image, or what a node tree computes, each sampled in two dimensions.
 //!
 //! Blender's mapping: with Blender's axes (x, y, z up) the image's column is
 //! u = ½ − atan2(y, x)/2π and its row from the bottom v = ½ + asin(z)/π; the Mapping node turns
 //! the direction first. Sundog's axes are glTF's: x = x, y = z(up), z = −y.
 
+use super::program::{LightProgram, LookingRay, ShinePoint};
 use super::{Direction, LightHit};
-use crate::math::{floor, luminance};
+use crate::math::float::ONE_MINUS_EPSILON;
+use crate::math::{floor, luminance, warp};
 use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
+use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -16,7 +19,41 @@ pub struct Environment {
     radiance: Vec3,
     /// Orthonormal, by glTF's axes.
     image_from_world: Mat3,
-    image: Option<Image>,
+    kind: Kind,
+}
+
+#[derive(Debug)]
+enum Kind {
+    Constant,
+    Image(Image),
+    Computed(Box<Computed>),
+}
+
+/// What a program computes. Light sampling finds it by a table.
+#[derive(Debug)]
+struct Computed {
+    program: Box<dyn LightProgram>,
+    distribution: Distribution,
+    /// Over all directions.
+    mean: Vec3,
+    /// A bright disc that is sampled by itself, with a probability.
+    disc: Option<(Disc, f32)>,
+}
+
+/// A small bright disc of the sky.
+#[derive(Clone, Copy, Debug)]
+pub struct Disc {
+    /// Toward its middle, unit length.
+    pub toward: Vec3,
+    /// 1 − cos of its angular radius.
+    pub one_minus_cos: f32,
+}
+
+impl Disc {
+    #[inline]
+    fn contains(&self, d: Vec3) -> bool {
+        0.5 * (d - self.toward).length_squared() <= self.one_minus_cos
+    }
 }
 
 #[derive(Debug)]
@@ -52,6 +89,15 @@ impl From<Vec<Vec3>> for Texels {
 
 /// Cells of the distribution along u at most: finer than that only costs memory.
 const CELLS_U: usize = 2048;
+/// Columns of a table of what a program computes.
+const LEAST_COLUMNS: usize = 64;
+const MOST_COLUMNS: usize = 4096;
+/// A program is asked about so many directions at most, unless there are more texels.
+const MOST_LOOKS: usize = 1 << 20;
+/// Rows and columns of directions of a disc that a program is asked about.
+const DISC_LOOKS: u32 = 8;
+/// The share of the mean that every direction has in the table.
+const FLOOR: f32 = 0.02;
 
 /// A piecewise constant density over cells of (u, row), by inversion of its sums.
 #[derive(Debug)]
@@ -114,7 +160,7 @@ impl Environment {
         Self {
             radiance,
             image_from_world: Mat3::IDENTITY,
-            image: None,
+            kind: Kind::Constant,
         }
     }
 
@@ -135,7 +181,7 @@ impl Environment {
         Self {
             radiance,
             image_from_world: image_from_world.as_mat3(),
-            image: Some(Image {
+            kind: Kind::Image(Image {
                 width,
                 height,
                 texels,
@@ -144,10 +190,93 @@ impl Environment {
         }
     }
 
+    /// What a program computes, times the radiance; light sampling has a table of so many columns. `disc`: where the program
+    /// may show the sun.
+    pub fn computed(
+        program: Box<dyn LightProgram>,
+        columns: usize,
+        radiance: Vec3,
+        disc: Option<Disc>,
+    ) -> Self {
+        let columns = columns.clamp(LEAST_COLUMNS, MOST_COLUMNS);
+        let rows = columns / 2;
+        // No kind of ray in particular, as in Cycles.
+        let look = |d: Vec3| {
+            let light = program.emitted(&ShinePoint::around(d, LookingRay::sampling(0)));
+            // What is not a number is counted where paths find it.
+            Vec3::select(light.is_finite_mask(), light.abs(), Vec3::ZERO)
+        };
+        let beside = |d: Vec3| match disc.filter(|disc| disc.contains(d)) {
+            None => d,
+            // The disc has its own samples: the table has what is beside it.
+            Some(disc) => {
+                let away = (d - disc.toward * d.dot(disc.toward)).try_normalize();
+                let away = away.unwrap_or_else(|| disc.toward.any_orthonormal_vector());
+                let sin = (disc.one_minus_cos * (2.0 - disc.one_minus_cos))
+                    .max(0.0)
+                    .sqrt();
+                (disc.toward + away * (1.1 * sin)).normalize()
+            }
+        };
+        let parts = (MOST_LOOKS / (columns * rows)).clamp(1, 4);
+        let side = if parts >= 4 { 2 } else { 1 };
+        let texels: Vec<Vec3> = (0..columns * rows)
+            .into_par_iter()
+            .map(|i| {
+                let (x, y) = (i % columns, i / columns);
+                let at = |k: usize, part: usize| (k as f32) + (part as f32 + 0.5) / side as f32;
+                let part = |k: usize| {
+                    let u = at(x, k % side) / columns as f32;
+                    let v = at(y, k / side) / rows as f32;
+                    look(beside(Self::direction(u, (v * PI).cos())))
+                };
+                (0..side * side).map(part).sum::<Vec3>() / (side * side) as f32
+            })
+            .collect();
+        let weights = (0..rows).map(|y| ((y as f32 + 0.5) / rows as f32 * PI).sin());
+        let (sum, weight) = weights.zip(texels.chunks_exact(columns)).fold(
+            (DVec3::ZERO, 0.0),
+            |(sum, weight), (sin, row)| {
+                let row: DVec3 = row.iter().map(|t| t.as_dvec3()).sum();
+                let sin = f64::from(sin);
+                (sum + row * sin, weight + sin * columns as f64)
+            },
+        );
+        let mut mean = (sum / weight).as_vec3();
+        // No bright spot between the places looked at is without a chance.
+        let floor = mean * FLOOR;
+        let table: Vec<Vec3> = texels.into_iter().map(|t| t + floor).collect();
+        let disc = disc.and_then(|disc| {
+            let middle = |i: u32| (i as f32 + 0.5) / DISC_LOOKS as f32;
+            let looks = (0..DISC_LOOKS * DISC_LOOKS).map(|i| {
+                let u = Vec2::new(middle(i % DISC_LOOKS), middle(i / DISC_LOOKS));
+                look(warp::cone_about(disc.toward, u, disc.one_minus_cos))
+            });
+            let radiance = looks.sum::<Vec3>() / (DISC_LOOKS * DISC_LOOKS) as f32;
+            // The share of all directions: (1 − cos) / 2.
+            let of_mean = radiance * (0.5 * disc.one_minus_cos);
+            let (light, all) = (luminance(of_mean), luminance(mean + of_mean));
+            mean += of_mean;
+            (light > 0.0).then(|| (disc, (light / all).clamp(0.1, 0.9)))
+        });
+        Self {
+            radiance,
+            image_from_world: Mat3::IDENTITY,
+            kind: Kind::Computed(Box::new(Computed {
+                distribution: Distribution::new(columns, rows, &table.into(), radiance),
+                program,
+                mean,
+                disc,
+            })),
+        }
+    }
+
     /// Mean radiance over all directions (for the choice between lights).
     pub fn mean(&self) -> Vec3 {
-        let Some(image) = &self.image else {
-            return self.radiance;
+        let image = match &self.kind {
+            Kind::Constant => return self.radiance,
+            Kind::Computed(computed) => return computed.mean * self.radiance,
+            Kind::Image(image) => image,
         };
         let mut sum = glam::DVec3::ZERO;
         let mut weight = 0f64;
@@ -188,21 +317,25 @@ impl Environment {
         Vec3::new(sin * phi.cos(), cos, -sin * phi.sin())
     }
 
-    /// Radiance from a direction.
+    /// Radiance from a direction, as a ray sees it.
     #[inline]
-    pub fn emitted(&self, d: Vec3) -> Vec3 {
-        let Some(image) = &self.image else {
-            return self.radiance;
-        };
-        self.radiance * image.bilinear(Self::coordinates(self.image_from_world * d))
+    pub fn emitted(&self, d: Vec3, ray: LookingRay) -> Vec3 {
+        match &self.kind {
+            Kind::Constant => self.radiance,
+            Kind::Image(image) => {
+                self.radiance * image.bilinear(Self::coordinates(self.image_from_world * d))
+            }
+            Kind::Computed(computed) => self.radiance * computed.emitted(d, ray),
+        }
     }
 
     /// What a ray finds. Its place in the image is looked up once, for the radiance and the density.
     #[inline]
-    pub fn le(&self, d: Vec3) -> LightHit {
-        let (radiance, on) = match &self.image {
-            None => (self.radiance, Vec3::ZERO),
-            Some(image) => {
+    pub fn le(&self, d: Vec3, ray: LookingRay) -> LightHit {
+        let (radiance, on) = match &self.kind {
+            Kind::Constant => (self.radiance, Vec3::ZERO),
+            Kind::Computed(computed) => (self.radiance * computed.emitted(d, ray), computed.on(d)),
+            Kind::Image(image) => {
                 let d = self.image_from_world * d;
                 let at = Self::coordinates(d);
                 (
@@ -221,12 +354,13 @@ impl Environment {
     /// Draws a direction in proportion to the radiance.
     #[inline]
     pub fn sample(&self, u: Vec2) -> Direction {
-        match &self.image {
-            None => Direction {
+        match &self.kind {
+            Kind::Constant => Direction {
                 wi: crate::math::warp::sphere(u),
                 pdf: 1.0 / (4.0 * PI),
             },
-            Some(image) => {
+            Kind::Computed(computed) => computed.sample(u),
+            Kind::Image(image) => {
                 let (u, cos, pdf) = image.distribution.sample(u);
                 Direction {
                     // The inverse of an orthonormal matrix.
@@ -240,10 +374,61 @@ impl Environment {
     /// Density with which [`Self::sample`] finds what a ray has hit.
     #[inline]
     pub fn pdf_li(&self, on: Vec3) -> f32 {
-        match &self.image {
-            None => 1.0 / (4.0 * PI),
-            Some(image) => image.distribution.pdf(on.x, on.y),
+        match &self.kind {
+            Kind::Constant => 1.0 / (4.0 * PI),
+            Kind::Image(image) => image.distribution.pdf(on.x, on.y),
+            Kind::Computed(computed) => computed.pdf(on),
         }
+    }
+}
+
+impl Computed {
+    #[cold]
+    fn emitted(&self, d: Vec3, ray: LookingRay) -> Vec3 {
+        self.program.emitted(&ShinePoint::around(d, ray))
+    }
+
+    /// Where in the table, and whether in the disc.
+    fn on(&self, d: Vec3) -> Vec3 {
+        let at = Environment::coordinates(d);
+        let in_disc = self.disc.is_some_and(|(disc, _)| disc.contains(d));
+        Vec3::new(at.x, d.y, f32::from(in_disc))
+    }
+
+    #[cold]
+    fn sample(&self, u: Vec2) -> Direction {
+        let mut x = u.x;
+        if let Some((disc, share)) = &self.disc {
+            if x < *share {
+                let u = Vec2::new(x / share, u.y);
+                let wi = warp::cone_about(disc.toward, u, disc.one_minus_cos);
+                let at = Environment::coordinates(wi);
+                // Rounding may place it beside the disc's edge.
+                let pdf = self.pdf(Vec3::new(at.x, wi.y, 1.0));
+                return Direction { wi, pdf };
+            }
+            x = ((x - share) / (1.0 - share)).min(ONE_MINUS_EPSILON);
+        }
+        let (u, cos, pdf) = self.distribution.sample(Vec2::new(x, u.y));
+        let wi = Environment::direction(u, cos);
+        let pdf = match &self.disc {
+            None => pdf,
+            Some(_) => self.pdf(self.on(wi)),
+        };
+        Direction { wi, pdf }
+    }
+
+    fn pdf(&self, on: Vec3) -> f32 {
+        let table = self.distribution.pdf(on.x, on.y);
+        let Some((disc, share)) = &self.disc else {
+            return table;
+        };
+        let of_disc = if on.z > 0.0 {
+            warp::cone_pdf(disc.one_minus_cos)
+        } else {
+            0.0
+        };
+        table * (1.0 - share) + of_disc * share
     }
 }
 
@@ -380,6 +565,8 @@ impl Distribution {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const ANY: LookingRay = LookingRay { kind: 0, depth: 0 };
     use crate::math::warp::grid;
 
     fn gradient(width: usize, height: usize) -> Vec<Vec3> {
@@ -427,7 +614,7 @@ mod tests {
             (DMat3::from_rotation_y(quarter), Vec3::X, Vec3::NEG_Y),
         ] {
             let (env, plain, d) = at(rotation, from);
-            let (found, wanted) = (env.emitted(d), plain.emitted(to));
+            let (found, wanted) = (env.emitted(d, ANY), plain.emitted(to, ANY));
             assert!((found - wanted).length() < 1e-4, "{found} {wanted}");
         }
     }
@@ -444,12 +631,12 @@ mod tests {
             for u in grid(n) {
                 let s = env.sample(u);
                 assert!(s.pdf > 0.0);
-                let hit = env.le(s.wi);
-                assert_eq!(hit.radiance, env.emitted(s.wi));
+                let hit = env.le(s.wi, ANY);
+                assert_eq!(hit.radiance, env.emitted(s.wi, ANY));
                 // At cell borders rounding may name the neighbour; elsewhere the densities agree.
                 agree += usize::from((env.pdf_li(hit.on) / s.pdf - 1.0).abs() < 1e-3);
-                by_table += f64::from(env.emitted(s.wi).y / s.pdf);
-                uniform += f64::from(env.emitted(crate::math::warp::sphere(u)).y)
+                by_table += f64::from(env.emitted(s.wi, ANY).y / s.pdf);
+                uniform += f64::from(env.emitted(crate::math::warp::sphere(u), ANY).y)
                     * 4.0
                     * std::f64::consts::PI;
             }

@@ -25,7 +25,7 @@ impl Finder {
         let (mut spheres, mut of_sphere) = (Vec::new(), Vec::new());
         let (mut corners, mut triangles, mut of_triangle) = (Vec::new(), Vec::new(), Vec::new());
         for &number in sized {
-            match &lights[number as usize] {
+            match lights[number as usize].plain() {
                 Light::Lamp(lamp) => {
                     // A disc that turns with the point is inside of its sphere.
                     let c = lamp.center;
@@ -44,7 +44,8 @@ impl Finder {
                 Light::Triangle(_)
                 | Light::Rectangle(_)
                 | Light::Sun(_)
-                | Light::Environment(_) => {}
+                | Light::Environment(_)
+                | Light::Computed(_) => {}
             }
         }
         let mut scene = embree::Scene::new(device, true)?;

@@ -1,9 +1,10 @@
 //! Lights made from a scene's descriptions of them.
 
 use super::area::Area;
-use super::environment::{Environment, Texels};
+use super::environment::{Disc, Environment, Texels};
 use super::kinds::Light;
 use super::lamp::{Cone, Lamp};
+use super::program::LightProgram;
 use super::sun::Sun;
 use crate::math::luminance;
 use crate::scene::{self, AreaShape, Image, LightKind, Pixels};
@@ -63,6 +64,20 @@ impl Light {
             None => made.irradiance(),
         };
         if power <= 0.0 { None } else { Some(made) }
+    }
+
+    /// From an environment that a program computes. `None` if nothing shines.
+    pub fn computed(
+        environment: &scene::Environment,
+        program: Box<dyn LightProgram>,
+        columns: usize,
+        disc: Option<Disc>,
+    ) -> Option<Self> {
+        let radiance = Vec3::from(environment.radiance);
+        (luminance(radiance) > 0.0).then(|| {
+            let prepared = Environment::computed(program, columns, radiance, disc);
+            Self::Environment(Box::new(prepared))
+        })
     }
 
     /// From an environment, with its image. `None` if nothing shines.

@@ -2,11 +2,13 @@
 
 use super::LightHit;
 use super::area::Area;
+use super::computed::ComputedLight;
 use super::emissive::{EmissiveRectangle, EmissiveTriangle};
 use super::environment::Environment;
 use super::estimate::{Angle, Front, LightBounds};
 use super::lamp::{Lamp, LampSample};
 use super::light_sampler::Pmf;
+use super::program::LookingRay;
 use super::sun::Sun;
 use crate::math::luminance;
 use glam::{Mat3, Vec2, Vec3};
@@ -26,6 +28,8 @@ pub enum Light {
     Sun(Sun),
     /// Light from all around.
     Environment(Box<Environment>),
+    /// A lamp, an area light or a sun whose strength a node tree computes.
+    Computed(Box<ComputedLight>),
 }
 
 /// A point that is lit, with the probabilities of the lights there ([`super::LightSet::context`]).
@@ -35,6 +39,8 @@ pub struct LightSampleContext {
     pub point: Vec3,
     /// Side that receives; `None` where both do.
     pub normal: Option<Vec3>,
+    /// Surfaces that have scattered the path to it, for lights whose node trees ask.
+    pub bounces: u32,
     pub(super) pmf: Pmf,
     pub(super) groups: Groups,
 }
@@ -53,6 +59,7 @@ impl LightSampleContext {
         Self {
             point,
             normal,
+            bounces: 0,
             pmf: Pmf::NONE,
             groups: Groups {
                 sum: 1.0,
@@ -112,6 +119,15 @@ impl LightSample {
         }
     }
 
+    /// What a factor leaves of it.
+    #[must_use]
+    pub(super) fn times(self, factor: Vec3) -> Self {
+        Self {
+            arriving: self.arriving * factor,
+            ..self
+        }
+    }
+
     /// Radiance over density; MIS is left to the caller.
     #[inline]
     pub fn contribution(&self) -> Vec3 {
@@ -155,9 +171,10 @@ impl Light {
             }
             Self::Environment(environment) => {
                 let d = environment.sample(u);
-                let radiance = environment.emitted(d.wi);
+                let radiance = environment.emitted(d.wi, LookingRay::sampling(at.bounces));
                 Some(LightSample::with_density(d.wi, radiance, d.pdf, None))
             }
+            Self::Computed(light) => light.sample_li(at, u),
         }
     }
 
@@ -170,7 +187,10 @@ impl Light {
             Self::Area(area) => area.le(origin, wi),
             Self::Triangle(_) | Self::Rectangle(_) => None,
             Self::Sun(sun) => sun.le(wi),
-            Self::Environment(environment) => Some(environment.le(wi)),
+            Self::Environment(environment) => {
+                Some(environment.le(wi, LookingRay::sampling(at.bounces)))
+            }
+            Self::Computed(light) => light.le(at, origin, wi),
         }
     }
 
@@ -184,6 +204,7 @@ impl Light {
             Self::Rectangle(rectangle) => rectangle.pdf_li(at.point, on),
             Self::Sun(sun) => sun.pdf_li(),
             Self::Environment(environment) => environment.pdf_li(on),
+            Self::Computed(light) => light.plain().pdf_li(at, wi, on),
         }
     }
 
@@ -195,6 +216,7 @@ impl Light {
             Self::Triangle(triangle) => Some(triangle.bounds()),
             Self::Rectangle(rectangle) => Some(rectangle.bounds()),
             Self::Sun(_) | Self::Environment(_) => None,
+            Self::Computed(light) => light.bounds(),
         }
     }
 
@@ -204,6 +226,7 @@ impl Light {
             Self::Sun(sun) => luminance(sun.irradiance),
             Self::Environment(environment) => std::f32::consts::PI * luminance(environment.mean()),
             Self::Lamp(_) | Self::Area(_) | Self::Triangle(_) | Self::Rectangle(_) => 0.0,
+            Self::Computed(light) => light.irradiance(),
         }
     }
 
@@ -215,6 +238,15 @@ impl Light {
             Self::Triangle(_) | Self::Rectangle(_) => false,
             Self::Sun(sun) => !sun.is_delta(),
             Self::Environment(_) => true,
+            Self::Computed(light) => light.plain().is_sized(),
+        }
+    }
+
+    /// The light without its node tree.
+    pub(super) fn plain(&self) -> &Self {
+        match self {
+            Self::Computed(light) => light.plain(),
+            _ => self,
         }
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod area;
 pub mod closed;
+pub mod computed;
 pub mod ellipse;
 pub mod emissive;
 pub mod environment;
@@ -14,6 +15,7 @@ pub mod from_scene;
 pub mod kinds;
 pub mod lamp;
 pub mod light_sampler;
+pub mod program;
 pub mod quad;
 pub mod rectangle;
 pub mod rules;

@@ -5,6 +5,7 @@ use super::estimate::{Angle, LightBounds, MOST};
 use super::finder::Finder;
 use super::kinds::{Groups, Light, LightSample, LightSampleContext};
 use super::light_sampler::LightSampler;
+use super::program::LookingRay;
 use super::rules::Rules;
 use crate::ffi::embree::{Device, EmbreeError};
 use crate::math::float;
@@ -441,8 +442,16 @@ impl LightSet {
             if !rules.allow(kind, bounces) {
                 continue;
             }
-            // From infinity the ray's origin makes no difference.
-            let Some(hit) = light.le(at, at.point, wi) else {
+            let hit = match light {
+                Light::Environment(environment) => {
+                    let depth = bounces + 1 + u32::from(kind != RayKind::Camera);
+                    let kind = kind.bit();
+                    Some(environment.le(wi, LookingRay { kind, depth }))
+                }
+                // From infinity the ray's origin makes no difference.
+                _ => light.le(at, at.point, wi),
+            };
+            let Some(hit) = hit else {
                 continue;
             };
             let pdf = if kind == RayKind::Camera {

@@ -121,7 +121,8 @@ impl<'a> Inventory<'a> {
                     image: environment
                         .image
                         .and_then(|id| scene.images.get(id.0 as usize))
-                        .map(|i| i.name.as_str()),
+                        .map(|i| i.name.as_str())
+                        .or(environment.graph.as_ref().map(|_| "node tree")),
                     radiance: environment.radiance,
                     rotation: environment.rotation.transpose().to_cols_array_2d(),
                     turn: turn(&environment.rotation),

@@ -239,6 +239,8 @@ pub struct Light {
     pub visibility: Visibility,
     /// Paths with more bounces do not see it.
     pub max_bounces: u32,
+    /// A node tree that emits: its light is what this one is multiplied with.
+    pub graph: Option<Box<graph::Graph>>,
 }
 
 impl Light {
@@ -337,6 +339,17 @@ pub struct Environment {
     pub rotation: DMat3,
     /// Which rays see it.
     pub visibility: Visibility,
+    /// A node tree in the image's place.
+    pub graph: Option<Box<WorldGraph>>,
+}
+
+/// The node tree of a world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldGraph {
+    /// What it is: its surface emits.
+    pub graph: graph::Graph,
+    /// Columns of the table by which light sampling finds it; 0 leaves it to the images and suns in it, as in Cycles.
+    pub resolution: u32,
 }
 
 impl Environment {
@@ -347,14 +360,16 @@ impl Environment {
             radiance,
             rotation: DMat3::IDENTITY,
             visibility: Visibility::ALL,
+            graph: None,
         }
     }
 
     /// The effect that light from all around of this kind is.
     pub fn effect(&self) -> Effect {
-        match self.image {
-            Some(_) => Effect::ImageEnvironment,
-            None => Effect::ConstantEnvironment,
+        if self.image.is_some() || self.graph.is_some() {
+            Effect::ImageEnvironment
+        } else {
+            Effect::ConstantEnvironment
         }
     }
 

@@ -4,6 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::flatten::directions;
+use super::graph::Graph;
 use super::{
     Camera, Diagnostics, Effect, Light, LightKind, Material, Mesh, Projection, Scene, Verdict,
     twins,
@@ -272,6 +273,15 @@ fn clean_environment(scene: &mut Scene, images: usize, diagnostics: &mut Diagnos
             );
             scene.environment = None;
         }
+    }
+    for light in &mut scene.lights {
+        if let Some(graph) = &mut light.graph {
+            clean_graph(graph, images, &light.name, diagnostics);
+        }
+    }
+    let world = scene.environment.as_mut().and_then(|e| e.graph.as_mut());
+    if let Some(world) = world {
+        clean_graph(&mut world.graph, images, "the world", diagnostics);
     }
 }
 
@@ -619,10 +629,14 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
 }
 
 fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diagnostics) {
-    let faults = material.graph.clean(images);
+    clean_graph(&mut material.graph, images, &material.name, diagnostics);
+}
+
+fn clean_graph(graph: &mut Graph, images: usize, owner: &str, diagnostics: &mut Diagnostics) {
+    let faults = graph.clean(images);
     let mut tell = |there: bool, code, verdict, feature: &str, instead: &str| {
         if there {
-            diagnostics.report(code, verdict, feature, &material.name, instead);
+            diagnostics.report(code, verdict, feature, owner, instead);
         }
     };
     tell(

@@ -206,6 +206,7 @@ mod tests {
                 radiance: [strength; 3],
                 rotation: DMat3::IDENTITY,
                 visibility: Visibility::ALL,
+                graph: None,
             });
             assert_eq!(world.shines(), answer);
         }
@@ -223,6 +224,7 @@ mod tests {
                 world_from_light: DAffine3::IDENTITY,
                 visibility: Visibility::ALL,
                 max_bounces: Light::MAX_BOUNCES,
+                graph: None,
             }];
             assert_eq!(sun.shines(), answer);
         }

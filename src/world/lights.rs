@@ -2,15 +2,20 @@
 
 use super::geometry::{MeshData, MeshInstance};
 use super::material::PreparedMaterial;
-use super::place::Asking;
+use super::place::{Asking, View, from_blender};
+use super::shine::Shine;
 use crate::effects::{self, Effect, General};
 use crate::ffi::embree::{Device, EmbreeError};
+use crate::light::computed::{ComputedLight, LightAxes};
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
+use crate::light::environment::Disc;
 use crate::light::{Light, LightSet, LightSetBuilder, Rules};
 use crate::math::luminance;
-use crate::scene::{RayKind, Scene};
+use crate::scene::graph::function::PlaceInput;
+use crate::scene::graph::{Function, Graph, Node, NodeKind};
+use crate::scene::{self, LightKind, RayKind, Scene, WorldGraph};
 use enumset::EnumSet;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Mat3, Vec2, Vec3};
 use std::sync::Arc;
 
 /// A mesh in its place, as the lights on it see it.
@@ -91,6 +96,7 @@ pub(super) fn prepare(
     scene: &Scene,
     effects: EnumSet<Effect>,
     (origin, eye, cull_backfaces): (DVec3, Eye, bool),
+    view: View,
     entries: &[MeshInstance],
     (meshes, materials): (&[Arc<MeshData>], &[Arc<PreparedMaterial>]),
     device: &Device,
@@ -101,6 +107,7 @@ pub(super) fn prepare(
         if effects::keeps(effects, light)
             && let Some(made) = Light::from_scene(light, origin)
         {
+            let made = with_tree(scene, light, made, (origin, view));
             let rules = Rules::new(light.visibility, light.max_bounces, by_kind);
             builder.add(made, rules, number as u32);
         }
@@ -129,13 +136,87 @@ pub(super) fn prepare(
     }
     if let Some(environment) = &scene.environment
         && effects::keeps_environment(effects, environment)
-        && let Some(made) = Light::from_environment(environment, &scene.images)
+        && let Some(made) = around(scene, environment, (origin, view))
     {
         // Shadows are no choice of the world's.
         let seen = environment.visibility.with(RayKind::Shadow);
         builder.add_environment(made, Rules::new(seen, u32::MAX, by_kind));
     }
     builder.build(effects.contains(Effect::LightTree), device)
+}
+
+/// A light with its node tree, if it has one.
+fn with_tree(scene: &Scene, light: &scene::Light, made: Light, known: (DVec3, View)) -> Light {
+    let Some(graph) = &light.graph else {
+        return made;
+    };
+    let place = &light.world_from_light;
+    let inverse = place.matrix3.inverse();
+    let axes = LightAxes {
+        light_from_world: if inverse.is_finite() {
+            inverse.as_mat3()
+        } else {
+            Mat3::IDENTITY
+        },
+        location: (place.translation - known.0).as_vec3(),
+        size: match light.kind {
+            LightKind::Area { size, .. } => Vec2::from(size),
+            LightKind::Spot { half_angle, .. } => Vec2::splat(half_angle),
+            LightKind::Sun { angle, .. } => Vec2::splat(0.5 * angle),
+            LightKind::Point { .. } => Vec2::ONE,
+        },
+    };
+    let shine = Shine::new(scene, graph, Some(axes), known);
+    let computed = ComputedLight::new(made, Box::new(shine), axes);
+    Light::Computed(Box::new(computed))
+}
+
+/// The light from all around.
+fn around(scene: &Scene, environment: &scene::Environment, known: (DVec3, View)) -> Option<Light> {
+    let Some(world) = &environment.graph else {
+        return Light::from_environment(environment, &scene.images);
+    };
+    let shine = Shine::new(scene, &world.graph, None, known);
+    let suns = suns(&world.graph);
+    let [disc] = suns[..] else {
+        let columns = columns(scene, world, !suns.is_empty());
+        return Light::computed(environment, Box::new(shine), columns, None);
+    };
+    let columns = columns(scene, world, disc.is_none());
+    Light::computed(environment, Box::new(shine), columns, disc)
+}
+
+/// The suns of a world: discs in directions that are known, or `None`.
+fn suns(graph: &Graph) -> Vec<Option<Disc>> {
+    let of = |node: &Node| {
+        let NodeKind::Function(Function::Sky(sky)) = &node.kind else {
+            return None;
+        };
+        let sun = sky.sun?;
+        let place = |input| matches!(input, PlaceInput::Generated | PlaceInput::Position);
+        let is_plain = node.inputs[0].link().is_some_and(|link| {
+            matches!(graph.node(link).kind, NodeKind::Function(Function::Place(input)) if place(input))
+        });
+        let s = (0.5 * sun.half_angle.min(std::f32::consts::FRAC_PI_2)).sin();
+        Some(is_plain.then(|| Disc {
+            toward: from_blender(sun.direction),
+            one_minus_cos: 2.0 * s * s,
+        }))
+    };
+    graph.nodes.iter().filter_map(of).collect()
+}
+
+/// Columns of the table by which light sampling finds a world: those that Cycles takes.
+fn columns(scene: &Scene, world: &WorldGraph, has_hidden_suns: bool) -> usize {
+    if world.resolution > 0 {
+        return world.resolution as usize;
+    }
+    let of_images = world.graph.textures().filter_map(|texture| {
+        let image = scene.images.get(texture.image.0 as usize)?;
+        Some((image.width as usize).max(2 * image.height as usize))
+    });
+    let of_suns = has_hidden_suns.then_some(4096);
+    of_images.chain(of_suns).max().unwrap_or(1024)
 }
 
 #[cfg(test)]

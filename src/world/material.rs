@@ -4,7 +4,7 @@ use super::Options;
 use crate::effects::{self, Effect};
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{glass, principled};
-use crate::scene::graph::{Distribution, PrincipledSummary, SimpleBsdf, TangentKind};
+use crate::scene::graph::{Distribution, Graph, PrincipledSummary, SimpleBsdf, TangentKind};
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
 use crate::shading::layers::{Coat, Fibres, Layers};
 use crate::shading::program::{
@@ -198,6 +198,18 @@ impl Preparer {
             _ => None,
         };
         shaders.iter().map(|w| tables(&w.shader)).collect()
+    }
+
+    /// The programs of a graph that belongs to no surface.
+    pub fn programs(&mut self, scene: &Scene, graph: &Graph) -> Programs {
+        let known = Known {
+            vertex_colors: false,
+        };
+        let mut source = Textures {
+            rasters: &mut self.rasters,
+            scene,
+        };
+        compile(graph, known, &mut source)
     }
 
     /// Prepares a material, for vertices with colours or without.

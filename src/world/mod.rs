@@ -8,6 +8,7 @@ mod material;
 mod origin;
 mod place;
 mod placed;
+mod shine;
 
 pub use crate::ffi::embree::{Hit, InstructionSet};
 pub use crate::light::Source;
@@ -164,6 +165,7 @@ impl World {
             scene,
             options.effects,
             (origin, eye, options.cull_backfaces),
+            View::new(options, origin),
             &geometry.entries,
             (&geometry.meshes, &materials),
             &device,
@@ -226,6 +228,14 @@ impl World {
         let eye = Eye::new(options.camera, origin);
         // What programs know of the view.
         stale.lights |= self.geometry.look(View::new(options, origin));
+        stale.lights |= scene.environment.as_ref().is_some_and(|environment| {
+            let world = environment.graph.as_ref();
+            world.is_some_and(|world| shine::asks_about_view(&world.graph))
+        });
+        stale.lights |= scene.lights.iter().any(|light| {
+            let graph = light.graph.as_ref();
+            graph.is_some_and(|graph| shine::asks_about_view(graph))
+        });
         // Which way closed lamps shine hangs on where the camera is.
         stale.lights |=
             stale.geometry || stale.materials || self.lights.depends_on(&self.eye, &eye);
@@ -235,6 +245,7 @@ impl World {
                 scene,
                 options.effects,
                 (origin, eye, options.cull_backfaces),
+                View::new(options, origin),
                 &geometry.entries,
                 (&geometry.meshes, materials),
                 &self.device,

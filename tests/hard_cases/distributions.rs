@@ -5,6 +5,7 @@ use glam::{DMat3, Vec2, Vec3};
 use std::collections::BTreeSet;
 use sundog::light::environment;
 use sundog::light::estimate::{Angle, LightBounds};
+use sundog::light::program::LookingRay;
 use sundog::light::tree::{Tree, WIDTH};
 use sundog::render::{MAX_LIGHT_SAMPLES, RenderError};
 use sundog::sampler::{Dimension, REPLICATES, Sampler, Sequence, hashed};
@@ -118,7 +119,7 @@ fn wide_texels(draws: u32) -> Vec<Finding> {
         let drawn = world.sample(u);
         bad += u64::from(!(drawn.pdf > 0.0 && drawn.pdf.is_finite() && drawn.wi.is_finite()));
         // Back from the direction, but at the edge of a cell, where either is right.
-        let back = world.pdf_li(world.le(drawn.wi).on);
+        let back = world.pdf_li(world.le(drawn.wi, LookingRay::sampling(0)).on);
         if back.to_bits() != drawn.pdf.to_bits() {
             far += 1.0;
         }

@@ -6,6 +6,7 @@ use super::{Effort, Finding};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use sundog::import::load_environment;
 use sundog::light::environment::Environment;
+use sundog::light::program::LookingRay;
 use sundog::render::RenderError;
 use sundog::scene::{Pixels, Scene};
 
@@ -47,10 +48,11 @@ pub fn images(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         let mut unlike = 0f64;
         for i in 0..draws {
             let d = found.sample(square(11, i));
-            mean.add(f64::from(found.emitted(d.wi).x) / f64::from(d.pdf));
+            mean.add(f64::from(found.emitted(d.wi, LookingRay::sampling(0)).x) / f64::from(d.pdf));
             // Directions on the border of two cells may be told to the other one.
             unlike += f64::from(u8::from(
-                (found.pdf_li(found.le(d.wi).on) / d.pdf - 1.0).abs() > 1e-3,
+                (found.pdf_li(found.le(d.wi, LookingRay::sampling(0)).on) / d.pdf - 1.0).abs()
+                    > 1e-3,
             ));
         }
         // Tents that reach over a pole are cut there: only where there are at least three rows is the integral this.
@@ -82,7 +84,10 @@ pub fn images(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     );
     let wrong = (0..draws).filter(|&i| {
         let d = black.sample(square(12, i));
-        !(d.wi.is_finite() && d.pdf.is_finite() && d.pdf > 0.0 && black.emitted(d.wi) == Vec3::ZERO)
+        !(d.wi.is_finite()
+            && d.pdf.is_finite()
+            && d.pdf > 0.0
+            && black.emitted(d.wi, LookingRay::sampling(0)) == Vec3::ZERO)
     });
     findings.push(Finding::none(
         "directions of a black image that are wrong",

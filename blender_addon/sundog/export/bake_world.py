@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by a Blender of its own: renders worlds as equirectangular pictures, one for each line that it is told, and reads files
-of images as Cycles does.
+"""Run by a Blender of its own: renders worlds as equirectangular pictures, tells what sky textures give for directions, and
+reads files of images as Cycles does, one of it for each line that it is told.
 
     blender --background --factory-startup --python bake_world.py -- IDLE_SECONDS
 
-A line is a JSON object (see `bake` and `read`); the answer is a line that begins with ANSWER. It ends with its input, or when it has been
+A line is a JSON object (see `bake`, `read`, and with "sky" in it `evaluate_sky`); the answer is a line that begins with ANSWER. It ends with its input, or when it has been
 told nothing for so long.
 """
 
@@ -35,7 +35,10 @@ def serve(idle):
             return
         try:
             request = json.loads(line)
-            answer = read(**request) if "picture" in request else bake(**request)
+            if "sky" in request:
+                answer = evaluate_sky(**request["sky"])
+            else:
+                answer = read(**request) if "picture" in request else bake(**request)
         except BaseException as error:
             traceback.print_exc()
             answer = {"error": f"{type(error).__name__}: {error}"}
@@ -119,9 +122,7 @@ def read(picture, frame, out):
 def prepare(blend, name, space, values):
     """A scene with the world and a camera alone."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    # Names of operators are there whether there are such operators or not.
-    if hasattr(bpy.data, "colorspace") and bpy.data.colorspace.working_space != space:
-        bpy.ops.wm.set_working_color_space(working_space=space, convert_colors=False)
+    set_working_space(space)
     with bpy.data.libraries.load(blend) as (source, target):
         target.worlds = [name]
     scene = bpy.context.scene
@@ -133,6 +134,19 @@ def prepare(blend, name, space, values):
             set_values(node, values.get("" if tree == scene.world.node_tree else tree.name, {}).get(node.name, {}))
             if node.type == "LIGHT_PATH":
                 blind(tree, node)
+    look_through(scene)
+    return scene
+
+
+def set_working_space(space):
+    """The space that colours are numbers of."""
+    # Names of operators are there whether there are such operators or not.
+    if hasattr(bpy.data, "colorspace") and bpy.data.colorspace.working_space != space:
+        bpy.ops.wm.set_working_color_space(working_space=space, convert_colors=False)
+
+
+def look_through(scene):
+    """A camera, and settings by which pixels are what the world gives."""
     scene.render.engine = "CYCLES"
     camera = bpy.data.cameras.new("camera")
     camera.clip_start = 1e-4
@@ -163,6 +177,65 @@ def plain_settings(scene):
     image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
     image.exr_codec = "NONE"
     settings.use_file_extension = False
+
+
+def evaluate_sky(answered, values, space, asked=None, view=None):
+    """What a Sky Texture with those properties gives, into a file of numpy.
+
+    `asked`: for the directions in such a file. `view`: up through the middle of what a narrow camera sees, as a sky with a
+    disc of the sun takes no directions; `elevation` and `azimuth` of its middle, half of its `angle`, and `count` of pixels.
+    """
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    set_working_space(space)
+    scene = bpy.context.scene
+    scene.world = bpy.data.worlds.new("sky")
+    scene.world.use_nodes = True
+    tree = scene.world.node_tree
+    tree.nodes.clear()
+    sky, background, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexSky", "Background", "OutputWorld"))
+    set_values(sky, {"properties": values})
+    # What this Blender does not know would be another sky.
+    if sky.sky_type != values["sky_type"]:
+        raise RuntimeError(f"this Blender has no sky {values['sky_type']}")
+    tree.links.new(sky.outputs["Color"], background.inputs["Color"])
+    tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    look_through(scene)
+    # Pixels are what is seen in their middles.
+    scene.cycles.filter_width = 0.01
+    if asked is None:
+        # The middle one of some columns: Blender makes no picture of one.
+        count, (width, height) = view["count"], (5, view["count"])
+        camera = scene.camera
+        camera.data.sensor_fit = "VERTICAL"
+        camera.data.angle = 2 * view["angle"]
+        camera.rotation_euler = (math.pi / 2 + view["elevation"], 0.0, view["azimuth"] - math.pi / 2)
+    else:
+        directions = numpy.load(asked)
+        count = len(directions)
+        width = min(count, 1024)
+        height = -(-count // width)
+        show_directions(tree, sky, directions, width, height)
+    path = f"{answered}.exr"
+    render(scene, path, width, height, 1)
+    colors = pixels_of(path)
+    colors = colors[:, width // 2] if asked is None else colors.reshape(-1, 3)[:count]
+    os.remove(path)
+    numpy.save(answered, colors.astype(numpy.float32))
+    return {}
+
+
+def show_directions(tree, sky, directions, width, height):
+    """Each pixel of the picture shows what a sky gives for one of the directions."""
+    texels = numpy.zeros((width * height, 4), numpy.float32)
+    texels[:, 3] = 1.0
+    texels[: len(directions), :3] = directions
+    image = bpy.data.images.new("directions", width, height, float_buffer=True, is_data=True)
+    image.use_half_precision = False
+    image.pixels.foreach_set(texels.ravel())
+    window, look = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexImage")
+    look.image, look.interpolation, look.extension = image, "Closest", "EXTEND"
+    tree.links.new(window.outputs["Window"], look.inputs["Vector"])
+    tree.links.new(look.outputs["Color"], sky.inputs["Vector"])
 
 
 def render(scene, out, width, height, samples):

@@ -109,17 +109,49 @@ GENERATED = {
     f"ShaderNodeTex{name}" for name in ("Noise", "Voronoi", "Wave", "Magic", "Brick", "Checker", "Gradient", "Gabor", "Musgrave")
 }
 
+# What there is of nodes in the trees of worlds and of lights, where it is other than on surfaces.
+_OF_WORLDS = {
+    "ShaderNodeBackground": ALL,
+    "ShaderNodeTexEnvironment": Rule({"interpolation": {"Linear", "Closest"}}),
+    "ShaderNodeTexSky": ALL,
+    "ShaderNodeNewGeometry": Rule(
+        outputs=frozenset({"Position", "Normal", "True Normal", "Incoming", "Parametric", "Backfacing"})
+    ),
+}
+
+_ON_SURFACES = (
+    "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfTransparent",
+    "ShaderNodeObjectInfo", "ShaderNodeVertexColor", "ShaderNodeAttribute", "ShaderNodeNormalMap", "ShaderNodeBump",
+)  # fmt: skip
+_OF_LIGHTS = {
+    "ShaderNodeLightFalloff": ALL,
+    "ShaderNodeTexEnvironment": _OF_WORLDS["ShaderNodeTexEnvironment"],
+    "ShaderNodeNewGeometry": _OF_WORLDS["ShaderNodeNewGeometry"],
+    "ShaderNodeLightPath": Rule(
+        outputs=EVALUATED["ShaderNodeLightPath"].outputs - {"Ray Depth"}
+    ),
+}
+
+
+def _without_surfaces(rules):
+    return {kind: rule for kind, rule in {**EVALUATED, **rules}.items() if kind not in _ON_SURFACES}
+
+
+LIGHT = _without_surfaces(_OF_LIGHTS)
+WORLD = _without_surfaces(_OF_WORLDS)
+
 # What is not evaluated for all that it is not a property of its own.
 IMAGE_SOURCES = {"FILE", "GENERATED", "TILED", "MOVIE"}
 
 
-def objections(node, inputs, outputs):
+def objections(node, inputs, outputs, table=None):
     """What the program does not evaluate of a node, by words that name it; nothing if it evaluates all.
 
-    `inputs` has the numbers of unlinked inputs, and something else for links; `outputs` the identifiers in use.
+    `inputs` has the numbers of unlinked inputs, and something else for links; `outputs` the identifiers in use; `table` the
+    rules of the tree's kind, those of materials by default.
     """
     label = node.bl_label
-    rule = EVALUATED.get(node.bl_idname)
+    rule = (EVALUATED if table is None else table).get(node.bl_idname)
     if rule is None:
         yield label
         return

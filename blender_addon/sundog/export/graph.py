@@ -20,9 +20,16 @@ _VALUED = {
 }
 # What the walker stops at only where nothing comes out.
 _EMPTY = {"GROUP", "GROUP_INPUT", "REROUTE"}
+_IMAGES = {"TEX_IMAGE", "TEX_ENVIRONMENT"}
 _NUMBERS = {"VALUE", "INT", "BOOLEAN"}
 _TRIPLES = {"VECTOR", "ROTATION"}
 _WIDTHS = {**dict.fromkeys(_NUMBERS, 1), **dict.fromkeys(_TRIPLES, 3), "RGBA": 4}
+
+
+def _is_alpha_read(node):
+    """Whether the opacity of a picture is linked. The Environment Texture has no such output."""
+    alpha = node.outputs.get("Alpha")
+    return alpha is not None and alpha.is_linked
 
 
 class Link:
@@ -96,8 +103,9 @@ def _through(kinds):
 class Walk:
     """All nodes that a surface needs, in order of dependence; `findings` for what is not as in Blender."""
 
-    def __init__(self, walker):
-        self.walker = walker
+    def __init__(self, walker, table=None):
+        """`table`: the rules of what is evaluated, those of materials by default."""
+        self.walker, self.table = walker, table
         self.uses, self.objections = [], []
         self.surface = None
         # Sentences on sockets whose values are no numbers; whether a circle of links was cut.
@@ -106,9 +114,9 @@ class Walk:
         self._pictures = {}
         walker.met_invalid = False
 
-    def read(self, material):
-        """Walks from the Material Output that Cycles renders."""
-        output = tree_of(material).get_output_node("CYCLES")
+    def read(self, owner):
+        """Walks from the output of a material or a world that Cycles renders."""
+        output = tree_of(owner).get_output_node("CYCLES")
         found = self._feeding(output.inputs["Surface"], ())
         if not isinstance(found, Link):
             # What is constant here shines.
@@ -119,7 +127,7 @@ class Walk:
         labels = []
         for use in self.uses:
             inputs = {i: v if isinstance(v, float) else None for i, v in use.inputs.items()}
-            labels += evaluated.objections(use.node, inputs, use.outputs)
+            labels += evaluated.objections(use.node, inputs, use.outputs, self.table)
             labels += self._image_objections(use.node)
         self.objections = sorted(set(labels))
 
@@ -237,7 +245,7 @@ class Walk:
         if node.type == "BLACKBODY":
             temperature = self._feeding(node.inputs["Temperature"], place.groups)
             return (*map(float, blackbody.color(temperature)), 1.0) if isinstance(temperature, float) else None
-        if node.type == "TEX_IMAGE" and self.picture(node) is images.MISSING:
+        if node.type in _IMAGES and self.picture(node) is images.MISSING:
             return 1.0 if socket.identifier == "Alpha" else (*images.MISSING, 1.0)
         if node.type == "ATTRIBUTE" and not node.attribute_name:
             return zero
@@ -256,9 +264,9 @@ class Walk:
         return [p for p, found in self._pictures.items() if found is images.MISSING]
 
     def _image_objections(self, node):
-        if node.type == "TEX_IMAGE" and self.picture(node).source not in evaluated.IMAGE_SOURCES:
+        if node.type in _IMAGES and self.picture(node).source not in evaluated.IMAGE_SOURCES:
             yield f"{node.bl_label} ({self.picture(node).source.lower()})"
-        elif node.type == "TEX_IMAGE" and self.picture(node).source == "TILED" and not images.are_tiles_saved(self.picture(node)):
+        elif node.type in _IMAGES and self.picture(node).source == "TILED" and not images.are_tiles_saved(self.picture(node)):
             yield f"{node.bl_label} (tiles that are not saved)"
 
     def _finite(self, socket, value):

@@ -10,7 +10,7 @@ import os
 import bpy
 import numpy
 
-from . import colorspace, evaluated, gltf, images
+from . import colorspace, evaluated, gltf, ies, images, skies
 from .graph import Link
 from .verdicts import APPROXIMATED, LOST
 
@@ -32,10 +32,10 @@ class Written:
 class GraphWriter:
     """Writes the graph of one material."""
 
-    def __init__(self, document, cache, uvs, color):
+    def __init__(self, document, cache, uvs, color, report=None):
         """`uvs`: names of UV maps by their numbers, to which more are added. `color`: name and width of the attribute that
-        COLOR_0 holds, or None."""
-        self.document, self.cache = document, cache
+        COLOR_0 holds, or None. `report` is told while a sky is computed, and may stop it by raising."""
+        self.document, self.cache, self.report = document, cache, report
         self.uvs, self.color = uvs, color
         self.result = Written()
         # Attributes by name: the number of components that some node reads.
@@ -133,7 +133,11 @@ class GraphWriter:
             if map_name not in self.uvs:
                 self.uvs.append(map_name)
             found["uv_set"] = self.uvs.index(map_name)
-        if kind == "ShaderNodeTexImage":
+        if kind == "ShaderNodeTexIES":
+            found["ies"] = ies.table(node)
+        elif kind == "ShaderNodeTexSky":
+            found["sky"] = self._sky(node)
+        elif kind in {"ShaderNodeTexImage", "ShaderNodeTexEnvironment"}:
             found["image"] = self._image(walk.picture(node), node)
         elif kind == "ShaderNodeTexCoord" and node.object is not None and "Object" in use.outputs:
             inverse = node.object.matrix_world.inverted_safe()
@@ -194,6 +198,11 @@ class GraphWriter:
         if node.projection != "BOX" or bpy.app.version >= (5, 2, 0):
             described["tiles"] = [{"number": number, "index": file["index"]} for number, file in written.items()]
         return described
+
+    def _sky(self, node):
+        path, described = skies.table(node, self.cache, self.report)
+        index = self.document.shared("images", {"uri": self.document.uri(path)})
+        return {"image": {"index": index}, **described}
 
     def _note(self, words):
         self.result.findings.append((APPROXIMATED, words))

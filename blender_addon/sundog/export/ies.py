@@ -21,8 +21,8 @@ def text_of(node):
         return file.read()
 
 
-def parse(text):
-    """(vertical angles in degrees from the lamp's axis, Cycles' strength at them as a mean about the axis), or None."""
+def _read(text):
+    """(photometric type 1 to 3, vertical angles, horizontal angles, Cycles' strength by horizontal and vertical), or None."""
     try:
         head, _, rest = text.partition("TILT=")
         if not head and not rest:
@@ -37,7 +37,7 @@ def parse(text):
             next(words)
             pairs = int(float(next(words)))
             numbers(2 * pairs)
-        _, _, multiplier, vertical, horizontal, _, _, _, _, _ = numbers(10)
+        _, _, multiplier, vertical, horizontal, kind, _, _, _, _ = numbers(10)
         vertical, horizontal = int(vertical), int(horizontal)
         if not (0 < vertical <= 10_000 and 0 < horizontal <= 10_000):
             return None
@@ -48,12 +48,84 @@ def parse(text):
         return None
     if (numpy.diff(angles) < 0).any() or not numpy.isfinite(candela).all():
         return None
+    return int(kind), angles, about, candela * (multiplier * ballast * future * WATTS_PER_CANDELA)
+
+
+def parse(text):
+    """(vertical angles in degrees from the lamp's axis, Cycles' strength at them as a mean about the axis), or None."""
+    found = _read(text)
+    if found is None:
+        return None
+    _, angles, about, strength = found
     # Each horizontal angle counts for half of the way to its neighbours.
-    shares = numpy.gradient(about) if horizontal > 1 else numpy.ones(1)
-    if horizontal > 1:
+    shares = numpy.gradient(about) if len(about) > 1 else numpy.ones(1)
+    if len(about) > 1:
         shares[0], shares[-1] = (about[1] - about[0]) / 2, (about[-1] - about[-2]) / 2
-    mean = (candela * shares[:, None]).sum(axis=0) / max(shares.sum(), 1e-30)
-    return angles, mean * multiplier * ballast * future * WATTS_PER_CANDELA
+    return angles, (strength * shares[:, None]).sum(axis=0) / max(shares.sum(), 1e-30)
+
+
+# Photometric types of IES files.
+TYPE_C, TYPE_B, TYPE_A = 1, 2, 3
+
+
+def table(node):
+    """The property `ies` of an IES Texture: strengths by the angles about the axis and from it, in radians, as Cycles brings all
+    types to one.
+
+    Raises ValueError for a file that cannot be read.
+    """
+    text = text_of(node)
+    found = _read(text) if text else None
+    if found is None or found[0] not in (TYPE_A, TYPE_B, TYPE_C):
+        raise ValueError(f"the file of the {node.bl_label} node is missing or broken")
+    kind, down, around, strength = found
+    if kind == TYPE_C:
+        around, strength = _whole_turn(around, strength)
+    elif kind == TYPE_B:
+        # The polar axis lies across: the angles change places.
+        across = around
+        around, strength = _from_the_middle(down, strength.T)
+        down, strength = _from_the_middle(across, strength.T)
+        strength = strength.T
+    else:
+        down = down + 90
+        strength = numpy.concatenate([strength[::-1], strength[1:]] if _is(around[0], 0) else [strength[::-1]])
+        around = numpy.concatenate([180 - around[::-1], 180 + around[1:]] if _is(around[0], 0) else [180 - around[::-1]])
+    if len(around) < 2 or len(down) < 2:
+        raise ValueError(f"the file of the {node.bl_label} node has too few angles")
+    return {
+        "around": [float(v) for v in numpy.radians(around)],
+        "down": [float(v) for v in numpy.radians(down)],
+        "strengths": [float(v) for v in strength.ravel()],
+    }
+
+
+def _is(angle, other):
+    return abs(angle - other) < 1e-4
+
+
+def _from_the_middle(angles, rows):
+    """Angles about 0, or from there on, as 0° to 180°, with what stands at them."""
+    if not _is(angles[0], 0):
+        return angles + 90, rows
+    return numpy.concatenate([90 - angles[:0:-1], 90 + angles]), numpy.concatenate([rows[:0:-1], rows])
+
+
+def _whole_turn(around, rows):
+    """Angles about the axis from 0° to 360°: files leave out what is the same by symmetry."""
+    if _is(around[0], 90):
+        around = around - 90
+    if len(around) == 1:
+        return numpy.array([0.0, 360.0]), numpy.concatenate([rows, rows])
+    for half in (180.0, 360.0):
+        if _is(around[-1], half / 2):
+            around = numpy.concatenate([around, half - around[-2::-1]])
+            rows = numpy.concatenate([rows, rows[-2::-1]])
+    if _is(around[0], 0) and not _is(around[-1], 360):
+        gap = 360 - around[-1]
+        if _is(around[-1] - around[-2], gap) or _is(around[1] - around[0], gap):
+            around, rows = numpy.append(around, 360.0), numpy.concatenate([rows, rows[:1]])
+    return around, rows
 
 
 def within(profile, half_angle):

@@ -474,8 +474,8 @@ def _fits_half(values):
     return largest == 0.0 or 1000.0 * float(halves.tiny) <= largest <= float(halves.max)
 
 
-def write_exr(path, values):
-    """OpenEXR (not compressed, one part, scan lines) of height × width × (3 or 4), top row first; half floats where they do.
+def write_exr(path, values, full=False):
+    """OpenEXR (not compressed, one part, scan lines) of height × width × (3 or 4), top row first; half floats where they do, unless `full`.
 
     As "OpenEXR File Layout" describes it; channels in alphabetical order, each row by channel.
     """
@@ -486,7 +486,7 @@ def write_exr(path, values):
     def attribute(name, kind, data):
         return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
 
-    kind, number = (1, "<f2") if _fits_half(values) else (2, "<f4")
+    kind, number = (1, "<f2") if not full and _fits_half(values) else (2, "<f4")
     channel_list = b"".join(n.encode() + b"\0" + struct.pack("<iB3xii", kind, 0, 1, 1) for n in names) + b"\0"
     box = struct.pack("<4i", 0, 0, width - 1, height - 1)
     header = b"".join(

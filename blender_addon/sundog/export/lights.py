@@ -5,27 +5,60 @@ import math
 
 import numpy
 
-from . import expressions, ies, nodes, visibility
+from . import evaluated, expressions, graph, graph_write, ies, images, nodes, visibility
 from .expressions import Const, multiply
-from .verdicts import APPROXIMATED, LOST
+from .verdicts import APPROXIMATED, EXACT, LOST
 
 # The exporter's lumens for a watt, for readers that do not know SUNDOG_light.
 LUMENS_PER_WATT = 683.0
 
 
-def _color(light, findings):
-    """Linear colour of a light without its energy."""
+def _color(light):
+    """Linear colour of a light without its energy and its nodes."""
     color = numpy.array(list(light.color), float)
     if getattr(light, "use_temperature", False):
         color = color * numpy.array(list(light.temperature_color), float)
-    return color * _node_factor(light, findings)
+    return color
 
 
-def _node_factor(light, findings):
-    """What the light's node tree multiplies its strength with."""
+def _with_nodes(light, findings, document, cache):
+    """(what the light's node tree multiplies its strength with, None); or (1, the tree) where it varies and is evaluated."""
     tree = nodes.tree_of(light)
     if tree is None:
-        return numpy.ones(3)
+        return numpy.ones(3), None
+    own = []
+    factor = _node_factor(light, tree, own)
+    if not own or document is None or not graph.ENABLED:
+        findings += own
+        return factor, None
+    written, why_not = _graph(light, document, cache, findings)
+    if written is not None:
+        return numpy.ones(3), written
+    findings += own
+    if why_not:
+        findings.append((EXACT, f"its nodes are not evaluated as they are because of: {why_not}"))
+    return factor, None
+
+
+def _graph(light, document, cache, findings):
+    """(the light's node tree, None) as it is; or (None, why that cannot be)."""
+    try:
+        walk = graph.Walk(nodes.Walker(), evaluated.LIGHT)
+        walk.read(light)
+        if walk.objections or walk.surface is None:
+            return None, ", ".join(walk.objections)
+        written = graph_write.GraphWriter(document, cache, [], None).write(walk, light)
+    except (images.ImageError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
+        return None, str(error)
+    if walk.missing():
+        findings.append((APPROXIMATED, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
+    findings += written.findings
+    findings += [(APPROXIMATED, words) for words in [nodes.CUT] * walk.is_cut + walk.not_finite]
+    return written.extension, None
+
+
+def _node_factor(light, tree, findings):
+    """What the light's node tree multiplies its strength with; its mean where it varies."""
     output = tree.get_output_node("CYCLES")
     walker = nodes.Walker()
     source = output and walker.source(nodes.Place(output.inputs["Surface"]))
@@ -128,11 +161,15 @@ def casts_shadow(light):
     return bool(getattr(cycles, "cast_shadow", True)) and bool(getattr(light, "use_shadow", True))
 
 
-def describe(light, findings):
-    """The SUNDOG_light object of a light, without visibility; see docs/gltf-extensions.md."""
-    color, watts = _color(light, findings), energy(light)
+def describe(light, findings, document=None, cache=None):
+    """The SUNDOG_light object of a light, without visibility; see docs/gltf-extensions.md. Images of its nodes become the
+    document's; without one the nodes' means count."""
+    factor, tree = _with_nodes(light, findings, document, cache)
+    color, watts = _color(light) * factor, energy(light)
     normalized = bool(getattr(light, "normalize", True))
     result = {}
+    if tree is not None:
+        result["shader_graph"] = tree
     if light.type in {"POINT", "SPOT"}:
         radius = float(light.shadow_soft_size)
         # Cycles: radiance P / (4 π² r²), and P / π where the light is not normalised.

@@ -268,7 +268,7 @@ class Exporter:
         if lights.is_portal(light):
             self.verdicts.extend("light", shown.name, findings)
             return
-        described = lights.describe(light, findings)
+        described = lights.describe(light, findings, self.document, self.cache)
         parent = instance.parent if instance.is_instance else None
         seen = lights.ray_visibility(light, [shown, parent])
         if shown.original.indirect_only_get(view_layer=self.view_layer):
@@ -330,7 +330,7 @@ class Exporter:
         if world is not None:
             world = world.evaluated_get(self.depsgraph)
         try:
-            extension["world"] = worlds.describe(world, self.cache, self.document.uri, findings, self.report, self._pixel())
+            extension["world"] = worlds.describe(world, self.cache, self.document, findings, self.report, self._pixel())
         except (images.ImageError, RecursionError) as error:
             findings.append((LOST, f"it is rendered black: {error}"))
             extension["world"] = {"color": [0.0, 0.0, 0.0]}

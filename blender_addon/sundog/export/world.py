@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world: a colour, an environment image, or anything else baked by Cycles."""
+"""The world: a colour, an environment image, its node tree, or what cannot be evaluated baked by Cycles."""
 
 import hashlib
 import json
@@ -10,10 +10,10 @@ import tempfile
 import bpy
 import numpy
 
-from . import baker, colorspace, expressions, gltf, images, nodes
+from . import baker, colorspace, evaluated, expressions, gltf, graph, graph_write, images, nodes, skies
 from .expressions import Const, Image, as_color, multiply
 from .shaders import TextureSpec
-from .verdicts import APPROXIMATED, LOST, Finding
+from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
 # Width of a baked picture in texels, and samples in each: two million in both, which take a second or less.
 SMOOTH_BAKE = (1024, 4)
@@ -103,10 +103,10 @@ def _visibility(world):
     return {kind: False for kind, name in names.items() if not getattr(settings, name, True)}
 
 
-def describe(world, cache, uri, findings, report=None, pixel=None):
+def describe(world, cache, document, findings, report=None, pixel=None):
     """The `world` object of SUNDOG_scene.
 
-    `uri` turns a file into its URI; findings get what is not exact. Baking takes a child process and
+    Images become the document's; findings get what is not exact. Baking takes a child process and
     some seconds, once for each tree; `pixel` is the radians that a pixel of the picture sees.
     """
     if world is None:
@@ -145,11 +145,20 @@ def describe(world, cache, uri, findings, report=None, pixel=None):
         if not used:
             return result
         path = environment_file(used[0].texture.image, cache)
-        result["image"] = uri(path)
+        result["image"] = document.uri(path)
         rotation = used[0].texture.transform
         if rotation != numpy.eye(3).reshape(-1).tolist():
             result["rotation"] = rotation
         return result
+    written, why_not = _graph(world, cache, document, report, findings)
+    if written is not None:
+        result["shader_graph"] = written
+        resolution = _resolution(world)
+        if resolution:
+            result["sampling"] = {"resolution": resolution}
+        return result
+    if why_not:
+        findings.append((EXACT, f"its nodes are not evaluated as they are because of: {why_not}"))
     try:
         path, sun, note = bake(world, tree, cache, report, pixel)
     except baker.BakeError as error:
@@ -159,10 +168,37 @@ def describe(world, cache, uri, findings, report=None, pixel=None):
         return result
     findings.append((APPROXIMATED, note))
     result["color"] = [1.0, 1.0, 1.0]
-    result["image"] = uri(path)
+    result["image"] = document.uri(path)
     if sun:
         result["sun"] = sun
     return result
+
+
+def _graph(world, cache, document, report, findings):
+    """(the world's node tree, None) as it is; or (None, why that cannot be)."""
+    if not graph.ENABLED:
+        return None, None
+    try:
+        walk = graph.Walk(nodes.Walker(), evaluated.WORLD)
+        walk.read(world)
+        if walk.objections or walk.surface is None:
+            return None, ", ".join(walk.objections)
+        written = graph_write.GraphWriter(document, cache, [], None, report).write(walk, world)
+    except (images.ImageError, baker.BakeError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
+        return None, str(error)
+    if walk.missing():
+        findings.append((APPROXIMATED, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
+    findings += written.findings
+    findings += [(APPROXIMATED, words) for words in [nodes.CUT] * walk.is_cut + walk.not_finite]
+    return written.extension, None
+
+
+def _resolution(world):
+    """Columns of the table by which Cycles samples the world; 0 if it takes them from the tree."""
+    settings = getattr(world, "cycles", None)
+    if getattr(settings, "sampling_method", "AUTOMATIC") != "MANUAL":
+        return 0
+    return int(settings.sample_map_resolution)
 
 
 def environment_file(image, cache):
@@ -242,16 +278,23 @@ class _Plan:
 
 
 def prepare(world, cache, pixel=None):
-    """Starts the Blender that will bake the world, if it is clear that it will have to."""
+    """Starts the Blender that will bake the world or a sky in it, if it is clear that it will have to."""
     tree = world and nodes.tree_of(world)
     if not tree:
         return
     try:
         kinds, _ = _kinds(tree, set())
-        if any(kind.startswith("TEX_") and kind != "TEX_ENVIRONMENT" for kind in kinds):
-            if not all(os.path.isfile(path) for path in _Plan(tree, pixel).files(cache)):
-                baker.start()
-    except (baker.BakeError, images.ImageError, RecursionError):
+        if not any(kind.startswith("TEX_") and kind != "TEX_ENVIRONMENT" for kind in kinds):
+            return
+        walk = graph.Walk(nodes.Walker(), evaluated.WORLD)
+        walk.read(world)
+        if graph.ENABLED and not walk.objections:
+            known = [skies.Plan(use.node).is_known(cache) for use in walk.uses if use.node.bl_idname == "ShaderNodeTexSky"]
+        else:
+            known = [os.path.isfile(path) for path in _Plan(tree, pixel).files(cache)]
+        if not all(known):
+            baker.start()
+    except (baker.BakeError, images.ImageError, RecursionError, KeyError, AttributeError, ValueError):
         # It is told where the world is written.
         return
 

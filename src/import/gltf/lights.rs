@@ -81,6 +81,7 @@ pub(super) fn load_light(
         world_from_light,
         visibility,
         max_bounces: sundog.max_bounces.unwrap_or(Light::MAX_BOUNCES),
+        graph: None,
     })
 }
 
@@ -134,6 +135,7 @@ pub(super) fn load_area(
         world_from_light,
         visibility,
         max_bounces: light.max_bounces.unwrap_or(Light::MAX_BOUNCES),
+        graph: None,
     })
 }
 

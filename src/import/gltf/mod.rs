@@ -58,6 +58,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         placed: Vec::new(),
         lights: Vec::new(),
         open_units: Vec::new(),
+        light_graphs: Vec::new(),
         cameras: Vec::new(),
         scene: None,
     };
@@ -66,8 +67,9 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         worlds,
         scene: scene_index,
         mut placed,
-        lights,
+        mut lights,
         open_units,
+        light_graphs,
         cameras,
         ..
     } = walk;
@@ -84,10 +86,34 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         &mut diagnostics,
     )?;
     let mut materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
+    let extension = scene_index.and_then(|i| document.graph.scenes[i].extensions.sundog.as_ref());
+    let world = extension
+        .and_then(|s| s.world.as_ref())
+        .filter(|_| !options.without_world);
+    let world_graph = match world.and_then(|world| world.shader_graph.as_ref()) {
+        Some(value) => {
+            shader_graph::load_world(&document, value, &mut materials.images, &mut diagnostics)?
+        }
+        None => None,
+    };
+    // Their images are among those of the materials.
+    let of_materials = materials.graphs.len();
+    materials.graphs.push(world_graph);
+    for (light, value) in &light_graphs {
+        let which = (value, &*lights[*light].name);
+        let graph =
+            shader_graph::load_light(&document, which, &mut materials.images, &mut diagnostics)?;
+        materials.graphs.push(graph);
+    }
     let (images, conversions) =
         materials
             .images
             .decode(&mut materials.list, &mut materials.graphs, &mut diagnostics);
+    let mut of_others = materials.graphs.split_off(of_materials).into_iter();
+    let world_graph = of_others.next().flatten();
+    for ((light, _), graph) in light_graphs.into_iter().zip(of_others) {
+        lights[light].graph = graph.map(Box::new);
+    }
 
     let meshes = load_meshes(
         &document,
@@ -139,7 +165,6 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         }
     }
     lights::choose_units(&open_units, &mut scene, &mut diagnostics);
-    let extension = scene_index.and_then(|i| document.graph.scenes[i].extensions.sundog.as_ref());
     if let Some(extension) = extension {
         let place = (path, options.allow_outside);
         scene_extension::apply(extension, place, &mut scene, &mut diagnostics);
@@ -150,10 +175,13 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         &scene.color_management,
         &mut diagnostics,
     );
-    if let Some(world) = extension.and_then(|s| s.world.as_ref())
-        && !options.without_world
-    {
-        world::load(&document, world, &mut scene, &mut diagnostics)?;
+    if let Some(world) = world {
+        world::load(
+            &document,
+            (world, world_graph),
+            &mut scene,
+            &mut diagnostics,
+        )?;
     }
     Ok(Imported { scene, diagnostics })
 }

@@ -192,8 +192,20 @@ pub(super) struct WorldJson {
     pub image: Option<String>,
     pub rotation: Option<[f64; 9]>,
     pub sun: Option<WorldSunJson>,
+    pub shader_graph: Option<Value>,
+    pub sampling: Option<SamplingJson>,
     #[serde(default)]
     pub visibility: RaysJson,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// How light sampling finds the world.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct SamplingJson {
+    /// Columns of its table; 0 leaves it to the program.
+    #[serde(default)]
+    pub resolution: u32,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -454,6 +466,8 @@ pub(super) struct SundogLight {
     pub power: Option<f64>,
     /// Area: the power does not depend on the area.
     pub normalize: Option<bool>,
+    /// The node tree that it is multiplied with.
+    pub shader_graph: Option<Value>,
     /// Area: full angle, radians.
     pub spread: Option<f64>,
     /// Which rays see it.

@@ -319,6 +319,28 @@ impl<'a> Images<'a> {
         Ok(Some(id))
     }
 
+    /// An image of its own, at once; or why there is none.
+    pub(super) fn decoded(
+        &self,
+        index: usize,
+        owner: &str,
+    ) -> Result<Result<scene::Image, String>, ImportError> {
+        let document = self.document;
+        let uri = document.core.images.get(index).and_then(|i| i.uri.as_ref());
+        let Some(uri) = uri else {
+            return Ok(Err(format!("image {index}, which is no file")));
+        };
+        let bytes = match document.resolve(uri, owner) {
+            Ok(bytes) => bytes,
+            Err(ImportError::MissingPart { needed, reason, .. }) => {
+                return Ok(Err(format!("{needed}, which cannot be read: {reason}")));
+            }
+            Err(error) => return Err(error),
+        };
+        let decoded = image::decode_image(&bytes, uri);
+        Ok(decoded.map_err(|reason| format!("{uri}, which cannot be decoded: {reason}")))
+    }
+
     /// Decodes all images, in parallel. Textures of those that cannot be decoded are taken from the materials, and told.
     pub(super) fn decode(
         self,

@@ -54,6 +54,8 @@ pub(super) struct Walk<'a> {
     pub(super) placed: Vec<Placed>,
     pub(super) lights: Vec<Light>,
     pub(super) open_units: Vec<OpenUnits>,
+    /// Node trees of lights, by the lights' numbers.
+    pub(super) light_graphs: Vec<(usize, serde_json::Value)>,
     pub(super) cameras: Vec<Camera>,
     /// Number of the scene that is walked.
     pub(super) scene: Option<usize>,
@@ -239,7 +241,7 @@ impl Walk<'_> {
             }
         }
         if let Some(reference) = &node.extensions.light {
-            let light = document.graph.lights.get(reference.light).ok_or_else(|| {
+            let source = document.graph.lights.get(reference.light).ok_or_else(|| {
                 self.malformed(
                     format!("node \"{name}\""),
                     format!("it uses light {}, which does not exist", reference.light),
@@ -248,24 +250,33 @@ impl Walk<'_> {
             extensions::report_others(
                 document,
                 &format!("/extensions/KHR_lights_punctual/lights/{}", reference.light),
-                &format!("light \"{}\"", light.name.as_deref().unwrap_or(name)),
+                &format!("light \"{}\"", source.name.as_deref().unwrap_or(name)),
                 &["SUNDOG_light"],
                 self.diagnostics,
             );
-            let open = OpenUnits::of(self.lights.len(), light, self.options);
+            let open = OpenUnits::of(self.lights.len(), source, self.options);
             let light = lights::load_light(
                 document,
-                light,
+                source,
                 name.into(),
                 world,
                 self.options,
                 self.diagnostics,
             );
             self.open_units.extend(light.as_ref().and(open));
+            if let (Some(sundog), Some(_)) = (&source.extensions.sundog, &light) {
+                let graph = sundog.shader_graph.as_ref();
+                let number = self.lights.len();
+                self.light_graphs
+                    .extend(graph.map(|graph| (number, graph.clone())));
+            }
             self.lights.extend(light);
         }
         if let Some(area) = &node.extensions.area {
             let light = lights::load_area(area, name, world, self.diagnostics);
+            if let (Some(graph), Some(_)) = (&area.shader_graph, &light) {
+                self.light_graphs.push((self.lights.len(), graph.clone()));
+            }
             self.lights.extend(light);
         }
         if let Some(camera) = node.camera {

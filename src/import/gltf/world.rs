@@ -6,8 +6,10 @@ use super::container::Document;
 use super::extensions::report_property;
 use super::schema::{WorldJson, WorldSunJson};
 use crate::import::{ImportError, environment_image};
+use crate::scene::graph::Graph;
 use crate::scene::{
     Diagnostics, Effect, Environment, ImageId, Light, LightKind, Scene, Verdict, Visibility,
+    WorldGraph,
 };
 
 /// How far a rotation's columns may be from orthonormal: f32 writers are within 1e-6.
@@ -16,7 +18,7 @@ const ORTHONORMAL: f64 = 1e-4;
 /// Gives the scene the world of the file.
 pub(super) fn load(
     document: &Document,
-    world: &WorldJson,
+    (world, graph): (&WorldJson, Option<Graph>),
     scene: &mut Scene,
     diagnostics: &mut Diagnostics,
 ) -> Result<(), ImportError> {
@@ -53,11 +55,26 @@ pub(super) fn load(
     }
     // An image is multiplied with nothing, and without one the world is black.
     let default = if image.is_some() { 1.0 } else { 0.0 };
+    let sampling = world.sampling.as_ref();
+    for property in sampling.iter().flat_map(|sampling| sampling.unknown.keys()) {
+        let name = format!("sampling.{property}");
+        report_property(diagnostics, "SUNDOG_scene", &name, "world");
+    }
+    let graph = graph.map(|graph| {
+        let resolution = sampling.map_or(0, |sampling| sampling.resolution);
+        Box::new(WorldGraph { graph, resolution })
+    });
     scene.environment = Some(Environment {
-        image,
-        radiance: world.color.unwrap_or([default; 3]),
+        image: image.filter(|_| graph.is_none()),
+        // The colour is for those that do not evaluate the graph.
+        radiance: if graph.is_some() {
+            [1.0; 3]
+        } else {
+            world.color.unwrap_or([default; 3])
+        },
         rotation: rotation(world, diagnostics),
         visibility,
+        graph,
     });
     if let Some(sun) = &world.sun {
         for property in sun.unknown.keys() {
@@ -105,6 +122,7 @@ fn sun(
         world_from_light: DAffine3::from_quat(turn),
         visibility,
         max_bounces: Light::MAX_BOUNCES,
+        graph: None,
     })
 }
 

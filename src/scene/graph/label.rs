@@ -27,6 +27,9 @@ impl Function {
         match self {
             Self::Place(place) => place.label(),
             Self::Texture(texture) => texture.label(),
+            Self::Sky(_) => "Sky Texture",
+            Self::Ies(_) => "IES Texture",
+            Self::LightFalloff { .. } => "Light Falloff",
             Self::Math { .. } => "Math",
             Self::VectorMath(_) => "Vector Math",
             Self::MixFloat { .. } | Self::MixVector { .. } | Self::MixColor { .. } => "Mix",

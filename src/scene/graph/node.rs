@@ -422,6 +422,10 @@ pub enum ImageProjection {
     Sphere,
     /// About the Z axis, on a tube.
     Tube,
+    /// By direction, as the Environment Texture has it.
+    Equirectangular,
+    /// By direction, as a mirrored ball shows all around it.
+    MirrorBall,
 }
 
 /// Shaders of one lobe.

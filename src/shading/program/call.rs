@@ -34,6 +34,7 @@ impl Call {
     pub fn place_inputs(&self) -> Vec<PlaceInput> {
         let mut inputs = match self.function {
             Function::Place(input) => vec![input],
+            Function::LightFalloff { .. } => vec![PlaceInput::RayLength],
             Function::Fresnel | Function::LayerFresnel | Function::LayerFacing => {
                 vec![PlaceInput::Incoming]
             }
@@ -59,6 +60,20 @@ fn index(ior: f32, from_behind: bool) -> f32 {
     if from_behind { 1.0 / ior } else { ior }
 }
 
+/// A strength by the length of the ray to the light, as Cycles' Light Falloff; light from infinity does not fall off.
+fn falloff(power: i32, length: f32, strength: f32, smooth: f32) -> f32 {
+    if length == f32::MAX {
+        return strength;
+    }
+    let square = length * length;
+    let smoothed = if smooth > 0.0 {
+        square / (smooth + square)
+    } else {
+        1.0
+    };
+    strength * length.powi(power) * smoothed
+}
+
 impl<P: Place> Evaluation<'_, P> {
     #[inline(never)]
     pub(super) fn call(&self, call: &Call) -> Vec4 {
@@ -79,6 +94,10 @@ impl<P: Place> Evaluation<'_, P> {
             Function::VectorTransform { what, from, to } => place
                 .transformed(inputs[0].truncate(), *what, *from, *to)
                 .extend(1.0),
+            Function::LightFalloff { power } => {
+                let length = place.input(PlaceInput::RayLength).x;
+                Vec4::splat(falloff(*power, length, inputs[0].x, inputs[1].x))
+            }
             Function::Fresnel | Function::LayerFresnel | Function::LayerFacing => {
                 Vec4::splat(self.by_angle(&call.function, inputs))
             }

@@ -46,6 +46,21 @@ pub fn read(
                 read(turn(from_middle), (from_middle.z + 1.0) * 0.5)
             }
         }
+        ImageProjection::Equirectangular => {
+            let d = at.normalize_or_zero();
+            if d == Vec3::ZERO {
+                return read(0.0, 0.0);
+            }
+            let u = 0.5 - d.y.atan2(d.x) / (2.0 * PI);
+            read(u, 1.0 - d.z.clamp(-1.0, 1.0).acos() / PI)
+        }
+        ImageProjection::MirrorBall => {
+            // Halfway between the direction and the way back to the viewer, who looks along +Y.
+            let d = at.normalize_or_zero() - Vec3::Y;
+            let length = 2.0 * (-0.5 * d.y).max(0.0).sqrt();
+            let n = if length > 0.0 { d / length } else { d };
+            read(0.5 * (n.x + 1.0), 0.5 * (n.z + 1.0))
+        }
         ImageProjection::Box { blend } => {
             let normal = place.input(PlaceInput::ObjectNormal).truncate();
             let weights = sides(normal.abs(), blend);

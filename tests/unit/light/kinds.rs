@@ -1,9 +1,27 @@
 use super::*;
+use crate::light::computed::LightAxes;
 use crate::light::emissive::tests::square;
+use crate::light::environment::Disc;
+use crate::light::program::{LightProgram, ShinePoint};
 use crate::math::warp;
 use crate::math::warp::grid;
 use glam::{DAffine3, DMat3};
 use std::f32::consts::PI;
+
+/// A sky with a sun, and a lamp's pattern: brighter upwards and nearer by.
+#[derive(Debug)]
+struct Pattern {
+    sun: Vec3,
+}
+
+impl LightProgram for Pattern {
+    fn emitted(&self, at: &ShinePoint) -> Vec3 {
+        let is_sun = at.distance == f32::MAX && at.position.dot(self.sun) > 0.98f32.sqrt();
+        let bright = if is_sun { 40.0 } else { 0.0 };
+        let near = 1.0 / (1.0 + at.distance.min(100.0));
+        Vec3::new(1.2 + at.incoming.z + bright, 1.0, 0.5) * (1.0 + near)
+    }
+}
 
 /// Every kind, but points and parallel light, which no ray finds.
 fn lights() -> Vec<Light> {
@@ -39,6 +57,27 @@ fn lights() -> Vec<Light> {
         Light::Environment(Box::new(Environment::constant(Vec3::ONE))),
         Light::Environment(Box::new(image)),
     ];
+    let sun = Vec3::new(0.5, 0.1, 0.8).normalize();
+    let pattern = || Box::new(Pattern { sun });
+    let disc = Disc {
+        toward: sun,
+        one_minus_cos: 1.0 - 0.98f32.sqrt(),
+    };
+    for disc in [None, Some(disc)] {
+        let around = Environment::computed(pattern(), 128, Vec3::ONE, disc);
+        lights.push(Light::Environment(Box::new(around)));
+    }
+    let axes = LightAxes {
+        light_from_world: glam::Mat3::IDENTITY,
+        location: lamp.center,
+        size: Vec2::ONE,
+    };
+    let patterned = |light| {
+        let computed = ComputedLight::new(light, pattern(), axes);
+        Light::Computed(Box::new(computed))
+    };
+    lights.push(patterned(Light::Lamp(Box::new(lamp))));
+    lights.push(patterned(area(false, PI)));
     lights.extend(square(Vec3::new(0.0, 0.0, 2.0), 1.0, false));
     lights.extend(square(Vec3::new(0.0, 0.0, 2.0), 1.0, true));
     lights

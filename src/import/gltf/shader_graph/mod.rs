@@ -1,7 +1,9 @@
 //! Blender's node trees as the add-on writes them (`SUNDOG_shader_graph`; docs/gltf-extensions.md).
 
 mod function;
+mod luminaire;
 mod shader;
+mod sky;
 mod texture;
 
 use super::container::Document;
@@ -119,10 +121,63 @@ pub(super) fn load(
     let Some(value) = document.extension(&pointer, "SUNDOG_shader_graph") else {
         return Ok(None);
     };
-    let owner = format!("material \"{name}\"");
+    let owner = Owner {
+        words: format!("material \"{name}\""),
+        subject: Subject::Material(name.to_owned()),
+        instead: "the material's flat version is rendered instead",
+    };
+    read(document, value, &owner, images, diagnostics)
+}
+
+/// Reads the node tree of the world; what is not evaluated has a verdict, and its colour counts.
+pub(super) fn load_world(
+    document: &Document,
+    value: &Value,
+    images: &mut Images,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Graph>, ImportError> {
+    let owner = Owner {
+        words: "world".to_owned(),
+        subject: "the world".into(),
+        instead: "its colour is used instead",
+    };
+    let loaded = read(document, value, &owner, images, diagnostics)?;
+    Ok(loaded.map(|loaded| loaded.graph))
+}
+
+/// Reads the node tree of a light; what is not evaluated has a verdict, and the light shines without.
+pub(super) fn load_light(
+    document: &Document,
+    (value, name): (&Value, &str),
+    images: &mut Images,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Graph>, ImportError> {
+    let owner = Owner {
+        words: format!("light \"{name}\""),
+        subject: name.into(),
+        instead: "it shines without",
+    };
+    let loaded = read(document, value, &owner, images, diagnostics)?;
+    Ok(loaded.map(|loaded| loaded.graph))
+}
+
+/// Whose graph it is.
+struct Owner {
+    words: String,
+    subject: Subject,
+    instead: &'static str,
+}
+
+fn read(
+    document: &Document,
+    value: &Value,
+    owner: &Owner,
+    images: &mut Images,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Loaded>, ImportError> {
     let source = ShaderGraphJson::deserialize(value).map_err(|problem| {
         let told = format!("its SUNDOG_shader_graph cannot be read: {problem}");
-        ImportError::malformed(&document.file, owner.clone(), told)
+        ImportError::malformed(&document.file, owner.words.clone(), told)
     })?;
     let mut reader = Reader {
         source: &source,
@@ -130,8 +185,8 @@ pub(super) fn load(
         made: HashMap::new(),
         images,
         diagnostics,
-        owner: &owner,
-        name,
+        owner: &owner.words,
+        name: owner.subject.name(),
         linear_names: [
             working_space(document).name(),
             "scene_linear",
@@ -160,8 +215,8 @@ pub(super) fn load(
                 "shader-graph",
                 Verdict::Approximated,
                 format!("node tree with {what}"),
-                Subject::Material(name.to_owned()),
-                "the material's flat version is rendered instead",
+                owner.subject.clone(),
+                owner.instead,
             );
             Ok(None)
         }
@@ -282,7 +337,10 @@ impl Reader<'_, '_, '_> {
         if let Some(input) = self.shader(at)? {
             return Ok(input);
         }
-        let is_image = node.kind == "ShaderNodeTexImage";
+        let is_image = matches!(
+            &*node.kind,
+            "ShaderNodeTexImage" | "ShaderNodeTexEnvironment"
+        );
         if is_image || matches!(&*node.kind, "ShaderNodeAttribute" | "ShaderNodeVertexColor") {
             // One node for both outputs.
             let of_other = self.made.get(&Reference {
@@ -301,8 +359,12 @@ impl Reader<'_, '_, '_> {
             };
             return Ok(Link { output, ..link }.into());
         }
-        if node.kind == "ShaderNodeNormalMap" {
-            return self.normal_map(at);
+        match &*node.kind {
+            "ShaderNodeNormalMap" => return self.normal_map(at),
+            "ShaderNodeTexSky" => return self.sky(at),
+            "ShaderNodeTexIES" => return self.ies(at),
+            "ShaderNodeLightFalloff" => return Ok(self.falloff(at, output)),
+            _ => {}
         }
         match (&*node.kind, output) {
             ("ShaderNodeNormal", "Dot") => return self.normal_dot(at),

@@ -88,7 +88,7 @@ impl Reader<'_, '_, '_> {
                 self.add(at, NodeKind::Bsdf(SimpleBsdf::Toon { glossy }), &[])
             }
             "BsdfTransparent" => self.add(at, NodeKind::TransparentBsdf, &[]),
-            "Emission" => self.add(at, NodeKind::Emission, &[]),
+            "Emission" | "Background" => self.add(at, NodeKind::Emission, &[]),
             "MixShader" => {
                 let link = self.add(at, NodeKind::MixShader, &[]);
                 self.second_shader(at, link, mix_shader::B);
@@ -335,10 +335,16 @@ impl Reader<'_, '_, '_> {
             Some("BOX") => ImageProjection::Box { blend },
             Some("SPHERE") => ImageProjection::Sphere,
             Some("TUBE") => ImageProjection::Tube,
+            Some("EQUIRECTANGULAR") => ImageProjection::Equirectangular,
+            Some("MIRROR_BALL") => ImageProjection::MirrorBall,
             Some(other) => return Err(Refusal::of(node, other).into()),
         };
         let uv_set = node.number("uv_set").unwrap_or(0.0) as u32;
         let vector = match self.input(node, "Vector", SocketKind::Coordinates) {
+            None if node.kind == "ShaderNodeTexEnvironment" => {
+                let kind = NodeKind::Function(Function::Place(PlaceInput::Position));
+                self.graph.add(Node::new(kind)).into()
+            }
             // Projections take texture coordinates as places, too.
             None if projection != ImageProjection::Flat || !tiles.is_empty() => {
                 let kind = NodeKind::Function(Function::Place(PlaceInput::Uv(uv_set)));

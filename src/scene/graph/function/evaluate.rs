@@ -20,6 +20,8 @@ impl Function {
         let full = |v: Vec3| v.extend(1.0);
         Some(match self {
             Self::Texture(texture) => texture.evaluate(inputs),
+            Self::Sky(sky) => full(sky.of(vector(0))),
+            Self::Ies(profile) => same(number(1) * profile.of(vector(0))),
             Self::Math { operation, clamp } => {
                 let result = operation.of(number(0), number(1), number(2));
                 same(clamped(result, *clamp))
@@ -103,6 +105,7 @@ impl Function {
                 full(axis.of(vector(0), vector(1), vector(2), angle, *invert))
             }
             Self::Place(_)
+            | Self::LightFalloff { .. }
             | Self::VectorTransform { .. }
             | Self::Fresnel
             | Self::LayerFresnel

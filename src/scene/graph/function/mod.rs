@@ -7,9 +7,11 @@ mod texture;
 use super::node::{Lane, Socket, SocketKind};
 use crate::nodes::color::ColorModel;
 use crate::nodes::curve::{Curves, Table};
+use crate::nodes::ies::IesProfile;
 use crate::nodes::math::Math;
 use crate::nodes::mix::BlendMode;
 use crate::nodes::range::RangeKind;
+use crate::nodes::sky::Sky;
 use crate::nodes::vector::{Mapping, RotationAxis};
 use crate::nodes::vector_math::VectorMath;
 pub use sockets::bump;
@@ -100,6 +102,15 @@ pub enum Function {
     Place(PlaceInput),
     /// A procedural texture.
     Texture(ProceduralTexture),
+    /// Sky Texture.
+    Sky(Arc<Sky>),
+    /// IES Texture.
+    Ies(Arc<IesProfile>),
+    /// Light Falloff: with the square of the distance, multiplied with so many powers of it.
+    LightFalloff {
+        /// 0 for Quadratic, 1 for Linear, 2 for Constant.
+        power: i32,
+    },
     /// Math.
     Math {
         /// Which.
@@ -239,6 +250,8 @@ impl Function {
             | Self::MapRange { .. }
             | Self::Clamp { .. }
             | Self::RgbToBw
+            | Self::Ies(_)
+            | Self::LightFalloff { .. }
             | Self::Fresnel
             | Self::LayerFresnel
             | Self::LayerFacing => &[(Float, Lane::One(0))],
@@ -255,6 +268,7 @@ impl Function {
             | Self::HueSaturation
             | Self::BrightContrast
             | Self::Gamma
+            | Self::Sky(_)
             | Self::Invert => &[(Color, Lane::Rgb)],
             Self::ColorRamp(_) => &[(Color, Lane::Rgb), (Float, Lane::One(3))],
             Self::SeparateColor(_) | Self::SeparateXyz => &[

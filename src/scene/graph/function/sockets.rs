@@ -45,6 +45,11 @@ pub(super) fn of(function: &Function) -> &'static [Socket] {
     match function {
         Function::Place(_) => &[],
         Function::Texture(texture) => texture.sockets(),
+        Function::Sky(_) => const { &[vector("Vector", [0.0; 3])] },
+        Function::Ies(_) => const { &[vector("Vector", [0.0; 3]), float("Strength", 1.0)] },
+        Function::LightFalloff { .. } => {
+            const { &[float("Strength", 100.0), float("Smooth", 0.0)] }
+        }
         Function::Math { .. } => {
             const {
                 &[

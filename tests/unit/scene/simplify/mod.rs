@@ -255,6 +255,7 @@ fn what_no_ray_sees_is_gone() {
         world_from_light: DAffine3::IDENTITY,
         visibility: Visibility::ALL,
         max_bounces: 4,
+        graph: None,
     };
     scene.lights = vec![
         light(0.0, [1.0; 3]),
@@ -273,6 +274,7 @@ fn what_no_ray_sees_is_gone() {
         radiance: [2.0; 3],
         rotation: glam::DMat3::IDENTITY,
         visibility: Visibility::ALL,
+        graph: None,
     });
     let left_out = simplify(&mut scene);
     assert_eq!((scene.instances.len(), scene.meshes.len()), (1, 1));

@@ -208,3 +208,82 @@ fn links_that_go_nowhere_or_onwards_are_none() {
     }));
     assert!(scene.materials[0].emits());
 }
+
+/// A file with a world and a lamp of node trees.
+fn load_shining(world: &Value, lamp: &Value) -> (Scene, Diagnostics) {
+    let document = json!({
+        "asset": {"version": "2.0"},
+        "extensionsUsed": ["SUNDOG_scene", "SUNDOG_light", "KHR_lights_punctual"],
+        "scene": 0,
+        "scenes": [{"nodes": [0], "extensions": {"SUNDOG_scene": {
+            "world": {"color": [0.5, 0.5, 0.5], "shader_graph": world, "sampling": {"resolution": 256}}}}}],
+        "nodes": [{"extensions": {"KHR_lights_punctual": {"light": 0}}}],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "name": "lamp",
+            "extensions": {"SUNDOG_light": {"strength": [1, 1, 1], "shader_graph": lamp}}}]}}
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.gltf");
+    std::fs::write(&path, document.to_string()).unwrap();
+    let loaded = import::load(&path, &Default::default()).unwrap();
+    (loaded.scene, loaded.diagnostics)
+}
+
+/// An Emission or a Background of an output of a node.
+fn shining(node: &Value, output: &str, shader: &str, socket: &str) -> Value {
+    json!({
+        "nodes": [node, {"type": format!("ShaderNode{shader}"), "inputs": {socket: {"node": 0, "output": output}}}],
+        "surface": {"node": 1, "output": shader}
+    })
+}
+
+#[test]
+fn worlds_and_lamps_have_the_trees_of_the_file() {
+    let noise = json!({"type": "ShaderNodeTexNoise", "properties": {"noise_dimensions": "3D", "noise_type": "FBM"}});
+    let ies = json!({"type": "ShaderNodeTexIES", "properties": {"ies": {
+        "around": [0.0, 6.3], "down": [0.0, 1.0], "strengths": [1, 2, 1, 2]}}});
+    let (scene, diagnostics) = load_shining(
+        &shining(&noise, "Color", "Background", "Color"),
+        &shining(&ies, "Fac", "Emission", "Strength"),
+    );
+    assert_eq!(diagnostics.iter().count(), 0, "{diagnostics:?}");
+    let environment = scene.environment.unwrap();
+    assert_eq!(environment.radiance, [1.0; 3]);
+    let world = environment.graph.unwrap();
+    assert_eq!(world.resolution, 256);
+    assert!(matches!(
+        world.graph.nodes.last().unwrap().kind,
+        NodeKind::Emission
+    ));
+    let lamp = scene.lights[0].graph.as_ref().unwrap();
+    let is_ies =
+        |n: &crate::scene::graph::Node| matches!(n.kind, NodeKind::Function(Function::Ies(_)));
+    let ies = lamp.nodes.iter().find(|n| is_ies(n)).unwrap();
+    // Nothing is linked: it is seen along the way from the lamp.
+    let way = &lamp.node(ies.inputs[0].link().unwrap()).kind;
+    assert!(matches!(
+        way,
+        NodeKind::Function(Function::VectorTransform { .. })
+    ));
+}
+
+#[test]
+fn worlds_and_lamps_with_nodes_that_are_not_evaluated_are_told() {
+    let (scene, diagnostics) = load_shining(
+        &shining(
+            &json!({"type": "ShaderNodeOfTomorrow"}),
+            "Color",
+            "Background",
+            "Color",
+        ),
+        &shining(
+            &json!({"type": "ShaderNodeTexIES"}),
+            "Fac",
+            "Emission",
+            "Strength",
+        ),
+    );
+    assert_eq!(scene.environment.unwrap().radiance, [0.5; 3]);
+    assert!(scene.lights[0].graph.is_none());
+    let told: Vec<_> = diagnostics.iter().map(|d| d.code).collect();
+    assert_eq!(told, ["shader-graph"; 2]);
+}

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sky textures: a table of what Blender's models give, and the disc of the sun, asked of Cycles itself in a child."""
+
+import hashlib
+import json
+import math
+import os
+import tempfile
+
+import bpy
+import numpy
+
+from . import baker, colorspace, gltf, images
+
+# Columns and rows: those of Cycles' own table, and for the older models, which it computes for each direction, enough that
+# their brightest places are smooth.
+TABULATED, COMPUTED = (512, 256), (1024, 512)
+OLD = {"PREETHAM", "HOSEK_WILKIE"}
+# Half of the widest disc that a camera sees; Blender's own limit is 90°.
+_WIDEST = math.radians(80)
+# What decides on a table beside the sun's disc.
+_PROPERTIES = (
+    "sky_type", "turbidity", "ground_albedo", "sun_elevation", "sun_rotation", "altitude", "air_density", "dust_density",
+    "aerosol_density", "ozone_density",
+)  # fmt: skip
+
+
+def table(node, cache, report=None):
+    """(file, the rest of the property `sky`) of a Sky Texture. Takes a child process and some seconds, once for each sky."""
+    plan = Plan(node)
+    path, beside = plan.files(cache)
+    if os.path.isfile(path) and os.path.isfile(beside):
+        with open(beside, encoding="utf-8") as file:
+            described = json.load(file)
+        os.utime(beside)
+        return path, described
+    sky, sun = _asked(plan, report)
+    width, height = plan.size
+    values = numpy.nan_to_num(sky.reshape(height, width, 3), posinf=0.0, neginf=0.0)
+    images.write_exr(path, numpy.maximum(values, 0.0), full=True)
+    described = {"start": plan.start}
+    if sun:
+        described["sun"] = sun
+    gltf.write_whole(beside, json.dumps(described).encode())
+    return path, described
+
+
+class Plan:
+    """What is asked about a sky, and under which name it is kept."""
+
+    def __init__(self, node):
+        values = {n: getattr(node, n) for n in _PROPERTIES if hasattr(node, n)}
+        self.is_old = node.sky_type in OLD
+        if self.is_old:
+            values["sun_direction"] = [float(v) for v in node.sun_direction]
+        elevation, rotation = _wrapped(float(node.sun_elevation), float(node.sun_rotation))
+        self.size = COMPUTED if self.is_old else TABULATED
+        # Columns begin where Cycles' own do, seen from the sun.
+        if self.is_old:
+            x, y, _ = values["sun_direction"]
+            self.start = -math.atan2(y, x) - math.pi
+        else:
+            self.start = math.pi / 2 + rotation
+        self.values = values
+        # The sun's disc; None where there is none.
+        self.sun = None
+        self.elevation, self.azimuth, self.half_angle = elevation, math.pi / 2 - rotation, 0.0
+        if not self.is_old and node.sun_disc and node.sun_size > 0:
+            self.sun = {"sun_size": float(node.sun_size), "sun_intensity": float(node.sun_intensity)}
+            self.half_angle = min(float(node.sun_size) / 2, _WIDEST)
+        description = [self.values, self.sun, self.size, list(bpy.app.version), colorspace.working_space(), 3]
+        self.name = hashlib.sha1(json.dumps(description, sort_keys=True).encode()).hexdigest()
+
+    def files(self, cache):
+        """The table, and what is told beside it."""
+        return os.path.join(cache, f"sky-table-{self.name}.exr"), os.path.join(cache, f"sky-table-{self.name}.json")
+
+    def is_known(self, cache):
+        """Whether it need not be asked for."""
+        return all(os.path.isfile(path) for path in self.files(cache))
+
+    def directions(self):
+        """Of the table's texels, the upper row first."""
+        width, height = self.size
+        azimuth = -2 * math.pi * (numpy.arange(width) + 0.5) / width - self.start
+        half = 1 - 2 * (numpy.arange(height) + 0.5) / height
+        elevation = numpy.copysign(half**2, half) * (math.pi / 2)
+        return _directions(*numpy.meshgrid(azimuth, elevation))
+
+
+def _directions(azimuth, elevation):
+    azimuth, elevation = numpy.broadcast_arrays(azimuth, elevation)
+    across = numpy.cos(elevation)
+    return numpy.stack([across * numpy.cos(azimuth), across * numpy.sin(azimuth), numpy.sin(elevation)], axis=-1).reshape(-1, 3)
+
+
+def _wrapped(elevation, rotation):
+    """Elevation −90° to 90° and rotation of the sun, as Cycles takes them: beyond the zenith it comes down on the other side."""
+    elevation = math.fmod(elevation, 2 * math.pi)
+    if abs(elevation) >= math.pi:
+        elevation -= math.copysign(2 * math.pi, elevation)
+    if abs(elevation) >= math.pi / 2:
+        elevation = math.copysign(math.pi, elevation) - elevation
+        rotation += math.pi
+    return elevation, rotation
+
+
+def _asked(plan, report):
+    """(colours of the table's texels, the sun or None)."""
+    directions = plan.directions()
+    with tempfile.TemporaryDirectory(prefix="sundog-sky-") as folder:
+        asked, answered = os.path.join(folder, "asked.npy"), os.path.join(folder, "answered.npy")
+
+        def ask(values, **request):
+            baker.ask({"sky": {"answered": answered, "values": values, "space": colorspace.working_space(), **request}}, report)
+            return numpy.load(answered).astype(float)
+
+        heights = _heights(plan)
+        probe = _directions(plan.azimuth, plan.elevation + heights * plan.half_angle)
+        numpy.save(asked, numpy.concatenate([directions, probe]).astype(numpy.float32))
+        values = plan.values if plan.is_old else {**plan.values, "sun_disc": False}
+        sky = ask(values, asked=asked)
+        if plan.sun is None:
+            return sky[: len(directions)], None
+        view = {"elevation": plan.elevation, "azimuth": plan.azimuth, "angle": plan.half_angle, "count": _PROBES}
+        lit = ask({**plan.values, **plan.sun, "sun_disc": True}, view=view)
+        return sky[: len(directions)], _sun(plan, heights, lit - sky[len(directions) :])
+
+
+# Directions up the middle of the disc of the sun.
+_PROBES = 64
+# The part of its radius in which limb darkening changes slowly.
+_INNER = 0.6
+
+
+def _heights(plan):
+    """Where these lie, from −1 to 1: pixels are as far apart as the tangents of their angles."""
+    if plan.sun is None:
+        return numpy.zeros(0)
+    across = (numpy.arange(_PROBES) + 0.5) / _PROBES * 2 - 1
+    return numpy.arctan(across * math.tan(plan.half_angle)) / plan.half_angle
+
+
+def _sun(plan, heights, light):
+    """The property `sun` from what the disc adds along its middle; None where nothing of it is seen."""
+    shines = light.max(axis=1) > 0
+    # Near the limb a small error of the place is a large one of the light.
+    used = shines & (numpy.abs(heights) < _INNER)
+    if used.sum() < 2:
+        used = shines & (numpy.abs(heights) < 0.95)
+    if used.sum() < 2:
+        return None
+    elevation = plan.elevation + heights * plan.half_angle
+    hidden = elevation[~shines]
+    darkening = 1 - 0.6 * (1 - numpy.sqrt(1 - heights**2))
+    # Cycles goes linearly from the disc's lower edge to its upper one.
+    ends = float(elevation[used][0]), float(elevation[used][-1])
+    lines = numpy.polyfit(elevation[used] - ends[0], (light / darkening[:, None])[used], 1)
+    colors = [lines[1], lines[1] + lines[0] * (ends[1] - ends[0])]
+    seen = elevation[shines]
+    return {
+        "direction": [float(v) for v in _directions(plan.azimuth, plan.elevation)[0]],
+        "half_angle": plan.half_angle,
+        "elevations": list(ends),
+        "colors": [[max(float(v), 0.0) for v in color] for color in colors],
+        # Half-way to the first that is seen.
+        "horizon": float((hidden.max() + seen[0]) / 2) if len(hidden) and hidden.max() < seen[0] else -math.pi / 2,
+    }
