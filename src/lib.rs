@@ -54,5 +54,7 @@ pub use scene::Scene;
 /// # Errors
 /// The file, or one that it names, cannot be read or is malformed; the sentence names it and the way out.
 pub fn load(path: &std::path::Path) -> Result<Imported, import::ImportError> {
-    import::load(path, &import::ImportOptions::default())
+    let mut imported = import::load(path, &import::ImportOptions::default())?;
+    world::displace(&mut imported.scene, &mut imported.diagnostics);
+    Ok(imported)
 }

@@ -399,7 +399,7 @@ class SUNDOG_MATERIAL_PT_volume(_Material, Panel):
 
 
 class SUNDOG_MATERIAL_PT_displacement(_Material, Panel):
-    bl_label = "Displacement (not rendered)"
+    bl_label = "Displacement"
     bl_options = {"DEFAULT_CLOSED"}
 
     def show(self, layout, context):

@@ -6,6 +6,7 @@ use super::{Failure, console};
 use crate::import::{self, ImportOptions};
 use crate::math::words::counted;
 use crate::scene::{Diagnostics, Environment, LeftOut, Scene, Verdict, Visibility, simplify};
+use crate::world;
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -42,7 +43,9 @@ pub fn load_all(
         without_world: environment.is_given()?,
         allow_outside: import.allow_outside,
     };
-    let imported = import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;
+    let mut imported =
+        import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;
+    world::displace(&mut imported.scene, &mut imported.diagnostics);
     let mut file = SceneFile {
         path: path.into(),
         scene: imported.scene,

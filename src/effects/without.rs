@@ -3,7 +3,7 @@
 use super::detect::kind_of_glass;
 use super::sets;
 use crate::scene::graph::node::{diffuse, principled};
-use crate::scene::graph::{Graph, Input, Node, NodeKind, Opacity, Slot};
+use crate::scene::graph::{Graph, Input, Node, NodeKind, Opacity, Slot, SocketKind};
 use crate::scene::{Effect, Environment, Light, Material};
 use enumset::EnumSet;
 
@@ -39,10 +39,16 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
         m.graph.make_opaque();
     }
     let mut surfaces = m.summary().principled.into_iter();
+    if !set.contains(Effect::NormalMaps) {
+        m.graph.normal = None;
+    }
     for node in &mut m.graph.nodes {
         let sockets = node.kind.sockets().iter();
+        // Nodes of values that ask for a normal are no normal maps.
+        let is_shader = node.kind.outputs().first().map(|o| o.0) == Some(SocketKind::Shader);
         for (input, socket) in node.inputs.iter_mut().zip(sockets) {
-            if socket.name.ends_with("Normal") && !set.contains(Effect::NormalMaps) {
+            let is_normal = is_shader && socket.name.ends_with("Normal");
+            if is_normal && !set.contains(Effect::NormalMaps) {
                 *input = Input::None;
             }
         }

@@ -11,7 +11,7 @@ use crate::math::average;
 use crate::math::float::is_unit;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::bsdf::BsdfValue;
-use crate::world::{Hit, RayKind, Surface, World};
+use crate::world::{Hit, Past, RayKind, Sender, Surface, World};
 use glam::Vec3;
 
 /// A surface that light falls on, and what the path to it brings. By value, so that it stays in registers where no function
@@ -28,6 +28,8 @@ pub(super) struct Vertex<'a, E: Features> {
     pub bounce: u32,
     /// Surfaces that a shadow ray may pass.
     pub transparent: u32,
+    /// The way that the path has come.
+    pub past: Past,
 }
 
 impl<E: Features> Vertex<'_, E> {
@@ -132,7 +134,13 @@ impl<E: Features> Vertex<'_, E> {
         let Some(start) = start else {
             return 0;
         };
-        let left = self.transparent;
+        // As Cycles counts: a shadow ray is one surface further than the path.
+        let sender = Sender {
+            kind: RayKind::Shadow,
+            depth: self.bounce + 1,
+            past: self.past,
+        };
+        let left = (self.transparent, sender);
         let share = match light.target {
             _ if !casts_shadow => Vec3::ONE,
             Some(target) => world.transmittance_to::<E>(start, target, left),

@@ -15,7 +15,9 @@ use crate::math::average;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit, ray_origin};
 use crate::sampler::{Dimension, Sampler, hashed};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
-use crate::world::{Asking, Hit, Intersection, Passage, RayKind, Source, Surface, World};
+use crate::world::{
+    Asking, Hit, Intersection, Passage, Past, RayKind, Sender, Source, Surface, World,
+};
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
 
@@ -43,6 +45,8 @@ pub(super) struct Previous {
     pub only_bsdf: bool,
     /// The kind of the ray. With [`RayKind::Transmission`] it goes on beyond the surface.
     pub kind: RayKind,
+    /// It was a mirror or clear glass.
+    pub delta: bool,
 }
 
 /// The kind of the rays that leave from a scattering: Cycles' ray visibility has the same three.
@@ -147,6 +151,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
             pdf: 0.0,
             only_bsdf: true,
             kind: RayKind::Camera,
+            delta: false,
         },
         scatterings: [0; 3],
         passage: Passage::default(),
@@ -180,6 +185,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
                 .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
         }
         let normal = bsdf.receiving_normal();
+        let past = walk.past();
         let at = &mut walk.beside.previous.at;
         world.lights.context_into(at, surface.point.point, normal);
         at.bounces = walk.bounce;
@@ -193,6 +199,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
             throughput: walk.throughput,
             bounce: walk.bounce,
             transparent: settings.transparent_left(walk.passed),
+            past,
         };
         walk.rays += vertex.add_direct_light(sampler, walk.light);
         let Some(sample) = walk.sample(&bsdf) else {
@@ -248,6 +255,43 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             distance: hit.distance,
             kind: self.beside.previous.kind.bit(),
             depth: self.bounce,
+            past: self.past(),
+        }
+    }
+
+    /// The ray, as programs at what it passes may ask about it.
+    #[inline(always)]
+    fn sender(&self) -> Sender {
+        Sender {
+            kind: self.beside.previous.kind,
+            depth: self.bounce,
+            past: self.past(),
+        }
+    }
+
+    /// What programs may ask about its past: only the general kernel has any.
+    #[inline(always)]
+    fn past(&self) -> Past {
+        if !E::EVERYTHING {
+            return Past::default();
+        }
+        let least = |count: u32| count.min(255) as u8;
+        let Beside {
+            previous,
+            scatterings: [diffuse, glossy, transmission],
+            ..
+        } = &*self.beside;
+        Past {
+            depths: [*diffuse, *glossy, *transmission, self.passed].map(least),
+            singular: previous.delta,
+            reflected: self.bounce > 0 && previous.kind != RayKind::Transmission,
+            // As in Cycles.
+            blurry: self.min_pdf < 8.0,
+            key: if self.world.traces() {
+                !self.sampler.key(Dimension::Opacity, self.bounce)
+            } else {
+                0
+            },
         }
     }
 
@@ -333,14 +377,15 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     #[inline(always)]
     fn intersect(&mut self) -> (Option<Hit>, Option<f32>) {
         let (ray, kind) = ((self.origin, self.direction), self.beside.previous.kind);
+        let sender = self.sender();
         let (sampler, bounce) = (self.sampler, self.bounce);
         let key = move || sampler.key(Dimension::Opacity, bounce);
         let mut hit = if E::EVERYTHING && self.settings.transparent != u32::MAX {
             // Cycles notices the limit when it has passed a surface: one always is.
             let left = self.settings.transparent.max(1) - self.passed;
-            let met = self
-                .world
-                .intersect_limited::<E>(ray.0, ray.1, self.span, kind, key(), left);
+            let met =
+                self.world
+                    .intersect_limited::<E>(ray.0, ray.1, self.span, sender, key(), left);
             match met {
                 Intersection::Surface(hit, more) => {
                     self.passed += more;
@@ -352,7 +397,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             }
         } else {
             self.world
-                .intersect::<E>(ray.0, ray.1, self.span, kind, key)
+                .intersect::<E>(ray.0, ray.1, self.span, sender, key)
         };
         if E::EVERYTHING && self.world.has_close_interfaces() {
             hit = self
@@ -606,6 +651,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         // No light sample passes the surface that is in its way.
         self.beside.previous.only_bsdf = s.delta || self.own.is_some();
         self.beside.previous.kind = kind;
+        self.beside.previous.delta = s.delta;
         if E::FACETS && !s.delta {
             self.min_pdf = self.min_pdf.min(s.pdf);
         }

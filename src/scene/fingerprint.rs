@@ -35,6 +35,9 @@ pub fn fingerprint(scene: &Scene) -> String {
         if let Some(radial) = &mesh.radial {
             block("radial", bytemuck::cast_slice(radial));
         }
+        if let Some(generated) = &mesh.generated {
+            block("generated", bytemuck::cast_slice(generated));
+        }
         for uvs in &mesh.uvs {
             block("uvs", bytemuck::cast_slice(uvs));
         }

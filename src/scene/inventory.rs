@@ -365,6 +365,7 @@ impl Scene {
                     + mesh.normals.as_deref().map_or(0, size_of_val)
                     + mesh.tangents.as_deref().map_or(0, size_of_val)
                     + mesh.radial.as_deref().map_or(0, size_of_val)
+                    + mesh.generated.as_deref().map_or(0, size_of_val)
                     + mesh
                         .uvs
                         .iter()

@@ -96,6 +96,8 @@ pub struct Mesh {
     /// Directions around the mesh's Z axis by its generated coordinates, of any length, between vertices linear. They turn as
     /// normals do.
     pub radial: Option<Vec<[f32; 3]>>,
+    /// Its own texture coordinates ("Generated") by vertex, where those are others than its texture space gives.
+    pub generated: Option<Vec<[f32; 3]>>,
     /// Texture coordinate sets (TEXCOORD_0, TEXCOORD_1, …), glTF's convention: v grows downwards.
     pub uvs: Vec<Vec<[f32; 2]>>,
     /// Linear vertex colour with alpha (COLOR_0); multiplies base colour and alpha.
@@ -108,6 +110,18 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// The material of all triangles; `None` is the file format's default material.
     pub material: Option<MaterialId>,
+    /// What it is a part of, if its vertices are to be displaced together with those of other parts.
+    pub part: Option<Part>,
+}
+
+/// A part of a mesh that is to be displaced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Parts of one mesh have one number.
+    pub whole: u32,
+    /// The attribute of vertices that tells them apart: the lower and the upper 16 bits of a number, and how they are shaded
+    /// (0: flat; 1: by the vertices' normals; 2 and 3: smooth and flat by the corners' normals).
+    pub vertices: u32,
 }
 
 /// A box in a mesh's own (Blender's) axes, across which its "Generated" coordinates go from 0 to 1.
@@ -120,6 +134,13 @@ pub struct TextureSpace {
 }
 
 impl TextureSpace {
+    /// The coordinates of a point of the mesh's own space.
+    pub fn generated(&self, point: glam::Vec3) -> glam::Vec3 {
+        let (location, size) = (glam::Vec3::from(self.location), glam::Vec3::from(self.size));
+        let size = glam::Vec3::select(size.cmpeq(glam::Vec3::ZERO), glam::Vec3::ONE, size);
+        (point - location + size) / (size * 2.0)
+    }
+
     /// The box around some points, as Blender's own automatic one.
     pub fn around(points: &[[f32; 3]]) -> Self {
         let points = || points.iter().map(|p| glam::Vec3::from(*p));
@@ -143,7 +164,7 @@ impl Default for TextureSpace {
 }
 
 /// What Blender's Object Info node says of an object.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ObjectInfo {
     /// Its colour and opacity in the viewport.
     pub color: [f32; 4],
@@ -151,6 +172,8 @@ pub struct ObjectInfo {
     pub index: f32,
     /// A number of its own, 0 to 1.
     pub random: f32,
+    /// What else shader graphs ask of it, by their numbers.
+    pub values: Arc<[[f32; 4]]>,
 }
 
 impl Default for ObjectInfo {
@@ -159,6 +182,7 @@ impl Default for ObjectInfo {
             color: [1.0; 4],
             index: 0.0,
             random: 0.0,
+            values: Arc::default(),
         }
     }
 }

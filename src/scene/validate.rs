@@ -450,6 +450,7 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
     let lengths_match = fits(mesh.normals.as_ref().map(Vec::len))
         && fits(mesh.tangents.as_ref().map(Vec::len))
         && fits(mesh.radial.as_ref().map(Vec::len))
+        && fits(mesh.generated.as_ref().map(Vec::len))
         && fits(mesh.colors.as_ref().map(Vec::len))
         && mesh
             .attributes
@@ -493,7 +494,7 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
     }
     clean_normals(mesh, diagnostics);
     clean_tangents(mesh, diagnostics);
-    for direction in mesh.radial.iter_mut().flatten() {
+    for direction in mesh.radial.iter_mut().chain(&mut mesh.generated).flatten() {
         if direction.iter().any(|c| !c.is_finite()) {
             *direction = [0.0; 3];
         }

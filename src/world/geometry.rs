@@ -1,7 +1,7 @@
 //! Meshes, placed meshes, and the surface at a hit.
 
 use super::material::PreparedMaterial;
-use super::place::{Asking, HitPoint, ObjectFacts};
+use super::place::{Around, Asking, HitPoint, ObjectFacts};
 use crate::effects::{Features, General};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
@@ -19,6 +19,8 @@ pub struct MeshData {
     pub(super) normals: Option<Vec<[f32; 3]>>,
     pub(super) tangents: Option<Vec<[f32; 4]>>,
     pub(super) radial: Option<Vec<[f32; 3]>>,
+    /// Coordinates that programs ask for, where the mesh's texture space does not give them.
+    pub(super) generated: Option<Vec<[f32; 3]>>,
     pub(super) uvs: Vec<Vec<[f32; 2]>>,
     pub(super) colors: Option<Vec<[f32; 4]>>,
     /// Attributes that programs ask for, by their numbers.
@@ -36,6 +38,8 @@ pub struct Attributes {
     pub tangents: bool,
     /// Radial tangents.
     pub radial: bool,
+    /// Generated coordinates.
+    pub generated: bool,
     /// Colours.
     pub colors: bool,
     /// So many attributes.
@@ -112,6 +116,7 @@ impl MeshData {
             normals,
             tangents,
             radial,
+            generated: mesh.generated.clone().filter(|_| kept.generated),
             uvs: mesh.uvs.iter().take(kept.uv_sets).cloned().collect(),
             attributes: mesh
                 .attributes
@@ -133,11 +138,12 @@ impl MeshData {
         let normals = self.normals.as_ref().map_or(0, Vec::len);
         let tangents = self.tangents.as_ref().map_or(0, Vec::len);
         let radial = self.radial.as_ref().map_or(0, Vec::len);
+        let generated = self.generated.as_ref().map_or(0, Vec::len);
         let colors = self.colors.as_ref().map_or(0, Vec::len);
         let uvs = self.uvs.iter().map(Vec::len).sum();
         (
             of(self.triangles.vertices().len(), 12) + of(self.triangles.triangles().len(), 12),
-            of(normals + radial, 12) + of(tangents + colors, 16) + of(uvs, 8),
+            of(normals + radial + generated, 12) + of(tangents + colors, 16) + of(uvs, 8),
         )
     }
 
@@ -180,6 +186,8 @@ pub struct MeshInstance {
     flipped: bool,
     /// Which rays see it.
     pub visibility: Visibility,
+    /// Entries that are parts of one object have one number.
+    pub object: u32,
     /// What programs may ask about it, where some do.
     pub facts: Option<Arc<ObjectFacts>>,
 }
@@ -209,6 +217,8 @@ impl MeshInstance {
             v,
             asking,
             normal: Vec3::ZERO,
+            undisplaced: None,
+            around: None,
         }
     }
 
@@ -219,6 +229,7 @@ impl MeshInstance {
             instance: None,
             flipped,
             visibility,
+            object: 0,
             facts: None,
         }
     }
@@ -244,6 +255,7 @@ impl MeshInstance {
             instance: Some(Box::new(placement)),
             flipped,
             visibility,
+            object: 0,
             facts: None,
         }
     }
@@ -386,6 +398,8 @@ pub struct Surface<'a> {
     pub point: BoundedPoint,
     /// On the side from which the ray came.
     pub normals: Normals,
+    /// The smooth normal of the corners, where a displacement bends another one.
+    pub curved: Vec3,
     /// The ray came from behind (by winding).
     pub inside: bool,
     /// Emitted radiance towards the ray's origin.
@@ -441,10 +455,14 @@ pub fn surface<'a, E: Features>(
     material: &'a PreparedMaterial,
     hit: &Hit,
     (origin, asking): (Vec3, Asking),
+    around: Option<&'a dyn Around>,
 ) -> Surface<'a> {
     let direction = asking.direction;
     // Looked up once.
-    let at = entry.at(mesh, (hit.primitive, hit.u, hit.v), asking);
+    let mut at = entry.at(mesh, (hit.primitive, hit.u, hit.v), asking);
+    if E::EVERYTHING {
+        at.around = around;
+    }
     let corners = mesh.triangles.between(at.corners).map(Vec3::from);
     let by_corners = entry.point_between::<E>(corners, hit.u, hit.v);
     let point = float::hit_point(by_corners, origin, direction * hit.distance);
@@ -467,6 +485,16 @@ pub fn surface<'a, E: Features>(
     if E::CURVED && smooth.dot(geometric) < 0.0 {
         smooth = -smooth;
         smooth_outside = -smooth_outside;
+    }
+    let curved = smooth;
+    if E::EVERYTHING && material.has_normal() {
+        let n = material.normal(&HitPoint {
+            normal: smooth_outside,
+            ..at
+        });
+        if n != Vec3::ZERO {
+            (smooth, smooth_outside, at.normal) = (side(n), n, n);
+        }
     }
     let mut shading = smooth;
     let mut mixed = None;
@@ -502,6 +530,7 @@ pub fn surface<'a, E: Features>(
             smooth,
             shading,
         },
+        curved,
         inside,
         emission,
         unlit: material.unlit,

@@ -2,7 +2,7 @@
 
 use super::Options;
 use crate::effects::{self, Effect};
-use crate::scene::graph::function::PlaceInput;
+use crate::scene::graph::function::{PathDepth, PlaceInput};
 use crate::scene::graph::node::{glass, principled};
 use crate::scene::graph::{Distribution, Graph, PrincipledSummary, SimpleBsdf, TangentKind};
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
@@ -239,7 +239,7 @@ impl Preparer {
             emission: programs.emitted.constant().unwrap_or(summary.emission),
             unlit: summary.unlit,
             translucent: summary.is_translucent(),
-            is_tinted: summary.is_tinted && summary.is_translucent(),
+            is_tinted: summary.is_translucent() && (summary.is_tinted || asks_paths(&programs)),
             lets_through: solids.clone().next().is_some()
                 || summary.is_thin_subsurface
                 || summary.simple.iter().any(|(bsdf, _)| bsdf.transmits()),
@@ -252,6 +252,14 @@ impl Preparer {
             programs,
         }
     }
+}
+
+/// Whether the opacity hangs on what a path has passed before, or on what is around: paths stop there.
+fn asks_paths(programs: &Programs) -> bool {
+    programs.opacity.as_ref().is_some_and(|opacity| {
+        let counted = PlaceInput::PathDepth(PathDepth::Transparent);
+        opacity.program.traces() || opacity.program.place_inputs().contains(&counted)
+    })
 }
 
 /// What is known of a shader among others: numbers that are linked may be anything.
@@ -305,9 +313,9 @@ pub struct Vertices {
 }
 
 /// The images of a scene.
-struct Textures<'a> {
-    rasters: &'a mut HashMap<(u32, ImageAlpha), Arc<Raster>>,
-    scene: &'a Scene,
+pub(super) struct Textures<'a> {
+    pub rasters: &'a mut HashMap<(u32, ImageAlpha), Arc<Raster>>,
+    pub scene: &'a Scene,
 }
 
 impl Source for Textures<'_> {
@@ -348,10 +356,12 @@ impl PreparedMaterial {
             surface,
             opacity,
             emission,
+            normal,
             ..
         } = &self.programs;
         let opacity = opacity.iter().map(|opacity| &opacity.program);
-        [surface, emission].into_iter().chain(opacity)
+        let normal = normal.iter().map(|(program, _)| program);
+        [surface, emission].into_iter().chain(opacity).chain(normal)
     }
 
     /// What the material says at a point, and the normal of its map on the outside, 0 without one; `None` where it says the same
@@ -510,17 +520,47 @@ impl PreparedMaterial {
         self.programs().flat_map(Program::place_inputs)
     }
 
+    /// The normal outside that takes the place of the surface's own, if it has one.
+    #[inline]
+    pub fn has_normal(&self) -> bool {
+        self.programs.normal.is_some()
+    }
+
+    /// This normal at a point; 0 where there is none.
+    #[cold]
+    #[inline(never)]
+    pub fn normal(&self, at: &impl Place) -> Vec3 {
+        self.programs
+            .normal
+            .as_ref()
+            .map_or(Vec3::ZERO, |(program, root)| {
+                program.at(at, |at| at.color(root))
+            })
+    }
+
     /// Whether its programs do more than glTF's materials call for.
     pub fn computes(&self) -> bool {
-        let opacity = self.programs.opacity.as_ref();
-        self.programs.surface.computes()
-            || self.programs.emission.computes()
-            || opacity.is_some_and(|o| o.program.computes())
+        self.programs().any(|program| program.computes())
+    }
+
+    /// Whether its programs ask the scene by rays.
+    pub fn traces(&self) -> bool {
+        self.programs().any(|program| program.traces())
     }
 
     /// Whether its programs ask about places.
     pub fn asks_about_places(&self) -> bool {
         self.asked().next().is_some()
+    }
+
+    /// Whether its programs ask for generated coordinates.
+    pub fn reads_generated(&self) -> bool {
+        self.asked().any(|input| {
+            matches!(
+                input,
+                PlaceInput::Generated | PlaceInput::Tangent | PlaceInput::RadialTangent(_)
+            )
+        })
     }
 
     /// How many attributes of vertices its programs ask for.

@@ -1,6 +1,7 @@
 //! The prepared scene: recentred, in Embree, ready for rays. Read-only while rendering.
 
 mod camera;
+mod displacement;
 mod geometry;
 mod interfaces;
 mod lights;
@@ -13,9 +14,10 @@ mod shine;
 pub use crate::ffi::embree::{Hit, InstructionSet};
 pub use crate::light::Source;
 pub use crate::scene::RayKind;
+pub use displacement::displace;
 pub use geometry::Surface;
 pub use interfaces::Passage;
-pub use place::{Asking, HitPoint};
+pub use place::{Asking, HitPoint, Past, Sender};
 
 use crate::camera::Camera;
 use crate::effects::{self, Effect, Features, General};
@@ -32,7 +34,7 @@ use geometry::MeshInstance;
 use glam::{DVec3, Vec2, Vec3};
 use material::PreparedMaterial;
 use origin::{Extent, Origin};
-use place::View;
+use place::{Around, View};
 use placed::Geometry;
 use serde::Serialize;
 use std::sync::Arc;
@@ -165,7 +167,7 @@ impl World {
             scene,
             options.effects,
             (origin, eye, options.cull_backfaces),
-            View::new(options, origin),
+            View::new(options.camera, (options.aspect, options.rows), origin),
             &geometry.entries,
             (&geometry.meshes, &materials),
             &device,
@@ -227,7 +229,11 @@ impl World {
         };
         let eye = Eye::new(options.camera, origin);
         // What programs know of the view.
-        stale.lights |= self.geometry.look(View::new(options, origin));
+        stale.lights |= self.geometry.look(View::new(
+            options.camera,
+            (options.aspect, options.rows),
+            origin,
+        ));
         stale.lights |= scene.environment.as_ref().is_some_and(|environment| {
             let world = environment.graph.as_ref();
             world.is_some_and(|world| shine::asks_about_view(&world.graph))
@@ -245,7 +251,7 @@ impl World {
                 scene,
                 options.effects,
                 (origin, eye, options.cull_backfaces),
-                View::new(options, origin),
+                View::new(options.camera, (options.aspect, options.rows), origin),
                 &geometry.entries,
                 (&geometry.meshes, materials),
                 &self.device,
@@ -342,7 +348,7 @@ impl World {
 
     /// Opacity of a hit (0 for a back face that is hidden).
     #[inline]
-    fn opacity<E: Features>(&self, hit: &Hit, direction: Vec3, kind: RayKind) -> f32 {
+    fn opacity<E: Features>(&self, hit: &Hit, direction: Vec3, sender: &Sender) -> f32 {
         if self.is_hidden(hit, direction) {
             return 0.0;
         }
@@ -356,12 +362,7 @@ impl World {
         if material.is_tinted {
             return 1.0;
         }
-        let asking = Asking {
-            direction,
-            distance: hit.distance,
-            kind: kind.bit(),
-            depth: 0,
-        };
+        let asking = Asking::of(sender, direction, hit);
         let at = entry.at(mesh, (hit.primitive, hit.u, hit.v), asking);
         material.opacity(&at)
     }
@@ -372,6 +373,12 @@ impl World {
         self.geometry.tinted
     }
 
+    /// Whether programs ask the scene by rays.
+    #[inline]
+    pub fn traces(&self) -> bool {
+        self.geometry.traces
+    }
+
     /// What passes straight on at a hit, as a colour, and the share of the rest; `None` where that takes no colour.
     #[cold]
     #[inline(never)]
@@ -380,9 +387,14 @@ impl World {
         let mesh = &self.geometry.meshes[entry.mesh as usize];
         let material = &self.materials[mesh.material as usize];
         let place = (hit.primitive, hit.u, hit.v);
-        material
-            .is_tinted
-            .then(|| material.passing(&entry.at(mesh, place, asking)))
+        material.is_tinted.then(|| {
+            let mut at = entry.at(mesh, place, asking);
+            // Shadow rays ask while Embree traces them; Cycles has no rays there either.
+            if asking.kind != RayKind::Shadow.bit() {
+                at.around = self.traces().then_some(self);
+            }
+            material.passing(&at)
+        })
     }
 
     /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at
@@ -401,22 +413,23 @@ impl World {
         origin: Vec3,
         direction: Vec3,
         (near, far): (f32, f32),
-        kind: RayKind,
+        sender: impl Into<Sender>,
         key: impl FnOnce() -> u32,
     ) -> Option<Hit> {
+        let sender = sender.into();
         let ray = Ray {
             origin: origin.to_array(),
             direction: direction.to_array(),
             near,
             far,
-            mask: kind.bit(),
+            mask: sender.kind.bit(),
         };
         if !self.filters::<E>() {
             return self.geometry.embree.intersect(&ray);
         }
         let key = key();
         self.geometry.embree.intersect_filtered(&ray, |hit| {
-            Self::stops(hit, self.opacity::<E>(hit, direction, kind), key)
+            Self::stops(hit, self.opacity::<E>(hit, direction, &sender), key)
         })
     }
 
@@ -427,7 +440,7 @@ impl World {
         origin: Vec3,
         direction: Vec3,
         (near, far): (f32, f32),
-        kind: RayKind,
+        sender: Sender,
         key: u32,
         left: u32,
     ) -> Intersection {
@@ -436,7 +449,7 @@ impl World {
             direction: direction.to_array(),
             near,
             far,
-            mask: kind.bit(),
+            mask: sender.kind.bit(),
         };
         if !self.filters::<E>() {
             let hit = self.geometry.embree.intersect(&ray);
@@ -447,7 +460,7 @@ impl World {
             if self.is_hidden(hit, direction) {
                 return false;
             }
-            let stops = Self::stops(hit, self.opacity::<E>(hit, direction, kind), key);
+            let stops = Self::stops(hit, self.opacity::<E>(hit, direction, &sender), key);
             if !stops {
                 passed.push((hit.distance, hit.instance, hit.geometry, hit.primitive));
             }
@@ -482,14 +495,14 @@ impl World {
     }
 
     /// Share of light that comes from `origin + direction · share` to `origin`, as a colour, 0..=1. Light that would
-    /// have to pass more than `limit` surfaces does not come.
+    /// have to pass more than `limit` surfaces does not come. `sender`: that of the shadow ray.
     #[inline]
     pub fn transmittance<E: Features>(
         &self,
         origin: Vec3,
         direction: Vec3,
         far: f32,
-        limit: u32,
+        (limit, sender): (u32, Sender),
     ) -> Vec3 {
         let ray = Ray {
             origin: origin.to_array(),
@@ -510,11 +523,11 @@ impl World {
         let blocked = self.geometry.embree.occluded_filtered(&ray, |hit| {
             share *= match self
                 .is_tinted()
-                .then(|| self.tint(hit, Asking::of_shadow(direction, hit)))
+                .then(|| self.tint(hit, Asking::of(&sender, direction, hit)))
                 .flatten()
             {
                 Some((passes, _)) if !self.is_hidden(hit, direction) => passes,
-                _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction, RayKind::Shadow)),
+                _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction, &sender)),
             };
             if limit != u32::MAX && !self.is_hidden(hit, direction) {
                 if left == 0 {
@@ -530,8 +543,13 @@ impl World {
     /// Share of light between two points with error bounds that see each other along `wi` (from
     /// `a` to `b`): both ends leave their surfaces by their bounds.
     #[inline]
-    pub fn transmittance_to<E: Features>(&self, origin: Vec3, target: Vec3, limit: u32) -> Vec3 {
-        self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE, limit)
+    pub fn transmittance_to<E: Features>(
+        &self,
+        origin: Vec3,
+        target: Vec3,
+        limited: (u32, Sender),
+    ) -> Vec3 {
+        self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE, limited)
     }
 
     /// Where a ray leaves a surface along `wi`; `beyond`: it goes through. `None` where the surface is in its way.
@@ -605,9 +623,8 @@ impl World {
     #[cold]
     #[inline(never)]
     fn arrives_again(&self, hit: &Hit, surface: &Surface, wi: Vec3, kind: RayKind) -> Option<Vec3> {
-        let Normals {
-            geometric, smooth, ..
-        } = surface.normals;
+        let Normals { geometric, .. } = surface.normals;
+        let smooth = surface.curved;
         let cos = wi.dot(smooth);
         let back = wi - smooth * (2.0 * cos);
         let seen = self.geometry.entries[hit.object() as usize]
@@ -634,6 +651,47 @@ impl World {
             &self.materials[mesh.material as usize],
             hit,
             (origin, asking),
+            self.traces().then_some(self),
         )
+    }
+}
+
+impl Around for World {
+    #[cold]
+    fn meets(
+        &self,
+        (origin, direction, [near, far]): (Vec3, Vec3, [f32; 2]),
+        object: &MeshInstance,
+    ) -> Option<(Hit, bool)> {
+        let hit = self.geometry.embree.intersect(&Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near,
+            far,
+            mask: u32::MAX,
+        })?;
+        let met = &self.geometry.entries[hit.object() as usize];
+        Some((hit, met.object == object.object))
+    }
+
+    #[cold]
+    fn is_shut(&self, origin: Vec3, direction: Vec3, far: f32) -> bool {
+        self.geometry.embree.occluded(&Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near: float::RAY_START,
+            far,
+            mask: RayKind::Shadow.bit(),
+        })
+    }
+
+    #[cold]
+    fn normals(&self, hit: &Hit) -> (Vec3, Vec3) {
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        let outside = entry.geometric_normal::<General>(mesh, hit.primitive);
+        let place = (hit.primitive, hit.u, hit.v);
+        let at = entry.at(mesh, place, Asking::along(Vec3::ZERO));
+        (outside, entry.smooth_normal(mesh, &at))
     }
 }

@@ -1,14 +1,15 @@
 //! What shader programs ask about a point of a surface.
 
-use super::Options;
 use super::geometry::{MeshData, MeshInstance, unit_or_zero};
 use crate::effects::General;
 use crate::ffi::embree::Hit;
+use crate::math::float;
 use crate::math::float::{Affine, BoundedPoint};
-use crate::scene::graph::function::{PlaceInput, Space, Transformed};
+use crate::sampler::hashed;
+use crate::scene::graph::function::{PathDepth, PlaceInput, Space, Transformed};
 use crate::scene::graph::{NormalSpace, TangentKind};
-use crate::scene::{ObjectInfo, Projection, RayKind, TextureSpace};
-use crate::shading::program::Place;
+use crate::scene::{Camera, ObjectInfo, Projection, RayKind, TextureSpace};
+use crate::shading::program::{Openness, Place};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 
 /// Of glTF's axes, Blender's.
@@ -28,12 +29,69 @@ pub struct View {
     pub camera: Affine,
     /// A pixel's height, metres: this at the camera, and so much more for each metre from it.
     pub pixel: (f32, f32),
+    /// How the picture is seen.
+    frame: Frame,
+}
+
+/// The edges of a picture: left, right, bottom, top.
+#[derive(Clone, Copy, Debug)]
+enum Frame {
+    /// Tangents of angles.
+    Perspective([f32; 4]),
+    /// Metres.
+    Orthographic([f32; 4]),
+    /// Radians.
+    Equirectangular([f32; 4]),
+}
+
+impl Frame {
+    fn new(camera: &Camera, aspect: f64) -> Self {
+        let window = camera.window.map(|w| w.widened_to(aspect));
+        let edges =
+            |x: f64, y: f64| window.map_or([-x, x, -y, y], |w| [w.left, w.right, w.bottom, w.top]);
+        let single = |edges: [f64; 4]| edges.map(|edge| edge as f32);
+        match camera.projection {
+            Projection::Perspective { vertical_fov, .. } => {
+                let y = (0.5 * vertical_fov).tan();
+                Self::Perspective(single(edges(y * aspect, y)))
+            }
+            Projection::Orthographic { half_height, .. } => {
+                Self::Orthographic(single(edges(half_height * aspect, half_height)))
+            }
+            Projection::Equirectangular {
+                longitude: [left, right],
+                latitude: [bottom, top],
+            } => Self::Equirectangular(single([left, right, bottom, top])),
+        }
+    }
+
+    /// Where in the picture a point of the camera's space is, 0 to 1.
+    fn at(&self, p: Vec3) -> Vec3 {
+        let (edges, at) = match self {
+            Self::Perspective(edges) => (edges, [p.x / p.z, p.y / p.z]),
+            Self::Orthographic(edges) => (edges, [p.x, p.y]),
+            Self::Equirectangular(edges) => {
+                let up = p.y / p.length().max(f32::MIN_POSITIVE);
+                (edges, [p.x.atan2(p.z), up.clamp(-1.0, 1.0).asin()])
+            }
+        };
+        let [left, right, bottom, top] = *edges;
+        Vec3::new(
+            (at[0] - left) / (right - left),
+            (at[1] - bottom) / (top - bottom),
+            0.0,
+        )
+    }
 }
 
 impl View {
+    /// Where a place in the camera's space lies in the picture: 0 to 1 from the left, and from below.
+    pub fn window(&self, p: Vec3) -> Vec3 {
+        self.frame.at(p)
+    }
+
     /// That of a world's camera.
-    pub fn new(options: &Options, origin: DVec3) -> Self {
-        let camera = options.camera;
+    pub fn new(camera: &Camera, (aspect, rows): (f64, u32), origin: DVec3) -> Self {
         let to_camera = camera.world_from_camera.inverse();
         // glTF's cameras look along −Z.
         let flip = DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0));
@@ -41,7 +99,7 @@ impl View {
             matrix3: flip * to_camera.matrix3,
             translation: flip * to_camera.transform_point3(origin),
         };
-        let window = camera.window.map(|w| w.widened_to(options.aspect));
+        let window = camera.window.map(|w| w.widened_to(aspect));
         let height = |plain: f64| window.map_or(plain, |w| w.top - w.bottom);
         let (parallel, angle) = match camera.projection {
             Projection::Perspective { vertical_fov, .. } => {
@@ -50,11 +108,44 @@ impl View {
             Projection::Orthographic { half_height, .. } => (height(2.0 * half_height), 0.0),
             Projection::Equirectangular { latitude, .. } => (0.0, latitude[1] - latitude[0]),
         };
-        let rows = f64::from(options.rows.max(1));
+        let rows = f64::from(rows.max(1));
         Self {
             camera: Affine::from_f64(&flipped, DVec3::ZERO),
             pixel: ((parallel / rows) as f32, (angle / rows) as f32),
+            frame: Frame::new(camera, aspect),
         }
+    }
+}
+
+/// A ray that looks for its own object passes no more surfaces.
+const MOST_SURFACES: u32 = 64;
+
+/// How often the Bevel node's rays go along the normal, and along each tangent.
+const SHARES: [f32; 3] = [0.5, 0.25, 0.25];
+
+/// The kernel of the Bevel node: the cubic one, (R − r)³ of a radius R.
+mod bevel {
+    use std::f32::consts::PI;
+
+    /// Its density at a distance.
+    pub fn density(radius: f32, r: f32) -> f32 {
+        let x = (1.0 - r / radius).max(0.0);
+        10.0 / (PI * radius * radius) * (x * x * x)
+    }
+
+    /// The distance, of a radius of 1, within which a share of it lies: 10x² − 20x³ + 15x⁴ − 4x⁵ by bisection.
+    pub fn radius(share: f32) -> f32 {
+        let within = |x: f32| x * x * (10.0 + x * (-20.0 + x * (15.0 - 4.0 * x)));
+        let (mut low, mut high) = (0.0f32, 1.0f32);
+        for _ in 0..20 {
+            let middle = 0.5 * (low + high);
+            if within(middle) < share {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        0.5 * (low + high)
     }
 }
 
@@ -114,14 +205,6 @@ impl ObjectFacts {
             view,
         }
     }
-
-    /// The texture coordinates that the mesh's own space gives.
-    fn generated(&self, object: Vec3) -> Vec3 {
-        let TextureSpace { location, size } = self.texture_space;
-        let (location, size) = (Vec3::from(location), Vec3::from(size));
-        let size = Vec3::select(size.cmpeq(Vec3::ZERO), Vec3::ONE, size);
-        (object - location + size) / (size * 2.0)
-    }
 }
 
 /// The ray that asks.
@@ -135,15 +218,65 @@ pub struct Asking {
     pub kind: u32,
     /// Surfaces that have scattered its path.
     pub depth: u32,
+    /// What else is known of its path.
+    pub past: Past,
+}
+
+/// A ray's kind and what is known of its path.
+#[derive(Clone, Copy, Debug)]
+pub struct Sender {
+    /// The kind.
+    pub kind: RayKind,
+    /// Surfaces that have scattered the path.
+    pub depth: u32,
+    /// What else is known of it.
+    pub past: Past,
+}
+
+impl From<RayKind> for Sender {
+    fn from(kind: RayKind) -> Self {
+        Self {
+            kind,
+            depth: 0,
+            past: Past::default(),
+        }
+    }
+}
+
+/// The way that a path has come, as far as programs ask about it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Past {
+    /// Surfaces that have scattered it diffusely, by facets, or through themselves, and that it has passed straight on.
+    pub depths: [u8; 4],
+    /// The last of them was a mirror or clear glass.
+    pub singular: bool,
+    /// The last of them did not let it through.
+    pub reflected: bool,
+    /// It has been scattered into a wide range of directions.
+    pub blurry: bool,
+    /// For random numbers; 0 where nobody asks for any.
+    pub key: u32,
+}
+
+/// The scene around a place, for programs that ask it by rays.
+pub trait Around: Sync {
+    /// What a ray meets first: where, and whether that is on the object of an entry.
+    fn meets(&self, ray: (Vec3, Vec3, [f32; 2]), object: &MeshInstance) -> Option<(Hit, bool)>;
+    /// Whether a shadow ray meets anything.
+    fn is_shut(&self, origin: Vec3, direction: Vec3, far: f32) -> bool;
+    /// The normals of a hit, outside: that of the triangle, and the smooth one.
+    fn normals(&self, hit: &Hit) -> (Vec3, Vec3);
 }
 
 impl Asking {
-    /// A shadow ray, with a hit on its way.
-    pub fn of_shadow(direction: Vec3, hit: &Hit) -> Self {
+    /// A ray with a hit on its way.
+    pub fn of(sender: &Sender, direction: Vec3, hit: &Hit) -> Self {
         Self {
+            direction,
             distance: hit.distance,
-            kind: RayKind::Shadow.bit(),
-            ..Self::along(direction)
+            kind: sender.kind.bit(),
+            depth: sender.depth,
+            past: sender.past,
         }
     }
 
@@ -154,6 +287,7 @@ impl Asking {
             distance: 0.0,
             kind: 0,
             depth: 0,
+            past: Past::default(),
         }
     }
 }
@@ -170,6 +304,10 @@ pub struct HitPoint<'a> {
     pub(super) asking: Asking,
     /// The smooth normal outside; 0 where nobody has asked for it yet.
     pub(super) normal: Vec3,
+    /// The attribute that tells where the corners are, in the object's space and in Blender's axes; their own places otherwise.
+    pub(super) undisplaced: Option<u32>,
+    /// The scene, where programs ask it.
+    pub(super) around: Option<&'a dyn Around>,
 }
 
 /// Between the values of three corners.
@@ -208,9 +346,104 @@ impl HitPoint<'_> {
         self.entry.facts.as_deref()
     }
 
-    /// In the mesh's space: the world's, relative to the origin, where it is placed once.
+    /// The corners in the mesh's space: the world's, relative to the origin, where it is placed once.
+    fn mesh_corners(&self) -> [Vec3; 3] {
+        let before = self
+            .undisplaced
+            .and_then(|n| self.mesh.attributes.get(n as usize));
+        let (Some(values), Some(facts)) = (before, self.facts()) else {
+            return self.mesh.corners(self.triangle);
+        };
+        self.corners.map(|corner| {
+            let p = Vec4::from(values[corner as usize]).truncate();
+            if self.entry.is_instance() {
+                p
+            } else {
+                facts.world_axes * p + (from_blender(facts.location) - facts.origin)
+            }
+        })
+    }
+
+    /// Two random numbers for one of some samples, the first in a stratum of its own.
+    fn numbers(&self, sample: u32, of: u8) -> [f32; 2] {
+        let key = self.asking.past.key;
+        let first = (sample as f32 + hashed(key, sample, 0)) / f32::from(of);
+        // Both may not go the same way.
+        let shift = hashed(key, 0, 2);
+        let second = hashed(key, sample, 1) + shift;
+        [first.min(float::ONE_MINUS_EPSILON), second.fract()]
+    }
+
+    /// Where a ray meets its object, so often at most.
+    fn local_hits<'b>(
+        &'b self,
+        around: &'b dyn Around,
+        (origin, direction, [near, far]): (Vec3, Vec3, [f32; 2]),
+        most: usize,
+    ) -> impl Iterator<Item = Hit> + 'b {
+        let mut from = near;
+        let mut left = MOST_SURFACES;
+        std::iter::from_fn(move || {
+            while left > 0 {
+                left -= 1;
+                let (hit, is_own) = around.meets((origin, direction, [from, far]), self.entry)?;
+                from = hit.distance.next_up();
+                if is_own {
+                    return Some(hit);
+                }
+            }
+            None
+        })
+        .take(most)
+    }
+
+    /// In the mesh's space.
     fn in_mesh(&self) -> Vec3 {
-        between(self.mesh.corners(self.triangle), self.u, self.v)
+        between(self.mesh_corners(), self.u, self.v)
+    }
+
+    /// A step across the mesh's triangle by its barycentric coordinates: least squares in the triangle's plane.
+    fn barycentric(&self, local: Vec3) -> Option<(f32, f32)> {
+        let [a, b, c] = self.mesh_corners();
+        let (e1, e2) = (b - a, c - a);
+        let (d11, d12, d22) = (e1.dot(e1), e1.dot(e2), e2.dot(e2));
+        let (s1, s2) = (local.dot(e1), local.dot(e2));
+        let det = d11 * d22 - d12 * d12;
+        (det != 0.0).then(|| ((s1 * d22 - s2 * d12) / det, (s2 * d11 - s1 * d12) / det))
+    }
+
+    /// A vector of Blender's world in the mesh's space.
+    fn vector_to_mesh(&self, v: Vec3) -> Vec3 {
+        let v = from_blender(v);
+        match (&self.entry.facts, self.entry.is_instance()) {
+            (Some(facts), true) => facts.object_axes * v,
+            _ => v,
+        }
+    }
+
+    fn generated(&self, facts: &ObjectFacts) -> Vec3 {
+        match &self.mesh.generated {
+            Some(values) => self.vector(values),
+            None => facts.texture_space.generated(self.in_object()),
+        }
+    }
+
+    /// The tangent about an axis through the middle of the texture space, on the viewer's side. `as_normal`: it is turned into
+    /// the world as normals are.
+    fn around(&self, facts: &ObjectFacts, axis: u8, as_normal: bool) -> Vec3 {
+        let p = self.generated(facts) - 0.5;
+        let around = match axis {
+            0 => Vec3::new(0.0, -p.z, p.y),
+            1 => Vec3::new(-p.z, 0.0, p.x),
+            _ => Vec3::new(-p.y, p.x, 0.0),
+        };
+        let world = if as_normal {
+            facts.object_axes.transpose() * around
+        } else {
+            facts.world_axes * around
+        };
+        let n = to_blender(self.side(self.outer_normal()));
+        unit_or_zero(n.cross(unit_or_zero(to_blender(world)).cross(n)))
     }
 
     /// In the world, relative to the origin.
@@ -374,7 +607,7 @@ impl Place for HitPoint<'_> {
             return Vec4::ZERO;
         };
         match input {
-            PlaceInput::Generated => full(facts.generated(self.in_object())),
+            PlaceInput::Generated => full(self.generated(facts)),
             PlaceInput::ObjectNormal => {
                 full(self.normal_in_object(to_blender(self.side(self.outer_normal()))))
             }
@@ -391,6 +624,16 @@ impl Place for HitPoint<'_> {
                 let m = &facts.view.camera;
                 full(m.vector(self.in_world()) + m.translation)
             }
+            PlaceInput::Window => {
+                let m = &facts.view.camera;
+                let p = m.vector(self.in_world()) + m.translation;
+                full(facts.view.window(p))
+            }
+            PlaceInput::ViewVector => {
+                let m = &facts.view.camera;
+                let p = m.vector(self.in_world()) + m.translation;
+                full(p.normalize_or_zero())
+            }
             PlaceInput::ViewDepth => {
                 let m = &facts.view.camera;
                 number((m.vector(self.in_world()) + m.translation).z)
@@ -406,13 +649,11 @@ impl Place for HitPoint<'_> {
             }
             PlaceInput::Position => full(to_blender(self.in_world() + facts.origin)),
             PlaceInput::Normal => full(to_blender(self.side(self.outer_normal()))),
-            PlaceInput::Tangent => {
-                // About the object's Z axis, through the middle of the texture space.
-                let p = facts.generated(self.in_object());
-                let around = Vec3::new(-(p.y - 0.5), p.x - 0.5, 0.0);
-                let world = to_blender(facts.world_axes * around);
-                let n = to_blender(self.side(self.outer_normal()));
-                full(unit_or_zero(n.cross(unit_or_zero(world).cross(n))))
+            PlaceInput::Tangent => full(self.around(facts, 2, false)),
+            PlaceInput::RadialTangent(axis) => full(self.around(facts, axis, true)),
+            PlaceInput::UvTangent => {
+                let outside = self.tangent(TangentKind::Uv, Vec2::X);
+                full(to_blender(outside))
             }
             PlaceInput::TrueNormal => {
                 let n = self
@@ -430,6 +671,10 @@ impl Place for HitPoint<'_> {
             PlaceInput::ObjectIndex => number(facts.info.index),
             PlaceInput::MaterialIndex(index) => number(index),
             PlaceInput::ObjectRandom => number(facts.info.random),
+            PlaceInput::ObjectValue(n) => {
+                let value = facts.info.values.get(n as usize);
+                value.map_or(Vec4::ZERO, |value| Vec4::from(*value))
+            }
             PlaceInput::VertexColor => self.color(),
             PlaceInput::Attribute(n) => {
                 let values = self.mesh.attributes.get(n as usize);
@@ -437,6 +682,17 @@ impl Place for HitPoint<'_> {
             }
             PlaceInput::IsRay(kinds) => number(f32::from(self.asking.kind & kinds != 0)),
             PlaceInput::RayDepth => number(self.asking.depth as f32),
+            PlaceInput::IsSingularRay => number(f32::from(self.asking.past.singular)),
+            PlaceInput::IsReflectionRay => number(f32::from(self.asking.past.reflected)),
+            PlaceInput::PathDepth(depth) => {
+                let place = match depth {
+                    PathDepth::Diffuse => 0,
+                    PathDepth::Glossy => 1,
+                    PathDepth::Transmission => 2,
+                    PathDepth::Transparent => 3,
+                };
+                number(f32::from(self.asking.past.depths[place]))
+            }
             PlaceInput::RayLength => number(self.asking.distance),
         }
     }
@@ -517,40 +773,174 @@ impl Place for HitPoint<'_> {
             .max(f32::MIN_POSITIVE.sqrt());
         let (a, b) = n.any_orthonormal_pair();
         // Their cross product is the normal.
-        if a.cross(b).dot(n) < 0.0 {
+        let steps = if a.cross(b).dot(n) < 0.0 {
             [b * size, a * size]
         } else {
             [a * size, b * size]
+        };
+        if self.undisplaced.is_none() {
+            return steps;
         }
+        // The same steps of the barycentric coordinates, across the triangle before it was displaced.
+        let [p, q, r] = self.mesh_corners();
+        let displaced = Self {
+            undisplaced: None,
+            ..*self
+        };
+        steps.map(|step| {
+            let by = displaced.barycentric(displaced.vector_to_mesh(step));
+            let Some((u, v)) = by else {
+                return step;
+            };
+            let local = (q - p) * u + (r - p) * v;
+            to_blender(match &self.entry.facts {
+                Some(facts) if self.entry.is_instance() => facts.world_axes * local,
+                _ => local,
+            })
+        })
     }
 
     fn neighbour(&self, step: Vec3) -> Self {
-        let step = from_blender(step);
-        let local = match (&self.entry.facts, self.entry.is_instance()) {
-            (Some(facts), true) => facts.object_axes * step,
-            _ => step,
-        };
-        let [a, b, c] = self.mesh.corners(self.triangle);
-        let (e1, e2) = (b - a, c - a);
-        // The step by the edges: least squares in the triangle's plane.
-        let (d11, d12, d22) = (e1.dot(e1), e1.dot(e2), e2.dot(e2));
-        let (s1, s2) = (local.dot(e1), local.dot(e2));
-        let det = d11 * d22 - d12 * d12;
-        if det == 0.0 {
-            return *self;
+        match self.barycentric(self.vector_to_mesh(step)) {
+            None => *self,
+            Some((u, v)) => Self {
+                u: self.u + u,
+                v: self.v + v,
+                ..*self
+            },
         }
+    }
+
+    fn undisplaced(&self, attribute: u32) -> Self {
         Self {
-            u: self.u + (s1 * d22 - s2 * d12) / det,
-            v: self.v + (s2 * d11 - s1 * d12) / det,
+            undisplaced: Some(attribute),
             ..*self
         }
     }
 
-    fn object_scale(&self) -> f32 {
-        // The mean of the axes, as in Cycles' "object space" distances.
-        self.facts().map_or(1.0, |facts| {
-            let m = facts.world_axes;
-            (m.x_axis.length() + m.y_axis.length() + m.z_axis.length()) / 3.0
+    fn openness(&self, normal: Vec3, distance: f32, rays: Openness) -> f32 {
+        let (Some(around), true) = (self.around, distance > 0.0 && rays.samples > 0) else {
+            return 1.0;
+        };
+        let normal = from_blender(normal);
+        let (tangent, across) = normal.any_orthonormal_pair();
+        let point = self
+            .entry
+            .point::<General>(self.mesh, self.triangle, self.u, self.v);
+        let outside = self
+            .entry
+            .geometric_normal::<General>(self.mesh, self.triangle);
+        let mut open = 0u32;
+        for sample in 0..u32::from(rays.samples) {
+            let [turn, share] = self.numbers(sample, rays.samples);
+            let (sin, cos) = (turn * std::f32::consts::TAU).sin_cos();
+            let radius = share.sqrt();
+            let up = (1.0 - share).max(0.0).sqrt();
+            let direction = (tangent * cos + across * sin) * radius + normal * up;
+            let side = if outside.dot(direction) < 0.0 {
+                -outside
+            } else {
+                outside
+            };
+            let origin = float::ray_origin(point, side);
+            let shut = if rays.only_local {
+                let ray = (origin, direction, [0.0, distance]);
+                self.local_hits(around, ray, 1).next().is_some()
+            } else {
+                around.is_shut(origin, direction, distance)
+            };
+            open += u32::from(!shut);
+        }
+        open as f32 / f32::from(rays.samples)
+    }
+
+    fn beveled(&self, radius: f32, samples: u8) -> Vec3 {
+        let own = to_blender(self.side(self.outer_normal()));
+        let Some(around) = self.around else {
+            return own;
+        };
+        if radius <= 0.0 || samples == 0 || self.asking.past.blurry {
+            return own;
+        }
+        let point = self.in_world();
+        let geometric = self
+            .entry
+            .geometric_normal::<General>(self.mesh, self.triangle);
+        let (tangent, across) = geometric.any_orthonormal_pair();
+        let frames = [
+            [geometric, tangent, across],
+            [tangent, geometric, across],
+            [across, tangent, geometric],
+        ];
+        let mut sum = Vec3::ZERO;
+        for sample in 0..u32::from(samples) {
+            let [mut axis, share] = self.numbers(sample, samples);
+            // Half of the rays along the normal, a quarter along each tangent (King, Kulla, Conty and Fajardo, *BSSRDF Importance
+            // Sampling*, 2013).
+            let which = if axis < 0.5 {
+                axis *= 2.0;
+                0
+            } else if axis < 0.75 {
+                axis = (axis - 0.5) * 4.0;
+                1
+            } else {
+                axis = (axis - 0.75) * 4.0;
+                2
+            };
+            let [along, first, second] = frames[which];
+            let (sin, cos) = (axis * std::f32::consts::TAU).sin_cos();
+            let beside = bevel::radius(share) * radius;
+            let height = (radius * radius - beside * beside).max(0.0).sqrt();
+            let origin = point + along * height + (first * cos + second * sin) * beside;
+            let ray = (origin, -along, [0.0, 2.0 * height]);
+            for hit in self.local_hits(around, ray, 16) {
+                let (face, smooth) = around.normals(&hit);
+                let at = origin - along * hit.distance;
+                let weights = [geometric, tangent, across].map(|axis| axis.dot(face).abs());
+                // The power heuristic over the axes.
+                let densities = [0, 1, 2].map(|axis| weights[axis] * SHARES[axis]);
+                let all: f32 = densities.iter().map(|d| d * d).sum();
+                let weight = densities[which] / all.max(f32::MIN_POSITIVE);
+                let far = bevel::density(radius, at.distance(point));
+                sum +=
+                    smooth * (weight * far / bevel::density(radius, beside).max(f32::MIN_POSITIVE));
+            }
+        }
+        let mean = unit_or_zero(sum);
+        if mean == Vec3::ZERO {
+            own
+        } else {
+            to_blender(self.side(mean))
+        }
+    }
+
+    fn is_on_edge(&self, width: f32, pixels: bool) -> bool {
+        let mut width = 0.5 * width;
+        if pixels {
+            // What a pixel is wide across the surface, projected to the viewer, by the tangents that Cycles takes.
+            let normal = self
+                .entry
+                .geometric_normal::<General>(self.mesh, self.triangle);
+            let n = to_blender(self.side(normal));
+            let first = if n.x != n.y || n.x != n.z {
+                Vec3::new(n.z - n.y, n.x - n.z, n.y - n.x)
+            } else {
+                Vec3::new(n.z - n.y, n.x + n.z, -n.y - n.x)
+            };
+            let first = first.normalize_or_zero();
+            let view = to_blender(self.asking.direction).normalize_or_zero();
+            let (parallel, angle) = self.facts().map_or((0.0, 0.0), |facts| facts.view.pixel);
+            let pixel = parallel + self.asking.distance * self.asking.direction.length() * angle;
+            let seen = [first, n.cross(first)].map(|t| (t - view * t.dot(view)).length() * pixel);
+            width *= 0.5 * (seen[0] + seen[1]);
+        }
+        let corners = self.entry.world_corners(self.mesh, self.triangle);
+        let p = between(corners, self.u, self.v);
+        (0..3).any(|i| {
+            let (at, before) = (corners[i], corners[(i + 2) % 3]);
+            let edge = at - before;
+            let across = edge.cross(p - at).length_squared();
+            across < edge.length_squared() * (width * width)
         })
     }
 }

@@ -24,6 +24,8 @@ pub struct Geometry {
     pub filtered: bool,
     /// What passes straight on takes a colour somewhere.
     pub tinted: bool,
+    /// Some programs ask the scene by rays.
+    pub traces: bool,
     /// By entry whether it is a holdout; empty where none is.
     pub holdouts: Vec<bool>,
     /// What it was made for, by material.
@@ -42,6 +44,8 @@ struct Needs {
     ordered: bool,
     /// Its programs ask about places.
     asks: bool,
+    /// They ask the scene by rays.
+    traces: bool,
 }
 
 impl Needs {
@@ -55,6 +59,7 @@ impl Needs {
                 uv_sets: material.uv_sets().max(usize::from(options.uv_pass)),
                 tangents: material.tangents().0,
                 radial: material.tangents().1,
+                generated: material.reads_generated(),
                 colors: options.effects.contains(Effect::VertexColors),
                 attributes: material.attributes(),
             },
@@ -62,6 +67,7 @@ impl Needs {
             tinted: material.is_tinted,
             ordered: ordered && material.bounds_a_solid() && !filtered,
             asks: material.asks_about_places(),
+            traces: material.traces(),
         }
     }
 
@@ -69,6 +75,24 @@ impl Needs {
         let materials = materials.iter();
         materials.map(|m| Self::of(m, options)).collect()
     }
+}
+
+/// A number for each instance; those that stand one after another with one name in one place are parts of one object.
+fn objects(scene: &Scene) -> Vec<u32> {
+    let mut numbers = Vec::with_capacity(scene.instances.len());
+    let mut before: Option<&Instance> = None;
+    let mut number = 0;
+    for instance in &scene.instances {
+        let same = |b: &Instance| {
+            b.name == instance.name
+                && b.world_from_object == instance.world_from_object
+                && b.mesh != instance.mesh
+        };
+        number += u32::from(!before.is_some_and(same));
+        numbers.push(number);
+        before = Some(instance);
+    }
+    numbers
 }
 
 /// Which entries are holdouts, if any: entries are the instances with triangles, in their order.
@@ -118,7 +142,7 @@ impl Builder<'_> {
             ..instance.world_from_object
         };
         let facts = needs.asks.then(|| {
-            let about = (instance.info, mesh.texture_space);
+            let about = (instance.info.clone(), mesh.texture_space);
             let place = &instance.world_from_object;
             let facts = ObjectFacts::new(place, self.origin, is_shared, about, self.view);
             Arc::new(facts)
@@ -185,14 +209,15 @@ impl Geometry {
             robust,
             origin,
             keeps_visibility: options.effects.contains(Effect::RayVisibility),
-            view: View::new(options, origin),
+            view: View::new(options.camera, (options.aspect, options.rows), origin),
             top: embree::Scene::new(device, robust)?,
             meshes: Vec::new(),
             entries: Vec::new(),
             shared: vec![None; scene.meshes.len()],
         };
-        let (mut triangles, mut filtered, mut tinted) = (0u64, false, false);
-        for instance in &scene.instances {
+        let (mut triangles, mut filtered, mut tinted, mut traces) = (0u64, false, false, false);
+        let objects = objects(scene);
+        for (instance, object) in scene.instances.iter().zip(objects) {
             let mesh = &scene.meshes[instance.mesh.0 as usize];
             if mesh.triangles.is_empty() {
                 continue;
@@ -203,8 +228,12 @@ impl Geometry {
             triangles += mesh.triangles.len() as u64;
             filtered |= needs.filtered;
             tinted |= needs.tinted;
+            traces |= needs.traces;
             let is_shared = placements[instance.mesh.0 as usize] > 1;
             builder.place(instance, mesh, (material, needs), is_shared)?;
+            if let Some(entry) = builder.entries.last_mut() {
+                entry.object = object;
+            }
         }
         let embree = builder.top.commit()?;
         let (meshes, entries) = (builder.meshes, builder.entries);
@@ -219,6 +248,7 @@ impl Geometry {
             close,
             filtered,
             tinted,
+            traces,
             holdouts: if options.effects.contains(Effect::Holdouts) {
                 holdouts(scene)
             } else {

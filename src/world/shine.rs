@@ -7,7 +7,7 @@ use crate::light::program::{LightProgram, ShinePoint};
 use crate::scene::Scene;
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::{Function, Graph, NodeKind, NormalSpace};
-use crate::shading::program::{Place, Programs};
+use crate::shading::program::{Openness, Place, Programs};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 /// A node tree that shines.
@@ -64,7 +64,11 @@ pub fn asks_about_view(graph: &Graph) -> bool {
     graph.nodes.iter().any(|node| match &node.kind {
         NodeKind::Function(Function::Place(input)) => matches!(
             input,
-            PlaceInput::Camera | PlaceInput::ViewDepth | PlaceInput::ViewDistance
+            PlaceInput::Camera
+                | PlaceInput::Window
+                | PlaceInput::ViewVector
+                | PlaceInput::ViewDepth
+                | PlaceInput::ViewDistance
         ),
         NodeKind::Function(Function::VectorTransform { from, to, .. }) => {
             [from, to].contains(&&Space::Camera)
@@ -148,6 +152,17 @@ impl Place for ShinePlace<'_> {
             // Directions are as far from the camera as they are from the middle of the world.
             PlaceInput::Camera if facts.light.is_none() => full(camera.vector(at.position)),
             PlaceInput::Camera => full(camera.vector(self.for_camera()) + camera.translation),
+            PlaceInput::Window | PlaceInput::ViewVector => {
+                // Light from all around lies that way from the camera.
+                let p = match facts.light {
+                    None => camera.vector(at.position),
+                    Some(_) => camera.vector(self.for_camera()) + camera.translation,
+                };
+                full(match input {
+                    PlaceInput::Window => facts.view.window(p),
+                    _ => p.normalize_or_zero(),
+                })
+            }
             PlaceInput::ViewDepth => {
                 number((camera.vector(self.for_camera()) + camera.translation).z)
             }
@@ -242,8 +257,21 @@ impl Place for ShinePlace<'_> {
         Self { ..*self }
     }
 
-    fn object_scale(&self) -> f32 {
+    fn undisplaced(&self, _: u32) -> Self {
+        self.neighbour(Vec3::ZERO)
+    }
+
+    // There is nothing around, and nothing with an edge.
+    fn openness(&self, _: Vec3, _: f32, _: Openness) -> f32 {
         1.0
+    }
+
+    fn beveled(&self, _: f32, _: u8) -> Vec3 {
+        to_blender(self.at.normal)
+    }
+
+    fn is_on_edge(&self, _: f32, _: bool) -> bool {
+        false
     }
 }
 

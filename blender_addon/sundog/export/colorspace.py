@@ -97,3 +97,8 @@ def luminance():
         # As ITU-R BT.709-6 rounds them.
         return numpy.array([0.2126, 0.7152, 0.0722])
     return _XYZ[working_space()][1]
+
+
+def from_xyz(values):
+    """CIE XYZ in the last axis as numbers of the working space."""
+    return values @ numpy.linalg.inv(_XYZ[working_space()]).T

@@ -21,29 +21,28 @@ ALL = Rule()
 
 EVALUATED = {
     # Inputs
-    "ShaderNodeTexCoord": Rule(
-        {"from_instancer": {False}}, frozenset({"Generated", "Normal", "UV", "Object", "Camera", "Reflection"})
-    ),
-    "ShaderNodeUVMap": Rule({"from_instancer": {False}}),
+    "ShaderNodeTexCoord": ALL,
+    "ShaderNodeUVMap": ALL,
     "ShaderNodeValue": ALL,
     "ShaderNodeRGB": ALL,
-    # Of a constant temperature, which stands as its colour.
-    "ShaderNodeBlackbody": Rule(outputs=frozenset()),
+    "ShaderNodeBlackbody": ALL,
+    "ShaderNodeWavelength": ALL,
     "ShaderNodeFresnel": ALL,
     "ShaderNodeLayerWeight": ALL,
-    "ShaderNodeNewGeometry": Rule(
-        outputs=frozenset({"Position", "Normal", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing"})
-    ),
+    "ShaderNodeNewGeometry": ALL,
     "ShaderNodeObjectInfo": ALL,
-    "ShaderNodeCameraData": Rule(outputs=frozenset({"View Z Depth", "View Distance"})),
-    "ShaderNodeLightPath": Rule(
-        outputs=frozenset({
-            "Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Transmission Ray", "Is Volume Scatter Ray",
-            "Ray Length", "Ray Depth",
-        })
-    ),  # fmt: skip
+    "ShaderNodeParticleInfo": ALL,
+    # Of meshes, which are neither.
+    "ShaderNodeHairInfo": ALL,
+    "ShaderNodePointInfo": ALL,
+    "ShaderNodeCameraData": ALL,
+    "ShaderNodeLightPath": ALL,
     "ShaderNodeVertexColor": ALL,
-    "ShaderNodeAttribute": Rule({"attribute_type": {"GEOMETRY"}}),
+    "ShaderNodeAttribute": ALL,
+    "ShaderNodeTangent": ALL,
+    "ShaderNodeWireframe": ALL,
+    "ShaderNodeAmbientOcclusion": ALL,
+    "ShaderNodeBevel": ALL,
     # Textures
     "ShaderNodeTexImage": ALL,
     "ShaderNodeTexNoise": ALL,
@@ -68,10 +67,11 @@ EVALUATED = {
     "ShaderNodeVectorTransform": ALL,
     "ShaderNodeCombineXYZ": ALL,
     "ShaderNodeSeparateXYZ": ALL,
-    # Its direction is a constant; the product with it is not evaluated.
-    "ShaderNodeNormal": Rule(outputs=frozenset()),
+    "ShaderNodeNormal": ALL,
     "ShaderNodeNormalMap": ALL,
     "ShaderNodeBump": ALL,
+    "ShaderNodeDisplacement": ALL,
+    "ShaderNodeVectorDisplacement": ALL,
     # Colours
     "ShaderNodeMix": Rule({"data_type": {"FLOAT", "VECTOR", "RGBA"}}),
     "ShaderNodeMixRGB": ALL,

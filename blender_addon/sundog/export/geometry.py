@@ -13,10 +13,16 @@ import struct
 
 import numpy
 
-from . import colorspace, gltf, images
+from . import colorspace, gltf, images, object_info
+
+# Outputs of the Geometry node that Cycles computes of the mesh, and what their attributes are called here.
+COMPUTED = {"Pointiness": "@pointiness", "Random Per Island": "@random_per_island"}
+
+# Names under which attributes are read that no mesh need have.
+_OWN = {"uv", "generated", "pointiness", "random_per_island"}
 
 # Raised when the layout of the files changes, so that files of older versions are not taken.
-LAYOUT = 2
+LAYOUT = 3
 
 # At the end of a mesh's file: the description of what is in it, its length, and this.
 MARK = b"sundog-2"
@@ -49,15 +55,15 @@ def readable(shown):
 class Demand:
     """What the materials of a mesh need of it: names of UV maps (None: the active one), the name and the number of components
     of a colour attribute, and for shader graphs those of other attributes (1: Cycles' number of it, three times) and whether
-    they read generated coordinates; for each slot in use."""
+    they read generated coordinates, and whether they displace vertices; for each slot in use."""
 
-    def __init__(self, uvs=(), color=None, color_width=3, attributes=(), generated=False):
+    def __init__(self, uvs=(), color=None, color_width=3, attributes=(), generated=False, vertices=False):
         self.uvs, self.color, self.color_width = tuple(uvs), color, color_width
-        self.attributes, self.generated = tuple(attributes), generated
+        self.attributes, self.generated, self.vertices = tuple(attributes), generated, vertices
 
     def key(self):
         """For hashing."""
-        return [list(self.uvs), self.color, self.color_width, [list(a) for a in self.attributes]]
+        return [list(self.uvs), self.color, self.color_width, [list(a) for a in self.attributes], self.generated, self.vertices]
 
     def colors(self):
         """Names and numbers of components of all attributes."""
@@ -97,11 +103,14 @@ _FIELDS = {
     "BOOLEAN": ("value", 1),
     "FLOAT_VECTOR": ("vector", 3),
     "FLOAT2": ("vector", 2),
+    "QUATERNION": ("value", 4),
 }
 
 
 def _color(mesh, name, width):
     """(domain, linear colours of `width` components) of an attribute, or None. One component: as in Demand."""
+    if name in COMPUTED.values() or (name in _OWN and name not in mesh.attributes):
+        return _computed(mesh, name.removeprefix("@"), width)
     if not name:
         name = mesh.color_attributes.render_color_index
         name = mesh.color_attributes[name].name if 0 <= name < len(mesh.color_attributes) else ""
@@ -134,6 +143,27 @@ def _color(mesh, name, width):
         fill = numpy.full((len(values), 1), 1.0 if values.shape[1] == 3 else 0.0, numpy.float32)
         values = numpy.concatenate([values, fill], axis=1)
     return attribute.domain, values[:, :width]
+
+
+def _computed(mesh, name, width):
+    """As `_color`, of what Cycles has under names of its own."""
+    if name == "uv":
+        layer = uv_layer(mesh, None)
+        if layer is None:
+            return None
+        domain, values = "CORNER", _read(layer.uv, "vector", numpy.float32, 2)
+    elif name == "generated":
+        domain, values = "POINT", generated(mesh)
+    else:
+        domain, values = (pointiness if name == "pointiness" else islands)(mesh)
+        values = values[:, None]
+    if values.shape[1] == 1 or (width == 1 and values.shape[1] == 2):
+        values = numpy.repeat(values[:, :1], 3, axis=1)
+    elif width == 1:
+        values = numpy.repeat(values.mean(axis=1, keepdims=True, dtype=numpy.float32), 3, axis=1)
+    missing = [numpy.zeros(len(values)), numpy.ones(len(values))]
+    columns = [*values.T, *(missing[i == 3] for i in range(values.shape[1], max(width, 3)))]
+    return domain, numpy.stack(columns, axis=1).astype(numpy.float32)
 
 
 class Raw:
@@ -176,6 +206,8 @@ class Raw:
             found = _color(mesh, name, width)
             if found is not None:
                 self.colors[(name, width)] = found
+        self.generated = generated(mesh) if any(d.generated for d in demands.values()) and is_deformed(mesh) else None
+        self.vertices = self._vertices() if any(d.vertices for d in demands.values()) else None
         self._check()
         digest = hashlib.blake2b(digest_size=16)
         description = {
@@ -187,7 +219,7 @@ class Raw:
             "colors": [[n, w, domain] for (n, w), (domain, _) in self.colors.items()],
         }
         digest.update(json.dumps(description, sort_keys=True).encode())
-        arrays = [self.positions, self.corner_vertices, self.polygon_starts, self.slots, self.normals]
+        arrays = [self.positions, self.corner_vertices, self.polygon_starts, self.slots, self.normals, self.generated, self.vertices]
         arrays += [*self.uvs.values(), *(values for _, values in self.colors.values())]
         for array in arrays:
             if array is not None:
@@ -202,6 +234,16 @@ class Raw:
         ):
             raise GeometryError("some of its faces use vertices that do not exist (run Mesh > Clean Up, or mesh.validate())")
 
+    def _vertices(self):
+        """By vertex, or where normals are those of corners by corner: what tells vertices apart, and how they are shaded."""
+        by_corner = self.domain == "CORNER"
+        names = self.corner_vertices if by_corner else numpy.arange(len(self.positions), dtype=numpy.int32)
+        shaded = numpy.full(len(names), {"FACE": 0, "POINT": 1, "CORNER": 2}[self.domain], numpy.float32)
+        sharp = _attribute(self.mesh, "sharp_face", "value", bool)
+        if by_corner and sharp is not None:
+            shaded += self._by_corner("FACE", sharp)
+        return numpy.stack([names & 0xFFFF, names >> 16, shaded], axis=1).astype(numpy.float32)
+
     def _by_corner(self, domain, values):
         """An attribute's values for each corner of the faces."""
         if domain == "POINT":
@@ -210,11 +252,11 @@ class Raw:
             totals = numpy.diff(numpy.append(self.polygon_starts, len(self.corner_vertices)))
             return numpy.repeat(values, totals, axis=0)
         if domain == "EDGE":
-            # As Blender interpolates: the mean of the edges on both sides of the corner.
-            edges = _read(self.mesh.loops, "edge_index", numpy.int32)
-            before = numpy.arange(-1, len(edges) - 1)
-            before[self.polygon_starts] = numpy.append(self.polygon_starts[1:], len(edges)) - 1
-            return (values[edges] + values[edges[before]]) / 2
+            # As Cycles has them: the mean of all edges at the vertex.
+            ends = _read(self.mesh.edges, "vertices", numpy.int32, 2).reshape(-1)
+            met = numpy.maximum(numpy.bincount(ends, minlength=len(self.positions)), 1)
+            sums = [numpy.bincount(ends, numpy.repeat(column, 2), len(self.positions)) for column in values.T]
+            return (numpy.stack(sums, axis=1) / met[:, None])[self.corner_vertices].astype(numpy.float32)
         return values
 
     def _slot_of(self, slots_in_use):
@@ -288,6 +330,10 @@ class Raw:
             arrays["NORMAL"] = of_vertices(self.normals)
         elif self.domain == "CORNER":
             arrays["NORMAL"] = of_corners(self.normals)
+        if self.vertices is not None:
+            arrays["_VERTEX"] = (of_corners if self.domain == "CORNER" else of_vertices)(self.vertices)
+        if self.generated is not None and demand.generated:
+            arrays["_GENERATED"] = of_vertices(self.generated)
         count = len(arrays["POSITION"])
         for number, name in enumerate(demand.uvs):
             uv = self.uvs.get(name)
@@ -344,6 +390,76 @@ def is_deformed(mesh):
     scale = float(numpy.abs(after).max(initial=0.0))
     # Blender keeps the places before modifiers relative to the texture space, which rounds them.
     return bool((numpy.abs(before - after) > 1e-5 * scale + 1e-12).any())
+
+
+def generated(mesh):
+    """Generated coordinates of the vertices, by their places before modifiers and shape keys."""
+    before = _read(mesh.vertices, "undeformed_co", numpy.float32, 3)
+    middle, size = (numpy.array(v, numpy.float32) for v in (mesh.texspace_location, mesh.texspace_size))
+    size[size == 0] = 1
+    return (before - middle + size) / (2 * size)
+
+
+def pointiness(mesh):
+    """Cycles' Pointiness by vertex: the angle between its normal and the mean of its edges, in turns of a half, blurred once.
+    Vertices in one place count as one."""
+    places = _read(mesh.vertices, "co", numpy.float32, 3)
+    edges = _read(mesh.edges, "vertices", numpy.int32, 2)
+    normals = _read(mesh.vertex_normals, "vector", numpy.float32, 3)
+    _, firsts, one = numpy.unique(places, axis=0, return_index=True, return_inverse=True)
+    one = one.reshape(-1)
+    count = len(firsts)
+
+    def summed(numbers, values):
+        return numpy.stack([numpy.bincount(numbers, column, count) for column in values.T], axis=1)
+
+    normal = summed(one, normals)
+    normal /= numpy.maximum(numpy.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    pairs = numpy.unique(numpy.sort(one[edges], axis=1), axis=0) if len(edges) else numpy.empty((0, 2), int)
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+    along = (places[firsts[pairs[:, 1]]] - places[firsts[pairs[:, 0]]]).astype(float)
+    along /= numpy.maximum(numpy.linalg.norm(along, axis=1, keepdims=True), 1e-30)
+    ends = numpy.concatenate([pairs[:, 0], pairs[:, 1]])
+    met = numpy.bincount(ends, minlength=count)
+    mean = summed(ends, numpy.concatenate([along, -along])) / numpy.maximum(met, 1)[:, None]
+    raw = numpy.where(met > 0, numpy.arccos(numpy.clip((normal * mean).sum(axis=1), -1, 1)) / numpy.pi, 0.0)
+    others = numpy.concatenate([pairs[:, 1], pairs[:, 0]])
+    blurred = (raw + numpy.bincount(ends, raw[others], count)) / (met + 1)
+    return "POINT", blurred[one].astype(numpy.float32)
+
+
+def islands(mesh):
+    """Cycles' Random Per Island by face: a hash of the number of a vertex that stands for all that edges join."""
+    parents = list(range(len(mesh.vertices)))
+    ranks = [0] * len(parents)
+
+    def root(at):
+        while parents[at] != at:
+            at = parents[at]
+        return at
+
+    def shortened(at):
+        to = root(at)
+        while parents[at] != to:
+            parents[at], at = to, parents[at]
+        return to
+
+    for first, second in _read(mesh.edges, "vertices", numpy.int32, 2).tolist():
+        first, second = shortened(first), shortened(second)
+        if first != second:
+            if ranks[first] < ranks[second]:
+                first, second = second, first
+            parents[second] = first
+            ranks[first] += ranks[first] == ranks[second]
+    firsts = _read(mesh.loops, "vertex_index", numpy.int32)[_read(mesh.polygons, "loop_start", numpy.int32)]
+    known = {}
+    values = numpy.empty(len(firsts), numpy.float32)
+    for number, vertex in enumerate(firsts.tolist()):
+        island = shortened(vertex)
+        if island not in known:
+            known[island] = object_info.hashed_float(island)
+        values[number] = known[island]
+    return "FACE", values
 
 
 class Stored:

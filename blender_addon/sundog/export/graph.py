@@ -6,7 +6,7 @@ Trees may have thousands of nodes behind one another, so nothing here calls itse
 
 import math
 
-from . import blackbody, colorspace, evaluated, images
+from . import blackbody, colorspace, evaluated, images, object_info
 from .nodes import INLINED, MOST_NODES, Place, not_finite, tree_of
 
 # Whether graphs are written at all.
@@ -100,14 +100,24 @@ def _through(kinds):
     return made
 
 
+def _part(value, output):
+    """What an output of the Attribute node gives of four numbers."""
+    if output == "Alpha":
+        return value[3]
+    return sum(value[:3]) / 3 if output == "Fac" else (*value[:3], 1.0)[: 4 if output == "Color" else 3]
+
+
 class Walk:
     """All nodes that a surface needs, in order of dependence; `findings` for what is not as in Blender."""
 
-    def __init__(self, walker, table=None):
-        """`table`: the rules of what is evaluated, those of materials by default."""
-        self.walker, self.table = walker, table
+    def __init__(self, walker, table=None, layer=None):
+        """`table`: the rules of what is evaluated, those of materials by default. `layer`: the scene and the view layer whose
+        attributes nodes may read."""
+        self.walker, self.table, self.layer = walker, table, layer
         self.uses, self.objections = [], []
-        self.surface = None
+        self.surface = self.displacement = None
+        # Blender's name of what the displacement does.
+        self.displacement_method = "BUMP"
         # Sentences on sockets whose values are no numbers; whether a circle of links was cut.
         self.not_finite, self.is_cut = [], False
         self._known = {}
@@ -122,18 +132,25 @@ class Walk:
             # What is constant here shines.
             return
         self.surface = found
-        self._walk(found.use)
+        displaced = self._feeding(output.inputs["Displacement"], ())
+        if isinstance(displaced, Link):
+            self.displacement = displaced
+            self.displacement_method = material.displacement_method
+            self._walk(displaced.use)
+        if found.use not in self.uses:
+            self._walk(found.use)
         self.is_cut |= self.walker.met_invalid
         labels = []
         for use in self.uses:
             inputs = {i: v if isinstance(v, float) else None for i, v in use.inputs.items()}
             labels += evaluated.objections(use.node, inputs, use.outputs, self.table)
             labels += self._image_objections(use.node)
+            labels += _attribute_objections(use.node)
         self.objections = sorted(set(labels))
 
     def _walk(self, first):
         stack = [(first, self._links_of(first))]
-        open_uses, done = {id(first)}, set()
+        open_uses, done = {id(first)}, {id(use) for use in self.uses}
         while stack:
             use, links = stack[-1]
             link = next(links, None)
@@ -249,6 +266,12 @@ class Walk:
             return 1.0 if socket.identifier == "Alpha" else (*images.MISSING, 1.0)
         if node.type == "ATTRIBUTE" and not node.attribute_name:
             return zero
+        if node.type == "ATTRIBUTE" and node.attribute_type == "VIEW_LAYER":
+            value = object_info.attribute_of(self.layer, node.attribute_name) if self.layer else None
+            return _part(value or (0.0, 0.0, 0.0, 0.0), socket.identifier)
+        # Meshes are neither, and no path has come through a portal.
+        if node.type in {"HAIR_INFO", "POINT_INFO"} or (node.type, socket.identifier) == ("LIGHT_PATH", "Portal Depth"):
+            return zero
         return None
 
     def picture(self, node):
@@ -276,6 +299,14 @@ class Walk:
         self.not_finite.append(not_finite(socket))
         cleaned = tuple(v if math.isfinite(v) else 0.0 for v in values)
         return cleaned if isinstance(value, tuple) else cleaned[0]
+
+
+def _attribute_objections(node):
+    if node.type != "ATTRIBUTE" or node.attribute_type != "GEOMETRY":
+        return
+    # Cycles' own names, whose spaces differ by version.
+    if node.attribute_name in {"P", "N", "tangent", "undisplaced"} or node.attribute_name.endswith((".tangent", ".tangent_sign", ".undisplaced_tangent")):
+        yield f"{node.bl_label} ({node.attribute_name})"
 
 
 class Made:

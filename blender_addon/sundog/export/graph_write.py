@@ -10,7 +10,7 @@ import os
 import bpy
 import numpy
 
-from . import colorspace, evaluated, gltf, ies, images, skies
+from . import blackbody, colorspace, evaluated, geometry, gltf, ies, images, object_info, skies, wavelength
 from .graph import Link
 from .verdicts import APPROXIMATED, LOST
 
@@ -19,27 +19,31 @@ TABLE_SIZE = 257
 
 
 class Written:
-    """An extension's content, and what it needs: attributes as geometry.Demand has them, generated coordinates, what Object
-    Info tells; `findings` on what it cannot say."""
+    """An extension's content, and what it needs: attributes as geometry.Demand has them, generated coordinates, numbers of
+    vertices, what Object Info tells, `values` of objects by their numbers; `findings` on what it cannot say."""
 
     def __init__(self):
         self.extension = {}
         self.attributes = []
-        self.generated = self.informed = False
+        self.generated = self.informed = self.vertices = False
+        self.values = set()
         self.findings = []
 
 
 class GraphWriter:
     """Writes the graph of one material."""
 
-    def __init__(self, document, cache, uvs, color, report=None):
+    def __init__(self, document, cache, uvs, color, values, report=None):
         """`uvs`: names of UV maps by their numbers, to which more are added. `color`: name and width of the attribute that
-        COLOR_0 holds, or None. `report` is told while a sky is computed, and may stop it by raising."""
+        COLOR_0 holds, or None. `values`: what objects are asked for, by number, to which more is added. `report` is told while
+        a sky is computed, and may stop it by raising."""
         self.document, self.cache, self.report = document, cache, report
-        self.uvs, self.color = uvs, color
+        self.uvs, self.color, self.values = uvs, color, values
         self.result = Written()
         # Attributes by name: the number of components that some node reads.
         self._widths = {}
+        # The output of what stands for a node with one.
+        self._renamed = {}
 
     def write(self, walk, material):
         """The Written of a walk."""
@@ -50,7 +54,7 @@ class GraphWriter:
         nodes, places = [], {}
 
         def link(found):
-            output = {"node": places[found.use], "output": found.output}
+            output = {"node": places[found.use], "output": self._renamed.get(found.use, found.output)}
             if found.through is None:
                 return output
             # The conversion that a socket on the way makes is a node of its own.
@@ -68,13 +72,20 @@ class GraphWriter:
             return {"node": places[key], "output": "Val" if found.through == "RGBA" else "Value"}
 
         for use in walk.uses:
+            inputs = {i: link(v) if isinstance(v, Link) else short(v) for i, v in use.inputs.items()}
+            made = _in_other_words(use, inputs)
+            if made is not None:
+                first = len(nodes)
+                entries, self._renamed[use] = made(first)
+                nodes += entries
+                places[use] = len(nodes) - 1
+                continue
             entry = {"type": use.node.bl_idname}
             if use.node.name:
                 entry["name"] = use.node.name
             properties = {**_plain(use.node), **self._properties(use, walk)}
             if properties:
                 entry["properties"] = properties
-            inputs = {i: link(v) if isinstance(v, Link) else short(v) for i, v in use.inputs.items()}
             mapping = getattr(use.node, "texture_mapping", None)
             if not evaluated.is_plain(mapping):
                 inputs["Vector"] = _mapped(nodes, inputs.get("Vector"), mapping, properties.get("uv_set"))
@@ -85,6 +96,10 @@ class GraphWriter:
         extension = {"blender": list(bpy.app.version), "nodes": nodes, "surface": link(walk.surface)}
         if any(u.node.bl_idname == "ShaderNodeObjectInfo" and "Material Index" in u.outputs for u in walk.uses):
             extension["pass_index"] = material.pass_index
+        if walk.displacement is not None:
+            extension["displacement"] = link(walk.displacement)
+            extension["displacement_method"] = walk.displacement_method
+            self.result.vertices = walk.displacement_method != "BUMP"
         self.result.extension = extension
         return self.result
 
@@ -108,10 +123,13 @@ class GraphWriter:
             or (kind == "ShaderNodeTexCoord" and "Generated" in use.outputs)
             # Tangents about the middle of the object.
             or (kind == "ShaderNodeNewGeometry" and "Tangent" in use.outputs)
+            or (kind == "ShaderNodeTangent" and use.node.direction_type == "RADIAL")
             or ("Tangent" not in inputs and any(inputs.get(n, 0.0) != 0.0 for n in ("Anisotropic", "Anisotropy")))
         )
         self.result.generated |= coordinates
         self.result.informed |= kind == "ShaderNodeObjectInfo" and bool(use.outputs - {"Location", "Material Index"})
+        if kind == "ShaderNodeNewGeometry":
+            self._widths.update({geometry.COMPUTED[o]: 1 for o in use.outputs if o in geometry.COMPUTED})
         name = _attribute_of(use.node)
         if name is not None:
             # Of an attribute with two components Cycles takes the first for its number, and the mean of all others.
@@ -128,6 +146,9 @@ class GraphWriter:
         if name is not None:
             numbers = [n for n, _ in self.result.attributes]
             found["attribute"] = "COLOR_0" if self._is_color(name) else f"_SUNDOG_{numbers.index(name)}"
+        values = self._values(use)
+        if values:
+            found["values"] = values
         map_name = self._uv_map(use)
         if map_name is not False:
             if map_name not in self.uvs:
@@ -150,12 +171,36 @@ class GraphWriter:
             found["direction"] = short(tuple(node.outputs["Normal"].default_value))
         return found
 
+    def _values(self, use):
+        """Outputs that have a value for each vertex or for each object, and where it stands."""
+        found = {}
+        numbers = [n for n, _ in self.result.attributes]
+        for output in sorted(use.outputs):
+            if use.node.bl_idname == "ShaderNodeNewGeometry" and output in geometry.COMPUTED:
+                found[output] = {"attribute": f"_SUNDOG_{numbers.index(geometry.COMPUTED[output])}"}
+            asked = object_info.asked(use.node, output)
+            if asked is None:
+                continue
+            if asked not in self.values:
+                self.values.append(asked)
+            number = self.values.index(asked)
+            self.result.values.add(number)
+            kind = {"Color": "color", "Alpha": "alpha"}.get(output, "vector")
+            found[output] = {"object": number, "kind": kind}
+        return found
+
     @staticmethod
     def _uv_map(use):
         """The name of the UV map that a node reads (None for the active one); False if it reads none."""
         node, kind = use.node, use.node.bl_idname
+        if getattr(node, "from_instancer", False):
+            return False
         if kind == "ShaderNodeUVMap" or (kind == "ShaderNodeNormalMap" and node.space == "TANGENT"):
             return node.uv_map or None
+        if kind == "ShaderNodeTangent" and node.direction_type == "UV_MAP":
+            return node.uv_map or None
+        if kind == "ShaderNodeVectorDisplacement" and node.space == "TANGENT":
+            return None
         if kind == "ShaderNodeTexCoord" and "UV" in use.outputs:
             return None
         if kind == "ShaderNodeTexImage" and "Vector" not in use.inputs:
@@ -295,6 +340,70 @@ def _copy(image, cache):
     return path, "Non-Color" if name in images.DATA_SPACES else colorspace.working_space(), alpha
 
 
+# Nodes that others stand for
+
+
+def _in_other_words(use, inputs):
+    """Of a node that others stand for: what makes these, given the number of the first, and the output of the last; or None."""
+    kind = use.node.bl_idname
+    if kind == "ShaderNodeBlackbody":
+        return lambda first: (_blackbody(inputs["Temperature"], first), "Color")
+    if kind == "ShaderNodeWavelength":
+        return lambda first: (_wavelength(inputs["Wavelength"], first), "Result_Color")
+    if kind == "ShaderNodeNormal":
+        return lambda first: (_product(use.node, inputs, first), "Value")
+    return None
+
+
+def _maths(operation, first, second):
+    return {"type": "ShaderNodeMath", "properties": {"operation": operation}, "inputs": {"Value": first, "Value_001": second}}
+
+
+def _ramp_of(colors, factor):
+    ramp = {"interpolation": "LINEAR", "table": _table([[*c, 1.0] for c in colors])}
+    return {"type": "ShaderNodeValToRGB", "properties": {"color_ramp": ramp}, "inputs": {"Fac": factor}}
+
+
+def _blackbody(temperature, first):
+    """A ramp of the temperature's reciprocal, between those of its ends."""
+    cold, hot = 1 / blackbody.COLDEST, 1 / blackbody.HOTTEST
+    least = 0.5 * blackbody.COLDEST
+    colors = [blackbody.color(1 / t) for t in numpy.linspace(hot, cold, TABLE_SIZE)]
+    out = [{"node": first + i, "output": "Value"} for i in range(4)]
+    return [
+        _maths("MAXIMUM", temperature, least),
+        _maths("DIVIDE", 1.0, out[0]),
+        _maths("SUBTRACT", out[1], hot),
+        _maths("DIVIDE", out[2], cold - hot),
+        _ramp_of(colors, out[3]),
+    ]
+
+
+def _wavelength(nanometres, first):
+    out = [{"node": first + i, "output": "Value"} for i in range(2)]
+    ramp = {"node": first + 2, "output": "Color"}
+    black = [0.0, 0.0, 0.0, 1.0]
+    lighter = {
+        "type": "ShaderNodeMix",
+        "properties": {"data_type": "RGBA", "blend_type": "LIGHTEN", "clamp_factor": True, "clamp_result": False},
+        "inputs": {"Factor_Float": 1.0, "A_Color": ramp, "B_Color": black},
+    }
+    span = wavelength.LAST - wavelength.FIRST
+    return [
+        _maths("SUBTRACT", nanometres, wavelength.FIRST), _maths("DIVIDE", out[0], span), _ramp_of(wavelength.colors(), out[1]), lighter
+    ]  # fmt: skip
+
+
+def _product(node, inputs, first):
+    """The Normal node's Dot."""
+    direction = numpy.array(node.outputs["Normal"].default_value)
+    direction = direction / max(numpy.linalg.norm(direction), 1e-30)
+    vector = inputs.get("Normal", [0.0, 0.0, 0.0])
+    unit = {"type": "ShaderNodeVectorMath", "properties": {"operation": "NORMALIZE"}, "inputs": {"Vector": vector}}
+    both = {"Vector": {"node": first, "output": "Vector"}, "Vector_001": short(tuple(map(float, direction)))}
+    return [unit, {"type": "ShaderNodeVectorMath", "properties": {"operation": "DOT_PRODUCT"}, "inputs": both}]
+
+
 # Tables
 
 
@@ -342,7 +451,7 @@ def _attribute_of(node):
     """The name of the attribute of the mesh that a node reads, or None."""
     if node.bl_idname == "ShaderNodeVertexColor":
         return node.layer_name
-    if node.bl_idname == "ShaderNodeAttribute":
+    if node.bl_idname == "ShaderNodeAttribute" and node.attribute_type == "GEOMETRY":
         return node.attribute_name
     return None
 

@@ -47,7 +47,7 @@ def _graph(light, document, cache, findings):
         walk.read(light)
         if walk.objections or walk.surface is None:
             return None, ", ".join(walk.objections)
-        written = graph_write.GraphWriter(document, cache, [], None).write(walk, light)
+        written = graph_write.GraphWriter(document, cache, [], None, {}).write(walk, light)
     except (images.ImageError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
         return None, str(error)
     if walk.missing():

@@ -25,10 +25,11 @@ UNRENDERED = {
 
 
 class Exported:
-    """A glTF material: index in the document, what it needs of meshes, findings, whether it reads what Object Info tells."""
+    """A glTF material: index in the document, what it needs of meshes, findings, whether it reads what Object Info tells, and
+    the numbers of the values that it reads of objects."""
 
-    def __init__(self, index, demand, findings, informed=False):
-        self.index, self.demand, self.findings, self.informed = index, demand, findings, informed
+    def __init__(self, index, demand, findings, informed=False, values=()):
+        self.index, self.demand, self.findings, self.informed, self.values = index, demand, findings, informed, values
 
 
 class Writer:
@@ -38,6 +39,10 @@ class Writer:
         self.document, self.cache = document, cache
         self.walker = nodes.Walker()
         self.version = blender_version
+        # What node trees ask of objects, by number (object_info.asked).
+        self.values = []
+        # The scene and the view layer whose attributes node trees read.
+        self.layer = None
         # UV maps that each material has before its own.
         self.first_uvs = []
         self._known = {}
@@ -125,8 +130,8 @@ class Writer:
         result["extensions"] = {self.document.uses(k): v for k, v in extensions.items()}
         index = self.document.shared("materials", result)
         radial = "anisotropy" in others and "tangent" not in others["anisotropy"]
-        demand = geometry.Demand(slots.uvs, color, width, written.attributes, written.generated or radial)
-        return Exported(index, demand, reader.findings, written.informed)
+        demand = geometry.Demand(slots.uvs, color, width, written.attributes, written.generated or radial, written.vertices)
+        return Exported(index, demand, reader.findings, written.informed, written.values)
 
     def _graph(self, material, reader, uvs, color):
         """The Written of a material's node tree, if that says more than the flattened material; replaces the findings then."""
@@ -135,13 +140,13 @@ class Writer:
             return None
         before = list(uvs)
         try:
-            walk = graph.Walk(self.walker)
+            walk = graph.Walk(self.walker, layer=self.layer)
             walk.read(material)
             if walk.objections:
                 reader.note(EXACT, f"its nodes are not evaluated as they are because of: {', '.join(walk.objections)}")
             if walk.objections or walk.surface is None:
                 return None
-            written = graph_write.GraphWriter(self.document, self.cache, uvs, color).write(walk, material)
+            written = graph_write.GraphWriter(self.document, self.cache, uvs, color, self.values).write(walk, material)
         except (images.ImageError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
             uvs[:] = before
             reader.note(EXACT, f"its nodes are not evaluated as they are: {error}")

@@ -58,6 +58,7 @@ class Exporter:
         self.materials = materials.Writer(self.document, cache, bpy.app.version)
         # The pass shows the active UV map, which is the first that the file has.
         self.materials.first_uvs = [None] if depsgraph.view_layer.use_pass_uv else []
+        self.materials.layer = (scene, self.view_layer)
         self._culling = self._light_groups = None
         self.changed_geometry = 0
         # Evaluated data and slots -> glTF mesh, or None where there is nothing to render.
@@ -65,6 +66,8 @@ class Exporter:
         self._buffers = {}
         # glTF meshes with materials that read what Object Info tells.
         self._informed = set()
+        # The numbers of the values that the materials of a glTF mesh read of objects.
+        self._asked = {}
         # (mesh, SUNDOG_object as text) -> names and matrices.
         self._placed = {}
 
@@ -123,6 +126,10 @@ class Exporter:
         self.verdicts.extend("object", shown.name, linking(shown) + self._grouping(shown), untouched=False)
         if mesh in self._informed:
             extension = {**(extension or {}), **object_info.describe(instance)}
+        asked = self._asked.get(mesh)
+        if asked:
+            told = object_info.values(instance, self.scene, self.materials.values[: max(asked) + 1], asked)
+            extension = {**(extension or {}), "values": told}
         key = (mesh, str(extension))
         place = self._placed.setdefault(key, (extension, [], []))
         place[1].append(shown.name)
@@ -159,12 +166,26 @@ class Exporter:
             self._meshes[key] = self._read_mesh(shown, slots or [None])
         return self._meshes[key]
 
+    def _is_adaptive(self, shown):
+        """Whether Cycles would divide the object's faces by their size in the picture."""
+        last = shown.modifiers[-1] if len(shown.modifiers) else None
+        if last is None or last.type != "SUBSURF" or not last.show_render:
+            return False
+        if hasattr(last, "use_adaptive_subdivision"):
+            return last.use_adaptive_subdivision
+        # Up to 4.5 a setting of Cycles' own.
+        cycles = getattr(self.scene, "cycles", None)
+        return getattr(cycles, "feature_set", "") == "EXPERIMENTAL" and getattr(shown.cycles, "use_adaptive_subdivision", False)
+
     def _override(self, kind):
         """What the view layer shows instead of every material, or of the world; None if it doesn't."""
         found = getattr(self.view_layer, f"{kind}_override", None)
         return None if found is None else found.evaluated_get(self.depsgraph)
 
     def _read_mesh(self, shown, slots):
+        if self._is_adaptive(shown):
+            words = "its adaptive subdivision is left out: it is divided as often as its modifier says, and displaced there"
+            self.verdicts.add("object", shown.name, APPROXIMATED, words)
         try:
             with geometry.readable(shown) as mesh:
                 return self._write_mesh(mesh, slots, shown.name)
@@ -201,13 +222,19 @@ class Exporter:
         ]
         generated = [p for p, q in zip(primitives, stored.layout["primitives"]) if exported[q["slot"]].demand.generated]
         for primitive in generated:
-            primitive["extensions"] = {self.document.uses("SUNDOG_mesh"): {"texture_space": geometry.texture_space(mesh)}}
-        if generated and geometry.is_deformed(mesh):
-            words = "its generated texture coordinates are those after its modifiers and shape keys instead of before them"
-            self.verdicts.add("object", name_of_object, APPROXIMATED, words)
+            if "_GENERATED" in primitive["attributes"]:
+                described = {"generated": "_GENERATED"}
+            else:
+                described = {"texture_space": geometry.texture_space(mesh)}
+            primitive["extensions"] = {self.document.uses("SUNDOG_mesh"): described}
+        for primitive in primitives:
+            if "_VERTEX" in primitive["attributes"]:
+                extensions = primitive.setdefault("extensions", {})
+                extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})["vertices"] = "_VERTEX"
         index = self.document.shared("meshes", {"name": mesh.name, "primitives": primitives})
         if any(material.informed for material in exported.values()):
             self._informed.add(index)
+        self._asked[index] = set().union(*(material.values for material in exported.values()))
         return index
 
     def _clear_glass(self, index):

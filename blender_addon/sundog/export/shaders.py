@@ -139,7 +139,7 @@ class Reader:
             return Surface()
         self._volume(nodes.Place(output.inputs["Volume"]))
         if self._is_linked(nodes.Place(output.inputs["Displacement"])):
-            self.note_lasting(LOST, "displacement is left out")
+            self.note(LOST, "displacement is left out")
         place = nodes.Place(output.inputs["Surface"])
         surface = self._simple(self.walker.source(place)) or self.surface(place)
         if surface is None:

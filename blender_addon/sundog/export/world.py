@@ -183,7 +183,7 @@ def _graph(world, cache, document, report, findings):
         walk.read(world)
         if walk.objections or walk.surface is None:
             return None, ", ".join(walk.objections)
-        written = graph_write.GraphWriter(document, cache, [], None, report).write(walk, world)
+        written = graph_write.GraphWriter(document, cache, [], None, {}, report).write(walk, world)
     except (images.ImageError, baker.BakeError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
         return None, str(error)
     if walk.missing():

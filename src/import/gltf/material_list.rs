@@ -75,6 +75,7 @@ impl<'a> Materials<'a> {
                 _ => None,
             };
             let attributes = graph.as_ref().map_or(0, |loaded| loaded.graph.attributes());
+            let displaced_bump = graph.as_ref().is_some_and(|loaded| loaded.displaced_bump);
             let of_graph = graph.as_ref().and_then(|graph| graph.tangents);
             let tangents = of_graph
                 .map(|set| (set, Effect::NormalMaps))
@@ -104,6 +105,7 @@ impl<'a> Materials<'a> {
                     radial,
                     uv_set,
                     attributes,
+                    displaced_bump,
                     brightest,
                 },
             );

@@ -12,7 +12,7 @@ use super::draco::Decoded;
 use super::schema::TextureSpaceJson;
 use super::tangents;
 use crate::import::budget::Budget;
-use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, TextureSpace, Verdict};
+use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, Part, TextureSpace, Verdict};
 
 /// What a primitive needs to know of its material.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +26,8 @@ pub(super) struct PrimitiveMaterial {
     pub uv_set: Option<u32>,
     /// So many attributes of its own does its node tree ask for.
     pub attributes: usize,
+    /// The last of them is where its vertices were before they were displaced.
+    pub displaced_bump: bool,
     /// Vertex colours above this would make the surface send out more light than arrives; `None` if they may.
     pub brightest: Option<[f32; 3]>,
 }
@@ -39,6 +41,10 @@ pub(super) struct Attributes<'a> {
     pub own: Vec<usize>,
     /// The box of its generated coordinates.
     pub texture_space: Option<TextureSpaceJson>,
+    /// The accessor of these coordinates, where they are given.
+    pub generated: Option<usize>,
+    /// The accessor of what tells its vertices apart, and the number of the mesh, where they may be displaced.
+    pub vertices: Option<(usize, u32)>,
 }
 
 impl Attributes<'_> {
@@ -116,7 +122,32 @@ pub(super) fn load_primitive(
         }
         None => None,
     };
-    let own = own_attributes(document, attributes, (count, material.attributes), budget)?;
+    let mut own = own_attributes(document, attributes, (count, material.attributes), budget)?;
+    let given = |index| Source {
+        index,
+        unpacked: None,
+    };
+    let generated = match attributes.generated {
+        Some(index) => {
+            let generated = accessor::read_f32::<3>(document, given(index), budget)?;
+            whole("generated coordinates", generated.len())?;
+            Some(generated)
+        }
+        None => None,
+    };
+    let mut part = None;
+    if let Some((index, whole_mesh)) = attributes.vertices {
+        let vertices = accessor::read_f32::<3>(document, given(index), budget)?;
+        whole("numbers of vertices", vertices.len())?;
+        // A bump over the displacement asks for an attribute after all others, which takes the place of these.
+        let place = own.len() - usize::from(material.displaced_bump);
+        own.truncate(place);
+        own.push(vertices.iter().map(|[a, b, c]| [*a, *b, *c, 1.0]).collect());
+        part = Some(Part {
+            whole: whole_mesh,
+            vertices: place as u32,
+        });
+    }
     if attribute(Semantic::Colors(1)).is_some() {
         diagnostics.report_effect(
             Effect::VertexColors,
@@ -143,9 +174,10 @@ pub(super) fn load_primitive(
     if tangents.is_some() && material.tangents.is_none() {
         tangents = None;
     }
-    let radial = material
-        .radial
-        .then(|| tangents::radial(&positions, attributes.texture_space));
+    let radial = material.radial.then(|| match &generated {
+        Some(generated) => tangents::radial_of(generated),
+        None => tangents::radial(&positions, attributes.texture_space),
+    });
     let texture_space = attributes
         .texture_space
         .map_or_else(|| TextureSpace::around(&positions), Into::into);
@@ -159,8 +191,10 @@ pub(super) fn load_primitive(
         colors,
         attributes: own,
         texture_space,
+        generated,
         triangles,
         material: material.id,
+        part,
     };
     drop_unused_vertices(&mut mesh);
     complete_for_material(&mut mesh, material, budget, diagnostics)?;
@@ -479,6 +513,9 @@ fn drop_unused_vertices(mesh: &mut Mesh) {
     }
     if let Some(radial) = &mut mesh.radial {
         keep(radial, &used);
+    }
+    if let Some(generated) = &mut mesh.generated {
+        keep(generated, &used);
     }
     mesh.uvs.iter_mut().for_each(|set| keep(set, &used));
     for values in &mut mesh.attributes {

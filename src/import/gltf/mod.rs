@@ -91,9 +91,13 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         .and_then(|s| s.world.as_ref())
         .filter(|_| !options.without_world);
     let world_graph = match world.and_then(|world| world.shader_graph.as_ref()) {
-        Some(value) => {
-            shader_graph::load_world(&document, value, &mut materials.images, &mut diagnostics)?
-        }
+        Some(value) => shader_graph::load_world(
+            &document,
+            value,
+            &mut materials.images,
+            options.cycles,
+            &mut diagnostics,
+        )?,
         None => None,
     };
     // Their images are among those of the materials.
@@ -101,8 +105,13 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     materials.graphs.push(world_graph);
     for (light, value) in &light_graphs {
         let which = (value, &*lights[*light].name);
-        let graph =
-            shader_graph::load_light(&document, which, &mut materials.images, &mut diagnostics)?;
+        let graph = shader_graph::load_light(
+            &document,
+            which,
+            &mut materials.images,
+            options.cycles,
+            &mut diagnostics,
+        )?;
         materials.graphs.push(graph);
     }
     let (images, conversions) =
@@ -160,7 +169,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
                 world_from_object: place.world_from_object,
                 visibility: place.visibility,
                 holdout: place.holdout,
-                info: place.info,
+                info: place.info.clone(),
             });
         }
     }

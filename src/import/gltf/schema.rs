@@ -137,6 +137,8 @@ pub(super) enum TangentJson {
 #[derive(Debug, Deserialize)]
 pub(super) struct SundogMesh {
     pub texture_space: Option<TextureSpaceJson>,
+    pub generated: Option<String>,
+    pub vertices: Option<String>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -286,6 +288,8 @@ pub(super) struct SundogObject {
     pub color: Option<[f32; 4]>,
     pub pass_index: Option<f32>,
     pub random: Option<f32>,
+    #[serde(default)]
+    pub values: Vec<[f32; 4]>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -298,6 +302,7 @@ impl SundogObject {
             color: self.color.unwrap_or(plain.color),
             index: self.pass_index.unwrap_or(plain.index),
             random: self.random.unwrap_or(plain.random),
+            values: self.values.clone().into(),
         }
     }
 }

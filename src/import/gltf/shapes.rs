@@ -152,14 +152,24 @@ fn load_mesh(
             &["KHR_draco_mesh_compression", "SUNDOG_mesh"],
             diagnostics,
         );
-        let texture_space = match document.extension(&pointer, "SUNDOG_mesh") {
-            None => None,
+        let (texture_space, generated, vertices) = match document.extension(&pointer, "SUNDOG_mesh")
+        {
+            None => (None, None, None),
             Some(extension) => {
                 let extension = SundogMesh::deserialize(extension)
                     .map_err(|e| broken(format!("its SUNDOG_mesh cannot be read: {e}")))?;
                 let unknown = &extension.unknown;
                 extensions::report_properties("SUNDOG_mesh", unknown, &object, diagnostics);
-                extension.texture_space
+                let named = |name: &Option<String>| {
+                    let place = format!("{pointer}/attributes/{}", name.as_ref()?);
+                    usize::try_from(document.value.pointer(&place)?.as_u64()?).ok()
+                };
+                let vertices = named(&extension.vertices).zip(u32::try_from(index).ok());
+                (
+                    extension.texture_space,
+                    named(&extension.generated),
+                    vertices,
+                )
             }
         };
         let stream = document.extension(&pointer, "KHR_draco_mesh_compression");
@@ -189,6 +199,8 @@ fn load_mesh(
             decoded,
             own,
             texture_space,
+            generated,
+            vertices,
         };
         let material = primitive.material.map(|m| m.value());
         let none = PrimitiveMaterial {
@@ -197,6 +209,7 @@ fn load_mesh(
             radial: false,
             uv_set: None,
             attributes: 0,
+            displaced_bump: false,
             brightest: Some([1.0; 3]),
         };
         let material = materials.get(&material).copied().unwrap_or(none);

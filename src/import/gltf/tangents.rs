@@ -110,6 +110,9 @@ pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
     if let Some(radial) = &mut mesh.radial {
         gather(radial, &origin);
     }
+    if let Some(generated) = &mut mesh.generated {
+        gather(generated, &origin);
+    }
     mesh.uvs.iter_mut().for_each(|set| gather(set, &origin));
     for values in &mut mesh.attributes {
         gather(values, &origin);
@@ -118,6 +121,12 @@ pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
         gather(colors, &origin);
     }
     mesh.tangents = Some(kept);
+}
+
+/// Directions around the Z axis of generated coordinates that are known.
+pub(super) fn radial_of(generated: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let around = |[x, y, _]: &[f32; 3]| [0.5 - y, x - 0.5, 0.0];
+    generated.iter().map(around).collect()
 }
 
 /// Directions around the Z axis of generated coordinates. Without a texture space they are as Blender's own automatic one: the

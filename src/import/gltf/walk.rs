@@ -227,7 +227,7 @@ impl Walk<'_> {
                     world_from_object: world * copy,
                     visibility,
                     holdout,
-                    info: info.unwrap_or_default(),
+                    info: info.clone().unwrap_or_default(),
                 });
             }
             if node.skin.is_some() {

@@ -53,6 +53,11 @@ impl Function {
             Self::Fresnel => "Fresnel",
             Self::LayerFresnel | Self::LayerFacing => "Layer Weight",
             Self::Bump { .. } => "Bump",
+            Self::Displacement { .. } => "Displacement",
+            Self::VectorDisplacement(_) => "Vector Displacement",
+            Self::AmbientOcclusion { .. } => "Ambient Occlusion",
+            Self::Bevel { .. } => "Bevel",
+            Self::Wireframe { .. } => "Wireframe",
         }
     }
 }
@@ -67,6 +72,7 @@ impl PlaceInput {
             | Self::Object
             | Self::OfObject(_)
             | Self::Camera
+            | Self::Window
             | Self::Reflection => "Texture Coordinate",
             Self::Position
             | Self::Normal
@@ -81,9 +87,15 @@ impl PlaceInput {
             | Self::ObjectIndex
             | Self::MaterialIndex(_)
             | Self::ObjectRandom => "Object Info",
-            Self::ViewDepth | Self::ViewDistance => "Camera Data",
-            Self::VertexColor | Self::Attribute(_) => "Attribute",
-            Self::IsRay(_) | Self::RayDepth | Self::RayLength => "Light Path",
+            Self::ViewVector | Self::ViewDepth | Self::ViewDistance => "Camera Data",
+            Self::VertexColor | Self::Attribute(_) | Self::ObjectValue(_) => "Attribute",
+            Self::RadialTangent(_) | Self::UvTangent => "Tangent",
+            Self::IsRay(_)
+            | Self::IsSingularRay
+            | Self::IsReflectionRay
+            | Self::PathDepth(_)
+            | Self::RayDepth
+            | Self::RayLength => "Light Path",
         }
     }
 }

@@ -14,7 +14,7 @@ mod summary;
 
 pub use clean::Faults;
 pub use fold::fold;
-use function::PlaceInput;
+use function::{DisplacementSpace, PlaceInput};
 
 pub use function::{Function, ProceduralTexture};
 pub use node::{
@@ -165,6 +165,8 @@ pub struct Graph {
     pub volume: Option<Link>,
     /// Displacement of the surface.
     pub displacement: Option<Link>,
+    /// The normal that takes the place of the surface's own: that of a displacement that is a bump.
+    pub normal: Option<Link>,
 }
 
 impl Graph {
@@ -187,8 +189,13 @@ impl Graph {
         self.node(link).kind.outputs()[usize::from(link.output)]
     }
 
-    fn roots(&mut self) -> [&mut Option<Link>; 3] {
-        [&mut self.surface, &mut self.volume, &mut self.displacement]
+    fn roots(&mut self) -> [&mut Option<Link>; 4] {
+        [
+            &mut self.surface,
+            &mut self.volume,
+            &mut self.displacement,
+            &mut self.normal,
+        ]
     }
 
     /// Which nodes some links need, themselves included.
@@ -232,12 +239,29 @@ impl Graph {
     /// How many attributes of vertices its nodes ask for.
     pub fn attributes(&self) -> usize {
         let of = |node: &Node| match node.kind {
-            NodeKind::Function(Function::Place(PlaceInput::Attribute(number))) => {
-                number as usize + 1
-            }
+            NodeKind::Function(
+                Function::Place(PlaceInput::Attribute(number))
+                | Function::Bump {
+                    undisplaced: Some(number),
+                    ..
+                },
+            ) => number as usize + 1,
             _ => 0,
         };
         self.nodes.iter().map(of).fold(0, usize::max)
+    }
+
+    /// Whether a bump goes over its true displacement.
+    pub fn bumps_displaced(&self) -> bool {
+        self.nodes.iter().any(|node| {
+            let Function::Bump { undisplaced, .. } = (match &node.kind {
+                NodeKind::Function(function) => function,
+                _ => return false,
+            }) else {
+                return false;
+            };
+            undisplaced.is_some()
+        })
     }
 
     /// Whether some shader has another normal than the surface: by a map, a bump, or numbers.
@@ -248,7 +272,7 @@ impl Graph {
             let mut sockets = n.kind.sockets().iter().zip(&n.inputs);
             shades && sockets.any(|(s, input)| normal(s) && input.link().is_some())
         };
-        self.nodes.iter().any(bends)
+        self.normal.is_some() || self.nodes.iter().any(bends)
     }
 
     /// Whether some shader's normal is another than the surface's: maps of strength 0 change nothing.
@@ -258,18 +282,23 @@ impl Graph {
             !matches!(node.kind, NodeKind::NormalMap { .. })
                 || node.inputs[node::normal_map::STRENGTH] != Input::float(0.0)
         };
-        self.nodes.iter().any(|n| {
+        let is_bent = |n: &Node| {
             let shades = n.kind.outputs().first().map(|o| o.0) == Some(SocketKind::Shader);
             let sockets = n.kind.sockets().iter().zip(&n.inputs);
             let mut normals = sockets.filter(|(s, _)| s.kind == SocketKind::Normal);
             shades && normals.any(|(_, input)| input.link().is_some_and(bends))
-        })
+        };
+        self.normal.is_some() || self.nodes.iter().any(is_bent)
     }
 
     /// Whether a tangent of some kind is read: by a normal map, or for anisotropy.
     pub fn has_tangent(&self, kind: TangentKind) -> bool {
         self.nodes.iter().any(|n| match n.kind {
-            NodeKind::NormalMap { .. } => kind == TangentKind::Uv,
+            NodeKind::NormalMap { .. }
+            | NodeKind::Function(
+                Function::Place(PlaceInput::UvTangent)
+                | Function::VectorDisplacement(DisplacementSpace::Tangent),
+            ) => kind == TangentKind::Uv,
             NodeKind::Tangent { kind: of } => kind == of,
             _ => kind == TangentKind::Radial && n.is_anisotropic_about_z(),
         })

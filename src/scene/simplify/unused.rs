@@ -27,6 +27,7 @@ fn mesh_bytes(mesh: &Mesh) -> u64 {
         + mesh.normals.as_deref().map_or(0, size_of_val)
         + mesh.tangents.as_deref().map_or(0, size_of_val)
         + mesh.radial.as_deref().map_or(0, size_of_val)
+        + mesh.generated.as_deref().map_or(0, size_of_val)
         + mesh.colors.as_deref().map_or(0, size_of_val)
         + mesh
             .attributes

@@ -1,10 +1,10 @@
 //! Operations that are calls of nodes' functions.
 
-use super::{Evaluation, Operand, Place, Program, Root};
-use crate::scene::graph::function::{PlaceInput, bump};
-use crate::scene::graph::{Function, SocketKind};
+use super::{Evaluation, Openness, Operand, Place, Program, Root};
+use crate::scene::graph::function::{DisplacementSpace, PlaceInput, Space, Transformed, bump};
+use crate::scene::graph::{Function, SocketKind, TangentKind};
 use crate::shading::fresnel;
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// More inputs no node has.
 const MOST_INPUTS: usize = 16;
@@ -38,7 +38,16 @@ impl Call {
             Function::Fresnel | Function::LayerFresnel | Function::LayerFacing => {
                 vec![PlaceInput::Incoming]
             }
-            Function::VectorTransform { .. } => vec![PlaceInput::Position],
+            Function::VectorTransform { .. }
+            | Function::Displacement { .. }
+            | Function::VectorDisplacement(_)
+            | Function::AmbientOcclusion { .. }
+            | Function::Bevel { .. }
+            | Function::Wireframe { .. } => vec![PlaceInput::Position],
+            Function::Bump {
+                undisplaced: Some(number),
+                ..
+            } => vec![PlaceInput::Attribute(number)],
             _ => Vec::new(),
         };
         if let Some(height) = &self.height {
@@ -104,10 +113,58 @@ impl<P: Place> Evaluation<'_, P> {
             Function::Bump {
                 invert,
                 object_space,
+                undisplaced,
             } => call.height().map_or(Vec4::ZERO, |height| {
                 let sign = if *invert { -1.0 } else { 1.0 };
-                self.bump(inputs, height, sign, *object_space).extend(1.0)
+                let before = undisplaced.map(|attribute| place.undisplaced(attribute));
+                let place = before.as_ref().unwrap_or(place);
+                bump(place, inputs, height, (sign, *object_space)).extend(1.0)
             }),
+            Function::Displacement { object_space } => {
+                let [height, middle, scale] = [0, 1, 2].map(|socket: usize| inputs[socket].x);
+                let normal = place.facing(inputs[3].truncate());
+                let raised = (height - middle) * scale;
+                if *object_space {
+                    let own =
+                        place.transformed(normal, Transformed::Normal, Space::World, Space::Object);
+                    place.transformed(
+                        own * raised,
+                        Transformed::Vector,
+                        Space::Object,
+                        Space::World,
+                    )
+                } else {
+                    normal * raised
+                }
+                .extend(1.0)
+            }
+            Function::VectorDisplacement(space) => {
+                let by = (inputs[0].truncate() - inputs[1].x) * inputs[2].x;
+                moved(place, by, *space).extend(1.0)
+            }
+            Function::AmbientOcclusion {
+                samples,
+                inside,
+                only_local,
+            } => {
+                let normal = place.facing(inputs[2].truncate());
+                let rays = Openness {
+                    samples: *samples,
+                    only_local: *only_local,
+                };
+                let side = if *inside { -normal } else { normal };
+                let open = place.openness(side, inputs[1].x, rays);
+                (inputs[0].truncate() * open).extend(open)
+            }
+            Function::Bevel { samples } => {
+                let normal = place.facing(inputs[1].truncate());
+                let own = place.facing(Vec3::ZERO);
+                let beveled = place.beveled(inputs[0].x, *samples);
+                (normal + beveled - own).normalize_or(own).extend(1.0)
+            }
+            Function::Wireframe { pixels } => {
+                Vec4::splat(f32::from(place.is_on_edge(inputs[0].x, *pixels)))
+            }
             _ => Vec4::ZERO,
         }
     }
@@ -136,27 +193,63 @@ impl<P: Place> Evaluation<'_, P> {
             }
         }
     }
+}
 
-    /// The normal of a surface that is raised by a height, outside (Blender's Bump node; Mikkelsen, *Bump Mapping
-    /// Unparametrized Surfaces on the GPU*, 2010).
-    fn bump(&self, inputs: &[Vec4], height: &Height, sign: f32, object_space: bool) -> Vec3 {
-        let place = self.place;
-        let normal = place.facing(inputs[bump::NORMAL].truncate());
-        let [to_x, to_y] = place.steps(inputs[bump::FILTER_WIDTH].x);
-        let at = |place: &P| height.program.at(place, |at| at.number(&height.root));
-        let here = at(place);
-        let rises = [to_x, to_y].map(|step| at(&place.neighbour(step)) - here);
-        let (across_x, across_y) = (to_y.cross(normal), normal.cross(to_x));
-        let det = to_x.dot(across_x);
-        let gradient = across_x * rises[0] + across_y * rises[1];
-        let mut distance = inputs[bump::DISTANCE].x * sign;
-        if object_space {
-            distance *= place.object_scale();
+/// A displacement in the world, of a vector in some space.
+fn moved(place: &impl Place, by: Vec3, space: DisplacementSpace) -> Vec3 {
+    let own = match space {
+        DisplacementSpace::World => return by,
+        DisplacementSpace::Object => by,
+        DisplacementSpace::Tangent => {
+            let to_object = |v: Vec3, what| {
+                let own = place.transformed(v, what, Space::World, Space::Object);
+                own.normalize_or_zero()
+            };
+            let [tangent, bitangent] = [Vec2::X, Vec2::Y].map(|direction| {
+                let outside = place.tangent(TangentKind::Uv, direction);
+                // Its axes are glTF's.
+                let world = Vec3::new(outside.x, -outside.z, outside.y);
+                to_object(world, Transformed::Vector)
+            });
+            let normal = to_object(place.facing(Vec3::ZERO), Transformed::Normal);
+            let across = normal.cross(tangent).normalize_or_zero();
+            let across = across * across.dot(bitangent).signum();
+            tangent * by.x + normal * by.y + across * by.z
         }
-        let strength = inputs[bump::STRENGTH].x.max(0.0);
-        let raised = normal * det.abs() - gradient * (distance * det.signum());
-        let raised = raised.try_normalize().unwrap_or(normal);
-        let result = raised * strength + normal * (1.0 - strength);
-        place.outside(result.try_normalize().unwrap_or(normal))
+    };
+    place.transformed(own, Transformed::Vector, Space::Object, Space::World)
+}
+
+/// The normal of a surface that is raised by a height, outside (Blender's Bump node; Mikkelsen, *Bump Mapping
+/// Unparametrized Surfaces on the GPU*, 2010).
+fn bump<P: Place>(
+    place: &P,
+    inputs: &[Vec4],
+    height: &Height,
+    (sign, object_space): (f32, bool),
+) -> Vec3 {
+    let mut normal = place.facing(inputs[bump::NORMAL].truncate());
+    let mut steps = place.steps(inputs[bump::FILTER_WIDTH].x);
+    let at = |place: &P| height.program.at(place, |at| at.number(&height.root));
+    let here = at(place);
+    let rises = steps.map(|step| at(&place.neighbour(step)) - here);
+    if object_space {
+        let own = |v, what| place.transformed(v, what, Space::World, Space::Object);
+        normal = own(normal, Transformed::Normal);
+        steps = steps.map(|step| own(step, Transformed::Vector));
     }
+    let [to_x, to_y] = steps;
+    let (across_x, across_y) = (to_y.cross(normal), normal.cross(to_x));
+    let det = to_x.dot(across_x);
+    let gradient = across_x * rises[0] + across_y * rises[1];
+    let distance = inputs[bump::DISTANCE].x * sign;
+    let strength = inputs[bump::STRENGTH].x.max(0.0);
+    let raised = normal * det.abs() - gradient * (distance * det.signum());
+    let raised = raised.try_normalize().unwrap_or(normal);
+    let result = raised * strength + normal * (1.0 - strength);
+    let mut result = result.try_normalize().unwrap_or(normal);
+    if object_space {
+        result = place.transformed(result, Transformed::Normal, Space::Object, Space::World);
+    }
+    place.outside(result)
 }

@@ -515,6 +515,20 @@ impl<'a, S: Source> Compiler<'a, S> {
     }
 }
 
+/// The program of a graph's displacement, a vector in the world (Blender's axes); `None` where it has none.
+pub fn displacement(graph: &Graph, source: &mut impl Source) -> Option<(Program, Root)> {
+    Some(program_of(graph, graph.displacement?, source))
+}
+
+/// The program of one value.
+fn program_of(graph: &Graph, link: Link, source: &mut impl Source) -> (Program, Root) {
+    let mut heights = 0;
+    let mut compiler = Compiler::new(graph, source, &mut heights);
+    let mut root = root(compiler.operand(link.into()));
+    let program = compiler.finish(&mut [&mut root]);
+    (program, root)
+}
+
 impl Operation {
     /// Calls for each operand that it takes.
     fn each_taken(&self, calls: &[Call], mut take: impl FnMut(Operand)) {
@@ -867,11 +881,13 @@ pub fn compile(graph: &Graph, mut known: Known, source: &mut impl Source) -> Pro
     let (surface, shaders) = surface(&folded, source);
     let opacity = opacity(&folded, source);
     let (emission, emitted) = emission(&folded, source);
+    let normal = folded.normal.map(|link| program_of(&folded, link, source));
     Programs {
         surface,
         shaders,
         opacity,
         emission,
         emitted,
+        normal: normal.filter(|(program, _)| !program.is_constant()),
     }
 }

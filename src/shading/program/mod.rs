@@ -9,17 +9,27 @@ mod compile;
 mod projection;
 
 pub use call::{Call, Height};
-pub use compile::{Known, Source, compile};
+pub use compile::{Known, Source, compile, displacement};
 
 use super::texture::PreparedTexture;
 use crate::math::luminance;
-use crate::scene::graph::function::{PlaceInput, Space, Transformed};
+use crate::scene::graph::function::{DisplacementSpace, PlaceInput, Space, Transformed};
 use crate::scene::graph::node::principled;
 use crate::scene::graph::{
-    Blend, Distribution, ImageProjection, Lane, MathOperation, NormalSpace, SimpleBsdf, TangentKind,
+    Blend, Distribution, Function, ImageProjection, Lane, MathOperation, NormalSpace, SimpleBsdf,
+    TangentKind,
 };
 use crate::shading::Principled;
 use glam::{Vec2, Vec3, Vec4};
+
+/// How the rays go that ask how open a place is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Openness {
+    /// So many.
+    pub samples: u8,
+    /// They see the object alone.
+    pub only_local: bool,
+}
 
 /// What programs ask about the point that they are evaluated at.
 pub trait Place {
@@ -43,8 +53,16 @@ pub trait Place {
     fn neighbour(&self, step: Vec3) -> Self
     where
         Self: Sized;
-    /// How much larger the object is than its own units.
-    fn object_scale(&self) -> f32;
+    /// The same point before it was displaced, by an attribute of the vertices.
+    fn undisplaced(&self, attribute: u32) -> Self
+    where
+        Self: Sized;
+    /// The share of rays to the side of a normal in the world (Blender's axes) that meet nothing within a distance.
+    fn openness(&self, normal: Vec3, distance: f32, rays: Openness) -> f32;
+    /// The mean normal of the object within a radius, on the viewer's side, in Blender's axes.
+    fn beveled(&self, radius: f32, samples: u8) -> Vec3;
+    /// Whether it lies on an edge of its triangle, of a width in metres or in pixels.
+    fn is_on_edge(&self, width: f32, pixels: bool) -> bool;
     /// A direction along the surface; one of texture coordinates is turned by x and y in tangent space. 0 where there is none.
     fn tangent(&self, _kind: TangentKind, _direction: Vec2) -> Vec3 {
         Vec3::ZERO
@@ -200,7 +218,16 @@ impl Program {
     /// Whether it reads a tangent of some kind.
     pub fn reads_tangent(&self, kind: TangentKind) -> bool {
         let is = |o: &Operation| matches!(o, Operation::Tangent { kind: of, .. } if *of == kind);
-        self.operations.iter().any(is) || self.heights().any(|height| height.reads_tangent(kind))
+        let calls = |call: &Call| {
+            matches!(
+                call.function,
+                Function::Place(PlaceInput::UvTangent)
+                    | Function::VectorDisplacement(DisplacementSpace::Tangent)
+            )
+        };
+        self.operations.iter().any(is)
+            || (kind == TangentKind::Uv && self.calls.iter().any(calls))
+            || self.heights().any(|height| height.reads_tangent(kind))
     }
 
     /// The textures that it reads.
@@ -239,6 +266,16 @@ impl Program {
         let of_calls = self.calls.iter().flat_map(Call::place_inputs);
         let of_operations = self.operations.iter().filter_map(of_operation);
         of_calls.chain(of_operations).collect()
+    }
+
+    /// Whether its nodes ask the scene by rays.
+    pub fn traces(&self) -> bool {
+        self.calls.iter().any(|call| {
+            matches!(
+                call.function,
+                Function::AmbientOcclusion { .. } | Function::Bevel { .. }
+            ) || call.height().is_some_and(|height| height.program.traces())
+        })
     }
 
     /// How many sets of texture coordinates it reads.
@@ -635,6 +672,8 @@ pub struct Programs {
     pub emission: Program,
     /// Emitted radiance, of what does not pass straight on.
     pub emitted: Root,
+    /// The normal outside in the place of the surface's own, if it has one.
+    pub normal: Option<(Program, Root)>,
 }
 
 #[cfg(test)]

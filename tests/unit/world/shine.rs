@@ -1,6 +1,5 @@
 use super::*;
 use crate::light::program::LookingRay;
-use crate::math::float::Affine;
 use crate::scene::RayKind;
 use crate::scene::graph::Node;
 use crate::scene::graph::node::emission;
@@ -19,11 +18,12 @@ fn graph(input: PlaceInput) -> Graph {
 fn view() -> View {
     let turn = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
     let place = DAffine3::from_rotation_translation(turn, DVec3::new(1.0, 2.0, 3.0));
-    let flip = DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
-    View {
-        camera: Affine::from_f64(&(flip * place.inverse()), DVec3::ZERO),
-        pixel: (0.0, 0.0),
-    }
+    let camera = crate::selftest::kit::camera(DVec3::ZERO, 1.0);
+    let camera = crate::scene::Camera {
+        world_from_camera: place,
+        ..camera
+    };
+    View::new(&camera, (1.0, 1), DVec3::ZERO)
 }
 
 fn shown(input: PlaceInput, light: Option<LightAxes>, at: &ShinePoint) -> Vec3 {

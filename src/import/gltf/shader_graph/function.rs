@@ -11,7 +11,7 @@ use crate::nodes::vector::{Mapping, RotationAxis};
 use crate::nodes::vector_math::VectorMath;
 use crate::scene::RayKind;
 use crate::scene::graph::Function;
-use crate::scene::graph::function::{PlaceInput, Space, Transformed};
+use crate::scene::graph::function::{DisplacementSpace, PathDepth, PlaceInput, Space, Transformed};
 use glam::Vec4;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -243,7 +243,43 @@ pub(super) fn of(
         "Bump" => only(Function::Bump {
             invert: node.is("invert"),
             object_space: false,
+            undisplaced: None,
         }),
+        "Displacement" => only(Function::Displacement {
+            object_space: node.text("space") != Some("WORLD"),
+        }),
+        "VectorDisplacement" => only(Function::VectorDisplacement(node.named(
+            "space",
+            |space| {
+                Some(match space {
+                    "TANGENT" => DisplacementSpace::Tangent,
+                    "OBJECT" => DisplacementSpace::Object,
+                    "WORLD" => DisplacementSpace::World,
+                    _ => return None,
+                })
+            },
+        )?)),
+        "AmbientOcclusion" => Found {
+            output: one_of(&["Color", "AO"]),
+            ..only(Function::AmbientOcclusion {
+                samples: node.number("samples").unwrap_or(16.0) as u8,
+                inside: node.is("inside"),
+                only_local: node.is("only_local"),
+            })
+        },
+        "Bevel" => only(Function::Bevel {
+            samples: node.number("samples").unwrap_or(4.0) as u8,
+        }),
+        "Wireframe" => only(Function::Wireframe {
+            pixels: node.is("use_pixel_size"),
+        }),
+        "Tangent" if node.text("direction_type") == Some("UV_MAP") => place(PlaceInput::UvTangent),
+        "Tangent" => place(PlaceInput::RadialTangent(node.named("axis", |axis| {
+            ["X", "Y", "Z"]
+                .iter()
+                .position(|a| *a == axis)
+                .map(|a| a as u8)
+        })?)),
         _ => place(input(node, kind, output, material_index)?),
     })
 }
@@ -295,6 +331,7 @@ fn input(
             }
         },
         ("TexCoord", "Camera") => PlaceInput::Camera,
+        ("TexCoord", "Window") => PlaceInput::Window,
         ("TexCoord", "Reflection") => PlaceInput::Reflection,
         ("NewGeometry", "Position") => PlaceInput::Position,
         ("NewGeometry", "Normal") => PlaceInput::Normal,
@@ -309,6 +346,7 @@ fn input(
         ("ObjectInfo", "Object Index") => PlaceInput::ObjectIndex,
         ("ObjectInfo", "Material Index") => PlaceInput::MaterialIndex(material_index),
         ("ObjectInfo", "Random") => PlaceInput::ObjectRandom,
+        ("CameraData", "View Vector") => PlaceInput::ViewVector,
         ("CameraData", "View Z Depth") => PlaceInput::ViewDepth,
         ("CameraData", "View Distance") => PlaceInput::ViewDistance,
         ("LightPath", "Is Camera Ray") => PlaceInput::IsRay(RayKind::Camera.bit()),
@@ -317,6 +355,12 @@ fn input(
         ("LightPath", "Is Glossy Ray") => PlaceInput::IsRay(RayKind::Glossy.bit()),
         ("LightPath", "Is Transmission Ray") => PlaceInput::IsRay(RayKind::Transmission.bit()),
         ("LightPath", "Is Volume Scatter Ray") => PlaceInput::IsRay(RayKind::Volume.bit()),
+        ("LightPath", "Is Singular Ray") => PlaceInput::IsSingularRay,
+        ("LightPath", "Is Reflection Ray") => PlaceInput::IsReflectionRay,
+        ("LightPath", "Diffuse Depth") => PlaceInput::PathDepth(PathDepth::Diffuse),
+        ("LightPath", "Glossy Depth") => PlaceInput::PathDepth(PathDepth::Glossy),
+        ("LightPath", "Transmission Depth") => PlaceInput::PathDepth(PathDepth::Transmission),
+        ("LightPath", "Transparent Depth") => PlaceInput::PathDepth(PathDepth::Transparent),
         ("LightPath", "Ray Length") => PlaceInput::RayLength,
         ("LightPath", "Ray Depth") => PlaceInput::RayDepth,
         _ => return Err(refused()),

@@ -12,7 +12,7 @@ use super::textures::Images;
 use crate::import::ImportError;
 use crate::nodes::CyclesVersion;
 use crate::nodes::vector_math::VectorMath;
-use crate::scene::graph::function::PlaceInput;
+use crate::scene::graph::function::{PlaceInput, bump};
 use crate::scene::graph::{Function, Graph, Input, Link, Node, NodeKind, SocketKind, node};
 use crate::scene::{Diagnostics, Subject, Verdict};
 use serde::Deserialize;
@@ -71,6 +71,24 @@ struct Reference {
     output: String,
 }
 
+impl ShaderGraphJson {
+    /// The number after the last attribute that its nodes read.
+    fn attributes(&self) -> u32 {
+        let named = |value: &Value| {
+            let number = value.as_str()?.strip_prefix("_SUNDOG_")?;
+            Some(number.parse::<u32>().ok()?.saturating_add(1))
+        };
+        let of_node = |node: &NodeJson| {
+            let values = node.properties.get("values").and_then(Value::as_object);
+            let values = values.into_iter().flat_map(|values| values.values());
+            let values = values.filter_map(|value| named(value.get("attribute")?));
+            let own = node.properties.get("attribute").and_then(named);
+            values.chain(own).max().unwrap_or(0)
+        };
+        self.nodes.iter().map(of_node).max().unwrap_or(0)
+    }
+}
+
 /// Why a graph is not taken: in words, as the end of a sentence.
 struct Refusal(String);
 
@@ -96,10 +114,10 @@ struct Reader<'a, 'i, 'd> {
     name: &'a str,
     /// What the scene's own colour space is called.
     linear_names: [&'a str; 3],
-    /// The normal that shaders take where none is linked: that of the displacement.
-    normal: Input,
     /// What Cycles it is to be as.
     version: CyclesVersion,
+    /// The number of the attribute with the places of vertices before they were displaced.
+    undisplaced: Option<u32>,
 }
 
 /// A graph, and what it needs of meshes.
@@ -107,6 +125,8 @@ pub(super) struct Loaded {
     pub graph: Graph,
     /// The set of texture coordinates along which its tangents lie.
     pub tangents: Option<u32>,
+    /// It asks for the attribute with the places of vertices before they were displaced, after all others.
+    pub displaced_bump: bool,
 }
 
 /// Reads the graph of a material, if it has one that is evaluated; what is not has a verdict, and the flat material counts.
@@ -125,6 +145,7 @@ pub(super) fn load(
         words: format!("material \"{name}\""),
         subject: Subject::Material(name.to_owned()),
         instead: "the material's flat version is rendered instead",
+        version,
     };
     read(document, value, &owner, images, diagnostics)
 }
@@ -134,12 +155,14 @@ pub(super) fn load_world(
     document: &Document,
     value: &Value,
     images: &mut Images,
+    version: Option<CyclesVersion>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Option<Graph>, ImportError> {
     let owner = Owner {
         words: "world".to_owned(),
         subject: "the world".into(),
         instead: "its colour is used instead",
+        version,
     };
     let loaded = read(document, value, &owner, images, diagnostics)?;
     Ok(loaded.map(|loaded| loaded.graph))
@@ -150,12 +173,14 @@ pub(super) fn load_light(
     document: &Document,
     (value, name): (&Value, &str),
     images: &mut Images,
+    version: Option<CyclesVersion>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Option<Graph>, ImportError> {
     let owner = Owner {
         words: format!("light \"{name}\""),
         subject: name.into(),
         instead: "it shines without",
+        version,
     };
     let loaded = read(document, value, &owner, images, diagnostics)?;
     Ok(loaded.map(|loaded| loaded.graph))
@@ -166,6 +191,8 @@ struct Owner {
     words: String,
     subject: Subject,
     instead: &'static str,
+    /// What Cycles it is to be as, if not that of its Blender.
+    version: Option<CyclesVersion>,
 }
 
 fn read(
@@ -192,21 +219,18 @@ fn read(
             "scene_linear",
             "Working Space",
         ],
-        normal: Input::None,
-        version: version.unwrap_or_else(|| source.version()),
+        version: owner.version.unwrap_or_else(|| source.version()),
+        undisplaced: None,
     };
     match reader.read() {
-        Ok(()) => {
+        Ok(tangents) => {
+            let displaced_bump = reader.undisplaced.is_some();
             let mut graph = reader.graph;
             graph.prune();
-            let maps = source
-                .nodes
-                .iter()
-                .filter(|n| n.kind == "ShaderNodeNormalMap");
-            let sets = maps.filter_map(|n| Some(n.number("uv_set")? as u32));
             Ok(Some(Loaded {
                 graph,
-                tangents: sets.min(),
+                tangents,
+                displaced_bump,
             }))
         }
         Err(Stop::Broken(error)) => Err(error),
@@ -244,19 +268,20 @@ impl From<ImportError> for Stop {
 }
 
 impl Reader<'_, '_, '_> {
-    fn read(&mut self) -> Result<(), Stop> {
+    /// Reads all that is in use; the set of texture coordinates along which tangents lie.
+    fn read(&mut self) -> Result<Option<u32>, Stop> {
         let source = self.source;
         if source.nodes.len() > MOST_NODES {
             return Err(Refusal(format!("{} nodes", source.nodes.len())).into());
         }
         let (used, of_displacement) = self.used();
-        // Displacement first: shaders take the normal that comes of it.
+        // Displacement first: it comes before the surface.
         for (at, &displaces) in of_displacement.iter().enumerate() {
             if displaces {
                 self.make_all(at, &used)?;
             }
         }
-        self.normal = self.displaced()?;
+        self.displaced();
         for (at, &displaces) in of_displacement.iter().enumerate() {
             if !displaces {
                 self.make_all(at, &used)?;
@@ -265,7 +290,30 @@ impl Reader<'_, '_, '_> {
         if let Some(surface) = &source.surface {
             self.graph.surface = self.made.get(surface).and_then(|input| input.link());
         }
-        Ok(())
+        self.tangents(&used)
+    }
+
+    /// The set of texture coordinates along which tangents lie: meshes have those of one set.
+    fn tangents(&self, used: &[BTreeSet<String>]) -> Result<Option<u32>, Stop> {
+        let nodes = self.source.nodes.iter().zip(used);
+        let with_tangents = nodes.filter(|(node, used)| {
+            let takes_uv = node.text("direction_type") == Some("UV_MAP");
+            let space = node.text("space");
+            !used.is_empty()
+                && match &*node.kind {
+                    "ShaderNodeNormalMap" => true,
+                    "ShaderNodeVectorDisplacement" => space == Some("TANGENT"),
+                    "ShaderNodeTangent" => takes_uv,
+                    _ => false,
+                }
+        });
+        let sets: BTreeSet<u32> = with_tangents
+            .filter_map(|(node, _)| Some(node.number("uv_set")? as u32))
+            .collect();
+        if sets.len() > 1 {
+            return Err(Refusal("tangents of several UV maps".to_owned()).into());
+        }
+        Ok(sets.first().copied())
     }
 
     /// The outputs in use, by node, and the nodes that the displacement needs.
@@ -273,9 +321,10 @@ impl Reader<'_, '_, '_> {
         let nodes = &self.source.nodes;
         let mut used = vec![BTreeSet::new(); nodes.len()];
         let mut of_displacement = vec![false; nodes.len()];
-        let bumps = self.source.displacement_method.as_deref() != Some("DISPLACEMENT");
-        let displacement = self.source.displacement.iter().filter(|_| bumps);
-        for (root, displaces) in displacement
+        for (root, displaces) in self
+            .source
+            .displacement
+            .iter()
             .map(|root| (root, true))
             .chain(self.source.surface.iter().map(|root| (root, false)))
         {
@@ -311,23 +360,68 @@ impl Reader<'_, '_, '_> {
         Ok(())
     }
 
-    /// The normal of the displacement, raised as a Bump of its height (Blender's "Bump Only").
-    fn displaced(&mut self) -> Result<Input, Stop> {
+    /// The normal that comes of the displacement (Cycles: a Bump of distance 1 whose height is how far it goes along the
+    /// normal), where it is not for the vertices alone.
+    fn displaced(&mut self) {
         let source = self.source;
-        let Some(root) = &source.displacement else {
-            return Ok(Input::None);
+        let Some(found) = source
+            .displacement
+            .as_ref()
+            .and_then(|root| self.made.get(root))
+        else {
+            return;
         };
-        if matches!(source.displacement_method.as_deref(), Some(m) if m != "BUMP") {
-            self.diagnostics.report(
-                "displacement",
-                Verdict::Lost,
-                "true displacement",
-                self.owner,
-                "the surface stays where it is",
-            );
-            return Ok(Input::None);
+        let moved = *found;
+        let (moves, bumps) = match source.displacement_method.as_deref() {
+            Some("DISPLACEMENT") => (true, false),
+            Some("BOTH") => (true, true),
+            _ => (false, true),
+        };
+        if moves {
+            self.graph.displacement = moved.link();
         }
-        Ok(self.made.get(root).copied().unwrap_or(Input::None))
+        if !bumps || moved.link().is_none() {
+            return;
+        }
+        let function = |function| Node::new(NodeKind::Function(function));
+        let normal = self
+            .graph
+            .add(function(Function::Place(PlaceInput::Normal)));
+        let height = function(Function::VectorMath(VectorMath::DotProduct));
+        let height = self.graph.add(height.with(0, moved).with(1, normal));
+        let output = 1;
+        self.undisplaced = moves.then(|| self.source.attributes());
+        let bump = function(Function::Bump {
+            invert: false,
+            object_space: moves,
+            undisplaced: self.undisplaced,
+        });
+        let bump = bump.with(bump::HEIGHT, Link { output, ..height });
+        self.graph.normal = Some(self.graph.add(bump));
+    }
+
+    /// What an output gives that has a value for each vertex, or for each object.
+    fn value(&mut self, node: &NodeJson, output: &str) -> Result<Option<Input>, Stop> {
+        let Some(value) = node.properties.get("values").and_then(|v| v.get(output)) else {
+            return Ok(None);
+        };
+        let attribute = value.get("attribute").and_then(Value::as_str);
+        let object = value.get("object").and_then(Value::as_u64);
+        let input = match (attribute, object) {
+            (Some(name), _) => shader::attribute(node, name)?,
+            (_, Some(number)) => PlaceInput::ObjectValue(number as u32),
+            _ => return Err(Refusal::of(node, output).into()),
+        };
+        let link = self
+            .graph
+            .add(Node::new(NodeKind::Function(Function::Place(input))));
+        let output = match value.get("kind").and_then(Value::as_str) {
+            Some("color") => node::COLOR,
+            Some("alpha") => node::ALPHA,
+            // The mean of a number that stands three times is the number.
+            _ => 2,
+        };
+        Ok(Some(Link { output, ..link }.into()))
     }
 
     /// What an output gives.
@@ -335,6 +429,9 @@ impl Reader<'_, '_, '_> {
         let source = self.source;
         let node = &source.nodes[at];
         if let Some(input) = self.shader(at)? {
+            return Ok(input);
+        }
+        if let Some(input) = self.value(node, output)? {
             return Ok(input);
         }
         let is_image = matches!(
@@ -439,8 +536,6 @@ impl Reader<'_, '_, '_> {
             let input = self.input(&source.nodes[at], name, socket.kind);
             if let Some(input) = input {
                 node.inputs[place] = input;
-            } else if socket.kind == SocketKind::Normal && socket.name == "Normal" {
-                node.inputs[place] = self.normal;
             } else if socket.kind == SocketKind::Vector
                 && socket.name == "Vector"
                 && source.nodes[at].kind.starts_with("ShaderNodeTex")

@@ -99,7 +99,6 @@ impl Reader<'_, '_, '_> {
                 self.second_shader(at, link, node::add_shader::B);
                 link
             }
-            "Displacement" => return self.displacement(at).map(Some),
             _ => return Ok(None),
         };
         Ok(Some(link.into()))
@@ -171,51 +170,12 @@ impl Reader<'_, '_, '_> {
         shader
     }
 
-    /// The normal that a Displacement node raises (Cycles: a Bump of its height, of strength and distance 1).
-    fn displacement(&mut self, at: usize) -> Result<Input, Stop> {
-        let source = self.source;
-        let node = &source.nodes[at];
-        let number = |name: &str, default: f32| {
-            let input = self.input(node, name, SocketKind::Float);
-            input.unwrap_or(Input::float(default))
-        };
-        let (height, middle, scale) = (
-            number("Height", 0.0),
-            number("Midlevel", 0.5),
-            number("Scale", 1.0),
-        );
-        let object_space = node.text("space") != Some("WORLD");
-        let calculation = |operation, a: Input, b: Input| {
-            let node = Node::new(NodeKind::Math {
-                operation,
-                clamp: false,
-            });
-            node.with(math::A, a).with(math::B, b)
-        };
-        let above = calculation(MathOperation::Subtract, height, middle);
-        let above = self.graph.add(above).into();
-        let raised = calculation(MathOperation::Multiply, above, scale);
-        let raised = self.graph.add(raised);
-        let bump = Node::new(NodeKind::Function(Function::Bump {
-            invert: false,
-            object_space,
-        }));
-        let bump = bump.with(crate::scene::graph::function::bump::HEIGHT, raised);
-        Ok(self.graph.add(bump).into())
-    }
-
     pub(super) fn attribute(&mut self, at: usize) -> Result<Link, Stop> {
         let node = &self.source.nodes[at];
-        let input = match node.text("attribute") {
-            Some("COLOR_0") => PlaceInput::VertexColor,
-            Some(name) => {
-                let number = name.strip_prefix("_SUNDOG_").and_then(|n| n.parse().ok());
-                let number = number.filter(|n| *n < super::super::mesh::MOST_ATTRIBUTES as u32);
-                PlaceInput::Attribute(number.ok_or_else(|| Refusal::of(node, name))?)
-            }
-            None => return Err(Refusal::of(node, "without an attribute").into()),
+        let Some(name) = node.text("attribute") else {
+            return Err(Refusal::of(node, "without an attribute").into());
         };
-        let kind = NodeKind::Function(Function::Place(input));
+        let kind = NodeKind::Function(Function::Place(attribute(node, name)?));
         Ok(self.graph.add(Node::new(kind)))
     }
 
@@ -384,4 +344,15 @@ impl Reader<'_, '_, '_> {
         let shared = Node::new(kind);
         Ok(self.graph.add(shared.with(image_texture::VECTOR, vector)))
     }
+}
+
+/// An attribute of the primitive, by its name.
+pub(super) fn attribute(node: &NodeJson, name: &str) -> Result<PlaceInput, Refusal> {
+    if name == "COLOR_0" {
+        return Ok(PlaceInput::VertexColor);
+    }
+    let number = name.strip_prefix("_SUNDOG_").and_then(|n| n.parse().ok());
+    let number = number.filter(|n| *n < super::super::mesh::MOST_ATTRIBUTES as u32);
+    let number = number.ok_or_else(|| Refusal::of(node, name))?;
+    Ok(PlaceInput::Attribute(number))
 }

@@ -110,7 +110,12 @@ impl Function {
             | Self::Fresnel
             | Self::LayerFresnel
             | Self::LayerFacing
-            | Self::Bump { .. } => return None,
+            | Self::Bump { .. }
+            | Self::Displacement { .. }
+            | Self::VectorDisplacement(_)
+            | Self::AmbientOcclusion { .. }
+            | Self::Bevel { .. }
+            | Self::Wireframe { .. } => return None,
         })
     }
 }

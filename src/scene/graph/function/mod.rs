@@ -36,6 +36,27 @@ pub enum Transformed {
     Normal,
 }
 
+/// What Vector Displacement's vectors are relative to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DisplacementSpace {
+    /// Tangent, normal, bitangent.
+    Tangent,
+    /// The object's axes.
+    Object,
+    /// The world's axes.
+    World,
+}
+
+/// What Light Path counts of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are Blender's")]
+pub enum PathDepth {
+    Diffuse,
+    Glossy,
+    Transmission,
+    Transparent,
+}
+
 /// What is known of the place that is shaded. Vectors are in Blender's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PlaceInput {
@@ -51,6 +72,8 @@ pub enum PlaceInput {
     OfObject([[f32; 4]; 3]),
     /// Texture Coordinate and Camera Data: in the camera's space.
     Camera,
+    /// Texture Coordinate: in the picture, 0 to 1.
+    Window,
     /// Texture Coordinate: the mirrored direction to the viewer.
     Reflection,
     /// Geometry: in the world.
@@ -79,10 +102,18 @@ pub enum PlaceInput {
     MaterialIndex(f32),
     /// Object Info: a number of its own.
     ObjectRandom,
+    /// Camera Data: the direction in the camera's space.
+    ViewVector,
     /// Camera Data: along the view.
     ViewDepth,
     /// Camera Data: from the camera.
     ViewDistance,
+    /// Tangent: about an axis of the object, 0 to 2.
+    RadialTangent(u8),
+    /// Tangent: along texture coordinates.
+    UvTangent,
+    /// A value that each object has for itself, by its number.
+    ObjectValue(u32),
     /// A colour of the vertices: those of COLOR_0.
     VertexColor,
     /// An attribute of the vertices, by its number.
@@ -91,6 +122,12 @@ pub enum PlaceInput {
     IsRay(u32),
     /// Light Path: how many surfaces the path has met before.
     RayDepth,
+    /// Light Path: how many of them scattered it in some way.
+    PathDepth(PathDepth),
+    /// Light Path: the last of them was a mirror or clear glass.
+    IsSingularRay,
+    /// Light Path: the last of them did not let it through.
+    IsReflectionRay,
     /// Light Path: how long the ray is.
     RayLength,
 }
@@ -210,8 +247,36 @@ pub enum Function {
     Bump {
         /// Hollows instead of hills.
         invert: bool,
-        /// Distances are the object's.
+        /// Slopes are the object's.
         object_space: bool,
+        /// The attribute with the places of vertices before they were displaced: the height is that of these.
+        undisplaced: Option<u32>,
+    },
+    /// Displacement.
+    Displacement {
+        /// Heights are the object's.
+        object_space: bool,
+    },
+    /// Vector Displacement.
+    VectorDisplacement(DisplacementSpace),
+    /// Ambient Occlusion.
+    AmbientOcclusion {
+        /// Rays for each evaluation.
+        samples: u8,
+        /// They go inwards.
+        inside: bool,
+        /// They see the object alone.
+        only_local: bool,
+    },
+    /// Bevel.
+    Bevel {
+        /// Rays for each evaluation.
+        samples: u8,
+    },
+    /// Wireframe.
+    Wireframe {
+        /// Lines are so many pixels wide.
+        pixels: bool,
     },
 }
 
@@ -235,9 +300,15 @@ impl Function {
                 | PlaceInput::ViewDepth
                 | PlaceInput::ViewDistance
                 | PlaceInput::IsRay(_)
+                | PlaceInput::IsSingularRay
+                | PlaceInput::IsReflectionRay
+                | PlaceInput::PathDepth(_)
                 | PlaceInput::RayDepth
                 | PlaceInput::RayLength => &[(Float, Lane::One(0))],
-                PlaceInput::ObjectColor | PlaceInput::VertexColor | PlaceInput::Attribute(_) => &[
+                PlaceInput::ObjectColor
+                | PlaceInput::ObjectValue(_)
+                | PlaceInput::VertexColor
+                | PlaceInput::Attribute(_) => &[
                     (Color, Lane::Rgb),
                     (Float, Lane::One(3)),
                     (Vector, Lane::Xyz),
@@ -254,14 +325,18 @@ impl Function {
             | Self::LightFalloff { .. }
             | Self::Fresnel
             | Self::LayerFresnel
-            | Self::LayerFacing => &[(Float, Lane::One(0))],
+            | Self::LayerFacing
+            | Self::Wireframe { .. } => &[(Float, Lane::One(0))],
             Self::VectorMath(_) => &[(Vector, Lane::Xyz), (Float, Lane::One(3))],
             Self::MixVector { .. }
             | Self::MapRangeVector { .. }
             | Self::CombineXyz
             | Self::Mapping(_)
             | Self::VectorRotate { .. }
-            | Self::VectorTransform { .. } => &[(Vector, Lane::Xyz)],
+            | Self::VectorTransform { .. }
+            | Self::Displacement { .. }
+            | Self::VectorDisplacement(_)
+            | Self::Bevel { .. } => &[(Vector, Lane::Xyz)],
             Self::MixColor { .. }
             | Self::Curves(_)
             | Self::CombineColor(_)
@@ -270,7 +345,9 @@ impl Function {
             | Self::Gamma
             | Self::Sky(_)
             | Self::Invert => &[(Color, Lane::Rgb)],
-            Self::ColorRamp(_) => &[(Color, Lane::Rgb), (Float, Lane::One(3))],
+            Self::ColorRamp(_) | Self::AmbientOcclusion { .. } => {
+                &[(Color, Lane::Rgb), (Float, Lane::One(3))]
+            }
             Self::SeparateColor(_) | Self::SeparateXyz => &[
                 (Float, Lane::One(0)),
                 (Float, Lane::One(1)),

@@ -179,6 +179,30 @@ pub(super) fn of(function: &Function) -> &'static [Socket] {
         Function::VectorTransform { .. } => const { &[vector("Vector", [0.5; 3])] },
         Function::Fresnel => const { &[float("IOR", 1.5), NORMAL] },
         Function::LayerFresnel | Function::LayerFacing => const { &[float("Blend", 0.5), NORMAL] },
+        Function::Displacement { .. } => {
+            const {
+                &[
+                    float("Height", 0.0),
+                    float("Midlevel", 0.5),
+                    float("Scale", 1.0),
+                    NORMAL,
+                ]
+            }
+        }
+        Function::VectorDisplacement(_) => {
+            const {
+                &[
+                    vector("Vector", [0.0; 3]),
+                    float("Midlevel", 0.0),
+                    float("Scale", 1.0),
+                ]
+            }
+        }
+        Function::AmbientOcclusion { .. } => {
+            const { &[color("Color", [1.0; 3]), float("Distance", 1.0), NORMAL] }
+        }
+        Function::Bevel { .. } => const { &[float("Radius", 0.05), NORMAL] },
+        Function::Wireframe { .. } => const { &[float("Size", 0.01)] },
         Function::Bump { .. } => {
             const {
                 &[

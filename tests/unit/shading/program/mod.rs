@@ -71,8 +71,20 @@ impl Place for Here {
             read: self.read.clone(),
         }
     }
-    fn object_scale(&self) -> f32 {
-        2.0
+    fn undisplaced(&self, _: u32) -> Self {
+        Self {
+            at: self.at,
+            read: self.read.clone(),
+        }
+    }
+    fn openness(&self, _: Vec3, _: f32, _: Openness) -> f32 {
+        1.0
+    }
+    fn beveled(&self, _: f32, _: u8) -> Vec3 {
+        Vec3::Z
+    }
+    fn is_on_edge(&self, _: f32, _: bool) -> bool {
+        false
     }
     fn uv(&self, _: u32) -> Vec2 {
         self.read.set(self.read.get() + 1);

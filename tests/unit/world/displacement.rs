@@ -1,0 +1,82 @@
+use super::*;
+use crate::scene::graph::function::{Function, PlaceInput};
+use crate::scene::graph::{Graph, Node, NodeKind};
+use crate::scene::{Material, MaterialId, MeshId, ObjectInfo, Visibility};
+
+/// Two triangles across an edge whose corners stand twice, displaced along their normals by u.
+fn scene(part: Option<Part>) -> Scene {
+    let mut graph = Graph::default();
+    let kind = |function| NodeKind::Function(function);
+    let uv = graph.add(Node::new(kind(Function::Place(PlaceInput::Uv(0)))));
+    let u = graph.add(Node::new(kind(Function::SeparateXyz)).with(0, uv));
+    let space = Function::Displacement { object_space: true };
+    let node = Node::new(kind(space)).with(0, u).with(1, 0.0);
+    graph.displacement = Some(graph.add(node));
+    let mesh = Mesh {
+        positions: vec![
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0],
+        ],
+        normals: Some(vec![[0.0, 0.0, 1.0]; 6]),
+        uvs: vec![vec![
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [0.0, 0.0],
+            [0.5, 0.0],
+            [1.0, 0.0],
+            [0.5, 0.0],
+        ]],
+        attributes: vec![
+            [0.0, 1.0, 2.0, 1.0, 3.0, 2.0]
+                .map(|number| [number, 0.0, 1.0, 1.0])
+                .to_vec(),
+        ],
+        triangles: vec![[0, 1, 2], [3, 4, 5]],
+        material: Some(MaterialId(0)),
+        part,
+        ..Mesh::default()
+    };
+    Scene {
+        meshes: vec![mesh],
+        materials: vec![Material {
+            graph,
+            ..Material::default()
+        }],
+        instances: vec![Instance {
+            name: "m".into(),
+            mesh: MeshId(0),
+            world_from_object: DAffine3::from_scale(DVec3::splat(2.0)),
+            visibility: Visibility::ALL,
+            holdout: false,
+            info: ObjectInfo::default(),
+        }],
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn a_vertex_is_moved_once_by_the_first_triangle_that_has_it() {
+    let numbered = Part {
+        whole: 0,
+        vertices: 0,
+    };
+    for part in [None, Some(numbered)] {
+        let mut scene = scene(part);
+        displace(&mut scene, &mut Diagnostics::default());
+        let heights: Vec<f32> = scene.meshes[0].positions.iter().map(|p| p[2]).collect();
+        assert_eq!(heights, [0.0, 1.0, 0.0, 1.0, 1.0, 0.0]);
+        assert!(scene.materials[0].graph.displacement.is_none());
+        let normals = scene.meshes[0].normals.as_ref().unwrap();
+        assert_eq!(
+            normals[1], normals[3],
+            "corners of one vertex are shaded alike"
+        );
+        assert!(normals[0][0] < -0.7, "{normals:?}");
+        let generated = scene.meshes[0].generated.as_ref().unwrap();
+        assert_eq!(generated[1][2], generated[0][2], "as before");
+    }
+}
