@@ -243,6 +243,7 @@ impl Findings {
         add(Effect::Anisotropy, summary.is_anisotropic);
         add(Effect::Coat, summary.is_coated);
         add(Effect::Sheen, summary.has_sheen);
+        add(Effect::ThinFilm, summary.has_film);
         let mut there: BTreeSet<Effect> =
             m.graph.procedural_textures().map(|t| t.effect()).collect();
         there.extend(

@@ -44,6 +44,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::Coat
         | Effect::Sheen
         | Effect::DiffuseTransmission
+        | Effect::ThinFilm
         | STRUCTURE
 );
 /// Patterns that materials' programs compute.

@@ -106,7 +106,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::GradientTexture, Preparation, ["ramps across space", "a placed material has a Gradient Texture that its program evaluates at hits"]),
         line(E::WhiteNoiseTexture, Preparation, ["a random number for each place", "a placed material has a White Noise Texture that its program evaluates at hits"]),
         line(E::GaborTexture, Preparation, ["noise of one frequency and direction", "a placed material has a Gabor Texture that its program evaluates at hits"]),
-        line(E::ThinFilm, Absent, ["interference of a thin film", "the importer meets one whose weight is not 0"]),
+        line(E::ThinFilm, Kernels, ["interference of a thin film", "a placed material has a film whose thickness is not 0"]),
         line(E::Subsurface, Absent, ["light that goes on below the surface", "the importer meets one whose weight is not 0"]),
         line(E::DiffuseTransmission, Kernels, ["light that is scattered through a sheet", "a placed material has a Translucent BSDF, or light below the surface of a thin wall"]),
         line(E::Dispersion, Absent, ["an index of refraction by wavelength", "the importer meets one that is not 0"]),

@@ -68,6 +68,11 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
                 .with(diffuse::COLOR, 0.0)
                 .inputs;
         }
+        if !set.contains(Effect::ThinFilm)
+            && let Some(socket) = node.film_socket()
+        {
+            node.inputs[socket] = Input::float(0.0);
+        }
         if !matches!(node.kind, NodeKind::PrincipledBsdf { .. }) {
             continue;
         }

@@ -81,6 +81,11 @@ impl WorkingSpace {
         }
     }
 
+    /// From CIE XYZ with white at Y = 1, adapted to D65.
+    pub fn from_xyz(self) -> DMat3 {
+        self.primaries().xyz().inverse()
+    }
+
     /// Its primaries and its white.
     pub fn primaries(self) -> Primaries {
         match self {

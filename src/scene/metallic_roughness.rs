@@ -69,6 +69,8 @@ pub struct MetallicRoughness {
     pub coat: Option<Box<Coat>>,
     /// A layer of fibres.
     pub sheen: Option<Box<Sheen>>,
+    /// Thickness in nanometres and index of a thin film (SUNDOG_material).
+    pub thin_film: Option<[f32; 2]>,
     /// What the file says; see `Scene` users for what culling does.
     pub double_sided: bool,
     /// Shows its base colour without light (KHR_materials_unlit).
@@ -106,6 +108,7 @@ impl Default for MetallicRoughness {
             anisotropy: None,
             coat: None,
             sheen: None,
+            thin_film: None,
             double_sided: false,
             unlit: false,
         }
@@ -389,6 +392,11 @@ impl Builder {
                 .with(principled::COAT_IOR, coat.ior)
                 .with(principled::COAT_TINT, coat.tint)
                 .with(principled::COAT_NORMAL, normal);
+        }
+        if let Some([thickness, ior]) = m.thin_film {
+            node = node
+                .with(principled::THIN_FILM_THICKNESS, thickness)
+                .with(principled::THIN_FILM_IOR, ior);
         }
         if let Some(sheen) = &m.sheen {
             let color = self.color(sheen.color, sheen.color_texture.as_ref());

@@ -146,6 +146,14 @@ pub enum Fresnel {
     },
 }
 
+/// A metal's reflectance by those at normal incidence and at cosθ = 1/7.
+#[cold]
+pub fn bent(cos: f32, f0: f32, edge: f32) -> f32 {
+    let at = |cos: f32| f0 + (1.0 - f0) * schlick_weight(cos);
+    let lack = (at(1.0 / 7.0) - edge) / bend(1.0 / 7.0);
+    (at(cos) - lack * bend(cos)).clamp(0.0, 1.0)
+}
+
 impl Fresnel {
     /// A metal with a tint of its edges: by it the reflectance at cosθ = 1/7 is multiplied (Kutz, Hašan and Edmondson, *Novel
     /// Aspects of the Adobe Standard Material*, 2021).

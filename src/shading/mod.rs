@@ -14,6 +14,7 @@ pub mod simple;
 pub mod spread;
 pub mod tables;
 pub mod texture;
+pub mod thin_film;
 
 pub use bsdf::{Bsdf, BsdfSample, Changes, Scattering};
 pub use closure::{AllFeatures, BsdfFeatures, Normals};

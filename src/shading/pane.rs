@@ -7,6 +7,7 @@ use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
 use super::principled::Principled;
 use super::tables::{LutCoordinate, Reflection as Albedos};
+use super::thin_film::Film;
 use crate::math::sqr;
 use glam::Vec3;
 
@@ -19,21 +20,30 @@ fn spread(ior: f32) -> f32 {
 }
 
 /// What a pane reflects and lets through, with all that goes to and fro in it.
-fn pane(cos: f32, ior: f32, specular: Vec3, tint: Vec3) -> [Vec3; 2] {
+fn pane(cos: f32, ior: f32, film: Film, specular: Vec3, tint: Vec3) -> [Vec3; 2] {
     let true_f0 = fresnel::f0_from_ior(ior);
     let f0 = (specular * true_f0).min(Vec3::ONE);
     let side = fresnel::dielectric(cos, ior);
     let blend = fresnel::grazing_blend(side.reflectance, true_f0);
-    let r = f0 + (Vec3::ONE - f0) * blend;
+    let plain = f0 + (Vec3::ONE - f0) * blend;
+    let (r, inner_r) = if film.is_there() {
+        let below = film.seen_from(true, ior);
+        (
+            film.over_dielectric(cos, ior, f0),
+            below.over_dielectric(side.cos_t, 1.0 / ior, f0),
+        )
+    } else {
+        (plain, plain)
+    };
     // Beer's law: the tint is that of the way straight through.
     let inner = if side.cos_t > 0.0 {
         tint.powf(1.0 / side.cos_t)
     } else {
         Vec3::ZERO
     };
-    let back = r * inner;
+    let back = inner_r * inner;
     let sum = (Vec3::ONE - back * back).max(Vec3::splat(f32::MIN_POSITIVE));
-    let through = inner * (Vec3::ONE - r) * (Vec3::ONE - r) / sum;
+    let through = inner * (Vec3::ONE - r) * (Vec3::ONE - inner_r) / sum;
     [r + through * back, through]
 }
 
@@ -56,7 +66,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if cos <= 0.0 {
             return;
         }
-        let [reflected, through] = pane(cos, ior, p.specular_color, base);
+        let [reflected, through] = pane(cos, ior, p.film, p.specular_color, base);
         let [reflects, transmits] = self.keeps_caustics();
         if reflects {
             let color = p.specular_color.min(Vec3::ONE);
@@ -108,13 +118,13 @@ mod tests {
     #[test]
     fn clear_panes_lose_nothing_and_tinted_ones_take_their_tint_once() {
         for cos in [1.0, 0.5, 0.1] {
-            let [reflected, through] = pane(cos, 1.5, Vec3::ONE, Vec3::ONE);
+            let [reflected, through] = pane(cos, 1.5, Film::NONE, Vec3::ONE, Vec3::ONE);
             let sum = reflected + through;
             assert!((sum - Vec3::ONE).abs().max_element() < 1e-6);
             // Two sides of 4 % reflect 7.7 % between them.
             assert!(cos < 1.0 || (reflected.x - 2.0 * 0.04 / 1.04).abs() < 1e-5);
         }
-        let [_, through] = pane(1.0, 1.0, Vec3::ONE, Vec3::new(0.25, 0.5, 1.0));
+        let [_, through] = pane(1.0, 1.0, Film::NONE, Vec3::ONE, Vec3::new(0.25, 0.5, 1.0));
         assert_eq!(through, Vec3::new(0.25, 0.5, 1.0));
     }
 }

@@ -2,6 +2,7 @@
 //! each leaves to those below (CYCLES.md has the order; albedos by tables).
 
 use super::bsdf::{Bsdf, Changes};
+use super::closure::microfacet::Reflectance;
 use super::closure::{
     BsdfFeatures, Facets, Glass, Lobe, Reflection, RoughDiffuse, Sheet, rough_diffuse,
 };
@@ -9,6 +10,7 @@ use super::dielectrics::{Dielectrics, layer_ior};
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
 use super::tables::{LutCoordinate, Reflection as Albedos};
+use super::thin_film::{Film, Filmed};
 use crate::math::sqr;
 use crate::scene::graph::Distribution;
 use glam::{Vec2, Vec3};
@@ -49,6 +51,8 @@ pub struct Principled {
     pub anisotropy: f32,
     /// Turns of the tangent about the normal.
     pub anisotropy_rotation: f32,
+    /// What lies on it.
+    pub film: Film,
 }
 
 impl Default for Principled {
@@ -71,6 +75,7 @@ impl Default for Principled {
             diffuse_roughness: 0.0,
             anisotropy: 0.0,
             anisotropy_rotation: 0.0,
+            film: Film::NONE,
         }
     }
 }
@@ -159,7 +164,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         };
         let mut rest = weight * (1.0 - p.metallic);
         // A dielectric without specular reflects nothing. (What is not a number goes on, to be counted.)
-        if p.metallic <= 0.0 && p.transmission <= 0.0 && specular <= 0.0 {
+        if p.metallic <= 0.0 && p.transmission <= 0.0 && specular <= 0.0 && !p.film.is_there() {
             if rest > 0.0 {
                 self.add_base(rest, p, normal);
             }
@@ -197,14 +202,20 @@ impl<K: BsdfFeatures> Bsdf<K> {
             } else {
                 Fresnel::Schlick { f0 }
             };
-            self.add_reflection(
-                Reflection {
-                    weight: compensation(metal.average()) * share,
-                    facets,
-                    fresnel: metal,
-                },
-                metal.reflectance(cos) * share,
-            );
+            let gain = compensation(metal.average());
+            if p.film.is_there() {
+                let filmed = Filmed::metal(p.film, &metal);
+                self.add_filmed(filmed, facets, gain * share, Vec3::splat(share));
+            } else {
+                self.add_reflection(
+                    Reflection {
+                        weight: gain * share,
+                        facets,
+                        fresnel: metal,
+                    },
+                    metal.reflectance(cos) * share,
+                );
+            }
         }
         if K::TRANSMISSION && p.transmission > 0.0 && rest > 0.0 {
             let share = p.transmission * rest;
@@ -237,7 +248,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
         let mut below = rest;
         let eta = layer_ior(ior, specular);
-        if eta != 1.0 {
+        let is_filmed = p.film.is_there() && self.keeps_reflections();
+        if eta != 1.0 || is_filmed {
             let true_f0 = fresnel::f0_from_ior(eta);
             let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
             let (effective_cosine, average_blend) = tables.layer(specular, cos, place);
@@ -247,15 +259,21 @@ impl<K: BsdfFeatures> Bsdf<K> {
             );
             let compensation = compensation(f0 + (Vec3::ONE - f0) * average_blend);
             // Mean reflectance of this view: single scattering times compensation.
-            let albedo = (f0 + (Vec3::ONE - f0) * blend) * (compensation * single_scattering());
-            self.add_reflection(
-                Reflection {
-                    weight: compensation * rest,
-                    facets,
-                    fresnel: Fresnel::Dielectric { f0, eta, true_f0 },
-                },
-                albedo * rest,
-            );
+            let mut albedo = (f0 + (Vec3::ONE - f0) * blend) * (compensation * single_scattering());
+            if is_filmed {
+                let (filmed, share) = (Filmed::Dielectric(p.film, eta, f0), compensation * rest);
+                let scattered = share * single_scattering();
+                albedo = self.add_filmed(filmed, facets, share, scattered) / rest;
+            } else {
+                self.add_reflection(
+                    Reflection {
+                        weight: compensation * rest,
+                        facets,
+                        fresnel: Fresnel::Dielectric { f0, eta, true_f0 },
+                    },
+                    albedo * rest,
+                );
+            }
             below *= (1.0 - albedo.max_element()).max(0.0);
         }
         self.add_base(below, p, normal);
@@ -270,6 +288,30 @@ impl<K: BsdfFeatures> Bsdf<K> {
             rest *= 1.0 - p.subsurface;
         }
         self.add_diffuse(rest, p.base_color, p.diffuse_roughness, normal);
+    }
+
+    /// Adds facets under a thin film; what they reflect of `scattered` for this view.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn add_filmed(
+        &mut self,
+        filmed: Filmed,
+        facets: Facets,
+        weight: Vec3,
+        scattered: Vec3,
+    ) -> Vec3 {
+        // A view below the bent normal sees no facet.
+        if !self.keeps_reflections() || facets.cos() <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let albedo = filmed.reflectance(facets.cos()) * scattered;
+        let lobe = Reflection {
+            weight,
+            facets,
+            fresnel: filmed,
+        };
+        self.add(Lobe::FilmReflection(lobe), albedo);
+        albedo
     }
 
     #[cold]
@@ -309,7 +351,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 facets,
             })
         } else {
-            Lobe::Glass(Glass {
+            let glass = Glass {
                 weight,
                 reflected,
                 f0,
@@ -317,7 +359,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 eta: if self.is_inside() { 1.0 / ior } else { ior },
                 true_f0,
                 facets,
-            })
+                film: (),
+            };
+            if p.film.is_there() {
+                Lobe::FilmGlass(glass.under(p.film.seen_from(self.is_inside(), ior)))
+            } else {
+                Lobe::Glass(glass)
+            }
         };
         self.add(lobe, Vec3::splat(share));
     }

@@ -1,6 +1,7 @@
 //! Blender's shaders of one lobe: Translucent, Refraction, Glass, Metallic, Sheen and Toon BSDF.
 
 use super::bsdf::Bsdf;
+use super::closure::microfacet::Reflectance;
 use super::closure::{
     BsdfFeatures, Facets, Glass, Lobe, Phong, Reflection, Sheen, Toon, Translucent, Velvet,
 };
@@ -11,6 +12,8 @@ use super::principled::{principled_alpha, turned};
 use super::program::{Evaluation, Place, Root, reflected};
 use super::spread::{Beckmann, Spread};
 use super::tables::{LutCoordinate, Reflection as Albedos, Solid};
+use super::thin_film::{Film, Filmed};
+use crate::math::primaries::WorkingSpace;
 use crate::math::sqr;
 use crate::scene::graph::node::{glass, metallic, sheen, toon, translucent};
 use crate::scene::graph::{Distribution, SimpleBsdf};
@@ -25,6 +28,38 @@ pub struct SimpleValues<'a> {
     pub sockets: &'a [Root],
     /// Its share of the surface.
     pub weight: f32,
+    /// The space of its colours.
+    pub space: WorkingSpace,
+}
+
+impl SimpleValues<'_> {
+    /// The film on it, whose index stands in the socket after that of its thickness.
+    fn film<P: Place>(&self, at: &mut Evaluation<'_, P>, thickness: usize) -> Film {
+        Film {
+            thickness: at.number(&self.sockets[thickness]),
+            ior: at.number(&self.sockets[thickness + 1]).max(1e-5),
+            space: self.space,
+        }
+    }
+}
+
+fn glass_under(glass: Glass, film: Film) -> Lobe {
+    if film.is_there() {
+        Lobe::FilmGlass(glass.under(film))
+    } else {
+        Lobe::Glass(glass)
+    }
+}
+
+fn metal_under(metal: Reflection, film: Film) -> Lobe {
+    if !film.is_there() {
+        return Lobe::Reflection(metal);
+    }
+    Lobe::FilmReflection(Reflection {
+        weight: metal.weight,
+        facets: metal.facets,
+        fresnel: Filmed::metal(film, &metal.fresnel),
+    })
 }
 
 impl<K: BsdfFeatures> Bsdf<K> {
@@ -46,25 +81,35 @@ impl<K: BsdfFeatures> Bsdf<K> {
             }
             SimpleBsdf::Refraction { distribution } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_glass(of, at, None, (normal, Lobe::BeckmannGlass));
+                    self.add_glass(
+                        of,
+                        at,
+                        None,
+                        (normal, |glass, _| Lobe::BeckmannGlass(glass)),
+                    );
                 }
-                _ => self.add_glass(of, at, None, (normal, Lobe::Glass)),
+                _ => self.add_glass(of, at, None, (normal, glass_under)),
             },
             SimpleBsdf::Glass { distribution } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_glass(of, at, Some(None), (normal, Lobe::BeckmannGlass));
+                    self.add_glass(
+                        of,
+                        at,
+                        Some(None),
+                        (normal, |glass, _| Lobe::BeckmannGlass(glass)),
+                    );
                 }
                 _ => {
                     let solid = tables.solid.as_ref();
                     let solid = solid.filter(|_| distribution == Distribution::MultiscatterGgx);
-                    self.add_glass(of, at, Some(solid), (normal, Lobe::Glass));
+                    self.add_glass(of, at, Some(solid), (normal, glass_under));
                 }
             },
             SimpleBsdf::Metallic { distribution, .. } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_metal(of, at, frame, Lobe::BeckmannReflection);
+                    self.add_metal(of, at, frame, |metal, _| Lobe::BeckmannReflection(metal));
                 }
-                _ => self.add_metal(of, at, frame, Lobe::Reflection),
+                _ => self.add_metal(of, at, frame, metal_under),
             },
             SimpleBsdf::Sheen { velvet } => {
                 let color = reflected(at.color(&sockets[sheen::COLOR])) * weight;
@@ -98,7 +143,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         of: &SimpleValues<'_>,
         at: &mut Evaluation<'_, P>,
         reflection: Option<Option<&Solid>>,
-        (normal, kind): (Vec3, fn(Glass<S>) -> Lobe),
+        (normal, kind): (Vec3, fn(Glass<S>, Film) -> Lobe),
     ) {
         let color = reflected(at.color(&of.sockets[glass::COLOR]));
         let roughness = self.roughened(at.number(&of.sockets[glass::ROUGHNESS]).clamp(0.0, 1.0));
@@ -128,8 +173,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
             // With 1 no angle reflects more than at normal incidence, which is nothing.
             true_f0: if reflection.is_some() { true_f0 } else { 1.0 },
             facets: facets.unbounded(),
+            film: (),
         };
-        self.add(kind(lobe), Vec3::splat(of.weight));
+        let film = match of.kind {
+            SimpleBsdf::Glass { .. } => of.film(at, glass::THIN_FILM_THICKNESS),
+            _ => Film::NONE,
+        };
+        let film = film.seen_from(self.is_inside(), ior);
+        self.add(kind(lobe, film), Vec3::splat(of.weight));
     }
 
     fn add_metal<P: Place, S: Spread>(
@@ -137,7 +188,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         of: &SimpleValues<'_>,
         at: &mut Evaluation<'_, P>,
         (normal, tangent): (Vec3, Option<Vec3>),
-        kind: fn(Reflection<S>) -> Lobe,
+        kind: fn(Reflection<S>, Film) -> Lobe,
     ) {
         let SimpleBsdf::Metallic {
             conductor,
@@ -176,7 +227,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 gain = albedos.compensation(metal.average());
             }
         }
-        let albedo = metal.reflectance(cos) * gain * (single * of.weight);
+        let film = of.film(at, metallic::THIN_FILM_THICKNESS);
+        let reflectance = if film.is_there() {
+            Filmed::metal(film, &metal).reflectance(cos)
+        } else {
+            metal.reflectance(cos)
+        };
+        let albedo = reflectance * gain * (single * of.weight);
         let lobe = Reflection {
             weight: gain * of.weight,
             facets,
@@ -184,7 +241,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         };
         // A view below the bent normal sees no facet.
         if self.keeps_reflections() && facets.cos() > 0.0 {
-            self.add(kind(lobe), albedo);
+            self.add(kind(lobe, film), albedo);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::Options;
 use crate::effects::{self, Effect};
+use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::{PathDepth, PlaceInput};
 use crate::scene::graph::node::{glass, principled};
 use crate::scene::graph::{Distribution, Graph, PrincipledSummary, SimpleBsdf, TangentKind};
@@ -14,6 +15,7 @@ use crate::shading::program::{
 use crate::shading::simple::SimpleValues;
 use crate::shading::tables::Rows;
 use crate::shading::texture::{PreparedTexture, Raster};
+use crate::shading::thin_film::Film;
 use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled, ggx, turned};
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
@@ -43,6 +45,8 @@ pub struct PreparedMaterial {
     pub dielectrics: Arc<Dielectrics>,
     /// By shader, where it is not one Principled BSDF.
     mixed: Vec<Arc<Dielectrics>>,
+    /// The space of its colours.
+    space: WorkingSpace,
     /// Of the coats of those.
     coats: Vec<Option<Arc<Dielectrics>>>,
 }
@@ -221,6 +225,7 @@ impl Preparer {
     ) -> PreparedMaterial {
         let known = Known {
             vertex_colors: vertices.colored,
+            space: scene.color_management.working_space,
         };
         let mut source = Textures {
             rasters: &mut self.rasters,
@@ -248,6 +253,7 @@ impl Preparer {
             single_sided: !m.double_sided,
             dielectrics: self.dielectrics(p, linked),
             mixed: self.mixed(&programs.shaders),
+            space: known.space,
             coats: self.coats(&programs.shaders),
             programs,
         }
@@ -296,6 +302,7 @@ const MATTE: Principled = Principled {
     pane: false,
     subsurface: 0.0,
     subsurface_anisotropy: 0.0,
+    film: Film::NONE,
     transmission: 0.0,
     thin_walled: true,
     diffuse_roughness: 0.0,
@@ -450,6 +457,7 @@ impl PreparedMaterial {
                             kind: *kind,
                             sockets,
                             weight,
+                            space: self.space,
                         };
                         bsdf.add_simple(&values, at, tables, (normal, tangent));
                     }

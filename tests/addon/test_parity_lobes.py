@@ -238,6 +238,22 @@ class Parity(kit.ExportTest):
                 s.alone(f"leaf {anisotropy}", "BsdfPrincipled", Thin_Wall=True, Base_Color=RED, Roughness=0.6, **inputs)
         self.compare(s)
 
+    def test_thin_films(self):
+        """Over dielectrics, metals and glass."""
+        if bpy.app.version < (5, 0, 0):
+            self.skipTest("Cycles before 5.0 has other films")
+        s = Shaders()
+        for thickness in (150, 400, 700, 1500):
+            film = {"Thin_Film_Thickness": thickness, "Thin_Film_IOR": 1.6}
+            s.alone(f"dielectric {thickness}", "BsdfPrincipled", Base_Color=(0, 0, 0, 1), Roughness=0.4, **film)
+            s.alone(f"metal {thickness}", "BsdfPrincipled", Base_Color=GOLD, Specular_Tint=RED, Metallic=1.0, Roughness=0.4, **film)
+            s.alone(f"metallic {thickness}", "BsdfMetallic", {"fresnel_type": "PHYSICAL_CONDUCTOR"}, Roughness=0.4, **film)
+            s.alone(f"glass {thickness}", "BsdfPrincipled", Transmission_Weight=1.0, Roughness=0.3, **film)
+        s.alone("film by noise", "BsdfGlass", {"distribution": "GGX"}, Thin_Film_Thickness="TexNoise", Roughness=0.3)
+        if "Thin Wall" in bpy.data.materials["glass 150"].node_tree.nodes["Principled BSDF"].inputs:
+            s.alone("bubble", "BsdfPrincipled", Thin_Wall=True, Transmission_Weight=1.0, Roughness=0.1, Thin_Film_Thickness=400)
+        self.compare(s)
+
     def test_sheen_of_principled(self):
         """Sheen over bases, by numbers and by textures."""
         s = Shaders()

@@ -1260,5 +1260,6 @@ fn a_material_of_blender_goes_beyond_gltf() {
     assert_eq!(material.specular, 1.8);
     assert!(!material.thin_walled);
     let told: Vec<_> = imported.diagnostics.iter().map(|d| d.code).collect();
-    assert_eq!(told, ["unsupported-material", "unsupported-material"]);
+    assert_eq!(told, ["unsupported-material"]);
+    assert_eq!(material.thin_film, Some([1.0, 1.33]));
 }

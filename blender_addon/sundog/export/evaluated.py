@@ -11,8 +11,6 @@ class Rule(typing.NamedTuple):
     properties: dict = {}
     # The outputs, by identifier; None for all.
     outputs: frozenset | None = None
-    # Inputs, by identifier, that have to be 0 and without a link.
-    zero: tuple = ()
     # Inputs, by identifier, that must have no link.
     constant: tuple = ()
 
@@ -85,7 +83,7 @@ EVALUATED = {
     "ShaderNodeInvert": ALL,
     "ShaderNodeRGBToBW": ALL,
     # Shaders
-    "ShaderNodeBsdfPrincipled": Rule(zero=("Thin Film Thickness",), constant=("Thin Wall",)),
+    "ShaderNodeBsdfPrincipled": Rule(constant=("Thin Wall",)),
     # As a diffuse surface, which is told.
     "ShaderNodeSubsurfaceScattering": ALL,
     "ShaderNodeBsdfDiffuse": ALL,
@@ -94,8 +92,8 @@ EVALUATED = {
     "ShaderNodeBsdfAnisotropic": ALL,
     "ShaderNodeBsdfTranslucent": ALL,
     "ShaderNodeBsdfRefraction": ALL,
-    "ShaderNodeBsdfGlass": Rule(zero=("Thin Film Thickness",)),
-    "ShaderNodeBsdfMetallic": Rule(zero=("Thin Film Thickness",)),
+    "ShaderNodeBsdfGlass": ALL,
+    "ShaderNodeBsdfMetallic": ALL,
     "ShaderNodeBsdfSheen": ALL,
     "ShaderNodeBsdfToon": ALL,
     "ShaderNodeBsdfTransparent": ALL,
@@ -164,8 +162,9 @@ def objections(node, inputs, outputs, table=None):
         names = {s.identifier: s.name for s in node.outputs}
         yield from (f"{label} ({names[o]})" for o in sorted(outputs - rule.outputs))
     names = {s.identifier: s.name for s in node.inputs}
-    yield from (f"{label} ({names[i]})" for i in rule.zero if inputs.get(i, 0) != 0)
     yield from (f"{label} ({names[i]} by a link)" for i in rule.constant if inputs.get(i, 0) is None)
+    if getattr(node, "distribution", "") == "BECKMANN" and inputs.get("Thin Film Thickness", 0) != 0:
+        yield f"{label} (a thin film on the distribution BECKMANN)"
     if not is_plain(getattr(node, "texture_mapping", None)) and node.bl_idname not in GENERATED | {"ShaderNodeTexImage"}:
         yield f"{label} (with a texture mapping of its own)"
 

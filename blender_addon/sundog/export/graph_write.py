@@ -14,6 +14,9 @@ from . import blackbody, colorspace, evaluated, geometry, gltf, ies, images, obj
 from .graph import Link
 from .verdicts import APPROXIMATED, LOST
 
+# Cycles before 5.0 has other colours, and no films on metals.
+OLD_FILM = "the thin film is rendered as Blender 5 does"
+
 # As Cycles tabulates ramps and curves (from 4.4 on): so many entries, the last one at the end of the range.
 TABLE_SIZE = 257
 
@@ -112,6 +115,11 @@ class GraphWriter:
                 self.result.findings.append((LOST, "subsurface scattering is not rendered yet", "subsurface"))
             elif inputs.get("Diffuse Roughness", 0.0) != 0.0:
                 self.result.findings.append((APPROXIMATED, "light below the surface of a thin wall is scattered without roughness"))
+        if inputs.get("Thin Film Thickness", 0.0) != 0.0 and bpy.app.version < (5, 0, 0):
+            self.result.findings.append((APPROXIMATED, OLD_FILM, "thin-film"))
+        is_shining = inputs.get("Emission Strength", 0.0) != 0.0 and inputs.get("Emission Color", (0.0,))[:3] != (0.0, 0.0, 0.0)
+        if is_principled and is_shining and any(inputs.get(f"{layer} Weight", 0.0) != 0.0 for layer in ("Coat", "Sheen")):
+            self.result.findings.append((APPROXIMATED, "a coat or sheen takes nothing from the emission below it"))
         ior = inputs.get("IOR")
         if is_principled and isinstance(ior, float) and ior < 1:
             self.result.findings.append((APPROXIMATED, "an index of refraction below 1 is rendered as 1"))

@@ -17,10 +17,9 @@ from .shaders import Reader, Surface
 from .slots import Slots
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
-# Inputs that SUNDOG_material has and the program does not render: the id of their effect, and what they are called.
+# What SUNDOG_material has and the program does not render: the id of the effect, and what it is called.
 UNRENDERED = {
     "subsurface": ("subsurface", "subsurface scattering"),
-    "thin_film": ("thin-film", "the thin film"),
 }
 
 
@@ -116,6 +115,8 @@ class Writer:
             others["anisotropy"] = self._anisotropy(others["anisotropy"], surface, slots, reader)
         for key, value in others.items():
             exact[key] = value
+            if key == "thin_film" and self.version < (5, 0, 0):
+                reader.note(APPROXIMATED, graph_write.OLD_FILM, "thin-film")
             if key in UNRENDERED:
                 effect, words = UNRENDERED[key]
                 reader.note(LOST, f"{words} is not rendered yet", effect)

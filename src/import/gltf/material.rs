@@ -240,20 +240,12 @@ fn legal_factor(factor: [f32; 3], name: &str, diagnostics: &mut Diagnostics) -> 
 }
 
 /// Inputs of Blender's Principled BSDF that are not rendered yet, and what is shown in their place.
-const UNRENDERED: [(&str, Effect, &str, &str); 2] = [
-    (
-        "subsurface",
-        Effect::Subsurface,
-        "subsurface scattering",
-        "rendered as a diffuse surface",
-    ),
-    (
-        "thin_film",
-        Effect::ThinFilm,
-        "the thin film",
-        "rendered without the thin film",
-    ),
-];
+const UNRENDERED: [(&str, Effect, &str, &str); 1] = [(
+    "subsurface",
+    Effect::Subsurface,
+    "subsurface scattering",
+    "rendered as a diffuse surface",
+)];
 
 /// What the extension says wins over what glTF itself can say.
 fn apply_sundog(
@@ -284,6 +276,7 @@ fn apply_sundog(
     let simple = |bsdf| Box::new(layers::simple(bsdf, owner, diagnostics));
     material.simple = extension.bsdf.as_ref().map(simple);
     material.coat = extension.coat.as_ref().map(layers::blender_coat);
+    material.thin_film = extension.thin_film.as_ref().map(|f| [f.thickness, f.ior]);
     material.sheen = extension.sheen.as_ref().map(layers::blender_sheen);
     if let Some(color) = extension.transparent_color {
         material.transparent_color = color;

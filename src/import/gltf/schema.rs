@@ -57,9 +57,22 @@ pub(super) struct SundogMaterial {
     pub bsdf: Option<BsdfJson>,
     pub coat: Option<CoatJson>,
     pub sheen: Option<SheenJson>,
+    pub thin_film: Option<ThinFilmJson>,
     /// What is not rendered, and what is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+/// A thin film: nanometres, and its index.
+#[derive(Debug, Deserialize)]
+pub(super) struct ThinFilmJson {
+    pub thickness: f32,
+    #[serde(default = "film_ior")]
+    pub ior: f32,
+}
+
+fn film_ior() -> f32 {
+    1.33
 }
 
 /// Anisotropy by Blender's numbers.

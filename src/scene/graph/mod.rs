@@ -123,6 +123,20 @@ impl Node {
         }
     }
 
+    /// The socket for the thickness of a film on it.
+    pub fn film_socket(&self) -> Option<usize> {
+        match self.kind {
+            NodeKind::PrincipledBsdf { .. } => Some(node::principled::THIN_FILM_THICKNESS),
+            NodeKind::Bsdf(SimpleBsdf::Glass { .. } | SimpleBsdf::Refraction { .. }) => {
+                Some(node::glass::THIN_FILM_THICKNESS)
+            }
+            NodeKind::Bsdf(SimpleBsdf::Metallic { .. }) => {
+                Some(node::metallic::THIN_FILM_THICKNESS)
+            }
+            _ => None,
+        }
+    }
+
     /// Whether it is a shader with anisotropy.
     pub fn is_anisotropic(&self) -> bool {
         let sockets = self.anisotropy_sockets();

@@ -180,6 +180,8 @@ sockets! {
         SHEEN_WEIGHT: Float "Sheen Weight" = [0.0; 3], Legal::share(0.0);
         SHEEN_ROUGHNESS: Float "Sheen Roughness" = [0.5; 3], Legal::share(0.5);
         SHEEN_TINT: Color "Sheen Tint" = [1.0; 3], Legal::positive(1.0);
+        THIN_FILM_THICKNESS: Float "Thin Film Thickness" = [0.0; 3], Legal::positive(0.0);
+        THIN_FILM_IOR: Float "Thin Film IOR" = [1.33; 3], Legal::within(1e-5, 1e4, 1.33);
         SUBSURFACE_WEIGHT: Float "Subsurface Weight" = [0.0; 3], Legal::share(0.0);
         SUBSURFACE_ANISOTROPY: Float "Subsurface Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
     }
@@ -216,6 +218,8 @@ sockets! {
         COLOR: Color "Color" = [1.0; 3], Legal::share(0.0);
         ROUGHNESS: Float "Roughness" = [0.0; 3], Legal::share(1.0);
         IOR: Float "IOR" = [1.5; 3], Legal::within(1e-4, 1e4, 1.5);
+        THIN_FILM_THICKNESS: Float "Thin Film Thickness" = [0.0; 3], Legal::positive(0.0);
+        THIN_FILM_IOR: Float "Thin Film IOR" = [1.33; 3], Legal::within(1e-5, 1e4, 1.33);
         NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
     }
 }
@@ -226,6 +230,8 @@ sockets! {
         EDGE_TINT: Color "Edge Tint" = [0.695, 0.726, 0.77], Legal::share(1.0);
         IOR: Color "IOR" = [2.757, 2.513, 2.231], Legal::positive(1.0);
         EXTINCTION: Color "Extinction" = [3.867, 3.404, 3.009], Legal::positive(0.0);
+        THIN_FILM_THICKNESS: Float "Thin Film Thickness" = [0.0; 3], Legal::positive(0.0);
+        THIN_FILM_IOR: Float "Thin Film IOR" = [1.33; 3], Legal::within(1e-5, 1e4, 1.33);
         ROUGHNESS: Float "Roughness" = [0.5; 3], Legal::share(1.0);
         ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::share(0.0);
         ROTATION: Float "Rotation" = [0.0; 3], Legal::ANY;

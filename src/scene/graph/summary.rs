@@ -120,6 +120,8 @@ pub struct Summary {
     pub is_coated: bool,
     /// Some of it has a layer of fibres.
     pub has_sheen: bool,
+    /// A thin film lies on some of it.
+    pub has_film: bool,
     /// Light goes through below the surface of some of its thin walls.
     pub is_thin_subsurface: bool,
     /// Some facets spread further one way than across it.
@@ -309,6 +311,7 @@ impl Graph {
             is_rough_diffuse: false,
             is_coated: false,
             has_sheen: false,
+            has_film: false,
             is_thin_subsurface: false,
             is_anisotropic: self.nodes.iter().any(super::Node::is_anisotropic),
             is_tinted: false,
@@ -321,6 +324,8 @@ impl Graph {
                 self.range_of(&results, node.inputs[socket], kind)
             };
             let color = |socket| range(socket).high.truncate();
+            let film = node.film_socket();
+            summary.has_film |= film.is_some_and(|socket| range(socket).number().1 > 0.0);
             match node.kind {
                 NodeKind::PrincipledBsdf { thin_wall, .. } => {
                     let strength = range(principled::EMISSION_STRENGTH).number().1;

@@ -4,11 +4,13 @@ use super::microfacet::{Facet, Facets, transmitting_facet};
 use super::{LobeSample, LobeValue};
 use crate::shading::spread::{Ggx, Spread};
 use crate::shading::tables::{self, refract};
+use crate::shading::thin_film::Film;
 use glam::{Vec2, Vec3};
+use std::fmt::Debug;
 
 /// Reflection and refraction at facets.
 #[derive(Clone, Copy, Debug)]
-pub struct Glass<S = Ggx> {
+pub struct Glass<S = Ggx, F = ()> {
     /// Weight of what goes through, with what further scatterings give back.
     pub weight: Vec3,
     /// Weight of what is reflected.
@@ -23,9 +25,57 @@ pub struct Glass<S = Ggx> {
     pub true_f0: f32,
     /// The facets.
     pub facets: Facets<S>,
+    /// What lies on it.
+    pub film: F,
+}
+
+/// What lies on a boundary.
+pub trait Covering: Copy + Debug {
+    /// The reflectance where something does, for a relative index and a reflectance at normal incidence.
+    fn reflectance(&self, cos: f32, eta: f32, f0: Vec3) -> Option<Vec3>;
+}
+
+impl Covering for () {
+    #[inline(always)]
+    fn reflectance(&self, _: f32, _: f32, _: Vec3) -> Option<Vec3> {
+        None
+    }
+}
+
+impl Covering for Film {
+    fn reflectance(&self, cos: f32, eta: f32, f0: Vec3) -> Option<Vec3> {
+        Some(self.over_dielectric(cos, eta, f0))
+    }
 }
 
 impl<S: Spread> Glass<S> {
+    /// The same under a film.
+    #[cold]
+    pub fn under(self, film: Film) -> Glass<S, Film> {
+        let Self {
+            weight,
+            reflected,
+            f0,
+            tint,
+            eta,
+            true_f0,
+            facets,
+            film: (),
+        } = self;
+        Glass {
+            weight,
+            reflected,
+            f0,
+            tint,
+            eta,
+            true_f0,
+            facets,
+            film,
+        }
+    }
+}
+
+impl<S: Spread, F: Covering> Glass<S, F> {
     /// Whether light goes straight through.
     #[inline]
     pub(super) fn is_straight(&self) -> bool {
@@ -34,11 +84,16 @@ impl<S: Spread> Glass<S> {
 
     #[inline]
     pub(super) fn facet(&self, cos_h: f32) -> Facet {
-        transmitting_facet(
-            cos_h,
-            (self.eta, self.f0, self.true_f0),
-            (self.reflected, self.weight * self.tint),
-        )
+        let ways = (self.reflected, self.weight * self.tint);
+        let plain = transmitting_facet(cos_h, (self.eta, self.f0, self.true_f0), ways);
+        match self.film.reflectance(cos_h, self.eta, self.f0) {
+            None => plain,
+            Some(reflectance) => Facet {
+                reflectance: ways.0 * reflectance,
+                transmittance: ways.1 * (Vec3::ONE - reflectance),
+                cos_t: plain.cos_t,
+            },
+        }
     }
 
     /// Value and density.

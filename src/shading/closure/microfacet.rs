@@ -7,6 +7,7 @@ use crate::shading::ggx::{self, Alpha};
 use crate::shading::normal;
 use crate::shading::spread::{Ggx, Spread};
 use glam::{Vec2, Vec3};
+use std::fmt::Debug;
 use std::marker::PhantomData;
 
 /// Facets about a lobe's own normal, seen from a view. They are drawn as those of GGX, however they spread.
@@ -199,16 +200,29 @@ impl<S: Spread> Facets<S> {
 
 /// Light reflected by facets: a metal, a glossy surface, or the dielectric layer over a diffuse base.
 #[derive(Clone, Copy, Debug)]
-pub struct Reflection<S = Ggx> {
+pub struct Reflection<S = Ggx, F = Fresnel> {
     /// Weight of the lobe, with what further scatterings give back.
     pub weight: Vec3,
     /// The facets.
     pub facets: Facets<S>,
     /// How much a facet reflects.
-    pub fresnel: Fresnel,
+    pub fresnel: F,
 }
 
-impl<S: Spread> Reflection<S> {
+/// The reflectance of facets by the angle.
+pub trait Reflectance: Copy + Debug {
+    /// Under an angle to the facet.
+    fn reflectance(&self, cos: f32) -> Vec3;
+}
+
+impl Reflectance for Fresnel {
+    #[inline(always)]
+    fn reflectance(&self, cos: f32) -> Vec3 {
+        self.reflectance(cos)
+    }
+}
+
+impl<S: Spread, F: Reflectance> Reflection<S, F> {
     /// Value and density.
     #[inline(always)]
     pub fn evaluate(&self, smooth: Vec3, wi_world: Vec3) -> LobeValue {

@@ -29,7 +29,8 @@ pub use toon::Toon;
 pub use translucent::Translucent;
 
 use super::Scattering;
-use super::spread::{Beckmann, Spread};
+use super::spread::{Beckmann, Ggx, Spread};
+use super::thin_film::{Film, Filmed};
 use glam::{Vec2, Vec3};
 
 /// The normals at a point.
@@ -114,6 +115,10 @@ pub enum Lobe {
     BeckmannReflection(Reflection<Beckmann>),
     /// The boundary of a solid with them.
     BeckmannGlass(Glass<Beckmann>),
+    /// Reflection from facets under a thin film.
+    FilmReflection(Reflection<Ggx, Filmed>),
+    /// The boundary of a solid under a thin film.
+    FilmGlass(Glass<Ggx, Film>),
     /// Reflection from facets of a Phong distribution.
     Phong(Phong),
     /// A layer of fibres.
@@ -141,11 +146,13 @@ impl Lobe {
             Self::Reflection(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Sheen(l) if !transmitted => l.evaluate(smooth, wi),
             Self::BeckmannReflection(l) if !transmitted => l.evaluate(smooth, wi),
+            Self::FilmReflection(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Phong(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Velvet(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Toon(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Translucent(l) if K::TRANSMISSION && transmitted => l.evaluate(smooth, wi),
             Self::BeckmannGlass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
+            Self::FilmGlass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::Glass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::Sheet(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             _ => LobeValue::ZERO,
@@ -166,11 +173,13 @@ impl Lobe {
             Self::Reflection(l) => l.sample(smooth, u),
             Self::Sheen(l) => l.sample(smooth, u),
             Self::BeckmannReflection(l) => l.sample(smooth, u),
+            Self::FilmReflection(l) => l.sample(smooth, u),
             Self::Phong(l) => l.sample(smooth, u),
             Self::Velvet(l) => l.sample(smooth, u),
             Self::Toon(l) => l.sample(smooth, u),
             Self::Translucent(l) if K::TRANSMISSION => l.sample(smooth, u),
             Self::BeckmannGlass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
+            Self::FilmGlass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::Glass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::Sheet(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             _ => None,
@@ -212,6 +221,8 @@ impl Lobe {
             Self::Reflection(l) => l.facets.is_smooth(),
             Self::BeckmannReflection(l) => l.facets.is_smooth(),
             Self::BeckmannGlass(l) => l.facets.is_smooth(),
+            Self::FilmReflection(l) => l.facets.is_smooth(),
+            Self::FilmGlass(l) => l.facets.is_smooth(),
             Self::Phong(l) => l.is_smooth(),
             Self::Glass(l) => l.facets.is_smooth(),
             Self::Sheet(l) => l.facets.is_smooth(),
@@ -224,6 +235,7 @@ impl Lobe {
         match self {
             Self::Glass(l) => l.is_straight(),
             Self::BeckmannGlass(l) => l.is_straight(),
+            Self::FilmGlass(l) => l.is_straight(),
             _ => false,
         }
     }
@@ -233,7 +245,11 @@ impl Lobe {
     pub fn transmits(&self) -> bool {
         matches!(
             self,
-            Self::Glass(_) | Self::BeckmannGlass(_) | Self::Sheet(_) | Self::Translucent(_)
+            Self::Glass(_)
+                | Self::BeckmannGlass(_)
+                | Self::FilmGlass(_)
+                | Self::Sheet(_)
+                | Self::Translucent(_)
         )
     }
 
@@ -248,6 +264,8 @@ impl Lobe {
             Self::Toon(l) => l.normal(),
             Self::BeckmannReflection(l) => l.facets.normal(),
             Self::BeckmannGlass(l) => l.facets.normal(),
+            Self::FilmReflection(l) => l.facets.normal(),
+            Self::FilmGlass(l) => l.facets.normal(),
             Self::Phong(l) => l.facets.normal(),
             Self::Translucent(l) => l.normal,
             Self::Reflection(l) => l.facets.normal(),
@@ -263,6 +281,7 @@ impl Lobe {
             | Self::RoughDiffuse(_)
             | Self::Reflection(_)
             | Self::BeckmannReflection(_)
+            | Self::FilmReflection(_)
             | Self::Phong(_)
             | Self::Sheen(_)
             | Self::Velvet(_)
@@ -270,6 +289,7 @@ impl Lobe {
             Self::Translucent(_) => [Vec3::ZERO, albedo],
             Self::Glass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::BeckmannGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
+            Self::FilmGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::Sheet(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
         }
     }
@@ -282,12 +302,16 @@ impl Lobe {
             Self::RoughDiffuse(l) => l.weight *= by,
             Self::Reflection(l) => l.weight *= by,
             Self::BeckmannReflection(l) => l.weight *= by,
+            Self::FilmReflection(l) => l.weight *= by,
             Self::Phong(l) => l.weight *= by,
             Self::Velvet(l) => l.weight *= by,
             Self::Glass(Glass {
                 weight, reflected, ..
             })
             | Self::BeckmannGlass(Glass {
+                weight, reflected, ..
+            })
+            | Self::FilmGlass(Glass {
                 weight, reflected, ..
             })
             | Self::Sheet(Sheet {
@@ -313,6 +337,8 @@ impl Lobe {
             Self::Translucent(l) => l.color.max_element(),
             Self::Reflection(l) => l.weight.max_element(),
             Self::BeckmannReflection(l) => Beckmann::EXCESS * l.weight.max_element(),
+            Self::FilmReflection(l) => l.weight.max_element(),
+            Self::FilmGlass(l) => 3.0 * l.weight.max(l.reflected).max_element(),
             Self::Phong(l) => l.weight.max_element(),
             Self::Velvet(l) => l.max_sample_weight(),
             // The choice is by the mean of the channels, of which each is at most three times the mean.

@@ -4,6 +4,7 @@ use super::{
     Call, CoatRoots, Height, LayerRoots, Opacity, Operand, Operation, Program, Programs, Root,
     Shader, Weighted,
 };
+use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::bump;
 use crate::scene::graph::node::{
     diffuse, emission, glossy, image_texture, math, mix, mix_shader, normal_map, principled,
@@ -16,6 +17,7 @@ use crate::scene::graph::{
 use crate::scene::{ImageUse, Texture};
 use crate::shading::Principled;
 use crate::shading::texture::PreparedTexture;
+use crate::shading::thin_film::Film;
 use glam::{Vec3, Vec4};
 use std::cell::RefCell;
 
@@ -30,6 +32,8 @@ pub trait Source {
 pub struct Known {
     /// Whether some vertices have colours.
     pub vertex_colors: bool,
+    /// The space of the scene's colours.
+    pub space: WorkingSpace,
 }
 
 impl Facts for Known {
@@ -576,7 +580,7 @@ fn root(operand: Operand) -> Root {
     Root { operand, needs: 0 }
 }
 
-fn known(graph: &Graph, at: usize) -> Principled {
+fn known(graph: &Graph, at: usize, space: WorkingSpace) -> Principled {
     let node = &graph.nodes[at];
     let color = |socket: usize| match node.inputs[socket] {
         Input::Value(value) => Vec3::from(value),
@@ -604,6 +608,11 @@ fn known(graph: &Graph, at: usize) -> Principled {
                 ..
             }
         ),
+        film: Film {
+            thickness: color(principled::THIN_FILM_THICKNESS).x,
+            ior: color(principled::THIN_FILM_IOR).x,
+            space,
+        },
         pane: matches!(node.kind, NodeKind::PrincipledBsdf { pane: true, .. }),
         subsurface: color(principled::SUBSURFACE_WEIGHT).x,
         subsurface_anisotropy: color(principled::SUBSURFACE_ANISOTROPY).x,
@@ -615,7 +624,7 @@ fn known(graph: &Graph, at: usize) -> Principled {
 }
 
 /// Sockets that are read at hits, metallic first: what it hides is not read.
-const READ: [usize; 12] = [
+const READ: [usize; 14] = [
     principled::METALLIC,
     principled::BASE_COLOR,
     principled::ROUGHNESS,
@@ -628,6 +637,8 @@ const READ: [usize; 12] = [
     principled::DIFFUSE_ROUGHNESS,
     principled::SUBSURFACE_WEIGHT,
     principled::SUBSURFACE_ANISOTROPY,
+    principled::THIN_FILM_THICKNESS,
+    principled::THIN_FILM_IOR,
 ];
 
 /// The tangent of an anisotropic shader. Without a link it is the radial one, as in Cycles.
@@ -702,7 +713,11 @@ fn layers<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Box<La
     (coated || has_fibres).then(|| Box::new(LayerRoots { coat, fibres }))
 }
 
-fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader> {
+fn shader<S: Source>(
+    compiler: &mut Compiler<'_, S>,
+    at: usize,
+    space: WorkingSpace,
+) -> Option<Shader> {
     let node = &compiler.graph.nodes[at];
     if let NodeKind::Bsdf(bsdf) = node.kind {
         return Some(simple(compiler, at, bsdf));
@@ -731,7 +746,7 @@ fn shader<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Shader
                 .filter(|&socket| node.inputs[socket].link().is_some())
                 .map(|socket| (socket, value(socket)))
                 .collect();
-            let base = known(graph, at);
+            let base = known(graph, at, space);
             let layers = layers(&mut compiler.borrow_mut(), at);
             Shader::Principled {
                 base,
@@ -804,12 +819,16 @@ fn roots_of(weighted: &mut Weighted) -> Vec<&mut Root> {
     roots
 }
 
-fn surface(graph: &Graph, source: &mut impl Source) -> (Program, Vec<Weighted>) {
+fn surface(
+    graph: &Graph,
+    space: WorkingSpace,
+    source: &mut impl Source,
+) -> (Program, Vec<Weighted>) {
     let mut heights = 0;
     let mut compiler = Compiler::new(graph, source, &mut heights);
     let mut shaders: Vec<Weighted> = Vec::new();
     for (at, weight) in compiler.body() {
-        if let Some(shader) = shader(&mut compiler, at) {
+        if let Some(shader) = shader(&mut compiler, at, space) {
             shaders.push(Weighted {
                 weight: root(weight),
                 shader,
@@ -878,7 +897,7 @@ fn emission(graph: &Graph, source: &mut impl Source) -> (Program, Root) {
 pub fn compile(graph: &Graph, mut known: Known, source: &mut impl Source) -> Programs {
     let mut folded = graph.clone();
     graph::fold(&mut folded, &mut known);
-    let (surface, shaders) = surface(&folded, source);
+    let (surface, shaders) = surface(&folded, known.space, source);
     let opacity = opacity(&folded, source);
     let (emission, emitted) = emission(&folded, source);
     let normal = folded.normal.map(|link| program_of(&folded, link, source));

@@ -222,6 +222,7 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         anisotropy: None,
         coat: None,
         sheen: None,
+        thin_film: None,
         double_sided: is(of, "double_sided"),
         unlit: is(of, "unlit"),
     }

@@ -15,7 +15,7 @@ fn what_the_importer_says_is_unsupported_with_its_names() {
     for i in 0..5 {
         let (code, material) = ("any", Subject::Material(format!("Paint {i}")));
         told.report_effect(
-            Effect::ThinFilm,
+            Effect::Dispersion,
             code,
             Verdict::Lost,
             "words",
@@ -33,7 +33,7 @@ fn what_the_importer_says_is_unsupported_with_its_names() {
         "rendered",
     );
     let set = EffectReport::of(&Scene::default(), &RequestedSettings::default(), &[], &told);
-    let coat = &set.findings[Effect::ThinFilm as usize];
+    let coat = &set.findings[Effect::Dispersion as usize];
     assert_eq!((coat.state, coat.count), (State::Unsupported, 5));
     let first = &coat.because_of[0];
     assert_eq!(

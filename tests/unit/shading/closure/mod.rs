@@ -5,6 +5,7 @@ use super::*;
 use crate::sampler::{Dimension, Sequence};
 use crate::shading::fresnel::{self, Fresnel};
 use crate::shading::ggx::Alpha;
+use crate::shading::thin_film::{Film, Filmed};
 use std::f32::consts::TAU;
 
 const UP: Normals = Normals {
@@ -86,6 +87,7 @@ fn cases() -> Vec<Case> {
         let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
         cases.push(case(&format!("glass {eta} of Beckmann"), move |wo| {
             Lobe::BeckmannGlass(Glass {
+                film: (),
                 weight: Vec3::ONE,
                 reflected: Vec3::ONE,
                 f0,
@@ -96,9 +98,41 @@ fn cases() -> Vec<Case> {
             })
         }));
     }
+    let film = Film {
+        thickness: 400.0,
+        ..Film::NONE
+    };
+    let gold = Fresnel::metal(Vec3::new(0.9, 0.6, 0.2), Vec3::splat(0.5));
+    let dielectric = Filmed::Dielectric(film, 1.5, Vec3::splat(0.04));
+    for fresnel in [dielectric, Filmed::metal(film, &gold)] {
+        cases.push(case(&format!("film {fresnel:?}"), move |wo| {
+            Lobe::FilmReflection(Reflection {
+                weight: Vec3::ONE,
+                facets: facets(wo, Vec2::splat(0.4)),
+                fresnel,
+            })
+        }));
+    }
+    for eta in [1.5, 1.0 / 1.5] {
+        cases.push(case(&format!("glass {eta} under a film"), move |wo| {
+            let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
+            let glass = Glass {
+                film: (),
+                weight: Vec3::ONE,
+                reflected: Vec3::ONE,
+                f0,
+                tint: Vec3::ONE,
+                eta,
+                true_f0: f0.x,
+                facets: facets(wo, Vec2::splat(0.4)).unbounded(),
+            };
+            Lobe::FilmGlass(glass.under(film.seen_from(eta < 1.0, 1.5)))
+        }));
+    }
     // Refraction alone: facets that reflect nothing.
     cases.push(case("glass that only refracts", |wo| {
         Lobe::Glass(Glass {
+            film: (),
             weight: Vec3::ONE,
             reflected: Vec3::ZERO,
             f0: Vec3::ZERO,
@@ -137,6 +171,7 @@ fn cases() -> Vec<Case> {
         let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
         cases.push(case(&format!("glass {eta}"), move |wo| {
             Lobe::Glass(Glass {
+                film: (),
                 weight: Vec3::ONE,
                 reflected: Vec3::ONE,
                 f0,
@@ -288,6 +323,7 @@ fn light_goes_through_glass_both_ways_alike() {
     let glass = |eta: f32, wo: Vec3| {
         let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
         Lobe::Glass(Glass {
+            film: (),
             weight: Vec3::ONE,
             reflected: Vec3::ONE,
             f0,

@@ -101,9 +101,11 @@ impl Place for Here {
 }
 
 const COLORED: Known = Known {
+    space: WorkingSpace::Rec709,
     vertex_colors: true,
 };
 const PLAIN: Known = Known {
+    space: WorkingSpace::Rec709,
     vertex_colors: false,
 };
 
