@@ -98,6 +98,7 @@ EVALUATED = {
     "ShaderNodeBsdfToon": ALL,
     "ShaderNodeBsdfTransparent": ALL,
     "ShaderNodeEmission": ALL,
+    "ShaderNodeBackground": ALL,
     "ShaderNodeMixShader": ALL,
     "ShaderNodeAddShader": ALL,
 }

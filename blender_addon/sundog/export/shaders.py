@@ -463,9 +463,8 @@ class Reader:
     def _shader_emission(self, source):
         return Surface(emission=multiply(self._scalar(source, "Strength"), self._color(source, "Color")))
 
-    def _shader_background(self, source):
-        self.note(APPROXIMATED, "a Background shader on a surface is rendered as an emission")
-        return self._shader_emission(source)
+    # As Cycles has it (seen in 4.5.15).
+    _shader_background = _shader_emission
 
     def _diffuse_instead(self, source, what, effect=None):
         self.note(LOST, f"{what} is rendered as a diffuse surface of its colour", effect)

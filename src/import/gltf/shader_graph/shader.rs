@@ -88,6 +88,7 @@ impl Reader<'_, '_, '_> {
                 self.add(at, NodeKind::Bsdf(SimpleBsdf::Toon { glossy }), &[])
             }
             "BsdfTransparent" => self.add(at, NodeKind::TransparentBsdf, &[]),
+            // Cycles shows a background on a surface as light of its own.
             "Emission" | "Background" => self.add(at, NodeKind::Emission, &[]),
             "MixShader" => {
                 let link = self.add(at, NodeKind::MixShader, &[]);
