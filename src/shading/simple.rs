@@ -81,28 +81,20 @@ impl<K: BsdfFeatures> Bsdf<K> {
             }
             SimpleBsdf::Refraction { distribution } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_glass(
-                        of,
-                        at,
-                        None,
-                        (normal, |glass, _| Lobe::BeckmannGlass(glass)),
-                    );
+                    self.add_glass(of, at, None, normal, |glass, _| Lobe::BeckmannGlass(glass));
                 }
-                _ => self.add_glass(of, at, None, (normal, glass_under)),
+                _ => self.add_glass(of, at, None, normal, glass_under),
             },
             SimpleBsdf::Glass { distribution } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_glass(
-                        of,
-                        at,
-                        Some(None),
-                        (normal, |glass, _| Lobe::BeckmannGlass(glass)),
-                    );
+                    self.add_glass(of, at, Some(None), normal, |glass, _| {
+                        Lobe::BeckmannGlass(glass)
+                    });
                 }
                 _ => {
                     let solid = tables.solid.as_ref();
                     let solid = solid.filter(|_| distribution == Distribution::MultiscatterGgx);
-                    self.add_glass(of, at, Some(solid), (normal, glass_under));
+                    self.add_glass(of, at, Some(solid), normal, glass_under);
                 }
             },
             SimpleBsdf::Metallic { distribution, .. } => match distribution {
@@ -143,7 +135,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
         of: &SimpleValues<'_>,
         at: &mut Evaluation<'_, P>,
         reflection: Option<Option<&Solid>>,
-        (normal, kind): (Vec3, fn(Glass<S>, Film) -> Lobe),
+        normal: Vec3,
+        kind: fn(Glass<S>, Film) -> Lobe,
     ) {
         let color = reflected(at.color(&of.sockets[glass::COLOR]));
         let roughness = self.roughened(at.number(&of.sockets[glass::ROUGHNESS]).clamp(0.0, 1.0));

@@ -84,7 +84,7 @@ fn dielectric(cos: f32, eta: f32) -> Option<(Interface, f32)> {
 fn conductor(cos: f32, ior: f32, (n, k): (f32, f32)) -> Interface {
     let (real, cross) = (n * n - k * k, 2.0 * n * k);
     let difference = real - sqr(ior) * (1.0 - sqr(cos));
-    let length = difference.hypot(cross);
+    let length = Vec2::new(difference, cross).length();
     let root = |square: f32| square.max(0.0).sqrt();
     let (u, v) = (
         root(0.5 * (length + difference)),
