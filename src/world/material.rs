@@ -208,6 +208,7 @@ impl Preparer {
     pub fn programs(&mut self, scene: &Scene, graph: &Graph) -> Programs {
         let known = Known {
             vertex_colors: false,
+            space: scene.color_management.working_space,
         };
         let mut source = Textures {
             rasters: &mut self.rasters,
