@@ -118,7 +118,14 @@ _OF_WORLDS = {
     ),
 }
 
+_RAY_KINDS = frozenset({
+    "Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Transmission Ray", "Is Volume Scatter Ray",
+})  # fmt: skip
+_OF_WORLDS["ShaderNodeLightPath"] = Rule(outputs=_RAY_KINDS | {"Ray Length", "Ray Depth"})
+
 _ON_SURFACES = (
+    "ShaderNodeParticleInfo", "ShaderNodeHairInfo", "ShaderNodePointInfo", "ShaderNodeTangent", "ShaderNodeWireframe",
+    "ShaderNodeAmbientOcclusion", "ShaderNodeBevel",
     "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfTransparent",
     "ShaderNodeObjectInfo", "ShaderNodeVertexColor", "ShaderNodeAttribute", "ShaderNodeNormalMap", "ShaderNodeBump",
 )  # fmt: skip
@@ -126,9 +133,7 @@ _OF_LIGHTS = {
     "ShaderNodeLightFalloff": ALL,
     "ShaderNodeTexEnvironment": _OF_WORLDS["ShaderNodeTexEnvironment"],
     "ShaderNodeNewGeometry": _OF_WORLDS["ShaderNodeNewGeometry"],
-    "ShaderNodeLightPath": Rule(
-        outputs=EVALUATED["ShaderNodeLightPath"].outputs - {"Ray Depth"}
-    ),
+    "ShaderNodeLightPath": Rule(outputs=_RAY_KINDS | {"Ray Length"}),
 }
 
 
