@@ -132,10 +132,12 @@ class Walk:
             # What is constant here shines.
             return
         self.surface = found
-        displaced = self._feeding(output.inputs["Displacement"], ())
+        # Worlds and lamps have no displacement.
+        socket = output.inputs.get("Displacement")
+        displaced = None if socket is None else self._feeding(socket, ())
         if isinstance(displaced, Link):
             self.displacement = displaced
-            self.displacement_method = material.displacement_method
+            self.displacement_method = owner.displacement_method
             self._walk(displaced.use)
         if found.use not in self.uses:
             self._walk(found.use)
