@@ -244,7 +244,8 @@ class Structure(GraphTest):
                 self.assertEqual(verdict["verdict"], "lost" if kind == "ShaderNodeSubsurfaceScattering" else "exact", verdict)
                 shown = bpy.data.materials[kind].evaluated_get(bpy.context.evaluated_depsgraph_get())
                 source = next(n for n in shown.node_tree.nodes if n.bl_idname == kind)
-                if kind in {"ShaderNodeRGB", "ShaderNodeValue", "ShaderNodeBlackbody", "ShaderNodeNormal"}:
+                constants = {"RGB", "Value", "Blackbody", "Normal", "Wavelength", "HairInfo", "PointInfo"}
+                if kind.removeprefix("ShaderNode") in constants:
                     self.assertNotIn(kind, [n["type"] for n in self.graph_of(found, kind)["nodes"]])
                     continue
                 node = next(n for n in self.graph_of(found, kind)["nodes"] if n["type"] == kind and n.get("name") == source.name)
@@ -503,17 +504,14 @@ class When(GraphTest):
         def sky(tree, glow):
             return tree.nodes.new("ShaderNodeTexSky").outputs[0]
 
-        def island(tree, glow):
-            return tree.nodes.new("ShaderNodeNewGeometry").outputs["Random Per Island"]
-
         def tiled(tree, glow):
             node = tree.nodes.new("ShaderNodeTexImage")
             node.image = bpy.data.images.new("tiles", 2, 2, tiled=True)
             return node.outputs[0]
 
-        def instancer(tree, glow):
+        def undisplaced(tree, glow):
             node = tree.nodes.new("ShaderNodeAttribute")
-            node.attribute_type, node.attribute_name = "INSTANCER", "here"
+            node.attribute_name = "undisplaced"
             return node.outputs[0]
 
         def strand(tree, glow):
@@ -522,8 +520,8 @@ class When(GraphTest):
             return node.outputs[0]
 
         for fill, words in (
-            (sky, "Sky Texture"), (island, "Geometry (Random Per Island)"), (tiled, "Image Texture (tiles that are not saved)"),
-            (instancer, "Attribute (Attribute Type INSTANCER)"), (strand, "Hair BSDF"),
+            (sky, "Sky Texture"), (tiled, "Image Texture (tiles that are not saved)"),
+            (undisplaced, "Attribute (undisplaced)"), (strand, "Hair BSDF"),
         ):  # fmt: skip
             with self.subTest(words=words):
                 self.setUp()
@@ -769,18 +767,23 @@ class Meshes(GraphTest):
                 grid = numpy.stack([*numpy.meshgrid(at, at), numpy.ones((8, 8))], axis=-1)
                 self.near(numpy.maximum(grid @ fitted, 0), shown, 2e-3)
 
-    def test_deformed_meshes_are_told(self):
+    def test_deformed_meshes_carry_the_coordinates_that_they_had(self):
         tree, glow = self.tree(mesh=kit.cube("m"))
         tree.links.new(self.varying(tree), glow.inputs["Color"])
-        self.assertNotIn(("object", "m"), [(v["kind"], v["name"]) for v in self.export().result.verdicts])
+        self.assertNotIn("_GENERATED", self.primitive(self.export())["attributes"])
         made = bpy.data.objects["m"]
         made.modifiers.new("bent", "SIMPLE_DEFORM").deform_method = "TAPER"
-        verdict = self.export().verdict("object", "m")
-        self.assertEqual(verdict["verdict"], "approximated")
-        self.assertIn("generated", verdict["detail"])
+        found = self.export()
+        self.assertNotIn(("object", "m"), [(v["kind"], v["name"]) for v in found.result.verdicts])
+        primitive = self.primitive(found)
+        self.assertEqual(primitive["extensions"]["SUNDOG_mesh"], {"generated": "_GENERATED"})
+        # Corners of a cube.
+        carried = found.array(primitive["attributes"]["_GENERATED"])
+        self.near(carried, numpy.rint(carried), 1e-6)
+        self.assertEqual(len(numpy.unique(numpy.rint(carried), axis=0)), 8)
         made.modifiers.clear()
         made.modifiers.new("array", "ARRAY")
-        self.assertNotIn(("object", "m"), [(v["kind"], v["name"]) for v in self.export().result.verdicts])
+        self.assertNotIn("_GENERATED", self.primitive(self.export())["attributes"])
 
     def test_object_info_is_that_of_cycles(self):
         tree, glow = self.tree("Blüte")

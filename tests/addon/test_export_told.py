@@ -129,6 +129,7 @@ class Told(kit.ExportTest):
         return self.export()
 
     def test_ambient_occlusion(self):
+        self.write_graphs(False)
         made = kit.material("old")
         self.fed(made, "ShaderNodeAmbientOcclusion", "Color", "Base Color").inputs["Color"].default_value = (0.5, 0.2, 0.1, 1)
         self.fed(made, "ShaderNodeAmbientOcclusion", "AO", "Roughness")

@@ -131,21 +131,10 @@ class glTF2ExportUserExtension:
             return
         findings = []
         world = blender_scene.world
-        folder = export_settings["gltf_filedirectory"]
-        stem = os.path.splitext(os.path.basename(export_settings["gltf_filepath"]))[0]
-        os.makedirs(folder, exist_ok=True)
-
-        def beside(path):
-            """The picture's name beside the file that is being written."""
-            name = f"{stem}-world{os.path.splitext(path)[1]}"
-            target = os.path.join(folder, name)
-            if not (os.path.exists(target) and os.path.samefile(path, target)):
-                shutil.copyfile(path, target)
-            return quote(name)
-
+        beside = _Beside(export_settings)
         with tempfile.TemporaryDirectory(prefix="sundog-export-") as cache:
             try:
-                described = worlds.describe(world and self._evaluated(world), cache, beside, findings)
+                described = worlds.describe(world and self._evaluated(world), cache, beside, findings, as_tree=False)
             except (images.ImageError, RecursionError) as error:
                 findings.append((LOST, str(error)))
                 described = {"color": [0.0, 0.0, 0.0]}
@@ -173,6 +162,23 @@ class glTF2ExportUserExtension:
                 log.warning(sentence)
             else:
                 print(sentence)
+
+
+class _Beside:
+    """The document as far as a world needs it: its pictures lie beside the file that is being written."""
+
+    def __init__(self, export_settings):
+        self._folder = export_settings["gltf_filedirectory"]
+        self._stem = os.path.splitext(os.path.basename(export_settings["gltf_filepath"]))[0]
+        os.makedirs(self._folder, exist_ok=True)
+
+    def uri(self, path):
+        """The picture's name in the file."""
+        name = f"{self._stem}-world{os.path.splitext(path)[1]}"
+        target = os.path.join(self._folder, name)
+        if not (os.path.exists(target) and os.path.samefile(path, target)):
+            shutil.copyfile(path, target)
+        return quote(name)
 
 
 def _without_turn(world):

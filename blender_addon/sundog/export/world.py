@@ -103,11 +103,12 @@ def _visibility(world):
     return {kind: False for kind, name in names.items() if not getattr(settings, name, True)}
 
 
-def describe(world, cache, document, findings, report=None, pixel=None):
+def describe(world, cache, document, findings, report=None, pixel=None, as_tree=True):
     """The `world` object of SUNDOG_scene.
 
     Images become the document's; findings get what is not exact. Baking takes a child process and
-    some seconds, once for each tree; `pixel` is the radians that a pixel of the picture sees.
+    some seconds, once for each tree; `pixel` is the radians that a pixel of the picture sees. A document that
+    holds no node trees (`as_tree` is false) needs nothing but `uri`.
     """
     if world is None:
         return {"color": [0.0, 0.0, 0.0]}
@@ -150,7 +151,7 @@ def describe(world, cache, document, findings, report=None, pixel=None):
         if rotation != numpy.eye(3).reshape(-1).tolist():
             result["rotation"] = rotation
         return result
-    written, why_not = _graph(world, cache, document, report, findings)
+    written, why_not = _graph(world, cache, document, report, findings) if as_tree and graph.ENABLED else (None, None)
     if written is not None:
         result["shader_graph"] = written
         resolution = _resolution(world)
@@ -176,8 +177,6 @@ def describe(world, cache, document, findings, report=None, pixel=None):
 
 def _graph(world, cache, document, report, findings):
     """(the world's node tree, None) as it is; or (None, why that cannot be)."""
-    if not graph.ENABLED:
-        return None, None
     try:
         walk = graph.Walk(nodes.Walker(), evaluated.WORLD)
         walk.read(world)
