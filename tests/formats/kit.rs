@@ -230,6 +230,12 @@ pub fn standard(material: &Material) -> MetallicRoughness {
     let shader = graph.node(graph.body().unwrap());
     let first = |input: Input| graph.textures_behind(input).next().cloned();
     let socket = |at: usize| shader.inputs[at];
+    let number = |input: Input| {
+        graph
+            .range_of(&results, input, SocketKind::Float)
+            .number()
+            .1
+    };
     let mut m = MetallicRoughness {
         name: material.name.clone(),
         double_sided: material.double_sided,
@@ -256,17 +262,14 @@ pub fn standard(material: &Material) -> MetallicRoughness {
         m.specular_color_texture = first(tint);
         m.transmission_texture = first(socket(principled::TRANSMISSION_WEIGHT));
         m.thin_walled = p.thin_wall;
+        let thickness = number(socket(principled::THIN_FILM_THICKNESS));
+        let film = || [thickness, number(socket(principled::THIN_FILM_IOR))];
+        m.thin_film = (thickness > 0.0).then(film);
         m.normal_texture = first(socket(principled::NORMAL)).map(|texture| NormalTexture {
             texture,
             scale: graph.normal_map_strengths().next().unwrap(),
         });
     }
-    let number = |input: Input| {
-        graph
-            .range_of(&results, input, SocketKind::Float)
-            .number()
-            .1
-    };
     if let Some((at, ..)) = graph.transparency() {
         let factor = graph.nodes[at].inputs[node::mix_shader::FACTOR];
         (m.alpha_mode, m.alpha) = match summary.opacity {
