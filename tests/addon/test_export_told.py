@@ -381,7 +381,9 @@ class Told(kit.ExportTest):
         self.assertEqual([v for v in told if v["kind"] == "program"], [])
         self.assertEqual(len([v for v in told if "subsurface" in v["detail"]]), 1)
         # By the ids of the effects, whatever the words are.
-        self.assertEqual(set(found.verdict("material", "full")["effects"]), {d["effect"] for d in diagnostics})
+        # Films of before 5.0 are rendered, but not as that Cycles does: only the add-on tells.
+        old_film = {"thin-film"} if bpy.app.version < (5, 0, 0) else set()
+        self.assertEqual(set(found.verdict("material", "full")["effects"]), {d["effect"] for d in diagnostics} | old_film)
         for each in diagnostics:
             each["feature"] = "other words"
         self.assertEqual([v for v in records.last_verdicts() if v["kind"] == "program"], [])
