@@ -183,6 +183,7 @@ class Parity(kit.ExportTest):
             s.alone(f"principled {roughness}", "BsdfPrincipled", Base_Color=BLUE, Roughness=roughness, Transmission_Weight=1.0)
         s.alone("glass by noise", "BsdfGlass", Roughness="TexNoise")
         s.mixed("glass and clear", 0.5, ("BsdfGlass", {}, {"Roughness": 0.5}), ("BsdfTransparent", {}, {"Color": BLUE}))
+        s.mixed("refraction plus gloss", None, ("BsdfRefraction", {}, {"Roughness": 0.5}), ("BsdfAnisotropic", {}, {"Color": (0.2, 0.2, 0.2, 1), "Roughness": 0.5}))
         self.compare(s, suns=False)
 
     def test_mixes(self):
@@ -199,7 +200,6 @@ class Parity(kit.ExportTest):
         ):
             s.mixed(f"matte and {kind}", 0.4, matte, (kind, properties, inputs))
             s.mixed(f"{kind} by facing", "facing", matte, (kind, properties, inputs))
-        s.mixed("refraction plus gloss", None, ("BsdfRefraction", {}, {"Roughness": 0.5}), ("BsdfAnisotropic", {}, {"Color": (0.2, 0.2, 0.2, 1), "Roughness": 0.5}))
         s.mixed("background plus matte", None, ("Background", {}, {"Color": BLUE, "Strength": 0.5}), matte)
         s.alone("translucent by noise", "BsdfTranslucent", Color="TexNoise")
         s.alone("metal by noise", "BsdfMetallic", Roughness="TexNoise")
