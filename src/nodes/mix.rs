@@ -48,8 +48,6 @@ impl BlendMode {
             Self::Lighten => lerp(a, a.max(b), t),
             Self::Add => lerp(a, a + b, t),
             Self::Difference => lerp(a, (a - b).abs(), t),
-            // Without a share of B nothing is brought to 0 either.
-            Self::Exclusion if t == 0.0 => a,
             Self::Exclusion => lerp(a, a + b - a * b * 2.0, t).max(Vec3::ZERO),
             Self::Subtract => lerp(a, a - b, t),
             Self::Screen => 1.0 - (rest + (1.0 - b) * t) * (1.0 - a),

@@ -209,8 +209,9 @@ class Structure(GraphTest):
         self.assertEqual((inputs["Scale"], inputs["Detail"]), (18, 5))
 
     def test_every_node_of_the_table_can_be_written(self):
-        # The Glossy BSDF has had another name since 4.0.
-        kinds = [k for k in evaluated.EVALUATED if k != "ShaderNodeBsdfGlossy"]
+        # The Glossy BSDF has had another name since 4.0; some nodes went with 5.0.
+        kinds = [k for k in evaluated.EVALUATED if k != "ShaderNodeBsdfGlossy" and hasattr(bpy.types, k)]
+        self.assertGreaterEqual(len(kinds), len(evaluated.EVALUATED) - 6)
         for kind in kinds:
             tree, glow = self.tree(kind)
             tree.links.new(self.varying(tree), glow.inputs["Strength"])
@@ -244,7 +245,7 @@ class Structure(GraphTest):
                 self.assertEqual(verdict["verdict"], "lost" if kind == "ShaderNodeSubsurfaceScattering" else "exact", verdict)
                 shown = bpy.data.materials[kind].evaluated_get(bpy.context.evaluated_depsgraph_get())
                 source = next(n for n in shown.node_tree.nodes if n.bl_idname == kind)
-                constants = {"RGB", "Value", "Blackbody", "Normal", "Wavelength", "HairInfo", "PointInfo"}
+                constants = {"RGB", "Value", "Blackbody", "Normal", "Wavelength", "HairInfo", "PointInfo", "VolumeInfo"}
                 if kind.removeprefix("ShaderNode") in constants:
                     self.assertNotIn(kind, [n["type"] for n in self.graph_of(found, kind)["nodes"]])
                     continue

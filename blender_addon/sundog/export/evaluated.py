@@ -30,9 +30,10 @@ EVALUATED = {
     "ShaderNodeNewGeometry": ALL,
     "ShaderNodeObjectInfo": ALL,
     "ShaderNodeParticleInfo": ALL,
-    # Of meshes, which are neither.
+    # Of meshes, which are none of these.
     "ShaderNodeHairInfo": ALL,
     "ShaderNodePointInfo": ALL,
+    "ShaderNodeVolumeInfo": ALL,
     "ShaderNodeCameraData": ALL,
     "ShaderNodeLightPath": ALL,
     "ShaderNodeVertexColor": ALL,
@@ -77,6 +78,11 @@ EVALUATED = {
     "ShaderNodeRGBCurve": ALL,
     "ShaderNodeCombineColor": ALL,
     "ShaderNodeSeparateColor": ALL,
+    # Of Blender before 5.0.
+    "ShaderNodeCombineRGB": ALL,
+    "ShaderNodeCombineHSV": ALL,
+    "ShaderNodeSeparateRGB": ALL,
+    "ShaderNodeSeparateHSV": ALL,
     "ShaderNodeHueSaturation": ALL,
     "ShaderNodeBrightContrast": ALL,
     "ShaderNodeGamma": ALL,
@@ -124,7 +130,7 @@ _RAY_KINDS = frozenset({
 _OF_WORLDS["ShaderNodeLightPath"] = Rule(outputs=_RAY_KINDS | {"Ray Length", "Ray Depth"})
 
 _ON_SURFACES = (
-    "ShaderNodeParticleInfo", "ShaderNodeHairInfo", "ShaderNodePointInfo", "ShaderNodeTangent", "ShaderNodeWireframe",
+    "ShaderNodeParticleInfo", "ShaderNodeHairInfo", "ShaderNodePointInfo", "ShaderNodeVolumeInfo", "ShaderNodeTangent", "ShaderNodeWireframe",
     "ShaderNodeAmbientOcclusion", "ShaderNodeBevel",
     "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfTransparent",
     "ShaderNodeObjectInfo", "ShaderNodeVertexColor", "ShaderNodeAttribute", "ShaderNodeNormalMap", "ShaderNodeBump",

@@ -271,8 +271,8 @@ class Walk:
         if node.type == "ATTRIBUTE" and node.attribute_type == "VIEW_LAYER":
             value = object_info.attribute_of(self.layer, node.attribute_name) if self.layer else None
             return _part(value or (0.0, 0.0, 0.0, 0.0), socket.identifier)
-        # Meshes are neither, and no path has come through a portal.
-        if node.type in {"HAIR_INFO", "POINT_INFO"} or (node.type, socket.identifier) == ("LIGHT_PATH", "Portal Depth"):
+        # Meshes are none of these, and no path has come through a portal.
+        if node.type in {"HAIR_INFO", "POINT_INFO", "VOLUME_INFO"} or (node.type, socket.identifier) == ("LIGHT_PATH", "Portal Depth"):
             return zero
         return None
 

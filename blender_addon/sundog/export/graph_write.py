@@ -390,16 +390,22 @@ def _blackbody(temperature, first):
 def _wavelength(nanometres, first):
     out = [{"node": first + i, "output": "Value"} for i in range(2)]
     ramp = {"node": first + 2, "output": "Color"}
+    seen = {"node": first + 3, "output": "Value"}
     black = [0.0, 0.0, 0.0, 1.0]
     lighter = {
         "type": "ShaderNodeMix",
         "properties": {"data_type": "RGBA", "blend_type": "LIGHTEN", "clamp_factor": True, "clamp_result": False},
-        "inputs": {"Factor_Float": 1.0, "A_Color": ramp, "B_Color": black},
+        "inputs": {"Factor_Float": seen, "A_Color": black, "B_Color": ramp},
     }
     span = wavelength.LAST - wavelength.FIRST
     return [
-        _maths("SUBTRACT", nanometres, wavelength.FIRST), _maths("DIVIDE", out[0], span), _ramp_of(wavelength.colors(), out[1]), lighter
-    ]  # fmt: skip
+        _maths("SUBTRACT", nanometres, wavelength.FIRST),
+        _maths("DIVIDE", out[0], span),
+        _ramp_of(wavelength.colors(), out[1]),
+        # What is shorter is black; what is longer has the last colour, which is.
+        _maths("GREATER_THAN", nanometres, wavelength.FIRST - wavelength.STEP),
+        lighter,
+    ]
 
 
 def _product(node, inputs, first):

@@ -6,7 +6,7 @@ import numpy
 from . import colorspace
 
 # Nanometres.
-FIRST, LAST = 380.0, 780.0
+FIRST, LAST, STEP = 380.0, 780.0, 5.0
 
 # What Cycles divides by, so that no colour is far above 1.
 _LARGEST = 2.52

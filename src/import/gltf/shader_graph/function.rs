@@ -1,6 +1,6 @@
 //! Nodes that compute, by Blender's names and properties.
 
-use super::{NodeJson, Refusal, texture};
+use super::{NodeJson, Refusal, SocketJson, texture};
 use crate::nodes::CyclesVersion;
 use crate::nodes::color::ColorModel;
 use crate::nodes::curve::{Curves, Table};
@@ -149,7 +149,7 @@ pub(super) fn of(
         "MixRGB" => Found {
             aliases: MIX_RGB,
             ..only(Function::MixColor {
-                blend: node.named("blend_type", BlendMode::from_name)?,
+                blend: blend(node, "Fac")?,
                 clamp: true,
                 clamp_result: node.is("use_clamp"),
             })
@@ -297,11 +297,21 @@ fn mix(node: &NodeJson) -> Result<Found, Refusal> {
             ..only(Function::MixVector { clamp })
         },
         Some("RGBA") => only(Function::MixColor {
-            blend: node.named("blend_type", BlendMode::from_name)?,
+            blend: blend(node, "Factor_Float")?,
             clamp,
             clamp_result: node.is("clamp_result"),
         }),
         other => return Err(Refusal::of(node, other.unwrap_or("without a type"))),
+    })
+}
+
+/// The blend mode. Cycles leaves out a mix whose factor is the constant 0 (ConstantFolder::fold_mix), so that Exclusion
+/// brings nothing below 0 up to it.
+fn blend(node: &NodeJson, factor: &str) -> Result<BlendMode, Refusal> {
+    let blend = node.named("blend_type", BlendMode::from_name)?;
+    Ok(match (blend, node.inputs.get(factor)) {
+        (BlendMode::Exclusion, Some(SocketJson::Number(0.0))) => BlendMode::Mix,
+        (blend, _) => blend,
     })
 }
 

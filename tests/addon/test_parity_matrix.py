@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A part of the parity matrix that takes seconds: the defaults of each node of values, and all menus of some textures."""
+
+import unittest
+
+import bpy
+import parity
+import parity_table
+import parity_tiles
+
+# Known to miss; docs/parity.md has the reasons.
+MISS = {"TexImage"}
+
+
+class Matrix(unittest.TestCase):
+    """What the matrix says of it."""
+
+    def setUp(self):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        parity.picture()
+
+    def test_every_kind_of_node_has_rows_or_a_reason(self):
+        rows = {kind: len(parity_tiles.tiles(kind)) for kind in parity_tiles.kinds()}
+        self.assertGreater(len(rows), 90)
+        self.assertGreater(sum(rows.values()), 5000)
+        self.assertEqual([k for k, count in rows.items() if not count and k not in parity_tiles.NOT_SHOWN], [])
+        self.assertGreater(rows["TexVoronoi"], 500)
+        # Every blend mode in colours, and every pair of Principled's sockets.
+        self.assertGreater(rows["Mix"], 100)
+        self.assertGreater(rows["BsdfPrincipled"], 300)
+
+    def test_values_are_those_of_cycles(self):
+        tiles = [tile for kind in parity_tiles.kinds() for tile in parity_tiles.tiles(kind)]
+        menus = {"TexVoronoi", "TexNoise", "TexMagic", "Math", "MixRGB", "TexGabor"}
+        wanted = [t for t in tiles if t.kind == "sheet" and not t.inputs and t.node not in MISS and (not t.settings or t.node in menus)]
+        rows, _ = parity.run(wanted, say=lambda *words, **settings: None)
+        # What is flattened is a matter of the nodes that are evaluated, not of their values.
+        wrong = [row for row in rows if not row["ok"] and not row["flattened"]]
+        told = [f"{r['node']} {parity_table.words(r)}: mean {r['mean']:.5f} against {r['cycles']:.5f}, relMSE {r['relmse']:.1e}" for r in wrong]
+        self.assertFalse(told, "\n" + "\n".join(told))
+        self.assertGreater(len(rows), 300)
+
+
+if __name__ == "__main__":
+    unittest.main()
