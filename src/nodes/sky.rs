@@ -34,6 +34,8 @@ pub struct SunDisc {
     pub colors: [Vec3; 2],
     /// Below this elevation it is hidden.
     pub horizon: f32,
+    /// Whether it stands before the sky, as in Cycles before version 5, or its light is added.
+    pub covers: bool,
 }
 
 impl SunDisc {
@@ -42,18 +44,18 @@ impl SunDisc {
         2.0 * (0.5 * (d - self.direction).length()).clamp(0.0, 1.0).asin()
     }
 
-    /// What it adds to the sky in a direction of unit length.
-    fn of(&self, d: Vec3, elevation: f32) -> Vec3 {
+    /// Its radiance in a direction of unit length, if it is seen there. Colours that the space lacks are below 0.
+    fn of(&self, d: Vec3, elevation: f32) -> Option<Vec3> {
         let from_middle = self.angle(d) / self.half_angle;
         if from_middle >= 1.0 || elevation <= self.horizon {
-            return Vec3::ZERO;
+            return None;
         }
         let [low, high] = self.elevations;
         let y = (elevation - low) / (high - low);
         let [bottom, top] = self.colors;
         // Cycles' limb darkening, of coefficient 0.6.
         let darkening = 1.0 - 0.6 * (1.0 - (1.0 - from_middle * from_middle).sqrt());
-        bottom.lerp(top, y).max(Vec3::ZERO) * darkening
+        Some(bottom.lerp(top, y) * darkening)
     }
 }
 
@@ -67,9 +69,14 @@ impl Sky {
         // More rows toward the horizon.
         let y = (elevation.abs() * FRAC_2_PI).sqrt().copysign(elevation) * 0.5 + 0.5;
         let sky = self.at(x, 1.0 - y);
-        self.sun
-            .as_ref()
-            .map_or(sky, |sun| sky + sun.of(d, elevation))
+        let Some(sun) = &self.sun else {
+            return sky;
+        };
+        match sun.of(d, elevation) {
+            None => sky,
+            Some(light) if sun.covers => light.max(Vec3::ZERO),
+            Some(light) => (sky + light).max(Vec3::ZERO),
+        }
     }
 
     /// Bilinear between the middles of texels; it ends at the edges, as Cycles' own table.

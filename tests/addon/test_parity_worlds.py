@@ -108,6 +108,12 @@ class Worlds(Nodes):
             ball = bpy.context.object
             ball.data.shade_smooth()
             ball.data.materials.append(kit.material(name, **inputs))
+
+    def remove(self, *names):
+        """The balls of these materials."""
+        for ball in [o for o in bpy.data.objects if o.type == "MESH" and o.data.materials[0].name in names]:
+            bpy.data.objects.remove(ball)
+
     def tree(self):
         """An empty node tree of a new world: (tree, the output's surface)."""
         for before in list(bpy.data.worlds):
@@ -153,8 +159,7 @@ class Worlds(Nodes):
         for name in ("Is Camera Ray", "mix", "add", "emission", "Is Glossy Ray", "Ray Depth"):
             if name == "Is Glossy Ray":
                 # Light sampling tells no kinds of rays apart; how that is weighed against rays that do is each program's own.
-                for ball in [o for o in bpy.data.objects if o.type == "MESH" and o.data.materials[0].name != "mirror"]:
-                    bpy.data.objects.remove(ball)
+                self.remove("matte", "glossy")
             _, surface = self.tree()
             a, b = two(red, blue)
             if name == "add":
@@ -227,19 +232,25 @@ class Worlds(Nodes):
         """All models, with a sun and without."""
         kinds = ["PREETHAM", "HOSEK_WILKIE"] + (["SINGLE_SCATTERING", "MULTIPLE_SCATTERING"] if NEW else ["NISHITA"])
         for kind in kinds:
-            for disc in (False, True) if kind not in ("PREETHAM", "HOSEK_WILKIE") else (False,):
+            self.tree()
+            settings = {"sky_type": kind}
+            if kind in ("PREETHAM", "HOSEK_WILKIE"):
+                settings["sun_direction"] = (0.3, -0.5, 0.6)
+            else:
+                settings.update(sun_disc=False, sun_elevation=0.5, sun_rotation=2.5)
+            self.shown(self.out("TexSky", "Color", **settings), 0.5)
+            self.compare(f"sky {kind} without a sun", samples=256)
+
+    def test_suns(self):
+        """The sun's disc on what is matte and what is glossy; in the mirror it would be found by chance alone."""
+        self.remove("mirror")
+        for kind in ("SINGLE_SCATTERING", "MULTIPLE_SCATTERING") if NEW else ("NISHITA",):
+            for elevation, size, strength in ((0.5, 0.02, 0.1), (0.5, 0.0, 1.0), (0.004, 0.02, 1.0), (-0.004, 0.02, 1.0), (1.3, 0.3, 0.001)):
                 self.tree()
-                settings = {"sky_type": kind}
-                if kind in ("PREETHAM", "HOSEK_WILKIE"):
-                    settings["sun_direction"] = (0.3, -0.5, 0.6)
-                else:
-                    settings.update(sun_disc=disc, sun_elevation=0.5, sun_rotation=2.5, sun_size=0.02)
-                self.shown(self.out("TexSky", "Color", **settings), 0.1 if disc else 0.5)
-                self.compare(f"sky {kind} {'with' if disc else 'without'} a sun", samples=256)
-        self.tree()
-        settings.update(sun_disc=True, sun_elevation=0.004)
-        self.shown(self.out("TexSky", "Color", **settings), 1.0)
-        self.compare("sky with a sun at the horizon", samples=256)
+                settings = {"sky_type": kind, "sun_disc": True, "sun_elevation": elevation, "sun_rotation": 2.5, "sun_size": size}
+                self.shown(self.out("TexSky", "Color", **settings), strength)
+                self.compare(f"sun of {kind}, {size} across, {elevation} up", samples=256)
+        settings.update(sun_elevation=0.004, sun_size=0.02)
         # Seen by the camera alone.
         _, surface = self.tree()
         sky = self.out("Background", "Background", {"Color": self.out("TexSky", "Color", **settings), "Strength": 0.2})
@@ -248,13 +259,27 @@ class Worlds(Nodes):
         self.scene.world.node_tree.links.new(mixed, surface)
         self.compare("sky that the camera does not see", samples=256)
 
+    def test_discs(self):
+        """The disc itself, pixel by pixel."""
+        self.remove("matte", "glossy", "mirror")
+        self.camera.rotation_euler = (math.radians(90), 0, 0)
+        data = self.camera.data
+        for kind in ("SINGLE_SCATTERING", "MULTIPLE_SCATTERING") if NEW else ("NISHITA",):
+            for elevation, size, altitude in ((0.004, 0.02, 100.0), (0.0, 0.02, 0.0), (0.3, 0.009512, 100.0), (0.02, 0.3, 5000.0), (-0.1, 0.3, 0.0)):
+                self.tree()
+                data.angle = 1.3 * size
+                self.camera.rotation_euler[0] = math.pi / 2 + elevation
+                # Toward +Y, where the camera looks.
+                settings = {"sky_type": kind, "sun_disc": True, "sun_elevation": elevation, "sun_rotation": 0.0, "sun_size": size, "altitude": altitude}
+                self.shown(self.out("TexSky", "Color", **settings), 0.001)
+                self.compare(f"disc of {kind}, {size} across, {elevation} up, {altitude} above the sea", samples=256)
+
     def test_panorama(self):
         """The whole of a sky and of the sun's disc in it, texel by texel."""
         data = self.camera.data
         data.type = "PANO"
         (data if hasattr(data, "panorama_type") else data.cycles).panorama_type = "EQUIRECTANGULAR"
-        for name in [o.name for o in bpy.data.objects if o.type == "MESH"]:
-            bpy.data.objects.remove(bpy.data.objects[name])
+        self.remove("matte", "glossy", "mirror")
         kind = "MULTIPLE_SCATTERING" if NEW else "NISHITA"
         for elevation in (0.02, 0.8, 1.5):
             self.tree()

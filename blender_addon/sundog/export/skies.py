@@ -18,6 +18,12 @@ TABULATED, COMPUTED = (512, 256), (1024, 512)
 OLD = {"PREETHAM", "HOSEK_WILKIE"}
 # Half of the widest disc that a camera sees; Blender's own limit is 90°.
 _WIDEST = math.radians(80)
+# Cycles shows no smaller disc.
+_LEAST_SIZE = 0.0005
+# The radius of Cycles' Earth, kilometres.
+_EARTH = 6371.0
+# Before Blender 5 the disc stands before the sky, and since then its light is added.
+_COVERS = bpy.app.version < (5, 0, 0)
 # What decides on a table beside the sun's disc.
 _PROPERTIES = (
     "sky_type", "turbidity", "ground_albedo", "sun_elevation", "sun_rotation", "altitude", "air_density", "dust_density",
@@ -65,10 +71,12 @@ class Plan:
         # The sun's disc; None where there is none.
         self.sun = None
         self.elevation, self.azimuth, self.half_angle = elevation, math.pi / 2 - rotation, 0.0
-        if not self.is_old and node.sun_disc and node.sun_size > 0:
-            self.sun = {"sun_size": float(node.sun_size), "sun_intensity": float(node.sun_intensity)}
-            self.half_angle = min(float(node.sun_size) / 2, _WIDEST)
-        description = [self.values, self.sun, self.size, list(bpy.app.version), colorspace.working_space(), 3]
+        if not self.is_old and node.sun_disc:
+            self.sun = {"sun_size": max(float(node.sun_size), _LEAST_SIZE), "sun_intensity": float(node.sun_intensity)}
+            self.half_angle = min(self.sun["sun_size"] / 2, _WIDEST)
+        # Below it the sun is hidden.
+        self.horizon = _horizon(float(getattr(node, "altitude", 0.0)))
+        description = [self.values, self.sun, self.size, list(bpy.app.version), colorspace.working_space(), 4]
         self.name = hashlib.sha1(json.dumps(description, sort_keys=True).encode()).hexdigest()
 
     def files(self, cache):
@@ -115,22 +123,38 @@ def _asked(plan, report):
             baker.ask({"sky": {"answered": answered, "values": values, "space": colorspace.working_space(), **request}}, report)
             return numpy.load(answered).astype(float)
 
+        values = plan.values if plan.is_old else {**plan.values, "sun_disc": False}
         heights = _heights(plan)
         probe = _directions(plan.azimuth, plan.elevation + heights * plan.half_angle)
         numpy.save(asked, numpy.concatenate([directions, probe]).astype(numpy.float32))
-        values = plan.values if plan.is_old else {**plan.values, "sun_disc": False}
         sky = ask(values, asked=asked)
-        if plan.sun is None:
+        if plan.sun is None or plan.sun["sun_intensity"] <= 0:
             return sky[: len(directions)], None
         view = {"elevation": plan.elevation, "azimuth": plan.azimuth, "angle": plan.half_angle, "count": _PROBES}
-        lit = ask({**plan.values, **plan.sun, "sun_disc": True}, view=view)
-        return sky[: len(directions)], _sun(plan, heights, lit - sky[len(directions) :])
+        lit = ask({**plan.values, **plan.sun, "sun_intensity": _BRIGHT, "sun_disc": True}, view=view)
+        light = lit if _COVERS else lit - sky[len(directions) :]
+        return sky[: len(directions)], _sun(plan, heights, light * (plan.sun["sun_intensity"] / _BRIGHT))
 
 
+def _horizon(altitude):
+    """The elevation at which Cycles lets the Earth begin to hide the sun; with its single precision, which is seen at the ground."""
+    if _COVERS:
+        return 0.0
+    altitude = numpy.float32(max(altitude, 0.0) / 1000)
+    ratio = numpy.float32(_EARTH) / (numpy.float32(_EARTH) + altitude)
+    return float(numpy.arcsin(ratio) - numpy.float32(math.pi / 2))
+
+
+# The intensity with which it is asked for: the greatest that Blender allows, beside which the sky is dark.
+_BRIGHT = 1000.0
 # Directions up the middle of the disc of the sun.
 _PROBES = 64
 # The part of its radius in which limb darkening changes slowly.
 _INNER = 0.6
+# Of so many directions the line is drawn at least, if there are as many.
+_LEAST_USED = 8
+# What is darker than this part of the brightest may be the rounding of the sky.
+_DARK = 1e-6
 
 
 def _heights(plan):
@@ -142,27 +166,32 @@ def _heights(plan):
 
 
 def _sun(plan, heights, light):
-    """The property `sun` from what the disc adds along its middle; None where nothing of it is seen."""
-    shines = light.max(axis=1) > 0
-    # Near the limb a small error of the place is a large one of the light.
-    used = shines & (numpy.abs(heights) < _INNER)
-    if used.sum() < 2:
-        used = shines & (numpy.abs(heights) < 0.95)
-    if used.sum() < 2:
-        return None
+    """The property `sun` from how the disc shines along its middle; None where nothing of it is seen."""
     elevation = plan.elevation + heights * plan.half_angle
-    hidden = elevation[~shines]
+    seen = elevation > plan.horizon + 1e-4 * plan.half_angle
+    # Near the limb a small error of the place is a large one of the light.
+    for most in (_INNER, 0.95, 1.0):
+        used = seen & (numpy.abs(heights) < most)
+        if used.sum() >= _LEAST_USED:
+            break
+    if used.sum() < 2 or not light[used].max() > 0:
+        return None
     darkening = 1 - 0.6 * (1 - numpy.sqrt(1 - heights**2))
+    bare = light / darkening[:, None]
     # Cycles goes linearly from the disc's lower edge to its upper one.
     ends = float(elevation[used][0]), float(elevation[used][-1])
-    lines = numpy.polyfit(elevation[used] - ends[0], (light / darkening[:, None])[used], 1)
-    colors = [lines[1], lines[1] + lines[0] * (ends[1] - ends[0])]
-    seen = elevation[shines]
+    colors = numpy.zeros((2, 3))
+    for channel in range(3):
+        # Colours that the space lacks are cut off at 0.
+        known = used & (bare[:, channel] > _DARK * bare[used].max())
+        if known.sum() >= 2:
+            slope, first = numpy.polyfit(elevation[known] - ends[0], bare[known, channel], 1)
+            colors[:, channel] = first, first + slope * (ends[1] - ends[0])
     return {
         "direction": [float(v) for v in _directions(plan.azimuth, plan.elevation)[0]],
         "half_angle": plan.half_angle,
         "elevations": list(ends),
-        "colors": [[max(float(v), 0.0) for v in color] for color in colors],
-        # Half-way to the first that is seen.
-        "horizon": float((hidden.max() + seen[0]) / 2) if len(hidden) and hidden.max() < seen[0] else -math.pi / 2,
+        "colors": colors.tolist(),
+        "horizon": plan.horizon,
+        "covers": _COVERS,
     }

@@ -35,6 +35,7 @@ fn the_sun_lies_over_the_sky_and_ends_at_its_edge_and_the_horizon() {
         elevations: [-0.1, 0.1],
         colors: [Vec3::splat(100.0), Vec3::splat(300.0)],
         horizon: -0.02,
+        covers: false,
     };
     let (with, without) = (sky(Some(sun)), sky(None));
     let more = |elevation: f32, azimuth: f32| {
@@ -47,4 +48,27 @@ fn the_sun_lies_over_the_sky_and_ends_at_its_edge_and_the_horizon() {
     assert!((more(0.05, 0.0) - limb).abs() < 0.1);
     assert_eq!(more(0.0, 0.11), 0.0);
     assert_eq!(more(-0.03, 0.0), 0.0);
+    let before = sky(Some(SunDisc {
+        covers: true,
+        ..sun
+    }));
+    let beside = without.of(Vec3::X).x;
+    assert!(beside > 1.0 && (before.of(Vec3::X).x - 200.0).abs() < 0.1);
+    assert_eq!(before.of(-Vec3::X), without.of(-Vec3::X));
+}
+
+#[test]
+fn what_the_sun_lacks_of_a_colour_the_sky_may_lend() {
+    let without = sky(None);
+    let sun = |blue: f32| SunDisc {
+        direction: Vec3::X,
+        half_angle: 0.1,
+        elevations: [-0.1, 0.1],
+        colors: [Vec3::new(9.0, 5.0, blue); 2],
+        horizon: -1.0,
+        covers: false,
+    };
+    let at = |blue: f32| sky(Some(sun(blue))).of(Vec3::X);
+    assert!((without.of(Vec3::X) + Vec3::new(9.0, 5.0, -0.25) - at(-0.25)).length() < 1e-4);
+    assert_eq!(at(-7.0).z, 0.0);
 }

@@ -28,6 +28,8 @@ struct SunJson {
     elevations: [f32; 2],
     colors: [[f32; 3]; 2],
     horizon: f32,
+    #[serde(default)]
+    covers: bool,
 }
 
 impl SunJson {
@@ -44,6 +46,7 @@ impl SunJson {
             elevations: self.elevations,
             colors: self.colors.map(Vec3::from),
             horizon: self.horizon,
+            covers: self.covers,
         })
     }
 }
