@@ -1,5 +1,6 @@
 //! Blender's IES Texture: how strongly a luminaire shines, by direction, as Cycles interpolates the measured values.
 
+use super::CyclesVersion;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
@@ -12,6 +13,35 @@ pub struct IesProfile {
     pub down: Vec<f32>,
     /// For each of the first, values at all of the second.
     pub strengths: Vec<f32>,
+    /// What the curves go through beyond the first and the last angle.
+    pub beyond: Beyond,
+}
+
+/// Values beyond the angles that were measured, where the angles do not go all around.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beyond {
+    /// The value there again, as in Cycles from 5.0 on.
+    Same,
+    /// 0, as before.
+    Zero,
+}
+
+impl Beyond {
+    /// Of a version.
+    pub fn of(version: CyclesVersion) -> Self {
+        if version < CyclesVersion::new(5, 0) {
+            Self::Zero
+        } else {
+            Self::Same
+        }
+    }
+
+    fn of_value(self, value: f32) -> f32 {
+        match self {
+            Self::Same => value,
+            Self::Zero => 0.0,
+        }
+    }
 }
 
 /// Between the second and the third of four values, through which the curve goes (Catmull and Rom).
@@ -72,12 +102,12 @@ impl IesProfile {
             // Beyond a pole comes what is before it.
             let a = match v {
                 0 if begins => at(1),
-                0 => b,
+                0 => self.beyond.of_value(b),
                 _ => at(v - 1),
             };
             let d = match last_v - v {
                 1 if ends => at(last_v - 1),
-                1 => c,
+                1 => self.beyond.of_value(c),
                 _ => at(v + 2),
             };
             cubic([a, b, c, d], s)
@@ -86,13 +116,13 @@ impl IesProfile {
         // The last column is the first one again.
         let a = match h {
             0 if is_closed => column(last_h - 1),
-            0 => b,
+            0 => self.beyond.of_value(b),
             _ => column(h - 1),
         };
         let d = match last_h - h {
             1 if is_closed => column(1),
             // Cycles takes the second one here.
-            1 => b,
+            1 => self.beyond.of_value(b),
             _ => column(h + 2),
         };
         cubic([a, b, c, d], t).max(0.0)

@@ -257,16 +257,20 @@ class Numbers(kit.ExportTest):
         self.near(got, seen, 0.01 if bpy.app.version >= (5, 0, 0) else 0.08)
 
     def test_ies_that_is_no_profile(self):
-        data = self.light("POINT")
-        tree, emission = self.nodes(data)
-        node = tree.nodes.new("ShaderNodeTexIES")
-        tree.links.new(node.outputs[0], emission.inputs["Strength"])
         for words in ("", "TILT=NONE\n1 1 1 1000000 1000000", "TILT=NONE\nno numbers", "TILT=INCLUDE\n1 99999999 1"):
-            node.ies = bpy.data.texts.new("broken")
-            node.ies.write(words)
-            found = self.export()
-            self.near(found.light("light")["strength"], [0, 0, 0])
-            self.assertIn("missing or broken", found.verdict("light", "light")["detail"])
+            with self.subTest(words=words):
+                self.setUp()
+                data = self.light("POINT", energy=1)
+                tree, emission = self.nodes(data)
+                node = tree.nodes.new("ShaderNodeTexIES")
+                tree.links.new(node.outputs[0], emission.inputs["Strength"])
+                node.ies = bpy.data.texts.new("broken")
+                node.ies.write(words)
+                found, got, seen = self.brightness()
+                self.near(got, seen, 0.01)
+                verdict = found.verdict("light", "light")
+                self.assertEqual(verdict["verdict"], "exact")
+                self.assertIn("missing or broken: 100 in all directions", verdict["detail"])
 
     def test_light_falloff(self):
         for name, smooth in (("Quadratic", 1.0), ("Linear", 0.0), ("Constant", 0.5)):

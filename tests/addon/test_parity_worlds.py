@@ -201,6 +201,23 @@ class Worlds(Nodes):
         self.shown(self.out("Gamma", "Color", {"Color": first, "Gamma": 0.8}))
         self.compare("picture without coordinates, through Gamma", samples=256)
 
+    def test_missing_pictures(self):
+        """They are pink, alone and among other nodes."""
+        missing = os.path.join(self.folder, "missing.exr")
+        images.write_exr(missing, numpy.ones((4, 8, 3)))
+        lost = bpy.data.images.load(missing)
+        os.remove(missing)
+        lost.reload()
+        for name, image in (("missing", lost), ("none", None)):
+            self.tree()
+            self.shown(self.out("TexEnvironment", "Color", image=image), 0.5)
+            self.compare(f"picture: {name}", graph_of=lambda found: ["shader_graph"])
+            self.tree()
+            shown = self.out("TexEnvironment", "Color", image=image)
+            up = self.out("TexCoord", "Generated")
+            self.shown(self.out("VectorMath", "Vector", {0: shown, 1: self.positive(up)}, operation="MULTIPLY"))
+            self.compare(f"picture among nodes: {name}")
+
     def test_textures(self):
         """Procedural ones, ramps and a bright spot that light sampling has to find."""
         self.tree()
@@ -368,6 +385,55 @@ class Lights(Nodes):
         path = self.out("LightPath", "Is Diffuse Ray")
         self.feed(emission, strength=self.out("Math", "Value", {0: path, 1: 0.5}, operation="ADD"))
         self.compare_lamp("kinds of rays")
+
+    def test_spots(self):
+        """Points, spheres and discs, with soft edges and turned about."""
+        for radius, soft in ((0.0, False), (0.3, False), (0.3, True)):
+            emission = self.lamp("SPOT", shadow_soft_size=radius, use_soft_falloff=soft, spot_size=1.3, spot_blend=0.3)
+            value = self.out("VectorMath", "Vector", {0: self.out("NewGeometry", "Incoming"), 1: (5.0, 4.0, 3.0)}, operation="MULTIPLY")
+            self.feed(emission, self.positive(self.out("VectorMath", "Vector", {0: value}, operation="SINE")))
+            self.compare_lamp(f"spot of radius {radius}, {'soft' if soft else 'sharp'}", samples=512)
+
+    def test_areas(self):
+        """Rectangles and ellipses with a spread."""
+        for shape in ("RECTANGLE", "ELLIPSE"):
+            for spread in (math.pi, 1.5, 0.5):
+                emission = self.lamp("AREA", shape=shape, size=1.4, size_y=0.7, spread=spread)
+                value = self.out("VectorMath", "Vector", {0: self.out("TexCoord", "UV"), 1: (5.0, 4.0, 3.0)}, operation="MULTIPLY")
+                self.feed(emission, self.positive(self.out("VectorMath", "Vector", {0: value}, operation="SINE")))
+                self.compare_lamp(f"area {shape}, spread {spread:.1f}", samples=512)
+
+    def profile(self, kind, around, down, words=None):
+        """An IES Texture's output, of a made-up file of a photometric type."""
+        if words is None:
+            rows = [[1000 * math.cos(math.radians(d)) ** 2 + 300 * math.cos(math.radians(a)) ** 2 + 100 for d in down] for a in around]
+            numbers = [f"1 1000 1.0 {len(down)} {len(around)} {kind} 2 0 0 0", "1 1 10"]
+            numbers += [" ".join(f"{v:g}" for v in row) for row in (down, around, *rows)]
+            words = "\n".join(["IESNA:LM-63-1995", "[TEST] made up", "TILT=NONE", *numbers, ""])
+        text = bpy.data.texts.new("profile")
+        text.write(words)
+        return self.out("TexIES", "Fac", {"Strength": 0.02}, mode="INTERNAL", ies=text)
+
+    def test_ies(self):
+        """Luminaires on lamps of all kinds, files of all kinds, and none."""
+        lamps = (*self.KINDS[:3], ("SPOT", {"shadow_soft_size": 0.0, "spot_size": 1.3}), ("SPOT", {"shadow_soft_size": 0.3, "spot_size": 1.3}))
+        for kind, settings in lamps:
+            emission = self.lamp(kind, **settings)
+            self.feed(emission, strength=self.profile(1, (0,), range(0, 100, 10)))
+            self.compare_lamp(f"ies {kind} {sorted(settings.values(), key=str)}", samples=512)
+        files = {
+            "all around": (1, range(0, 361, 30), range(0, 100, 10)),
+            "half around": (1, range(0, 181, 30), range(0, 181, 20)),
+            "a quarter": (1, range(0, 91, 30), range(0, 100, 10)),
+            "type B": (2, range(0, 91, 15), range(0, 91, 15)),
+            "type A": (3, range(-90, 91, 15), range(-90, 91, 15)),
+            "broken": (1, (), (), "no numbers"),
+        }
+        for name, file in files.items():
+            emission = self.lamp("POINT", shadow_soft_size=0.0)
+            self.feed(emission, strength=self.profile(*file))
+            # A broken one is a constant.
+            self.compare(f"ies {name}", thing=("light", "lamp"), graph_of=lambda found: found.light("lamp") if name != "broken" else ["shader_graph"])
 
 
 if __name__ == "__main__":

@@ -137,6 +137,7 @@ _ON_SURFACES = (
 )  # fmt: skip
 _OF_LIGHTS = {
     "ShaderNodeLightFalloff": ALL,
+    "ShaderNodeTexIES": ALL,
     "ShaderNodeTexEnvironment": _OF_WORLDS["ShaderNodeTexEnvironment"],
     "ShaderNodeNewGeometry": _OF_WORLDS["ShaderNodeNewGeometry"],
     "ShaderNodeLightPath": Rule(outputs=_RAY_KINDS | {"Ray Length"}),

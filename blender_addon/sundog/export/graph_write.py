@@ -12,7 +12,7 @@ import numpy
 
 from . import blackbody, colorspace, evaluated, geometry, gltf, ies, images, object_info, skies, wavelength
 from .graph import Link
-from .verdicts import APPROXIMATED, LOST
+from .verdicts import APPROXIMATED, EXACT, LOST
 
 # Cycles before 5.0 has other colours, and no films on metals.
 OLD_FILM = "the thin film is rendered as Blender 5 does"
@@ -163,7 +163,7 @@ class GraphWriter:
                 self.uvs.append(map_name)
             found["uv_set"] = self.uvs.index(map_name)
         if kind == "ShaderNodeTexIES":
-            found["ies"] = ies.table(node)
+            found["ies"] = self._ies(node)
         elif kind == "ShaderNodeTexSky":
             found["sky"] = self._sky(node)
         elif kind in {"ShaderNodeTexImage", "ShaderNodeTexEnvironment"}:
@@ -256,6 +256,14 @@ class GraphWriter:
         path, described = skies.table(node, self.cache, self.report)
         index = self.document.shared("images", {"uri": self.document.uri(path)})
         return {"image": {"index": index}, **described}
+
+    def _ies(self, node):
+        table = ies.table(node)
+        if table is None:
+            self.result.findings.append((EXACT, ies.broken(node)))
+            # Up to where the angle is none that is measured.
+            table = {"around": [0.0, 7.0], "down": [0.0, 4.0], "strengths": [ies.OF_NO_FILE] * 4}
+        return table
 
     def _note(self, words):
         self.result.findings.append((APPROXIMATED, words))

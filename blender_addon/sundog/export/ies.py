@@ -10,6 +10,15 @@ import numpy
 WATTS_PER_CANDELA = 4 * numpy.pi / 177.83
 
 
+# What Cycles gives in all directions where there is no file, or one that it cannot read.
+OF_NO_FILE = 100.0
+
+
+def broken(node):
+    """That a node has no file, in words."""
+    return f"the file of the {node.bl_label} node is missing or broken: {OF_NO_FILE:g} in all directions, as in Cycles"
+
+
 def text_of(node):
     """The text that an IES Texture node shows, or None."""
     if node.mode == "INTERNAL":
@@ -24,8 +33,8 @@ def text_of(node):
 def _read(text):
     """(photometric type 1 to 3, vertical angles, horizontal angles, Cycles' strength by horizontal and vertical), or None."""
     try:
-        head, _, rest = text.partition("TILT=")
-        if not head and not rest:
+        _, _, rest = text.partition("\nTILT=")
+        if not rest:
             return None
         line, _, rest = rest.partition("\n")
         words = iter(rest.replace(",", " ").split())
@@ -70,14 +79,14 @@ TYPE_C, TYPE_B, TYPE_A = 1, 2, 3
 
 def table(node):
     """The property `ies` of an IES Texture: strengths by the angles about the axis and from it, in radians, as Cycles brings all
-    types to one.
+    types to one. None for a file that cannot be read.
 
-    Raises ValueError for a file that cannot be read.
+    Raises ValueError for one of too few angles.
     """
     text = text_of(node)
     found = _read(text) if text else None
     if found is None or found[0] not in (TYPE_A, TYPE_B, TYPE_C):
-        raise ValueError(f"the file of the {node.bl_label} node is missing or broken")
+        return None
     kind, down, around, strength = found
     if kind == TYPE_C:
         around, strength = _whole_turn(around, strength)

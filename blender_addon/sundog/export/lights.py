@@ -28,7 +28,7 @@ def _with_nodes(light, findings, document, cache):
         return numpy.ones(3), None
     own = []
     factor = _node_factor(light, tree, own)
-    if not own or document is None or not graph.ENABLED:
+    if all(verdict == EXACT for verdict, _ in own) or document is None or not graph.ENABLED:
         findings += own
         return factor, None
     written, why_not = _graph(light, document, cache, findings)
@@ -51,7 +51,7 @@ def _graph(light, document, cache, findings):
     except (images.ImageError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
         return None, str(error)
     if walk.missing():
-        findings.append((APPROXIMATED, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
+        findings.append((EXACT, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
     findings += written.findings
     findings += [(APPROXIMATED, words) for words in [nodes.CUT] * walk.is_cut + walk.not_finite]
     return written.extension, None
@@ -73,17 +73,16 @@ def _node_factor(light, tree, findings):
         if not isinstance(value, Const):
             varying = ", ".join(sorted({leaf.what for leaf in value.leaves() if hasattr(leaf, "what")}))
             findings.append((APPROXIMATED, f"the {what} of its nodes varies ({varying}): the mean is used"))
-    for note in sorted(evaluator.notes):
-        findings.append((APPROXIMATED, note))
+    findings += [(APPROXIMATED, note) for note in sorted(evaluator.notes)] + [(EXACT, note) for note in sorted(evaluator.told)]
     return expressions.mean(color).value * float(expressions.mean(strength).value)
 
 
 class _LightEvaluator(nodes.Evaluator):
-    """What a lamp's nodes are on its axis, one metre away. `notes`: what is not so everywhere."""
+    """What a lamp's nodes are on its axis, one metre away. `notes`: what is not so everywhere; `told`: what is odd, but exact."""
 
     def __init__(self, walker, light):
         super().__init__(walker, lambda node, place: None)
-        self.light, self.notes = light, set()
+        self.light, self.notes, self.told = light, set(), set()
 
     def _taken(self, node, what="its value on the lamp's axis one metre away is used"):
         self.notes.add(f"the {node.bl_label} node varies: {what}")
@@ -102,8 +101,8 @@ class _LightEvaluator(nodes.Evaluator):
         text = ies.text_of(node)
         profile = ies.parse(text) if text else None
         if profile is None:
-            self.notes.add(f"the file of the {node.bl_label} node is missing or broken: dark, as in Cycles")
-            return Const(0.0)
+            self.told.add(ies.broken(node))
+            return multiply(Const(ies.OF_NO_FILE), self.scalar(source.input("Strength")))
         kind = self.light.type
         half, where = {
             "POINT": (math.pi, "all directions"),

@@ -136,7 +136,7 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
         radiance = multiply(evaluator.scalar(source.input("Strength")), evaluator.color(source.input("Color")))
         reason = evaluator.needs_bake
         if evaluator.missing:
-            findings.append((APPROXIMATED, evaluator.missing))
+            findings.append((EXACT, evaluator.missing))
     else:
         reason = f"{source.node.bl_label} node"
     found = None if reason else expressions.factors(as_color(radiance))
@@ -186,7 +186,7 @@ def _graph(world, cache, document, report, findings):
     except (images.ImageError, baker.BakeError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
         return None, str(error)
     if walk.missing():
-        findings.append((APPROXIMATED, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
+        findings.append((EXACT, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
     findings += written.findings
     findings += [(APPROXIMATED, words) for words in [nodes.CUT] * walk.is_cut + walk.not_finite]
     return written.extension, None

@@ -1,7 +1,7 @@
 //! Nodes of lamps: IES textures and Light Falloff.
 
 use super::{Reader, Refusal, Stop};
-use crate::nodes::ies::IesProfile;
+use crate::nodes::ies::{Beyond, IesProfile};
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::{Function, Input, Node, NodeKind};
 use serde::Deserialize;
@@ -26,6 +26,7 @@ impl Reader<'_, '_, '_> {
             around: json.around,
             down: json.down,
             strengths: json.strengths,
+            beyond: Beyond::of(self.version),
         };
         if !profile.is_sane() {
             return Err(Refusal::of(node, "with a table of no meaning").into());
