@@ -197,7 +197,7 @@ class World(kit.ExportTest):
         picture = self.environment()
         os.remove(os.path.join(self.folder, "sky.exr"))
         picture.image.reload()
-        found = self.against_cycles(1e-5, "approximated")
+        found = self.against_cycles(1e-5, "exact")
         self.near(found.scene()["world"]["color"], [1, 0, 1])
         self.assertIn("sky.exr", found.verdict("world", "world")["detail"])
 
