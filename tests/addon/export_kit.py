@@ -99,10 +99,16 @@ def info(path):
 
 
 def rendered(path, width, height, samples):
-    """The program's picture of a scene, as `cycles_pixels` gives Cycles'."""
+    """The program's picture of a scene, as `cycles_pixels` gives Cycles': with the bounces that the scene asks Cycles for."""
     picture = path + ".exr"
+    cycles = bpy.context.scene.cycles
+    bounces = {
+        "": cycles.max_bounces, "-diffuse": cycles.diffuse_bounces, "-glossy": cycles.glossy_bounces,
+        "-transmission": cycles.transmission_bounces, "-transparent": cycles.transparent_max_bounces,
+    }  # fmt: skip
     command = [program(), "render", path, "-o", picture, "--width", str(width), "--height", str(height), "--quiet", "--allow-outside"]
     command += ["--samples", str(samples), "--filter", "box", "--exr-layers", "combined"]
+    command += [word for kind, most in bounces.items() for word in (f"--bounces{kind}", str(most))]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise AssertionError(done.stderr)
