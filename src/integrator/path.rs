@@ -287,11 +287,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             reflected: self.bounce > 0 && previous.kind != RayKind::Transmission,
             // As in Cycles.
             blurry: self.min_pdf < 8.0,
-            key: if self.world.traces() {
-                !self.sampler.key(Dimension::Opacity, self.bounce)
-            } else {
-                0
-            },
+            numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
         }
     }
 

@@ -245,11 +245,13 @@ fn fault(step: &Step, object: u32, shining: Source) -> Option<Fault> {
         Step::Surface { point, normals, .. } => {
             let Normals {
                 geometric,
+                curved,
                 smooth,
                 shading,
             } = normals;
             let point = point.point.is_finite() && point.error.is_finite();
-            let normal = [geometric, smooth, shading].iter().all(|n| n.is_finite());
+            let normals = [geometric, curved, smooth, shading];
+            let normal = normals.iter().all(|n| n.is_finite());
             is(!point, Fault::Point(object)).or(is(!normal, Fault::Normal(object)))
         }
         Step::Found {

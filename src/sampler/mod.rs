@@ -40,7 +40,7 @@ pub enum Dimension {
     Light,
     /// Russian roulette.
     Roulette,
-    /// Opacity of surfaces on the way (hashed further by what is hit).
+    /// Opacity of surfaces on the way (hashed further by what is hit), and rays of node trees.
     Opacity,
 }
 
@@ -53,7 +53,7 @@ const DIMENSIONS: u32 = 6;
 pub const REPLICATES: u32 = 2;
 
 /// The numbers of one path.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampler {
     index: u64,
     /// Its digits, least significant first: all sequences begin with them.
@@ -118,6 +118,16 @@ impl Sampler {
         Self {
             index,
             reversed: index.reverse_bits(),
+            ..*self
+        }
+    }
+
+    /// The same path with sequences that its pixel has for itself: for what is not linear in its numbers, so that all pixels
+    /// do not err alike.
+    pub fn of_pixel(&self) -> Self {
+        let pixel = (self.index >> 32) as u32;
+        Self {
+            seed: mix32(self.seed ^ mix32(pixel)),
             ..*self
         }
     }

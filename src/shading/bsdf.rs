@@ -384,6 +384,16 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
     }
 
+    /// Smooth normal of the corners, which no displacement has bent.
+    #[inline(always)]
+    fn curved(&self) -> Vec3 {
+        if K::BUMPS {
+            self.normals.curved
+        } else {
+            self.smooth()
+        }
+    }
+
     /// Diffuse colour plus mean reflectance and transmittance: what denoisers call albedo.
     pub fn albedo(&self) -> Vec3 {
         self.lambert.color + self.albedo_of_others()
@@ -484,10 +494,11 @@ impl<K: BsdfFeatures> Bsdf<K> {
 
     /// Whether a direction is below a surface that lets no light through. On the curved surface that the triangles stand
     /// for it is above as long as the smooth normal says so, even where the triangle looks away already: else coarse meshes
-    /// have black facets along the terminator, and lose energy.
+    /// have black facets along the terminator, and lose energy. A displacement that is a bump bends no surface: what only its
+    /// normal sees is lost, as in Cycles.
     #[inline]
     fn is_below(&self, wi: Vec3) -> bool {
-        !self.transmits() && wi.dot(self.normals.geometric) < 0.0 && wi.dot(self.smooth()) <= 0.0
+        !self.transmits() && wi.dot(self.normals.geometric) < 0.0 && wi.dot(self.curved()) <= 0.0
     }
 
     /// Draws a direction: z chooses the lobe, and between reflection and transmission.

@@ -398,8 +398,6 @@ pub struct Surface<'a> {
     pub point: BoundedPoint,
     /// On the side from which the ray came.
     pub normals: Normals,
-    /// The smooth normal of the corners, where a displacement bends another one.
-    pub curved: Vec3,
     /// The ray came from behind (by winding).
     pub inside: bool,
     /// Emitted radiance towards the ray's origin.
@@ -527,10 +525,10 @@ pub fn surface<'a, E: Features>(
         point,
         normals: Normals {
             geometric,
+            curved,
             smooth,
             shading,
         },
-        curved,
         inside,
         emission,
         unlit: material.unlit,

@@ -623,10 +623,11 @@ impl World {
     #[cold]
     #[inline(never)]
     fn arrives_again(&self, hit: &Hit, surface: &Surface, wi: Vec3, kind: RayKind) -> Option<Vec3> {
-        let Normals { geometric, .. } = surface.normals;
-        let smooth = surface.curved;
-        let cos = wi.dot(smooth);
-        let back = wi - smooth * (2.0 * cos);
+        let Normals {
+            geometric, curved, ..
+        } = surface.normals;
+        let cos = wi.dot(curved);
+        let back = wi - curved * (2.0 * cos);
         let seen = self.geometry.entries[hit.object() as usize]
             .visibility
             .sees(kind);

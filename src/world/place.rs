@@ -5,7 +5,7 @@ use crate::effects::General;
 use crate::ffi::embree::Hit;
 use crate::math::float;
 use crate::math::float::{Affine, BoundedPoint};
-use crate::sampler::hashed;
+use crate::sampler::{Dimension, Sampler, Sequence};
 use crate::scene::graph::function::{PathDepth, PlaceInput, Space, Transformed};
 use crate::scene::graph::{NormalSpace, TangentKind};
 use crate::scene::{Camera, ObjectInfo, Projection, RayKind, TextureSpace};
@@ -254,8 +254,16 @@ pub struct Past {
     pub reflected: bool,
     /// It has been scattered into a wide range of directions.
     pub blurry: bool,
-    /// For random numbers; 0 where nobody asks for any.
-    pub key: u32,
+    /// For random numbers, with the number of the bounce, where somebody asks for any.
+    pub numbers: Option<(Sampler, u32)>,
+}
+
+impl Past {
+    /// For random numbers; the same for all where nothing is known of the path.
+    fn numbers(&self) -> (Sampler, u32) {
+        let unknown = || (Sequence::new(0).sampler(0, 0, 0), 0);
+        self.numbers.unwrap_or_else(unknown)
+    }
 }
 
 /// The scene around a place, for programs that ask it by rays.
@@ -310,6 +318,24 @@ pub struct HitPoint<'a> {
     pub(super) around: Option<&'a dyn Around>,
 }
 
+/// Two unit vectors that make a right-handed frame with a normal, in Blender's axes: those that Cycles takes.
+fn across(n: Vec3) -> [Vec3; 2] {
+    let first = if n.x != n.y || n.x != n.z {
+        Vec3::new(n.z - n.y, n.x - n.z, n.y - n.x)
+    } else {
+        Vec3::new(n.z - n.y, n.x + n.z, -n.y - n.x)
+    };
+    let first = first.normalize_or_zero();
+    [first, n.cross(first)]
+}
+
+/// Two random numbers for one of some samples of a path: points of one sequence that all paths of the pixel share, as in
+/// Cycles. What becomes of the mean of few (a Bevel brings it to unit length) hangs on how they lie.
+fn spread((sampler, bounce): (Sampler, u32), (sample, of): (u32, u8)) -> [f32; 2] {
+    let part = sampler.of_pixel().part(sample, of.into());
+    part.pair(Dimension::Opacity, bounce).to_array()
+}
+
 /// Between the values of three corners.
 #[inline]
 pub(super) fn between<T>(corners: [T; 3], u: f32, v: f32) -> T
@@ -362,16 +388,6 @@ impl HitPoint<'_> {
                 facts.world_axes * p + (from_blender(facts.location) - facts.origin)
             }
         })
-    }
-
-    /// Two random numbers for one of some samples, the first in a stratum of its own.
-    fn numbers(&self, sample: u32, of: u8) -> [f32; 2] {
-        let key = self.asking.past.key;
-        let first = (sample as f32 + hashed(key, sample, 0)) / f32::from(of);
-        // Both may not go the same way.
-        let shift = hashed(key, 0, 2);
-        let second = hashed(key, sample, 1) + shift;
-        [first.min(float::ONE_MINUS_EPSILON), second.fract()]
     }
 
     /// Where a ray meets its object, so often at most.
@@ -446,6 +462,33 @@ impl HitPoint<'_> {
         unit_or_zero(n.cross(unit_or_zero(to_blender(world)).cross(n)))
     }
 
+    /// The tangent along a UV map, turned into the world as normals are, as in Cycles.
+    fn along_uv(&self, facts: &ObjectFacts) -> Vec3 {
+        let Some(tangents) = &self.mesh.tangents else {
+            return to_blender(self.tangent(TangentKind::Uv, Vec2::X));
+        };
+        let tangent = self.own_tangent(facts, tangents);
+        let world = unit_or_zero(to_blender(facts.object_axes.transpose() * tangent));
+        let n = to_blender(self.outer_normal());
+        n.cross(unit_or_zero(world.cross(n)))
+    }
+
+    /// Between the corners' tangents, in the object's own axes.
+    fn own_tangent(&self, facts: &ObjectFacts, tangents: &[[f32; 4]]) -> Vec3 {
+        // Meshes that are placed once stand in the world.
+        let in_world = facts.object_from_world.is_some();
+        let own = |t: Vec3| match in_world {
+            true => unit_or_zero(facts.object_axes * t),
+            false => t,
+        };
+        let corners = self.corners.map(|i| tangents[i as usize]);
+        between(
+            corners.map(|t| own(Vec4::from(t).truncate())),
+            self.u,
+            self.v,
+        )
+    }
+
     /// In the world, relative to the origin.
     fn in_world(&self) -> Vec3 {
         let local = BoundedPoint {
@@ -506,14 +549,7 @@ impl HitPoint<'_> {
                 n
             }
         };
-        let tangent = between(
-            self.corners.map(|i| {
-                let t = Vec4::from(tangents[i as usize]).truncate();
-                if in_world { unit_or_zero(back * t) } else { t }
-            }),
-            self.u,
-            self.v,
-        );
+        let tangent = self.own_tangent(facts, tangents);
         let normal = match &self.mesh.normals {
             Some(normals) => between(
                 self.corners
@@ -651,10 +687,7 @@ impl Place for HitPoint<'_> {
             PlaceInput::Normal => full(to_blender(self.side(self.outer_normal()))),
             PlaceInput::Tangent => full(self.around(facts, 2, false)),
             PlaceInput::RadialTangent(axis) => full(self.around(facts, axis, true)),
-            PlaceInput::UvTangent => {
-                let outside = self.tangent(TangentKind::Uv, Vec2::X);
-                full(to_blender(outside))
-            }
+            PlaceInput::UvTangent => full(self.along_uv(facts)),
             PlaceInput::TrueNormal => {
                 let n = self
                     .entry
@@ -771,13 +804,8 @@ impl Place for HitPoint<'_> {
         let size = ((parallel + along * angle) * pixels)
             .max(least)
             .max(f32::MIN_POSITIVE.sqrt());
-        let (a, b) = n.any_orthonormal_pair();
-        // Their cross product is the normal.
-        let steps = if a.cross(b).dot(n) < 0.0 {
-            [b * size, a * size]
-        } else {
-            [a * size, b * size]
-        };
+        // What curves within a step makes slopes hang on where the step goes: as in Cycles.
+        let steps = across(n).map(|step| step * size);
         if self.undisplaced.is_none() {
             return steps;
         }
@@ -822,6 +850,7 @@ impl Place for HitPoint<'_> {
         let (Some(around), true) = (self.around, distance > 0.0 && rays.samples > 0) else {
             return 1.0;
         };
+        let numbers = self.asking.past.numbers();
         let normal = from_blender(normal);
         let (tangent, across) = normal.any_orthonormal_pair();
         let point = self
@@ -832,7 +861,7 @@ impl Place for HitPoint<'_> {
             .geometric_normal::<General>(self.mesh, self.triangle);
         let mut open = 0u32;
         for sample in 0..u32::from(rays.samples) {
-            let [turn, share] = self.numbers(sample, rays.samples);
+            let [turn, share] = spread(numbers, (sample, rays.samples));
             let (sin, cos) = (turn * std::f32::consts::TAU).sin_cos();
             let radius = share.sqrt();
             let up = (1.0 - share).max(0.0).sqrt();
@@ -862,11 +891,13 @@ impl Place for HitPoint<'_> {
         if radius <= 0.0 || samples == 0 || self.asking.past.blurry {
             return own;
         }
+        let numbers = self.asking.past.numbers();
         let point = self.in_world();
         let geometric = self
             .entry
             .geometric_normal::<General>(self.mesh, self.triangle);
-        let (tangent, across) = geometric.any_orthonormal_pair();
+        let geometric = self.side(geometric);
+        let [tangent, across] = across(to_blender(geometric)).map(from_blender);
         let frames = [
             [geometric, tangent, across],
             [tangent, geometric, across],
@@ -874,7 +905,7 @@ impl Place for HitPoint<'_> {
         ];
         let mut sum = Vec3::ZERO;
         for sample in 0..u32::from(samples) {
-            let [mut axis, share] = self.numbers(sample, samples);
+            let [mut axis, share] = spread(numbers, (sample, samples));
             // Half of the rays along the normal, a quarter along each tangent (King, Kulla, Conty and Fajardo, *BSSRDF Importance
             // Sampling*, 2013).
             let which = if axis < 0.5 {
@@ -922,16 +953,10 @@ impl Place for HitPoint<'_> {
                 .entry
                 .geometric_normal::<General>(self.mesh, self.triangle);
             let n = to_blender(self.side(normal));
-            let first = if n.x != n.y || n.x != n.z {
-                Vec3::new(n.z - n.y, n.x - n.z, n.y - n.x)
-            } else {
-                Vec3::new(n.z - n.y, n.x + n.z, -n.y - n.x)
-            };
-            let first = first.normalize_or_zero();
             let view = to_blender(self.asking.direction).normalize_or_zero();
             let (parallel, angle) = self.facts().map_or((0.0, 0.0), |facts| facts.view.pixel);
             let pixel = parallel + self.asking.distance * self.asking.direction.length() * angle;
-            let seen = [first, n.cross(first)].map(|t| (t - view * t.dot(view)).length() * pixel);
+            let seen = across(n).map(|t| (t - view * t.dot(view)).length() * pixel);
             width *= 0.5 * (seen[0] + seen[1]);
         }
         let corners = self.entry.world_corners(self.mesh, self.triangle);

@@ -76,6 +76,7 @@ pub(super) fn lobes(ior: f32) -> [(&'static str, Principled, bool); 5] {
 pub(super) fn seen_at(cos: f32) -> (Normals, Vec3) {
     let normals = Normals {
         geometric: Vec3::Z,
+        curved: Vec3::Z,
         smooth: Vec3::Z,
         shading: Vec3::Z,
     };

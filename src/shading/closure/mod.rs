@@ -38,7 +38,9 @@ use glam::{Vec2, Vec3};
 pub struct Normals {
     /// Of the triangle, on the side of the viewer.
     pub geometric: Vec3,
-    /// Interpolated, on the same side.
+    /// Interpolated from the corners, on the same side.
+    pub curved: Vec3,
+    /// The same, or what a displacement that is a bump makes of it: the normal of shaders that have none of their own.
     pub smooth: Vec3,
     /// With the normal map.
     pub shading: Vec3,

@@ -35,6 +35,7 @@ fn plain() -> Principled {
 fn normals(n: Vec3) -> Normals {
     Normals {
         geometric: n,
+        curved: n,
         smooth: n,
         shading: n,
     }
@@ -445,6 +446,7 @@ fn kernels_with_and_without_facets_agree_on_matte_surfaces() {
             let tilted = |x: f32, y: f32| Vec3::new(x - 0.5, y - 0.5, 1.0).normalize();
             let normals = Normals {
                 geometric: Vec3::Z,
+                curved: tilted(v.x, u.x),
                 smooth: tilted(v.x, u.x),
                 shading: if i % 2 == 0 {
                     tilted(v.x, u.x)

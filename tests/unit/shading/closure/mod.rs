@@ -10,6 +10,7 @@ use std::f32::consts::TAU;
 
 const UP: Normals = Normals {
     geometric: Vec3::Z,
+    curved: Vec3::Z,
     smooth: Vec3::Z,
     shading: Vec3::Z,
 };
