@@ -72,6 +72,7 @@ class Patches(kit.ExportTest):
         render = self.scene.render
         render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
         found = self.export()
+        self.exported = found
         told = {v["name"]: v for v in found.result.verdicts if v["kind"] == "material"}
         seen = kit.cycles_pixels(width, height, samples)
         got = kit.rendered(found.path, width, height, samples)
@@ -133,7 +134,6 @@ class Inputs(Patches):
         split = linked(tree, "SeparateXYZ", "X", scaled.inputs[0])
         tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], split.inputs[0])
         for axis in "XYZ":
-            t.shown(f"tangent {axis}", "Tangent", 0, direction_type="RADIAL", axis=axis) if False else None
             tree, node = t.shown(f"tangent {axis}", "Tangent", "Tangent", direction_type="RADIAL")
             node.axis = axis
         t.shown("tangent UV", "Tangent", "Tangent", direction_type="UV_MAP")
@@ -146,7 +146,8 @@ class Inputs(Patches):
         # An edge of lines is in part of a pixel.
         wire = materials.pop("wireframe")
         black = materials.pop("blackbody")
-        self.compare(list(materials.values()))
+        # Tangents about an axis turn within a pixel: with 64 samples their noise alone is 3e-5.
+        self.compare(list(materials.values()), 512)
         self.assertTrue(wire and black)
 
     def test_edges_and_fits(self):
@@ -245,7 +246,8 @@ class Inputs(Patches):
                 bend.deform_method, bend.deform_axis, bend.angle = "TWIST", "Z", 1.0
             return shown
 
-        self.compare(t.materials, make=make)
+        # As above.
+        self.compare(t.materials, 512, make=make)
 
     def test_instances(self):
         """What differs between the copies of an object."""
@@ -295,11 +297,14 @@ class Inputs(Patches):
             holder.show_instancer_for_render = False
             holder.modifiers.new("p", "PARTICLE_SYSTEM")
             settings = holder.particle_systems[0].settings
-            settings.count, settings.frame_start, settings.frame_end, settings.lifetime = 3, -3, 0, 30
+            settings.count, settings.frame_start, settings.frame_end, settings.lifetime = 3, 1, 3, 30
             # So small that they do not overlap.
             settings.render_type, settings.instance_object, settings.particle_size = "OBJECT", source, 0.05
             settings.physics_type, settings.normal_factor = "NEWTON", 0.3
             settings.effector_weights.gravity = 0
+            # Steps that are in the cache: what is simulated for one program alone stands elsewhere for the other.
+            for frame in range(1, 6):
+                self.scene.frame_set(frame)
             return source
 
         self.compare(t.materials, 1024, error=1e-3, make=make)
@@ -371,15 +376,28 @@ class Rays(Patches):
     def test_bevel(self):
         t = Trees()
         for radius in (0.05, 0.2):
-            for samples in (4, 16):
+            for samples in (8, 16):
                 t.shown(f"radius {radius} samples {samples}", "Bevel", "Normal", {"Radius": radius}, samples=samples)
         self.ortho()
         self.compare(t.materials, 1024, error=1e-3, make=self.trough)
 
+    def test_bevel_of_few_rays(self):
+        """The mean of few is brought to unit length: that hangs on how the rays lie. Between Cycles' own patterns of samples (the
+        default, and Tabulated Sobol) 4 rays differ by 1.3 % and a relMSE of 2.9e-3, 8 by 0.3 % and 5e-5."""
+        t = Trees()
+        for samples in (2, 3, 4):
+            t.shown(f"samples {samples}", "Bevel", "Normal", {"Radius": 0.2}, samples=samples)
+        self.ortho()
+        self.compare(t.materials, 1024, mean=0.013, error=2.9e-3, make=self.trough, exact=False)
+        for verdict in self.exported.result.verdicts:
+            if verdict["kind"] == "material":
+                self.assertEqual(verdict["verdict"], "approximated", verdict)
+                self.assertIn("Bevel", verdict["detail"])
+
     def test_under_light(self):
         t = Trees()
         tree, surface = t.tree("bevel")
-        linked(tree, "Bevel", 0, linked(tree, "BsdfDiffuse", 0, surface).inputs["Normal"], Radius=0.2)
+        linked(tree, "Bevel", 0, linked(tree, "BsdfDiffuse", 0, surface).inputs["Normal"], Radius=0.2, samples=8)
         tree, surface = t.tree("ambient occlusion")
         linked(tree, "AmbientOcclusion", "Color", linked(tree, "BsdfDiffuse", 0, surface).inputs["Color"], Distance=0.3)
         tree, surface = t.tree("opacity by ambient occlusion")
@@ -428,7 +446,8 @@ class Displacement(Patches):
 
     def test_normals_as_bump(self):
         self.ortho()
-        self.compare(self.surfaces("BUMP", shine=True))
+        # Normals vary within a pixel: with 64 samples their noise alone is 4e-4.
+        self.compare(self.surfaces("BUMP", shine=True), 1024)
 
     def test_of_vertices(self):
         self.ortho()

@@ -123,6 +123,9 @@ class GraphWriter:
         ior = inputs.get("IOR")
         if is_principled and isinstance(ior, float) and ior < 1:
             self.result.findings.append((APPROXIMATED, "an index of refraction below 1 is rendered as 1"))
+        if kind == "ShaderNodeBevel" and use.node.samples < 8:
+            words = "the few rays of a Bevel lie otherwise: its normals differ by about 1 % (8 samples agree)"
+            self.result.findings.append((APPROXIMATED, words))
 
     def _demand(self, use):
         kind, inputs = use.node.bl_idname, use.inputs
