@@ -464,6 +464,31 @@ fn kernels_with_and_without_facets_agree_on_matte_surfaces() {
     }
 }
 
+/// What a displacement that is a bump sees alone, and neither the triangle nor the curved surface, is lost.
+#[test]
+fn a_bump_of_the_surface_sees_nothing_below_it() {
+    let leaning = Vec3::new(0.8, 0.0, 0.6);
+    let below = Vec3::new(0.995, 0.0, -0.1).normalize();
+    let lit = |curved: Vec3, wi: Vec3| {
+        let normals = Normals {
+            curved,
+            ..normals(leaning)
+        };
+        let normals = Normals {
+            geometric: Vec3::Z,
+            ..normals
+        };
+        let mut bsdf: Bsdf = Bsdf::new(normals, direction(0.7), false, Changes::NONE);
+        let (color, normal) = (Vec3::ONE, leaning);
+        bsdf.add(Lobe::Diffuse(Diffuse { color, normal }), color);
+        bsdf.finish();
+        bsdf.evaluate(wi).value != Vec3::ZERO
+    };
+    assert!(lit(Vec3::Z, Vec3::Z));
+    assert!(!lit(Vec3::Z, below));
+    assert!(lit(leaning, below));
+}
+
 #[test]
 fn of_too_many_lobes_the_weakest_are_left_out_and_counted() {
     let n = normals(Vec3::Z);
