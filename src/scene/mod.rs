@@ -5,6 +5,7 @@
 
 mod camera;
 mod diagnostics;
+mod duplicate_triangles;
 mod effect;
 mod fingerprint;
 mod flat;
@@ -17,7 +18,6 @@ mod metallic_roughness;
 mod settings;
 mod simplify;
 pub mod texel;
-mod twins;
 pub mod validate;
 mod visibility;
 mod whole;

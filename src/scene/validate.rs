@@ -7,7 +7,7 @@ use super::flatten::directions;
 use super::graph::Graph;
 use super::{
     Camera, Diagnostics, Effect, Light, LightKind, Material, Mesh, Projection, Scene, Verdict,
-    twins,
+    duplicate_triangles,
 };
 use crate::math::words::counted;
 
@@ -36,14 +36,14 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         }
         clean_mesh(mesh, &mut tally, diagnostics);
         let material = mesh.material.map(|m| &scene.materials[m.0 as usize]);
-        if let Some(material) = material.filter(|m| twins::make_light(m)) {
-            let count = twins::leave_out(mesh, material.double_sided);
+        if let Some(material) = material.filter(|m| duplicate_triangles::make_light(m)) {
+            let count = duplicate_triangles::leave_out(mesh, material.double_sided);
             tally.shining_twins.add(&mesh.name, count);
         }
     }
     tally.report(diagnostics);
     clean_instances(scene, diagnostics);
-    twins::leave_out_across(scene).report(
+    duplicate_triangles::leave_out_across(scene).report(
         diagnostics,
         "shining-twins-of-others",
         Verdict::Approximated,

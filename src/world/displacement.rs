@@ -3,9 +3,11 @@
 //! As in Cycles each vertex is moved once, by the first triangle that has it and whose material displaces, where that triangle's
 //! corner is; objects that share a mesh share what the first of them gives.
 
+use super::asking::Asking;
 use super::geometry::{Attributes, MeshData, MeshInstance};
 use super::material::Textures;
-use super::place::{Asking, ObjectFacts, View, from_blender};
+use super::place::ObjectFacts;
+use super::view::{View, from_blender};
 
 use crate::ffi::embree::EmbreeError;
 use crate::scene::{Camera, Diagnostics, Instance, Mesh, Part, Projection, Scene, Verdict};

@@ -1,7 +1,8 @@
 //! Meshes, placed meshes, and the surface at a hit.
 
+use super::asking::{Around, Asking};
 use super::material::PreparedMaterial;
-use super::place::{Around, Asking, HitPoint, ObjectFacts};
+use super::place::{HitPoint, ObjectFacts};
 use crate::effects::{Features, General};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};

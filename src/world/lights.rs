@@ -1,9 +1,10 @@
 //! The lights of a scene, made ready.
 
+use super::asking::Asking;
 use super::geometry::{MeshData, MeshInstance};
 use super::material::PreparedMaterial;
-use super::place::{Asking, View, from_blender};
 use super::shine::Shine;
+use super::view::{View, from_blender};
 use crate::effects::{self, Effect, General};
 use crate::ffi::embree::{Device, EmbreeError};
 use crate::light::computed::{ComputedLight, LightAxes};

@@ -1,23 +1,27 @@
 //! The prepared scene: recentred, in Embree, ready for rays. Read-only while rendering.
 
+mod asking;
 mod camera;
 mod displacement;
 mod geometry;
 mod interfaces;
 mod lights;
 mod material;
+mod neighbourhood;
 mod origin;
 mod place;
 mod placed;
 mod shine;
+mod view;
 
 pub use crate::ffi::embree::{Hit, InstructionSet};
 pub use crate::light::Source;
 pub use crate::scene::RayKind;
+pub use asking::{Asking, Past, Sender};
 pub use displacement::displace;
 pub use geometry::Surface;
 pub use interfaces::Passage;
-pub use place::{Asking, HitPoint, Past, Sender};
+pub use place::HitPoint;
 
 use crate::camera::Camera;
 use crate::effects::{self, Effect, Features, General};
@@ -29,15 +33,16 @@ use crate::sampler;
 use crate::scene::{self, Scene};
 use crate::shading::Normals;
 use crate::shading::program::Place;
+use asking::Around;
 use enumset::EnumSet;
 use geometry::MeshInstance;
 use glam::{DVec3, Vec2, Vec3};
 use material::PreparedMaterial;
 use origin::{Extent, Origin};
-use place::{Around, View};
 use placed::Geometry;
 use serde::Serialize;
 use std::sync::Arc;
+use view::View;
 
 /// A scene ready for rays. Positions are relative to `origin`. Its parts are renewed each for itself ([`World::renew`]).
 pub struct World {

@@ -1,153 +1,16 @@
 //! What shader programs ask about a point of a surface.
 
+use super::asking::{Around, Asking};
 use super::geometry::{MeshData, MeshInstance, unit_or_zero};
+use super::neighbourhood::across;
+use super::view::{View, from_blender, to_blender};
 use crate::effects::General;
-use crate::ffi::embree::Hit;
-use crate::math::float;
 use crate::math::float::{Affine, BoundedPoint};
-use crate::sampler::{Dimension, Sampler, Sequence};
 use crate::scene::graph::function::{PathDepth, PlaceInput, Space, Transformed};
 use crate::scene::graph::{NormalSpace, TangentKind};
-use crate::scene::{Camera, ObjectInfo, Projection, RayKind, TextureSpace};
+use crate::scene::{ObjectInfo, TextureSpace};
 use crate::shading::program::{Openness, Place};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
-
-/// Of glTF's axes, Blender's.
-pub fn to_blender(v: Vec3) -> Vec3 {
-    Vec3::new(v.x, -v.z, v.y)
-}
-
-/// Of Blender's axes, glTF's.
-pub fn from_blender(v: Vec3) -> Vec3 {
-    Vec3::new(v.x, v.z, -v.y)
-}
-
-/// What a world knows of the one who looks.
-#[derive(Clone, Copy, Debug)]
-pub struct View {
-    /// From places relative to the origin, in glTF's axes, to the camera's: it looks along +Z, as in Cycles.
-    pub camera: Affine,
-    /// A pixel's height, metres: this at the camera, and so much more for each metre from it.
-    pub pixel: (f32, f32),
-    /// How the picture is seen.
-    frame: Frame,
-}
-
-/// The edges of a picture: left, right, bottom, top.
-#[derive(Clone, Copy, Debug)]
-enum Frame {
-    /// Tangents of angles.
-    Perspective([f32; 4]),
-    /// Metres.
-    Orthographic([f32; 4]),
-    /// Radians.
-    Equirectangular([f32; 4]),
-}
-
-impl Frame {
-    fn new(camera: &Camera, aspect: f64) -> Self {
-        let window = camera.window.map(|w| w.widened_to(aspect));
-        let edges =
-            |x: f64, y: f64| window.map_or([-x, x, -y, y], |w| [w.left, w.right, w.bottom, w.top]);
-        let single = |edges: [f64; 4]| edges.map(|edge| edge as f32);
-        match camera.projection {
-            Projection::Perspective { vertical_fov, .. } => {
-                let y = (0.5 * vertical_fov).tan();
-                Self::Perspective(single(edges(y * aspect, y)))
-            }
-            Projection::Orthographic { half_height, .. } => {
-                Self::Orthographic(single(edges(half_height * aspect, half_height)))
-            }
-            Projection::Equirectangular {
-                longitude: [left, right],
-                latitude: [bottom, top],
-            } => Self::Equirectangular(single([left, right, bottom, top])),
-        }
-    }
-
-    /// Where in the picture a point of the camera's space is, 0 to 1.
-    fn at(&self, p: Vec3) -> Vec3 {
-        let (edges, at) = match self {
-            Self::Perspective(edges) => (edges, [p.x / p.z, p.y / p.z]),
-            Self::Orthographic(edges) => (edges, [p.x, p.y]),
-            Self::Equirectangular(edges) => {
-                let up = p.y / p.length().max(f32::MIN_POSITIVE);
-                (edges, [p.x.atan2(p.z), up.clamp(-1.0, 1.0).asin()])
-            }
-        };
-        let [left, right, bottom, top] = *edges;
-        Vec3::new(
-            (at[0] - left) / (right - left),
-            (at[1] - bottom) / (top - bottom),
-            0.0,
-        )
-    }
-}
-
-impl View {
-    /// Where a place in the camera's space lies in the picture: 0 to 1 from the left, and from below.
-    pub fn window(&self, p: Vec3) -> Vec3 {
-        self.frame.at(p)
-    }
-
-    /// That of a world's camera.
-    pub fn new(camera: &Camera, (aspect, rows): (f64, u32), origin: DVec3) -> Self {
-        let to_camera = camera.world_from_camera.inverse();
-        // glTF's cameras look along −Z.
-        let flip = DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0));
-        let flipped = DAffine3 {
-            matrix3: flip * to_camera.matrix3,
-            translation: flip * to_camera.transform_point3(origin),
-        };
-        let window = camera.window.map(|w| w.widened_to(aspect));
-        let height = |plain: f64| window.map_or(plain, |w| w.top - w.bottom);
-        let (parallel, angle) = match camera.projection {
-            Projection::Perspective { vertical_fov, .. } => {
-                (0.0, height(2.0 * (0.5 * vertical_fov).tan()))
-            }
-            Projection::Orthographic { half_height, .. } => (height(2.0 * half_height), 0.0),
-            Projection::Equirectangular { latitude, .. } => (0.0, latitude[1] - latitude[0]),
-        };
-        let rows = f64::from(rows.max(1));
-        Self {
-            camera: Affine::from_f64(&flipped, DVec3::ZERO),
-            pixel: ((parallel / rows) as f32, (angle / rows) as f32),
-            frame: Frame::new(camera, aspect),
-        }
-    }
-}
-
-/// A ray that looks for its own object passes no more surfaces.
-const MOST_SURFACES: u32 = 64;
-
-/// How often the Bevel node's rays go along the normal, and along each tangent.
-const SHARES: [f32; 3] = [0.5, 0.25, 0.25];
-
-/// The kernel of the Bevel node: the cubic one, (R − r)³ of a radius R.
-mod bevel {
-    use std::f32::consts::PI;
-
-    /// Its density at a distance.
-    pub fn density(radius: f32, r: f32) -> f32 {
-        let x = (1.0 - r / radius).max(0.0);
-        10.0 / (PI * radius * radius) * (x * x * x)
-    }
-
-    /// The distance, of a radius of 1, within which a share of it lies: 10x² − 20x³ + 15x⁴ − 4x⁵ by bisection.
-    pub fn radius(share: f32) -> f32 {
-        let within = |x: f32| x * x * (10.0 + x * (-20.0 + x * (15.0 - 4.0 * x)));
-        let (mut low, mut high) = (0.0f32, 1.0f32);
-        for _ in 0..20 {
-            let middle = 0.5 * (low + high);
-            if within(middle) < share {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        0.5 * (low + high)
-    }
-}
 
 /// What is known of an object, for programs that ask about places.
 #[derive(Clone, Debug)]
@@ -207,99 +70,6 @@ impl ObjectFacts {
     }
 }
 
-/// The ray that asks.
-#[derive(Clone, Copy, Debug)]
-pub struct Asking {
-    /// From where it comes.
-    pub direction: Vec3,
-    /// How far.
-    pub distance: f32,
-    /// The bit of its kind.
-    pub kind: u32,
-    /// Surfaces that have scattered its path.
-    pub depth: u32,
-    /// What else is known of its path.
-    pub past: Past,
-}
-
-/// A ray's kind and what is known of its path.
-#[derive(Clone, Copy, Debug)]
-pub struct Sender {
-    /// The kind.
-    pub kind: RayKind,
-    /// Surfaces that have scattered the path.
-    pub depth: u32,
-    /// What else is known of it.
-    pub past: Past,
-}
-
-impl From<RayKind> for Sender {
-    fn from(kind: RayKind) -> Self {
-        Self {
-            kind,
-            depth: 0,
-            past: Past::default(),
-        }
-    }
-}
-
-/// The way that a path has come, as far as programs ask about it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Past {
-    /// Surfaces that have scattered it diffusely, by facets, or through themselves, and that it has passed straight on.
-    pub depths: [u8; 4],
-    /// The last of them was a mirror or clear glass.
-    pub singular: bool,
-    /// The last of them did not let it through.
-    pub reflected: bool,
-    /// It has been scattered into a wide range of directions.
-    pub blurry: bool,
-    /// For random numbers, with the number of the bounce, where somebody asks for any.
-    pub numbers: Option<(Sampler, u32)>,
-}
-
-impl Past {
-    /// For random numbers; the same for all where nothing is known of the path.
-    fn numbers(&self) -> (Sampler, u32) {
-        let unknown = || (Sequence::new(0).sampler(0, 0, 0), 0);
-        self.numbers.unwrap_or_else(unknown)
-    }
-}
-
-/// The scene around a place, for programs that ask it by rays.
-pub trait Around: Sync {
-    /// What a ray meets first: where, and whether that is on the object of an entry.
-    fn meets(&self, ray: (Vec3, Vec3, [f32; 2]), object: &MeshInstance) -> Option<(Hit, bool)>;
-    /// Whether a shadow ray meets anything.
-    fn is_shut(&self, origin: Vec3, direction: Vec3, far: f32) -> bool;
-    /// The normals of a hit, outside: that of the triangle, and the smooth one.
-    fn normals(&self, hit: &Hit) -> (Vec3, Vec3);
-}
-
-impl Asking {
-    /// A ray with a hit on its way.
-    pub fn of(sender: &Sender, direction: Vec3, hit: &Hit) -> Self {
-        Self {
-            direction,
-            distance: hit.distance,
-            kind: sender.kind.bit(),
-            depth: sender.depth,
-            past: sender.past,
-        }
-    }
-
-    /// Nobody in particular, along a direction.
-    pub fn along(direction: Vec3) -> Self {
-        Self {
-            direction,
-            distance: 0.0,
-            kind: 0,
-            depth: 0,
-            past: Past::default(),
-        }
-    }
-}
-
 /// A point on a triangle by its barycentric coordinates.
 #[derive(Clone, Copy)]
 pub struct HitPoint<'a> {
@@ -316,24 +86,6 @@ pub struct HitPoint<'a> {
     pub(super) undisplaced: Option<u32>,
     /// The scene, where programs ask it.
     pub(super) around: Option<&'a dyn Around>,
-}
-
-/// Two unit vectors that make a right-handed frame with a normal, in Blender's axes: those that Cycles takes.
-fn across(n: Vec3) -> [Vec3; 2] {
-    let first = if n.x != n.y || n.x != n.z {
-        Vec3::new(n.z - n.y, n.x - n.z, n.y - n.x)
-    } else {
-        Vec3::new(n.z - n.y, n.x + n.z, -n.y - n.x)
-    };
-    let first = first.normalize_or_zero();
-    [first, n.cross(first)]
-}
-
-/// Two random numbers for one of some samples of a path: points of one sequence that all paths of the pixel share, as in
-/// Cycles. What becomes of the mean of few (a Bevel brings it to unit length) hangs on how they lie.
-fn spread((sampler, bounce): (Sampler, u32), (sample, of): (u32, u8)) -> [f32; 2] {
-    let part = sampler.of_pixel().part(sample, of.into());
-    part.pair(Dimension::Opacity, bounce).to_array()
 }
 
 /// Between the values of three corners.
@@ -368,7 +120,7 @@ impl HitPoint<'_> {
         )
     }
 
-    fn facts(&self) -> Option<&ObjectFacts> {
+    pub(super) fn facts(&self) -> Option<&ObjectFacts> {
         self.entry.facts.as_deref()
     }
 
@@ -390,36 +142,13 @@ impl HitPoint<'_> {
         })
     }
 
-    /// Where a ray meets its object, so often at most.
-    fn local_hits<'b>(
-        &'b self,
-        around: &'b dyn Around,
-        (origin, direction, [near, far]): (Vec3, Vec3, [f32; 2]),
-        most: usize,
-    ) -> impl Iterator<Item = Hit> + 'b {
-        let mut from = near;
-        let mut left = MOST_SURFACES;
-        std::iter::from_fn(move || {
-            while left > 0 {
-                left -= 1;
-                let (hit, is_own) = around.meets((origin, direction, [from, far]), self.entry)?;
-                from = hit.distance.next_up();
-                if is_own {
-                    return Some(hit);
-                }
-            }
-            None
-        })
-        .take(most)
-    }
-
     /// In the mesh's space.
-    fn in_mesh(&self) -> Vec3 {
+    pub(super) fn in_mesh(&self) -> Vec3 {
         between(self.mesh_corners(), self.u, self.v)
     }
 
     /// A step across the mesh's triangle by its barycentric coordinates: least squares in the triangle's plane.
-    fn barycentric(&self, local: Vec3) -> Option<(f32, f32)> {
+    pub(super) fn barycentric(&self, local: Vec3) -> Option<(f32, f32)> {
         let [a, b, c] = self.mesh_corners();
         let (e1, e2) = (b - a, c - a);
         let (d11, d12, d22) = (e1.dot(e1), e1.dot(e2), e2.dot(e2));
@@ -429,7 +158,7 @@ impl HitPoint<'_> {
     }
 
     /// A vector of Blender's world in the mesh's space.
-    fn vector_to_mesh(&self, v: Vec3) -> Vec3 {
+    pub(super) fn vector_to_mesh(&self, v: Vec3) -> Vec3 {
         let v = from_blender(v);
         match (&self.entry.facts, self.entry.is_instance()) {
             (Some(facts), true) => facts.object_axes * v,
@@ -490,7 +219,7 @@ impl HitPoint<'_> {
     }
 
     /// In the world, relative to the origin.
-    fn in_world(&self) -> Vec3 {
+    pub(super) fn in_world(&self) -> Vec3 {
         let local = BoundedPoint {
             point: self.in_mesh(),
             error: Vec3::ZERO,
@@ -514,7 +243,7 @@ impl HitPoint<'_> {
         }
     }
 
-    fn outer_normal(&self) -> Vec3 {
+    pub(super) fn outer_normal(&self) -> Vec3 {
         if self.normal == Vec3::ZERO {
             self.entry.smooth_normal(self.mesh, self)
         } else {
@@ -529,7 +258,7 @@ impl HitPoint<'_> {
         outside.dot(self.asking.direction) > 0.0
     }
 
-    fn side(&self, n: Vec3) -> Vec3 {
+    pub(super) fn side(&self, n: Vec3) -> Vec3 {
         if self.is_inside() { -n } else { n }
     }
 
@@ -847,125 +576,14 @@ impl Place for HitPoint<'_> {
     }
 
     fn openness(&self, normal: Vec3, distance: f32, rays: Openness) -> f32 {
-        let (Some(around), true) = (self.around, distance > 0.0 && rays.samples > 0) else {
-            return 1.0;
-        };
-        let numbers = self.asking.past.numbers();
-        let normal = from_blender(normal);
-        let (tangent, across) = normal.any_orthonormal_pair();
-        let point = self
-            .entry
-            .point::<General>(self.mesh, self.triangle, self.u, self.v);
-        let outside = self
-            .entry
-            .geometric_normal::<General>(self.mesh, self.triangle);
-        let mut open = 0u32;
-        for sample in 0..u32::from(rays.samples) {
-            let [turn, share] = spread(numbers, (sample, rays.samples));
-            let (sin, cos) = (turn * std::f32::consts::TAU).sin_cos();
-            let radius = share.sqrt();
-            let up = (1.0 - share).max(0.0).sqrt();
-            let direction = (tangent * cos + across * sin) * radius + normal * up;
-            let side = if outside.dot(direction) < 0.0 {
-                -outside
-            } else {
-                outside
-            };
-            let origin = float::ray_origin(point, side);
-            let shut = if rays.only_local {
-                let ray = (origin, direction, [0.0, distance]);
-                self.local_hits(around, ray, 1).next().is_some()
-            } else {
-                around.is_shut(origin, direction, distance)
-            };
-            open += u32::from(!shut);
-        }
-        open as f32 / f32::from(rays.samples)
+        self.open_share(normal, distance, rays)
     }
 
     fn beveled(&self, radius: f32, samples: u8) -> Vec3 {
-        let own = to_blender(self.side(self.outer_normal()));
-        let Some(around) = self.around else {
-            return own;
-        };
-        if radius <= 0.0 || samples == 0 || self.asking.past.blurry {
-            return own;
-        }
-        let numbers = self.asking.past.numbers();
-        let point = self.in_world();
-        let geometric = self
-            .entry
-            .geometric_normal::<General>(self.mesh, self.triangle);
-        let geometric = self.side(geometric);
-        let [tangent, across] = across(to_blender(geometric)).map(from_blender);
-        let frames = [
-            [geometric, tangent, across],
-            [tangent, geometric, across],
-            [across, tangent, geometric],
-        ];
-        let mut sum = Vec3::ZERO;
-        for sample in 0..u32::from(samples) {
-            let [mut axis, share] = spread(numbers, (sample, samples));
-            // Half of the rays along the normal, a quarter along each tangent (King, Kulla, Conty and Fajardo, *BSSRDF Importance
-            // Sampling*, 2013).
-            let which = if axis < 0.5 {
-                axis *= 2.0;
-                0
-            } else if axis < 0.75 {
-                axis = (axis - 0.5) * 4.0;
-                1
-            } else {
-                axis = (axis - 0.75) * 4.0;
-                2
-            };
-            let [along, first, second] = frames[which];
-            let (sin, cos) = (axis * std::f32::consts::TAU).sin_cos();
-            let beside = bevel::radius(share) * radius;
-            let height = (radius * radius - beside * beside).max(0.0).sqrt();
-            let origin = point + along * height + (first * cos + second * sin) * beside;
-            let ray = (origin, -along, [0.0, 2.0 * height]);
-            for hit in self.local_hits(around, ray, 16) {
-                let (face, smooth) = around.normals(&hit);
-                let at = origin - along * hit.distance;
-                let weights = [geometric, tangent, across].map(|axis| axis.dot(face).abs());
-                // The power heuristic over the axes.
-                let densities = [0, 1, 2].map(|axis| weights[axis] * SHARES[axis]);
-                let all: f32 = densities.iter().map(|d| d * d).sum();
-                let weight = densities[which] / all.max(f32::MIN_POSITIVE);
-                let far = bevel::density(radius, at.distance(point));
-                sum +=
-                    smooth * (weight * far / bevel::density(radius, beside).max(f32::MIN_POSITIVE));
-            }
-        }
-        let mean = unit_or_zero(sum);
-        if mean == Vec3::ZERO {
-            own
-        } else {
-            to_blender(self.side(mean))
-        }
+        self.beveled_normal(radius, samples)
     }
 
     fn is_on_edge(&self, width: f32, pixels: bool) -> bool {
-        let mut width = 0.5 * width;
-        if pixels {
-            // What a pixel is wide across the surface, projected to the viewer, by the tangents that Cycles takes.
-            let normal = self
-                .entry
-                .geometric_normal::<General>(self.mesh, self.triangle);
-            let n = to_blender(self.side(normal));
-            let view = to_blender(self.asking.direction).normalize_or_zero();
-            let (parallel, angle) = self.facts().map_or((0.0, 0.0), |facts| facts.view.pixel);
-            let pixel = parallel + self.asking.distance * self.asking.direction.length() * angle;
-            let seen = across(n).map(|t| (t - view * t.dot(view)).length() * pixel);
-            width *= 0.5 * (seen[0] + seen[1]);
-        }
-        let corners = self.entry.world_corners(self.mesh, self.triangle);
-        let p = between(corners, self.u, self.v);
-        (0..3).any(|i| {
-            let (at, before) = (corners[i], corners[(i + 2) % 3]);
-            let edge = at - before;
-            let across = edge.cross(p - at).length_squared();
-            across < edge.length_squared() * (width * width)
-        })
+        self.is_near_edge(width, pixels)
     }
 }

@@ -1,7 +1,7 @@
 //! Node trees of worlds and lights, evaluated for the rays that find them.
 
 use super::material::Preparer;
-use super::place::{View, from_blender, to_blender};
+use super::view::{View, from_blender, to_blender};
 use crate::light::computed::LightAxes;
 use crate::light::program::{LightProgram, ShinePoint};
 use crate::scene::Scene;

@@ -1,25 +1,20 @@
 //! From graphs to programs.
 
-use super::{
-    Call, CoatRoots, Height, LayerRoots, Opacity, Operand, Operation, Program, Programs, Root,
-    Shader, Weighted,
-};
+use super::shader::{roots_of, shader};
+use super::{Call, Height, Opacity, Operand, Operation, Program, Programs, Root, Weighted};
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::bump;
 use crate::scene::graph::node::{
-    diffuse, emission, glossy, image_texture, math, mix, mix_shader, normal_map, principled,
-    separate, tangent, transparent,
+    emission, image_texture, math, mix, mix_shader, normal_map, principled, separate, tangent,
+    transparent,
 };
 use crate::scene::graph::{
     self, Blend, Facts, Function, Graph, Input, Lane, Link, MathOperation, NodeKind, Range,
-    SimpleBsdf, SocketKind, TangentKind,
+    SocketKind,
 };
 use crate::scene::{ImageUse, Texture};
-use crate::shading::Principled;
 use crate::shading::texture::PreparedTexture;
-use crate::shading::thin_film::Film;
 use glam::{Vec3, Vec4};
-use std::cell::RefCell;
 
 /// Gives textures their rasters; those without an image are white.
 pub trait Source {
@@ -50,8 +45,8 @@ impl Facts for Known {
     }
 }
 
-const ONE: Operand = Operand::Constant(Vec4::ONE);
-const ZERO: Operand = Operand::Constant(Vec4::ZERO);
+pub(super) const ONE: Operand = Operand::Constant(Vec4::ONE);
+pub(super) const ZERO: Operand = Operand::Constant(Vec4::ZERO);
 
 /// Whether an operand is a number, or a colour of it.
 fn is(operand: Operand, number: f32) -> bool {
@@ -59,8 +54,8 @@ fn is(operand: Operand, number: f32) -> bool {
 }
 
 /// One program on its way.
-struct Compiler<'a, S> {
-    graph: &'a Graph,
+pub(super) struct Compiler<'a, S> {
+    pub(super) graph: &'a Graph,
     source: &'a mut S,
     program: Program,
     /// The register or constant of each node that has one.
@@ -99,13 +94,13 @@ impl<'a, S: Source> Compiler<'a, S> {
         }
     }
 
-    fn emit(&mut self, operation: Operation) -> u32 {
+    pub(super) fn emit(&mut self, operation: Operation) -> u32 {
         self.program.operations.push(operation);
         self.program.operations.len() as u32 - 1
     }
 
     /// Emits what an input needs that is not there yet, in the order of the nodes.
-    fn operand(&mut self, input: Input) -> Operand {
+    pub(super) fn operand(&mut self, input: Input) -> Operand {
         let link = match input {
             Input::Link(link) => link,
             Input::Value(value) => return Operand::Constant(Vec3::from(value).extend(1.0)),
@@ -285,7 +280,7 @@ impl<'a, S: Source> Compiler<'a, S> {
 
     /// What an input gives as a socket takes it: normals stand outside in glTF's axes, vectors of them on the viewer's side
     /// in Blender's.
-    fn converted(&mut self, at: usize, socket: usize, takes: SocketKind) -> Operand {
+    pub(super) fn converted(&mut self, at: usize, socket: usize, takes: SocketKind) -> Operand {
         let input = self.graph.nodes[at].inputs[socket];
         let operand = self.input(at, socket);
         let Some(link) = input.link() else {
@@ -576,247 +571,8 @@ fn narrow(operations: &mut [Operation], calls: &[Call], roots: &[&mut Root]) {
 }
 
 /// Before [`Compiler::finish`] says what it needs.
-fn root(operand: Operand) -> Root {
+pub(super) fn root(operand: Operand) -> Root {
     Root { operand, needs: 0 }
-}
-
-fn known(graph: &Graph, at: usize, space: WorkingSpace) -> Principled {
-    let node = &graph.nodes[at];
-    let color = |socket: usize| match node.inputs[socket] {
-        Input::Value(value) => Vec3::from(value),
-        _ => Vec3::from(principled::SOCKETS[socket].default),
-    };
-    Principled {
-        base_color: color(principled::BASE_COLOR),
-        metallic: color(principled::METALLIC).x,
-        roughness: color(principled::ROUGHNESS).x,
-        ior: color(principled::IOR).x,
-        specular: 2.0 * color(principled::SPECULAR_IOR_LEVEL).x,
-        specular_color: color(principled::SPECULAR_TINT),
-        transmission: color(principled::TRANSMISSION_WEIGHT).x,
-        thin_walled: matches!(
-            node.kind,
-            NodeKind::PrincipledBsdf {
-                thin_wall: true,
-                ..
-            }
-        ),
-        edge_tint: matches!(
-            node.kind,
-            NodeKind::PrincipledBsdf {
-                edge_tint: true,
-                ..
-            }
-        ),
-        film: Film {
-            thickness: color(principled::THIN_FILM_THICKNESS).x,
-            ior: color(principled::THIN_FILM_IOR).x,
-            space,
-        },
-        pane: matches!(node.kind, NodeKind::PrincipledBsdf { pane: true, .. }),
-        subsurface: color(principled::SUBSURFACE_WEIGHT).x,
-        subsurface_anisotropy: color(principled::SUBSURFACE_ANISOTROPY).x,
-        once: matches!(node.kind, NodeKind::PrincipledBsdf { once: true, .. }),
-        diffuse_roughness: color(principled::DIFFUSE_ROUGHNESS).x,
-        anisotropy: color(principled::ANISOTROPIC).x,
-        anisotropy_rotation: color(principled::ANISOTROPIC_ROTATION).x,
-    }
-}
-
-/// Sockets that are read at hits, metallic first: what it hides is not read.
-const READ: [usize; 14] = [
-    principled::METALLIC,
-    principled::BASE_COLOR,
-    principled::ROUGHNESS,
-    principled::ANISOTROPIC,
-    principled::ANISOTROPIC_ROTATION,
-    principled::IOR,
-    principled::SPECULAR_IOR_LEVEL,
-    principled::SPECULAR_TINT,
-    principled::TRANSMISSION_WEIGHT,
-    principled::DIFFUSE_ROUGHNESS,
-    principled::SUBSURFACE_WEIGHT,
-    principled::SUBSURFACE_ANISOTROPY,
-    principled::THIN_FILM_THICKNESS,
-    principled::THIN_FILM_IOR,
-];
-
-/// The tangent of an anisotropic shader. Without a link it is the radial one, as in Cycles.
-fn tangent_of<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, socket: usize) -> Option<Root> {
-    let node = &compiler.graph.nodes[at];
-    if node.is_anisotropic_about_z() {
-        let operation = Operation::Tangent {
-            kind: TangentKind::Radial,
-            direction: ONE,
-        };
-        return Some(root(Operand::Register(compiler.emit(operation), Lane::Rgb)));
-    }
-    let input = node.inputs[socket];
-    node.is_anisotropic().then(|| {
-        // What is behind it is emitted first.
-        compiler.operand(input);
-        root(compiler.converted(at, socket, SocketKind::Normal))
-    })
-}
-
-fn simple<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, bsdf: SimpleBsdf) -> Shader {
-    let node = &compiler.graph.nodes[at];
-    let tangent = node
-        .anisotropy_sockets()
-        .and_then(|(_, socket)| tangent_of(compiler, at, socket));
-    let (mut sockets, mut normal) = (Vec::new(), None);
-    for (number, (socket, input)) in bsdf.sockets().iter().zip(&node.inputs).enumerate() {
-        let is_direction = socket.kind == SocketKind::Normal;
-        if is_direction && (socket.name != "Normal" || *input == Input::None) {
-            sockets.push(root(ZERO));
-            continue;
-        }
-        // What is behind it is emitted first.
-        compiler.operand(*input);
-        let value = root(compiler.converted(at, number, socket.kind));
-        if is_direction {
-            normal = Some(value);
-        }
-        sockets.push(value);
-    }
-    Shader::Simple {
-        bsdf,
-        sockets,
-        normal,
-        tangent,
-    }
-}
-
-/// What lies over a Principled BSDF.
-fn layers<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Box<LayerRoots>> {
-    use principled::{
-        COAT_IOR, COAT_NORMAL, COAT_ROUGHNESS, COAT_TINT, COAT_WEIGHT, SHEEN_ROUGHNESS, SHEEN_TINT,
-        SHEEN_WEIGHT,
-    };
-    let inputs = &compiler.graph.nodes[at].inputs;
-    let is_there = |weight: usize| inputs[weight] != Input::float(0.0);
-    let (coated, has_fibres) = (is_there(COAT_WEIGHT), is_there(SHEEN_WEIGHT));
-    let normal = (inputs[COAT_NORMAL] != Input::None).then(|| {
-        // What is behind it is emitted first.
-        compiler.operand(inputs[COAT_NORMAL]);
-        root(compiler.converted(at, COAT_NORMAL, SocketKind::Normal))
-    });
-    let mut value = |socket: usize| root(compiler.operand(inputs[socket]));
-    let coat = coated.then(|| CoatRoots {
-        weight: value(COAT_WEIGHT),
-        roughness: value(COAT_ROUGHNESS),
-        ior: value(COAT_IOR),
-        tint: value(COAT_TINT),
-        normal,
-    });
-    let fibres = has_fibres.then(|| [SHEEN_WEIGHT, SHEEN_ROUGHNESS, SHEEN_TINT].map(&mut value));
-    (coated || has_fibres).then(|| Box::new(LayerRoots { coat, fibres }))
-}
-
-fn shader<S: Source>(
-    compiler: &mut Compiler<'_, S>,
-    at: usize,
-    space: WorkingSpace,
-) -> Option<Shader> {
-    let node = &compiler.graph.nodes[at];
-    if let NodeKind::Bsdf(bsdf) = node.kind {
-        return Some(simple(compiler, at, bsdf));
-    }
-    let tangent = match node.kind {
-        NodeKind::PrincipledBsdf { .. } => tangent_of(compiler, at, principled::TANGENT),
-        NodeKind::GlossyBsdf { .. } => tangent_of(compiler, at, glossy::TANGENT),
-        _ => None,
-    };
-    let (graph, compiler) = (compiler.graph, RefCell::new(compiler));
-    let value = |socket: usize| root(compiler.borrow_mut().operand(node.inputs[socket]));
-    let vector = |socket: usize| match node.inputs[socket] {
-        Input::None => None,
-        input => {
-            let mut compiler = compiler.borrow_mut();
-            // What is behind it is emitted first.
-            compiler.operand(input);
-            Some(root(compiler.converted(at, socket, SocketKind::Normal)))
-        }
-    };
-    Some(match node.kind {
-        NodeKind::PrincipledBsdf { .. } => {
-            let normal = vector(principled::NORMAL);
-            let linked = READ
-                .into_iter()
-                .filter(|&socket| node.inputs[socket].link().is_some())
-                .map(|socket| (socket, value(socket)))
-                .collect();
-            let base = known(graph, at, space);
-            let layers = layers(&mut compiler.borrow_mut(), at);
-            Shader::Principled {
-                base,
-                linked,
-                normal,
-                tangent,
-                layers,
-            }
-        }
-        NodeKind::DiffuseBsdf => Shader::Diffuse {
-            normal: vector(diffuse::NORMAL),
-            color: value(diffuse::COLOR),
-            roughness: value(diffuse::ROUGHNESS),
-        },
-        NodeKind::GlossyBsdf { distribution } => Shader::Glossy {
-            distribution,
-            normal: vector(glossy::NORMAL),
-            tangent,
-            color: value(glossy::COLOR),
-            roughness: value(glossy::ROUGHNESS),
-            anisotropy: value(glossy::ANISOTROPY),
-            rotation: value(glossy::ROTATION),
-        },
-        _ => return None,
-    })
-}
-
-fn roots_of(weighted: &mut Weighted) -> Vec<&mut Root> {
-    let Weighted { weight, shader } = weighted;
-    let mut roots = vec![weight];
-    match shader {
-        Shader::Principled {
-            linked,
-            normal,
-            tangent,
-            layers,
-            ..
-        } => {
-            roots.extend(linked.iter_mut().map(|(_, root)| root));
-            roots.extend(normal.iter_mut().chain(tangent));
-            roots.extend(layers.iter_mut().flat_map(|layers| layers.roots()));
-        }
-        Shader::Diffuse {
-            color,
-            roughness,
-            normal,
-        } => {
-            roots.extend([color, roughness]);
-            roots.extend(normal);
-        }
-        Shader::Simple {
-            sockets,
-            normal,
-            tangent,
-            ..
-        } => roots.extend(sockets.iter_mut().chain(normal).chain(tangent)),
-        Shader::Glossy {
-            color,
-            roughness,
-            anisotropy,
-            rotation,
-            normal,
-            tangent,
-            ..
-        } => {
-            roots.extend([color, roughness, anisotropy, rotation]);
-            roots.extend(normal.iter_mut().chain(tangent));
-        }
-    }
-    roots
 }
 
 fn surface(

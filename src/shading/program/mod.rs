@@ -7,6 +7,7 @@
 mod call;
 mod compile;
 mod projection;
+mod shader;
 
 pub use call::{Call, Height};
 pub use compile::{Known, Source, compile, displacement};

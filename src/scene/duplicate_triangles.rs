@@ -189,5 +189,5 @@ fn placed_corners(mesh: &Mesh, instance: &Instance, triangle: u32) -> [[u64; 3];
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/scene/twins.rs"]
+#[path = "../../tests/unit/scene/duplicate_triangles.rs"]
 mod tests;

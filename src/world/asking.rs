@@ -1,0 +1,100 @@
+//! The ray that asks about a point of a surface, and the scene that it may ask in turn.
+
+use super::geometry::MeshInstance;
+use crate::ffi::embree::Hit;
+use crate::sampler::{Sampler, Sequence};
+use crate::scene::RayKind;
+use glam::Vec3;
+
+/// The ray that asks.
+#[derive(Clone, Copy, Debug)]
+pub struct Asking {
+    /// From where it comes.
+    pub direction: Vec3,
+    /// How far.
+    pub distance: f32,
+    /// The bit of its kind.
+    pub kind: u32,
+    /// Surfaces that have scattered its path.
+    pub depth: u32,
+    /// What else is known of its path.
+    pub past: Past,
+}
+
+/// A ray's kind and what is known of its path.
+#[derive(Clone, Copy, Debug)]
+pub struct Sender {
+    /// The kind.
+    pub kind: RayKind,
+    /// Surfaces that have scattered the path.
+    pub depth: u32,
+    /// What else is known of it.
+    pub past: Past,
+}
+
+impl From<RayKind> for Sender {
+    fn from(kind: RayKind) -> Self {
+        Self {
+            kind,
+            depth: 0,
+            past: Past::default(),
+        }
+    }
+}
+
+/// The way that a path has come, as far as programs ask about it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Past {
+    /// Surfaces that have scattered it diffusely, by facets, or through themselves, and that it has passed straight on.
+    pub depths: [u8; 4],
+    /// The last of them was a mirror or clear glass.
+    pub singular: bool,
+    /// The last of them did not let it through.
+    pub reflected: bool,
+    /// It has been scattered into a wide range of directions.
+    pub blurry: bool,
+    /// For random numbers, with the number of the bounce, where somebody asks for any.
+    pub numbers: Option<(Sampler, u32)>,
+}
+
+impl Past {
+    /// For random numbers; the same for all where nothing is known of the path.
+    pub(super) fn numbers(&self) -> (Sampler, u32) {
+        let unknown = || (Sequence::new(0).sampler(0, 0, 0), 0);
+        self.numbers.unwrap_or_else(unknown)
+    }
+}
+
+/// The scene around a place, for programs that ask it by rays.
+pub trait Around: Sync {
+    /// What a ray meets first: where, and whether that is on the object of an entry.
+    fn meets(&self, ray: (Vec3, Vec3, [f32; 2]), object: &MeshInstance) -> Option<(Hit, bool)>;
+    /// Whether a shadow ray meets anything.
+    fn is_shut(&self, origin: Vec3, direction: Vec3, far: f32) -> bool;
+    /// The normals of a hit, outside: that of the triangle, and the smooth one.
+    fn normals(&self, hit: &Hit) -> (Vec3, Vec3);
+}
+
+impl Asking {
+    /// A ray with a hit on its way.
+    pub fn of(sender: &Sender, direction: Vec3, hit: &Hit) -> Self {
+        Self {
+            direction,
+            distance: hit.distance,
+            kind: sender.kind.bit(),
+            depth: sender.depth,
+            past: sender.past,
+        }
+    }
+
+    /// Nobody in particular, along a direction.
+    pub fn along(direction: Vec3) -> Self {
+        Self {
+            direction,
+            distance: 0.0,
+            kind: 0,
+            depth: 0,
+            past: Past::default(),
+        }
+    }
+}
