@@ -196,11 +196,6 @@ impl Velvet {
     pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
         let wi = Frame::from_normal(self.normal).to_world(warp::cone(u, 1.0));
         let of = self.evaluate(smooth, wi);
-        (of.pdf > 0.0).then_some(LobeSample {
-            wi,
-            transmitted: false,
-            delta: false,
-            of,
-        })
+        LobeSample::reflected(wi, of)
     }
 }

@@ -37,11 +37,6 @@ impl Diffuse {
     pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
         let wi = Frame::from_normal(self.normal).to_world(warp::cosine_hemisphere(u));
         let of = self.evaluate((smooth, self.normal != smooth), wi);
-        (of.pdf > 0.0).then_some(LobeSample {
-            wi,
-            transmitted: false,
-            delta: false,
-            of,
-        })
+        LobeSample::reflected(wi, of)
     }
 }

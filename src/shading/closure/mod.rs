@@ -77,6 +77,28 @@ pub struct LobeSample {
     pub of: LobeValue,
 }
 
+impl LobeSample {
+    /// A direction on the side of the viewer; `None` if its density is 0.
+    #[inline]
+    pub(super) fn reflected(wi: Vec3, of: LobeValue) -> Option<Self> {
+        (of.pdf > 0.0).then_some(Self {
+            wi,
+            transmitted: false,
+            delta: false,
+            of,
+        })
+    }
+
+    /// A direction on the other side; `None` if its density is 0.
+    #[inline]
+    pub(super) fn transmitted(wi: Vec3, of: LobeValue) -> Option<Self> {
+        Self::reflected(wi, of).map(|sample| Self {
+            transmitted: true,
+            ..sample
+        })
+    }
+}
+
 /// What a kernel knows of the surfaces of its scenes when it is compiled; the bits are the same with and without.
 pub trait BsdfFeatures {
     /// Anything but Lambertian lobes.

@@ -110,12 +110,7 @@ impl RoughDiffuse {
     pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
         let wi = Frame::from_normal(self.normal).to_world(warp::cosine_hemisphere(u));
         let of = self.evaluate(smooth, wi);
-        (of.pdf > 0.0).then_some(LobeSample {
-            wi,
-            transmitted: false,
-            delta: false,
-            of,
-        })
+        LobeSample::reflected(wi, of)
     }
 
     /// π · BSDF. Single scattering has at most a + b/cosθ of the colour, which grows toward grazing views; further scatterings

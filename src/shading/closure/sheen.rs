@@ -87,11 +87,6 @@ impl Sheen {
         let local = Vec3::new(cosine.x - cosine.z * self.b, cosine.y, cosine.z * self.a);
         let wi = self.frame.to_world(local).try_normalize()?;
         let of = self.evaluate(smooth, wi);
-        (of.pdf > 0.0).then_some(LobeSample {
-            wi,
-            transmitted: false,
-            delta: false,
-            of,
-        })
+        LobeSample::reflected(wi, of)
     }
 }

@@ -102,11 +102,6 @@ impl Toon {
             .to_world(local)
             .try_normalize()?;
         let of = self.evaluate(smooth, wi);
-        (of.pdf > 0.0).then_some(LobeSample {
-            wi,
-            transmitted: false,
-            delta: false,
-            of,
-        })
+        LobeSample::reflected(wi, of)
     }
 }

@@ -36,11 +36,6 @@ impl Translucent {
     pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
         let wi = Frame::from_normal(-self.normal).to_world(warp::cosine_hemisphere(u));
         let of = self.evaluate(smooth, wi);
-        (of.pdf > 0.0).then_some(LobeSample {
-            wi,
-            transmitted: true,
-            delta: false,
-            of,
-        })
+        LobeSample::transmitted(wi, of)
     }
 }
