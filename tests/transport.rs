@@ -519,6 +519,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
                 roughness: 0.4,
                 roughness_texture: None,
             })),
+            thin_film: Some([400.0, 1.33]),
             base_color_texture: Some(texture(0)),
             normal_texture: Some(NormalTexture {
                 texture: texture(0),
