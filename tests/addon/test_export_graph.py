@@ -539,6 +539,23 @@ class When(GraphTest):
                 self.assertNotEqual(after["verdict"], "exact")
                 self.assertEqual(after["detail"], f"{before['detail']}; its nodes are not evaluated as they are because of: {words}")
 
+    def test_emission_below_a_coat_is_told(self):
+        for color, verdict in ((None, "approximated"), ((0, 0, 0, 1), "exact"), ((1, 0.5, 0, 1), "approximated")):
+            with self.subTest(color=color):
+                self.setUp()
+                tree, _ = self.tree()
+                shader = tree.nodes.new("ShaderNodeBsdfPrincipled")
+                shader.inputs["Emission Strength"].default_value = shader.inputs["Coat Weight"].default_value = 1
+                tree.links.new(self.varying(tree), shader.inputs["Base Color"])
+                if color is None:
+                    tree.links.new(self.varying(tree), shader.inputs["Emission Color"])
+                else:
+                    shader.inputs["Emission Color"].default_value = color
+                tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+                found = self.export()
+                self.assertIsNotNone(self.graph_of(found))
+                self.assertEqual(found.verdict("material", "m")["verdict"], verdict)
+
     def test_what_a_mix_does_not_show_needs_not_be_evaluated(self):
         tree, glow = self.tree()
         tree.links.new(self.varying(tree), glow.inputs["Color"])

@@ -117,7 +117,9 @@ class GraphWriter:
                 self.result.findings.append((APPROXIMATED, "light below the surface of a thin wall is scattered without roughness"))
         if inputs.get("Thin Film Thickness", 0.0) != 0.0 and bpy.app.version < (5, 0, 0):
             self.result.findings.append((APPROXIMATED, OLD_FILM, "thin-film"))
-        is_shining = inputs.get("Emission Strength", 0.0) != 0.0 and inputs.get("Emission Color", (0.0,))[:3] != (0.0, 0.0, 0.0)
+        emitted = inputs.get("Emission Color", (0.0, 0.0, 0.0))
+        is_black = isinstance(emitted, tuple) and not any(emitted[:3])
+        is_shining = inputs.get("Emission Strength", 0.0) != 0.0 and not is_black
         if is_principled and is_shining and any(inputs.get(f"{layer} Weight", 0.0) != 0.0 for layer in ("Coat", "Sheen")):
             self.result.findings.append((APPROXIMATED, "a coat or sheen takes nothing from the emission below it"))
         ior = inputs.get("IOR")

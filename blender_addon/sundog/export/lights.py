@@ -48,7 +48,7 @@ def _graph(light, document, cache, findings):
         if walk.objections or walk.surface is None:
             return None, ", ".join(walk.objections)
         written = graph_write.GraphWriter(document, cache, [], None, {}).write(walk, light)
-    except (images.ImageError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
+    except (images.ImageError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError) as error:
         return None, str(error)
     if walk.missing():
         findings.append((EXACT, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))

@@ -66,7 +66,7 @@ class Writer:
         try:
             surface = reader.read(material)
             return self._build(material.name, surface, reader, material)
-        except (images.ImageError, RecursionError, KeyError, AttributeError, ValueError) as error:
+        except (images.ImageError, RecursionError, KeyError, IndexError, AttributeError, TypeError, ValueError) as error:
             reader.note(LOST, f"it is rendered grey: {error}")
             return self._build(material.name, Surface(base_color=Const(numpy.full(3, 0.8))), reader, material)
 
@@ -148,7 +148,7 @@ class Writer:
             if walk.objections or walk.surface is None:
                 return None
             written = graph_write.GraphWriter(self.document, self.cache, uvs, color, self.values).write(walk, material)
-        except (images.ImageError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
+        except (images.ImageError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError) as error:
             uvs[:] = before
             reader.note(EXACT, f"its nodes are not evaluated as they are: {error}")
             return None

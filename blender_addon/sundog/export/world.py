@@ -183,7 +183,7 @@ def _graph(world, cache, document, report, findings):
         if walk.objections or walk.surface is None:
             return None, ", ".join(walk.objections)
         written = graph_write.GraphWriter(document, cache, [], None, {}, report).write(walk, world)
-    except (images.ImageError, baker.BakeError, RecursionError, MemoryError, KeyError, AttributeError, ValueError) as error:
+    except (images.ImageError, baker.BakeError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError) as error:
         return None, str(error)
     if walk.missing():
         findings.append((EXACT, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
@@ -293,7 +293,7 @@ def prepare(world, cache, pixel=None):
             known = [os.path.isfile(path) for path in _Plan(tree, pixel).files(cache)]
         if not all(known):
             baker.start()
-    except (baker.BakeError, images.ImageError, RecursionError, KeyError, AttributeError, ValueError):
+    except (baker.BakeError, images.ImageError, RecursionError, KeyError, IndexError, AttributeError, TypeError, ValueError):
         # It is told where the world is written.
         return
 
