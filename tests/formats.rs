@@ -8,5 +8,6 @@ mod features;
 mod foreign;
 mod hostile;
 mod images;
+mod khr_materials;
 mod kit;
 mod sundog;

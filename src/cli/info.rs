@@ -125,6 +125,8 @@ impl Needed {
 #[derive(Serialize)]
 struct Info<'a> {
     file: String,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    variants: &'a [String],
     #[serde(flatten)]
     inventory: Inventory<'a>,
     memory: Memory,
@@ -150,6 +152,7 @@ impl<'a> Info<'a> {
         let prepared_estimate = inventory.triangles * PREPARED_BYTES_A_TRIANGLE;
         Self {
             file: file.path.display().to_string(),
+            variants: &file.variants,
             inventory,
             memory: Memory {
                 geometry,
@@ -168,6 +171,10 @@ impl<'a> Info<'a> {
         }
         if self.inventory.working_space != WorkingSpace::default() {
             page.line("colours", format!("in {}", self.inventory.working_space));
+        }
+        if !self.variants.is_empty() {
+            let names: Vec<_> = self.variants.iter().map(|n| format!("\"{n}\"")).collect();
+            page.line("variants", names.join(", "));
         }
     }
 

@@ -16,6 +16,8 @@ pub struct SceneFile {
     pub path: PathBuf,
     /// What is in it and changes the picture, and the environment from the flags.
     pub scene: Scene,
+    /// The names of the file's variants.
+    pub variants: Vec<String>,
     /// What else is in it.
     pub left_out: Vec<LeftOut>,
     /// Messages of the importer.
@@ -40,6 +42,7 @@ pub fn load_all(
         transmission: import.transmission,
         cycles: import.cycles,
         scene: import.scene_name.clone(),
+        variant: import.variant.clone(),
         without_world: environment.is_given()?,
         allow_outside: import.allow_outside,
     };
@@ -49,6 +52,7 @@ pub fn load_all(
     let mut file = SceneFile {
         path: path.into(),
         scene: imported.scene,
+        variants: imported.variants,
         left_out: Vec::new(),
         diagnostics: imported.diagnostics,
     };

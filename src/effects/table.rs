@@ -108,7 +108,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::GaborTexture, Preparation, ["noise of one frequency and direction", "a placed material has a Gabor Texture that its program evaluates at hits"]),
         line(E::ThinFilm, Kernels, ["interference of a thin film", "a placed material has a film whose thickness is not 0"]),
         line(E::Subsurface, Absent, ["light that goes on below the surface", "the importer meets one whose weight is not 0"]),
-        line(E::DiffuseTransmission, Kernels, ["light that is scattered through a sheet", "a placed material has a Translucent BSDF, or light below the surface of a thin wall"]),
+        line(E::DiffuseTransmission, Kernels, ["light that is scattered through a sheet", "a placed material has a Translucent BSDF, light below the surface of a thin wall, or diffuse transmission"]),
         line(E::Dispersion, Absent, ["an index of refraction by wavelength", "the importer meets one that is not 0"]),
         line(E::Absorption, Absent, ["glass that takes light by its thickness", "the importer meets a finite distance and a colour that is not white"]),
         line(E::Media, Absent, ["fog, smoke and what else scatters between surfaces", "the importer meets one"]),

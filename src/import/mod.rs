@@ -35,6 +35,8 @@ pub struct ImportOptions {
     pub transmission: Transmission,
     /// The glTF scene to load, by name or index; `None` is the file's default scene.
     pub scene: Option<String>,
+    /// The variant whose materials are shown, by name; `None` is the file's default materials.
+    pub variant: Option<String>,
     /// Leaves out the light from all around that the file has: another takes its place.
     pub without_world: bool,
     /// The version of Cycles that node trees are rendered as; `None` is the one that each was made with.
@@ -89,6 +91,8 @@ pub enum Transmission {
 pub struct Imported {
     /// The scene, clean in the sense of [`scene::validate::clean`].
     pub scene: Scene,
+    /// The names of the file's variants.
+    pub variants: Vec<String>,
     /// What was approximated or lost, and conventions that were chosen.
     pub diagnostics: Diagnostics,
 }

@@ -1,8 +1,8 @@
 //! glTF's metallic-roughness material with its extensions, and the shader graph that says the same.
 
 use super::graph::node::{
-    self, emission, glossy, math, mix, mix_shader, normal_map, principled, separate, tangent,
-    transparent,
+    self, add_shader, emission, glossy, math, mix, mix_shader, normal_map, principled, separate,
+    tangent, transparent,
 };
 use super::graph::{
     Blend, Distribution, Graph, ImageProjection, Input, Link, MathOperation, Node, NodeKind,
@@ -27,6 +27,9 @@ pub struct MetallicRoughness {
     pub metallic: f32,
     /// Perceptual roughness: α = roughness².
     pub roughness: f32,
+    /// Where it is not `None`, the alpha of the specular colour's texture times this is the glossiness, and the roughness is 1
+    /// less that (KHR_materials_pbrSpecularGlossiness).
+    pub glossiness: Option<f32>,
     /// Roughness in G, metallic in B; linear.
     pub metallic_roughness_texture: Option<Texture>,
     /// Tangent-space normals.
@@ -71,6 +74,10 @@ pub struct MetallicRoughness {
     pub sheen: Option<Box<Sheen>>,
     /// Thickness in nanometres and index of a thin film (SUNDOG_material).
     pub thin_film: Option<[f32; 2]>,
+    /// A thin film (KHR_materials_iridescence).
+    pub iridescence: Option<Box<Iridescence>>,
+    /// Light that is scattered through the surface.
+    pub diffuse_transmission: Option<Box<DiffuseTransmission>>,
     /// What the file says; see `Scene` users for what culling does.
     pub double_sided: bool,
     /// Shows its base colour without light (KHR_materials_unlit).
@@ -88,6 +95,7 @@ impl Default for MetallicRoughness {
             alpha_mode: AlphaMode::Opaque,
             metallic: 1.0,
             roughness: 1.0,
+            glossiness: None,
             metallic_roughness_texture: None,
             normal_texture: None,
             emission: [0.0; 3],
@@ -109,6 +117,8 @@ impl Default for MetallicRoughness {
             coat: None,
             sheen: None,
             thin_film: None,
+            iridescence: None,
+            diffuse_transmission: None,
             double_sided: false,
             unlit: false,
         }
@@ -146,6 +156,12 @@ impl MetallicRoughness {
         }
         if let Some(sheen) = &mut self.sheen {
             all.extend([&mut sheen.color_texture, &mut sheen.roughness_texture]);
+        }
+        if let Some(film) = &mut self.iridescence {
+            all.extend([&mut film.texture, &mut film.thickness_texture]);
+        }
+        if let Some(through) = &mut self.diffuse_transmission {
+            all.extend([&mut through.texture, &mut through.color_texture]);
         }
         all
     }
@@ -198,6 +214,34 @@ pub struct Sheen {
     pub roughness: f32,
     /// Factor in A.
     pub roughness_texture: Option<Texture>,
+}
+
+/// A thin film (KHR_materials_iridescence).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Iridescence {
+    /// Its share: the rest of the surface has none.
+    pub factor: f32,
+    /// Factor in R.
+    pub texture: Option<Texture>,
+    /// Index of refraction.
+    pub ior: f32,
+    /// Nanometres where the texture is 0, and where it is 1 or there is none.
+    pub thickness: [f32; 2],
+    /// From the one to the other in G.
+    pub thickness_texture: Option<Texture>,
+}
+
+/// Light that is scattered through the surface (KHR_materials_diffuse_transmission).
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiffuseTransmission {
+    /// Its share of what is diffuse.
+    pub factor: f32,
+    /// Factor in A.
+    pub texture: Option<Texture>,
+    /// Its colour.
+    pub color: [f32; 3],
+    /// RGB, sRGB-encoded in 8- and 16-bit files.
+    pub color_texture: Option<Texture>,
 }
 
 /// Highlights that are longer one way.
@@ -294,6 +338,19 @@ impl Builder {
         let blend = Blend::Multiply;
         let node = Node::new(NodeKind::MixColor { blend }).with(mix::FACTOR, 1.0);
         self.0.add(node.with(mix::A, a).with(mix::B, b))
+    }
+
+    /// A factor, times the alpha of an image of data.
+    fn share(&mut self, factor: f32, texture: Option<&Texture>) -> Input {
+        match texture {
+            None => factor.into(),
+            Some(texture) => {
+                let output = node::ALPHA;
+                let image = self.image(texture, ImageUse::Data);
+                let alpha = Link { output, ..image };
+                self.product(factor, alpha, false).into()
+            }
+        }
     }
 
     /// A factor, times one number of an image.
@@ -400,15 +457,7 @@ impl Builder {
         }
         if let Some(sheen) = &m.sheen {
             let color = self.color(sheen.color, sheen.color_texture.as_ref());
-            let roughness = match &sheen.roughness_texture {
-                None => Input::from(sheen.roughness),
-                Some(texture) => {
-                    let output = node::ALPHA;
-                    let image = self.image(texture, ImageUse::Data);
-                    let alpha = Link { output, ..image };
-                    self.product(sheen.roughness, alpha, false).into()
-                }
-            };
+            let roughness = self.share(sheen.roughness, sheen.roughness_texture.as_ref());
             node = node
                 .with(principled::SHEEN_WEIGHT, 1.0)
                 .with(principled::SHEEN_ROUGHNESS, roughness)
@@ -504,6 +553,8 @@ impl Builder {
     }
 
     fn principled(&mut self, m: &MetallicRoughness, base_color: Link) -> Link {
+        let glossy = m.glossiness.zip(m.specular_color_texture.as_ref());
+        let glossy = glossy.map(|(factor, texture)| self.specular_glossiness(m, factor, texture));
         let metal = m.metallic_roughness_texture.as_ref();
         let metal = metal.map(|texture| self.image(texture, ImageUse::Data));
         let mut factor = |factor: f32, output: u8| match metal {
@@ -514,18 +565,16 @@ impl Builder {
             }
         };
         let metallic = factor(m.metallic, node::BLUE);
-        let roughness = factor(m.roughness, node::GREEN);
-        let [roughness, anisotropy, rotation, tangent] = self.anisotropy(m, roughness);
-        let specular = match &m.specular_texture {
-            None => Input::float(0.5 * m.specular),
-            Some(texture) => {
-                let output = node::ALPHA;
-                let image = self.image(texture, ImageUse::Data);
-                let alpha = Link { output, ..image };
-                self.product(0.5 * m.specular, alpha, false).into()
-            }
+        let roughness = match glossy {
+            Some([roughness, _]) => roughness,
+            None => factor(m.roughness, node::GREEN),
         };
-        let tint = self.color(m.specular_color, m.specular_color_texture.as_ref());
+        let [roughness, anisotropy, rotation, tangent] = self.anisotropy(m, roughness);
+        let specular = self.share(0.5 * m.specular, m.specular_texture.as_ref());
+        let tint = match glossy {
+            Some([_, tint]) => tint,
+            None => self.color(m.specular_color, m.specular_color_texture.as_ref()),
+        };
         let transmission = self.number(m.transmission, m.transmission_texture.as_ref(), node::RED);
         let emission = self.color(m.emission, m.emission_texture.as_ref());
         let normal = self.normal(m);
@@ -551,7 +600,75 @@ impl Builder {
             .with(principled::EMISSION_STRENGTH, 1.0)
             .with(principled::NORMAL, normal);
         let node = self.layered(m, node);
-        self.0.add(node)
+        let node = self.scattered_through(m, node);
+        self.filmed(m, node, emission)
+    }
+
+    /// Roughness and tint of a reflection whose colour and glossiness one image has.
+    fn specular_glossiness(
+        &mut self,
+        m: &MetallicRoughness,
+        factor: f32,
+        texture: &Texture,
+    ) -> [Input; 2] {
+        let image = self.image(texture, ImageUse::Color);
+        let output = node::ALPHA;
+        let glossiness = self.product(factor, Link { output, ..image }, false);
+        let roughness = self.math(MathOperation::Subtract, 1.0, glossiness, true);
+        let tint = self.tinted(m.specular_color, image);
+        [roughness.into(), tint.into()]
+    }
+
+    /// A Principled BSDF of whose diffuse base a share is scattered to the other side.
+    fn scattered_through(&mut self, m: &MetallicRoughness, node: Node) -> Node {
+        let Some(through) = &m.diffuse_transmission else {
+            return node;
+        };
+        let weight = self.share(through.factor, through.texture.as_ref());
+        let color = self.color(through.color, through.color_texture.as_ref());
+        node.with(principled::SUBSURFACE_WEIGHT, weight)
+            .with(principled::SUBSURFACE_ANISOTROPY, 1.0)
+            .with(principled::SUBSURFACE_COLOR, color)
+    }
+
+    /// A Principled BSDF with its thin film. Where that is a share of it, it is two: with the film and without, and what they
+    /// emit stands beside them.
+    fn filmed(&mut self, m: &MetallicRoughness, node: Node, emission: Input) -> Link {
+        let Some(film) = &m.iridescence else {
+            return self.0.add(node);
+        };
+        let [least, most] = film.thickness;
+        let thickness = match &film.thickness_texture {
+            None => Input::from(most),
+            Some(texture) => {
+                let between = self.number(most - least, Some(texture), node::GREEN);
+                self.math(MathOperation::Add, least, between, false).into()
+            }
+        };
+        let with_film = |node: Node| {
+            node.with(principled::THIN_FILM_THICKNESS, thickness)
+                .with(principled::THIN_FILM_IOR, film.ior)
+        };
+        let factor = self.number(film.factor, film.texture.as_ref(), node::RED);
+        if factor == Input::float(1.0) {
+            return self.0.add(with_film(node));
+        }
+        let dark = node
+            .with(principled::EMISSION_COLOR, 1.0)
+            .with(principled::EMISSION_STRENGTH, 0.0);
+        let plain = self.0.add(dark.clone());
+        let filmed = self.0.add(with_film(dark));
+        let mixed = Node::new(NodeKind::MixShader).with(mix_shader::FACTOR, factor);
+        let mixed = mixed.with(mix_shader::A, plain).with(mix_shader::B, filmed);
+        let mixed = self.0.add(mixed);
+        if emission == Input::Value([0.0; 3]) {
+            return mixed;
+        }
+        let shining = Node::new(NodeKind::Emission).with(emission::COLOR, emission);
+        let shining = self.0.add(shining);
+        let both = Node::new(NodeKind::AddShader);
+        self.0
+            .add(both.with(add_shader::A, mixed).with(add_shader::B, shining))
     }
 }
 

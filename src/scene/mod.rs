@@ -32,7 +32,8 @@ pub use material::{
     ImageAlpha, ImageUse, Material, Sampler, Texture, TextureFilter, UvTransform, Wrap,
 };
 pub use metallic_roughness::{
-    AlphaMode, Anisotropy, Coat, CoatNormal, MetallicRoughness, NormalTexture, Sheen,
+    AlphaMode, Anisotropy, Coat, CoatNormal, DiffuseTransmission, Iridescence, MetallicRoughness,
+    NormalTexture, Sheen,
 };
 pub use settings::{ColorManagement, RenderDefaults};
 pub use simplify::simplify;

@@ -101,7 +101,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     #[cold]
     #[inline(never)]
     pub(super) fn add_thin_subsurface(&mut self, weight: f32, p: &Principled, normal: Vec3) {
-        let color = p.base_color.min(Vec3::ONE) * weight;
+        let color = p.subsurface_color.min(Vec3::ONE) * weight;
         let behind = (0.5 * (1.0 + p.subsurface_anisotropy)).clamp(0.0, 1.0);
         self.add_diffuse(1.0 - behind, color, 0.0, normal);
         let color = color * behind;

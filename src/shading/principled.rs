@@ -41,10 +41,12 @@ pub struct Principled {
     pub thin_walled: bool,
     /// The sheet is a pane of Blender's, with reflections between its sides.
     pub pane: bool,
-    /// Share of light that goes on below the surface of a pane; what does below other surfaces is not rendered.
+    /// Share of the diffuse base that goes on below the surface and out on both sides, as in a thin sheet.
     pub subsurface: f32,
     /// How much more of it comes out behind than before, −1..=1.
     pub subsurface_anisotropy: f32,
+    /// Its colour.
+    pub subsurface_color: Vec3,
     /// Roughness of the diffuse base, 0..=1.
     pub diffuse_roughness: f32,
     /// How much longer highlights are along the tangent, 0..=1. What is transmitted has none of it.
@@ -72,6 +74,7 @@ impl Default for Principled {
             pane: false,
             subsurface: 0.0,
             subsurface_anisotropy: 0.0,
+            subsurface_color: Vec3::splat(0.8),
             diffuse_roughness: 0.0,
             anisotropy: 0.0,
             anisotropy_rotation: 0.0,

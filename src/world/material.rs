@@ -303,6 +303,7 @@ const MATTE: Principled = Principled {
     pane: false,
     subsurface: 0.0,
     subsurface_anisotropy: 0.0,
+    subsurface_color: Vec3::ZERO,
     film: Film::NONE,
     transmission: 0.0,
     thin_walled: true,

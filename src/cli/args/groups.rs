@@ -23,6 +23,9 @@ pub struct Import {
     /// The glTF scene to load, where the file has more than one.
     #[arg(long = "scene", value_name = "NAME|INDEX")]
     pub scene_name: Option<String>,
+    /// The variant whose materials are shown, where the file has variants; its default materials if not given.
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
     /// What the light intensities of the file mean: the "Lighting Mode" it was exported with.
     #[arg(long, value_name = "UNITS", value_parser = words(&LIGHT_UNITS), default_value = "auto")]
     pub light_units: LightUnits,

@@ -130,7 +130,7 @@ pub(super) fn report_others(
                 Verdict::Exact,
                 name.clone(),
                 owner,
-                "the default materials are used",
+                "the default materials are used; --variant NAME shows others",
             ),
             "MSFT_lod" => diagnostics.report(
                 "level-of-detail",
@@ -163,20 +163,10 @@ pub(super) fn report_material(
         |key: &str, default: f64| value.get(key).and_then(Value::as_f64).unwrap_or(default);
     let positive = |key: &str, default: f64| number(key, default) > 0.0;
     let (effect, there, instead) = match name {
-        "KHR_materials_iridescence" => (
-            Effect::ThinFilm,
-            positive("iridescenceFactor", 0.0),
-            "rendered without the thin film",
-        ),
         "KHR_materials_dispersion" => (
             Effect::Dispersion,
             positive("dispersion", 0.0),
             "all wavelengths refract alike",
-        ),
-        "KHR_materials_diffuse_transmission" => (
-            Effect::DiffuseTransmission,
-            positive("diffuseTransmissionFactor", 0.0),
-            "no light is scattered through the surface",
         ),
         "KHR_materials_volume_scatter" => (Effect::Media, true, "the inside does not scatter"),
         "KHR_materials_subsurface" => (
@@ -184,15 +174,6 @@ pub(super) fn report_material(
             true,
             "rendered without subsurface scattering",
         ),
-        "KHR_materials_pbrSpecularGlossiness" => {
-            return diagnostics.report(
-                "unsupported-material",
-                Verdict::Lost,
-                name,
-                owner,
-                "the file's metallic-roughness values are used; convert the material in Blender",
-            );
-        }
         "KHR_xmp" | "KHR_xmp_json_ld" => {
             return diagnostics.report(
                 "metadata",

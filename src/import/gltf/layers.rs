@@ -34,11 +34,11 @@ impl Default for AnisotropyKhr {
     }
 }
 
-fn read<T: DeserializeOwned>(value: &Value, name: &str) -> Result<T, String> {
+pub(super) fn read<T: DeserializeOwned>(value: &Value, name: &str) -> Result<T, String> {
     T::deserialize(value).map_err(|problem| format!("its {name} cannot be read: {problem}"))
 }
 
-fn texture(
+pub(super) fn texture(
     value: Option<&Value>,
     owner: &str,
     images: &mut Images,

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::container::Document;
 use super::schema::{GlossyJson, SundogMaterial};
 use super::textures::Images;
-use super::{extensions, layers};
+use super::{extensions, khr_surfaces, layers};
 use crate::import::{ImportError, ImportOptions, Transmission};
 use crate::scene::graph::Distribution;
 use crate::scene::{
@@ -75,35 +75,49 @@ pub(super) fn load_material(
         double_sided: source.double_sided,
         ..MetallicRoughness::default()
     };
-    let [r, g, b, a] = pbr.base_color_factor.0;
-    material.base_color = legal_factor([r, g, b], &material.name, diagnostics);
-    material.alpha = a;
-    material.metallic = pbr.metallic_factor.0;
-    material.roughness = pbr.roughness_factor.0;
+    let known = source.extensions.as_ref();
+    material.unlit = known.is_some_and(|e| e.unlit.is_some());
+    let place = format!("/extensions/{}", khr_surfaces::SPECULAR_GLOSSINESS);
+    // What is unlit shows the base colour.
+    let glossy = at(&place).filter(|_| !material.unlit);
+    if let Some(extension) = glossy {
+        let m = &mut material;
+        khr_surfaces::specular_glossiness(extension, &owner, m, images, diagnostics)
+            .map_err(malformed)?;
+    } else {
+        let [r, g, b, a] = pbr.base_color_factor.0;
+        material.base_color = [r, g, b];
+        material.alpha = a;
+        material.metallic = pbr.metallic_factor.0;
+        material.roughness = pbr.roughness_factor.0;
+    }
+    material.base_color = legal_factor(material.base_color, &material.name, diagnostics);
     let mut texture = |info: &Option<json::texture::Info>,
                        pointer: &str,
                        diagnostics: &mut Diagnostics| match info {
         Some(info) => images.texture(info, at(pointer), &owner, diagnostics),
         None => Ok(None),
     };
-    material.base_color_texture = texture(
-        &pbr.base_color_texture,
-        "/pbrMetallicRoughness/baseColorTexture",
-        diagnostics,
-    )?;
-    material.metallic_roughness_texture = texture(
-        &pbr.metallic_roughness_texture,
-        "/pbrMetallicRoughness/metallicRoughnessTexture",
-        diagnostics,
-    )?;
+    if glossy.is_none() {
+        material.base_color_texture = texture(
+            &pbr.base_color_texture,
+            "/pbrMetallicRoughness/baseColorTexture",
+            diagnostics,
+        )?;
+        material.metallic_roughness_texture = texture(
+            &pbr.metallic_roughness_texture,
+            "/pbrMetallicRoughness/metallicRoughnessTexture",
+            diagnostics,
+        )?;
+    }
     material.emission = source.emissive_factor.0;
     material.emission_texture = texture(&source.emissive_texture, "/emissiveTexture", diagnostics)?;
     set_emission_strength(source, &mut material);
-    let known = source.extensions.as_ref();
-    if let Some(ior) = known.and_then(|e| e.ior.as_ref()) {
+    let plain = known.filter(|_| glossy.is_none());
+    if let Some(ior) = plain.and_then(|e| e.ior.as_ref()) {
         material.ior = ior.ior.0;
     }
-    if let Some(specular) = known.and_then(|e| e.specular.as_ref()) {
+    if let Some(specular) = plain.and_then(|e| e.specular.as_ref()) {
         let base = "/extensions/KHR_materials_specular";
         material.specular_texture = texture(
             &specular.specular_texture,
@@ -128,8 +142,6 @@ pub(super) fn load_material(
             material.transmission_texture = texture(info, &pointer, diagnostics)?;
         }
     }
-    material.unlit = known.is_some_and(|e| e.unlit.is_some());
-
     if let Some(normal) = &source.normal_texture {
         let (image, set) = (normal.index.value(), normal.tex_coord);
         let found = images.texture_at(image, set, at("/normalTexture"), &owner, diagnostics)?;
@@ -163,7 +175,13 @@ pub(super) fn load_material(
         apply_sundog(&extension, options, &owner, &mut material, diagnostics);
     }
     layers::read_khr(&at, &owner, &mut material, images, diagnostics).map_err(malformed)?;
+    khr_surfaces::read_khr(&at, &owner, &mut material, images, diagnostics).map_err(malformed)?;
     report_unrendered(at("/extensions"), &material.name, diagnostics);
+    for name in ["KHR_materials_ior", "KHR_materials_specular"] {
+        if glossy.is_some() && at(&format!("/extensions/{name}")).is_some() {
+            khr_surfaces::report_beside(name, &owner, diagnostics);
+        }
+    }
     Ok(material)
 }
 
@@ -359,6 +377,9 @@ fn report_unrendered(extensions: Option<&Value>, material: &str, diagnostics: &m
         match name.as_str() {
             "KHR_materials_anisotropy"
             | "KHR_materials_clearcoat"
+            | "KHR_materials_diffuse_transmission"
+            | "KHR_materials_iridescence"
+            | "KHR_materials_pbrSpecularGlossiness"
             | "KHR_materials_sheen"
             | "KHR_materials_emissive_strength"
             | "KHR_materials_ior"

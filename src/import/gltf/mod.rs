@@ -7,6 +7,7 @@ mod deform;
 mod draco;
 mod extensions;
 mod image_spaces;
+mod khr_surfaces;
 mod layers;
 mod lights;
 mod material;
@@ -21,6 +22,7 @@ mod shader_graph;
 mod shapes;
 mod tangents;
 mod textures;
+mod variants;
 mod walk;
 mod world;
 
@@ -43,8 +45,12 @@ const MOST_INSTANCES: usize = 1 << 26;
 
 /// Reads a file; the result has not been through [`crate::scene::validate::clean`] yet.
 pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let document = Document::open(path, options.allow_outside)?;
+    let mut document = Document::open(path, options.allow_outside)?;
     extensions::check_required(&document)?;
+    let variants = variants::names(&document)?;
+    if let Some(wanted) = &options.variant {
+        variants::choose(&mut document, &variants, wanted)?;
+    }
     let mut diagnostics = Diagnostics::default();
 
     let mut walk = Walk {
@@ -74,7 +80,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         ..
     } = walk;
 
-    report_whole_file(&document, &mut diagnostics);
+    report_whole_file(&document, options, &mut diagnostics);
     let shapes: BTreeSet<Shaped> = placed.iter().map(|p| p.mesh).collect();
     let used_meshes: BTreeSet<usize> = shapes.iter().map(|s| s.mesh).collect();
     let poses = poses(
@@ -192,18 +198,19 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             &mut diagnostics,
         )?;
     }
-    Ok(Imported { scene, diagnostics })
+    Ok(Imported {
+        scene,
+        variants,
+        diagnostics,
+    })
 }
 
 /// What concerns the file as a whole.
-fn report_whole_file(document: &Document, diagnostics: &mut Diagnostics) {
-    extensions::report_others(
-        document,
-        "",
-        "the file",
-        &["KHR_lights_punctual"],
-        diagnostics,
-    );
+fn report_whole_file(document: &Document, options: &ImportOptions, diagnostics: &mut Diagnostics) {
+    let handled = ["KHR_lights_punctual", "KHR_materials_variants"];
+    // Without a choice it is told what is shown.
+    let handled = &handled[..1 + usize::from(options.variant.is_some())];
+    extensions::report_others(document, "", "the file", handled, diagnostics);
     if let Some(Value::Array(animations)) = document.value.get("animations") {
         for (index, animation) in animations.iter().enumerate() {
             let name = animation

@@ -149,7 +149,11 @@ fn load_mesh(
             document,
             &pointer,
             &object,
-            &["KHR_draco_mesh_compression", "SUNDOG_mesh"],
+            &[
+                "KHR_draco_mesh_compression",
+                "KHR_materials_variants",
+                "SUNDOG_mesh",
+            ],
             diagnostics,
         );
         let (texture_space, generated, vertices) = match document.extension(&pointer, "SUNDOG_mesh")

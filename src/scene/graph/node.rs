@@ -184,6 +184,7 @@ sockets! {
         THIN_FILM_IOR: Float "Thin Film IOR" = [1.33; 3], Legal::within(1e-5, 1e4, 1.33);
         SUBSURFACE_WEIGHT: Float "Subsurface Weight" = [0.0; 3], Legal::share(0.0);
         SUBSURFACE_ANISOTROPY: Float "Subsurface Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
+        SUBSURFACE_COLOR: Color "Color Below the Surface" = [0.8; 3], Legal::ALBEDO;
     }
 }
 sockets! {
@@ -284,7 +285,7 @@ sockets! {
 }
 
 /// Weights of a Principled BSDF's layers, with the sockets that count only where the layer is.
-pub const LAYERS: [(usize, &[usize]); 2] = [
+pub const LAYERS: [(usize, &[usize]); 3] = [
     (
         principled::COAT_WEIGHT,
         &[
@@ -297,6 +298,13 @@ pub const LAYERS: [(usize, &[usize]); 2] = [
     (
         principled::SHEEN_WEIGHT,
         &[principled::SHEEN_ROUGHNESS, principled::SHEEN_TINT],
+    ),
+    (
+        principled::SUBSURFACE_WEIGHT,
+        &[
+            principled::SUBSURFACE_ANISOTROPY,
+            principled::SUBSURFACE_COLOR,
+        ],
     ),
 ];
 

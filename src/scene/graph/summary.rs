@@ -122,7 +122,7 @@ pub struct Summary {
     pub has_sheen: bool,
     /// A thin film lies on some of it.
     pub has_film: bool,
-    /// Light goes through below the surface of some of its thin walls.
+    /// Light is scattered through some of its base.
     pub is_thin_subsurface: bool,
     /// Some facets spread further one way than across it.
     pub is_anisotropic: bool,
@@ -154,7 +154,7 @@ impl Summary {
 fn slot(kind: &NodeKind, socket: usize, unlit: bool) -> Option<Slot> {
     match kind {
         NodeKind::PrincipledBsdf { .. } => match socket {
-            principled::BASE_COLOR => Some(Slot::BaseColor),
+            principled::BASE_COLOR | principled::SUBSURFACE_COLOR => Some(Slot::BaseColor),
             principled::SPECULAR_IOR_LEVEL => Some(Slot::Specular),
             principled::SPECULAR_TINT => Some(Slot::SpecularColor),
             principled::TRANSMISSION_WEIGHT => Some(Slot::Transmission),

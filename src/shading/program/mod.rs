@@ -645,6 +645,7 @@ pub fn parameters<P: Place>(
             principled::DIFFUSE_ROUGHNESS => p.diffuse_roughness = share(at.number(root)),
             principled::SUBSURFACE_WEIGHT => p.subsurface = share(at.number(root)),
             principled::SUBSURFACE_ANISOTROPY => p.subsurface_anisotropy = at.number(root),
+            principled::SUBSURFACE_COLOR => p.subsurface_color = reflected(at.color(root)),
             _ => {}
         }
     }

@@ -47,6 +47,7 @@ fn principled_numbers(graph: &Graph, at: usize, space: WorkingSpace) -> Principl
         pane: matches!(node.kind, NodeKind::PrincipledBsdf { pane: true, .. }),
         subsurface: color(principled::SUBSURFACE_WEIGHT).x,
         subsurface_anisotropy: color(principled::SUBSURFACE_ANISOTROPY).x,
+        subsurface_color: color(principled::SUBSURFACE_COLOR),
         once: matches!(node.kind, NodeKind::PrincipledBsdf { once: true, .. }),
         diffuse_roughness: color(principled::DIFFUSE_ROUGHNESS).x,
         anisotropy: color(principled::ANISOTROPIC).x,
@@ -55,7 +56,7 @@ fn principled_numbers(graph: &Graph, at: usize, space: WorkingSpace) -> Principl
 }
 
 /// Sockets that are read at hits, metallic first: what it hides is not read.
-const READ: [usize; 14] = [
+const READ: [usize; 15] = [
     principled::METALLIC,
     principled::BASE_COLOR,
     principled::ROUGHNESS,
@@ -68,6 +69,7 @@ const READ: [usize; 14] = [
     principled::DIFFUSE_ROUGHNESS,
     principled::SUBSURFACE_WEIGHT,
     principled::SUBSURFACE_ANISOTROPY,
+    principled::SUBSURFACE_COLOR,
     principled::THIN_FILM_THICKNESS,
     principled::THIN_FILM_IOR,
 ];

@@ -199,6 +199,7 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         },
         metallic: f(of, "metallic", 0.0),
         roughness: f(of, "roughness", 0.5),
+        glossiness: None,
         metallic_roughness_texture: texture(scene, "metallic_roughness"),
         normal_texture: texture(scene, "normal").map(|texture| NormalTexture {
             texture,
@@ -223,6 +224,8 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         coat: None,
         sheen: None,
         thin_film: None,
+        iridescence: None,
+        diffuse_transmission: None,
         double_sided: is(of, "double_sided"),
         unlit: is(of, "unlit"),
     }

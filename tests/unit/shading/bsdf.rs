@@ -56,7 +56,7 @@ fn albedo(bsdf: &Bsdf, n: u32, run: u32) -> f64 {
     (0..n).into_par_iter().map(weight).sum::<f64>() / f64::from(n)
 }
 
-fn white_cases(ior: f32) -> [(&'static str, Principled, bool); 7] {
+fn white_cases(ior: f32) -> [(&'static str, Principled, bool); 9] {
     let base = Principled { ior, ..plain() };
     let glass = Principled {
         transmission: 1.0,
@@ -94,6 +94,24 @@ fn white_cases(ior: f32) -> [(&'static str, Principled, bool); 7] {
             "half glass",
             Principled {
                 transmission: 0.5,
+                ..base
+            },
+            false,
+        ),
+        (
+            "half scattered through",
+            Principled {
+                subsurface: 0.5,
+                subsurface_anisotropy: 1.0,
+                subsurface_color: Vec3::ONE,
+                ..base
+            },
+            false,
+        ),
+        (
+            "half specular",
+            Principled {
+                specular_color: Vec3::splat(0.5 / 0.04),
                 ..base
             },
             false,

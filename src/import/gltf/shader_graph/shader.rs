@@ -146,8 +146,10 @@ impl Reader<'_, '_, '_> {
             once: node.text("distribution") == Some("GGX"),
         };
         let mut shader = self.add(at, kind, &[]);
-        if scatters && !thin_wall {
-            let made = &mut self.graph.nodes[shader.node as usize];
+        let made = &mut self.graph.nodes[shader.node as usize];
+        if scatters && thin_wall {
+            made.inputs[principled::SUBSURFACE_COLOR] = made.inputs[principled::BASE_COLOR];
+        } else if scatters {
             made.inputs[principled::SUBSURFACE_WEIGHT] = Input::float(0.0);
             self.without_subsurface();
         }
