@@ -47,8 +47,15 @@ fn pane(cos: f32, ior: f32, film: Film, specular: Vec3, tint: Vec3) -> [Vec3; 2]
     [r + through * back, through]
 }
 
+/// What a sheet under a film reflects and lets through: glTF's has one side that reflects.
+fn filmed_sheet(cos: f32, ior: f32, film: Film, specular: Vec3, tint: Vec3) -> [Vec3; 2] {
+    let f0 = (specular * fresnel::f0_from_ior(ior)).min(Vec3::ONE);
+    let reflected = film.over_dielectric(cos, ior, f0).min(Vec3::ONE);
+    [reflected, tint * (Vec3::ONE - reflected)]
+}
+
 impl<K: BsdfFeatures> Bsdf<K> {
-    /// Adds a pane: reflection, and the same mirrored to the other side.
+    /// Adds a pane, or glTF's sheet under a film: reflection, and the same mirrored to the other side.
     #[cold]
     #[inline(never)]
     pub(super) fn add_pane(&mut self, share: f32, p: &Principled, ior: f32, normal: Vec3) {
@@ -66,7 +73,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if cos <= 0.0 {
             return;
         }
-        let [reflected, through] = pane(cos, ior, p.film, p.specular_color, base);
+        let shares = if p.pane { pane } else { filmed_sheet };
+        let [reflected, through] = shares(cos, ior, p.film, p.specular_color, base);
         let [reflects, transmits] = self.keeps_caustics();
         if reflects {
             let color = p.specular_color.min(Vec3::ONE);
@@ -81,7 +89,9 @@ impl<K: BsdfFeatures> Bsdf<K> {
             self.add(Lobe::Reflection(lobe), weight * single);
         }
         if transmits {
-            let (behind, albedos) = facets((alpha * spread(ior)).min(1.0));
+            // glTF spreads what goes through as what is reflected.
+            let spread = if p.pane { spread(ior) } else { 1.0 };
+            let (behind, albedos) = facets((alpha * spread).min(1.0));
             let single = albedos.map_or(1.0, |a| a.directional);
             let lobe = Sheet {
                 weight: Vec3::splat(share / single),
@@ -114,6 +124,20 @@ impl<K: BsdfFeatures> Bsdf<K> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn clear_sheets_under_films_lose_nothing() {
+        let film = Film {
+            thickness: 400.0,
+            ior: 1.8,
+            space: Default::default(),
+        };
+        for cos in [1.0, 0.5, 0.1] {
+            let [reflected, through] = filmed_sheet(cos, 1.5, film, Vec3::ONE, Vec3::ONE);
+            assert!((reflected + through - Vec3::ONE).abs().max_element() < 1e-6);
+            assert!(cos < 1.0 || reflected.max_element() > 0.05);
+        }
+    }
 
     #[test]
     fn clear_panes_lose_nothing_and_tinted_ones_take_their_tint_once() {

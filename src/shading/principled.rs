@@ -223,7 +223,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if K::TRANSMISSION && p.transmission > 0.0 && rest > 0.0 {
             let share = p.transmission * rest;
             rest *= 1.0 - p.transmission;
-            if p.pane && p.thin_walled {
+            if p.thin_walled && (p.pane || p.film.is_there()) {
                 self.add_pane(share, p, ior, normal);
             } else {
                 // Anisotropy is of what reflects alone.

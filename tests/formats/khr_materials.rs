@@ -138,12 +138,13 @@ fn what_must_not_stand_beside_specular_and_glossiness_is_left_out_and_told() {
     file.json["materials"] = json!([{ "extensions": {
         "KHR_materials_pbrSpecularGlossiness": {},
         "KHR_materials_ior": { "ior": 2.0 },
-        "KHR_materials_specular": { "specularFactor": 0.25 }
+        "KHR_materials_specular": { "specularFactor": 0.25 },
+        "KHR_materials_iridescence": { "iridescenceFactor": 1.0 }
     } }]);
     let imported = file.load();
-    assert_eq!(codes(&imported), ["beside-specular-glossiness"; 2]);
+    assert_eq!(codes(&imported), ["beside-specular-glossiness"; 3]);
     let m = standard(&imported.scene.materials[0]);
-    assert_eq!((m.ior, m.specular), (1.5, 1.0));
+    assert_eq!((m.ior, m.specular, m.thin_film), (1.5, 1.0, None));
     // What is unlit shows the base colour of the core.
     let unlit = standard(&material(json!({
         "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.5, 0.5, 1.0] },

@@ -10,6 +10,13 @@ use crate::scene::{Diagnostics, DiffuseTransmission, Iridescence, MetallicRoughn
 /// The name of the extension that takes the place of metallic and roughness.
 pub(super) const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
 
+/// What the format does not allow beside it.
+pub(super) const NOT_BESIDE: [&str; 3] = [
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_iridescence",
+];
+
 /// The index of refraction of a reflection whose colour is said: its curve is within 0.01 of Schlick's, which the extension
 /// has. The colour is a multiple of its reflectance at normal incidence, 0.04.
 const INDEX: f32 = 1.5;
@@ -117,10 +124,10 @@ pub(super) fn report_beside(name: &str, owner: &str, diagnostics: &mut Diagnosti
     );
 }
 
-/// What of a surface SUNDOG_material does not tell of.
+/// What of a surface SUNDOG_material does not tell of. `glossy`: it is of specular and glossiness.
 pub(super) fn read_khr<'v>(
     at: &dyn Fn(&str) -> Option<&'v Value>,
-    owner: &str,
+    (owner, glossy): (&str, bool),
     material: &mut MetallicRoughness,
     images: &mut Images,
     diagnostics: &mut Diagnostics,
@@ -130,6 +137,7 @@ pub(super) fn read_khr<'v>(
         return Ok(());
     }
     if material.thin_film.is_none()
+        && !glossy
         && let Some(extension) = at("/extensions/KHR_materials_iridescence")
     {
         material.iridescence = iridescence(extension, owner, images, diagnostics)?;

@@ -175,9 +175,11 @@ pub(super) fn load_material(
         apply_sundog(&extension, options, &owner, &mut material, diagnostics);
     }
     layers::read_khr(&at, &owner, &mut material, images, diagnostics).map_err(malformed)?;
-    khr_surfaces::read_khr(&at, &owner, &mut material, images, diagnostics).map_err(malformed)?;
+    let m = &mut material;
+    khr_surfaces::read_khr(&at, (&owner, glossy.is_some()), m, images, diagnostics)
+        .map_err(malformed)?;
     report_unrendered(at("/extensions"), &material.name, diagnostics);
-    for name in ["KHR_materials_ior", "KHR_materials_specular"] {
+    for name in khr_surfaces::NOT_BESIDE {
         if glossy.is_some() && at(&format!("/extensions/{name}")).is_some() {
             khr_surfaces::report_beside(name, &owner, diagnostics);
         }
