@@ -1,6 +1,7 @@
 //! The program as people and scripts call it.
 
 mod cost;
+mod materials;
 mod nodes;
 mod tev;
 mod trouble;
