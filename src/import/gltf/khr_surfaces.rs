@@ -17,7 +17,7 @@ pub(super) const NOT_BESIDE: [&str; 3] = [
     "KHR_materials_iridescence",
 ];
 
-/// The index of refraction of a reflection whose colour is said: its curve is within 0.01 of Schlick's, which the extension
+/// The index of refraction of a reflection whose colour is said: its curve is within 0.04 of Schlick's, which the extension
 /// has. The colour is a multiple of its reflectance at normal incidence, 0.04.
 const INDEX: f32 = 1.5;
 
