@@ -11,7 +11,9 @@ cd "$project_root"
 # The oldest that the add-on supports, and those before the LTS version of scripts/test.sh.
 bpy_versions=(4.2.23 4.5.15 5.0.1 5.1.2)
 unset SUNDOG_BPY_PYTHON
-for version in "${bpy_versions[@]}"; do
+export SUNDOG_LONG_TESTS=1
+latest=5.2.3
+for version in "${bpy_versions[@]}" "$latest"; do
     "$scripts/setup-bpy.sh" "$version"
 done
 
@@ -30,6 +32,8 @@ long_tests() {
         say "the add-on in Blender $version"
         SUNDOG_PROGRAM="$program" "$python" tests/addon/run.py || result=$?
     done
+    say "long tests of the add-on in Blender $latest"
+    SUNDOG_PROGRAM="$program" "$cache/bpy-$latest/bin/python" tests/addon/run.py test_parity_inputs test_parity_worlds || result=$?
     say "the package in them"
     "$cache/bpy-4.5.15/bin/python" tests/addon/test_package.py --sundog "$program" "${package[@]}" || result=$?
     for version in 5.0.1 5.1.2; do

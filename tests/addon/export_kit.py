@@ -23,6 +23,10 @@ from sundog.export import graph  # noqa: E402
 SCHEMA = schema_check.schema()
 
 
+# Of tests that take too long for each change: scripts/test-long.sh runs them.
+long = unittest.skipUnless(os.environ.get("SUNDOG_LONG_TESTS"), "long: `make test-long` runs it")
+
+
 class Engine(bpy.types.RenderEngine):
     """Only exports: the one way to a depsgraph in render mode without a render of its own."""
 

@@ -343,6 +343,7 @@ class Rays(Patches):
             vertex.co.z = abs(vertex.co.x) * 2
         return self.place(number, rows, mesh)
 
+    @kit.long
     def test_ambient_occlusion(self):
         t = Trees()
         for output in ("AO", "Color"):
@@ -373,6 +374,7 @@ class Rays(Patches):
         self.ortho()
         self.compare(t.materials, 1024, error=1e-3, make=self.trough)
 
+    @kit.long
     def test_bevel(self):
         t = Trees()
         for radius in (0.05, 0.2):
@@ -394,6 +396,7 @@ class Rays(Patches):
                 self.assertEqual(verdict["verdict"], "approximated", verdict)
                 self.assertIn("Bevel", verdict["detail"])
 
+    @kit.long
     def test_under_light(self):
         t = Trees()
         tree, surface = t.tree("bevel")
@@ -444,6 +447,7 @@ class Displacement(Patches):
         self.light()
         self.compare(self.surfaces("BUMP"), 256, error=1e-3)
 
+    @kit.long
     def test_normals_as_bump(self):
         self.ortho()
         # Normals vary within a pixel: with 64 samples their noise alone is 4e-4.

@@ -129,6 +129,7 @@ class Worlds(Nodes):
         tree = self.scene.world.node_tree
         tree.links.new(background, next(n for n in tree.nodes if n.type == "OUTPUT_WORLD").inputs["Surface"])
 
+    @kit.long
     def test_coordinates(self):
         """What is known of a direction."""
         for output in ("Generated", "Normal", "Object", "Camera", "Reflection"):
@@ -186,6 +187,7 @@ class Worlds(Nodes):
         images.write_exr(path, values)
         return bpy.data.images.load(path)
 
+    @kit.long
     def test_pictures(self):
         """Environment textures beyond a plain one."""
         for projection in ("EQUIRECTANGULAR", "MIRROR_BALL"):
@@ -218,6 +220,7 @@ class Worlds(Nodes):
             self.shown(self.out("VectorMath", "Vector", {0: shown, 1: self.positive(up)}, operation="MULTIPLY"))
             self.compare(f"picture among nodes: {name}")
 
+    @kit.long
     def test_textures(self):
         """Procedural ones, ramps and a bright spot that light sampling has to find."""
         self.tree()
@@ -357,6 +360,7 @@ class Lights(Nodes):
         ("SUN", {"angle": 0.6}),
     )
 
+    @kit.long
     def test_coordinates(self):
         """What a lamp knows of its points."""
         for kind, settings in self.KINDS:
@@ -394,6 +398,7 @@ class Lights(Nodes):
             self.feed(emission, self.positive(self.out("VectorMath", "Vector", {0: value}, operation="SINE")))
             self.compare_lamp(f"spot of radius {radius}, {'soft' if soft else 'sharp'}", samples=512)
 
+    @kit.long
     def test_areas(self):
         """Rectangles and ellipses with a spread."""
         for shape in ("RECTANGLE", "ELLIPSE"):
