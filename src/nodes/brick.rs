@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{fused, smoothstep, whole};
+use super::{CyclesVersion, fused, smoothstep, whole};
 
 /// The node's properties.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,15 @@ pub struct BrickSettings {
     pub squash: f32,
     /// Which rows are squashed; 0: none are moved or squashed.
     pub squash_frequency: u8,
+    /// Bricks without width are counted to infinity, so that they have no sides: those of Cycles from 5.1 on.
+    pub without_sides: bool,
+}
+
+impl BrickSettings {
+    /// Whether bricks without width have no sides in a version.
+    pub fn are_without_sides(version: CyclesVersion) -> bool {
+        version >= CyclesVersion::new(5, 1)
+    }
 }
 
 impl Default for BrickSettings {
@@ -24,6 +33,7 @@ impl Default for BrickSettings {
             offset_frequency: 2,
             squash: 1.0,
             squash_frequency: 2,
+            without_sides: true,
         }
     }
 }
@@ -84,13 +94,20 @@ pub fn brick(settings: &BrickSettings, inputs: &BrickInputs) -> (f32, Vec3) {
             offset = width * settings.offset;
         }
     }
-    let number = whole(((p.x + offset) / width).floor());
+    let count = ((p.x + offset) / width).floor();
+    let number = whole(count);
     // Fused as in Cycles, so that far from the origin both round alike.
-    let x = fused(-width, number as f32, p.x + offset);
+    let count = if settings.without_sides {
+        count
+    } else {
+        number as f32
+    };
+    let x = fused(-width, count, p.x + offset);
     let y = fused(-inputs.row_height, row as f32, p.y);
 
     let key = ((row as u32) << 16).wrapping_add(number as u32 & 0xffff);
     let tint = (random(key) + inputs.bias).clamp(0.0, 1.0);
+    // The way to a side that is no number does not count.
     let from_edge = x.min(y).min((width - x).min(inputs.row_height - y));
     let mortar = if from_edge >= inputs.mortar_size {
         0.0

@@ -52,6 +52,7 @@ pub mod math;
 pub mod mix;
 pub mod noise;
 mod perlin;
+pub mod radial_tiling;
 pub mod range;
 pub mod sky;
 pub mod vector;

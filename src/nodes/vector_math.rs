@@ -1,6 +1,6 @@
 //! The Vector Math node.
 
-use super::math;
+use super::{CyclesVersion, math};
 use glam::Vec3;
 
 choice! {
@@ -31,6 +31,7 @@ choice! {
         Ceil = "CEIL",
         Fraction = "FRACTION",
         Modulo = "MODULO",
+        ModuloByQuotient = "MODULO_BY_QUOTIENT",
         Wrap = "WRAP",
         Snap = "SNAP",
         Round = "ROUND",
@@ -51,6 +52,14 @@ pub fn divided(a: Vec3, b: Vec3) -> Vec3 {
 }
 
 impl VectorMath {
+    /// The operation of a version: from 5.0 on Cycles finds remainders by the rounded quotient.
+    pub fn of_version(self, version: CyclesVersion) -> Self {
+        match self {
+            Self::Modulo if version >= CyclesVersion::new(5, 0) => Self::ModuloByQuotient,
+            other => other,
+        }
+    }
+
     /// The vector and the number that come out; one of them is 0, as Blender's node has one output at a time.
     pub fn of(self, a: Vec3, b: Vec3, c: Vec3, scale: f32) -> (Vec3, f32) {
         let vector = match self {
@@ -91,6 +100,13 @@ impl VectorMath {
             Self::Ceil => a.ceil(),
             Self::Fraction => a - a.floor(),
             Self::Modulo => each(a, b, math::modulo),
+            Self::ModuloByQuotient => each(a, b, |a, b| {
+                if b == 0.0 {
+                    0.0
+                } else {
+                    a - (a / b).trunc() * b
+                }
+            }),
             Self::Wrap => Vec3::new(
                 math::wrapped(a.x, b.x, c.x),
                 math::wrapped(a.y, b.y, c.y),
@@ -122,5 +138,15 @@ mod tests {
         assert_eq!(of("REFRACT", -y, y, y, 0.7).0, -y);
         assert_eq!(of("FACEFORWARD", x, y, -y, 0.0).0, x);
         assert_eq!(of("MODULO", -x * 1.5, x, y, 0.0).0.x, -0.5);
+        // The quotient of 32 bits is 3, although 3 · 0.1 is more than 0.3.
+        let remainder = |version| {
+            let modulo = VectorMath::Modulo.of_version(version);
+            modulo.of(x * 0.3, x * 0.1, y, 0.0).0
+        };
+        let (old, new) = (CyclesVersion::new(4, 5), CyclesVersion::new(5, 0));
+        assert_eq!(remainder(old).x, 0.3 % 0.1);
+        assert_eq!(remainder(new).x, 0.3 - 3.0 * 0.1);
+        assert_ne!(remainder(old).x, remainder(new).x);
+        assert_eq!(remainder(new).y, 0.0);
     }
 }

@@ -64,6 +64,7 @@ EVALUATED = {
     "ShaderNodeVectorCurve": ALL,
     "ShaderNodeVectorRotate": ALL,
     "ShaderNodeVectorTransform": ALL,
+    "ShaderNodeRadialTiling": ALL,
     "ShaderNodeCombineXYZ": ALL,
     "ShaderNodeSeparateXYZ": ALL,
     "ShaderNodeNormal": ALL,

@@ -49,6 +49,7 @@ impl Function {
             Self::RgbToBw => "RGB to BW",
             Self::Mapping(_) => "Mapping",
             Self::VectorRotate { .. } => "Vector Rotate",
+            Self::RadialTiling { .. } | Self::RadialSegment => "Radial Tiling",
             Self::VectorTransform { .. } => "Vector Transform",
             Self::Fresnel => "Fresnel",
             Self::LayerFresnel | Self::LayerFacing => "Layer Weight",

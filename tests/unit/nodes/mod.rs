@@ -195,6 +195,7 @@ impl Variant {
             offset_frequency: self.setting("offset_frequency", 2.0) as u8,
             squash: self.setting("squash", 1.0),
             squash_frequency: self.setting("squash_frequency", 2.0) as u8,
+            ..Default::default()
         };
         let inputs = BrickInputs {
             vector,

@@ -95,6 +95,17 @@ fn curves(node: &NodeJson) -> Result<Arc<Curves>, Refusal> {
     }))
 }
 
+/// A Float Curve's table. Cycles from 5.0 on shows its ends beyond them where all that it takes is constant.
+fn float_curve(node: &NodeJson, version: CyclesVersion) -> Result<Arc<Curves>, Refusal> {
+    let mut curves = curves(node)?;
+    let is_linked = |name: &str| matches!(node.inputs.get(name), Some(SocketJson::Link(_)));
+    if version >= CyclesVersion::new(5, 0) && !["Factor", "Fac", "Value"].into_iter().any(is_linked)
+    {
+        Arc::make_mut(&mut curves).table.extrapolate = false;
+    }
+    Ok(curves)
+}
+
 fn space(node: &NodeJson, name: &str) -> Result<Space, Refusal> {
     node.named(name, |text| {
         Some(match text {
@@ -142,14 +153,15 @@ pub(super) fn of(
         "VectorMath" => Found {
             output: one_of(&["Vector", "Value"]),
             ..only(Function::VectorMath(
-                node.named("operation", VectorMath::from_name)?,
+                node.named("operation", VectorMath::from_name)?
+                    .of_version(version),
             ))
         },
         "Mix" => mix(node)?,
         "MixRGB" => Found {
             aliases: MIX_RGB,
             ..only(Function::MixColor {
-                blend: blend(node, "Fac")?,
+                blend: blend(node, "Fac", true)?,
                 clamp: true,
                 clamp_result: node.is("use_clamp"),
             })
@@ -169,7 +181,7 @@ pub(super) fn of(
             aliases: VECTOR_CURVE,
             ..only(Function::Curves(curves(node)?))
         },
-        "FloatCurve" => only(Function::FloatCurve(curves(node)?)),
+        "FloatCurve" => only(Function::FloatCurve(float_curve(node, version)?)),
         "MapRange" => {
             let kind = node.named("interpolation_type", RangeKind::from_name)?;
             let clamp = node.is("clamp");
@@ -225,6 +237,13 @@ pub(super) fn of(
             axis: node.named("rotation_type", RotationAxis::from_name)?,
             invert: node.is("invert"),
         }),
+        "RadialTiling" if output == "Segment Coordinates" => only(Function::RadialTiling {
+            normalize: node.is("normalize"),
+        }),
+        "RadialTiling" => Found {
+            output: one_of(&["Segment ID", "Segment Width", "Segment Rotation"]),
+            ..only(Function::RadialSegment)
+        },
         "VectorTransform" => only(Function::VectorTransform {
             what: node.named("vector_type", |text| {
                 Some(match text {
@@ -297,7 +316,7 @@ fn mix(node: &NodeJson) -> Result<Found, Refusal> {
             ..only(Function::MixVector { clamp })
         },
         Some("RGBA") => only(Function::MixColor {
-            blend: blend(node, "Factor_Float")?,
+            blend: blend(node, "Factor_Float", clamp)?,
             clamp,
             clamp_result: node.is("clamp_result"),
         }),
@@ -306,11 +325,13 @@ fn mix(node: &NodeJson) -> Result<Found, Refusal> {
 }
 
 /// The blend mode. Cycles leaves out a mix whose factor is the constant 0 (ConstantFolder::fold_mix), so that Exclusion
-/// brings nothing below 0 up to it.
-fn blend(node: &NodeJson, factor: &str) -> Result<BlendMode, Refusal> {
+/// brings nothing below 0 up to it; nor one that is clamped to it.
+fn blend(node: &NodeJson, factor: &str, clamp: bool) -> Result<BlendMode, Refusal> {
     let blend = node.named("blend_type", BlendMode::from_name)?;
     Ok(match (blend, node.inputs.get(factor)) {
-        (BlendMode::Exclusion, Some(SocketJson::Number(0.0))) => BlendMode::Mix,
+        (BlendMode::Exclusion, Some(SocketJson::Number(t))) if *t == 0.0 || (clamp && *t < 0.0) => {
+            BlendMode::Mix
+        }
         (blend, _) => blend,
     })
 }

@@ -73,6 +73,7 @@ pub(super) fn of(
                 offset_frequency: number("offset_frequency", 2.0) as u8,
                 squash: number("squash", 1.0),
                 squash_frequency: number("squash_frequency", 2.0) as u8,
+                without_sides: BrickSettings::are_without_sides(version),
             })
         }
         "TexChecker" => ProceduralTexture::Checker,

@@ -3,6 +3,7 @@
 use super::Function;
 use crate::math::luminance;
 use crate::nodes::color::{bright_contrast, gamma, hue_saturation, invert};
+use crate::nodes::radial_tiling::radial_tiling;
 use crate::nodes::range::between;
 use glam::{Vec3, Vec4};
 
@@ -103,6 +104,14 @@ impl Function {
                     Vec3::splat(number(3))
                 };
                 full(axis.of(vector(0), vector(1), vector(2), angle, *invert))
+            }
+            Self::RadialTiling { normalize } => {
+                let found = radial_tiling(*normalize, vector(0), number(1), number(2));
+                full(found.coordinates.extend(0.0))
+            }
+            Self::RadialSegment => {
+                let found = radial_tiling(false, vector(0), number(1), number(2));
+                full(Vec3::new(found.id, found.width, found.rotation))
             }
             Self::Place(_)
             | Self::LightFalloff { .. }

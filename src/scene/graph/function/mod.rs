@@ -228,6 +228,13 @@ pub enum Function {
         /// The other way.
         invert: bool,
     },
+    /// Radial Tiling's coordinates.
+    RadialTiling {
+        /// The way to the side goes from 0 to 1.
+        normalize: bool,
+    },
+    /// What Radial Tiling tells of segments: number, width and rotation.
+    RadialSegment,
     /// Vector Transform.
     VectorTransform {
         /// What.
@@ -333,6 +340,7 @@ impl Function {
             | Self::CombineXyz
             | Self::Mapping(_)
             | Self::VectorRotate { .. }
+            | Self::RadialTiling { .. }
             | Self::VectorTransform { .. }
             | Self::Displacement { .. }
             | Self::VectorDisplacement(_)
@@ -348,7 +356,7 @@ impl Function {
             Self::ColorRamp(_) | Self::AmbientOcclusion { .. } => {
                 &[(Color, Lane::Rgb), (Float, Lane::One(3))]
             }
-            Self::SeparateColor(_) | Self::SeparateXyz => &[
+            Self::SeparateColor(_) | Self::SeparateXyz | Self::RadialSegment => &[
                 (Float, Lane::One(0)),
                 (Float, Lane::One(1)),
                 (Float, Lane::One(2)),

@@ -176,6 +176,15 @@ pub(super) fn of(function: &Function) -> &'static [Socket] {
                 ]
             }
         }
+        Function::RadialTiling { .. } | Function::RadialSegment => {
+            const {
+                &[
+                    vector("Vector", [0.0; 3]),
+                    float("Sides", 5.0),
+                    float("Roundness", 0.0),
+                ]
+            }
+        }
         Function::VectorTransform { .. } => const { &[vector("Vector", [0.5; 3])] },
         Function::Fresnel => const { &[float("IOR", 1.5), NORMAL] },
         Function::LayerFresnel | Function::LayerFacing => const { &[float("Blend", 0.5), NORMAL] },

@@ -49,6 +49,8 @@ fn some() -> Vec<Function> {
         Function::Invert,
         Function::RgbToBw,
         Function::Mapping(Mapping::Point),
+        Function::RadialTiling { normalize: true },
+        Function::RadialSegment,
         Function::VectorRotate {
             axis: RotationAxis::Z,
             invert: false,
