@@ -39,12 +39,13 @@ pub struct SunDisc {
 }
 
 impl SunDisc {
-    /// The angle to its middle: from the chord, which does not cancel.
+    /// The angle to its middle: by a way that does not cancel, and that is Cycles' where the direction is not of unit length.
     fn angle(&self, d: Vec3) -> f32 {
-        2.0 * (0.5 * (d - self.direction).length()).clamp(0.0, 1.0).asin()
+        let (chord, other) = (d - self.direction, d + self.direction);
+        2.0 * chord.length().atan2(other.length())
     }
 
-    /// Its radiance in a direction of unit length, if it is seen there. Colours that the space lacks are below 0.
+    /// Its radiance in a direction, if it is seen there. Colours that the space lacks are below 0.
     fn of(&self, d: Vec3, elevation: f32) -> Option<Vec3> {
         let from_middle = self.angle(d) / self.half_angle;
         if from_middle >= 1.0 || elevation <= self.horizon {
@@ -62,7 +63,8 @@ impl SunDisc {
 impl Sky {
     /// The radiance from a direction.
     pub fn of(&self, direction: Vec3) -> Vec3 {
-        let d = direction.normalize_or_zero();
+        // Directions from worlds are of unit length; of others Cycles takes the coordinates as they are.
+        let d = direction;
         let elevation = FRAC_PI_2 - d.z.clamp(-1.0, 1.0).acos();
         let azimuth = d.y.atan2(d.x);
         let x = (-(azimuth + self.start) / TAU).rem_euclid(1.0);

@@ -53,6 +53,9 @@ EVALUATED = {
     "ShaderNodeTexGradient": ALL,
     "ShaderNodeTexWhiteNoise": ALL,
     "ShaderNodeTexGabor": ALL,
+    "ShaderNodeTexEnvironment": ALL,
+    "ShaderNodeTexSky": ALL,
+    "ShaderNodeTexIES": ALL,
     # Numbers
     "ShaderNodeMath": ALL,
     "ShaderNodeFloatCurve": ALL,
@@ -106,6 +109,8 @@ EVALUATED = {
     "ShaderNodeBsdfTransparent": ALL,
     "ShaderNodeEmission": ALL,
     "ShaderNodeBackground": ALL,
+    # Alone; what it does in mixes is told.
+    "ShaderNodeHoldout": ALL,
     "ShaderNodeMixShader": ALL,
     "ShaderNodeAddShader": ALL,
 }
@@ -132,7 +137,7 @@ _OF_WORLDS["ShaderNodeLightPath"] = Rule(outputs=_RAY_KINDS | {"Ray Length", "Ra
 
 _ON_SURFACES = (
     "ShaderNodeParticleInfo", "ShaderNodeHairInfo", "ShaderNodePointInfo", "ShaderNodeVolumeInfo", "ShaderNodeTangent", "ShaderNodeWireframe",
-    "ShaderNodeAmbientOcclusion", "ShaderNodeBevel",
+    "ShaderNodeAmbientOcclusion", "ShaderNodeBevel", "ShaderNodeHoldout",
     "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfTransparent",
     "ShaderNodeObjectInfo", "ShaderNodeVertexColor", "ShaderNodeAttribute", "ShaderNodeNormalMap", "ShaderNodeBump",
 )  # fmt: skip
@@ -145,12 +150,14 @@ _OF_LIGHTS = {
 }
 
 
-def _without_surfaces(rules):
-    return {kind: rule for kind, rule in {**EVALUATED, **rules}.items() if kind not in _ON_SURFACES}
+def _without_surfaces(rules, others):
+    # Of the textures of worlds and of lamps, each has its own alone.
+    left_out = {*_ON_SURFACES, *(others.keys() - rules.keys())}
+    return {kind: rule for kind, rule in {**EVALUATED, **rules}.items() if kind not in left_out}
 
 
-LIGHT = _without_surfaces(_OF_LIGHTS)
-WORLD = _without_surfaces(_OF_WORLDS)
+LIGHT = _without_surfaces(_OF_LIGHTS, {"ShaderNodeTexSky": ALL})
+WORLD = _without_surfaces(_OF_WORLDS, {"ShaderNodeTexIES": ALL})
 
 # What is not evaluated for all that it is not a property of its own.
 IMAGE_SOURCES = {"FILE", "GENERATED", "TILED", "MOVIE"}

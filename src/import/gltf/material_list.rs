@@ -19,6 +19,8 @@ pub(super) struct Materials<'a> {
     pub(super) list: Vec<MetallicRoughness>,
     /// What is rendered instead, where a node tree is known.
     pub(super) graphs: Vec<Option<Graph>>,
+    /// Which of them are holdouts.
+    pub(super) holdouts: Vec<bool>,
     /// By glTF material index (or none).
     pub(super) by_primitive: HashMap<Option<usize>, PrimitiveMaterial>,
     pub(super) images: Images<'a>,
@@ -47,6 +49,7 @@ impl<'a> Materials<'a> {
         let mut images = Images::new(document);
         let mut list = Vec::new();
         let mut graphs = Vec::new();
+        let mut holdouts = Vec::new();
         let mut by_primitive = HashMap::new();
         for index in used {
             let mut material = match index {
@@ -94,6 +97,7 @@ impl<'a> Materials<'a> {
             let brightest = brightest(document, material.as_ref());
             let id = material.map(|material| {
                 list.push(material);
+                holdouts.push(graph.as_ref().is_some_and(|loaded| loaded.holdout));
                 graphs.push(graph.map(|loaded| loaded.graph));
                 MaterialId((list.len() - 1) as u32)
             });
@@ -113,6 +117,7 @@ impl<'a> Materials<'a> {
         Ok(Self {
             list,
             graphs,
+            holdouts,
             by_primitive,
             images,
         })

@@ -137,6 +137,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         &document.budget,
         &mut diagnostics,
     )?;
+    let holdouts = materials.holdouts;
     let mut scene = Scene {
         generator: document.core.asset.generator.clone(),
         materials: materials
@@ -160,6 +161,10 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             scene.meshes.push(mesh);
         }
     }
+    let is_holdout = |mesh: MeshId, scene: &Scene| {
+        let material = scene.meshes[mesh.0 as usize].material;
+        material.is_some_and(|id| holdouts.get(id.0 as usize) == Some(&true))
+    };
     for place in placed {
         for &mesh in ids.get(&place.mesh).into_iter().flatten() {
             if scene.instances.len() >= MOST_INSTANCES {
@@ -169,12 +174,13 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
                     format!("it places more than {MOST_INSTANCES} meshes"),
                 ));
             }
+            let holdout = place.holdout || is_holdout(mesh, &scene);
             scene.instances.push(Instance {
                 name: place.name.clone(),
                 mesh,
                 world_from_object: place.world_from_object,
                 visibility: place.visibility,
-                holdout: place.holdout,
+                holdout,
                 info: place.info.clone(),
             });
         }

@@ -127,6 +127,8 @@ pub(super) struct Loaded {
     pub tangents: Option<u32>,
     /// It asks for the attribute with the places of vertices before they were displaced, after all others.
     pub displaced_bump: bool,
+    /// Where the camera sees it, the picture is empty.
+    pub holdout: bool,
 }
 
 /// Reads the graph of a material, if it has one that is evaluated; what is not has a verdict, and the flat material counts.
@@ -225,12 +227,14 @@ fn read(
     match reader.read() {
         Ok(tangents) => {
             let displaced_bump = reader.undisplaced.is_some();
+            let holdout = reader.is_holdout();
             let mut graph = reader.graph;
             graph.prune();
             Ok(Some(Loaded {
                 graph,
                 tangents,
                 displaced_bump,
+                holdout,
             }))
         }
         Err(Stop::Broken(error)) => Err(error),
@@ -291,6 +295,34 @@ impl Reader<'_, '_, '_> {
             self.graph.surface = self.made.get(surface).and_then(|input| input.link());
         }
         self.tangents(&used)
+    }
+
+    /// Whether the surface is a Holdout, also behind mixes that show one side alone.
+    fn is_holdout(&self) -> bool {
+        let mut surface = self.source.surface.as_ref();
+        let mut before = self.source.nodes.len();
+        while let Some(Reference { node: at, .. }) = surface {
+            let Some(node) = self.source.nodes.get(*at).filter(|_| *at < before) else {
+                return false;
+            };
+            match &*node.kind {
+                "ShaderNodeHoldout" => return true,
+                "ShaderNodeMixShader" => {}
+                _ => return false,
+            }
+            let factor = node.inputs.get("Fac").or_else(|| node.inputs.get("Factor"));
+            let side = match factor {
+                Some(SocketJson::Number(factor)) if *factor <= 0.0 => "Shader",
+                Some(SocketJson::Number(factor)) if *factor >= 1.0 => "Shader_001",
+                _ => return false,
+            };
+            before = *at;
+            surface = match node.inputs.get(side) {
+                Some(SocketJson::Link(link)) => Some(link),
+                _ => None,
+            };
+        }
+        false
     }
 
     /// The set of texture coordinates along which tangents lie: meshes have those of one set.

@@ -87,6 +87,8 @@ impl Reader<'_, '_, '_> {
                 };
                 self.add(at, NodeKind::Bsdf(SimpleBsdf::Toon { glossy }), &[])
             }
+            // Alone it is what instances are made of ([`Reader::is_holdout`]); among others it gives no light.
+            "Holdout" => return Ok(Some(Input::None)),
             "BsdfTransparent" => self.add(at, NodeKind::TransparentBsdf, &[]),
             // Cycles shows a background on a surface as light of its own.
             "Emission" | "Background" => self.add(at, NodeKind::Emission, &[]),
