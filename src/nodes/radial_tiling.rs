@@ -306,6 +306,10 @@ pub fn radial_tiling(
     } else {
         level -= 1.0;
     }
+    // Two sides with round corners have no polygon. Cycles' film leaves out that number alone, Sundog's would leave out all.
+    if level.is_nan() && !way.is_nan() {
+        level = 0.0;
+    }
     RadialTilingOutputs {
         coordinates: Vec2::new(way, level),
         id: (sides * (point.y.atan2(point.x) / TAU + is_below)).floor(),

@@ -15,7 +15,7 @@ import parity_tiles
 
 # By node: parts of rows in words, of which each row has one.
 ROWS = {
-    "RadialTiling": ("Segment ID", "Segment Width", "Segment Rotation", "normalize True"),
+    "RadialTiling": ("Segment",),
     "TexBrick": ("squash 0.0", "TexBrick · →"),
     "VectorMath": ("operation",),
     "FloatCurve": ("Value",),

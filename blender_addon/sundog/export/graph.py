@@ -66,7 +66,11 @@ def _numbers(socket, kind):
     width = _WIDTHS.get(kind)
     if value is None or width is None:
         return None
-    return float(value) if width == 1 else tuple(float(v) for v in list(value)[:width])
+    if width == 1:
+        return float(value)
+    # Some vectors of Blender 5 have but two numbers; Cycles knows no such.
+    numbers = [float(v) for v in list(value)[:width]]
+    return tuple(numbers + [0.0] * (width - len(numbers)))
 
 
 def _converted(value, kind, wanted):
