@@ -6,7 +6,8 @@ import sys
 
 # Why rows miss, by node, and where that is not enough by a part of the row's words: what no verdict of the add-on says.
 REASONS = {
-    ("TexSky", ""): "a table asked of Cycles, read between its texels: 1.1e-5 at the default",
+    ("TexSky", ""): "a table asked of Cycles, read between its texels; at places that are no directions, which the rows show, also the sun's disc",
+    ("TexImage", "Closest"): "places on the border of two texels, where rounding decides",
 }
 
 PAGE = """# Parity with Cycles, node by node
