@@ -11,7 +11,9 @@ import bpy
 import numpy
 
 from . import blackbody, colorspace, evaluated, geometry, gltf, ies, images, object_info, skies, wavelength
-from .graph import Link
+from .baker import BakeError
+from .graph import Link, Walk
+from .nodes import CUT, Walker
 from .verdicts import APPROXIMATED, EXACT, LOST
 
 # Cycles before 5.0 has other colours, and no films on metals.
@@ -372,6 +374,28 @@ def _copy(image, cache):
     if mode == "STRAIGHT" and bpy.app.version < (5, 1, 0):
         alpha = "PREMUL"
     return path, "Non-Color" if name in images.DATA_SPACES else colorspace.working_space(), alpha
+
+
+# Worlds and lamps
+
+
+def emitting(owner, rules, document, cache, findings, report=None):
+    """(a world's or a lamp's node tree, None) as it is, by the rules of what is evaluated there; or (None, why that cannot be)."""
+    try:
+        walk = Walk(Walker(), rules)
+        walk.read(owner)
+        if walk.objections or walk.surface is None:
+            return None, ", ".join(walk.objections)
+        written = GraphWriter(document, cache, [], None, {}, report).write(walk, owner)
+    except (
+        images.ImageError, BakeError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError,
+    ) as error:  # fmt: skip
+        return None, str(error)
+    if walk.missing():
+        findings.append((EXACT, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
+    findings += written.findings
+    findings += [(APPROXIMATED, words) for words in [CUT] * walk.is_cut + walk.not_finite]
+    return written.extension, None
 
 
 # Nodes that others stand for

@@ -31,30 +31,13 @@ def _with_nodes(light, findings, document, cache):
     if all(verdict == EXACT for verdict, _ in own) or document is None or not graph.ENABLED:
         findings += own
         return factor, None
-    written, why_not = _graph(light, document, cache, findings)
+    written, why_not = graph_write.emitting(light, evaluated.LIGHT, document, cache, findings)
     if written is not None:
         return numpy.ones(3), written
     findings += own
     if why_not:
         findings.append((EXACT, f"its nodes are not evaluated as they are because of: {why_not}"))
     return factor, None
-
-
-def _graph(light, document, cache, findings):
-    """(the light's node tree, None) as it is; or (None, why that cannot be)."""
-    try:
-        walk = graph.Walk(nodes.Walker(), evaluated.LIGHT)
-        walk.read(light)
-        if walk.objections or walk.surface is None:
-            return None, ", ".join(walk.objections)
-        written = graph_write.GraphWriter(document, cache, [], None, {}).write(walk, light)
-    except (images.ImageError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError) as error:
-        return None, str(error)
-    if walk.missing():
-        findings.append((EXACT, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
-    findings += written.findings
-    findings += [(APPROXIMATED, words) for words in [nodes.CUT] * walk.is_cut + walk.not_finite]
-    return written.extension, None
 
 
 def _node_factor(light, tree, findings):

@@ -151,7 +151,9 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
         if rotation != numpy.eye(3).reshape(-1).tolist():
             result["rotation"] = rotation
         return result
-    written, why_not = _graph(world, cache, document, report, findings) if as_tree and graph.ENABLED else (None, None)
+    written, why_not = None, None
+    if as_tree and graph.ENABLED:
+        written, why_not = graph_write.emitting(world, evaluated.WORLD, document, cache, findings, report)
     if written is not None:
         result["shader_graph"] = written
         resolution = _resolution(world)
@@ -173,23 +175,6 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
     if sun:
         result["sun"] = sun
     return result
-
-
-def _graph(world, cache, document, report, findings):
-    """(the world's node tree, None) as it is; or (None, why that cannot be)."""
-    try:
-        walk = graph.Walk(nodes.Walker(), evaluated.WORLD)
-        walk.read(world)
-        if walk.objections or walk.surface is None:
-            return None, ", ".join(walk.objections)
-        written = graph_write.GraphWriter(document, cache, [], None, {}, report).write(walk, world)
-    except (images.ImageError, baker.BakeError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError) as error:
-        return None, str(error)
-    if walk.missing():
-        findings.append((EXACT, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
-    findings += written.findings
-    findings += [(APPROXIMATED, words) for words in [nodes.CUT] * walk.is_cut + walk.not_finite]
-    return written.extension, None
 
 
 def _resolution(world):
