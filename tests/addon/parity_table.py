@@ -8,6 +8,11 @@ import sys
 REASONS = {
     ("TexSky", ""): "a table asked of Cycles, read between its texels; at places that are no directions, which the rows show, also the sun's disc",
     ("TexImage", "Closest"): "places on the border of two texels, where rounding decides",
+    ("Bump", ""): "a normal that is read as a vector or a colour seems to have glTF's axes (of one along an axis the mean agrees); lit surfaces agree",
+    ("NormalMap", ""): "a normal that is read as a vector or a colour seems to have glTF's axes (of one along an axis the mean agrees); lit surfaces agree",
+    ("BsdfGlass", ""): "the sun through glass: few paths find it, and Cycles lets light through facets that face away (docs/sundog-and-cycles.md)",
+    ("BsdfRefraction", ""): "the sun through glass: few paths find it, and Cycles lets light through facets that face away (docs/sundog-and-cycles.md)",
+    ("Emission", "Strength low"): "negative light, which Cycles shows and Sundog does not",
 }
 
 PAGE = """# Parity with Cycles, node by node
