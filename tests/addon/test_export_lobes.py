@@ -86,13 +86,7 @@ class Lobes(kit.ExportTest):
                 ball = bpy.context.object
                 ball.data.shade_smooth()
                 ball.data.materials.append(made)
-        sun = bpy.data.lights.new("sun", "SUN")
-        sun.energy, sun.angle = 3, 0.1
-        self.link("sun", sun, rotation_euler=(0.5, 0.7, 0))
-        self.scene.world = bpy.data.worlds.new("world")
-        self.scene.world.use_nodes = True
-        background = next(n for n in self.scene.world.node_tree.nodes if n.type == "BACKGROUND")
-        background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
+        self.sun_and_grey_world()
         data = self.camera.data
         data.type, data.ortho_scale = "ORTHO", 6
         # What makes light go lost or spread on purpose stays out of it.

@@ -203,13 +203,7 @@ class Parity(kit.ExportTest):
         tree.links.new(first.outputs[0], mix.inputs[1])
         tree.links.new(second.outputs[0], mix.inputs[2])
         tree.links.new(mix.outputs[0], surface)
-        sun = bpy.data.lights.new("sun", "SUN")
-        sun.energy, sun.angle = 3, 0.1
-        self.link("sun", sun, rotation_euler=(0.5, 0.7, 0))
-        self.scene.world = bpy.data.worlds.new("world")
-        self.scene.world.use_nodes = True
-        background = next(n for n in self.scene.world.node_tree.nodes if n.type == "BACKGROUND")
-        background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
+        self.sun_and_grey_world()
         self.compare(t.materials, 512, mean=0.01, error=2e-3)
 
 

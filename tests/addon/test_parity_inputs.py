@@ -45,16 +45,6 @@ class Patches(kit.ExportTest):
         location = (column - (ROW - 1) / 2, line - (rows - 1) / 2, 0)
         return self.link(f"patch {number}", mesh, **{"location": location, "rotation_euler": (0, 0, math.pi / 2), "scale": (1, 1, 0.8), **settings})
 
-    def light(self):
-        """A sun and a grey world."""
-        sun = bpy.data.lights.new("sun", "SUN")
-        sun.energy, sun.angle = 3, 0.1
-        self.link("sun", sun, rotation_euler=(0.5, 0.7, 0))
-        self.scene.world = bpy.data.worlds.new("world")
-        self.scene.world.use_nodes = True
-        background = next(n for n in self.scene.world.node_tree.nodes if n.type == "BACKGROUND")
-        background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
-
     def compare(self, materials, samples=64, mean=0.01, error=1e-5, make=None, exact=True):
         """Renders a patch for each material by both; fails where one differs, saying by how much."""
         rows = math.ceil(len(materials) / ROW)
@@ -321,7 +311,7 @@ class Inputs(Patches):
             less.inputs[1].default_value, less.inputs[2].default_value = -0.3, 0.8
             linked(tree, "LightPath", output, less.inputs[0])
         self.ortho()
-        self.light()
+        self.sun_and_grey_world()
 
         def make(number, rows):
             mesh = patch(f"patch {number}", smooth=False)
@@ -407,7 +397,7 @@ class Rays(Patches):
         principled = linked(tree, "BsdfPrincipled", 0, surface, Roughness=1.0)
         linked(tree, "AmbientOcclusion", "AO", principled.inputs["Alpha"], Distance=0.3)
         self.ortho()
-        self.light()
+        self.sun_and_grey_world()
         self.compare(t.materials, 1024, error=1e-3, make=self.trough)
 
 
@@ -444,7 +434,7 @@ class Displacement(Patches):
 
     def test_as_bump(self):
         self.ortho()
-        self.light()
+        self.sun_and_grey_world()
         self.compare(self.surfaces("BUMP"), 256, error=1e-3)
 
     @kit.long
@@ -455,7 +445,7 @@ class Displacement(Patches):
 
     def test_of_vertices(self):
         self.ortho()
-        self.light()
+        self.sun_and_grey_world()
         self.compare(self.surfaces("DISPLACEMENT"), 256, error=1e-3)
 
     def test_normals_of_vertices(self):
@@ -464,12 +454,12 @@ class Displacement(Patches):
 
     def test_both(self):
         self.ortho()
-        self.light()
+        self.sun_and_grey_world()
         self.compare(self.surfaces("BOTH"), 256, error=1e-3)
 
     def test_of_flat_and_sharp_meshes(self):
         self.ortho()
-        self.light()
+        self.sun_and_grey_world()
 
         def make(number, rows):
             mesh = patch(f"patch {number}", smooth=number % 2 == 0)
