@@ -95,7 +95,7 @@ def sheets(materials):
     return columns, rows, side
 
 
-def balls(materials):
+def balls(materials, shine):
     """A ball for each material."""
     columns, rows = layout(len(materials))
     bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=0.46)
@@ -114,8 +114,9 @@ def balls(materials):
         ball = first if number == 0 else bpy.data.objects.new(f"ball {number}", first.data)
         if number:
             bpy.context.scene.collection.objects.link(ball)
-        # No two neighbours are at similar depths.
-        ball.location = (number % columns + 0.5, number // columns + 0.5, number * 37 % STEPS * STEP)
+        # No two neighbours are at similar depths, where light could go from one to another.
+        depth = 0.0 if shine else number * 37 % STEPS * STEP
+        ball.location = (number % columns + 0.5, number // columns + 0.5, depth)
         ball.rotation_euler, ball.scale = (0.5, 0.3, 0.2), (1.0, 0.9, 0.8)
         ball.pass_index, ball.color = number % 7, (0.2, 0.5, 0.7, 1)
         ball.material_slots[0].link = "OBJECT"
@@ -130,13 +131,13 @@ def scene_of(tiles):
     kind = tiles[0].kind
     names = [f"t{number}" for number in range(len(tiles))]
     materials = [parity_tiles.Tree(tile, name).material for tile, name in zip(tiles, names)]
-    columns, rows, step = sheets(materials) if kind == "sheet" else balls(materials)
+    columns, rows, step = sheets(materials) if kind == "sheet" else balls(materials, kind == "ball")
     scene = bpy.context.scene
     camera = bpy.data.cameras.new("camera")
     camera.type, camera.ortho_scale = "ORTHO", max(columns, rows) * step
     camera.clip_end = 1e5
     shown = bpy.data.objects.new("camera", camera)
-    shown.location = (columns * step / 2, rows * step / 2, STEP * STEPS + 10)
+    shown.location = (columns * step / 2, rows * step / 2, 10 + (0 if kind == "ball" else STEP * STEPS))
     scene.collection.objects.link(shown)
     scene.camera = shown
     if kind not in {"sheet", "ball"}:

@@ -4,12 +4,13 @@
 import json
 import sys
 
+EDGES = "pixels through whose middle an edge of a face goes, or the ball's: the one takes this face, the other that"
 # Why rows miss, by node, and where that is not enough by a part of the row's words: what no verdict of the add-on says.
 REASONS = {
     ("TexSky", ""): "a table asked of Cycles, read between its texels; at places that are no directions, which the rows show, also the sun's disc",
     ("TexImage", "Closest"): "places on the border of two texels, where rounding decides",
-    ("Bump", ""): "a normal that is read as a vector or a colour seems to have glTF's axes (of one along an axis the mean agrees); lit surfaces agree",
-    ("NormalMap", ""): "a normal that is read as a vector or a colour seems to have glTF's axes (of one along an axis the mean agrees); lit surfaces agree",
+    **dict.fromkeys([(node, "") for node in ("Bump", "Fresnel", "NewGeometry", "NormalMap")], EDGES),
+    ("Wireframe", ""): "pixels through whose middle the edge of a line goes: a line is black or white, and rounding decides",
     ("BsdfGlass", ""): "the sun through glass: few paths find it, and Cycles lets light through facets that face away (docs/sundog-and-cycles.md)",
     ("BsdfRefraction", ""): "the sun through glass: few paths find it, and Cycles lets light through facets that face away (docs/sundog-and-cycles.md)",
     ("Emission", "Strength low"): "negative light, which Cycles shows and Sundog does not",

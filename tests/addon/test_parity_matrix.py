@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A part of the parity matrix that takes seconds: the defaults of each node of values, and all menus of some textures."""
+"""A part of the parity matrix that takes seconds: the defaults of each node of values, all menus of some
+textures, and normals."""
 
 import unittest
 
@@ -33,12 +34,21 @@ class Matrix(unittest.TestCase):
         tiles = [tile for kind in parity_tiles.kinds() for tile in parity_tiles.tiles(kind)]
         menus = {"TexVoronoi", "TexNoise", "TexMagic", "Math", "MixRGB", "TexGabor"}
         wanted = [t for t in tiles if t.kind == "sheet" and not t.inputs and t.node not in MISS and (not t.settings or t.node in menus)]
+        self.agree(wanted, 300)
+
+    def test_values_of_the_place_are_those_of_cycles(self):
+        of_the_place = {"Bump", "NormalMap", "TexCoord"}
+        tiles = [tile for kind in of_the_place & set(parity_tiles.kinds()) for tile in parity_tiles.tiles(kind)]
+        self.agree([tile for tile in tiles if tile.kind == "ball" and not tile.inputs], 15)
+
+    def agree(self, wanted, at_least):
+        """All these rows agree with Cycles."""
         rows, _ = parity.run(wanted, say=lambda *words, **settings: None)
         # What is flattened is a matter of the nodes that are evaluated, not of their values.
         wrong = [row for row in rows if not row["ok"] and not row["flattened"]]
         told = [f"{r['node']} {parity_table.words(r)}: mean {r['mean']:.5f} against {r['cycles']:.5f}, relMSE {r['relmse']:.1e}" for r in wrong]
         self.assertFalse(told, "\n" + "\n".join(told))
-        self.assertGreater(len(rows), 300)
+        self.assertGreater(len(rows), at_least)
 
 
 if __name__ == "__main__":

@@ -229,7 +229,8 @@ fn bump<P: Place>(
     (sign, object_space): (f32, bool),
 ) -> Vec3 {
     let mut normal = place.facing(inputs[bump::NORMAL].truncate());
-    let mut steps = place.steps(inputs[bump::FILTER_WIDTH].x);
+    let width = inputs[bump::FILTER_WIDTH].x;
+    let mut steps = place.steps(width.abs());
     let at = |place: &P| height.program.at(place, |at| at.number(&height.root));
     let here = at(place);
     let rises = steps.map(|step| at(&place.neighbour(step)) - here);
@@ -245,7 +246,8 @@ fn bump<P: Place>(
     let distance = inputs[bump::DISTANCE].x * sign;
     let strength = inputs[bump::STRENGTH].x.max(0.0);
     let raised = normal * det.abs() - gradient * (distance * det.signum());
-    let raised = raised.try_normalize().unwrap_or(normal);
+    // Steps of a negative width turn the normal round, as in Cycles.
+    let raised = (raised * width.signum()).try_normalize().unwrap_or(normal);
     let result = raised * strength + normal * (1.0 - strength);
     let mut result = result.try_normalize().unwrap_or(normal);
     if object_space {

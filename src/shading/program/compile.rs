@@ -106,6 +106,9 @@ impl<'a, S: Source> Compiler<'a, S> {
             Input::Value(value) => return Operand::Constant(Vec3::from(value).extend(1.0)),
             Input::None => return ZERO,
         };
+        if self.results[link.node as usize].is_some() {
+            return self.of(link);
+        }
         let needed = self.before(link);
         for (at, _) in needed.into_iter().enumerate().filter(|(_, needed)| *needed) {
             if self.results[at].is_none() {
@@ -139,13 +142,22 @@ impl<'a, S: Source> Compiler<'a, S> {
         needed
     }
 
-    /// What an input of a node gives whose nodes have been emitted.
-    fn input(&self, at: usize, socket: usize) -> Operand {
-        match self.graph.nodes[at].inputs[socket] {
-            Input::Link(link) => self.of(link),
-            Input::Value(value) => Operand::Constant(Vec3::from(value).extend(1.0)),
-            Input::None => ZERO,
-        }
+    /// What an input of a node gives, as its socket takes it; what is behind it is emitted first. Normals stand outside in
+    /// glTF's axes, vectors of them on the viewer's side in Blender's.
+    pub(super) fn input(&mut self, at: usize, socket: usize) -> Operand {
+        let node = &self.graph.nodes[at];
+        let operand = self.operand(node.inputs[socket]);
+        let Some(link) = node.inputs[socket].link() else {
+            return operand;
+        };
+        let takes_normal = node.kind.sockets()[socket].kind == SocketKind::Normal;
+        let gives_normal = self.graph.gives(link).0 == SocketKind::Normal;
+        let operation = match (gives_normal, takes_normal) {
+            (true, false) => Operation::Facing(operand),
+            (false, true) => Operation::Outside(operand),
+            _ => return operand,
+        };
+        Operand::Register(self.emit(operation), Lane::Xyz)
     }
 
     fn of(&self, link: Link) -> Operand {
@@ -253,7 +265,7 @@ impl<'a, S: Source> Compiler<'a, S> {
         for (place, socket) in sockets.iter().enumerate() {
             let operand = match raised && place == bump::HEIGHT {
                 true => ZERO,
-                false => self.converted(at, place, socket.kind),
+                false => self.input(at, place),
             };
             inputs.push((operand, socket.kind));
         }
@@ -276,29 +288,6 @@ impl<'a, S: Source> Compiler<'a, S> {
             _ => Lane::Rgb,
         };
         Operand::Register(self.emit(Operation::Call(call)), lane)
-    }
-
-    /// What an input gives as a socket takes it: normals stand outside in glTF's axes, vectors of them on the viewer's side
-    /// in Blender's.
-    pub(super) fn converted(&mut self, at: usize, socket: usize, takes: SocketKind) -> Operand {
-        let input = self.graph.nodes[at].inputs[socket];
-        let operand = self.input(at, socket);
-        let Some(link) = input.link() else {
-            return operand;
-        };
-        let gives_normal = self.graph.gives(link).0 == SocketKind::Normal;
-        let takes_normal = takes == SocketKind::Normal;
-        match (gives_normal, takes_normal) {
-            (true, false) => {
-                let lane = Lane::Xyz;
-                Operand::Register(self.emit(Operation::Facing(operand)), lane)
-            }
-            (false, true) => {
-                let lane = Lane::Xyz;
-                Operand::Register(self.emit(Operation::Outside(operand)), lane)
-            }
-            _ => operand,
-        }
     }
 
     /// The program of a height; `None` where nothing varies, or where heights of heights go too deep.
@@ -373,7 +362,7 @@ impl<'a, S: Source> Compiler<'a, S> {
     /// The factor of a Mix Shader, 0 to 1.
     fn factor(&mut self, at: usize) -> Operand {
         let input = self.graph.nodes[at].inputs[mix_shader::FACTOR];
-        let factor = self.operand(input);
+        let factor = self.input(at, mix_shader::FACTOR);
         let is_share = input.link().is_some_and(|link| {
             matches!(
                 self.graph.node(link).kind,
@@ -607,7 +596,7 @@ fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
     let (clear, rest): (Vec<_>, Vec<_>) = leaves.into_iter().partition(|(at, _)| clear(*at));
     let mut transmittance = ZERO;
     for (at, weight) in clear {
-        let color = compiler.operand(graph.nodes[at].inputs[transparent::COLOR]);
+        let color = compiler.input(at, transparent::COLOR);
         let part = compiler.blend(Blend::Multiply, color, weight);
         transmittance = compiler.blend(Blend::Add, transmittance, part);
     }
@@ -638,8 +627,8 @@ fn emission(graph: &Graph, source: &mut impl Source) -> (Program, Root) {
         if is_black(color) || is_black(strength) {
             continue;
         }
-        let color = compiler.operand(node.inputs[color]);
-        let strength = compiler.operand(node.inputs[strength]);
+        let color = compiler.input(at, color);
+        let strength = compiler.input(at, strength);
         let light = compiler.blend(Blend::Multiply, color, strength);
         let part = compiler.blend(Blend::Multiply, light, weight);
         sum = compiler.blend(Blend::Add, sum, part);

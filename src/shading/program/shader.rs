@@ -84,12 +84,8 @@ fn tangent_of<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, socket: usiz
         };
         return Some(root(Operand::Register(compiler.emit(operation), Lane::Rgb)));
     }
-    let input = node.inputs[socket];
-    node.is_anisotropic().then(|| {
-        // What is behind it is emitted first.
-        compiler.operand(input);
-        root(compiler.converted(at, socket, SocketKind::Normal))
-    })
+    node.is_anisotropic()
+        .then(|| root(compiler.input(at, socket)))
 }
 
 /// A shader that is nothing but a lobe.
@@ -105,9 +101,7 @@ fn simple<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, bsdf: SimpleBsdf
             sockets.push(root(ZERO));
             continue;
         }
-        // What is behind it is emitted first.
-        compiler.operand(*input);
-        let value = root(compiler.converted(at, number, socket.kind));
+        let value = root(compiler.input(at, number));
         if is_direction {
             normal = Some(value);
         }
@@ -130,12 +124,8 @@ fn layers<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Box<La
     let inputs = &compiler.graph.nodes[at].inputs;
     let is_there = |weight: usize| inputs[weight] != Input::float(0.0);
     let (coated, has_fibres) = (is_there(COAT_WEIGHT), is_there(SHEEN_WEIGHT));
-    let normal = (inputs[COAT_NORMAL] != Input::None).then(|| {
-        // What is behind it is emitted first.
-        compiler.operand(inputs[COAT_NORMAL]);
-        root(compiler.converted(at, COAT_NORMAL, SocketKind::Normal))
-    });
-    let mut value = |socket: usize| root(compiler.operand(inputs[socket]));
+    let mut value = |socket: usize| root(compiler.input(at, socket));
+    let normal = (inputs[COAT_NORMAL] != Input::None).then(|| value(COAT_NORMAL));
     let coat = coated.then(|| CoatRoots {
         weight: value(COAT_WEIGHT),
         roughness: value(COAT_ROUGHNESS),
@@ -163,16 +153,8 @@ pub(super) fn shader<S: Source>(
         _ => None,
     };
     let (graph, compiler) = (compiler.graph, RefCell::new(compiler));
-    let value = |socket: usize| root(compiler.borrow_mut().operand(node.inputs[socket]));
-    let vector = |socket: usize| match node.inputs[socket] {
-        Input::None => None,
-        input => {
-            let mut compiler = compiler.borrow_mut();
-            // What is behind it is emitted first.
-            compiler.operand(input);
-            Some(root(compiler.converted(at, socket, SocketKind::Normal)))
-        }
-    };
+    let value = |socket: usize| root(compiler.borrow_mut().input(at, socket));
+    let vector = |socket: usize| (node.inputs[socket] != Input::None).then(|| value(socket));
     Some(match node.kind {
         NodeKind::PrincipledBsdf { .. } => {
             let normal = vector(principled::NORMAL);
