@@ -136,9 +136,9 @@ impl<E: Features> Vertex<'_, E> {
         };
         // As Cycles counts: a shadow ray is one surface further than the path.
         let sender = Sender {
-            kind: RayKind::Shadow,
             depth: self.bounce + 1,
             past: self.past,
+            ..RayKind::Shadow.into()
         };
         let left = (self.transparent, sender);
         let share = match light.target {

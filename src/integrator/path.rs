@@ -87,6 +87,9 @@ struct Beside {
     /// By kind, in the order of [`Scattering`].
     scatterings: [u32; 3],
     passage: Passage,
+    /// How far it has come since it was scattered, to surfaces that it has passed; the near plane of a ray of the camera.
+    walked: f32,
+    near: f32,
 }
 
 /// What becomes of a path at a surface that tints what passes straight on.
@@ -155,6 +158,8 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         },
         scatterings: [0; 3],
         passage: Passage::default(),
+        walked: 0.0,
+        near: camera_ray.near,
     };
     let scene = (world, settings, sampler);
     let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
@@ -250,13 +255,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     /// The ray, as programs at what it meets may ask about it.
     #[inline(always)]
     fn asking(&self, hit: &Hit) -> Asking {
-        Asking {
-            direction: self.direction,
-            distance: hit.distance,
-            kind: self.beside.previous.kind.bit(),
-            depth: self.bounce,
-            past: self.past(),
-        }
+        Asking::of(&self.sender(), self.direction, hit)
     }
 
     /// The ray, as programs at what it passes may ask about it.
@@ -265,6 +264,8 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         Sender {
             kind: self.beside.previous.kind,
             depth: self.bounce,
+            walked: self.beside.walked,
+            near: self.beside.near,
             past: self.past(),
         }
     }
@@ -323,6 +324,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 Tinted::Passes(weight, onward) => {
                     self.throughput *= weight;
                     self.passed += 1;
+                    self.beside.walked += found.hit.distance;
                     self.origin = onward;
                     self.span = (RAY_START, f32::INFINITY);
                 }
@@ -633,6 +635,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 .sink
                 .first_scattering(s.weight, s.diffuse, beyond);
         }
+        (self.beside.walked, self.beside.near) = (0.0, 0.0);
         self.throughput *= s.weight;
         // NaN goes on, to be counted at the film.
         if self.throughput.max_element() <= 0.0 {

@@ -15,9 +15,9 @@ use std::sync::Arc;
 
 /// A surface that emits, as the lights on its triangles see it. Whoever knows meshes, materials and textures implements it.
 pub trait EmissiveSurface: Send + Sync {
-    /// The point of a triangle with these weights of its second and third corner, and what it emits against `wi`. `None` from a
-    /// side that is not there.
-    fn emitted(&self, triangle: u32, weights: Vec2, wi: Vec3) -> Option<EmittedPoint>;
+    /// The point of a triangle with these weights of its second and third corner, and what it emits against `wi` to a point.
+    /// `None` from a side that is not there.
+    fn emitted(&self, place: (u32, Vec2), from: Vec3, wi: Vec3) -> Option<EmittedPoint>;
 
     /// About the mean luminance of the radiance that a triangle emits.
     fn mean_emission(&self, triangle: u32) -> f32;
@@ -84,12 +84,12 @@ impl Part {
     #[inline]
     fn sample(
         &self,
-        (triangle, weights): (u32, Vec2),
+        place: (u32, Vec2),
         normal: Vec3,
-        wi: Vec3,
+        (from, wi): (Vec3, Vec3),
         pdf: f32,
     ) -> Option<LightSample> {
-        let on = self.mesh.surface.emitted(triangle, weights, wi)?;
+        let on = self.mesh.surface.emitted(place, from, wi)?;
         let facing = if wi.dot(normal) > 0.0 {
             -normal
         } else {
@@ -142,7 +142,8 @@ impl EmissiveTriangle {
     pub fn sample_li(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
         let s = self.shape.sample(from, u)?;
         let on = (self.part.triangle, Vec2::new(s.u, s.v));
-        self.part.sample(on, self.shape.normal(), s.wi, s.pdf)
+        self.part
+            .sample(on, self.shape.normal(), (from, s.wi), s.pdf)
     }
 
     /// Density of [`Self::sample_li`] for a point of the triangle.
@@ -163,7 +164,8 @@ impl EmissiveRectangle {
     pub fn sample_li(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
         let s = self.shape.sample(from, u)?;
         let on = (self.part.triangle + u32::from(s.second), s.weights);
-        self.part.sample(on, self.shape.normal(), s.wi, s.pdf)
+        self.part
+            .sample(on, self.shape.normal(), (from, s.wi), s.pdf)
     }
 
     /// Density of [`Self::sample_li`] for a point of the rectangle.

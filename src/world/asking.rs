@@ -11,8 +11,10 @@ use glam::Vec3;
 pub struct Asking {
     /// From where it comes.
     pub direction: Vec3,
-    /// How far.
+    /// How far, also before what it has passed straight on.
     pub distance: f32,
+    /// Where its length is counted from: the camera's near plane, as in Cycles.
+    pub near: f32,
     /// The bit of its kind.
     pub kind: u32,
     /// Surfaces that have scattered its path.
@@ -28,6 +30,10 @@ pub struct Sender {
     pub kind: RayKind,
     /// Surfaces that have scattered the path.
     pub depth: u32,
+    /// How far the path has come since, to surfaces that it has passed.
+    pub walked: f32,
+    /// Where its length is counted from: the camera's near plane, as in Cycles.
+    pub near: f32,
     /// What else is known of it.
     pub past: Past,
 }
@@ -37,6 +43,8 @@ impl From<RayKind> for Sender {
         Self {
             kind,
             depth: 0,
+            walked: 0.0,
+            near: 0.0,
             past: Past::default(),
         }
     }
@@ -80,7 +88,8 @@ impl Asking {
     pub fn of(sender: &Sender, direction: Vec3, hit: &Hit) -> Self {
         Self {
             direction,
-            distance: hit.distance,
+            distance: sender.walked + hit.distance,
+            near: sender.near,
             kind: sender.kind.bit(),
             depth: sender.depth,
             past: sender.past,
@@ -92,6 +101,7 @@ impl Asking {
         Self {
             direction,
             distance: 0.0,
+            near: 0.0,
             kind: 0,
             depth: 0,
             past: Past::default(),

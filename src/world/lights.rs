@@ -29,7 +29,12 @@ struct PlacedMesh {
 }
 
 impl EmissiveSurface for PlacedMesh {
-    fn emitted(&self, triangle: u32, weights: Vec2, wi: Vec3) -> Option<EmittedPoint> {
+    fn emitted(
+        &self,
+        (triangle, weights): (u32, Vec2),
+        from: Vec3,
+        wi: Vec3,
+    ) -> Option<EmittedPoint> {
         let Self {
             entry,
             mesh,
@@ -42,19 +47,21 @@ impl EmissiveSurface for PlacedMesh {
         {
             return None;
         }
+        let point = entry.point::<General>(mesh, triangle, weights.x, weights.y);
         let mut radiance = material.emission;
         if material.emission_varies() || material.translucent {
             let place = (triangle, weights.x, weights.y);
-            let at = entry.at(mesh, place, Asking::along(wi));
+            let asking = Asking {
+                distance: point.point.distance(from),
+                ..Asking::along(wi)
+            };
+            let at = entry.at(mesh, place, asking);
             radiance = material.emitted(&at);
             if material.translucent {
                 radiance *= material.opacity(&at);
             }
         }
-        Some(EmittedPoint {
-            point: entry.point::<General>(mesh, triangle, weights.x, weights.y),
-            radiance,
-        })
+        Some(EmittedPoint { point, radiance })
     }
 
     fn mean_emission(&self, triangle: u32) -> f32 {
@@ -77,7 +84,12 @@ impl EmissiveSurface for PlacedMesh {
                     (i as f32 + 1.0 / 3.0) / N as f32,
                     (j as f32 + 1.0 / 3.0) / N as f32,
                 );
-                let at = entry.at(mesh, (triangle, u, v), Asking::along(Vec3::ZERO));
+                // From a metre away: what falls off with the distance is not nothing.
+                let asking = Asking {
+                    distance: 1.0,
+                    ..Asking::along(Vec3::ZERO)
+                };
+                let at = entry.at(mesh, (triangle, u, v), asking);
                 sum += luminance(material.emitted(&at));
             }
         }

@@ -455,7 +455,7 @@ impl Place for HitPoint<'_> {
                 };
                 number(f32::from(self.asking.past.depths[place]))
             }
-            PlaceInput::RayLength => number(self.asking.distance),
+            PlaceInput::RayLength => number(self.asking.distance - self.asking.near),
         }
     }
 

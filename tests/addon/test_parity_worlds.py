@@ -390,6 +390,32 @@ class Lights(Nodes):
         self.feed(emission, strength=self.out("Math", "Value", {0: path, 1: 0.5}, operation="ADD"))
         self.compare_lamp("kinds of rays")
 
+    def test_falloff_of_meshes(self):
+        """A plane that shines by Light Falloff, and its light on a floor; the camera sees it through tinted glass."""
+        bpy.ops.mesh.primitive_plane_add(size=1, location=(-0.5, 0, 2), rotation=(0.6, 0, 0))
+        shining = bpy.data.materials.new("shining")
+        bpy.context.object.data.materials.append(shining)
+        shining.use_nodes = True
+        tree = shining.node_tree
+        bpy.ops.mesh.primitive_plane_add(size=0.8, location=(-0.4, -0.1, 3))
+        tint = bpy.data.materials.new("tint")
+        bpy.context.object.data.materials.append(tint)
+        tint.use_nodes = True
+        tint.node_tree.nodes.clear()
+        clear, out = (tint.node_tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfTransparent", "OutputMaterial"))
+        clear.inputs["Color"].default_value = (0.9, 0.7, 0.5, 1)
+        tint.node_tree.links.new(clear.outputs[0], out.inputs["Surface"])
+        self.camera.data.clip_start = 1.5
+        for output in ("Quadratic", "Linear", "Constant"):
+            with self.subTest(output=output):
+                tree.nodes.clear()
+                emission, falloff = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Emission", "LightFalloff"))
+                falloff.inputs["Strength"].default_value, falloff.inputs["Smooth"].default_value = 5, 0.5
+                tree.links.new(falloff.outputs[output], emission.inputs["Strength"])
+                tree.links.new(emission.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+                of_shining = {"thing": ("material", "shining"), "graph_of": lambda found: " ".join(found.material("shining")["extensions"])}
+                self.compare(f"shining plane, {output}", samples=512, **of_shining)
+
     def test_spots(self):
         """Points, spheres and discs, with soft edges and turned about."""
         for radius, soft in ((0.0, False), (0.3, False), (0.3, True)):

@@ -35,6 +35,7 @@ EVALUATED = {
     "ShaderNodePointInfo": ALL,
     "ShaderNodeVolumeInfo": ALL,
     "ShaderNodeCameraData": ALL,
+    "ShaderNodeLightFalloff": ALL,
     "ShaderNodeLightPath": ALL,
     "ShaderNodeVertexColor": ALL,
     "ShaderNodeAttribute": ALL,
@@ -142,7 +143,6 @@ _ON_SURFACES = (
     "ShaderNodeObjectInfo", "ShaderNodeVertexColor", "ShaderNodeAttribute", "ShaderNodeNormalMap", "ShaderNodeBump",
 )  # fmt: skip
 _OF_LIGHTS = {
-    "ShaderNodeLightFalloff": ALL,
     "ShaderNodeTexIES": ALL,
     "ShaderNodeTexEnvironment": _OF_WORLDS["ShaderNodeTexEnvironment"],
     "ShaderNodeNewGeometry": _OF_WORLDS["ShaderNodeNewGeometry"],
