@@ -5,7 +5,7 @@
 
 use super::closure::{AllFeatures, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals};
 use super::ggx::Alpha;
-use crate::math::{Frame, average, sqr, warp};
+use crate::math::{Frame, average, warp};
 use arrayvec::ArrayVec;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -311,21 +311,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
         self.inside
     }
 
-    /// A roughness at least as great as the path wants it. The energy that multiple scattering gives back follows, so that a
-    /// white surface stays white.
+    /// Facets at least as rough as the path wants them. As in Cycles all else stays as of the material's own roughness, also
+    /// what multiple scattering gives back: a mirror that is made rough loses light.
     #[inline]
-    pub(super) fn roughened(&self, roughness: f32) -> f32 {
-        let least = self.changes.least_alpha;
-        if sqr(roughness) < least {
-            least.sqrt()
-        } else {
-            roughness
-        }
-    }
-
-    /// The same for facets.
-    #[inline]
-    pub(super) fn roughened_alpha(&self, alpha: Alpha) -> Alpha {
+    pub(super) fn roughened(&self, alpha: Alpha) -> Alpha {
         let least = self.changes.least_alpha;
         if alpha.xy.min_element() < least {
             Alpha::anisotropic(alpha.xy.max(Vec2::splat(least)))

@@ -103,14 +103,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
 
     /// Adds the coat; what is left to what lies below, and the cosine of the view to it.
     fn add_coat(&mut self, weight: f32, coat: &Coat<'_>) -> (f32, f32) {
-        let roughness = self.roughened(coat.roughness);
-        let alpha = Alpha::isotropic(sqr(roughness));
-        let facets = Facets::new(self.normals(), coat.normal, None, self.wo(), alpha);
+        let alpha = Alpha::isotropic(sqr(coat.roughness));
+        let roughened = self.roughened(alpha);
+        let facets = Facets::new(self.normals(), coat.normal, None, self.wo(), roughened);
         let cos = facets.cos();
         if !self.keeps_reflections() || cos <= 0.0 || coat.ior <= 1.0 {
             return (weight, cos);
         }
-        let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, roughness));
+        let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, coat.roughness));
         let f0 = fresnel::f0_from_ior(coat.ior);
         let (effective_cosine, average_blend) = coat.tables.layer(1.0, cos, place);
         let reflectance = fresnel::dielectric(effective_cosine, coat.ior).reflectance;

@@ -59,12 +59,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
     #[cold]
     #[inline(never)]
     pub(super) fn add_pane(&mut self, share: f32, p: &Principled, ior: f32, normal: Vec3) {
-        let alpha = sqr(self.roughened(p.roughness));
+        let alpha = sqr(p.roughness);
         let base = p.base_color.min(Vec3::ONE);
         let (normals, wo) = (*self.normals(), self.wo());
-        let facets = |alpha| {
+        let least = self.roughened(Alpha::isotropic(0.0)).xy.x;
+        let facets = |alpha: f32| {
+            let roughened = Alpha::isotropic(alpha.max(least));
             let alpha = Alpha::isotropic(alpha);
-            let facets = Facets::new(&normals, normal, None, wo, alpha);
+            let facets = Facets::new(&normals, normal, None, wo, roughened);
             let place = LutCoordinate::new(facets.cos(), alpha.mean_roughness());
             (facets, (!alpha.is_smooth()).then(|| Albedos::at(place)))
         };

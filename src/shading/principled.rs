@@ -159,7 +159,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
             self.add_lambert(p.base_color * weight, normal);
             return;
         }
-        let roughness = self.roughened(p.roughness);
         let specular = if self.keeps_reflections() {
             p.specular
         } else {
@@ -177,16 +176,17 @@ impl<K: BsdfFeatures> Bsdf<K> {
             .filter(|_| p.anisotropy != 0.0)
             .map(|t| turned(t, normal, p.anisotropy_rotation));
         let alpha = match tangent {
-            Some(_) => self.roughened_alpha(principled_alpha(p.roughness, p.anisotropy)),
-            None => Alpha::isotropic(sqr(roughness)),
+            Some(_) => principled_alpha(p.roughness, p.anisotropy),
+            None => Alpha::isotropic(sqr(p.roughness)),
         };
-        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), alpha);
+        let roughened = self.roughened(alpha);
+        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), roughened);
         let cos = facets.cos().max(0.0);
         let ior = fresnel::bounded_ior(p.ior);
         // A mirror loses nothing, and reflects as the tables' interface at its own cosine.
         let mean = match tangent {
             Some(_) => alpha.mean_roughness(),
-            None => roughness,
+            None => p.roughness,
         };
         let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, mean));
         // Solid glass has a table of its own.
@@ -228,14 +228,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
             } else {
                 // Anisotropy is of what reflects alone.
                 let clear = match tangent {
-                    Some(_) => self.isotropic_facets(normal, sqr(roughness)),
+                    Some(_) => self.isotropic_facets(normal, sqr(p.roughness)),
                     None => facets,
                 };
                 let gain = if p.thin_walled {
                     Vec3::splat(1.0 / single_scattering())
                 } else {
                     let place = match tangent {
-                        Some(_) => place.map(|_| LutCoordinate::new(cos, roughness)),
+                        Some(_) => place.map(|_| LutCoordinate::new(cos, p.roughness)),
                         None => place,
                     };
                     let solid = tables.solid.as_ref().zip(place).filter(|_| !p.once);
@@ -320,7 +320,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     #[cold]
     #[inline(never)]
     fn isotropic_facets(&self, normal: Vec3, alpha: f32) -> Facets {
-        let alpha = Alpha::isotropic(alpha);
+        let alpha = self.roughened(Alpha::isotropic(alpha));
         Facets::new(self.normals(), normal, None, self.wo(), alpha)
     }
 
@@ -409,15 +409,15 @@ impl<K: BsdfFeatures> Bsdf<K> {
         } else {
             Alpha::isotropic(sqr(roughness))
         };
-        let alpha = self.roughened_alpha(alpha);
+        let roughened = self.roughened(alpha);
         if matches!(
             distribution,
             Distribution::Beckmann | Distribution::AshikhminShirley
         ) {
-            self.add_other_glossy(color * weight, &alpha, (normal, tangent), distribution);
+            self.add_other_glossy(color * weight, &roughened, (normal, tangent), distribution);
             return;
         }
-        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), alpha);
+        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), roughened);
         let (mut gain, mut single) = (Vec3::ONE, 1.0);
         if !alpha.is_smooth() {
             let at = Albedos::at(LutCoordinate::new(

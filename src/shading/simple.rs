@@ -139,10 +139,11 @@ impl<K: BsdfFeatures> Bsdf<K> {
         kind: fn(Glass<S>, Film) -> Lobe,
     ) {
         let color = reflected(at.color(&of.sockets[glass::COLOR]));
-        let roughness = self.roughened(at.number(&of.sockets[glass::ROUGHNESS]).clamp(0.0, 1.0));
+        let roughness = at.number(&of.sockets[glass::ROUGHNESS]).clamp(0.0, 1.0);
         let ior = fresnel::bounded_ior(at.number(&of.sockets[glass::IOR]));
         let alpha = Alpha::isotropic(sqr(roughness));
-        let facets = Facets::new(self.normals(), normal, None, self.wo(), alpha);
+        let roughened = self.roughened(alpha);
+        let facets = Facets::new(self.normals(), normal, None, self.wo(), roughened);
         let [reflects, transmits] = self.keeps_caustics();
         if facets.cos() <= 0.0 || !(transmits || reflects && reflection.is_some()) {
             return;
@@ -209,8 +210,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
             Some(_) => principled_alpha(roughness, anisotropy),
             None => Alpha::isotropic(sqr(roughness)),
         };
-        let alpha = self.roughened_alpha(alpha);
-        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), alpha);
+        let roughened = self.roughened(alpha);
+        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), roughened);
         let cos = facets.cos().max(0.0);
         let (mut gain, mut single) = (Vec3::ONE, 1.0);
         if !alpha.is_smooth() {

@@ -1,6 +1,7 @@
 //! Tests of mixtures: Principled BSDFs of all kinds.
 
 use super::*;
+use crate::math::sqr;
 use crate::shading::closure::AllFeatures;
 use crate::shading::tables::{LutCoordinate, Reflection};
 use crate::shading::{Dielectrics, Principled, fresnel};
