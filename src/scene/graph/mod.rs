@@ -250,6 +250,16 @@ impl Graph {
         })
     }
 
+    /// How many sets of texture coordinates its nodes read.
+    pub fn uv_sets(&self) -> usize {
+        let asked = self.nodes.iter().filter_map(|node| match node.kind {
+            NodeKind::Function(Function::Place(PlaceInput::Uv(set))) => Some(set),
+            _ => None,
+        });
+        let sets = self.textures().map(|texture| texture.uv_set).chain(asked);
+        sets.map(|set| set as usize + 1).max().unwrap_or(0)
+    }
+
     /// How many attributes of vertices its nodes ask for.
     pub fn attributes(&self) -> usize {
         let of = |node: &Node| match node.kind {

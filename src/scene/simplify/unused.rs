@@ -137,12 +137,6 @@ pub fn rename_images(scene: &mut Scene, mut name: impl FnMut(ImageId) -> ImageId
     }
 }
 
-/// The number after the last set of texture coordinates that a material reads.
-fn sets_read(material: &Material) -> usize {
-    let sets = material.graph.textures().map(|texture| texture.uv_set);
-    sets.map(|set| set as usize + 1).max().unwrap_or(0)
-}
-
 /// Tangents without a normal map, and texture coordinates that no texture reads; the first ones stay, as a pass shows them.
 pub fn attributes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
     let fallback = Material::default();
@@ -173,12 +167,12 @@ pub fn attributes(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
                 size_of_val(radial.as_slice()) as u64,
             );
         }
-        let read = sets_read(material).max(1);
+        let read = material.graph.uv_sets().max(1);
         for set in mesh.uvs.drain(read.min(mesh.uvs.len())..) {
             LeftOut::add(
                 left_out,
                 None,
-                "texture coordinates that no image reads",
+                "texture coordinates that nothing reads",
                 &mesh.name,
                 size_of_val(set.as_slice()) as u64,
             );

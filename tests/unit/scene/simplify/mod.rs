@@ -1,5 +1,6 @@
 use super::*;
-use crate::scene::graph::{Opacity, Slot};
+use crate::scene::graph::function::PlaceInput;
+use crate::scene::graph::{Function, Node, NodeKind, Opacity, Slot};
 use crate::scene::{
     AlphaMode, Effect, Environment, Image, ImageId, Instance, Light, LightKind, MaterialId, Mesh,
     MeshId, MetallicRoughness, NormalTexture, RayKind, Texture, Visibility,
@@ -290,4 +291,15 @@ fn what_no_ray_sees_is_gone() {
     );
     // Nothing is left to be taken out.
     assert!(simplify(&mut scene).is_empty());
+}
+
+#[test]
+fn texture_coordinates_stay_that_a_tree_asks_for() {
+    for (set, kept) in [(0, 1), (1, 2)] {
+        let mut scene = scene(vec![plastic("a")], Vec::new());
+        let asks = NodeKind::Function(Function::Place(PlaceInput::Uv(set)));
+        scene.materials[0].graph.add(Node::new(asks));
+        unused::attributes(&mut scene, &mut Vec::new());
+        assert_eq!(scene.meshes[0].uvs.len(), kept);
+    }
 }
