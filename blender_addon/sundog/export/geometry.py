@@ -169,7 +169,7 @@ def _computed(mesh, name, width):
 class Raw:
     """The arrays of a mesh as Blender has them, with a hash of all of them."""
 
-    def __init__(self, mesh, demands):
+    def __init__(self, mesh, demands, diced=None):
         self.mesh = mesh
         self.demands = demands
         corners, polygons = len(mesh.loops), len(mesh.polygons)
@@ -217,6 +217,7 @@ class Raw:
             "demands": {str(k): d.key() for k, d in demands.items()},
             "uvs": [n or "" for n in self.uvs],
             "colors": [[n, w, domain] for (n, w), (domain, _) in self.colors.items()],
+            "diced": diced and diced.key(),
         }
         digest.update(json.dumps(description, sort_keys=True).encode())
         arrays = [self.positions, self.corner_vertices, self.polygon_starts, self.slots, self.normals, self.generated, self.vertices]
@@ -469,14 +470,14 @@ class Stored:
         self.path, self.layout, self.written = path, layout, written
 
 
-def store(mesh, demands, cache):
+def store(mesh, demands, cache, diced=None):
     """Writes a mesh to the cache folder unless it is there; None if it has no faces.
 
-    `demands` has a Demand for each slot in use. Raises GeometryError.
+    `demands` has a Demand for each slot in use, `diced` says how its triangles are divided. Raises GeometryError.
     """
     if not len(mesh.polygons):
         return None
-    raw = Raw(mesh, demands)
+    raw = Raw(mesh, demands, diced)
     path = os.path.join(cache, f"mesh-{raw.hash}.bin")
     layout = _read_layout(path)
     if layout is not None:
@@ -484,6 +485,8 @@ def store(mesh, demands, cache):
     arrays, primitives = [], []
     for slot, named in raw.primitives():
         primitive = {"slot": slot, "attributes": {}}
+        if diced:
+            named = diced.divided(named, curved=raw.domain == "POINT")
         for name, values in named.items():
             options = {"POSITION": ("bounds",), "indices": ("index",)}.get(name, ())
             if name == "indices":
@@ -499,6 +502,8 @@ def store(mesh, demands, cache):
     except MemoryError as error:
         raise GeometryError("there is not enough memory for it") from error
     layout["primitives"] = primitives
+    if diced:
+        layout["enlarged"] = diced.enlarged
     notes = json.dumps(layout).encode()
     gltf.write_whole(path, [*parts, notes, struct.pack("<Q", len(notes)), MARK])
     return Stored(path, layout, True)

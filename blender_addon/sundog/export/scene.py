@@ -9,7 +9,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, geometry, gltf, images, lights, materials, object_info, visibility
+from . import colorspace, culling, dicing, geometry, gltf, images, lights, materials, object_info, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -166,16 +166,18 @@ class Exporter:
             self._meshes[key] = self._read_mesh(shown, slots or [None])
         return self._meshes[key]
 
-    def _is_adaptive(self, shown):
-        """Whether Cycles would divide the object's faces by their size in the picture."""
-        last = shown.modifiers[-1] if len(shown.modifiers) else None
-        if last is None or last.type != "SUBSURF" or not last.show_render:
-            return False
-        if hasattr(last, "use_adaptive_subdivision"):
-            return last.use_adaptive_subdivision
-        # Up to 4.5 a setting of Cycles' own.
-        cycles = getattr(self.scene, "cycles", None)
-        return getattr(cycles, "feature_set", "") == "EXPERIMENTAL" and getattr(shown.cycles, "use_adaptive_subdivision", False)
+    def _dicing(self, shown):
+        """How the object's triangles are divided by their size in the picture; None if they are not."""
+        modifier = dicing.modifier_of(shown, self.scene)
+        if modifier is None:
+            return None
+        found = dicing.Dicing(shown, modifier, self.scene, cameras.picture_size(self.scene.render), self.depsgraph.mode == "VIEWPORT")
+        if not found:
+            return None
+        if modifier.subdivision_type == "CATMULL_CLARK" and not (modifier.levels if found.preview else modifier.render_levels):
+            words = "its adaptive subdivision is approximated: its modifier's own levels, from which it goes on, are 0, so that nothing is rounded"
+            self.verdicts.add("object", shown.name, APPROXIMATED, words)
+        return found
 
     def _override(self, kind):
         """What the view layer shows instead of every material, or of the world; None if it doesn't."""
@@ -183,19 +185,17 @@ class Exporter:
         return None if found is None else found.evaluated_get(self.depsgraph)
 
     def _read_mesh(self, shown, slots):
-        if self._is_adaptive(shown):
-            words = "its adaptive subdivision is left out: it is divided as often as its modifier says, and displaced there"
-            self.verdicts.add("object", shown.name, APPROXIMATED, words)
         try:
+            diced = self._dicing(shown)
             with geometry.readable(shown) as mesh:
-                return self._write_mesh(mesh, slots, shown.name)
+                return self._write_mesh(mesh, slots, shown.name, diced)
         except geometry.GeometryError as error:
             self.verdicts.add("object", shown.name, LOST, f"it is left out: {error}")
         except MemoryError:
             self.verdicts.add("object", shown.name, LOST, "it is left out: there is not enough memory for it")
         return None
 
-    def _write_mesh(self, mesh, slots, name_of_object):
+    def _write_mesh(self, mesh, slots, name_of_object, diced=None):
         if not len(mesh.polygons):
             return None
         used = geometry.slots_in_use(mesh, len(slots))
@@ -205,9 +205,12 @@ class Exporter:
             if name is not None:
                 findings = material.findings + self._clear_glass(material.index)
                 self.verdicts.extend("material", name, findings)
-        stored = geometry.store(mesh, {slot: material.demand for slot, material in exported.items()}, self.cache)
+        stored = geometry.store(mesh, {slot: material.demand for slot, material in exported.items()}, self.cache, diced)
         if stored is None:
             return None
+        if stored.layout.get("enlarged", 1) > 1:
+            words = f"its adaptive subdivision is approximated: its triangles are {stored.layout['enlarged']:.3g} times as large, so that they are not more than {dicing.MOST}"
+            self.verdicts.add("object", name_of_object, APPROXIMATED, words)
         self.changed_geometry += stored.written
         if stored.path not in self._buffers:
             self._buffers[stored.path] = self.document.add_buffer(stored.path, stored.layout)
