@@ -30,6 +30,7 @@ impl Octaves {
     }
 
     /// Fractal Brownian motion; normalised, it is between 0 and 1.
+    #[inline(always)]
     pub(super) fn fbm<P: Noise>(self, p: P, normalize: bool) -> f32 {
         let mut scale = 1.0;
         let mut amplitude = 1.0;
@@ -61,6 +62,7 @@ impl Octaves {
     }
 
     /// The product of octaves around 1.
+    #[inline(always)]
     pub(super) fn multifractal<P: Noise>(self, mut p: P) -> f32 {
         let mut value = 1.0;
         let mut power = 1.0;
@@ -77,6 +79,7 @@ impl Octaves {
     }
 
     /// Octaves that count more where the ground is high.
+    #[inline(always)]
     pub(super) fn hetero_terrain<P: Noise>(self, mut p: P, offset: f32) -> f32 {
         let mut power = self.roughness;
         let mut value = offset + p.signed_noise();
@@ -94,6 +97,7 @@ impl Octaves {
     }
 
     /// Each octave weighs as much as the ones before it were high.
+    #[inline(always)]
     pub(super) fn hybrid_multifractal<P: Noise>(self, mut p: P, offset: f32, gain: f32) -> f32 {
         // Below this weight, later octaves are left out.
         const LEAST: f32 = 0.001;
@@ -120,18 +124,19 @@ impl Octaves {
     }
 
     /// Ridges where the noise crosses zero; a fraction of an octave does not count here.
+    #[inline(always)]
     pub(super) fn ridged_multifractal<P: Noise>(self, mut p: P, offset: f32, gain: f32) -> f32 {
-        let ridge = |p: P| {
-            let height = offset - p.signed_noise().abs();
+        let ridge = |noise: f32| {
+            let height = offset - noise.abs();
             height * height
         };
         let mut power = self.roughness;
-        let mut signal = ridge(p);
+        let mut signal = ridge(p.signed_noise());
         let mut value = signal;
         for _ in 1..=self.last() {
             p = p * self.lacunarity;
             let weight = (signal * gain).clamp(0.0, 1.0);
-            signal = ridge(p) * weight;
+            signal = ridge(p.signed_noise()) * weight;
             value += signal * power;
             power *= self.roughness;
         }

@@ -1,4 +1,5 @@
-//! Four corners of a lattice at once: lookup3 and the choice of gradients on the processor's vectors of four words.
+//! The four corners of a lattice in the plane at once: lookup3 and the choice of gradients on the processor's vectors of four
+//! words. The compiler finds vectors in loops of eight corners, not in these.
 
 use wide::{f32x4, u32x4};
 
@@ -35,33 +36,6 @@ pub(super) fn words_2(x: Words, y: Words) -> Words {
     finish(start + x, start + y, start)
 }
 
-/// Hashes of three words each.
-#[inline(always)]
-pub(super) fn words_3(x: Words, y: Words, z: Words) -> Words {
-    let start = seed(3);
-    finish(start + x, start + y, start + z)
-}
-
-/// Hashes of four words each.
-#[inline(always)]
-pub(super) fn words_4(x: Words, y: Words, z: Words, w: Words) -> Words {
-    let start = seed(4);
-    let (mut a, mut b, mut c) = (start + x, start + y, start + z);
-    a = (a - c) ^ rotate::<4>(c);
-    c += b;
-    b = (b - a) ^ rotate::<6>(a);
-    a += c;
-    c = (c - b) ^ rotate::<8>(b);
-    b += a;
-    a = (a - c) ^ rotate::<16>(c);
-    c += b;
-    b = (b - a) ^ rotate::<19>(a);
-    a += c;
-    c = (c - b) ^ rotate::<4>(b);
-    b += a;
-    finish(a + w, b, c)
-}
-
 /// The bits of four floats.
 #[inline(always)]
 pub(super) fn bits(x: f32x4) -> Words {
@@ -94,26 +68,4 @@ pub(super) fn gradient_2(hash: Words, x: f32x4, y: f32x4) -> f32x4 {
     let u = unless(hash, 4, x, y);
     let v = floats(unless(hash, 4, y, x));
     signed::<0>(u, hash) + signed::<1>(bits(v + v), hash)
-}
-
-/// Perlin's twelve edges of the cube, four of them twice.
-#[inline(always)]
-pub(super) fn gradient_3(hash: Words, x: f32x4, y: f32x4, z: f32x4) -> f32x4 {
-    let (x, y, z) = (bits(x), bits(y), bits(z));
-    let u = unless(hash, 8, x, y);
-    let twelve = (hash & Words::splat(13)).cmp_eq(Words::splat(12));
-    let v = unless(hash, 12, y, twelve.blend(x, z));
-    signed::<0>(u, hash) + signed::<1>(v, hash)
-}
-
-/// Edges of the cube in four dimensions: one axis of four is left out.
-#[inline(always)]
-pub(super) fn gradient_4(hash: Words, x: f32x4, y: f32x4, z: f32x4, w: f32x4) -> f32x4 {
-    let (x, y, z, w) = (bits(x), bits(y), bits(z), bits(w));
-    // Of 0 to 31, these are the numbers below 24, 16 and 8.
-    let below_24 = (hash & Words::splat(24)).cmp_eq(Words::splat(24));
-    let u = below_24.blend(y, x);
-    let v = unless(hash, 16, y, z);
-    let s = unless(hash, 24, z, w);
-    signed::<0>(u, hash) + signed::<1>(v, hash) + signed::<2>(s, hash)
 }

@@ -108,6 +108,13 @@ impl Dimensions {
     }
 }
 
+/// Computes with the widest vectors of the processor at hand: AVX2's where it has them. What is inlined is compiled for
+/// each; no result depends on the choice, as nothing is fused that is not written so.
+#[inline]
+fn on_vectors<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
+    pulp::Arch::new().dispatch(work)
+}
+
 /// Interpolation in the order of operations that Cycles has, which is not exact at t = 1.
 #[inline]
 fn mix<T>(a: T, b: T, t: f32) -> T

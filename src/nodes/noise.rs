@@ -1,10 +1,11 @@
 //! Blender's Noise Texture.
 
 use glam::Vec3;
+use pulp::NullaryFnOnce;
 
-use super::Dimensions;
 use super::fractal::Octaves;
 use super::perlin::{Noise, Point};
+use super::{Dimensions, on_vectors};
 
 choice! {
     /// How the octaves are put together. Blender makes this node of older files' Musgrave Texture, too.
@@ -114,17 +115,42 @@ fn color<P: Noise>(settings: &NoiseSettings, inputs: &NoiseInputs, p: P, seed: u
 }
 
 fn fractal<P: Noise>(settings: &NoiseSettings, inputs: &NoiseInputs, p: P) -> f32 {
-    let octaves = Octaves {
-        detail: inputs.detail.clamp(0.0, 15.0),
-        roughness: inputs.roughness.max(0.0),
-        lacunarity: inputs.lacunarity,
-    };
-    let (offset, gain) = (inputs.offset, inputs.gain);
-    match settings.noise_type {
-        NoiseType::Multifractal => octaves.multifractal(p),
-        NoiseType::RidgedMultifractal => octaves.ridged_multifractal(p, offset, gain),
-        NoiseType::HybridMultifractal => octaves.hybrid_multifractal(p, offset, gain),
-        NoiseType::Fbm => octaves.fbm(p, settings.normalize),
-        NoiseType::HeteroTerrain => octaves.hetero_terrain(p, offset),
+    on_vectors(Fractal {
+        settings,
+        inputs,
+        p,
+    })
+}
+
+/// One fractal of a node's settings at a point.
+struct Fractal<'a, P> {
+    settings: &'a NoiseSettings,
+    inputs: &'a NoiseInputs,
+    p: P,
+}
+
+impl<P: Noise> NullaryFnOnce for Fractal<'_, P> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn call(self) -> f32 {
+        let Self {
+            settings,
+            inputs,
+            p,
+        } = self;
+        let octaves = Octaves {
+            detail: inputs.detail.clamp(0.0, 15.0),
+            roughness: inputs.roughness.max(0.0),
+            lacunarity: inputs.lacunarity,
+        };
+        let (offset, gain) = (inputs.offset, inputs.gain);
+        match settings.noise_type {
+            NoiseType::Multifractal => octaves.multifractal(p),
+            NoiseType::RidgedMultifractal => octaves.ridged_multifractal(p, offset, gain),
+            NoiseType::HybridMultifractal => octaves.hybrid_multifractal(p, offset, gain),
+            NoiseType::Fbm => octaves.fbm(p, settings.normalize),
+            NoiseType::HeteroTerrain => octaves.hetero_terrain(p, offset),
+        }
     }
 }

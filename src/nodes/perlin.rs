@@ -2,10 +2,10 @@
 
 use std::ops::{Add, Mul};
 
-use wide::{CmpGt, CmpLt, f32x4};
+use pulp::NullaryFnOnce;
+use wide::{CmpGt, CmpLt, f32x4, u32x4};
 
-use super::lanes::{self, Words};
-use super::{fused, hash, mix};
+use super::{fused, hash, lanes, mix, on_vectors};
 
 /// A point in N dimensions, up to four; the axes beyond them are 0.
 #[derive(Clone, Copy)]
@@ -84,11 +84,30 @@ const OFFSETS: [[f32; 4]; SEEDS] = {
     offsets
 };
 
+/// Noise of each axis' seed, on that axis.
+struct Offsets<const N: usize>(Point<N>);
+
+impl<const N: usize> NullaryFnOnce for Offsets<N>
+where
+    Point<N>: Noise,
+{
+    type Output = Point<N>;
+
+    #[inline(always)]
+    fn call(self) -> Point<N> {
+        let mut noise = [0.0; 4];
+        for (axis, noise) in noise.iter_mut().enumerate().take(N) {
+            *noise = (self.0 + Point::random_offset(axis)).signed_noise();
+        }
+        Point(f32x4::new(noise))
+    }
+}
+
 /// Each dimension has its gradients, and a scale found by experiment that brings their noise to about −1..1.
 macro_rules! noise {
     ($dimensions:literal: $scale:literal * $gradients:ident of $wrap:ident) => {
         impl Noise for Point<$dimensions> {
-            #[inline]
+            #[inline(always)]
             fn signed_noise(self) -> f32 {
                 $scale * $gradients(&axes(self.0, $wrap))
             }
@@ -108,9 +127,7 @@ macro_rules! noise {
                 if distortion == 0.0 {
                     return self;
                 }
-                self + Self::from_axes(|axis| {
-                    (self + Self::random_offset(axis)).signed_noise() * distortion
-                })
+                self + on_vectors(Offsets(self)) * distortion
             }
         }
     };
@@ -143,10 +160,10 @@ fn off_lattice(x: f32) -> f32 {
 
 /// The axes of a point on the lattice.
 struct Axes {
-    /// Numbers of the cell, and of the next one on each axis.
-    cells: [[u32; 4]; 2],
-    /// The place in the cell, as seen from either.
-    places: [[f32; 4]; 2],
+    /// The number of the cell.
+    cell: [u32; 4],
+    /// The place in it.
+    place: [f32; 4],
     /// The weight of the next cell.
     fades: [f32; 4],
 }
@@ -165,11 +182,12 @@ fn axes(mut p: f32x4, wrap: fn(f32) -> f32) -> Axes {
     let nearest = rounded - f32x4::splat(WHOLE);
     let above = nearest.cmp_gt(p);
     let place = p - (nearest - (above & f32x4::ONE));
+    let words: fn(f32x4) -> u32x4 = bytemuck::cast;
     // What is above has all bits set, which is −1.
-    let cell = lanes::bits(rounded) - Words::splat(WHOLE.to_bits()) + lanes::bits(above);
+    let cell = words(rounded) - u32x4::splat(WHOLE.to_bits()) + words(above);
     Axes {
-        cells: [cell.to_array(), (cell + Words::splat(1)).to_array()],
-        places: [place.to_array(), (place - f32x4::ONE).to_array()],
+        cell: cell.to_array(),
+        place: place.to_array(),
         fades: fade(place).to_array(),
     }
 }
@@ -183,40 +201,39 @@ fn fade(t: f32x4) -> f32x4 {
 }
 
 impl Axes {
-    /// This one of the two cells on an axis, for four corners.
+    /// One of the two cells on an axis, and the place as seen from there.
     #[inline(always)]
-    fn at(&self, axis: usize, side: usize) -> (Words, f32x4) {
+    fn side(&self, axis: usize, number: usize) -> (u32, f32) {
         (
-            Words::splat(self.cells[side][axis]),
-            f32x4::splat(self.places[side][axis]),
+            self.cell[axis].wrapping_add(number as u32),
+            self.place[axis] - number as f32,
         )
     }
+}
 
-    /// The first and then the second, two corners each.
-    #[inline(always)]
-    fn slow(&self, axis: usize) -> (Words, f32x4) {
-        let (a, b) = (self.cells[0][axis], self.cells[1][axis]);
-        let (x, y) = (self.places[0][axis], self.places[1][axis]);
-        (Words::new([a, a, b, b]), f32x4::new([x, x, y, y]))
+/// What each corner of a cell gives. One loop for all, which the compiler turns into vectors of corners.
+#[inline(always)]
+fn corners<const CORNERS: usize>(gradient: impl Fn(usize) -> f32) -> [f32; CORNERS] {
+    let mut values = [0.0; CORNERS];
+    for (corner, value) in values.iter_mut().enumerate() {
+        *value = gradient(corner);
     }
+    values
+}
 
-    /// The first and the second in turn.
-    #[inline(always)]
-    fn quick(&self, axis: usize) -> (Words, f32x4) {
-        let (a, b) = (self.cells[0][axis], self.cells[1][axis]);
-        let (x, y) = (self.places[0][axis], self.places[1][axis]);
-        (Words::new([a, b, a, b]), f32x4::new([x, y, x, y]))
-    }
+/// `value`, with its sign changed if this bit of the hash is set.
+#[inline(always)]
+fn signed<const BIT: u32>(value: f32, hash: u32) -> f32 {
+    f32::from_bits(value.to_bits() ^ ((hash << (31 - BIT)) & (1 << 31)))
 }
 
 /// Between the two ends of a cell, with slopes of 1 to 8, up or down.
 #[inline(always)]
 fn gradients_1(axes: &Axes) -> f32 {
-    let gradient = |side: usize| {
-        let hash = hash::words_1(axes.cells[side][0]);
-        let slope = (1 + (hash & 7)) as f32;
-        let slope = if hash & 8 == 0 { slope } else { -slope };
-        slope * axes.places[side][0]
+    let gradient = |number: usize| {
+        let (i, x) = axes.side(0, number);
+        let hash = hash::words_1(i);
+        signed::<3>((1 + (hash & 7)) as f32, hash) * x
     };
     let (left, right) = (gradient(0), gradient(1));
     fused(axes.fades[0], right - left, left)
@@ -225,46 +242,63 @@ fn gradients_1(axes: &Axes) -> f32 {
 /// Between the four corners of a cell.
 #[inline(always)]
 fn gradients_2(axes: &Axes) -> f32 {
-    let ((i, x), (j, y)) = (axes.slow(0), axes.quick(1));
-    let values = lanes::gradient_2(lanes::words_2(i, j), x, y);
-    bilinear(values, axes.fades[0], axes.fades[1])
+    let [(a, x), (b, next_x)] = [0, 1].map(|number| axes.side(0, number));
+    let [(c, y), (d, next_y)] = [0, 1].map(|number| axes.side(1, number));
+    let hash = lanes::words_2(u32x4::new([a, a, b, b]), u32x4::new([c, d, c, d]));
+    let (x, y) = ([x, x, next_x, next_x], [y, next_y, y, next_y]);
+    let values = lanes::gradient_2(hash, f32x4::new(x), f32x4::new(y));
+    bilinear(values.to_array(), axes.fades[0], axes.fades[1])
 }
 
-/// Between the eight corners of a cell.
+/// Between the eight corners of a cell: Perlin's twelve edges of the cube, four of them twice.
 #[inline(always)]
 fn gradients_3(axes: &Axes) -> f32 {
-    let ((j, y), (k, z)) = (axes.slow(1), axes.quick(2));
-    let gradient = |side: usize| {
-        let (i, x) = axes.at(0, side);
-        lanes::gradient_3(lanes::words_3(i, j, k), x, y, z)
-    };
-    let values = between(gradient(0), gradient(1), axes.fades[0]);
+    let values: [f32; 8] = corners(|corner| {
+        let (i, x) = axes.side(0, corner >> 2);
+        let (j, y) = axes.side(1, corner >> 1 & 1);
+        let (k, z) = axes.side(2, corner & 1);
+        let hash = hash::words_3(i, j, k);
+        let u = if hash & 8 == 0 { x } else { y };
+        let other = if hash & 13 == 12 { x } else { z };
+        let v = if hash & 12 == 0 { y } else { other };
+        signed::<0>(u, hash) + signed::<1>(v, hash)
+    });
+    let values = between(values, axes.fades[0]);
     bilinear(values, axes.fades[1], axes.fades[2])
 }
 
-/// Between the sixteen corners of a cell.
+/// Between the sixteen corners of a cell: edges of the cube in four dimensions, of which one axis is left out.
 #[inline(always)]
 fn gradients_4(axes: &Axes) -> f32 {
-    let ((j, y), (k, z)) = (axes.slow(1), axes.quick(2));
-    let gradient = |x_side: usize, w_side: usize| {
-        let ((i, x), (l, w)) = (axes.at(0, x_side), axes.at(3, w_side));
-        lanes::gradient_4(lanes::words_4(i, j, k, l), x, y, z, w)
-    };
-    let low = between(gradient(0, 0), gradient(0, 1), axes.fades[3]);
-    let high = between(gradient(1, 0), gradient(1, 1), axes.fades[3]);
-    let values = between(low, high, axes.fades[0]);
+    let values: [f32; 16] = corners(|corner| {
+        let (l, w) = axes.side(3, corner >> 3);
+        let (i, x) = axes.side(0, corner >> 2 & 1);
+        let (j, y) = axes.side(1, corner >> 1 & 1);
+        let (k, z) = axes.side(2, corner & 1);
+        let hash = hash::words_4(i, j, k, l);
+        // Of 0 to 31, these are the numbers below 24, 16 and 8.
+        let u = if hash & 24 == 24 { y } else { x };
+        let v = if hash & 16 == 0 { y } else { z };
+        let s = if hash & 24 == 0 { z } else { w };
+        signed::<0>(u, hash) + signed::<1>(v, hash) + signed::<2>(s, hash)
+    });
+    let values: [f32; 8] = between(values, axes.fades[3]);
+    let values = between(values, axes.fades[0]);
     bilinear(values, axes.fades[1], axes.fades[2])
 }
 
-/// Between four corners and four others.
+/// Between the first half of the corners and the second.
 #[inline(always)]
-fn between(low: f32x4, high: f32x4, t: f32) -> f32x4 {
-    low + (high - low) * f32x4::splat(t)
+fn between<const ALL: usize, const HALF: usize>(values: [f32; ALL], t: f32) -> [f32; HALF] {
+    std::array::from_fn(|corner| mix(values[corner], values[corner + HALF], t))
 }
 
 /// Between four corners, the `slow` axis first.
 #[inline(always)]
-fn bilinear(values: f32x4, slow: f32, quick: f32) -> f32 {
-    let [a, b, c, d] = values.to_array();
+fn bilinear([a, b, c, d]: [f32; 4], slow: f32, quick: f32) -> f32 {
     mix(mix(a, c, slow), mix(b, d, slow), quick)
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/nodes/perlin.rs"]
+mod tests;

@@ -3,10 +3,11 @@
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use glam::Vec3;
+use pulp::NullaryFnOnce;
 
 use super::fractal::Octaves;
-use super::off_edges;
 use super::perlin::Point;
+use super::{off_edges, on_vectors};
 
 choice! {
     /// The shape of the waves.
@@ -133,7 +134,7 @@ pub fn wave(settings: &WaveSettings, inputs: &WaveInputs) -> f32 {
         };
         let at = (p * inputs.detail_scale).to_array();
         let at = Point::<3>::from_axes(|axis| at[axis]);
-        phase += inputs.distortion * (octaves.fbm(at, true) * 2.0 - 1.0);
+        phase += inputs.distortion * (on_vectors(Fbm(octaves, at)) * 2.0 - 1.0);
     }
     match settings.profile {
         WaveProfile::Sin => 0.5 + 0.5 * (phase - FRAC_PI_2).sin(),
@@ -145,6 +146,18 @@ pub fn wave(settings: &WaveSettings, inputs: &WaveInputs) -> f32 {
             let turns = phase * PER_TURN;
             (turns - (turns + 0.5).floor()).abs() * 2.0
         }
+    }
+}
+
+/// The noise that distorts.
+struct Fbm(Octaves, Point<3>);
+
+impl NullaryFnOnce for Fbm {
+    type Output = f32;
+
+    #[inline(always)]
+    fn call(self) -> f32 {
+        self.0.fbm(self.1, true)
     }
 }
 

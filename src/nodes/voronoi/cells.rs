@@ -230,6 +230,27 @@ impl<const N: usize> Iterator for Around<N> {
     }
 }
 
+/// The steps to the 27 cells around in three dimensions, axis by axis, in the order of [`around`].
+const OFFSETS: [[i32; 32]; 4] = {
+    let mut offsets = [[0; 32]; 4];
+    let mut number = 0;
+    while number < 32 {
+        let mut rest = if number < 27 { number } else { 26 };
+        let mut axis = 0;
+        while axis < 3 {
+            offsets[axis][number] = rest as i32 % 3 - 1;
+            rest /= 3;
+            axis += 1;
+        }
+        number += 1;
+    }
+    offsets
+};
+
+fn offset_of<const N: usize>(number: usize) -> [i32; N] {
+    std::array::from_fn(|axis| OFFSETS[axis][number])
+}
+
 /// The cell of a place and, along each axis, the neighbour on the nearer side.
 #[inline(always)]
 fn close_by<const N: usize>(place: [f32; N]) -> impl Iterator<Item = [i32; N]> {
@@ -342,6 +363,7 @@ impl<const N: usize, H: Cellular<N>> Cells<N, H> {
     }
 
     /// F1: the nearest point.
+    #[inline(always)]
     pub(super) fn nearest(&self, p: [f32; N]) -> Nearest<N> {
         let (cell, local) = split(p);
         let (_, offset, point) = self.least(cell, local);
@@ -355,6 +377,17 @@ impl<const N: usize, H: Cellular<N>> Cells<N, H> {
     /// The nearest point: its key, cell and place.
     #[inline(always)]
     fn least(&self, cell: [f32; N], local: [f32; N]) -> (f32, [i32; N], [f32; N]) {
+        // Powers are no vectors, few cells fill none, and of many cells most are too far.
+        if N == 3 && self.metric != VoronoiMetric::Minkowski {
+            self.least_of_all(cell, local)
+        } else {
+            self.least_within_bounds(cell, local)
+        }
+    }
+
+    /// Cell by cell, without those that are too far.
+    #[inline(always)]
+    fn least_within_bounds(&self, cell: [f32; N], local: [f32; N]) -> (f32, [i32; N], [f32; N]) {
         let bounds = self.bounds(local, [0; N], 1);
         let [near, _] = self.near(cell, local);
         let mut found = (f32::MAX, [0; N], [0.0; N]);
@@ -372,7 +405,47 @@ impl<const N: usize, H: Cellular<N>> Cells<N, H> {
         found
     }
 
+    /// By the keys of all cells at once, which the compiler computes in vectors.
+    #[inline(always)]
+    fn least_of_all(&self, cell: [f32; N], local: [f32; N]) -> (f32, [i32; N], [f32; N]) {
+        let keys = match self.metric {
+            VoronoiMetric::Chebychev => self.keys(cell, local, VoronoiMetric::Chebychev),
+            VoronoiMetric::Manhattan => self.keys(cell, local, VoronoiMetric::Manhattan),
+            _ => self.keys(cell, local, VoronoiMetric::Euclidean),
+        };
+        // Numbers from 0 on are in the order of their bits, and NaN comes after them.
+        let keys = keys.map(f32::to_bits);
+        let least = keys.iter().fold(f32::MAX.to_bits(), |a, b| a.min(*b));
+        let none = keys.len() as u32;
+        let first = (0..none)
+            .zip(keys)
+            .map(|(number, key)| if key == least { number } else { none })
+            .fold(none, u32::min);
+        if first == none {
+            return (f32::MAX, [0; N], [0.0; N]);
+        }
+        let offset = offset_of(first as usize);
+        (f32::from_bits(least), offset, self.point(cell, offset))
+    }
+
+    /// The keys of the 27 cells around, with as many again of the last one as fill up vectors.
+    #[inline(always)]
+    fn keys(&self, cell: [f32; N], local: [f32; N], metric: VoronoiMetric) -> [f32; 32] {
+        let cells = Self {
+            metric,
+            hash: PhantomData,
+            ..*self
+        };
+        let mut keys = [0.0; 32];
+        for (number, key) in keys.iter_mut().enumerate() {
+            let offset = std::array::from_fn(|axis| OFFSETS[axis][number]);
+            *key = cells.key(cells.point(cell, offset), local);
+        }
+        keys
+    }
+
     /// F2: the second nearest point.
+    #[inline(always)]
     pub(super) fn second_nearest(&self, p: [f32; N]) -> Nearest<N> {
         let (cell, local) = split(p);
         let bounds = self.bounds(local, [0; N], 1);
@@ -401,6 +474,7 @@ impl<const N: usize, H: Cellular<N>> Cells<N, H> {
     }
 
     /// F1 by a smooth minimum over two cells in each direction.
+    #[inline(always)]
     pub(super) fn smooth(&self, p: [f32; N]) -> Nearest<N> {
         let (cell, local) = split(p);
         let bounds = self.bounds(local, [0; N], 2);
@@ -433,6 +507,7 @@ impl<const N: usize, H: Cellular<N>> Cells<N, H> {
     }
 
     /// The distance to the nearest edge between cells.
+    #[inline(always)]
     pub(super) fn distance_to_edge(&self, p: [f32; N]) -> f32 {
         // Squared distance below which two points are one.
         const SAME: f32 = 0.0001;
@@ -477,6 +552,7 @@ impl<const N: usize, H: Cellular<N>> Cells<N, H> {
     }
 
     /// Half the distance from the nearest point to the point nearest to it.
+    #[inline(always)]
     pub(super) fn sphere_radius(&self, p: [f32; N]) -> f32 {
         let (cell, local) = split(p);
         let straight = self.straight();
@@ -523,3 +599,7 @@ impl<const N: usize> Bounds<N> {
         }))
     }
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/nodes/voronoi_cells.rs"]
+mod tests;

@@ -5,8 +5,9 @@ mod cells;
 use std::marker::PhantomData;
 
 use glam::Vec3;
+use pulp::NullaryFnOnce;
 
-use super::{CyclesVersion, Dimensions, fused, mix};
+use super::{CyclesVersion, Dimensions, fused, mix, on_vectors};
 use cells::{Cells, Cellular, Lookup3, Nearest, Pcg};
 
 choice! {
@@ -177,7 +178,7 @@ fn evaluate<const N: usize, H: Cellular<N>>(
             ..VoronoiOutputs::default()
         },
         VoronoiFeature::NSphereRadius => VoronoiOutputs {
-            radius: fractal.cells.sphere_radius(p),
+            radius: on_vectors(Spheres(&fractal.cells, p)),
             ..VoronoiOutputs::default()
         },
         feature => {
@@ -197,6 +198,51 @@ fn evaluate<const N: usize, H: Cellular<N>>(
                 radius: 0.0,
             }
         }
+    }
+}
+
+/// What is nearest in one octave.
+struct Octave<'a, const N: usize, H> {
+    cells: &'a Cells<N, H>,
+    feature: VoronoiFeature,
+    p: [f32; N],
+}
+
+impl<const N: usize, H: Cellular<N>> NullaryFnOnce for Octave<'_, N, H> {
+    type Output = Nearest<N>;
+
+    #[inline(always)]
+    fn call(self) -> Nearest<N> {
+        let Self { cells, feature, p } = self;
+        match feature {
+            VoronoiFeature::F2 => cells.second_nearest(p),
+            VoronoiFeature::SmoothF1 if cells.smoothness != 0.0 => cells.smooth(p),
+            _ => cells.nearest(p),
+        }
+    }
+}
+
+/// The nearest edge in one octave.
+struct EdgeOctave<'a, const N: usize, H>(&'a Cells<N, H>, [f32; N]);
+
+impl<const N: usize, H: Cellular<N>> NullaryFnOnce for EdgeOctave<'_, N, H> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn call(self) -> f32 {
+        self.0.distance_to_edge(self.1)
+    }
+}
+
+/// The radius of spheres that touch.
+struct Spheres<'a, const N: usize, H>(&'a Cells<N, H>, [f32; N]);
+
+impl<const N: usize, H: Cellular<N>> NullaryFnOnce for Spheres<'_, N, H> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn call(self) -> f32 {
+        self.0.sphere_radius(self.1)
     }
 }
 
@@ -228,11 +274,8 @@ impl<const N: usize, H: Cellular<N>> Fractal<N, H> {
     fn nearest(&self, feature: VoronoiFeature, p: [f32; N]) -> Nearest<N> {
         let octave = |scale: f32| {
             let p = p.map(|x| x * scale);
-            match feature {
-                VoronoiFeature::F2 => self.cells.second_nearest(p),
-                VoronoiFeature::SmoothF1 if self.cells.smoothness != 0.0 => self.cells.smooth(p),
-                _ => self.cells.nearest(p),
-            }
+            let cells = &self.cells;
+            on_vectors(Octave { cells, feature, p })
         };
         let mut result;
         let mut greatest;
@@ -289,12 +332,12 @@ impl<const N: usize, H: Cellular<N>> Fractal<N, H> {
         let mut greatest = most;
         let mut distance = FAR;
         if self.is_single() {
-            distance = self.cells.distance_to_edge(p);
+            distance = on_vectors(EdgeOctave(&self.cells, p));
         } else {
             let mut amplitude = 1.0;
             let mut scale = 1.0;
             for number in 0..=self.detail.ceil() as i32 {
-                let found = self.cells.distance_to_edge(p.map(|x| x * scale));
+                let found = on_vectors(EdgeOctave(&self.cells, p.map(|x| x * scale)));
                 let share = self.share(number);
                 let nearer = mix(distance, distance.min(found / scale), amplitude);
                 distance = if share == 1.0 {
