@@ -27,6 +27,8 @@ pub struct Height {
     pub program: Program,
     /// Where the height is.
     pub root: Root,
+    /// Whether the Bump's own input is the height at the place itself, so that only its neighbours are left.
+    pub is_known_here: bool,
 }
 
 impl Call {
@@ -232,7 +234,11 @@ fn bump<P: Place>(
     let width = inputs[bump::FILTER_WIDTH].x;
     let mut steps = place.steps(width.abs());
     let at = |place: &P| height.program.at(place, |at| at.number(&height.root));
-    let here = at(place);
+    let here = if height.is_known_here {
+        inputs[bump::HEIGHT].x
+    } else {
+        at(place)
+    };
     let rises = steps.map(|step| at(&place.neighbour(step)) - here);
     if object_space {
         let own = |v, what| place.transformed(v, what, Space::World, Space::Object);

@@ -271,10 +271,23 @@ impl<'a, S: Source> Compiler<'a, S> {
         }
         let mut height = None;
         if raised {
-            height = self.height(self.graph.nodes[at].inputs[bump::HEIGHT]);
-            if height.is_none() {
+            let input = self.graph.nodes[at].inputs[bump::HEIGHT];
+            height = self.height(input);
+            let Some(height) = &mut height else {
                 // What is as high everywhere is not raised.
                 return inputs[bump::NORMAL].0;
+            };
+            let is_displaced = matches!(
+                function,
+                Function::Bump {
+                    undisplaced: Some(_),
+                    ..
+                }
+            );
+            if !is_displaced && !height.program.has_bumps() {
+                // Here it is what this program may have computed for other sockets already.
+                inputs[bump::HEIGHT].0 = self.operand(input);
+                height.is_known_here = true;
             }
         }
         self.program.calls.push(Call {
@@ -308,7 +321,13 @@ impl<'a, S: Source> Compiler<'a, S> {
         let operand = compiler.operand(input);
         let mut root = root(operand);
         let program = compiler.finish(&mut [&mut root]);
-        (!program.is_constant()).then(|| Box::new(Height { program, root }))
+        (!program.is_constant()).then(|| {
+            Box::new(Height {
+                program,
+                root,
+                is_known_here: false,
+            })
+        })
     }
 
     /// Arithmetic of numbers, done at once where both are known.

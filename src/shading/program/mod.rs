@@ -216,6 +216,11 @@ impl Program {
         heights.map(|height| &height.program)
     }
 
+    /// Whether some of its calls are Bumps.
+    fn has_bumps(&self) -> bool {
+        self.heights().next().is_some()
+    }
+
     /// Whether it reads a tangent of some kind.
     pub fn reads_tangent(&self, kind: TangentKind) -> bool {
         let is = |o: &Operation| matches!(o, Operation::Tangent { kind: of, .. } if *of == kind);

@@ -1,6 +1,6 @@
 use super::*;
 use crate::math::primaries::WorkingSpace;
-use crate::scene::graph::function::{PlaceInput, Space, Transformed};
+use crate::scene::graph::function::{self, PlaceInput, Space, Transformed};
 use crate::scene::graph::node::{diffuse, emission, glossy, math, mix_shader, transparent};
 use crate::scene::graph::{Distribution, Graph, Input, Link, Node, NodeKind};
 use crate::scene::{
@@ -347,4 +347,53 @@ fn programs_of_any_length_run_what_a_socket_needs_and_no_more() {
         assert!(read == 1 || length > 62, "{length}: {read}");
         assert_eq!(here.read.get(), 2);
     }
+}
+
+/// A Bump over the sum of the coordinates, whose height colours the surface too.
+fn raised(undisplaced: Option<u32>) -> Programs {
+    let mut graph = Graph::default();
+    let place = Function::Place(PlaceInput::Generated);
+    let place = graph.add(Node::new(NodeKind::Function(place)));
+    let height = graph.add(calculation(MathOperation::Multiply, place, place));
+    let bump = Function::Bump {
+        invert: false,
+        object_space: false,
+        undisplaced,
+    };
+    let bump = Node::new(NodeKind::Function(bump)).with(function::bump::HEIGHT, height);
+    let normal = graph.add(bump);
+    let matte = Node::new(NodeKind::DiffuseBsdf).with(diffuse::COLOR, height);
+    graph.surface = Some(graph.add(matte.with(diffuse::NORMAL, normal)));
+    compile(&graph, PLAIN, &mut Texels(Vec::new()))
+}
+
+fn normal_of(programs: &Programs, here: &Here) -> Vec3 {
+    let normal = programs.shaders[0].shader.normal().unwrap();
+    programs.surface.at(here, |at| at.color(normal))
+}
+
+#[test]
+fn a_bump_takes_the_height_here_from_its_own_program() {
+    let here = Here {
+        at: Vec3::new(0.5, -0.25, 2.0),
+        ..Here::default()
+    };
+    let mut programs = raised(None);
+    // The place, the height and the bump: the surface's colour and the bump share the height.
+    assert_eq!(programs.surface.len(), 3);
+    let normal = normal_of(&programs, &here);
+    assert!(normal.dot(Vec3::Z) < 0.999, "{normal}");
+    let heights = programs.surface.calls.iter_mut();
+    for height in heights.filter_map(|call| call.height.as_deref_mut()) {
+        assert!(height.is_known_here);
+        height.is_known_here = false;
+    }
+    assert_eq!(normal_of(&programs, &here), normal);
+}
+
+#[test]
+fn a_bump_of_the_undisplaced_surface_evaluates_its_height_there() {
+    let programs = raised(Some(0));
+    let mut heights = programs.surface.calls.iter().filter_map(Call::height);
+    assert!(heights.all(|height| !height.is_known_here));
 }
