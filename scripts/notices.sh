@@ -22,6 +22,8 @@ in `licences/`.
 | oneTBB | as in that package | Apache-2.0 | the same |
 | OpenColorIO | 2.6.0 | BSD-3-Clause; parts in `OpenColorIO-THIRD-PARTY.md` | PyPI's `opencolorio` 2.6.0 |
 | inside OpenColorIO: Imath, yaml-cpp, expat, pystring, minizip-ng, zlib, sampleicc | as in that package | BSD-3-Clause, MIT, MIT, BSD-3-Clause, Zlib, Zlib, the ICC's licence | the same |
+| Open Image Denoise with its weights; opened with `--denoise` alone | 2.5.1 | Apache-2.0 | PyPI's `pyoidn` 2.5.1.0 (MIT; only the libraries in it are used), into `.native/oidn/`; or an installed Blender's |
+| inside it: oneTBB, oneDNN | as in that package | Apache-2.0 | the same |
 
 ## Tools of building and testing, no part of the program
 | tool | licence | used for |

@@ -8,6 +8,7 @@
 #   EMBREE_DIR     a folder with include/embree4 and lib, or "system" for the distribution's own Embree (4.3 or newer)
 #   OCIO_DIR       a folder with include/OpenColorIO and lib
 #   LIBCLANG_PATH  the folder of libclang.so
+#   OIDN_DIR       a folder with Open Image Denoise in lib, which the program opens when --denoise is asked for
 #   SUNDOG_DEBIAN_MIRROR  the Debian mirror for Embree's headers, where apt's own sources name none
 
 # shellcheck source=lib.sh
@@ -25,6 +26,7 @@ ocio_wheel="opencolorio-2.6.0-cp311-cp311-manylinux_2_27_x86_64.manylinux_2_28_x
 ocio_source="opencolorio-2.6.0.tar.gz"
 ocio_version=2.6.0
 libclang_wheel="libclang-18.1.1-py2.py3-none-manylinux2010_x86_64.whl"
+denoiser_wheel="pyoidn-2.5.1.0-py3-none-manylinux2014_x86_64.whl"
 
 rustup_version=1.28.2
 rustup_hash=20a06e644b0d9bd2fbdbfd52d42540bdde820ea7df86e92e533c073da0cdd43c
@@ -257,11 +259,65 @@ set_up_native() {
     unpack_native
 }
 
+# --- the denoiser ---------------------------------------------------------------------------------------------------
+
+# In .native/oidn, with a stamp of its own: nothing is built with it, and all but --denoise works without it.
+denoiser_is_complete() { [ "$(cat "$native/oidn/stamp" 2>/dev/null)" = "$(denoiser_stamp)" ]; }
+
+# The number stands for the way of unpacking.
+denoiser_stamp() { { cat "$scripts/pins/denoiser.txt" && echo "unpacked 1"; } | sha256sum | cut -d ' ' -f 1; }
+
+set_up_denoiser() {
+    if [ -n "${OIDN_DIR:-}" ] || denoiser_is_complete; then
+        return 0
+    fi
+    lock_cache
+    denoiser_is_complete && return 0
+    local pins="$scripts/pins/denoiser.txt"
+    if ! host_python >/dev/null; then
+        say "there is no Python 3 with pip to fetch Open Image Denoise with: all but --denoise works; install python3-pip and run 'make setup' again for that."
+        return 0
+    fi
+    if ! has_hash "$downloads/$denoiser_wheel" "$(hash_of pyoidn "$pins")"; then
+        say "fetching Open Image Denoise 2.5.1 (88 MB)"
+        if ! fetch_wheels "$pins" "$downloads"; then
+            say "Open Image Denoise could not be fetched from PyPI with its pinned hash: all but --denoise works; run 'make setup' again for that."
+            return 0
+        fi
+    fi
+    unpack_denoiser
+}
+
+# The processor's part alone: those for graphics cards are not opened. Its libraries find each other in ../lib.
+unpack_denoiser() {
+    local new="$native/oidn.new"
+    say "unpacking Open Image Denoise into .native/oidn/"
+    rm -rf "$new"
+    mkdir -p "$new/lib" "$new/licences"
+    "$(host_python)" - "$new" "$downloads/$denoiser_wheel" <<'PYTHON'
+import os, re, sys, zipfile
+target, wheel = sys.argv[1:]
+wanted = re.compile(r"/(libOpenImageDenoise\.so\.2|libOpenImageDenoise_(core|device_cpu)\.so\.[0-9.]+|libtbb\.so\.12)$")
+with zipfile.ZipFile(wheel) as archive:
+    for name in archive.namelist():
+        licence = ".dist-info/licenses/" in name
+        if licence or wanted.search(name):
+            folder = "licences" if licence else "lib"
+            with open(os.path.join(target, folder, os.path.basename(name)), "wb") as file:
+                file.write(archive.read(name))
+PYTHON
+    chmod 755 "$new"/lib/*.so*
+    denoiser_stamp >"$new/stamp"
+    rm -rf "$native/oidn"
+    mv "$new" "$native/oidn"
+}
+
 require_supported_machine
 install_system_packages
 lock_cache
 install_rust
 set_up_system_embree
 set_up_native
+set_up_denoiser
 fetch_crates
 say "ready"
