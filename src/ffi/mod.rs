@@ -1,6 +1,7 @@
-//! Foreign functions: Embree and OpenColorIO, each wrapped once in safe types.
+//! Foreign functions: Embree, OpenColorIO and Open Image Denoise, each wrapped once in safe types.
 //! The only room with foreign `unsafe`; the system's allocator is one of them.
 
 pub mod embree;
 pub mod memory;
 pub mod ocio;
+pub mod oidn;
