@@ -1066,9 +1066,6 @@ fn settings_of_files_are_heeded() {
         ("A", F16),
         ("B", F16),
         ("Debug Sample Count.X", F32),
-        ("Denoising Albedo.B", F16),
-        ("Denoising Albedo.G", F16),
-        ("Denoising Albedo.R", F16),
         ("Depth.Z", F32),
         ("Error.X", F32),
         ("G", F16),
@@ -1625,7 +1622,6 @@ fn the_last_frame_is_the_picture() {
             "Depth",
             "Normal",
             "Position",
-            "Denoising Albedo",
             "Debug Sample Count",
             "Error"
         ]

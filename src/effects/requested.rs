@@ -7,7 +7,7 @@ use crate::scene::Effect;
 pub struct RequestedSettings {
     /// The camera that renders, by its number.
     pub camera: usize,
-    /// Passes that keep light apart.
+    /// Passes that keep light apart, or follow paths for denoisers.
     pub light_passes: bool,
     /// Passes of the ray through each pixel's middle.
     pub position_passes: bool,
@@ -31,7 +31,11 @@ impl RequestedSettings {
     /// The effects of the settings, which of them are asked for, and by what.
     pub fn settings(&self) -> [(Effect, bool, &'static str); 9] {
         [
-            (Effect::LightPasses, self.light_passes, "--passes"),
+            (
+                Effect::LightPasses,
+                self.light_passes,
+                "--passes, --denoise",
+            ),
             (Effect::PositionPasses, self.position_passes, "--passes"),
             (Effect::CostPass, self.cost_pass, "--passes"),
             (Effect::AdaptiveSampling, self.adaptive, "--pixel-error"),

@@ -1,6 +1,7 @@
 //! Light kept apart by what the surface that the camera sees does to it, as Cycles' passes have it:
 //! the shares of the first scattering decide for all that the path finds later.
 
+use super::features::{PathFeatures, SurfaceFeatures};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
@@ -19,6 +20,18 @@ pub trait PassSink {
     fn emission(&mut self, light: Vec3);
     /// Light of the world, straight to the camera.
     fn environment(&mut self, light: Vec3);
+    /// A ray has met a surface after a distance, whichever it is.
+    #[inline(always)]
+    fn meet(&mut self, _distance: f32) {}
+    /// What that surface is to denoisers.
+    #[inline(always)]
+    fn surface(&mut self, _features: impl FnOnce() -> SurfaceFeatures) {}
+    /// Light that a ray has found, wherever it comes from.
+    #[inline(always)]
+    fn shine(&mut self, _light: Vec3) {}
+    /// The path goes on through a surface that tints it.
+    #[inline(always)]
+    fn pass(&mut self, _tint: Vec3) {}
 }
 
 /// All light is one.
@@ -53,14 +66,27 @@ pub struct PathPasses {
     diffuse_share: Vec3,
     /// Kind of what is not diffuse.
     other: usize,
+    /// For denoisers.
+    pub features: PathFeatures,
 }
 
 impl PathPasses {
+    /// A path whose features are followed, or are not.
+    pub fn new(followed: bool) -> Self {
+        let mut path = Self::default();
+        if followed {
+            path.features = PathFeatures::FOLLOWED;
+        }
+        path
+    }
+
     /// Whether all of it is.
     pub fn is_finite(&self) -> bool {
         let light = self.light.iter().flatten().chain(&self.colors);
         let alone = [self.emission, self.environment];
-        light.chain(&alone).all(|v| v.is_finite()) && self.uv.is_finite()
+        light.chain(&alone).all(|v| v.is_finite())
+            && self.uv.is_finite()
+            && self.features.is_finite()
     }
 
     /// Scales the light; what surfaces are like stays as it is.
@@ -108,6 +134,26 @@ impl PassSink for PathPasses {
     #[inline]
     fn environment(&mut self, light: Vec3) {
         self.environment += light;
+    }
+
+    #[inline]
+    fn meet(&mut self, distance: f32) {
+        self.features.meet(distance);
+    }
+
+    #[inline]
+    fn surface(&mut self, features: impl FnOnce() -> SurfaceFeatures) {
+        self.features.surface(features);
+    }
+
+    #[inline]
+    fn shine(&mut self, light: Vec3) {
+        self.features.shine(light);
+    }
+
+    #[inline]
+    fn pass(&mut self, tint: Vec3) {
+        self.features.pass(tint);
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod error;
 mod extract;
+pub mod features;
 pub mod filter;
 pub mod light_passes;
 pub mod passes;
@@ -28,7 +29,7 @@ pub struct Picture {
 /// One pass. `data` is interleaved, rows from top to bottom: `width * height * channels.len()` values.
 #[derive(Clone, Debug)]
 pub struct Layer {
-    /// Blender's name of the pass: `Combined`, `Depth`, `Normal`, `Position`, `Denoising Albedo`, `Debug Sample Count`.
+    /// Blender's name of the pass: `Combined`, `Depth`, `Normal`, `Position`, `Debug Sample Count`.
     pub name: String,
     /// Channel names as Blender's compositor reads them: R G B A, Z, X Y Z, X.
     pub channels: Vec<String>,

@@ -38,10 +38,14 @@ pub enum Pass {
     Emission,
     /// The world, seen by the camera.
     Environment,
-    /// Albedo for denoisers.
+    /// Albedo for denoisers (see [`super::features`]).
     DenoisingAlbedo,
     /// Shading normal for denoisers, in the camera's axes.
     DenoisingNormal,
+    /// Length of the path to what denoisers look at.
+    DenoisingDepth,
+    /// The picture before it was denoised.
+    NoisyImage,
     /// Samples of each pixel.
     SampleCount,
     /// Estimated error of each pixel.
@@ -51,7 +55,7 @@ pub enum Pass {
 }
 
 /// The one table of passes: Blender's name, channels as Blender has them, what it holds.
-pub const TABLE: [(Pass, &str, &str, &str); 21] = [
+pub const TABLE: [(Pass, &str, &str, &str); 23] = [
     (Pass::Combined, "Combined", "RGBA", "the picture itself"),
     (
         Pass::Depth,
@@ -147,13 +151,25 @@ pub const TABLE: [(Pass, &str, &str, &str); 21] = [
         Pass::DenoisingAlbedo,
         "Denoising Albedo",
         "RGB",
-        "albedo of what the camera sees",
+        "albedo for denoisers: of what the camera sees, also in mirrors and through clear glass, tinted by them; the light of what shines",
     ),
     (
         Pass::DenoisingNormal,
         "Denoising Normal",
         "XYZ",
-        "Normal in the camera's axes, with Z forward",
+        "normal of the same for denoisers, in the camera's axes with Z forward, shorter where mirrors and glass are dark",
+    ),
+    (
+        Pass::DenoisingDepth,
+        "Denoising Depth",
+        "Z",
+        "length of the path to the same, each part counting as much as mirrors and glass before it let through; 1e10 where a sample meets nothing",
+    ),
+    (
+        Pass::NoisyImage,
+        "Noisy Image",
+        "RGBA",
+        "the picture before it was denoised",
     ),
     (
         Pass::SampleCount,
@@ -224,11 +240,20 @@ impl Passes {
                     | Pass::Position
                     | Pass::DenoisingAlbedo
                     | Pass::DenoisingNormal
+                    | Pass::DenoisingDepth
+                    | Pass::NoisyImage
                     | Pass::SampleCount
                     | Pass::Error
                     | Pass::Cost
             )
         })
+    }
+
+    /// Whether paths are followed for denoisers (see [`super::features`]).
+    pub fn need_features(self) -> bool {
+        self.has(Pass::DenoisingAlbedo)
+            || self.has(Pass::DenoisingNormal)
+            || self.has(Pass::DenoisingDepth)
     }
 
     /// Whether the ray through the middle of each pixel is asked for.
@@ -266,7 +291,6 @@ impl Default for Passes {
             .with(Pass::Depth)
             .with(Pass::Normal)
             .with(Pass::Position)
-            .with(Pass::DenoisingAlbedo)
             .with(Pass::SampleCount)
             .with(Pass::Error)
     }

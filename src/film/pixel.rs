@@ -1,6 +1,7 @@
 //! What is kept of each pixel while samples come in.
 
 use super::sum::{ColorSum, FixedSum};
+use crate::math::LUMINANCE;
 use crate::sampler::REPLICATES;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
@@ -140,9 +141,22 @@ impl Pixel {
     /// var(a) + var(b). For variances in inverse proportion to the numbers n and m of samples, the mean of all
     /// has var(a − b) · n m / (n + m)²: for equal halves the known ((a − b) / 2)².
     pub fn variance(&self) -> Option<DVec3> {
+        let (difference, share) = self.difference()?;
+        Some(difference * difference * share)
+    }
+
+    /// The same of the luminance.
+    pub fn luminance_variance(&self) -> Option<f64> {
+        let (difference, share) = self.difference()?;
+        let difference = difference.dot(DVec3::from(LUMINANCE));
+        Some(difference * difference * share)
+    }
+
+    /// The difference of the replicates, and what of its square is the variance of the mean.
+    fn difference(&self) -> Option<(DVec3, f64)> {
         let difference = self.replicate(false)? - self.replicate(true)?;
         let share = f64::from(self.seconds) / f64::from(self.samples);
-        Some(difference * difference * (share * (1.0 - share)))
+        Some((difference, share * (1.0 - share)))
     }
 }
 

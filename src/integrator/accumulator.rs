@@ -65,18 +65,21 @@ impl<A: PassSink + Record> Accumulator<'_, A> {
     /// surface before, or the camera sees it itself.
     #[inline]
     pub fn add_found(&mut self, settings: &PathSettings, light: Vec3, bounce: u32) {
-        if bounce == 0 {
+        let kept = if bounce == 0 {
             let kept = self.add(settings, light, 0);
             self.sink.emission(kept);
+            kept
         } else {
-            self.add_scattered(settings, light, bounce - 1);
-        }
+            self.add_scattered(settings, light, bounce - 1)
+        };
+        self.sink.shine(kept);
     }
 
     /// Adds light that comes by way of at least one surface.
     #[inline]
-    pub fn add_scattered(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) {
+    pub fn add_scattered(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) -> Vec3 {
         let kept = self.add(settings, light, bounces);
         self.sink.scattered(kept, bounces > 0);
+        kept
     }
 }

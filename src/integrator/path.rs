@@ -8,6 +8,7 @@ use super::record::{End, Record, Scattered, Step};
 use super::settings::PathSettings;
 use crate::camera::CameraRay;
 use crate::effects::{Features, General};
+use crate::film::features::SurfaceFeatures;
 use crate::film::light_passes::{NoPasses, PassSink};
 use crate::film::pixel::{CenterSample, FirstHit};
 use crate::light::LightSampleContext;
@@ -189,6 +190,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
                 .sink
                 .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
         }
+        walk.light.sink.surface(|| features(&bsdf));
         let normal = bsdf.receiving_normal();
         let past = walk.past();
         let at = &mut walk.beside.previous.at;
@@ -323,6 +325,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 }
                 Tinted::Passes(weight, onward) => {
                     self.throughput *= weight;
+                    self.light.sink.pass(weight);
                     self.passed += 1;
                     self.beside.walked += found.hit.distance;
                     self.origin = onward;
@@ -453,6 +456,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 } else {
                     let kept = light.add(settings, found, 0);
                     light.sink.environment(kept);
+                    light.sink.shine(kept);
                 }
             },
         );
@@ -476,6 +480,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             normals: surface.normals,
             inside: surface.inside,
         });
+        self.light.sink.meet(hit.distance);
         if self.bounce == 0 {
             self.first.normal = surface.normals.shading;
         }
@@ -689,6 +694,15 @@ fn tinted<E: Features>(
     let surface = world.surface::<E>(hit, origin, asking);
     let normal = surface.normals.geometric;
     Tinted::Passes(passes / p, ray_origin(surface.point, -normal))
+}
+
+/// What a surface is to denoisers.
+fn features<E: Features>(bsdf: &KernelBsdf<E>) -> SurfaceFeatures {
+    let mut features = SurfaceFeatures::default();
+    for (normal, albedo, alpha) in bsdf.facets() {
+        features.add(normal, albedo, alpha);
+    }
+    features
 }
 
 /// How far rays start off surfaces in toy renderers, metres.

@@ -189,7 +189,7 @@ const COMBINED: &str = "Combined";
 fn fits_half(layer: &Layer) -> bool {
     !matches!(
         layer.name.as_str(),
-        "Depth" | "Position" | "Debug Sample Count" | "Error" | "Cost"
+        "Depth" | "Denoising Depth" | "Position" | "Debug Sample Count" | "Error" | "Cost"
     )
 }
 

@@ -1,9 +1,8 @@
 //! How much memory a render takes, and how much there is: by the machine, by the limits of the process, by its control group.
 
 use super::RenderSettings;
+use super::tile::Kept;
 use crate::film::Passes;
-use crate::film::light_passes::PixelPasses;
-use crate::film::pixel::Pixel;
 use crate::math::words;
 use crate::scene::Scene;
 use rustix::process::{Resource, getrlimit};
@@ -20,13 +19,9 @@ pub const PREPARED_BYTES_A_TRIANGLE: u64 = 300;
 
 /// Bytes that a pixel takes: its sums, and its floats in the finished picture and, for a moment, in the writer.
 fn bytes_a_pixel(passes: Passes) -> u64 {
-    let light_passes = if passes.need_light_passes() {
-        size_of::<PixelPasses>()
-    } else {
-        0
-    };
     let estimate = 6 * size_of::<f32>();
-    (size_of::<Pixel>() + light_passes + estimate + 2 * size_of::<f32>() * passes.floats()) as u64
+    let floats = 2 * size_of::<f32>() * passes.floats();
+    (Kept::of(passes).bytes_a_pixel() + estimate + floats) as u64
 }
 
 /// Refuses a picture of a scene for which there is not enough memory, where the system says how much there is. (The scene

@@ -4,7 +4,7 @@ use super::estimate::estimate;
 use super::resolve::Film;
 use super::saved::{Header, Saved, State, StateError, difference};
 use super::schedule::clamped;
-use super::tile::{Kept, Samples, Tile, tiles};
+use super::tile::{Samples, Tile, tiles};
 use super::{Rendering, Statistics, Stop};
 use crate::film::{Passes, Picture};
 use std::sync::Mutex;
@@ -41,11 +41,7 @@ pub fn merge(
     }
     let (_, saved) =
         whole.ok_or_else(|| StateError::Different("there is nothing to be joined".into()))?;
-    let kept = Kept {
-        light_passes: saved.header.light_passes,
-        costs: saved.header.costs,
-    };
-    let tiles = tiles(saved.header.region, kept);
+    let tiles = tiles(saved.header.region, saved.header.kept());
     saved.restore(&tiles, u32::MAX);
     // A part that was broken off goes on with its own samples, not with those of the whole.
     Ok(Merged {
@@ -79,6 +75,9 @@ fn join(whole: &mut Saved, part: &Saved) -> Result<(), String> {
         to.join(from);
     }
     for (to, from) in whole.light_passes.iter_mut().zip(&part.light_passes) {
+        to.join(from);
+    }
+    for (to, from) in whole.features.iter_mut().zip(&part.features) {
         to.join(from);
     }
     for (to, from) in whole.costs.iter_mut().zip(&part.costs) {
@@ -143,6 +142,7 @@ impl Merged {
         Rendering {
             picture: Picture::collect(&film),
             replicate: error.map(|_| Picture::collect(&film.replicate())),
+            luminance_variances: None,
             statistics: Statistics {
                 stop: Stop::Samples,
                 samples: samples.least,

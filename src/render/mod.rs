@@ -233,6 +233,9 @@ pub struct Rendering {
     /// The picture of one of the replicates alone: it differs from `picture` as much as `picture` differs from the
     /// truth. `None` where the error is not known.
     pub replicate: Option<Picture>,
+    /// Estimated variance of each pixel's luminance, rows from top to bottom: what a denoised picture is judged by. There if
+    /// [`Pass::NoisyImage`](crate::film::Pass) is, and the error is known.
+    pub luminance_variances: Option<Vec<f32>>,
     /// Counts and times.
     pub statistics: Statistics,
     /// The scene's [`fingerprint`](crate::scene::fingerprint()), if the render has needed it already.

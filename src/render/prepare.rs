@@ -273,11 +273,10 @@ fn kernel(
     world: &World,
     wanted: EnumSet<Effect>,
 ) -> (EnumSet<Effect>, AnyKernel) {
-    if settings.passes.need_light_passes() {
-        return (
-            effects::PATHS,
-            AnyKernel::WithPasses(integrator::WITH_PASSES),
-        );
+    let follows = settings.passes.need_features();
+    if follows || settings.passes.need_light_passes() {
+        let kernel = integrator::WITH_PASSES;
+        return (effects::PATHS, AnyKernel::WithPasses { kernel, follows });
     }
     let (mask, kernel) = match settings.light_sampling {
         LightSampling::Hemisphere => integrator::GENERAL,

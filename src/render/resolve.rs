@@ -2,8 +2,9 @@
 
 use super::Region;
 use super::tile::{TILE, Tile, across, locked};
+use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
-use crate::film::pixel::Pixel;
+use crate::film::pixel::{NO_DEPTH, Pixel};
 use crate::film::{Bands, Pass, Passes};
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Range;
@@ -79,6 +80,24 @@ impl<'a> Film<'a> {
         Self { passes, ..*self }
     }
 
+    /// Estimated variance of each pixel's luminance; `None` if one of them has not enough samples.
+    pub fn luminance_variances(&self) -> Option<Vec<f32>> {
+        let width = self.region.width() as usize;
+        let mut variances = vec![0.0; width * self.region.height() as usize];
+        for tile in self.tiles {
+            let tile = locked(tile);
+            let corner =
+                (tile.y - self.region.y0) as usize * width + (tile.x - self.region.x0) as usize;
+            for (row, pixels) in tile.pixels.chunks(tile.width.max(1) as usize).enumerate() {
+                let places = &mut variances[corner + row * width..];
+                for (place, pixel) in places.iter_mut().zip(pixels) {
+                    *place = pixel.luminance_variance()? as f32;
+                }
+            }
+        }
+        Some(variances)
+    }
+
     /// The picture of the first replicate alone.
     pub fn replicate(&self) -> Self {
         Self {
@@ -144,18 +163,42 @@ impl TileInBand<'_> {
         value: impl Fn(&Pixel, &PixelPasses, f64) -> [f32; N],
     ) {
         let nothing = PixelPasses::default();
+        self.put_at(layer, |index, pixel, scale| {
+            let passes = self.tile.light_passes.get(index);
+            value(pixel, passes.unwrap_or(&nothing), scale)
+        });
+    }
+
+    /// The same of its features for denoisers.
+    fn put_features<const N: usize>(
+        &self,
+        layer: &mut [f32],
+        value: impl Fn(&PixelFeatures, f64) -> [f32; N],
+    ) {
+        let nothing = PixelFeatures::default();
+        self.put_at(layer, |index, _, scale| {
+            value(self.tile.features.get(index).unwrap_or(&nothing), scale)
+        });
+    }
+
+    /// The same by the pixel's number in the tile.
+    #[inline]
+    fn put_at<const N: usize>(
+        &self,
+        layer: &mut [f32],
+        value: impl Fn(usize, &Pixel, f64) -> [f32; N],
+    ) {
         let across = self.tile.width as usize;
         for (row, pixels) in self.tile.pixels.chunks(across.max(1)).enumerate() {
             let start = (row * self.width + self.column) * N;
             let places = layer[start..start + across * N].chunks_exact_mut(N);
             for (i, (pixel, place)) in pixels.iter().zip(places).enumerate() {
-                let passes = self.tile.light_passes.get(row * across + i);
                 let scale = if pixel.samples > 0 {
                     1.0 / f64::from(pixel.samples)
                 } else {
                     0.0
                 };
-                place.copy_from_slice(&value(pixel, passes.unwrap_or(&nothing), scale));
+                place.copy_from_slice(&value(row * across + i, pixel, scale));
             }
         }
     }
@@ -175,7 +218,7 @@ impl TileInBand<'_> {
     fn resolve(&self, pass: Pass, axes: &DMat3, replicate: bool, layer: &mut [f32]) {
         let color = |v: DVec3| v.as_vec3().to_array();
         match pass {
-            Pass::Combined => self.put(layer, |p, _, scale| {
+            Pass::Combined | Pass::NoisyImage => self.put(layer, |p, _, scale| {
                 let alone = replicate.then(|| p.replicate(false)).flatten();
                 let [r, g, b] = color(alone.unwrap_or_else(|| p.radiance.total() * scale));
                 // Exactly 1 where every sample is part of the picture.
@@ -198,9 +241,12 @@ impl TileInBand<'_> {
             Pass::TransmissionColor => self.put(layer, |_, a, scale| color(a.color(2, scale))),
             Pass::Emission => self.put(layer, |_, a, scale| color(a.emission(scale))),
             Pass::Environment => self.put(layer, |_, a, scale| color(a.environment(scale))),
-            Pass::DenoisingAlbedo => self.put(layer, |p, _, scale| color(p.albedo.total() * scale)),
-            Pass::DenoisingNormal => self.put(layer, |p, _, scale| {
-                color(axes.transpose() * (p.normal.total() * scale))
+            Pass::DenoisingAlbedo => self.put_features(layer, |f, scale| color(f.albedo(scale))),
+            Pass::DenoisingNormal => {
+                self.put_features(layer, |f, scale| color(axes.transpose() * f.normal(scale)))
+            }
+            Pass::DenoisingDepth => self.put_features(layer, |f, scale| {
+                [f.depth(scale).map_or(NO_DEPTH, |depth| depth as f32)]
             }),
             Pass::SampleCount => self.put(layer, |p, _, _| [p.samples as f32]),
             Pass::Error => {

@@ -3,7 +3,7 @@
 //!
 //! Form: a line of text, the length of a header (8 bytes, little-endian), the header (JSON), a frame of zstd, SHA-256 of
 //! all before. In the frame, for each pixel of the region, rows from top to bottom, its sums as they stand in memory on
-//! x86-64 ([`Pixel`], then, if kept, light apart and nanoseconds). The number in the first line changes whenever the form
+//! x86-64 ([`Pixel`], then, if kept, light apart, features for denoisers, and nanoseconds). The number in the first line changes whenever the form
 //! does, or a sample of the same number would have other bits.
 //!
 //! Whoever can write a file can make its checksum right: so all that it says is looked at before it is believed.
@@ -13,12 +13,13 @@ mod header;
 pub use header::{Header, Traced};
 
 use super::resolve::Film;
-use super::tile::{Tile, locked, place};
+use super::tile::{Kept, Tile, locked, place};
 use super::{InstructionSet, Region, RenderSettings};
+use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::pixel::Pixel;
 use crate::scene::{Scene, fingerprint};
-use header::{LARGEST_COUNT, kept};
+use header::LARGEST_COUNT;
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -117,7 +118,7 @@ impl<'a> State<'a> {
     ) -> Self {
         let tiles = film.tiles();
         let (mut clamped, mut most) = ([0.0; 2], 0);
-        let kept = kept(settings.passes);
+        let kept = Kept::of(settings.passes);
         for tile in tiles {
             let tile = locked(tile);
             for row in &tile.clamped {
@@ -144,6 +145,7 @@ impl<'a> State<'a> {
                 ranges: vec![(first, first.saturating_add(most))],
                 whole: true,
                 light_passes: kept.light_passes,
+                features: kept.features,
                 costs: kept.costs,
                 clamped,
                 color_management: scene.color_management.clone(),
@@ -180,6 +182,11 @@ impl<'a> State<'a> {
         if self.header.light_passes {
             self.rows(region, &mut packed, |tile| {
                 bytemuck::cast_slice(&tile.light_passes)
+            })?;
+        }
+        if self.header.features {
+            self.rows(region, &mut packed, |tile| {
+                bytemuck::cast_slice(&tile.features)
             })?;
         }
         if self.header.costs {
@@ -238,6 +245,7 @@ pub struct Saved {
     pub(super) header: Header,
     pub(super) pixels: Vec<Pixel>,
     pub(super) light_passes: Vec<PixelPasses>,
+    pub(super) features: Vec<PixelFeatures>,
     pub(super) costs: Vec<u64>,
 }
 
@@ -330,6 +338,7 @@ impl Saved {
         let saved = Self {
             pixels: values(&mut packed, pixels).map_err(unpack)?,
             light_passes: values(&mut packed, if_kept(header.light_passes)).map_err(unpack)?,
+            features: values(&mut packed, if_kept(header.features)).map_err(unpack)?,
             costs: values(&mut packed, if_kept(header.costs)).map_err(unpack)?,
             header,
         };
@@ -347,8 +356,10 @@ impl Saved {
     fn has_sound_pixels(&self) -> bool {
         let most = self.header.most_samples();
         let mut light_passes = self.pixels.iter().zip(&self.light_passes);
+        let mut features = self.pixels.iter().zip(&self.features);
         self.pixels.iter().all(|pixel| pixel.is_sound(most))
             && light_passes.all(|(pixel, light_passes)| light_passes.is_sound(pixel.samples))
+            && features.all(|(pixel, features)| features.is_sound(pixel.samples))
             && self.costs.iter().all(|&cost| cost <= LARGEST_COUNT)
     }
 
@@ -426,6 +437,11 @@ impl Saved {
                     tile.light_passes.get_mut(index),
                     self.light_passes.get(from),
                 ) {
+                    *to = *from;
+                }
+                if let (Some(to), Some(from)) =
+                    (tile.features.get_mut(index), self.features.get(from))
+                {
                     *to = *from;
                 }
                 if let (Some(to), Some(from)) = (tile.costs.get_mut(index), self.costs.get(from)) {

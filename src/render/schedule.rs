@@ -121,10 +121,7 @@ pub(super) fn run(
     let effects = effects::names(prepared.compiled);
     let left_out = prepared.left_out.clone();
     let embree = prepared.world.embree_version.clone();
-    let kept = Kept {
-        light_passes: settings.passes.need_light_passes(),
-        costs: settings.passes.has(Pass::Cost),
-    };
+    let kept = Kept::of(settings.passes);
     let tiles = tiles(region, kept);
     let before = saved.map_or_else(Traced::default, |saved| {
         saved.restore(&tiles, settings.samples)
@@ -183,6 +180,9 @@ pub(super) fn run(
         picture: if keeps { of(&film) } else { Picture::default() },
         replicate: (keeps && error.is_some() && run.can_tell_seen_error(stop))
             .then(|| of(&film.replicate())),
+        luminance_variances: (keeps && settings.passes.has(Pass::NoisyImage))
+            .then(|| film.luminance_variances())
+            .flatten(),
         statistics: Statistics {
             stop,
             samples: samples.least,

@@ -183,7 +183,7 @@ impl RenderSettings {
     pub fn requested(&self) -> RequestedSettings {
         RequestedSettings {
             camera: self.camera.unwrap_or(0),
-            light_passes: self.passes.need_light_passes(),
+            light_passes: self.passes.need_light_passes() || self.passes.need_features(),
             position_passes: self.passes.need_middle(),
             cost_pass: self.passes.has(Pass::Cost),
             adaptive: self.pixel_error_target > 0.0,

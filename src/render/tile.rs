@@ -1,8 +1,10 @@
 //! Tiles, and their rows: what one thread works on at a time.
 
 use super::Region;
+use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::pixel::Pixel;
+use crate::film::{Pass, Passes};
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -23,6 +25,8 @@ pub struct Tile {
     pub pixels: Vec<Pixel>,
     /// Beside `pixels`, if a pass asks for it; else empty.
     pub light_passes: Vec<PixelPasses>,
+    /// The same.
+    pub features: Vec<PixelFeatures>,
     /// Nanoseconds spent on each pixel, if a pass asks for it; else empty.
     pub costs: Vec<u64>,
     /// Squared relative error of each pixel, as it was estimated last; empty before.
@@ -43,6 +47,8 @@ pub struct Scanline {
     /// As those of [`Tile`].
     pub light_passes: Vec<PixelPasses>,
     /// As those of [`Tile`].
+    pub features: Vec<PixelFeatures>,
+    /// As those of [`Tile`].
     pub costs: Vec<u64>,
     /// As those of [`Tile`].
     pub clamped: [f64; 2],
@@ -60,6 +66,7 @@ impl Tile {
             place: (self.x, self.y + row),
             pixels: pixels.to_vec(),
             light_passes: self.light_passes.get(place.clone()).unwrap_or(&[]).to_vec(),
+            features: self.features.get(place.clone()).unwrap_or(&[]).to_vec(),
             costs: self.costs.get(place).unwrap_or(&[]).to_vec(),
             clamped: self.clamped[row as usize],
         })
@@ -71,6 +78,9 @@ impl Tile {
         self.pixels[place.clone()].copy_from_slice(&done.pixels);
         if let Some(light_passes) = self.light_passes.get_mut(place.clone()) {
             light_passes.copy_from_slice(&done.light_passes);
+        }
+        if let Some(features) = self.features.get_mut(place.clone()) {
+            features.copy_from_slice(&done.features);
         }
         if let Some(costs) = self.costs.get_mut(place) {
             costs.copy_from_slice(&done.costs);
@@ -90,8 +100,30 @@ impl Tile {
 pub struct Kept {
     /// Light apart.
     pub light_passes: bool,
+    /// Features for denoisers.
+    pub features: bool,
     /// Time spent.
     pub costs: bool,
+}
+
+impl Kept {
+    /// What passes need to be kept.
+    pub fn of(passes: Passes) -> Self {
+        Self {
+            light_passes: passes.need_light_passes(),
+            features: passes.need_features(),
+            costs: passes.has(Pass::Cost),
+        }
+    }
+
+    /// Bytes of a pixel that is kept so.
+    pub fn bytes_a_pixel(self) -> usize {
+        let of = |kept: bool, size: usize| if kept { size } else { 0 };
+        size_of::<Pixel>()
+            + of(self.light_passes, size_of::<PixelPasses>())
+            + of(self.features, size_of::<PixelFeatures>())
+            + of(self.costs, size_of::<u64>())
+    }
 }
 
 /// Tiles of a region, row by row.
@@ -112,6 +144,7 @@ pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
                     PixelPasses::default();
                     if kept.light_passes { pixels } else { 0 }
                 ],
+                features: vec![PixelFeatures::default(); if kept.features { pixels } else { 0 }],
                 costs: vec![0; if kept.costs { pixels } else { 0 }],
                 errors: Vec::new(),
                 deciding: Vec::new(),

@@ -2,6 +2,7 @@
 
 use super::tile::{Scanline, Tile, locked};
 use crate::camera::{CameraRay, RayMaker};
+use crate::film::features::PixelFeatures;
 use crate::film::filter::FilterTable;
 use crate::film::light_passes::{PathPasses, PixelPasses};
 use crate::film::pixel::{CenterSample, FirstHit, Pixel};
@@ -39,11 +40,17 @@ pub struct Recorded {
     pub steps: Vec<Step>,
 }
 
-/// A kernel, with or without light apart.
+/// A kernel, with or without light apart; then it may be one that follows features for denoisers.
 #[derive(Clone, Copy)]
 pub enum AnyKernel {
     Plain(Kernel),
-    WithPasses(PassKernel),
+    WithPasses { kernel: PassKernel, follows: bool },
+}
+
+/// What stands beside a pixel's sums, as far as it is kept.
+struct Beside<'a> {
+    light_passes: Option<&'a mut PixelPasses>,
+    features: Option<&'a mut PixelFeatures>,
 }
 
 /// All that the threads share.
@@ -114,7 +121,11 @@ impl Job<'_> {
             }
             for _ in 0..wanted {
                 let number = self.first_sample + pixel.samples;
-                let path = self.sample(x, y, number, pixel, row.light_passes.get_mut(index));
+                let beside = Beside {
+                    light_passes: row.light_passes.get_mut(index),
+                    features: row.features.get_mut(index),
+                };
+                let path = self.sample(x, y, number, pixel, beside);
                 rays += u64::from(path.rays);
                 lobes_left_out += u64::from(path.lobes_left_out);
                 for (sum, c) in row.clamped.iter_mut().zip(path.clamped) {
@@ -153,14 +164,7 @@ impl Job<'_> {
     }
 
     #[inline]
-    fn sample(
-        &self,
-        x: u32,
-        y: u32,
-        index: u32,
-        pixel: &mut Pixel,
-        sums: Option<&mut PixelPasses>,
-    ) -> Path {
+    fn sample(&self, x: u32, y: u32, index: u32, pixel: &mut Pixel, beside: Beside) -> Path {
         let (mut path, mut light_passes) = self.path(x, y, index);
         // Once here, so that estimates of the error, passes and states speak of the same picture.
         path.radiance *= self.exposure;
@@ -178,8 +182,13 @@ impl Job<'_> {
             light_passes = light_passes.map(|_| PathPasses::default());
         }
         pixel.add(index, path.radiance, &path.first);
-        if let (Some(sums), Some(light_passes)) = (sums, &light_passes) {
-            sums.add(light_passes);
+        if let Some(path) = &light_passes {
+            if let Some(sums) = beside.light_passes {
+                sums.add(path);
+            }
+            if let Some(sums) = beside.features {
+                sums.add(&path.features);
+            }
         }
         path
     }
@@ -192,8 +201,8 @@ impl Job<'_> {
         let ray = self.ray(x, y, &sampler, offset);
         match self.kernel {
             AnyKernel::Plain(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
-            AnyKernel::WithPasses(kernel) => {
-                let mut light_passes = PathPasses::default();
+            AnyKernel::WithPasses { kernel, follows } => {
+                let mut light_passes = PathPasses::new(follows);
                 let path = kernel(self.world, &self.path, &sampler, &ray, &mut light_passes);
                 (path, Some(light_passes))
             }

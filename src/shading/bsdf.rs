@@ -398,6 +398,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
         all
     }
 
+    /// Normal and albedo of each lobe, and the α of its facets: 1 of lobes without any.
+    pub fn facets(&self) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
+        let lambert = (self.normal(), self.lambert.color, 1.0);
+        let others = self.others().iter();
+        let others = others.map(|entry| (entry.lobe.normal(), entry.albedo, entry.lobe.alpha()));
+        std::iter::once(lambert).chain(others)
+    }
+
     /// Shares of light that are scattered diffusely, reflected otherwise, and let through: what passes divide
     /// their light by.
     pub fn colors(&self) -> [Vec3; 3] {

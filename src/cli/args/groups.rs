@@ -193,7 +193,7 @@ pub struct ChosenPasses {
     #[arg(
         long,
         value_name = "LIST",
-        default_value = "Combined,Depth,Normal,Position,Denoising Albedo,Debug Sample Count,Error"
+        default_value = "Combined,Depth,Normal,Position,Debug Sample Count,Error"
     )]
     pub passes: Passes,
 }

@@ -1,9 +1,7 @@
 //! What a saved state says of itself before the pixels, and what can't be true of it.
 
 use super::Region;
-use crate::film::light_passes::PixelPasses;
-use crate::film::pixel::Pixel;
-use crate::film::{Pass, Passes};
+use crate::film::Passes;
 use crate::render::InstructionSet;
 use crate::render::tile::Kept;
 use crate::scene::ColorManagement;
@@ -106,6 +104,9 @@ pub struct Header {
     /// Light is kept apart for passes.
     #[serde(rename = "apart")]
     pub light_passes: bool,
+    /// Features for denoisers are kept.
+    #[serde(default)]
+    pub features: bool,
     /// Nanoseconds are kept.
     pub costs: bool,
     /// Luminance that clamping took from direct and indirect light.
@@ -126,22 +127,17 @@ impl Header {
     }
 
     /// Which sums there are besides those of all pixels.
-    pub(super) fn kept(&self) -> Kept {
+    pub(in crate::render) fn kept(&self) -> Kept {
         Kept {
             light_passes: self.light_passes,
+            features: self.features,
             costs: self.costs,
         }
     }
 
     /// Bytes of a pixel.
     pub(super) fn pixel_bytes(&self) -> usize {
-        let light_passes = if self.light_passes {
-            size_of::<PixelPasses>()
-        } else {
-            0
-        };
-        let costs = if self.costs { size_of::<u64>() } else { 0 };
-        size_of::<Pixel>() + light_passes + costs
+        self.kept().bytes_a_pixel()
     }
 
     /// Samples that a pixel may have: all that are here or begun.
@@ -163,7 +159,7 @@ impl Header {
         let Ok(passes) = Passes::parse(self.passes.iter().map(String::as_str)) else {
             return Some("it has passes that there are not");
         };
-        if self.kept() != kept(passes) {
+        if self.kept() != Kept::of(passes) {
             return Some("it does not keep what its passes need");
         }
         let each = self.ranges.iter().all(|(from, to)| from <= to);
@@ -197,13 +193,5 @@ impl Header {
                 self.embree, other.embree
             )
         })
-    }
-}
-
-/// What passes need to be kept.
-pub(super) fn kept(passes: Passes) -> Kept {
-    Kept {
-        light_passes: passes.need_light_passes(),
-        costs: passes.has(Pass::Cost),
     }
 }

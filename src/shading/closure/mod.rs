@@ -298,6 +298,28 @@ impl Lobe {
         }
     }
 
+    /// α of the facets, the geometric mean of both; 0 of mirrors and clear glass, and 1 of lobes without facets.
+    pub fn alpha(&self) -> f32 {
+        let alpha = match self {
+            _ if self.is_delta() => return 0.0,
+            Self::Reflection(l) => l.facets.alpha(),
+            Self::Glass(l) => l.facets.alpha(),
+            Self::Sheet(l) => l.facets.alpha(),
+            Self::BeckmannReflection(l) => l.facets.alpha(),
+            Self::BeckmannGlass(l) => l.facets.alpha(),
+            Self::FilmReflection(l) => l.facets.alpha(),
+            Self::FilmGlass(l) => l.facets.alpha(),
+            Self::Phong(l) => l.facets.alpha(),
+            Self::Diffuse(_)
+            | Self::RoughDiffuse(_)
+            | Self::Sheen(_)
+            | Self::Velvet(_)
+            | Self::Toon(_)
+            | Self::Translucent(_) => return 1.0,
+        };
+        (alpha.xy.x * alpha.xy.y).sqrt()
+    }
+
     /// Share of the albedo that is reflected, and that goes through; both without tint if `albedo` is.
     pub fn colors(&self, albedo: Vec3) -> [Vec3; 2] {
         match self {

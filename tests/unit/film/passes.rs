@@ -12,6 +12,8 @@ fn the_table_is_in_order_and_names_are_found() {
     assert_eq!(names, ["Combined", "Depth", "Env"]);
     assert_eq!(some.floats(), 4 + 1 + 3);
     assert!(some.need_light_passes() && !Passes::default().need_light_passes());
+    // What is written if nobody says what costs no other kernel.
+    assert!(!Passes::default().need_features() && Passes::ALL.need_features());
     let error = Passes::parse(["Fog"].into_iter()).unwrap_err();
     assert!(
         error.contains("Fog") && error.contains("TransInd"),

@@ -22,7 +22,7 @@ fn written(instructions: &str) -> Vec<u8> {
         "settings": { "seed": 0 }, "size": [50, 40], "region": REGION,
         "passes": passes.iter().map(Pass::name).collect::<Vec<_>>(),
         "axes": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "ranges": [[3, 7]], "whole": true,
-        "apart": passes.need_light_passes(), "costs": passes.has(Pass::Cost), "clamped": [0.5, 0.0],
+        "apart": passes.need_light_passes(), "features": passes.need_features(), "costs": passes.has(Pass::Cost), "clamped": [0.5, 0.0],
         "left_out": ["coat"], "color_management": ColorManagement::default(),
         "traced": {
             "samples": 5600, "rays": 12000, "seconds": 1.5, "non_finite": 2,
@@ -272,7 +272,9 @@ fn hostile_pixels_are_refused() {
     let each = size_of::<Pixel>();
     let apart = 40 * 35 * each;
     let all = apart..apart + size_of::<PixelPasses>();
-    for first in (0..each).chain(all).step_by(4) {
+    let features = apart + 40 * 35 * size_of::<PixelPasses>();
+    let features = features..features + size_of::<PixelFeatures>();
+    for first in (0..each).chain(all).chain(features).step_by(4) {
         let mut strange = plain.clone();
         strange[first..first + 4].fill(0xff);
         let file = sealed(&serde_json::to_vec(&good).unwrap(), &packed(&strange));
