@@ -17,6 +17,7 @@ pub mod camera;
 pub mod cli;
 pub mod color;
 pub mod cost;
+pub mod denoise;
 pub mod effects;
 pub mod ffi;
 pub mod film;

@@ -20,6 +20,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("medium", &["math", "color", "sampler"]),
     ("camera", &["math", "color", "sampler"]),
     ("film", &["math", "sampler"]),
+    // Installed Blenders bring the denoiser, and are looked for by whoever looks for their colours.
+    ("denoise", &["film", "color", "ffi", "math"]),
     ("effects", &["scene", "math"]),
     (
         "world",

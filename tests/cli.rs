@@ -1,6 +1,7 @@
 //! The program as people and scripts call it.
 
 mod cost;
+mod denoise;
 mod materials;
 mod nodes;
 mod tev;
@@ -1707,7 +1708,7 @@ fn frames_come_while_the_picture_grows() {
     let rest: Vec<Value> = events.collect();
     let last = rest.iter().find(|e| e["event"] == "frame").unwrap();
     assert_eq!(last["final"], true);
-    assert_eq!(frame_passes(&folder, last).len(), 7);
+    assert_eq!(frame_passes(&folder, last).len(), 6);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
     assert_eq!(rest.last().unwrap()["event"], "error");

@@ -10,6 +10,7 @@ mod architecture;
 mod blender_layers;
 mod cli;
 mod color;
+mod denoise;
 mod docs;
 mod formats;
 mod fuzz;

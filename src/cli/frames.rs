@@ -23,6 +23,21 @@ pub struct Watcher<'a> {
 }
 
 impl Watcher<'_> {
+    /// Writes a frame, if there is a folder for them and it is time, or it is the last.
+    pub fn write_frame(&self, picture: &dyn Bands, samples: u32, last: bool) {
+        let Some(frames) = self.frames else { return };
+        match frames.write(picture, samples, last) {
+            Ok(Some(frame)) => {
+                console::json_line(&frame);
+            }
+            // The render goes on: the last frame may find room again, or fails with the reason.
+            Err(error) => self.reporter.warn(&format!(
+                "{error}; the render goes on, and tries again at its end"
+            )),
+            Ok(None) => {}
+        }
+    }
+
     /// Whether it is time for the viewer's next picture.
     fn shows_next(&self, viewer: &Viewer) -> bool {
         viewer.is_due(&|warning| self.reporter.warn(warning))
@@ -57,21 +72,14 @@ impl Observer for Watcher<'_> {
         {
             viewer.show(picture);
         }
-        let Some(frames) = self.frames else { return };
-        match frames.write(picture, samples, last) {
-            Ok(Some(frame)) => {
-                console::json_line(&frame);
-            }
-            // The render goes on: the last frame may find room again, or fails with the reason.
-            Err(error) => self.reporter.warn(&format!(
-                "{error}; the render goes on, and tries again at its end"
-            )),
-            Ok(None) => {}
+        // One that is to be denoised comes later.
+        if !last || self.outputs.denoiser.is_none() {
+            self.write_frame(picture, samples, last);
         }
     }
 
     fn keeps_picture(&self) -> bool {
-        !self.outputs.files.is_empty() || self.viewer.is_some()
+        self.outputs.denoiser.is_some() || !self.outputs.files.is_empty() || self.viewer.is_some()
     }
 
     fn time_for_output(&self, film: &dyn Bands) -> OutputTime {

@@ -71,6 +71,6 @@ pub fn run(args: &Merge) -> Result<u8, Failure> {
             .map_err(|failure| outputs.are_there(failure))?;
     }
     let size = (header.region.width(), header.region.height());
-    summary::tell_end(size, &rendering, &outputs, &reporter)?;
+    summary::tell_end(size, &rendering, None, &outputs, &reporter)?;
     Ok(EXIT_OK)
 }

@@ -9,6 +9,7 @@ mod compare;
 mod console;
 mod converge;
 mod cost;
+mod denoise;
 mod effect_lines;
 mod exit;
 mod frames;

@@ -2,7 +2,8 @@
 
 use super::progress::Reporter;
 use super::view::View;
-use super::{Failure, args, console};
+use super::{Failure, args, console, denoise};
+use crate::denoise::Denoiser;
 use crate::film::{Bands, Picture};
 use crate::measure;
 use crate::output::{self, Format, Metadata, exr};
@@ -18,6 +19,8 @@ pub struct Outputs {
     exr: exr::ExrOptions,
     /// There if PNG or JPEG files are wanted.
     view: Option<View>,
+    /// What the picture goes through before.
+    pub denoiser: Option<Denoiser>,
 }
 
 impl Outputs {
@@ -69,6 +72,7 @@ impl Outputs {
                 space: wishes.working_space,
             },
             view,
+            denoiser: None,
         })
     }
 
@@ -201,7 +205,10 @@ impl Outputs {
             .map(|((folder, _), name)| folder.path().join(name.unwrap_or_default()))
             .collect();
         let begun = Instant::now();
-        let picture = Picture::collect(film);
+        let mut picture = Picture::collect(film);
+        if let Some(denoiser) = &self.denoiser {
+            let _ = denoiser.denoise(&mut picture, None, &|| false);
+        }
         self.write_all(&paths, &picture, &Metadata::new(), &Reporter::Nobody);
         let files = begun.elapsed();
         if let Some(view) = &self.view {
@@ -223,7 +230,13 @@ impl Outputs {
         let (Some(view), Some(replicate)) = (&self.view, &rendering.replicate) else {
             return Ok(None);
         };
-        flip(view, replicate, &rendering.picture).map(Some)
+        let noisy = denoise::noisy(&rendering.picture);
+        flip(
+            view,
+            replicate,
+            noisy.as_ref().unwrap_or(&rendering.picture),
+        )
+        .map(Some)
     }
 
     /// What a viewer calls the picture: the first file's name, or else the scene's.

@@ -7,13 +7,13 @@ use super::frames::Watcher;
 use super::outputs::Outputs;
 use super::progress::Reporter;
 use super::scene_file::{self, SceneFile};
-use super::{Failure, black, replay, summary};
+use super::{Failure, black, denoise, replay, summary};
 use crate::effects::EffectReport;
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::output::tev::Viewer;
 use crate::output::{Frames, Metadata};
-use crate::render::{RenderSettings, Statistics, Stop, left_out, memory};
+use crate::render::{Observer, RenderSettings, Statistics, Stop, left_out, memory};
 use crate::scene::{Scene, fingerprint};
 use serde_json::json;
 use std::path::Path;
@@ -35,10 +35,11 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         args.effort.checkpoint.as_deref(),
         args.effort.checkpoint_interval,
     )?;
+    let denoiser = denoise::find(&args.denoising, args.options.machine.threads, &reporter)?;
     let saved = checkpoint.as_ref().map_or(Ok(None), Checkpoint::read)?;
     let imported = scene_file::load(&asked.scene, &args.options)?;
     let (path, scene) = (&imported.path, &imported.scene);
-    let outputs = Outputs::new(
+    let mut outputs = Outputs::new(
         files,
         &args.exr,
         &args.view,
@@ -46,7 +47,11 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         &reporter,
     )?;
     scene_file::introduce(&args.options.loading, &imported, &reporter)?;
-    let settings = args.settings(path, scene)?;
+    let mut settings = args.settings(path, scene)?;
+    if let Some(denoiser) = &denoiser {
+        settings.passes = denoiser.settings().passes(settings.passes);
+    }
+    outputs.denoiser = denoiser;
     memory::check_render(&settings, scene)?;
     let region = settings.region();
     let frames = asked.frames.as_ref().map(|folder| {
@@ -83,10 +88,10 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
     }
     let rendering = crate::render::resume(scene, &settings, saved.as_ref(), &watcher);
     reporter.end();
-    let rendering =
+    let mut rendering =
         rendering.map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
-    let statistics = &rendering.statistics;
-    let cancelled = statistics.stop == Stop::Cancelled;
+    let statistics = rendering.statistics.clone();
+    let mut cancelled = statistics.stop == Stop::Cancelled;
     if cancelled && statistics.rays == 0 {
         reporter.tell(&json!({ "event": "finished", "statistics": statistics, "written": [] }));
         return Err(Failure {
@@ -101,7 +106,23 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         reporter.warn(&warning);
     }
     let hash = rendering.scene_hash.get_or_init(|| fingerprint(scene));
-    let metadata = metadata(path, hash, &settings, statistics);
+    let mut metadata = metadata(path, hash, &settings, &statistics);
+    let mut denoised = Ok(None);
+    match &outputs.denoiser {
+        Some(_) if cancelled => reporter.warn(denoise::INTERRUPTED),
+        Some(denoiser) => {
+            denoised = denoise::apply(&args.denoising, denoiser, &mut rendering, &reporter);
+            cancelled = watcher.cancelled();
+        }
+        None => {}
+    }
+    let report = denoised.as_ref().ok().and_then(Option::as_ref);
+    if let Some(report) = report {
+        metadata.push(("sundog/denoised".into(), summary::as_json(report)));
+    }
+    if outputs.denoiser.is_some() {
+        watcher.write_frame(&rendering.picture, statistics.samples, true);
+    }
     outputs.write(&rendering.picture, &metadata, &reporter)?;
     if let Some(viewer) = &viewer {
         viewer.finish(&rendering.picture, &|warning| reporter.warn(warning));
@@ -110,14 +131,13 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         reporter.warn(&warning);
     }
     let size = (region.width(), region.height());
-    summary::tell_end(size, &rendering, &outputs, &reporter)?;
+    summary::tell_end(size, &rendering, report, &outputs, &reporter)?;
     // The picture is there: a frame or a state that could not be written takes nothing from it.
     let frames = frames.as_ref().map_or(Ok(()), Frames::finish);
     let frames = frames.map_err(Failure::from);
     let state = checkpoint.as_ref().map_or(Ok(()), Checkpoint::finish);
-    frames
-        .and(state)
-        .map_err(|failure| outputs.are_there(failure))?;
+    let denoised = denoised.map(|_| ());
+    (denoised.and(frames).and(state)).map_err(|failure| outputs.are_there(failure))?;
     if cancelled {
         let file = checkpoint.as_ref().map(Checkpoint::name);
         return Err(interrupted(&outputs, file, statistics.samples));

@@ -4,6 +4,7 @@ use super::outputs::Outputs;
 use super::progress::Reporter;
 use super::scene_file::count;
 use super::{Failure, console};
+use crate::denoise::{Report, Shift};
 use crate::math::words::{counted, estimated};
 use crate::output::Metadata;
 use crate::render::{Rendering, Statistics};
@@ -15,7 +16,10 @@ fn end_line(
     (width, height): (u32, u32),
     statistics: &Statistics,
     seen_error: Option<f64>,
+    denoised: Option<&Report>,
 ) -> String {
+    // A denoised picture has another error, which nothing tells.
+    let of = denoised.map_or("", |_| " of the noisy picture");
     let seconds = statistics.trace.as_secs_f64();
     let mut line = format!(
         "{width} × {height} pixels, {} a pixel, {} to prepare, {} to trace, {:.2} Mray/s",
@@ -30,12 +34,12 @@ fn end_line(
     );
     if let Some(error) = &statistics.error {
         line.push_str(&format!(
-            ", error {}",
+            ", error{of} {}",
             estimated(error.error, error.low, error.high)
         ));
     }
     if let Some(flip) = seen_error {
-        line.push_str(&format!(", as shown FLIP {flip:.4}"));
+        line.push_str(&format!(", as shown FLIP{of} {flip:.4}"));
     }
     if let Some(clamped) = statistics.clamped {
         line.push_str(&format!(
@@ -44,6 +48,12 @@ fn end_line(
             100.0 * clamped.direct,
             100.0 * clamped.indirect
         ));
+    }
+    if let Some(report) = denoised {
+        let time = console::clock(report.time.as_secs_f64());
+        let shift = report.shift.as_ref();
+        let shift = shift.map_or("brightness shift unknown".into(), Shift::words);
+        line.push_str(&format!("; denoised in {time}, {shift}"));
     }
     if statistics.non_finite > 0 {
         line.push_str(&format!(
@@ -58,14 +68,15 @@ fn end_line(
 pub fn tell_end(
     size: (u32, u32),
     rendering: &Rendering,
+    denoised: Option<&Report>,
     outputs: &Outputs,
     reporter: &Reporter,
 ) -> Result<(), Failure> {
     let statistics = &rendering.statistics;
     let seen_error = outputs.seen_error(rendering)?;
-    reporter.say(&end_line(size, statistics, seen_error));
+    reporter.say(&end_line(size, statistics, seen_error, denoised));
     reporter.tell(
-        &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "written": outputs.names() }),
+        &json!({ "event": "finished", "statistics": statistics, "seen_error": seen_error, "denoised": denoised, "written": outputs.names() }),
     );
     Ok(())
 }

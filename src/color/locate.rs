@@ -151,6 +151,27 @@ impl SearchPlaces {
             .any(|path| path.canonicalize().is_ok_and(|path| path == config))
     }
 
+    /// Folders of installed Blenders and `bpy` modules, in the order in which their configurations are looked for.
+    pub fn blenders(&self) -> Vec<PathBuf> {
+        let search = Self {
+            ocio: None,
+            ..self.clone()
+        };
+        let mut folders: Vec<PathBuf> = Vec::new();
+        for origin in search.candidates(None) {
+            // `datafiles/colormanagement/config.ocio` in the folder, or in one of a version there.
+            let data = origin.path().ancestors().nth(3).map(Path::to_owned);
+            let folder = data.and_then(|data| match version_in(data.file_name()) {
+                Some(_) => data.parent().map(Path::to_owned),
+                None => Some(data),
+            });
+            folders.extend(
+                folder.filter(|folder| origin.was_searched_for() && !folders.contains(folder)),
+            );
+        }
+        folders
+    }
+
     /// The Blender that starts when one types `blender`.
     fn blender_of_path(&self) -> Vec<PathBuf> {
         let Some(path) = &self.path else {

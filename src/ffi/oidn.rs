@@ -180,7 +180,7 @@ impl Library {
         };
         let object = open(&path).map_err(not_opened)?;
         // The library would open it without RTLD_DEEPBIND; what is open already stays as it is.
-        let cpu_part = files(folder).into_iter().find(|name| is_cpu_part(name));
+        let cpu_part = files(folder).into_iter().find(is_cpu_part);
         let cpu_part = cpu_part.map(|name| open(&folder.join(name)));
         let functions = Functions::find(&object).map_err(not_opened)?;
         // Never closed: it has threads and handlers of its own.

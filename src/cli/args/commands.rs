@@ -104,6 +104,8 @@ pub struct Render {
     #[command(flatten)]
     pub passes: ChosenPasses,
     #[command(flatten)]
+    pub denoising: Denoising,
+    #[command(flatten)]
     pub effects: ChosenEffects,
     #[command(flatten)]
     pub options: RenderOptions,

@@ -4,6 +4,7 @@ use super::values::{self, Kinds, words};
 use super::values::{Color, MAX_BOUNCES, Roulette};
 use super::words::*;
 use crate::color::Depth;
+use crate::denoise::{Guides, Prefilter, Quality};
 use crate::film::Passes;
 use crate::import::{LightUnits, Transmission};
 use crate::nodes::CyclesVersion;
@@ -196,6 +197,34 @@ pub struct ChosenPasses {
         default_value = "Combined,Depth,Normal,Position,Debug Sample Count,Error"
     )]
     pub passes: Passes,
+}
+
+/// How noise is taken out at the end.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Denoising")]
+pub struct Denoising {
+    /// Take the noise out of the finished picture, with Open Image Denoise.
+    ///
+    /// The noisy picture stays in EXR files and the last frame, as the pass Noisy Image. How much brightness moved is told
+    /// (docs/accuracy.md). The library is opened then alone: from `$OIDN_DIR`, `make setup`, an installed Blender or the
+    /// system. A render that is interrupted is not denoised.
+    #[arg(long)]
+    pub denoise: bool,
+    /// What is done about noise in the guides.
+    #[arg(long, value_name = "HOW", requires = "denoise", value_parser = words(&PREFILTERS), default_value = "accurate")]
+    pub denoise_prefilter: Prefilter,
+    /// Passes that tell the denoiser edges and textures from noise.
+    #[arg(long, value_name = "PASSES", requires = "denoise", value_parser = words(&GUIDES), default_value = "albedo-normal")]
+    pub denoise_guides: Guides,
+    /// How much work the denoiser does.
+    #[arg(long, value_name = "QUALITY", requires = "denoise", value_parser = words(&QUALITIES), default_value = "high")]
+    pub denoise_quality: Quality,
+    /// Give back the brightness that denoising moved: of blocks as far as it is certain, of the whole exactly.
+    #[arg(long, requires = "denoise")]
+    pub denoise_keep_energy: bool,
+    /// Where the denoiser is missing or fails, warn and keep the noisy picture.
+    #[arg(long, requires = "denoise")]
+    pub denoise_optional: bool,
 }
 
 /// How long paths may be.

@@ -2,6 +2,7 @@
 
 use super::values::Word;
 use crate::color::Depth;
+use crate::denoise::{Guides, Prefilter, Quality};
 use crate::selftest::Effort;
 use crate::import::{LightUnits, Transmission};
 use crate::output::exr::SampleType;
@@ -49,6 +50,27 @@ pub static EXR_COMPRESSIONS: [Word<Compression>; 5] = [
 pub static EXR_LAYERS: [Word<bool>; 2] = [
     ("all", "those that `--passes` names", true),
     ("combined", "the picture alone, which Blender then reads as a plain image", false),
+];
+
+/// `--denoise-prefilter`.
+pub static PREFILTERS: [Word<Prefilter>; 3] = [
+    ("none", "guides are taken to have no noise", Prefilter::None),
+    ("fast", "colour and noisy guides together", Prefilter::Fast),
+    ("accurate", "guides are denoised first", Prefilter::Accurate),
+];
+
+/// `--denoise-guides`.
+pub static GUIDES: [Word<Guides>; 3] = [
+    ("none", "the colour alone", Guides::None),
+    ("albedo", "the albedo", Guides::Albedo),
+    ("albedo-normal", "albedo and normal", Guides::AlbedoNormal),
+];
+
+/// `--denoise-quality`.
+pub static QUALITIES: [Word<Quality>; 3] = [
+    ("fast", "least time", Quality::Fast),
+    ("balanced", "between both", Quality::Balanced),
+    ("high", "the library's best", Quality::High),
 ];
 
 /// `--caustics`.

@@ -88,6 +88,22 @@ fn blenders_come_before_bpys_and_new_before_old() {
             ConfigOrigin::BuiltIn(BUILT_IN.into()),
         ]
     );
+    let package = |version, python| {
+        let folder = format!(".cache/sundog/bpy-{version}/lib/python{python}/site-packages/bpy");
+        home.join(folder)
+    };
+    assert_eq!(
+        places.blenders(),
+        [
+            root.join("somewhere").canonicalize().unwrap(),
+            home.join("blender-5.0.1-linux-x64"),
+            root.join("opt/blender"),
+            root.join("usr/share/blender"),
+            root.join("venv/lib/python3.13/site-packages/bpy"),
+            package("5.0.1", "3.11"),
+            package("4.5.15", "3.11"),
+        ]
+    );
 }
 
 #[test]

@@ -1,0 +1,87 @@
+//! Denoising, as the flags want it.
+
+use super::Failure;
+use super::args::Denoising;
+use super::progress::Reporter;
+use crate::denoise::{DenoiseError, Denoiser, Places, Report, Settings};
+use crate::ffi::oidn::OidnError;
+use crate::film::{Pass, Picture};
+use crate::render::{Observer, Rendering};
+use serde_json::json;
+
+/// What is told of a picture that was not waited for.
+pub const INTERRUPTED: &str = "interrupted: the picture is not denoised";
+
+/// The denoiser that the flags ask for.
+///
+/// # Errors
+/// There is none, and it is not optional.
+pub fn find(
+    flags: &Denoising,
+    threads: Option<u32>,
+    reporter: &Reporter,
+) -> Result<Option<Denoiser>, Failure> {
+    if !flags.denoise {
+        return Ok(None);
+    }
+    let settings = Settings {
+        prefilter: flags.denoise_prefilter,
+        guides: flags.denoise_guides,
+        quality: flags.denoise_quality,
+        keep_energy: flags.denoise_keep_energy,
+        threads: threads.unwrap_or(0) as usize,
+    };
+    match Denoiser::find(settings, &Places::of_this_process()) {
+        Ok(denoiser) => {
+            reporter.say(&denoiser.library());
+            Ok(Some(denoiser))
+        }
+        Err(error) => or_noisy(flags, Failure::new(error.to_string()), reporter),
+    }
+}
+
+/// A denoiser that is optional leaves the picture noisy.
+fn or_noisy<T>(
+    flags: &Denoising,
+    failure: Failure,
+    reporter: &Reporter,
+) -> Result<Option<T>, Failure> {
+    if !flags.denoise_optional {
+        return Err(failure);
+    }
+    reporter.warn(&format!("the picture stays noisy: {}", failure.message));
+    Ok(None)
+}
+
+/// Denoises what was rendered.
+///
+/// # Errors
+/// The denoiser fails, and is not optional: the picture is still the noisy one.
+pub fn apply(
+    flags: &Denoising,
+    denoiser: &Denoiser,
+    rendering: &mut Rendering,
+    reporter: &Reporter,
+) -> Result<Option<Report>, Failure> {
+    reporter.tell(&json!({ "event": "denoising" }));
+    let variances = rendering.luminance_variances.as_deref();
+    let cancelled = || reporter.cancelled();
+    match denoiser.denoise(&mut rendering.picture, variances, &cancelled) {
+        Ok(report) => Ok(Some(report)),
+        Err(DenoiseError::Oidn(OidnError::Cancelled)) => {
+            reporter.warn(INTERRUPTED);
+            Ok(None)
+        }
+        Err(error) => or_noisy(flags, Failure::new(error.to_string()), reporter),
+    }
+}
+
+/// The picture before it was denoised, which the error is known of; `None` if it was not.
+pub fn noisy(picture: &Picture) -> Option<Picture> {
+    let mut layers = picture.layers.iter();
+    let layer = layers.find(|layer| layer.name == Pass::NoisyImage.name())?;
+    Some(Picture {
+        layers: vec![layer.clone()],
+        ..*picture
+    })
+}

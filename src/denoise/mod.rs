@@ -1,0 +1,227 @@
+//! Takes the noise out of a finished picture with Open Image Denoise, and measures what that did to its brightness.
+//!
+//! The colour is denoised in linear light, with albedo and normal as guides; by default the guides are denoised first, each by
+//! itself, as Cycles does it. The noisy picture stays beside the denoised one. A denoiser is no estimator: it moves light, or
+//! loses it. How much is measured against the noisy picture, whose mean is right ([`shift`]), and can be given back ([`energy`]).
+
+pub mod energy;
+mod library;
+pub mod shift;
+
+pub use library::{NotFound, Places};
+pub use shift::Shift;
+
+use crate::ffi::oidn::{Device, Filter, Image, Library, OidnError, Role};
+use crate::film::{Layer, Pass, Passes, Picture};
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+pub use crate::ffi::oidn::Quality;
+
+/// How noise in the guides is met, by Cycles' names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Prefilter {
+    /// They are taken to have none.
+    None,
+    /// The denoiser is told that they are noisy.
+    Fast,
+    /// They are denoised first.
+    #[default]
+    Accurate,
+}
+
+/// Which passes guide the denoiser.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Guides {
+    /// None: the colour alone.
+    None,
+    /// The albedo.
+    Albedo,
+    /// Albedo and normal.
+    #[default]
+    AlbedoNormal,
+}
+
+impl Guides {
+    /// Each guide's pass, and what it is to the library.
+    fn passes(self) -> &'static [(Pass, Role)] {
+        const BOTH: [(Pass, Role); 2] = [
+            (Pass::DenoisingAlbedo, Role::Albedo),
+            (Pass::DenoisingNormal, Role::Normal),
+        ];
+        match self {
+            Self::None => &[],
+            Self::Albedo => &BOTH[..1],
+            Self::AlbedoNormal => &BOTH,
+        }
+    }
+}
+
+/// How a picture is denoised.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Settings {
+    /// Noise in the guides.
+    pub prefilter: Prefilter,
+    /// Which there are.
+    pub guides: Guides,
+    /// Work.
+    pub quality: Quality,
+    /// Brightness is given back ([`energy`]).
+    pub keep_energy: bool,
+    /// Threads; 0 for all.
+    #[serde(skip)]
+    pub threads: usize,
+}
+
+impl Settings {
+    /// The passes that a picture has to have beside those that somebody wants.
+    #[must_use]
+    pub fn passes(&self, wanted: Passes) -> Passes {
+        let guides = self.guides.passes().iter();
+        guides.fold(wanted.with(Pass::NoisyImage), |all, (pass, _)| {
+            all.with(*pass)
+        })
+    }
+}
+
+/// Why a picture could not be denoised.
+#[derive(Debug, thiserror::Error)]
+pub enum DenoiseError {
+    /// The library said no.
+    #[error(transparent)]
+    Oidn(#[from] OidnError),
+    /// It has not the passes that [`Settings::passes`] names.
+    #[error("the picture has no pass {0} to be denoised by")]
+    Pass(&'static str),
+}
+
+/// What was done to a picture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// The library's version.
+    pub library: String,
+    /// How it was done.
+    #[serde(flatten)]
+    pub settings: Settings,
+    /// Time that it took.
+    pub time: Duration,
+    /// What it did to the brightness; not known where the noise is not.
+    pub shift: Option<Shift>,
+}
+
+/// Denoises pictures.
+pub struct Denoiser {
+    library: Library,
+    settings: Settings,
+}
+
+impl Denoiser {
+    /// With the library that is found first.
+    ///
+    /// # Errors
+    /// There is none that can be opened.
+    pub fn find(settings: Settings, places: &Places) -> Result<Self, NotFound> {
+        Ok(Self {
+            library: places.open()?,
+            settings,
+        })
+    }
+
+    /// How it denoises.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Where the library was found, and its version.
+    pub fn library(&self) -> String {
+        let (version, path) = (self.library.version(), self.library.path());
+        format!("Open Image Denoise {version} ({})", path.display())
+    }
+
+    /// Denoises the colours of a picture that has the passes of [`Settings::passes`]; alpha stays, and so does everything if
+    /// this fails. `variances` are those of the pixels' luminances. `cancelled` is asked now and then.
+    ///
+    /// # Errors
+    /// It lacks a pass, or the library fails or was told to stop.
+    pub fn denoise(
+        &self,
+        picture: &mut Picture,
+        variances: Option<&[f32]>,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Report, DenoiseError> {
+        let begun = Instant::now();
+        let size = (picture.width, picture.height);
+        let noisy = layer(picture, Pass::NoisyImage)?;
+        let device = Device::new(&self.library, self.settings.threads)?;
+        let run = |images: &[(Role, Image)], out: &mut [f32], channels, hdr| {
+            let filter = Filter {
+                hdr,
+                clean_guides: self.settings.prefilter != Prefilter::Fast,
+                quality: self.settings.quality,
+            };
+            device.run(size, images, (out, channels), filter, cancelled)
+        };
+        // Denoised guides, where they are denoised first.
+        let mut clean = Vec::new();
+        let guides = self.settings.guides.passes();
+        if self.settings.prefilter == Prefilter::Accurate {
+            for (pass, role) in guides {
+                let guide = layer(picture, *pass)?;
+                let mut out = vec![0.0; guide.data.len()];
+                run(
+                    &[(*role, image(guide))],
+                    &mut out,
+                    guide.channels.len(),
+                    false,
+                )?;
+                clean.push(out);
+            }
+        }
+        let mut images = vec![(Role::Color, image(noisy))];
+        for (index, (pass, role)) in guides.iter().enumerate() {
+            let guide = image(layer(picture, *pass)?);
+            let data = clean.get(index).map_or(guide.data, Vec::as_slice);
+            images.push((*role, Image { data, ..guide }));
+        }
+        let mut denoised = noisy.data.clone();
+        run(&images, &mut denoised, noisy.channels.len(), true)?;
+        let pair = shift::Pair {
+            size,
+            noisy: &noisy.data,
+            variances,
+        };
+        if self.settings.keep_energy {
+            energy::give_back(&pair, &mut denoised);
+        }
+        let shift = pair.shift(&denoised);
+        if let Some(first) = picture.layers.first_mut() {
+            first.data = denoised;
+        }
+        Ok(Report {
+            library: self.library.version(),
+            settings: self.settings,
+            time: begun.elapsed(),
+            shift,
+        })
+    }
+}
+
+/// The layer of a pass.
+fn layer(picture: &Picture, pass: Pass) -> Result<&Layer, DenoiseError> {
+    let mut layers = picture.layers.iter();
+    let found = layers.find(|layer| layer.name == pass.name());
+    found.ok_or(DenoiseError::Pass(pass.name()))
+}
+
+fn image(layer: &Layer) -> Image<'_> {
+    Image {
+        data: &layer.data,
+        channels: layer.channels.len(),
+    }
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/denoise/mod.rs"]
+mod tests;

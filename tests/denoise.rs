@@ -1,0 +1,208 @@
+//! Pictures denoised by the real library, and the features that guide it.
+
+use glam::{DAffine3, DVec3};
+use sundog::denoise::{Denoiser, Places, Settings};
+use sundog::film::{Layer, Pass, Passes, Picture};
+use sundog::render::{RenderSettings, Rendering, Silent, render};
+use sundog::scene::{MetallicRoughness, Scene};
+use sundog::selftest::kit;
+
+/// A box of five walls under a lamp, with a mirror and a sphere of glass in it.
+fn cornell() -> Scene {
+    let mut scene = Scene {
+        cameras: vec![kit::camera(DVec3::new(0.0, 0.0, 3.4), 0.7)],
+        ..Scene::default()
+    };
+    let here = &[DAffine3::IDENTITY][..];
+    let white = kit::diffuse([0.7; 3]);
+    let (x, y, z) = ([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, -2.0]);
+    let back = kit::quad([-1.0, -1.0, -1.0], x, y);
+    let floor = kit::quad([-1.0, -1.0, 1.0], x, z);
+    let ceiling = kit::quad([-1.0, 1.0, -1.0], x, [0.0, 0.0, 2.0]);
+    for wall in [back, floor, ceiling] {
+        kit::place(&mut scene, wall, white.clone(), here);
+    }
+    let red = kit::diffuse([0.6, 0.05, 0.05]);
+    let green = kit::diffuse([0.1, 0.5, 0.1]);
+    kit::place(&mut scene, kit::quad([-1.0, -1.0, 1.0], z, y), red, here);
+    kit::place(
+        &mut scene,
+        kit::quad([1.0, -1.0, -1.0], [0.0, 0.0, 2.0], y),
+        green,
+        here,
+    );
+    let lamp = MetallicRoughness {
+        emission: [12.0; 3],
+        ..kit::diffuse([0.0; 3])
+    };
+    let shining = kit::quad([-0.3, 0.99, -0.3], [0.6, 0.0, 0.0], [0.0, 0.0, 0.6]);
+    kit::place(&mut scene, shining, lamp, here);
+    let mirror = MetallicRoughness {
+        base_color: [0.9, 0.9, 0.9],
+        metallic: 1.0,
+        roughness: 0.0,
+        ..MetallicRoughness::default()
+    };
+    let standing = kit::quad([-0.9, -0.9, -0.6], [0.7, 0.0, -0.2], [0.0, 1.2, 0.0]);
+    kit::place(&mut scene, standing, mirror, here);
+    let ball = DAffine3::from_translation(DVec3::new(0.4, -0.6, 0.0))
+        * DAffine3::from_scale(DVec3::splat(0.38));
+    let sphere = kit::sphere(24, 0.0, true);
+    kit::place(&mut scene, sphere, kit::glass(0.0, 1.5), &[ball]);
+    scene
+}
+
+fn settings(samples: u32, passes: Passes) -> RenderSettings {
+    RenderSettings {
+        width: 128,
+        height: 128,
+        samples,
+        bounces: 6,
+        passes,
+        ..RenderSettings::default()
+    }
+}
+
+fn rendered(samples: u32, seed: u32, passes: Passes) -> Rendering {
+    let settings = RenderSettings {
+        seed,
+        ..settings(samples, passes)
+    };
+    render(&cornell(), &settings, &Silent).unwrap()
+}
+
+fn denoiser(settings: Settings) -> Denoiser {
+    Denoiser::find(settings, &Places::of_this_process()).unwrap()
+}
+
+fn layer(picture: &Picture, pass: Pass) -> &Layer {
+    let mut layers = picture.layers.iter();
+    layers.find(|layer| layer.name == pass.name()).unwrap()
+}
+
+fn bits(data: &[f32]) -> Vec<u32> {
+    data.iter().map(|value| value.to_bits()).collect()
+}
+
+/// Of 16 samples a pixel against 1024 of another seed, on the same box.
+#[test]
+fn a_denoised_picture_is_nearer_to_the_truth_and_the_noisy_one_stays() {
+    let passes = Settings::default().passes(Passes::COMBINED);
+    let reference = rendered(1024, 7, Passes::COMBINED).picture;
+    let plain = rendered(16, 0, Passes::COMBINED).picture;
+    let noisy = rendered(16, 0, passes);
+    let denoised = |settings: Settings| {
+        let mut rendering = noisy.clone();
+        let variances = rendering.luminance_variances.clone();
+        let report = denoiser(settings)
+            .denoise(&mut rendering.picture, variances.as_deref(), &|| false)
+            .unwrap();
+        (rendering.picture, report)
+    };
+    let (first, report) = denoised(Settings::default());
+    let (again, _) = denoised(Settings {
+        threads: 1,
+        ..Settings::default()
+    });
+    assert_eq!(
+        bits(&first.layers[0].data),
+        bits(&again.layers[0].data),
+        "bits depend on the run or on the threads"
+    );
+    for picture in [&first, &noisy.picture] {
+        let kept = layer(picture, Pass::NoisyImage);
+        assert_eq!(bits(&kept.data), bits(&plain.layers[0].data));
+    }
+    let [before, after] = [&plain, &first].map(|picture| kit::rel_mse(picture, &reference));
+    assert!(after < before / 2.0, "relMSE {before} became {after}");
+
+    // The stated shift is that from the noisy mean; the true one lies in its interval.
+    let shift = report.shift.unwrap();
+    let luminance = |picture: &Picture| -> f64 {
+        let pixels = kit::colors(picture);
+        pixels
+            .map(|[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b)
+            .sum()
+    };
+    let truth = luminance(&first) / luminance(&reference) - 1.0;
+    let stated = luminance(&first) / luminance(&plain) - 1.0;
+    assert!((shift.mean - stated).abs() < 1e-6, "{shift:?} and {stated}");
+    // The reference has noise, too: an eighth of that of 16 samples.
+    let interval = 1.5 * shift.mean_interval;
+    assert!(
+        (truth - shift.mean).abs() < interval,
+        "{shift:?}, truly {truth}"
+    );
+
+    let (kept, report) = denoised(Settings {
+        keep_energy: true,
+        ..Settings::default()
+    });
+    let shift = report.shift.unwrap();
+    assert!(shift.mean.abs() < 1e-6, "{shift:?}");
+    let after_kept = kit::rel_mse(&kept, &reference);
+    assert!(
+        after_kept < before / 2.0,
+        "relMSE {before} became {after_kept}"
+    );
+}
+
+/// The floor that a mirror and a sphere of glass show is the floor to a denoiser.
+#[test]
+fn features_are_those_of_what_mirrors_and_glass_show() {
+    let passes = Passes::COMBINED
+        .with(Pass::DenoisingAlbedo)
+        .with(Pass::DenoisingNormal)
+        .with(Pass::DenoisingDepth);
+    let mut scene = Scene {
+        cameras: vec![kit::camera(DVec3::new(0.0, 0.0, 2.0), 0.4)],
+        ..Scene::default()
+    };
+    // Left: a mirror of 80 % at 45°, which shows a red wall at the left. Right: the wall behind.
+    let mirror = MetallicRoughness {
+        base_color: [0.8; 3],
+        metallic: 1.0,
+        roughness: 0.0,
+        ..MetallicRoughness::default()
+    };
+    let here = &[DAffine3::IDENTITY][..];
+    let tilted = kit::quad([-1.0, -1.0, -2.0], [1.0, 0.0, 1.0], [0.0, 2.0, 0.0]);
+    kit::place(&mut scene, tilted, mirror, here);
+    let left = kit::quad([-5.0, -9.0, 9.0], [0.0, 0.0, -18.0], [0.0, 18.0, 0.0]);
+    kit::place(&mut scene, left, kit::diffuse([0.5, 0.1, 0.2]), here);
+    let back = kit::quad([0.0, -9.0, -3.0], [9.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
+    kit::place(&mut scene, back, kit::diffuse([0.3; 3]), here);
+    scene.environment = kit::constant_environment(1.0);
+    let settings = RenderSettings {
+        width: 32,
+        height: 32,
+        samples: 16,
+        passes,
+        ..RenderSettings::default()
+    };
+    let picture = render(&scene, &settings, &Silent).unwrap().picture;
+    let at = |pass: Pass, x: usize| {
+        let layer = layer(&picture, pass);
+        let n = layer.channels.len();
+        layer.data[n * (16 * 32 + x)..][..n].to_vec()
+    };
+    let near = |values: &[f32], wanted: &[f32], within: f32| {
+        let differ = values.iter().zip(wanted).map(|(a, b)| (a - b).abs());
+        assert!(
+            differ.fold(0.0, f32::max) < within,
+            "{values:?}, not {wanted:?}"
+        );
+    };
+    // The mirror tints by its colour; Schlick's term adds little at 45°.
+    near(&at(Pass::DenoisingAlbedo, 4), &[0.4, 0.08, 0.16], 0.01);
+    near(&at(Pass::DenoisingAlbedo, 28), &[0.3; 3], 1e-5);
+    // Of the wall at the left, which looks to the right; shorter by the mirror's tint.
+    near(&at(Pass::DenoisingNormal, 4), &[0.8, 0.0, 0.0], 0.01);
+    // Of the wall behind, which looks back at the camera, whose axis Z is forward.
+    near(&at(Pass::DenoisingNormal, 28), &[0.0, 0.0, -1.0], 1e-5);
+    let depth = at(Pass::DenoisingDepth, 28)[0];
+    assert!((5.0..5.2).contains(&depth), "{depth}");
+    // About 3.5 to the mirror, and 0.8 of 4.5 to the wall.
+    let depth = at(Pass::DenoisingDepth, 4)[0];
+    assert!((6.9..7.4).contains(&depth), "{depth}");
+}
