@@ -10,7 +10,7 @@ import traceback
 import bpy
 import numpy
 
-from . import cache, command, export, passes, preferences, program, records
+from . import cache, command, denoise, export, passes, preferences, program, records
 from .process import PATIENCE, Folder, ProgramError, Run
 
 # Seconds between two looks at Esc.
@@ -52,14 +52,14 @@ class SundogRenderEngine(bpy.types.RenderEngine):
 
     def update_render_passes(self, scene, renderlayer):
         """Tells the compositor which passes there are."""
-        for wanted in passes.wanted(renderlayer):
+        for wanted in passes.wanted(scene, renderlayer):
             self.register_pass(scene, renderlayer, wanted.name, len(wanted.channels), wanted.channels, wanted.kind)
 
     def render(self, depsgraph):
         """Called for each view layer of each frame, in a thread of its own if there is a window."""
         if self.is_preview:
             return
-        screen = _Screen(self, depsgraph.scene.render, passes.wanted(depsgraph.view_layer), depsgraph.view_layer.name)
+        screen = _Screen(self, depsgraph.scene.render, passes.wanted(depsgraph.scene, depsgraph.view_layer), depsgraph.view_layer.name)
         try:
             self._render(depsgraph, screen)
         finally:
@@ -130,6 +130,7 @@ class _LayerRender:
         arguments = command.arguments(self.scene, self.layer, abilities, self.warn)
         for name in passes.left_out(self.layer):
             self.warn(f"there is no pass \"{name}\": it is left out")
+        arguments += denoise.arguments(self.scene, self.layer, abilities, self.warn)
         arguments += command.pass_arguments(self.screen.wanted, abilities)
         if self.scene.render.use_multiview:
             self.warn("stereo is off: each view shows what the camera itself sees")
@@ -193,7 +194,7 @@ class _LayerRender:
         """Lets the program render, until its end or Esc."""
         self.frames = frames
         self.say("Loading")
-        with Run(line, folder) as run:
+        with Run(line, folder, environment=denoise.environment()) as run:
             while not run.ended:
                 event = run.next(POLL)
                 if event is not None:
@@ -232,8 +233,10 @@ class _LayerRender:
             self.record["called_for"] = event.get("effects", [])
         elif kind == "prepared":
             self.record.update(prepared=event.get("seconds"), effects=event.get("effects"), triangles=event.get("triangles"))
+        elif kind == "denoising":
+            self.engine.update_stats("", self.title + "Denoising")
         elif kind == "finished":
-            self.record["statistics"] = event.get("statistics", {})
+            self.record.update(statistics=event.get("statistics", {}), denoised=event.get("denoised"))
         elif kind == "warning":
             self.warn(str(event.get("message", "")))
         elif kind == "diagnostic":

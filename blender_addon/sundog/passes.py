@@ -5,7 +5,9 @@ import collections
 
 import bpy
 
-# `switch` of the view layer; `program`: the program's name; `name`: Blender's; channels as Blender's compositor has them.
+from . import denoise
+
+# `switch` of the view layer, or several, of which one is enough; `program`: the program's name; `name`: Blender's; channels as Blender's compositor has them.
 Pass = collections.namedtuple("Pass", "switch program name channels kind")
 
 COMBINED = Pass(None, "Combined", "Combined", "RGBA", "COLOR")
@@ -27,10 +29,14 @@ _PASSES = (
     ("use_pass_transmission_color", "TransCol", "Transmission Color", "RGB", "COLOR"),
     ("use_pass_emit", "Emit", "Emission", "RGB", "COLOR"),
     ("use_pass_environment", "Env", "Environment", "RGB", "COLOR"),
-    ("sundog.use_pass_albedo", "Denoising Albedo", "Denoising Albedo", "RGB", "COLOR"),
-    ("sundog.use_pass_denoising_normal", "Denoising Normal", "Denoising Normal", "XYZ", "VECTOR"),
+    ("sundog.use_pass_albedo cycles.denoising_store_passes", "Denoising Albedo", "Denoising Albedo", "RGB", "COLOR"),
+    ("sundog.use_pass_denoising_normal cycles.denoising_store_passes", "Denoising Normal", "Denoising Normal", "XYZ", "VECTOR"),
+    ("cycles.denoising_store_passes", "Denoising Depth", "Denoising Depth", "Z", "VALUE"),
     ("sundog.use_pass_sample_count", "Debug Sample Count", "Debug Sample Count", "X", "VALUE"),
 )
+
+# There whenever the picture is denoised, as in Cycles.
+NOISY = Pass(None, "Noisy Image", "Noisy Image", "RGBA", "COLOR")
 
 PASSES = tuple(
     Pass(switch, program, name if bpy.app.version >= (5, 0, 0) else program, channels, kind)
@@ -54,16 +60,21 @@ UNKNOWN = {
 }
 
 
-def _is_on(view_layer, switch):
+def _is_on(view_layer, switches):
+    return any(_one_is_on(view_layer, switch) for switch in switches.split())
+
+
+def _one_is_on(view_layer, switch):
     found = view_layer
     for name in switch.split("."):
         found = getattr(found, name, None)
     return bool(found)
 
 
-def wanted(view_layer):
-    """The passes that a view layer asks for, with Combined first."""
-    return [COMBINED] + [p for p in PASSES if _is_on(view_layer, p.switch)]
+def wanted(scene, view_layer):
+    """The passes that a scene's view layer asks for, with Combined first."""
+    noisy = [NOISY] if denoise.is_on(scene, view_layer) else []
+    return [COMBINED] + noisy + [p for p in PASSES if _is_on(view_layer, p.switch)]
 
 
 def left_out(view_layer):

@@ -32,9 +32,12 @@ class ProgramError(Exception):
 
 
 class Run:
-    """One run of the program, from its start to its end. Use it in a `with` block; the `folder` goes with it."""
+    """One run of the program, from its start to its end. Use it in a `with` block; the `folder` goes with it.
 
-    def __init__(self, command, folder=None):
+    Its environment is this process's if none is given.
+    """
+
+    def __init__(self, command, folder=None, environment=None):
         self.program, self._folder = command[0], folder
         self._reaper = None
         self._events = queue.SimpleQueue()
@@ -46,6 +49,7 @@ class Run:
         try:
             self._child = subprocess.Popen(
                 command,
+                env=environment,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,

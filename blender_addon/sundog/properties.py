@@ -12,6 +12,12 @@ FILTERS = (
     ("BLACKMAN_HARRIS", "Blackman-Harris", "Cycles' default"),
 )
 
+DENOISING = (
+    ("CYCLES", "As in Cycles", "As the scene and the view layer say for Cycles"),
+    ("ON", "On", "Always"),
+    ("OFF", "Off", "Never"),
+)
+
 
 def _bounces(name, default, description):
     return IntProperty(name=name, description=description, default=default, min=0, max=MOST_BOUNCES)
@@ -71,14 +77,22 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
     pixel_filter_type: EnumProperty(name="Filter Type", description="Pixel filter", items=FILTERS, default="BLACKMAN_HARRIS")
     filter_width: FloatProperty(name="Width", description="Width of the pixel filter", default=1.5, min=0.01, max=10.0, subtype="PIXEL")
     seed: IntProperty(name="Seed", description="Selects another independent random sequence", default=0, min=0)
+    denoising: EnumProperty(
+        name="Denoising", items=DENOISING, default="CYCLES",
+        description="Take the noise out of the final render with Open Image Denoise. Passes, prefilter and quality are the scene's for Cycles",
+    )
+    denoising_keep_energy: BoolProperty(
+        name="Keep Brightness", default=False,
+        description="Give back the brightness that denoising moved: of blocks as far as it is certain, of the whole exactly",
+    )
     use_animated_seed: BoolProperty(name="Animate Seed", description="Other random numbers in each frame", default=False)
 
 
 class SundogViewLayerSettings(bpy.types.PropertyGroup):
     """Passes that Blender itself has no switch for."""
 
-    use_pass_albedo: BoolProperty(name="Denoising Albedo", description="Colour of the first surface, without light")
-    use_pass_denoising_normal: BoolProperty(name="Denoising Normal", description="Normal in the camera's axes")
+    use_pass_albedo: BoolProperty(name="Denoising Albedo", description="Colour of what the camera sees, also in mirrors and through glass")
+    use_pass_denoising_normal: BoolProperty(name="Denoising Normal", description="Normal of the same, in the camera's axes")
     use_pass_sample_count: BoolProperty(name="Sample Count", description="Samples of each pixel")
 
 
@@ -115,6 +129,7 @@ def copy_from_cycles(scene):
         layer.sundog.use_pass_denoising_normal = layer.cycles.denoising_store_passes
         layer.sundog.use_pass_sample_count = layer.cycles.pass_debug_sample_count
     settings.pixel_error_target = pixel_error(cycles)
+    settings.denoising = "CYCLES"
     return list(_notes(scene, cycles, settings))
 
 
@@ -126,8 +141,6 @@ def _notes(scene, cycles, settings):
             yield "the least samples of adaptive sampling are Sundog's own"
     if cycles.time_limit > 0:
         yield "the time limit counts loading and preparing, too"
-    if cycles.use_denoising:
-        yield "there is no denoising"
     if cycles.volume_bounces:
         yield "there are no volumes"
     if cycles.use_fast_gi:

@@ -4,6 +4,8 @@
 import copy
 import json
 
+from . import denoise
+
 _RANK = {"lost": 0, "approximated": 1, "exact": 2}
 
 # What verdicts of some kinds are counted as.
@@ -47,6 +49,7 @@ def _new(scene, layer):
         "prepared": None,
         "settings": {},
         "statistics": {},
+        "denoised": None,
     }
 
 
@@ -130,6 +133,9 @@ def summary(record):
     if "trace" in statistics:
         trace = statistics["trace"]
         words.append(f"{statistics.get('samples', '?')} samples in {trace['secs'] + trace['nanos'] * 1e-9:.2f} s")
+    shift = denoise.words(record["denoised"])
+    if shift:
+        words.append(f"denoised: {shift}")
     if "stopped" in record:
         words.append("stopped by the user")
     return ", ".join(words)

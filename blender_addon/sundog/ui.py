@@ -4,6 +4,7 @@
 import bpy
 from bpy.types import Panel
 
+from . import denoise, records
 from .engine import SundogRenderEngine
 from .properties import SUNDOG_OT_copy_settings_from_cycles
 from .scene_check import SUNDOG_RENDER_PT_scene_check
@@ -100,6 +101,26 @@ class SUNDOG_RENDER_PT_sampling(_Buttons, Panel):
         layout.prop(settings, "error_target")
         layout.prop(settings, "pixel_error_target")
         layout.operator(SUNDOG_OT_copy_settings_from_cycles.bl_idname, icon="PASTEDOWN")
+
+
+class SUNDOG_RENDER_PT_denoising(_Buttons, Panel):
+    bl_label = "Denoising"
+    bl_context = "render"
+    bl_parent_id = "SUNDOG_RENDER_PT_sampling"
+
+    def show(self, layout, context):
+        scene = context.scene
+        layout.prop(scene.sundog, "denoising")
+        column = layout.column()
+        column.active = denoise.is_on(scene, context.view_layer)
+        column.prop(scene.sundog, "denoising_keep_energy")
+        if hasattr(scene, "cycles"):
+            for name in ("denoising_input_passes", "denoising_prefilter", "denoising_quality"):
+                prop(column, scene.cycles, name)
+        shift = denoise.words(records.last_statistics().get("denoised"))
+        if shift:
+            for part in shift.split(", "):
+                layout.label(text=f"Last render: {part}")
 
 
 class SUNDOG_RENDER_PT_sampling_advanced(_Closed, Panel):
@@ -453,6 +474,7 @@ class SUNDOG_CAMERA_PT_panorama(_Buttons, Panel):
 
 _CLASSES = (
     SUNDOG_RENDER_PT_sampling,
+    SUNDOG_RENDER_PT_denoising,
     SUNDOG_RENDER_PT_sampling_advanced,
     SUNDOG_RENDER_PT_light_paths,
     SUNDOG_RENDER_PT_simplify,

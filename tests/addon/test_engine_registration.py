@@ -222,7 +222,7 @@ class Settings(EngineTest):
         cycles.use_adaptive_sampling = cycles.use_denoising = False
         self.assertEqual(properties.copy_from_cycles(self.scene), [])
         for name, value, word in (
-            ("time_limit", 5.0, "loading"), ("use_fast_gi", True, "fast GI"), ("use_denoising", True, "denoising"),
+            ("time_limit", 5.0, "loading"), ("use_fast_gi", True, "fast GI"),
             ("use_guiding", True, "guiding"), ("volume_bounces", 2, "volumes"),
         ):  # fmt: skip
             before = getattr(cycles, name)

@@ -91,8 +91,8 @@ class Pictures(EngineTest):
     def test_every_pass_is_the_command_lines(self):
         layer = self.scene.view_layers[0]
         for p in passes.PASSES:
-            owner, name = (layer.sundog, p.switch[7:]) if p.switch.startswith("sundog.") else (layer, p.switch)
-            setattr(owner, name, True)
+            *owner, name = p.switch.split()[0].split(".")
+            setattr(getattr(layer, owner[0]) if owner else layer, name, True)
         shown = self.render()
         expected = self.by_command_line("--passes", "all")
         for p in passes.PASSES:

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Denoising: whether, and how, by the scene's settings for Cycles; and what it did to the brightness."""
+
+import os
+
+import bpy
+
+LIBRARY = "libOpenImageDenoise.so.2"
+# Names a folder with the library; a person's own wins.
+VARIABLE = "OIDN_DIR"
+
+_PREFILTERS = {"NONE": "none", "FAST": "fast", "ACCURATE": "accurate"}
+_GUIDES = {"RGB": "none", "RGB_ALBEDO": "albedo", "RGB_ALBEDO_NORMAL": "albedo-normal"}
+_QUALITIES = {"HIGH": "high", "BALANCED": "balanced", "FAST": "fast"}
+
+
+def is_on(scene, layer):
+    """Whether the picture of a view layer is denoised."""
+    choice = scene.sundog.denoising
+    if choice != "CYCLES":
+        return choice == "ON"
+    # Without Cycles nobody has asked for it.
+    return all(bool(getattr(getattr(data, "cycles", None), "use_denoising", False)) for data in (scene, layer))
+
+
+def arguments(scene, layer, abilities, warn):
+    """Flags for the denoiser. `warn(text)` is told if the program has none."""
+    if not is_on(scene, layer):
+        return []
+    if not abilities.has("denoise"):
+        warn(f"sundog {abilities.version} does not know --denoise: the picture stays noisy")
+        return []
+    # A render inside Blender goes on without the library.
+    result = ["--denoise", "--denoise-optional"]
+    cycles = getattr(scene, "cycles", None)
+    for flag, name, words in (
+        ("prefilter", "denoising_prefilter", _PREFILTERS),
+        ("guides", "denoising_input_passes", _GUIDES),
+        ("quality", "denoising_quality", _QUALITIES),
+    ):
+        # Cycles 4.1 and older have no quality.
+        word = words.get(getattr(cycles, name, None))
+        if word:
+            result += [f"--denoise-{flag}", word]
+    if scene.sundog.denoising_keep_energy:
+        result += ["--denoise-keep-energy"]
+    return result
+
+
+def environment():
+    """The program's environment: it takes the library that Cycles takes, where Blender brings one."""
+    if os.environ.get(VARIABLE):
+        return None
+    folder = blenders_library()
+    return {**os.environ, VARIABLE: folder} if folder else None
+
+
+def blenders_library():
+    """The folder of the library that this Blender brings; None where it brings none."""
+    data = bpy.utils.resource_path("LOCAL")
+    # The folder of the version lies beside that of the libraries.
+    folder = os.path.join(os.path.dirname(data), "lib") if data else ""
+    return folder if os.path.isfile(os.path.join(folder, LIBRARY)) else None
+
+
+def words(found):
+    """What denoising did to the brightness, from the program's report; "" if nothing is known."""
+    shift = (found or {}).get("shift")
+    if not shift:
+        return ""
+    largest = shift["largest"]
+    return (
+        f"brightness shift {shift['mean']:.2%} ± {shift['mean_interval']:.2%},"
+        f" largest block {largest['shift']:.1%} ± {largest['interval']:.1%}"
+    )
