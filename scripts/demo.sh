@@ -22,3 +22,4 @@ say "rendering it with Sundog"
     fail "the demo was not rendered: see the message above."
 echo
 echo "The picture is $folder/$scene.png (and, linear with its layers, $folder/$scene.exr)."
+echo "The same with a sixth of the samples, denoised: python3 scripts/render_scene.py out/demo/$scene.json -o out/demo/denoised.png --samples 16 --denoise"
