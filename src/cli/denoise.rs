@@ -3,9 +3,10 @@
 use super::Failure;
 use super::args::Denoising;
 use super::progress::Reporter;
+use super::summary::as_json;
 use crate::denoise::{DenoiseError, Denoiser, Places, Report, Settings};
 use crate::ffi::oidn::OidnError;
-use crate::film::{Pass, Picture};
+use crate::output::Metadata;
 use crate::render::{Observer, Rendering};
 use serde_json::json;
 
@@ -76,12 +77,9 @@ pub fn apply(
     }
 }
 
-/// The picture before it was denoised, which the error is known of; `None` if it was not.
-pub fn noisy(picture: &Picture) -> Option<Picture> {
-    let mut layers = picture.layers.iter();
-    let layer = layers.find(|layer| layer.name == Pass::NoisyImage.name())?;
-    Some(Picture {
-        layers: vec![layer.clone()],
-        ..*picture
-    })
+/// Puts what was done to a picture into its metadata.
+pub fn tell_in(metadata: &mut Metadata, report: Option<&Report>) {
+    if let Some(report) = report {
+        metadata.push(("sundog/denoised".into(), as_json(report)));
+    }
 }

@@ -5,7 +5,7 @@ use super::checkpoint::Checkpoint;
 use super::exit::EXIT_OK;
 use super::outputs::Outputs;
 use super::progress::Reporter;
-use super::{Failure, summary};
+use super::{Failure, denoise, summary};
 use crate::render::{self, Saved, memory};
 use std::time::Duration;
 
@@ -21,6 +21,7 @@ pub fn run(args: &Merge) -> Result<u8, Failure> {
         ));
     }
     let files = Outputs::files(&args.output)?;
+    let denoiser = denoise::find(&args.denoising, None, &reporter)?;
     let checkpoint = Checkpoint::new(args.checkpoint.as_deref(), Duration::ZERO)?;
     let free = memory::free();
     // One by one: only two of them are in memory.
@@ -30,6 +31,10 @@ pub fn run(args: &Merge) -> Result<u8, Failure> {
     });
     let merged = render::merge(parts)?;
     let header = merged.header();
+    if let Some(denoiser) = &denoiser {
+        let fits = denoiser.check_parts(&header.passes);
+        fits.map_err(|error| Failure::new(error.to_string()))?;
+    }
     let outputs = Outputs::new(
         files,
         &args.exr,
@@ -51,9 +56,14 @@ pub fn run(args: &Merge) -> Result<u8, Failure> {
             ranges.join(", ")
         ));
     }
-    let rendering = merged.rendering();
+    let mut rendering = merged.rendering();
+    let mut denoised = Ok(None);
+    if let Some(denoiser) = &denoiser {
+        denoised = denoise::apply(&args.denoising, denoiser, &mut rendering, &reporter);
+    }
+    let report = denoised.as_ref().ok().and_then(Option::as_ref);
     let statistics = &rendering.statistics;
-    let metadata = summary::metadata(
+    let mut metadata = summary::metadata(
         statistics,
         [
             ("scene-hash", header.scene.clone()),
@@ -63,6 +73,7 @@ pub fn run(args: &Merge) -> Result<u8, Failure> {
             ("statistics", summary::as_json(statistics)),
         ],
     );
+    denoise::tell_in(&mut metadata, report);
     outputs.write(&rendering.picture, &metadata, &reporter)?;
     // A state that could not be kept takes nothing from the picture.
     if let Some(checkpoint) = &checkpoint {
@@ -71,6 +82,7 @@ pub fn run(args: &Merge) -> Result<u8, Failure> {
             .map_err(|failure| outputs.are_there(failure))?;
     }
     let size = (header.region.width(), header.region.height());
-    summary::tell_end(size, &rendering, None, &outputs, &reporter)?;
+    summary::tell_end(size, &rendering, report, &outputs, &reporter)?;
+    denoised.map_err(|failure| outputs.are_there(failure))?;
     Ok(EXIT_OK)
 }

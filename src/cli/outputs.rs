@@ -2,7 +2,7 @@
 
 use super::progress::Reporter;
 use super::view::View;
-use super::{Failure, args, console, denoise};
+use super::{Failure, args, console};
 use crate::denoise::Denoiser;
 use crate::film::{Bands, Picture};
 use crate::measure;
@@ -230,7 +230,7 @@ impl Outputs {
         let (Some(view), Some(replicate)) = (&self.view, &rendering.replicate) else {
             return Ok(None);
         };
-        let noisy = denoise::noisy(&rendering.picture);
+        let noisy = rendering.picture.noisy();
         flip(
             view,
             replicate,

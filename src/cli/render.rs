@@ -51,7 +51,9 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
     if let Some(denoiser) = &denoiser {
         settings.passes = denoiser.settings().passes(settings.passes);
     }
-    outputs.denoiser = denoiser;
+    // What goes nowhere but to a checkpoint is denoised when it is joined.
+    let is_seen = !outputs.files.is_empty() || asked.frames.is_some() || asked.tev.is_some();
+    outputs.denoiser = denoiser.filter(|_| is_seen);
     memory::check_render(&settings, scene)?;
     let region = settings.region();
     let frames = asked.frames.as_ref().map(|folder| {
@@ -117,9 +119,7 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         None => {}
     }
     let report = denoised.as_ref().ok().and_then(Option::as_ref);
-    if let Some(report) = report {
-        metadata.push(("sundog/denoised".into(), summary::as_json(report)));
-    }
+    denoise::tell_in(&mut metadata, report);
     if outputs.denoiser.is_some() {
         watcher.write_frame(&rendering.picture, statistics.samples, true);
     }

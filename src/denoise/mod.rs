@@ -95,6 +95,9 @@ pub enum DenoiseError {
     /// It has not the passes that [`Settings::passes`] names.
     #[error("the picture has no pass {0} to be denoised by")]
     Pass(&'static str),
+    /// The same of parts that are to be joined.
+    #[error("the parts have no pass {0} to be denoised by; render each of them with --denoise")]
+    Parts(&'static str),
 }
 
 /// What was done to a picture.
@@ -138,6 +141,17 @@ impl Denoiser {
     pub fn library(&self) -> String {
         let (version, path) = (self.library.version(), self.library.path());
         format!("Open Image Denoise {version} ({})", path.display())
+    }
+
+    /// Makes sure that parts with these passes have what joining them for this denoiser takes.
+    ///
+    /// # Errors
+    /// They lack a pass.
+    pub fn check_parts(&self, passes: &[String]) -> Result<(), DenoiseError> {
+        let needed = self.settings.passes(Passes::COMBINED);
+        let mut needed = needed.iter().map(Pass::name);
+        let missing = needed.find(|needed| !passes.iter().any(|name| name == needed));
+        missing.map_or(Ok(()), |pass| Err(DenoiseError::Parts(pass)))
     }
 
     /// Denoises the colours of a picture that has the passes of [`Settings::passes`]; alpha stays, and so does everything if

@@ -89,6 +89,16 @@ impl Picture {
         }
     }
 
+    /// The picture before it was denoised: `None` if it has no such layer.
+    pub fn noisy(&self) -> Option<Self> {
+        let mut layers = self.layers.iter();
+        let noisy = layers.find(|layer| layer.name == Pass::NoisyImage.name())?;
+        Some(Self {
+            layers: vec![noisy.clone()],
+            ..*self
+        })
+    }
+
     /// The pixels of the first layer, which is the picture itself, with associated alpha (1 where there is none).
     pub fn colors(&self) -> impl Iterator<Item = [f32; 4]> {
         let pixels = self.layers.iter().take(1).flat_map(|layer| {

@@ -6,7 +6,7 @@ use super::saved::{Header, Saved, State, StateError, difference};
 use super::schedule::clamped;
 use super::tile::{Samples, Tile, tiles};
 use super::{Rendering, Statistics, Stop};
-use crate::film::{Passes, Picture};
+use crate::film::{Pass, Passes, Picture};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -142,7 +142,9 @@ impl Merged {
         Rendering {
             picture: Picture::collect(&film),
             replicate: error.map(|_| Picture::collect(&film.replicate())),
-            luminance_variances: None,
+            luminance_variances: (passes.has(Pass::NoisyImage))
+                .then(|| film.luminance_variances())
+                .flatten(),
             statistics: Statistics {
                 stop: Stop::Samples,
                 samples: samples.least,

@@ -55,9 +55,7 @@ fn the_noisy_picture_stays_in_the_file_and_the_shift_is_told() {
     assert_ne!(layer(&folder, "a.exr", None), plain);
     let meta = exr::meta::MetaData::read_from_file(folder.path("a.exr"), false).unwrap();
     let other = &meta.headers[0].own_attributes.other;
-    let stated = other
-        .iter()
-        .find(|(name, _)| name.to_string() == "sundog/denoised");
+    let stated = other.iter().find(|(name, _)| *name == "sundog/denoised");
     let Some((_, exr::meta::attribute::AttributeValue::Text(text))) = stated else {
         panic!("{other:?}");
     };
@@ -149,4 +147,44 @@ fn what_says_how_needs_the_denoiser() {
         folder.fails(&arguments(flag), 2, &["--denoise"]);
     }
     folder.works(&arguments(&["--quiet"]));
+}
+
+/// Parts that were rendered with `--denoise` are denoised when they are joined: the picture of one render, to the bit.
+#[test]
+fn joined_parts_are_denoised() {
+    let folder = Folder::with_scene();
+    folder.works(&arguments(&["--denoise", "--quiet"]));
+    for (range, state) in [("0..2", "a.state"), ("2..4", "b.state")] {
+        let mut part = vec![
+            "render",
+            "scene.gltf",
+            "--width",
+            "48",
+            "--quiet",
+            "--denoise",
+        ];
+        part.extend(["--sample-range", range, "--checkpoint", state]);
+        folder.works(&part);
+    }
+    let join = [
+        "merge",
+        "a.state",
+        "b.state",
+        "--denoise",
+        "--quiet",
+        "-o",
+        "b.exr",
+    ];
+    folder.works(&join);
+    for name in [None, Some("Noisy Image"), Some("Denoising Albedo")] {
+        assert_eq!(layer(&folder, "b.exr", name), layer(&folder, "a.exr", name));
+    }
+    let mut part = vec!["render", "scene.gltf", "--width", "48", "--quiet"];
+    part.extend(["--samples", "2", "--checkpoint", "c.state"]);
+    folder.works(&part);
+    folder.fails(
+        &["merge", "c.state", "--denoise", "--quiet", "-o", "c.exr"],
+        1,
+        &["Denoising Albedo", "render each of them with --denoise"],
+    );
 }

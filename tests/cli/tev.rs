@@ -152,7 +152,7 @@ fn the_viewer_has_all_that_the_file_has() {
         ("a.exr", 22, 66)
     );
     assert_eq!(shown.channels, channels(&folder.path("a.exr")));
-    assert_eq!(shown.channels.len(), 16, "all passes");
+    assert_eq!(shown.channels.len(), 13, "all passes");
 }
 
 /// A render that does not end by itself, for a viewer.

@@ -138,6 +138,8 @@ pub struct Merge {
     /// It can be joined with more, or, if its samples are without gaps, be gone on with.
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
+    #[command(flatten)]
+    pub denoising: Denoising,
     #[command(flatten, next_help_heading = "Display (PNG and JPEG)")]
     pub view: View,
     #[command(flatten)]
