@@ -19,6 +19,10 @@ choice! {
 
 /// Turns by angles about X, then Y, then Z.
 fn euler(angles: Vec3) -> Mat3 {
+    // Most mappings turn nothing, and sines take longer than all the rest.
+    if angles == Vec3::ZERO {
+        return Mat3::IDENTITY;
+    }
     Mat3::from_euler(EulerRot::ZYX, angles.z, angles.y, angles.x)
 }
 
