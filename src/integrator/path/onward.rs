@@ -1,0 +1,210 @@
+//! The way of a ray to the next surface that the path does not pass, and the light on it.
+
+use super::{Found, Walk};
+use crate::effects::Features;
+use crate::film::light_passes::PassSink;
+use crate::integrator::record::{End, Record, Step};
+use crate::math::average;
+use crate::math::float::{RAY_START, ray_origin};
+use crate::sampler::{Dimension, Sampler, hashed};
+use crate::world::{Asking, Hit, Intersection, RayKind, Source, World};
+use glam::Vec3;
+
+/// What becomes of a path at a surface that tints what passes straight on.
+enum Tinted {
+    /// It stops there, with a weight.
+    Stops(Vec3),
+    /// It goes on with a weight, from there.
+    Passes(Vec3, Vec3),
+}
+
+impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
+    /// The next surface that the path does not pass, with the light of the lamps on the way to it, or of what lies behind all
+    /// surfaces. Whether there is one.
+    #[inline(always)]
+    pub(super) fn next_surface(&mut self, found: &mut Found) -> bool {
+        loop {
+            if !self.next_interface(found) {
+                return false;
+            }
+            if !(E::EVERYTHING && self.world.is_tinted()) || found.again {
+                return true;
+            }
+            let left = self.settings.transparent_left(self.passed);
+            let ray = (self.origin, self.asking(&found.hit));
+            let place = (self.sampler, self.bounce, self.passed);
+            match tinted::<E>(self.world, &found.hit, ray, place) {
+                Tinted::Stops(weight) => {
+                    self.throughput *= weight;
+                    return true;
+                }
+                Tinted::Passes(..) if left == 0 => {
+                    self.end(End::Transparent);
+                    return false;
+                }
+                Tinted::Passes(weight, onward) => {
+                    self.throughput *= weight;
+                    self.light.sink.pass(weight);
+                    self.passed += 1;
+                    self.beside.walked += found.hit.distance;
+                    self.origin = onward;
+                    self.span = (RAY_START, f32::INFINITY);
+                }
+            }
+        }
+    }
+
+    /// The next surface, as far as that lets no light pass without a colour.
+    #[inline(always)]
+    fn next_interface(&mut self, found: &mut Found) -> bool {
+        let again = E::CURVED && self.own.is_some();
+        self.rays += u32::from(!again);
+        self.light.sink.step(|| Step::Ray {
+            bounce: self.bounce,
+            kind: self.beside.previous.kind,
+            origin: self.origin,
+            direction: self.direction,
+            span: self.span,
+            throughput: self.throughput,
+        });
+        let (hit, limit) = match self.own {
+            Some((hit, _)) if E::CURVED => (Some(hit), None),
+            _ => self.intersect(),
+        };
+        let far = hit.map_or(limit.unwrap_or(self.span.1), |hit| hit.distance);
+        if E::LIGHTS && self.world.lights.has_lamps_for(self.bounce) {
+            self.add_lamps_on_the_way(far);
+        }
+        if limit.is_some() {
+            self.end(End::Transparent);
+            return false;
+        }
+        let Some(hit) = hit else {
+            self.add_environment();
+            self.end(End::Nothing);
+            return false;
+        };
+        if self.bounce == 0 && self.world.is_holdout(&hit) {
+            self.first.transparent = true;
+            self.end(End::Holdout);
+            return false;
+        }
+        *found = Found { hit, again };
+        true
+    }
+
+    /// What the ray meets, or where it would pass one transparent surface too many.
+    #[inline(always)]
+    fn intersect(&mut self) -> (Option<Hit>, Option<f32>) {
+        let (ray, kind) = ((self.origin, self.direction), self.beside.previous.kind);
+        let sender = self.sender();
+        let (sampler, bounce) = (self.sampler, self.bounce);
+        let key = move || sampler.key(Dimension::Opacity, bounce);
+        let mut hit = if E::EVERYTHING && self.settings.transparent != u32::MAX {
+            // Cycles notices the limit when it has passed a surface: one always is.
+            let left = self.settings.transparent.max(1) - self.passed;
+            let met =
+                self.world
+                    .intersect_limited::<E>(ray.0, ray.1, self.span, sender, key(), left);
+            match met {
+                Intersection::Surface(hit, more) => {
+                    self.passed += more;
+                    self.last |= self.passed > 0 && self.passed >= self.settings.transparent;
+                    Some(hit)
+                }
+                Intersection::Nothing => None,
+                Intersection::Limit(distance) => return (None, Some(distance)),
+            }
+        } else {
+            self.world
+                .intersect::<E>(ray.0, ray.1, self.span, sender, key)
+        };
+        if E::EVERYTHING && self.world.has_close_interfaces() {
+            hit = self
+                .world
+                .first_in_order(hit, &mut self.beside.passage, ray, kind);
+        }
+        (hit, None)
+    }
+
+    /// Kind of the ray and number of the surface that it comes from, for what sees some rays alone.
+    #[inline(always)]
+    fn seen_by(&self) -> (RayKind, u32) {
+        (self.beside.previous.kind, self.bounce.saturating_sub(1))
+    }
+
+    #[inline(always)]
+    fn add_lamps_on_the_way(&mut self, far: f32) {
+        let ray = self.seen_by();
+        let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
+        let (previous, light) = (&self.beside.previous, &mut *self.light);
+        self.world.lights.le_along_ray(
+            &previous.at,
+            (self.origin, self.direction, far),
+            ray,
+            |emitted, light_pdf, source| {
+                let weight = light.weigh(settings, previous, source, emitted, light_pdf);
+                light.add_found(settings, throughput * emitted * weight, bounce);
+            },
+        );
+    }
+
+    /// Light of the environment and of the suns, which no surface hides.
+    #[inline(always)]
+    fn add_environment(&mut self) {
+        if self.bounce == 0 {
+            self.first.transparent = self.settings.transparent_film;
+        }
+        if !E::LIGHTS {
+            return;
+        }
+        let ray = self.seen_by();
+        let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
+        let (previous, light) = (&self.beside.previous, &mut *self.light);
+        self.world.lights.environment_le(
+            &previous.at,
+            self.direction,
+            ray,
+            |emitted, light_pdf, source| {
+                let weight = light.weigh(settings, previous, source, emitted, light_pdf);
+                let found = throughput * emitted * weight;
+                if bounce > 0 || source != Source::Environment {
+                    light.add_found(settings, found, bounce);
+                } else if settings.transparent_film {
+                    light.sink.environment(found);
+                } else {
+                    let kept = light.add(settings, found, 0);
+                    light.sink.environment(kept);
+                    light.sink.shine(kept);
+                }
+            },
+        );
+    }
+}
+
+/// Decides whether a path passes a surface that tints what passes straight on. The choice is by the mean of the channels.
+#[cold]
+#[inline(never)]
+fn tinted<E: Features>(
+    world: &World,
+    hit: &Hit,
+    (origin, asking): (Vec3, Asking),
+    (sampler, bounce, passed): (&Sampler, u32, u32),
+) -> Tinted {
+    let Some((passes, rest)) = world.tint(hit, asking) else {
+        return Tinted::Stops(Vec3::ONE);
+    };
+    let share = average(passes);
+    let p = if share + rest > 0.0 {
+        share / (share + rest)
+    } else {
+        0.0
+    };
+    let key = sampler.key(Dimension::Opacity, bounce);
+    if hashed(key.wrapping_add(passed), hit.primitive, hit.object()) >= p {
+        return Tinted::Stops(Vec3::splat(rest / (1.0 - p)));
+    }
+    let surface = world.surface::<E>(hit, origin, asking);
+    let normal = surface.normals.geometric;
+    Tinted::Passes(passes / p, ray_origin(surface.point, -normal))
+}

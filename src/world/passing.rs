@@ -1,0 +1,226 @@
+//! What rays meet and what they pass: opacity, tinted transparency, the share of light that a shadow ray brings.
+
+use super::*;
+
+impl World {
+    /// Whether a hit is on a back face that is not there.
+    #[inline]
+    fn is_hidden(&self, hit: &Hit, direction: Vec3) -> bool {
+        if !self.cull_backfaces {
+            return false;
+        }
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        self.materials[mesh.material as usize].single_sided
+            && entry
+                .geometric_normal::<General>(mesh, hit.primitive)
+                .dot(direction)
+                > 0.0
+    }
+
+    /// Opacity of a hit (0 for a back face that is hidden).
+    #[inline]
+    fn opacity<E: Features>(&self, hit: &Hit, direction: Vec3, sender: &Sender) -> f32 {
+        if self.is_hidden(hit, direction) {
+            return 0.0;
+        }
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        let material = &self.materials[mesh.material as usize];
+        if !E::EVERYTHING || !material.translucent {
+            return 1.0;
+        }
+        // Paths stop there, and decide for themselves what passes.
+        if material.is_tinted {
+            return 1.0;
+        }
+        let asking = Asking::of(sender, direction, hit);
+        let at = entry.at(mesh, (hit.primitive, hit.u, hit.v), asking);
+        material.opacity(&at)
+    }
+
+    /// Whether what passes straight on takes a colour somewhere.
+    #[inline]
+    pub fn is_tinted(&self) -> bool {
+        self.geometry.tinted
+    }
+
+    /// Whether programs ask the scene by rays.
+    #[inline]
+    pub fn traces(&self) -> bool {
+        self.geometry.traces
+    }
+
+    /// What passes straight on at a hit, as a colour, and the share of the rest; `None` where that takes no colour.
+    #[cold]
+    #[inline(never)]
+    pub fn tint(&self, hit: &Hit, asking: Asking) -> Option<(Vec3, f32)> {
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        let material = &self.materials[mesh.material as usize];
+        let place = (hit.primitive, hit.u, hit.v);
+        material.is_tinted.then(|| {
+            let mut at = entry.at(mesh, place, asking);
+            // Shadow rays ask while Embree traces them; Cycles has no rays there either.
+            if asking.kind != RayKind::Shadow.bit() {
+                at.around = self.traces().then_some(self);
+            }
+            material.passing(&at)
+        })
+    }
+
+    /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at
+    /// the same distance the query that asks may find another than the one that does not.
+    #[inline]
+    fn filters<E: Features>(&self) -> bool {
+        self.geometry.filtered && (E::EVERYTHING || self.cull_backfaces)
+    }
+
+    /// The nearest surface that the ray does not pass. Blended surfaces are met with the
+    /// probability of their opacity, drawn from `key` and what is met, so that the order in which
+    /// Embree asks does not matter.
+    #[inline]
+    pub fn intersect<E: Features>(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        (near, far): (f32, f32),
+        sender: impl Into<Sender>,
+        key: impl FnOnce() -> u32,
+    ) -> Option<Hit> {
+        let sender = sender.into();
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near,
+            far,
+            mask: sender.kind.bit(),
+        };
+        if !self.filters::<E>() {
+            return self.geometry.embree.intersect(&ray);
+        }
+        let key = key();
+        self.geometry.embree.intersect_filtered(&ray, |hit| {
+            Self::stops(hit, self.opacity::<E>(hit, direction, &sender), key)
+        })
+    }
+
+    /// As [`Self::intersect`], passing at most `left` surfaces.
+    /// As Cycles counts: surfaces without any opacity too, but not back faces that are hidden.
+    pub fn intersect_limited<E: Features>(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        (near, far): (f32, f32),
+        sender: Sender,
+        key: u32,
+        left: u32,
+    ) -> Intersection {
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near,
+            far,
+            mask: sender.kind.bit(),
+        };
+        if !self.filters::<E>() {
+            let hit = self.geometry.embree.intersect(&ray);
+            return hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0));
+        }
+        let mut passed = Vec::new();
+        let hit = self.geometry.embree.intersect_filtered(&ray, |hit| {
+            if self.is_hidden(hit, direction) {
+                return false;
+            }
+            let stops = Self::stops(hit, self.opacity::<E>(hit, direction, &sender), key);
+            if !stops {
+                passed.push((hit.distance, hit.instance, hit.geometry, hit.primitive));
+            }
+            stops
+        });
+        // Embree asks in any order, about surfaces behind the hit as well.
+        let end = hit.map_or(far, |hit| hit.distance);
+        passed.retain(|&(distance, ..)| distance <= end);
+        passed.sort_unstable_by(|a, b| {
+            a.0.total_cmp(&b.0)
+                .then_with(|| (a.1, a.2, a.3).cmp(&(b.1, b.2, b.3)))
+        });
+        passed.dedup();
+        if let Some(&(distance, ..)) = passed.get(left as usize) {
+            return Intersection::Limit(distance);
+        }
+        hit.map_or(Intersection::Nothing, |hit| {
+            Intersection::Surface(hit, passed.len() as u32)
+        })
+    }
+
+    /// Whether a hit of this opacity stops a ray.
+    #[inline]
+    fn stops(hit: &Hit, opacity: f32, key: u32) -> bool {
+        opacity >= 1.0
+            || (opacity > 0.0
+                && sampler::hashed(
+                    key,
+                    hit.primitive,
+                    hit.geometry ^ hit.instance.unwrap_or(0).rotate_left(16),
+                ) < opacity)
+    }
+
+    /// Share of light that comes from `origin + direction · share` to `origin`, as a colour, 0..=1. Light that would
+    /// have to pass more than `limit` surfaces does not come. `sender`: that of the shadow ray.
+    #[inline]
+    pub fn transmittance<E: Features>(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        far: f32,
+        (limit, sender): (u32, Sender),
+    ) -> Vec3 {
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near: float::RAY_START,
+            far,
+            mask: RayKind::Shadow.bit(),
+        };
+        if !self.filters::<E>() {
+            return if self.geometry.embree.occluded(&ray) {
+                Vec3::ZERO
+            } else {
+                Vec3::ONE
+            };
+        }
+        let mut share = Vec3::ONE;
+        let mut left = limit;
+        let blocked = self.geometry.embree.occluded_filtered(&ray, |hit| {
+            share *= match self
+                .is_tinted()
+                .then(|| self.tint(hit, Asking::of(&sender, direction, hit)))
+                .flatten()
+            {
+                Some((passes, _)) if !self.is_hidden(hit, direction) => passes,
+                _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction, &sender)),
+            };
+            if limit != u32::MAX && !self.is_hidden(hit, direction) {
+                if left == 0 {
+                    share = Vec3::ZERO;
+                }
+                left = left.saturating_sub(1);
+            }
+            share.max_element() <= 0.0
+        });
+        if blocked { Vec3::ZERO } else { share }
+    }
+
+    /// Share of light between two points with error bounds that see each other along `wi` (from
+    /// `a` to `b`): both ends leave their surfaces by their bounds.
+    #[inline]
+    pub fn transmittance_to<E: Features>(
+        &self,
+        origin: Vec3,
+        target: Vec3,
+        limited: (u32, Sender),
+    ) -> Vec3 {
+        self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE, limited)
+    }
+}
