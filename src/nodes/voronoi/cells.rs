@@ -601,5 +601,5 @@ impl<const N: usize> Bounds<N> {
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/nodes/voronoi_cells.rs"]
+#[path = "../../../tests/unit/nodes/voronoi/cells.rs"]
 mod tests;
