@@ -1138,7 +1138,7 @@ fn film_exposure_scales_the_light_and_nothing_else() {
         match pass {
             // Of relative errors those of dark pixels are told with a floor; time is another each time.
             "Error" | "Cost" => {}
-            "Combined" => {
+            "Combined" | "Noisy Image" => {
                 for (a, b) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
                     assert_eq!(light(&a[..3]), b[..3]);
                     assert_eq!(a[3], b[3]);

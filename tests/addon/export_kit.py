@@ -102,7 +102,7 @@ def info(path):
     return json.loads(done.stdout)
 
 
-def rendered(path, width, height, samples):
+def rendered(path, width, height, samples, *more):
     """The program's picture of a scene, as `cycles_pixels` gives Cycles': with the bounces that the scene asks Cycles for."""
     picture = path + ".exr"
     cycles = bpy.context.scene.cycles
@@ -111,7 +111,7 @@ def rendered(path, width, height, samples):
         "-transmission": cycles.transmission_bounces, "-transparent": cycles.transparent_max_bounces,
     }  # fmt: skip
     command = [program(), "render", path, "-o", picture, "--width", str(width), "--height", str(height), "--quiet", "--allow-outside"]
-    command += ["--samples", str(samples), "--filter", "box", "--exr-layers", "combined"]
+    command += ["--samples", str(samples), "--filter", "box", "--exr-layers", "combined", *more]
     command += [word for kind, most in bounces.items() for word in (f"--bounces{kind}", str(most))]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

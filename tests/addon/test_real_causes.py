@@ -46,6 +46,39 @@ class Causes(kit.ExportTest):
                 self.near(ours, cycles, 0.01)
                 self.assertEqual(self.export().verdict("material", material.name)["verdict"], "exact")
 
+    def test_groups_without_a_tree(self):
+        """A group whose library is missing gives nothing: the surface is black."""
+        material = kit.material("m")
+        tree = material.node_tree
+        tree.nodes.clear()
+        group, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Group", "OutputMaterial"))
+        group.node_tree = bpy.data.node_groups.new("hollow", "ShaderNodeTree")
+        group.node_tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+        tree.links.new(group.outputs[0], output.inputs["Surface"])
+        self.ball(material)
+        self.assertEqual(self.shown(4), (0, 0))
+        self.assertEqual(self.export().verdict("material", "m")["verdict"], "exact")
+
+    def test_filter_glossy(self):
+        """Cycles' default of 1: facets behind blurring bounces are rougher, and what they give back stays what it was."""
+        material = kit.material("walls", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=0.05)
+        bpy.ops.mesh.primitive_cube_add(size=4)
+        bpy.context.object.data.materials.append(material)
+        lamp = bpy.data.lights.new("lamp", "POINT")
+        lamp.energy, lamp.shadow_soft_size = 100, 0.5
+        self.link("lamp", lamp).location = (0, 0, 1)
+        self.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
+        self.camera.location, self.camera.data.angle = (0, 0, 0), 1.5
+        found = self.export()
+        means = []
+        for blur in (0, 1):
+            self.scene.cycles.blur_glossy = blur
+            means.append((kit.rendered(found.path, 32, 32, 512, "--filter-glossy", str(blur)).mean(), kit.cycles_pixels(32, 32, 512).mean()))
+        print("filter glossy", *(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}" for ours, cycles in means))
+        for ours, cycles in means:
+            self.near(ours, cycles, 0.005)
+        self.assertLess(means[1][1], 0.98 * means[0][1])
+
     def test_missing_normal_map(self):
         """A normal map that is away is as pink as a picture, and bends the normals as such."""
         material = kit.material("m", Base_Color=(0.8, 0.3, 0.1, 1))

@@ -7,7 +7,7 @@ Trees may have thousands of nodes behind one another, so nothing here calls itse
 import math
 
 from . import blackbody, colorspace, evaluated, images, object_info
-from .nodes import INLINED, MOST_NODES, Place, not_finite, tree_of
+from .nodes import HOLLOW, INLINED, MOST_NODES, Place, not_finite, tree_of
 
 # Whether graphs are written at all.
 ENABLED = True
@@ -18,8 +18,6 @@ _VALUED = {
     ("ShaderNodeTexWhiteNoise", "Vector"),
     ("ShaderNodeMapRange", "Vector"),
 }
-# What the walker stops at only where nothing comes out.
-_EMPTY = {"GROUP", "GROUP_INPUT", "REROUTE"}
 _IMAGES = {"TEX_IMAGE", "TEX_ENVIRONMENT"}
 _NUMBERS = {"VALUE", "INT", "BOOLEAN"}
 _TRIPLES = {"VECTOR", "ROTATION"}
@@ -202,7 +200,7 @@ class Walk:
         constant = self._constant(place)
         if constant is not None:
             return self._fixed(socket, found, self._along(constant, [*reversed(kinds), socket.type]))
-        if not found.is_output or place.node.mute or place.node.type in _EMPTY:
+        if not found.is_output or place.node.mute or place.node.type in HOLLOW:
             # A shader's socket that nothing feeds.
             return None
         through = None
@@ -261,7 +259,7 @@ class Walk:
         if not socket.is_output:
             return _numbers(socket, socket.type)
         zero = 0.0 if _WIDTHS.get(socket.type) == 1 else (0.0,) * _WIDTHS.get(socket.type, 0)
-        if node.mute or node.type in _EMPTY:
+        if node.mute or node.type in HOLLOW:
             return zero if zero != () else None
         if node.type in {"RGB", "VALUE"} or (node.type == "NORMAL" and socket.identifier == "Normal"):
             return _numbers(socket, socket.type)

@@ -51,6 +51,9 @@ class Place:
 INLINED = bpy.app.version >= (5, 0, 0)
 
 
+# What the walker stops at only where nothing comes out.
+HOLLOW = {"GROUP", "GROUP_INPUT", "REROUTE"}
+
 # A tree of nested groups may stand for more nodes than there is time for.
 MOST_NODES = 30_000
 

@@ -190,6 +190,9 @@ class Reader:
         if not source.socket.is_output:
             return None
         node = source.node
+        if node.type in nodes.HOLLOW:
+            # A group without a tree, as of a library that is missing: black, as in Cycles.
+            return Surface()
         if source.socket.type != "SHADER":
             # A colour in a shader's place is an emission of that colour.
             return Surface(emission=self.evaluator.color(place))
