@@ -102,6 +102,19 @@ def info(path):
     return json.loads(done.stdout)
 
 
+def sun_and_grey_world(scene):
+    """A sun and a grey world, as surfaces beside Cycles are lit."""
+    sun = bpy.data.lights.new("sun", "SUN")
+    sun.energy, sun.angle = 3, 0.1
+    made = bpy.data.objects.new("sun", sun)
+    made.rotation_euler = (0.5, 0.7, 0)
+    scene.collection.objects.link(made)
+    scene.world = bpy.data.worlds.new("world")
+    scene.world.use_nodes = True
+    background = next(n for n in scene.world.node_tree.nodes if n.type == "BACKGROUND")
+    background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
+
+
 def rendered(path, width, height, samples, *more):
     """The program's picture of a scene, as `cycles_pixels` gives Cycles': with the bounces that the scene asks Cycles for."""
     picture = path + ".exr"
@@ -229,16 +242,6 @@ class ExportTest(unittest.TestCase):
             setattr(made, key, value)
         self.scene.collection.objects.link(made)
         return made
-
-    def sun_and_grey_world(self):
-        """A sun and a grey world, as surfaces beside Cycles are lit."""
-        sun = bpy.data.lights.new("sun", "SUN")
-        sun.energy, sun.angle = 3, 0.1
-        self.link("sun", sun, rotation_euler=(0.5, 0.7, 0))
-        self.scene.world = bpy.data.worlds.new("world")
-        self.scene.world.use_nodes = True
-        background = next(n for n in self.scene.world.node_tree.nodes if n.type == "BACKGROUND")
-        background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
 
     def near(self, got, expected, tolerance=1e-6, message=None):
         """Equal to a relative tolerance (of the largest expected value)."""

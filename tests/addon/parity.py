@@ -141,15 +141,7 @@ def scene_of(tiles):
     scene.collection.objects.link(shown)
     scene.camera = shown
     if kind not in {"sheet", "ball"}:
-        sun = bpy.data.lights.new("sun", "SUN")
-        sun.energy, sun.angle = 3, 0.1
-        object_ = bpy.data.objects.new("sun", sun)
-        object_.rotation_euler = (0.5, 0.7, 0)
-        scene.collection.objects.link(object_)
-        scene.world = bpy.data.worlds.new("world")
-        scene.world.use_nodes = True
-        background = next(n for n in scene.world.node_tree.nodes if n.type == "BACKGROUND")
-        background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
+        kit.sun_and_grey_world(scene)
     return names, columns, rows
 
 

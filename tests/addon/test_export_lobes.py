@@ -86,7 +86,7 @@ class Lobes(kit.ExportTest):
                 ball = bpy.context.object
                 ball.data.shade_smooth()
                 ball.data.materials.append(made)
-        self.sun_and_grey_world()
+        kit.sun_and_grey_world(self.scene)
         data = self.camera.data
         data.type, data.ortho_scale = "ORTHO", 6
         # What makes light go lost or spread on purpose stays out of it.

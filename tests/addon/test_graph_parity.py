@@ -203,7 +203,7 @@ class Parity(kit.ExportTest):
         tree.links.new(first.outputs[0], mix.inputs[1])
         tree.links.new(second.outputs[0], mix.inputs[2])
         tree.links.new(mix.outputs[0], surface)
-        self.sun_and_grey_world()
+        kit.sun_and_grey_world(self.scene)
         self.compare(t.materials, 512, mean=0.01, error=2e-3)
 
 

@@ -17,7 +17,7 @@ class Dicing(kit.ExportTest):
 
     def setUp(self):
         super().setUp()
-        self.sun_and_grey_world()
+        kit.sun_and_grey_world(self.scene)
         self.scene.render.engine = "CYCLES"
         self.camera.location, self.camera.rotation_euler = (0, -4, 3), (0.9, 0, 0)
         self.scene.render.resolution_x = self.scene.render.resolution_y = SIZE

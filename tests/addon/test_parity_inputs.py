@@ -311,7 +311,7 @@ class Inputs(Patches):
             less.inputs[1].default_value, less.inputs[2].default_value = -0.3, 0.8
             linked(tree, "LightPath", output, less.inputs[0])
         self.ortho()
-        self.sun_and_grey_world()
+        kit.sun_and_grey_world(self.scene)
 
         def make(number, rows):
             mesh = patch(f"patch {number}", smooth=False)
@@ -397,7 +397,7 @@ class Rays(Patches):
         principled = linked(tree, "BsdfPrincipled", 0, surface, Roughness=1.0)
         linked(tree, "AmbientOcclusion", "AO", principled.inputs["Alpha"], Distance=0.3)
         self.ortho()
-        self.sun_and_grey_world()
+        kit.sun_and_grey_world(self.scene)
         self.compare(t.materials, 1024, error=1e-3, make=self.trough)
 
 
@@ -434,7 +434,7 @@ class Displacement(Patches):
 
     def test_as_bump(self):
         self.ortho()
-        self.sun_and_grey_world()
+        kit.sun_and_grey_world(self.scene)
         self.compare(self.surfaces("BUMP"), 256, error=1e-3)
 
     @kit.long
@@ -445,7 +445,7 @@ class Displacement(Patches):
 
     def test_of_vertices(self):
         self.ortho()
-        self.sun_and_grey_world()
+        kit.sun_and_grey_world(self.scene)
         self.compare(self.surfaces("DISPLACEMENT"), 256, error=1e-3)
 
     def test_normals_of_vertices(self):
@@ -454,12 +454,12 @@ class Displacement(Patches):
 
     def test_both(self):
         self.ortho()
-        self.sun_and_grey_world()
+        kit.sun_and_grey_world(self.scene)
         self.compare(self.surfaces("BOTH"), 256, error=1e-3)
 
     def test_of_flat_and_sharp_meshes(self):
         self.ortho()
-        self.sun_and_grey_world()
+        kit.sun_and_grey_world(self.scene)
 
         def make(number, rows):
             mesh = patch(f"patch {number}", smooth=number % 2 == 0)

@@ -16,10 +16,6 @@ _HALVED_FROM = 2.0**0.5
 _WHERE = (0.0, 0.5, 1.0)
 
 
-def _setting(owner, name, otherwise):
-    return getattr(owner, name, otherwise)
-
-
 def modifier_of(shown, scene):
     """The modifier by which Cycles divides the object's faces by their size in the picture; None if there is none."""
     last = shown.modifiers[-1] if len(shown.modifiers) else None
@@ -29,8 +25,8 @@ def modifier_of(shown, scene):
         return last if last.use_adaptive_subdivision else None
     # Up to 4.5 a setting of Cycles' own.
     cycles = getattr(scene, "cycles", None)
-    experimental = _setting(cycles, "feature_set", "") == "EXPERIMENTAL"
-    return last if experimental and _setting(shown.cycles, "use_adaptive_subdivision", False) else None
+    experimental = getattr(cycles, "feature_set", "") == "EXPERIMENTAL"
+    return last if experimental and getattr(shown.cycles, "use_adaptive_subdivision", False) else None
 
 
 class Dicing:
@@ -44,24 +40,23 @@ class Dicing:
         rate = cycles.preview_dicing_rate if preview else cycles.dicing_rate
         self.offscreen = max(float(cycles.offscreen_dicing_scale), 1.0)
         self.length = None
-        if _setting(modifier, "adaptive_space", "PIXEL") == "OBJECT":
+        if getattr(modifier, "adaptive_space", "PIXEL") == "OBJECT":
             # Edges of one length in the object, whatever the camera sees.
             self.length = max(modifier.adaptive_object_edge_length * rate, 1e-6)
             self.matrix = numpy.eye(4)
-        own = _setting(modifier, "adaptive_pixel_size", None)
+        own = getattr(modifier, "adaptive_pixel_size", None)
         self.pixels = max(0.1, rate * (shown.cycles.dicing_rate if own is None else own))
-        camera = _setting(cycles, "dicing_camera", None) or scene.camera
+        camera = getattr(cycles, "dicing_camera", None) or scene.camera
         is_there = camera is not None and camera.type == "CAMERA"
         self.camera = None if not is_there else numpy.linalg.inv(numpy.array(camera.matrix_world.normalized(), float))
         if self.camera is not None:
-            kind = camera.data.type
+            self.kind = camera.data.type
             corners = numpy.array([tuple(c) for c in camera.data.view_frame(scene=scene)])
             across, up = abs(corners[0] - corners[2])[:2]
-            self.kind = kind
             self.middle = (corners[0] + corners[2])[:2] / 2
             self.half = numpy.array([across, up]) / 2
-            self.depth = 1.0 if kind == "ORTHO" else abs(float(corners[0][2]))
-            self.pixel = across / size[0] if kind != "PANO" else 2 * numpy.pi / size[0]
+            self.depth = 1.0 if self.kind == "ORTHO" else abs(float(corners[0][2]))
+            self.pixel = across / size[0] if self.kind != "PANO" else 2 * numpy.pi / size[0]
         self.enlarged = 1.0
 
     def __bool__(self):
