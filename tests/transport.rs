@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod closed_lamps;
+mod coincident;
 mod forecast;
 mod patterns;
 mod replay;
@@ -653,6 +654,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     );
     list.push(("images everywhere, clear glass, a hole", scene));
     list.push(("patterns", patterns::scene()));
+    list.push(("two sheets in one place", coincident::sheets(0.3)));
     list
 }
 

@@ -101,6 +101,7 @@ impl Census {
             Effect::Instances => meshes("one place"),
             Effect::RayVisibility => "all rays see all objects and lights that any sees".into(),
             Effect::Holdouts => format!("none {}", all(self.objects, "object")),
+            Effect::CoincidentFaces => "no face lies on another in one plane".into(),
             Effect::DepthOfField => "the camera that renders has no aperture".into(),
             Effect::OrthographicCamera | Effect::PanoramaCamera => {
                 format!("the camera that renders is {}", self.camera)

@@ -3,6 +3,7 @@
 use super::census::{self, Census};
 use super::requested::RequestedSettings;
 use super::table::{COUNT, Decided, TABLE, row};
+use crate::scene::coincident;
 use crate::scene::graph::{Opacity, PrincipledSummary, Slot};
 use crate::scene::{
     Diagnostics, Effect, Environment, Instance, LeftOut, Light, LightKind, Material, Mesh,
@@ -266,6 +267,20 @@ impl Findings {
         }
     }
 
+    fn coincident(&mut self, scene: &Scene) {
+        let coincident = coincident::find(scene);
+        for &instance in coincident.faces.keys() {
+            let name = &scene.instances[instance as usize].name;
+            self.object(Effect::CoincidentFaces, name);
+        }
+        for &light in &coincident.lights {
+            let name = &scene.lights[light as usize].name;
+            self.add(Effect::CoincidentFaces, || {
+                Cause::new(Thing::Light, name.clone())
+            });
+        }
+    }
+
     fn lights(&mut self, scene: &Scene) {
         for light in scene.lights.iter().filter(|light| shines(light)) {
             let cause = || Cause::new(Thing::Light, light.name.clone());
@@ -453,6 +468,7 @@ impl EffectReport {
             }
         }
         found.lights(scene);
+        found.coincident(scene);
         found.camera(scene, requested.camera);
         let lamp = |light: &&Light| shines(light) && !matches!(light.kind, LightKind::Sun { .. });
         emitters += scene.lights.iter().filter(lamp).count() as u64;

@@ -45,6 +45,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::Sheen
         | Effect::DiffuseTransmission
         | Effect::ThinFilm
+        | Effect::CoincidentFaces
         | STRUCTURE
 );
 /// Patterns that materials' programs compute.

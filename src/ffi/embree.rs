@@ -494,11 +494,30 @@ impl CommittedScene {
     /// Whether anything is hit that the filter accepts (see [`Self::intersect_filtered`]).
     #[inline]
     pub fn occluded_filtered<F: FnMut(&Hit) -> bool>(&self, r: &Ray, mut filter: F) -> bool {
+        // Without INVOKE_ARGUMENT_FILTER only the geometries that were added as filtered ask.
+        self.is_shut(r, &mut filter, 0)
+    }
+
+    /// The same, asking for all geometries.
+    pub fn occluded_asking<F: FnMut(&Hit) -> bool>(&self, r: &Ray, mut filter: F) -> bool {
+        self.is_shut(
+            r,
+            &mut filter,
+            sys::RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER,
+        )
+    }
+
+    #[inline]
+    fn is_shut<F: FnMut(&Hit) -> bool>(
+        &self,
+        r: &Ray,
+        filter: &mut F,
+        flags: sys::RTCRayQueryFlags,
+    ) -> bool {
         let mut query = ray(r);
-        let mut context = FilterContext::new(&mut filter);
+        let mut context = FilterContext::new(filter);
         let mut args = sys::RTCOccludedArguments {
-            // Without INVOKE_ARGUMENT_FILTER only the geometries that were added as filtered ask.
-            flags: sys::RTC_RAY_QUERY_FLAG_INCOHERENT,
+            flags: sys::RTC_RAY_QUERY_FLAG_INCOHERENT | flags,
             feature_mask: sys::RTC_FEATURE_FLAG_ALL,
             context: (&raw mut context).cast(),
             filter: Some(filter_trampoline::<F>),

@@ -141,11 +141,19 @@ impl<E: Features> Vertex<'_, E> {
             ..RayKind::Shadow.into()
         };
         let left = (self.transparent, sender);
-        let share = match light.target {
+        let lids = E::EVERYTHING && casts_shadow && world.has_lids();
+        let mut share = match light.target {
             _ if !casts_shadow => Vec3::ONE,
+            Some(target) if lids && world.lies_on_face(drawn) => {
+                world.transmittance_up_to((start, target), drawn, left)
+            }
             Some(target) => world.transmittance_to::<E>(start, target, left),
             None => world.transmittance::<E>(start, light.wi, f32::INFINITY, left),
         };
+        if lids && share != Vec3::ZERO {
+            let key = sampler.key(Dimension::Opacity, self.bounce);
+            share *= world.passes_lids((hit, surface), light.wi, key, left);
+        }
         sum.sink.step(|| step(Some(average(share))));
         if self.bounce == 0 {
             sum.sink.first_scattering(reflected, diffuse, beyond);

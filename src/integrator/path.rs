@@ -90,6 +90,8 @@ struct Beside {
     /// How far it has come since it was scattered, to surfaces that it has passed; the near plane of a ray of the camera.
     walked: f32,
     near: f32,
+    /// A face that lies on the surface which the ray leaves: the next one, without a ray.
+    lid: Option<Hit>,
 }
 
 /// A path on its way.
@@ -152,6 +154,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         passage: Passage::default(),
         walked: 0.0,
         near: camera_ray.near,
+        lid: None,
     };
     let scene = (world, settings, sampler);
     let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
@@ -464,6 +467,15 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             self.own = Some((Hit { distance, ..*hit }, surface.point));
             (surface.point.point, back, (0.0, 0.0))
         };
+        if E::EVERYTHING && self.world.has_lids() && self.own.is_none() {
+            let key = self.sampler.key(Dimension::Opacity, self.bounce);
+            let sender = Sender {
+                kind,
+                depth: self.bounce + 1,
+                ..self.sender()
+            };
+            self.beside.lid = self.world.lid((hit, surface), s.wi, key, &sender);
+        }
         if self.bounce == 0 {
             self.light
                 .sink
@@ -482,7 +494,8 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             s.pdf / self.settings.light_samples as f32
         };
         // No light sample passes the surface that is in its way.
-        self.beside.previous.only_bsdf = s.delta || self.own.is_some();
+        self.beside.previous.only_bsdf =
+            s.delta || self.own.is_some() || E::EVERYTHING && self.beside.lid.is_some();
         self.beside.previous.kind = kind;
         self.beside.previous.delta = s.delta;
         if E::FACETS && !s.delta {

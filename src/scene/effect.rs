@@ -69,6 +69,8 @@ pub enum Effect {
     RayVisibility,
     /// Objects that cut holes into the picture.
     Holdouts,
+    /// Faces in one plane that lie on each other.
+    CoincidentFaces,
     /// Lenses with an opening.
     DepthOfField,
     /// Parallel rays from the camera.

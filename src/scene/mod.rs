@@ -4,6 +4,7 @@
 //! (watts). Transforms are f64 and map object space to world space (`world_from_object`).
 
 mod camera;
+pub mod coincident;
 mod diagnostics;
 mod duplicate_triangles;
 mod effect;

@@ -5,6 +5,7 @@ mod camera;
 mod displacement;
 mod geometry;
 mod interfaces;
+mod lids;
 mod lights;
 mod material;
 mod neighbourhood;

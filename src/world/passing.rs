@@ -2,6 +2,24 @@
 
 use super::*;
 
+/// What is left of a shadow ray's light.
+pub(super) struct Share {
+    pub light: Vec3,
+    /// Surfaces that it may still pass, if that is limited.
+    left: Option<u32>,
+}
+
+impl Share {
+    /// All of it. `limit`: `u32::MAX` is none.
+    #[inline]
+    pub fn within(limit: u32) -> Self {
+        Self {
+            light: Vec3::ONE,
+            left: (limit != u32::MAX).then_some(limit),
+        }
+    }
+}
+
 impl World {
     /// Whether a hit is on a back face that is not there.
     #[inline]
@@ -20,7 +38,7 @@ impl World {
 
     /// Opacity of a hit (0 for a back face that is hidden).
     #[inline]
-    fn opacity<E: Features>(&self, hit: &Hit, direction: Vec3, sender: &Sender) -> f32 {
+    pub(super) fn opacity<E: Features>(&self, hit: &Hit, direction: Vec3, sender: &Sender) -> f32 {
         if self.is_hidden(hit, direction) {
             return 0.0;
         }
@@ -156,7 +174,7 @@ impl World {
 
     /// Whether a hit of this opacity stops a ray.
     #[inline]
-    fn stops(hit: &Hit, opacity: f32, key: u32) -> bool {
+    pub(super) fn stops(hit: &Hit, opacity: f32, key: u32) -> bool {
         opacity >= 1.0
             || (opacity > 0.0
                 && sampler::hashed(
@@ -190,26 +208,38 @@ impl World {
                 Vec3::ONE
             };
         }
-        let mut share = Vec3::ONE;
-        let mut left = limit;
+        let mut share = Share::within(limit);
         let blocked = self.geometry.embree.occluded_filtered(&ray, |hit| {
-            share *= match self
-                .is_tinted()
-                .then(|| self.tint(hit, Asking::of(&sender, direction, hit)))
-                .flatten()
-            {
-                Some((passes, _)) if !self.is_hidden(hit, direction) => passes,
-                _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction, &sender)),
-            };
-            if limit != u32::MAX && !self.is_hidden(hit, direction) {
-                if left == 0 {
-                    share = Vec3::ZERO;
-                }
-                left = left.saturating_sub(1);
-            }
-            share.max_element() <= 0.0
+            self.dims::<E>(&mut share, hit, (direction, &sender))
         });
-        if blocked { Vec3::ZERO } else { share }
+        if blocked { Vec3::ZERO } else { share.light }
+    }
+
+    /// Takes from a shadow ray's light what a surface on its way does not let pass; whether none is left.
+    #[inline]
+    pub(super) fn dims<E: Features>(
+        &self,
+        share: &mut Share,
+        hit: &Hit,
+        (direction, sender): (Vec3, &Sender),
+    ) -> bool {
+        share.light *= match self
+            .is_tinted()
+            .then(|| self.tint(hit, Asking::of(sender, direction, hit)))
+            .flatten()
+        {
+            Some((passes, _)) if !self.is_hidden(hit, direction) => passes,
+            _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction, sender)),
+        };
+        if let Some(left) = &mut share.left
+            && !self.is_hidden(hit, direction)
+        {
+            if *left == 0 {
+                share.light = Vec3::ZERO;
+            }
+            *left = left.saturating_sub(1);
+        }
+        share.light.max_element() <= 0.0
     }
 
     /// Share of light between two points with error bounds that see each other along `wi` (from

@@ -3,6 +3,7 @@
 use super::Options;
 use super::geometry::{Attributes, MeshData, MeshInstance};
 use super::interfaces;
+use super::lids::Lids;
 use super::material::PreparedMaterial;
 use super::place::ObjectFacts;
 use super::view::View;
@@ -29,6 +30,8 @@ pub struct Geometry {
     pub traces: bool,
     /// By entry whether it is a holdout; empty where none is.
     pub holdouts: Vec<bool>,
+    /// Faces that lie on each other, if any do.
+    pub lids: Option<Lids>,
     /// What it was made for, by material.
     needs: Vec<Needs>,
 }
@@ -254,6 +257,11 @@ impl Geometry {
                 holdouts(scene)
             } else {
                 Vec::new()
+            },
+            lids: if options.effects.contains(Effect::CoincidentFaces) {
+                Lids::new(scene, |material| needs[material as usize].ordered)
+            } else {
+                None
             },
             needs,
         })

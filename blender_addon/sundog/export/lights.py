@@ -203,6 +203,46 @@ def is_sheared(matrix):
     return bool(lengths > 0 and abs(x @ y) > SHEAR * lengths)
 
 
+# What planes of lamps may be off each other to be one in f32, as a share of their distances from the origin.
+SAME_PLANE = 1e-6
+
+
+class Planes:
+    """Area lights by the planes that they lie in."""
+
+    def __init__(self):
+        self._lamps = []
+
+    def add(self, described, matrix):
+        """Takes an area light; whether it overlaps one before it in the same plane. Of two such lamps Cycles' rays find one."""
+        if not described.get("mis", True):
+            return False
+        place = numpy.array(matrix, float)
+        x, y = (0.5 * size * place[:3, axis] for axis, size in enumerate(described["size"]))
+        lamp = (place[:3, 3], x, y)
+        overlaps = any(_overlap(lamp, other) and _overlap(other, lamp) for other in self._lamps)
+        self._lamps.append(lamp)
+        return overlaps
+
+
+def _overlap(lamp, other):
+    """Whether another lamp lies in a lamp's plane, and its box along the lamp's edges overlaps it."""
+    (middle, x, y), (at, *edges) = lamp, other
+    normal = numpy.cross(x, y)
+    size = numpy.linalg.norm(normal)
+    if size == 0:
+        return False
+    reach = SAME_PLANE * max(abs(middle).max(), abs(at).max(), 1e-3)
+    corners = [at + a * edges[0] + b * edges[1] for a in (-1, 1) for b in (-1, 1)]
+    if any(abs((corner - middle) @ normal) > reach * size for corner in corners):
+        return False
+    for edge in (x, y):
+        along = [(corner - middle) @ edge / (edge @ edge) for corner in corners]
+        if min(along) >= 1 or max(along) <= -1:
+            return False
+    return True
+
+
 def ray_visibility(light, instance_objects):
     """The visibility object of a light that these objects place."""
     seen = visibility.of_objects(instance_objects)

@@ -61,6 +61,7 @@ class Exporter:
         self.materials.layer = (scene, self.view_layer)
         self._culling = self._light_groups = None
         self.changed_geometry = 0
+        self._planes = lights.Planes()
         # Evaluated data and slots -> glTF mesh, or None where there is nothing to render.
         self._meshes = {}
         self._buffers = {}
@@ -308,6 +309,9 @@ class Exporter:
         findings += linking(shown) + self._grouping(shown)
         if described.get("type") == "area" and lights.is_sheared(instance.matrix_world):
             findings.append((APPROXIMATED, "its parents shear it: it is rendered so, where Cycles mixes two other outlines"))
+        if described.get("type") == "area" and self._planes.add(described, instance.matrix_world):
+            words = "it overlaps another one in its plane: both light all, where Cycles' rays find but one of them"
+            findings.append((APPROXIMATED, words))
         self.verdicts.extend("light", shown.name, findings)
         node = {"name": shown.name, "matrix": node_matrix(instance.matrix_world)}
         if described.get("type") == "area":

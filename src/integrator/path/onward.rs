@@ -67,7 +67,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             span: self.span,
             throughput: self.throughput,
         });
+        let lid = if E::EVERYTHING {
+            self.beside.lid.take()
+        } else {
+            None
+        };
         let (hit, limit) = match self.own {
+            _ if E::EVERYTHING && lid.is_some() => (lid, None),
             Some((hit, _)) if E::CURVED => (Some(hit), None),
             _ => self.intersect(),
         };

@@ -1,0 +1,397 @@
+//! Faces that lie in one plane and on each other: two floors in one place, a rug that was never lifted, a lamp in its ceiling.
+//!
+//! Which of two such faces is above the other is not in the file. Cycles starts rays at the point itself and takes any hit at
+//! distance 0 but that of the triangle it leaves: of two faces in a plane across an axis each lies on the other, and both are
+//! black; of two that are turned, rounding decides, for about half of the rays (measured in 5.2.3: 0.35 to 0.76, most 0.5).
+
+use super::{Instance, Light, LightKind, Mesh, Scene};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::hash::{BuildHasher, RandomState};
+
+/// What lies on a triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Overlap {
+    /// Nothing.
+    #[default]
+    None,
+    /// Another one, in a plane across an axis: no ray leaves without meeting it.
+    Flat,
+    /// Another one with the same corners, in a plane that is turned: half of the rays meet it.
+    Turned,
+}
+
+/// What coincides in a scene.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Coincident {
+    /// What lies on each triangle, by the number of the instance; instances without any are not in it.
+    pub faces: BTreeMap<u32, Vec<Overlap>>,
+    /// Area lights in the plane of a face, by their numbers.
+    pub lights: BTreeSet<u32>,
+}
+
+/// Triangles, instances expanded, that are looked at. What a scene has beyond them is taken to lie alone: it would cost more
+/// seconds than its rays.
+const MOST_TRIANGLES: usize = 1 << 24;
+
+/// What a transform may be off a turn by right angles: Blender's sine and cosine of one are f32.
+const RIGHT_ANGLE: f64 = 1e-6;
+
+/// Triangles overlap if they do by this share of their size: edges that meet may cross by rounding.
+const DEPTH: f64 = 1e-5;
+
+/// A plane across an axis: the axis, and the bits of the coordinate along it.
+type Plane = (usize, u32);
+
+/// A triangle in a plane across an axis, in world space and f32, as Cycles has it.
+struct Flat {
+    plane: Plane,
+    corners: [Vec2; 3],
+    instance: u32,
+    triangle: u32,
+}
+
+impl Flat {
+    fn bounds(&self) -> (Vec2, Vec2) {
+        let [a, b, c] = self.corners;
+        (a.min(b).min(c), a.max(b).max(c))
+    }
+}
+
+/// Whether a file comes from Blender: of others nobody has a picture by Cycles.
+fn is_from_blender(scene: &Scene) -> bool {
+    let generator = scene.generator.as_deref();
+    generator.is_some_and(|name| name.contains("Blender"))
+}
+
+/// Looks for what coincides, in files that come from Blender.
+pub fn find(scene: &Scene) -> Coincident {
+    let mut found = Coincident::default();
+    if !is_from_blender(scene) {
+        return found;
+    }
+    let mut flats = flats(scene);
+    flats.sort_unstable_by_key(|flat| (flat.plane, flat.instance, flat.triangle));
+    for group in flats.chunk_by(|a, b| a.plane == b.plane) {
+        for number in overlapping(group) {
+            found.mark(scene, &group[number], Overlap::Flat);
+        }
+    }
+    for (instance, triangle) in twins(scene) {
+        found.turned(scene, instance, triangle);
+    }
+    let lights = (0..).zip(&scene.lights);
+    let on_faces = lights.filter(|(_, light)| lies_on_face(light, &flats));
+    found.lights = on_faces.map(|(number, _)| number).collect();
+    found
+}
+
+impl Coincident {
+    /// Whether nothing does.
+    pub fn is_empty(&self) -> bool {
+        self.faces.is_empty() && self.lights.is_empty()
+    }
+
+    fn overlap<'a>(&'a mut self, scene: &Scene, instance: u32, triangle: u32) -> &'a mut Overlap {
+        let of = self.faces.entry(instance).or_insert_with(|| {
+            let mesh = mesh_of(scene, &scene.instances[instance as usize]);
+            vec![Overlap::None; mesh.triangles.len()]
+        });
+        &mut of[triangle as usize]
+    }
+
+    fn mark(&mut self, scene: &Scene, flat: &Flat, overlap: Overlap) {
+        *self.overlap(scene, flat.instance, flat.triangle) = overlap;
+    }
+
+    /// What is flat stays flat.
+    fn turned(&mut self, scene: &Scene, instance: u32, triangle: u32) {
+        let overlap = self.overlap(scene, instance, triangle);
+        if *overlap == Overlap::None {
+            *overlap = Overlap::Turned;
+        }
+    }
+}
+
+fn mesh_of<'a>(scene: &'a Scene, instance: &Instance) -> &'a Mesh {
+    &scene.meshes[instance.mesh.0 as usize]
+}
+
+/// Whether axes stay axes.
+fn keeps_axes(transform: &DAffine3) -> bool {
+    let m = &transform.matrix3;
+    [m.x_axis, m.y_axis, m.z_axis].iter().all(|column| {
+        let size = column.abs();
+        let others = size.element_sum() - size.max_element();
+        others <= RIGHT_ANGLE * size.max_element()
+    })
+}
+
+fn placed(transform: &DAffine3, p: [f32; 3]) -> Vec3 {
+    let [x, y, z] = p.map(f64::from);
+    transform.transform_point3(DVec3::new(x, y, z)).as_vec3()
+}
+
+fn corners(mesh: &Mesh, triangle: u32) -> [[f32; 3]; 3] {
+    mesh.triangles[triangle as usize].map(|corner| mesh.positions[corner as usize])
+}
+
+/// Triangles of a mesh that lie across an axis, in its own space.
+fn across_axes(mesh: &Mesh) -> Vec<u32> {
+    let lies = |&triangle: &u32| {
+        let [a, b, c] = corners(mesh, triangle);
+        (0..3).any(|axis| a[axis] == b[axis] && a[axis] == c[axis])
+    };
+    (0..mesh.triangles.len() as u32).filter(lies).collect()
+}
+
+/// All triangles across an axis, that have an area.
+fn flats(scene: &Scene) -> Vec<Flat> {
+    let mut of_mesh: Vec<Option<Vec<u32>>> = vec![None; scene.meshes.len()];
+    let mut flats = Vec::new();
+    for (number, instance) in scene.instances.iter().enumerate() {
+        let place = &instance.world_from_object;
+        if !keeps_axes(place) {
+            continue;
+        }
+        let mesh = mesh_of(scene, instance);
+        let slot = &mut of_mesh[instance.mesh.0 as usize];
+        for &triangle in slot.get_or_insert_with(|| across_axes(mesh)).iter() {
+            let [a, b, c] = corners(mesh, triangle).map(|p| placed(place, p));
+            let level = (0..3).find(|&axis| a[axis] == b[axis] && a[axis] == c[axis]);
+            let Some(axis) = level else {
+                continue;
+            };
+            let flat = Flat {
+                // The two zeros are one place.
+                plane: (axis, (a[axis] + 0.0).to_bits()),
+                corners: [a, b, c].map(|p| without(p, axis)),
+                instance: number as u32,
+                triangle,
+            };
+            if area(flat.corners.map(Vec2::as_dvec2)) != 0.0 {
+                flats.push(flat);
+            }
+        }
+        if flats.len() > MOST_TRIANGLES {
+            break;
+        }
+    }
+    flats
+}
+
+fn without(p: Vec3, axis: usize) -> Vec2 {
+    match axis {
+        0 => Vec2::new(p.y, p.z),
+        1 => Vec2::new(p.z, p.x),
+        _ => Vec2::new(p.x, p.y),
+    }
+}
+
+/// Twice the area, with the sign of the winding.
+fn area([a, b, c]: [DVec2; 3]) -> f64 {
+    (b - a).perp_dot(c - a)
+}
+
+/// Whether the insides of two triangles meet: no edge of either parts them (the theorem of separating axes).
+fn meet(a: &Flat, b: &Flat) -> bool {
+    let [a, b] = [a, b].map(|flat| flat.corners.map(Vec2::as_dvec2));
+    let parts = |one: &[DVec2; 3], other: &[DVec2; 3]| {
+        let winding = area(*one).signum();
+        (0..3).any(|i| {
+            let (from, to) = (one[i], one[(i + 1) % 3]);
+            let edge = (to - from) * winding;
+            let longest = one
+                .map(|p| p.distance(from))
+                .into_iter()
+                .fold(0.0, f64::max);
+            let least = DEPTH * edge.length() * longest;
+            other.iter().all(|&p| edge.perp_dot(p - from) <= least)
+        })
+    };
+    !parts(&a, &b) && !parts(&b, &a)
+}
+
+/// A triangle that covers more cells of the grid than this is compared with all others.
+const MOST_CELLS: f32 = 64.0;
+/// So many comparisons with large triangles are exact; after them boxes decide.
+const MOST_COMPARISONS: usize = 20_000_000;
+
+/// Numbers of those triangles of one plane that another overlaps.
+fn overlapping(group: &[Flat]) -> BTreeSet<usize> {
+    let mut found = BTreeSet::new();
+    if group.len() < 2 {
+        return found;
+    }
+    let bounds: Vec<(Vec2, Vec2)> = group.iter().map(Flat::bounds).collect();
+    let all = |(low, high): (Vec2, Vec2), b: &(Vec2, Vec2)| (low.min(b.0), high.max(b.1));
+    let (low, high) = bounds.iter().fold((Vec2::MAX, Vec2::MIN), all);
+    let side = (group.len() as f32).sqrt().ceil();
+    let scale = Vec2::splat(side) / (high - low).max(Vec2::splat(f32::MIN_POSITIVE));
+    let cell = |p: Vec2| {
+        ((p - low) * scale)
+            .floor()
+            .clamp(Vec2::ZERO, Vec2::splat(side - 1.0))
+    };
+    let mut cells: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
+    let mut large = Vec::new();
+    for (number, (from, to)) in bounds.iter().enumerate() {
+        let (from, to) = (cell(*from), cell(*to));
+        let count = to - from + Vec2::ONE;
+        if count.x * count.y > MOST_CELLS {
+            large.push(number);
+            continue;
+        }
+        for x in from.x as u32..=to.x as u32 {
+            for y in from.y as u32..=to.y as u32 {
+                cells.entry((x, y)).or_default().push(number as u32);
+            }
+        }
+    }
+    let apart = |a: usize, b: usize| {
+        let (a, b) = (bounds[a], bounds[b]);
+        a.0.cmpge(b.1).any() || b.0.cmpge(a.1).any()
+    };
+    let mut compare = |a: usize, b: usize, exactly: bool| {
+        let marked = found.contains(&a) && found.contains(&b);
+        if a != b && !marked && !apart(a, b) && (!exactly || meet(&group[a], &group[b])) {
+            found.extend([a, b]);
+        }
+    };
+    for inside in cells.values() {
+        for (i, &a) in inside.iter().enumerate() {
+            for &b in &inside[i + 1..] {
+                compare(a as usize, b as usize, true);
+            }
+        }
+    }
+    for (i, &a) in large.iter().enumerate() {
+        for b in 0..group.len() {
+            compare(a, b, i * group.len() < MOST_COMPARISONS);
+        }
+    }
+    found
+}
+
+/// The corners of a triangle in world space, in an order that does not hang on where it begins or how it is turned.
+fn sorted_corners(mesh: &Mesh, place: &DAffine3, triangle: u32) -> [[u32; 3]; 3] {
+    let mut sorted = corners(mesh, triangle).map(|p| {
+        let [x, y, z] = placed(place, p).to_array();
+        [x, y, z].map(|value| (value + 0.0).to_bits())
+    });
+    sorted.sort_unstable();
+    sorted
+}
+
+/// Triangles that have all corners of another, bit for bit in world space and f32.
+fn twins(scene: &Scene) -> Vec<(u32, u32)> {
+    let count = |instance: &Instance| mesh_of(scene, instance).triangles.len();
+    let all: usize = scene.instances.iter().map(count).sum();
+    let mut seen = Seen::new(all.min(MOST_TRIANGLES));
+    let hasher = RandomState::new();
+    let each = |visit: &mut dyn FnMut(u32, u32, [[u32; 3]; 3])| {
+        let mut left = MOST_TRIANGLES;
+        for (number, instance) in scene.instances.iter().enumerate() {
+            let mesh = mesh_of(scene, instance);
+            left = left.saturating_sub(mesh.triangles.len());
+            if left == 0 {
+                return;
+            }
+            for triangle in 0..mesh.triangles.len() as u32 {
+                let corners = sorted_corners(mesh, &instance.world_from_object, triangle);
+                if corners[0] != corners[1] && corners[1] != corners[2] {
+                    visit(number as u32, triangle, corners);
+                }
+            }
+        }
+    };
+    each(&mut |_, _, corners| seen.add(hasher.hash_one(corners)));
+    let mut places: HashMap<[[u32; 3]; 3], Vec<(u32, u32)>> = HashMap::new();
+    if seen.any {
+        each(&mut |instance, triangle, corners| {
+            if seen.was_twice(hasher.hash_one(corners)) {
+                places
+                    .entry(corners)
+                    .or_default()
+                    .push((instance, triangle));
+            }
+        });
+    }
+    places.retain(|_, of| of.len() > 1);
+    places.into_values().flatten().collect()
+}
+
+/// Hashes that were seen once and twice, as Bloom's filter with one function has them: some are told to be that were not.
+struct Seen {
+    once: Vec<u64>,
+    twice: Vec<u64>,
+    any: bool,
+}
+
+impl Seen {
+    fn new(count: usize) -> Self {
+        let words = (count / 4).next_power_of_two();
+        Self {
+            once: vec![0; words],
+            twice: vec![0; words],
+            any: false,
+        }
+    }
+
+    fn place(&self, hash: u64) -> (usize, u64) {
+        let word = (hash >> 6) as usize & (self.once.len() - 1);
+        (word, 1 << (hash & 63))
+    }
+
+    fn add(&mut self, hash: u64) {
+        let (word, bit) = self.place(hash);
+        if self.once[word] & bit != 0 {
+            self.twice[word] |= bit;
+            self.any = true;
+        }
+        self.once[word] |= bit;
+    }
+
+    fn was_twice(&self, hash: u64) -> bool {
+        let (word, bit) = self.place(hash);
+        self.twice[word] & bit != 0
+    }
+}
+
+/// The plane across an axis in which an area light lies, and its box there.
+fn plane_of(light: &Light) -> Option<(Plane, (Vec2, Vec2))> {
+    let LightKind::Area { size, .. } = light.kind else {
+        return None;
+    };
+    let place = &light.world_from_light;
+    if !keeps_axes(place) {
+        return None;
+    }
+    let [x, y] = size.map(|extent| 0.5 * extent);
+    let ends = [[-x, -y, 0.0], [x, y, 0.0]].map(|p| placed(place, p));
+    let axis = (0..3).find(|&axis| ends[0][axis] == ends[1][axis])?;
+    let [a, b] = ends.map(|p| without(p, axis));
+    let plane = (axis, (ends[0][axis] + 0.0).to_bits());
+    Some((plane, (a.min(b), a.max(b))))
+}
+
+/// Whether two boxes have more than an edge in common.
+fn overlap(a: (Vec2, Vec2), b: (Vec2, Vec2)) -> bool {
+    a.0.cmplt(b.1).all() && b.0.cmplt(a.1).all()
+}
+
+/// Whether an area light lies in the plane of a face, by their boxes. `flats` are in the order of their planes.
+fn lies_on_face(light: &Light, flats: &[Flat]) -> bool {
+    let Some((plane, bounds)) = plane_of(light) else {
+        return false;
+    };
+    let first = flats.partition_point(|flat| flat.plane < plane);
+    let in_plane = flats[first..].iter().take_while(|flat| flat.plane == plane);
+    in_plane
+        .into_iter()
+        .any(|flat| overlap(bounds, flat.bounds()))
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/scene/coincident.rs"]
+mod tests;

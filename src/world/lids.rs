@@ -1,0 +1,216 @@
+//! What lies on the faces that rays leave, and on lights: [`crate::scene::coincident`].
+//!
+//! A ray leaves its surface by the error bound of its point, and so steps over a face in the same plane. Where the scene has
+//! such faces, they are asked for by a short ray through the surface, and are met first.
+
+use super::passing::Share;
+use super::{Hit, RayKind, Sender, Source, Surface, World};
+use crate::effects::General;
+use crate::ffi::embree::Ray;
+use crate::light::Drawn;
+use crate::math::float::{self, BoundedPoint};
+use crate::sampler;
+use crate::scene::Scene;
+use crate::scene::coincident::{self, Overlap};
+use glam::Vec3;
+use std::collections::BTreeSet;
+
+/// What lies on faces and lights.
+pub(super) struct Lids {
+    /// By entry, of each triangle; empty where none has anything on it.
+    faces: Vec<Vec<Overlap>>,
+    /// Area lights in the plane of a face, by their numbers in the scene.
+    lights: BTreeSet<u32>,
+}
+
+/// Faces are asked for within so many times the bound of a point: one for its own error, one for that of the other face, and
+/// one for where Embree has the two.
+const REACH: f32 = 3.0;
+
+/// Light and bounces draw numbers of their own from one key.
+const LIGHT: u32 = 1;
+const BOUNCE: u32 = 2;
+
+impl Lids {
+    /// `None` if nothing coincides. Interfaces of solid glass have an order of their own and are left to that.
+    pub fn new(scene: &Scene, is_interface: impl Fn(u32) -> bool) -> Option<Self> {
+        let coincident = coincident::find(scene);
+        let default = scene.materials.len() as u32;
+        let mut faces = Vec::new();
+        for (number, instance) in scene.instances.iter().enumerate() {
+            let mesh = &scene.meshes[instance.mesh.0 as usize];
+            if mesh.triangles.is_empty() {
+                continue;
+            }
+            let material = mesh.material.map_or(default, |m| m.0);
+            let of = coincident.faces.get(&(number as u32));
+            faces.push(match of {
+                Some(of) if !is_interface(material) => of.clone(),
+                _ => Vec::new(),
+            });
+        }
+        let lids = Self {
+            faces,
+            lights: coincident.lights,
+        };
+        (!lids.lights.is_empty() || lids.faces.iter().any(|of| !of.is_empty())).then_some(lids)
+    }
+
+    fn on(&self, (object, triangle): (u32, u32)) -> Overlap {
+        let of = &self.faces[object as usize];
+        of.get(triangle as usize).copied().unwrap_or_default()
+    }
+}
+
+fn place(hit: &Hit) -> (u32, u32) {
+    (hit.object(), hit.primitive)
+}
+
+impl World {
+    /// Whether any face lies on another, or on a light.
+    #[inline]
+    pub fn has_lids(&self) -> bool {
+        self.geometry.lids.is_some()
+    }
+
+    /// The faces that lie on a surface on the side that a ray leaves it by, as the ray meets them; of turned ones half, by chance.
+    fn lids(
+        &self,
+        (hit, surface): (&Hit, &Surface),
+        (direction, kind): (Vec3, RayKind),
+        (key, salt): (u32, u32),
+    ) -> Vec<Hit> {
+        let mut found: Vec<Hit> = Vec::new();
+        let Some(lids) = &self.geometry.lids else {
+            return found;
+        };
+        let own = lids.on(place(hit));
+        if own == Overlap::None {
+            return found;
+        }
+        let normal = surface.normals.geometric;
+        let side = normal * 1f32.copysign(direction.dot(normal));
+        let about = BoundedPoint {
+            error: surface.point.error * REACH,
+            ..surface.point
+        };
+        let (start, end) = (
+            float::ray_origin(about, -side),
+            float::ray_origin(about, side),
+        );
+        let through = Ray {
+            origin: start.to_array(),
+            direction: (end - start).to_array(),
+            near: 0.0,
+            far: 1.0,
+            mask: kind.bit(),
+        };
+        self.geometry.embree.visit(&through, |other| {
+            let there = lids.on(place(other));
+            let turned = own == Overlap::Turned || there == Overlap::Turned;
+            let is_new = place(other) != place(hit)
+                && !found.iter().any(|known| place(known) == place(other));
+            let salted = other.primitive ^ salt.rotate_left(24);
+            if is_new
+                && there != Overlap::None
+                && (!turned || sampler::hashed(key, salted, other.object()) < 0.5)
+            {
+                found.push(Hit {
+                    distance: 0.0,
+                    ..*other
+                });
+            }
+        });
+        // Embree tells of them in any order.
+        found.sort_unstable_by_key(place);
+        found
+    }
+
+    /// The share of light that the faces on a surface let pass towards it.
+    #[cold]
+    #[inline(never)]
+    pub fn passes_lids(
+        &self,
+        at: (&Hit, &Surface),
+        direction: Vec3,
+        key: u32,
+        (limit, sender): (u32, Sender),
+    ) -> Vec3 {
+        let mut share = Share::within(limit);
+        for lid in self.lids(at, (direction, RayKind::Shadow), (key, LIGHT)) {
+            if self.dims::<General>(&mut share, &lid, (direction, &sender)) {
+                return Vec3::ZERO;
+            }
+        }
+        share.light
+    }
+
+    /// The face on a surface that stops a ray from there, if one does.
+    #[cold]
+    #[inline(never)]
+    pub fn lid(
+        &self,
+        at: (&Hit, &Surface),
+        direction: Vec3,
+        key: u32,
+        sender: &Sender,
+    ) -> Option<Hit> {
+        let lids = self.lids(at, (direction, sender.kind), (key, BOUNCE));
+        lids.into_iter()
+            .find(|lid| Self::stops(lid, self.opacity::<General>(lid, direction, sender), key))
+    }
+
+    /// Whether a light that was drawn lies in the plane of a face.
+    #[cold]
+    #[inline(never)]
+    pub fn lies_on_face(&self, drawn: Drawn) -> bool {
+        let Some(lids) = &self.geometry.lids else {
+            return false;
+        };
+        let source = self.lights.source(drawn);
+        match source {
+            Source::Surface(object) => !lids.faces[object as usize].is_empty(),
+            _ => {
+                let number = self.lights.number_in_scene(source);
+                number.is_some_and(|number| lids.lights.contains(&number))
+            }
+        }
+    }
+
+    /// As [`World::transmittance_to`] for a light in the plane of a face: which of the two is nearer is decided by the rounding of
+    /// a ray that ends at the light, as in Cycles. (Of such lamps' light 0.09 to 0.12 comes through in Cycles 5.2.3, and here 0.08
+    /// to 0.10; with a quotient for the direction 0.06 to 0.07, as positions here are smaller numbers.)
+    #[cold]
+    #[inline(never)]
+    pub fn transmittance_up_to(
+        &self,
+        (origin, target): (Vec3, Vec3),
+        drawn: Drawn,
+        (limit, sender): (u32, Sender),
+    ) -> Vec3 {
+        let own = match self.lights.source(drawn) {
+            Source::Surface(object) => Some(object),
+            _ => None,
+        };
+        let way = target - origin;
+        let far = way.length();
+        if far == 0.0 {
+            return Vec3::ONE;
+        }
+        let direction = way * far.recip();
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near: float::RAY_START,
+            far,
+            mask: RayKind::Shadow.bit(),
+        };
+        let mut share = Share::within(limit);
+        let shut = self.geometry.embree.occluded_asking(&ray, |hit| {
+            let is_light =
+                Some(hit.object()) == own && hit.distance > far * float::SHADOW_RAY_SHARE;
+            !is_light && self.dims::<General>(&mut share, hit, (direction, &sender))
+        });
+        if shut { Vec3::ZERO } else { share.light }
+    }
+}

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Faces in one plane that lie on each other, and lamps in the plane of a face, beside Cycles'."""
+
+import export_kit as kit
+import bpy
+import mathutils
+
+SIZE = 32
+
+
+class Coincident(kit.ExportTest):
+    """What takes the light from what."""
+
+    def setUp(self):
+        super().setUp()
+        self.scene.render.engine = "CYCLES"
+        self.scene.render.resolution_x = self.scene.render.resolution_y = SIZE
+        self.scene.render.resolution_percentage = 100
+        kit.sun_and_grey_world(self.scene)
+        self.camera.location, self.camera.rotation_euler = (0, -4, 5), (0.7, 0, 0)
+
+    def plane(self, size, height, turn=(0, 0, 0), cuts=0):
+        bpy.ops.mesh.primitive_grid_add(
+            x_subdivisions=cuts + 1, y_subdivisions=cuts + 1, size=size, location=(0.1, 0, height), rotation=turn
+        )
+        shown = bpy.context.object
+        shown.data.materials.append(kit.material("grey", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=0.9))
+        return shown
+
+    def means(self, samples=64):
+        found = self.export()
+        cycles = kit.cycles_pixels(SIZE, SIZE, samples).mean()
+        return kit.rendered(found.path, SIZE, SIZE, samples).mean(), cycles, found
+
+    def test_faces_across_an_axis_are_dark(self):
+        for height in (0.0, 0.7):
+            self.plane(4, height)
+            alone, cycles_alone, found = self.means()
+            lid = self.plane(3, height, cuts=4)
+            both, cycles_both, found = self.means()
+            print(f"at {height}: {both / alone:.4f}, Cycles {cycles_both / cycles_alone:.4f}", flush=True)
+            self.assertLess(abs(both / cycles_both - 1), 0.01)
+            self.assertLess(both, 0.9 * alone)
+            self.assertIn("coincident-faces", str(found.info()["effects"]))
+            for shown in list(bpy.data.meshes):
+                bpy.data.meshes.remove(shown)
+
+    def test_of_turned_faces_half_the_rays(self):
+        turn = (0.2, 0.1, 0.3)
+        self.plane(4, 0.3, turn)
+        alone, cycles_alone, _ = self.means()
+        self.plane(4, 0.3, turn)
+        both, cycles_both, _ = self.means()
+        print(f"turned: {both / alone:.4f}, Cycles {cycles_both / cycles_alone:.4f}", flush=True)
+        # By rounding in Cycles, by chance here: half of the rays.
+        self.assertLess(both, 0.85 * alone)
+        self.assertLess(cycles_both, 0.85 * cycles_alone)
+
+    def test_lamps_in_a_ceiling(self):
+        self.scene.world = None
+        for light in list(bpy.data.lights):
+            bpy.data.lights.remove(light)
+        self.plane(20, -0.3)
+        for shape in ("SQUARE", "DISK"):
+            for height in (2.5, 7.4205):
+                light = bpy.data.lights.new("lamp", "AREA")
+                light.energy, light.shape, light.size = 500, shape, 1
+                lamp = self.link("lamp", light)
+                lamp.location = (0, 0, height)
+                alone, cycles_alone, _ = self.means(128)
+                ceiling = self.plane(4, height)
+                both, cycles_both, _ = self.means(128)
+                ours, theirs = both / alone, cycles_both / cycles_alone
+                print(f"{shape} at {height}: {ours:.4f}, Cycles {theirs:.4f}", flush=True)
+                # Rounding decides: nearly all of the light is gone in both.
+                self.assertLess(abs(ours - theirs), 0.05)
+                self.assertGreater(ours, 0)
+                bpy.data.objects.remove(ceiling)
+                bpy.data.lights.remove(light)
+
+    def test_lamps_in_one_plane_are_told(self):
+        def lamp(place, turn=(0.3, 0.2, 0), **settings):
+            light = bpy.data.lights.new("lamp", "AREA")
+            light.shape, light.size = "SQUARE", 2
+            made = self.link("lamp", light)
+            made.rotation_euler = turn
+            bpy.context.view_layer.update()
+            made.location = made.matrix_world.to_3x3() @ mathutils.Vector(place)
+            return made
+
+        lamps = [lamp(place) for place in ((0, 0, 3), (1.5, 0, 3), (0, 2.5, 3), (0, 0, 3.01))]
+        lamps.append(lamp((1.5, 0, 3), (0.3, 0.3, 0)))
+        found = self.export()
+        told = [shown for shown in lamps if "overlaps" in found.verdict("light", shown.name)["detail"]]
+        self.assertEqual(told, [lamps[1]])

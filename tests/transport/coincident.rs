@@ -1,0 +1,50 @@
+//! Faces in one plane that lie on each other: what light is left.
+
+use super::{EffectChoice, RenderSettings, mean, run, small};
+use glam::{DAffine3, DQuat, DVec3};
+use sundog::effects;
+use sundog::scene::{Effect, Scene};
+use sundog::selftest::kit::{camera, constant_environment, diffuse, place, quad};
+
+const ALBEDO: f64 = 0.75;
+
+/// Two sheets in one place that fill the picture, under a sky of 1 all around.
+pub fn sheets(turn: f64) -> Scene {
+    let mut scene = Scene {
+        generator: Some("Sundog add-on for Blender".into()),
+        environment: constant_environment(1.0),
+        cameras: vec![camera(DVec3::new(0.0, 0.0, 4.0), 0.8)],
+        ..Scene::default()
+    };
+    let turned = DAffine3::from_quat(DQuat::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), turn));
+    for _ in 0..2 {
+        let sheet = quad([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
+        place(&mut scene, sheet, diffuse([ALBEDO as f32; 3]), &[turned]);
+    }
+    scene
+}
+
+/// Across an axis all rays meet the other sheet. Of turned ones half do, at each bounce: of radiance r = a (1/2 + r/2). Without
+/// the effect none does.
+#[test]
+fn sheets_in_one_place_are_black_or_half_as_bright() {
+    let alone = |turn: f64, settings: &RenderSettings| {
+        let lit = RenderSettings {
+            effects: EffectChoice::List(effects::names(effects::ALL - Effect::CoincidentFaces)),
+            ..settings.clone()
+        };
+        mean(&run(&sheets(turn), &lit))
+    };
+    for (bounces, turned) in [
+        (1, 0.5 * ALBEDO),
+        (400, 0.5 * ALBEDO / (1.0 - 0.5 * ALBEDO)),
+    ] {
+        let settings = small(64, bounces);
+        assert_eq!(mean(&run(&sheets(0.0), &settings)), 0.0);
+        assert!((alone(0.0, &settings) / ALBEDO - 1.0).abs() < 1e-3);
+        assert!((alone(0.3, &settings) / ALBEDO - 1.0).abs() < 1e-3);
+        // 32 x 24 pixels of 64 paths: each is between 0 and 1, so that five deviations are below 0.5 · 5 / √49152.
+        let found = mean(&run(&sheets(0.3), &settings));
+        assert!((found - turned).abs() < 0.012, "{found}, not {turned}");
+    }
+}

@@ -1,0 +1,120 @@
+use super::*;
+use crate::scene::{AreaShape, MeshId, RayKind, Visibility};
+
+fn quad(size: f32, at: [f32; 3]) -> Mesh {
+    let [x, y, z] = at;
+    Mesh {
+        positions: vec![
+            [x, y, z],
+            [x + size, y, z],
+            [x + size, y + size, z],
+            [x, y + size, z],
+        ],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+fn scene(meshes: Vec<Mesh>, places: &[(u32, DAffine3)]) -> Scene {
+    Scene {
+        generator: Some("Sundog add-on for Blender".into()),
+        instances: places
+            .iter()
+            .map(|&(mesh, world_from_object)| Instance {
+                name: mesh.to_string(),
+                mesh: MeshId(mesh),
+                world_from_object,
+                visibility: Visibility::ALL.without(RayKind::Volume),
+                holdout: false,
+                info: Default::default(),
+            })
+            .collect(),
+        meshes,
+        ..Scene::default()
+    }
+}
+
+fn marks(found: &Coincident) -> Vec<(u32, &[Overlap])> {
+    found.faces.iter().map(|(&i, of)| (i, &of[..])).collect()
+}
+
+/// Neighbours in one plane touch and do not overlap; what lies on one of two triangles does not lie on the other.
+#[test]
+fn flat_faces_that_overlap_are_found_by_triangle() {
+    use Overlap::{Flat, None};
+    let here = DAffine3::IDENTITY;
+    let grid: Vec<Mesh> = (0..30)
+        .flat_map(|x| (0..30).map(move |y| quad(1.0, [x as f32, y as f32, 0.25])))
+        .collect();
+    let places: Vec<_> = (0..900).map(|i| (i, here)).collect();
+    assert!(find(&scene(grid.clone(), &places)).is_empty());
+
+    // A small one on the lower triangle of the first.
+    let mut with_rug = grid.clone();
+    with_rug.push(quad(0.2, [0.7, 0.1, 0.25]));
+    let mut more = places.clone();
+    more.push((900, here));
+    let found = find(&scene(with_rug.clone(), &more));
+    assert_eq!(
+        marks(&found),
+        [(0, &[Flat, None][..]), (900, &[Flat, Flat][..])]
+    );
+    // Above it, however little, it lies on nothing.
+    more[900].1 = DAffine3::from_translation(DVec3::Z * 1e-6);
+    assert!(find(&scene(with_rug.clone(), &more)).is_empty());
+    // Less than f32 can tell is nothing.
+    more[900].1 = DAffine3::from_translation(DVec3::Z * 1e-10);
+    assert_eq!(find(&scene(with_rug.clone(), &more)).faces.len(), 2);
+    // A floor under all of them, across the grid's cells.
+    let mut with_floor = grid;
+    with_floor.push(quad(100.0, [-50.0, -50.0, 0.25]));
+    more[900].1 = here;
+    assert_eq!(find(&scene(with_floor, &more)).faces.len(), 901);
+}
+
+/// Turned faces lie on each other where they have the same corners, in one mesh or in two, whichever way they are turned.
+#[test]
+fn turned_twins_are_found() {
+    use Overlap::{None, Turned};
+    let turn = DAffine3::from_quat(glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 0.2, 0.1));
+    let mut double = quad(1.0, [0.0; 3]);
+    double.triangles.push([2, 1, 0]);
+    let found = find(&scene(vec![double.clone()], &[(0, turn)]));
+    assert_eq!(marks(&found), [(0, &[Turned, None, Turned][..])]);
+    let twice = scene(vec![quad(1.0, [0.0; 3])], &[(0, turn), (0, turn)]);
+    assert_eq!(find(&twice).faces.len(), 2);
+    let beside = DAffine3::from_translation(DVec3::Z * 0.1) * turn;
+    let apart = scene(vec![quad(1.0, [0.0; 3])], &[(0, turn), (0, beside)]);
+    assert!(find(&apart).is_empty());
+    // Of other programs' files nobody has a picture by Cycles.
+    let mut foreign = scene(vec![double], &[(0, turn)]);
+    foreign.generator = Some("gltf-transform".into());
+    assert!(find(&foreign).is_empty());
+}
+
+/// A lamp in the plane of a ceiling, over its hole, and below it.
+#[test]
+fn lamps_in_the_plane_of_a_face_are_found() {
+    let ceiling = quad(4.0, [-2.0, -2.0, 7.4205]);
+    let lamp = |x: f64, z: f64| Light {
+        name: "lamp".into(),
+        color: [1.0; 3],
+        kind: LightKind::Area {
+            shape: AreaShape::Rectangle,
+            size: [1.0, 1.0],
+            power: 1.0,
+            normalize: true,
+            spread: std::f32::consts::PI,
+        },
+        world_from_light: DAffine3::from_translation(DVec3::new(x, 0.0, z)),
+        visibility: Visibility::ALL,
+        max_bounces: 1024,
+        graph: None,
+    };
+    let mut scene = scene(vec![ceiling], &[(0, DAffine3::IDENTITY)]);
+    let z = f64::from(7.4205f32);
+    scene.lights = vec![lamp(0.0, z), lamp(2.4, z), lamp(2.5, z), lamp(0.0, 7.42)];
+    let found = find(&scene);
+    assert_eq!(found.lights, BTreeSet::from([0, 1]));
+    assert!(found.faces.is_empty());
+}
