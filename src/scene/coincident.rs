@@ -7,7 +7,6 @@
 use super::{Instance, Light, LightKind, Mesh, Scene};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::hash::{BuildHasher, RandomState};
 
 /// What lies on a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,7 +70,8 @@ pub fn find(scene: &Scene) -> Coincident {
         return found;
     }
     let mut flats = flats(scene);
-    flats.sort_unstable_by_key(|flat| (flat.plane, flat.instance, flat.triangle));
+    // Stable: faces of one plane mostly stand together already.
+    flats.sort_by_key(|flat| flat.plane);
     for group in flats.chunk_by(|a, b| a.plane == b.plane) {
         for number in overlapping(group) {
             found.mark(scene, &group[number], Overlap::Flat);
@@ -163,8 +163,7 @@ fn flats(scene: &Scene) -> Vec<Flat> {
                 continue;
             };
             let flat = Flat {
-                // The two zeros are one place.
-                plane: (axis, (a[axis] + 0.0).to_bits()),
+                plane: (axis, bits(a)[axis]),
                 corners: [a, b, c].map(|p| without(p, axis)),
                 instance: number as u32,
                 triangle,
@@ -213,74 +212,111 @@ fn meet(a: &Flat, b: &Flat) -> bool {
 }
 
 /// A triangle that covers more cells of the grid than this is compared with all others.
-const MOST_CELLS: f32 = 64.0;
-/// So many comparisons with large triangles are exact; after them boxes decide.
+const MOST_CELLS: u32 = 64;
+/// Triangles for each cell.
+const IN_A_CELL: f32 = 4.0;
+/// So many comparisons are exact; after them boxes decide.
 const MOST_COMPARISONS: usize = 20_000_000;
 
-/// Numbers of those triangles of one plane that another overlaps.
-fn overlapping(group: &[Flat]) -> BTreeSet<usize> {
-    let mut found = BTreeSet::new();
-    if group.len() < 2 {
-        return found;
-    }
-    let bounds: Vec<(Vec2, Vec2)> = group.iter().map(Flat::bounds).collect();
-    let all = |(low, high): (Vec2, Vec2), b: &(Vec2, Vec2)| (low.min(b.0), high.max(b.1));
-    let (low, high) = bounds.iter().fold((Vec2::MAX, Vec2::MIN), all);
-    let side = (group.len() as f32).sqrt().ceil();
-    let scale = Vec2::splat(side) / (high - low).max(Vec2::splat(f32::MIN_POSITIVE));
-    let cell = |p: Vec2| {
-        ((p - low) * scale)
-            .floor()
-            .clamp(Vec2::ZERO, Vec2::splat(side - 1.0))
-    };
-    let mut cells: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
-    let mut large = Vec::new();
-    for (number, (from, to)) in bounds.iter().enumerate() {
-        let (from, to) = (cell(*from), cell(*to));
-        let count = to - from + Vec2::ONE;
-        if count.x * count.y > MOST_CELLS {
-            large.push(number);
-            continue;
-        }
-        for x in from.x as u32..=to.x as u32 {
-            for y in from.y as u32..=to.y as u32 {
-                cells.entry((x, y)).or_default().push(number as u32);
-            }
-        }
-    }
-    let apart = |a: usize, b: usize| {
-        let (a, b) = (bounds[a], bounds[b]);
-        a.0.cmpge(b.1).any() || b.0.cmpge(a.1).any()
-    };
-    let mut compare = |a: usize, b: usize, exactly: bool| {
-        let marked = found.contains(&a) && found.contains(&b);
-        if a != b && !marked && !apart(a, b) && (!exactly || meet(&group[a], &group[b])) {
-            found.extend([a, b]);
-        }
-    };
-    for inside in cells.values() {
-        for (i, &a) in inside.iter().enumerate() {
-            for &b in &inside[i + 1..] {
-                compare(a as usize, b as usize, true);
-            }
-        }
-    }
-    for (i, &a) in large.iter().enumerate() {
-        for b in 0..group.len() {
-            compare(a, b, i * group.len() < MOST_COMPARISONS);
-        }
-    }
-    found
+/// A grid over the triangles of a plane.
+struct Grid {
+    side: u32,
+    low: Vec2,
+    scale: Vec2,
 }
 
-/// The corners of a triangle in world space, in an order that does not hang on where it begins or how it is turned.
-fn sorted_corners(mesh: &Mesh, place: &DAffine3, triangle: u32) -> [[u32; 3]; 3] {
-    let mut sorted = corners(mesh, triangle).map(|p| {
-        let [x, y, z] = placed(place, p).to_array();
-        [x, y, z].map(|value| (value + 0.0).to_bits())
-    });
-    sorted.sort_unstable();
-    sorted
+impl Grid {
+    fn new(bounds: &[(Vec2, Vec2)]) -> Self {
+        let all = |(low, high): (Vec2, Vec2), b: &(Vec2, Vec2)| (low.min(b.0), high.max(b.1));
+        let (low, high) = bounds.iter().fold((Vec2::MAX, Vec2::MIN), all);
+        let side = (bounds.len() as f32 / IN_A_CELL).sqrt().ceil();
+        Self {
+            side: side as u32,
+            low,
+            scale: Vec2::splat(side) / (high - low).max(Vec2::splat(f32::MIN_POSITIVE)),
+        }
+    }
+
+    fn cell(&self, p: Vec2) -> [u32; 2] {
+        let p = (p - self.low) * self.scale;
+        [p.x, p.y].map(|x| (x as u32).min(self.side - 1))
+    }
+
+    /// The cells that a box covers, if they are not too many.
+    fn cells(&self, (low, high): (Vec2, Vec2)) -> Option<impl Iterator<Item = usize> + use<>> {
+        let ([x, y], [to_x, to_y]) = (self.cell(low), self.cell(high));
+        let side = self.side;
+        let count = u64::from(to_x - x + 1) * u64::from(to_y - y + 1);
+        (count <= u64::from(MOST_CELLS))
+            .then(|| (x..=to_x).flat_map(move |x| (y..=to_y).map(move |y| (x * side + y) as usize)))
+    }
+}
+
+/// Numbers of those triangles of one plane that another overlaps.
+fn overlapping(group: &[Flat]) -> Vec<usize> {
+    if group.len() < 2 {
+        return Vec::new();
+    }
+    let bounds: Vec<(Vec2, Vec2)> = group.iter().map(Flat::bounds).collect();
+    let grid = Grid::new(&bounds);
+    // Numbers by cell, one cell after the other.
+    let mut ends = vec![0u32; (grid.side * grid.side) as usize + 1];
+    let mut large = Vec::new();
+    for (number, of) in bounds.iter().enumerate() {
+        match grid.cells(*of) {
+            Some(cells) => cells.for_each(|cell| ends[cell + 1] += 1),
+            None => large.push(number),
+        }
+    }
+    for cell in 1..ends.len() {
+        ends[cell] += ends[cell - 1];
+    }
+    let mut inside = vec![0u32; ends[ends.len() - 1] as usize];
+    let mut next = ends.clone();
+    for (number, of) in bounds.iter().enumerate() {
+        for cell in grid.cells(*of).into_iter().flatten() {
+            inside[next[cell] as usize] = number as u32;
+            next[cell] += 1;
+        }
+    }
+    let mut found = vec![false; group.len()];
+    let mut left = MOST_COMPARISONS;
+    let mut compare = |a: usize, b: usize| {
+        let (of_a, of_b) = (bounds[a], bounds[b]);
+        if a == b || !overlap(of_a, of_b) || found[a] && found[b] {
+            return;
+        }
+        left = left.saturating_sub(1);
+        if left == 0 || meet(&group[a], &group[b]) {
+            (found[a], found[b]) = (true, true);
+        }
+    };
+    for range in ends.windows(2) {
+        let inside = &inside[range[0] as usize..range[1] as usize];
+        for (i, &a) in inside.iter().enumerate() {
+            for &b in &inside[i + 1..] {
+                compare(a as usize, b as usize);
+            }
+        }
+    }
+    for a in large {
+        for b in 0..group.len() {
+            compare(a, b);
+        }
+    }
+    (0..group.len()).filter(|&number| found[number]).collect()
+}
+
+fn bits(p: Vec3) -> [u32; 3] {
+    // The two zeros are one place.
+    p.to_array().map(|value| (value + 0.0).to_bits())
+}
+
+/// Mixes the bits of a word (Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014).
+fn mixed(mut word: u64) -> u64 {
+    word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    word ^ (word >> 31)
 }
 
 /// Triangles that have all corners of another, bit for bit in world space and f32.
@@ -288,32 +324,38 @@ fn twins(scene: &Scene) -> Vec<(u32, u32)> {
     let count = |instance: &Instance| mesh_of(scene, instance).triangles.len();
     let all: usize = scene.instances.iter().map(count).sum();
     let mut seen = Seen::new(all.min(MOST_TRIANGLES));
-    let hasher = RandomState::new();
-    let each = |visit: &mut dyn FnMut(u32, u32, [[u32; 3]; 3])| {
+    // The hash of a triangle: the sum of those of its corners, whichever comes first.
+    let each = |visit: &mut dyn FnMut(u32, u32, u64)| {
         let mut left = MOST_TRIANGLES;
-        for (number, instance) in scene.instances.iter().enumerate() {
+        for (number, instance) in (0..).zip(&scene.instances) {
             let mesh = mesh_of(scene, instance);
             left = left.saturating_sub(mesh.triangles.len());
             if left == 0 {
                 return;
             }
-            for triangle in 0..mesh.triangles.len() as u32 {
-                let corners = sorted_corners(mesh, &instance.world_from_object, triangle);
-                if corners[0] != corners[1] && corners[1] != corners[2] {
-                    visit(number as u32, triangle, corners);
+            let hash = |p: &[f32; 3]| {
+                let [x, y, z] = bits(placed(&instance.world_from_object, *p)).map(u64::from);
+                mixed(mixed(x | (y << 32)) ^ z)
+            };
+            let hashes: Vec<u64> = mesh.positions.iter().map(hash).collect();
+            for (triangle, corners) in (0..).zip(&mesh.triangles) {
+                let [a, b, c] = corners.map(|corner| hashes[corner as usize]);
+                if a != b && b != c && c != a {
+                    visit(number, triangle, mixed(a.wrapping_add(b).wrapping_add(c)));
                 }
             }
         }
     };
-    each(&mut |_, _, corners| seen.add(hasher.hash_one(corners)));
+    each(&mut |_, _, hash| seen.add(hash));
     let mut places: HashMap<[[u32; 3]; 3], Vec<(u32, u32)>> = HashMap::new();
     if seen.any {
-        each(&mut |instance, triangle, corners| {
-            if seen.was_twice(hasher.hash_one(corners)) {
-                places
-                    .entry(corners)
-                    .or_default()
-                    .push((instance, triangle));
+        each(&mut |number, triangle, hash| {
+            if seen.was_twice(hash) {
+                let instance = &scene.instances[number as usize];
+                let of = corners(mesh_of(scene, instance), triangle);
+                let mut corners = of.map(|p| bits(placed(&instance.world_from_object, p)));
+                corners.sort_unstable();
+                places.entry(corners).or_default().push((number, triangle));
             }
         });
     }
@@ -371,7 +413,7 @@ fn plane_of(light: &Light) -> Option<(Plane, (Vec2, Vec2))> {
     let ends = [[-x, -y, 0.0], [x, y, 0.0]].map(|p| placed(place, p));
     let axis = (0..3).find(|&axis| ends[0][axis] == ends[1][axis])?;
     let [a, b] = ends.map(|p| without(p, axis));
-    let plane = (axis, (ends[0][axis] + 0.0).to_bits());
+    let plane = (axis, bits(ends[0])[axis]);
     Some((plane, (a.min(b), a.max(b))))
 }
 
