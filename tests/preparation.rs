@@ -30,6 +30,7 @@ fn square() -> Scene {
         ..Mesh::default()
     };
     let camera = Camera {
+        motion: None,
         name: "camera".into(),
         world_from_camera: DAffine3::from_translation(DVec3::new(0.0, 1.0, 5.0)),
         projection: Projection::Perspective {
@@ -52,6 +53,7 @@ fn square() -> Scene {
 
 fn placed(at: DVec3) -> Instance {
     Instance {
+        motion: Vec::new(),
         name: "square".into(),
         mesh: MeshId(0),
         world_from_object: DAffine3::from_translation(at),

@@ -54,6 +54,7 @@ fn lamp(x: f64) -> Light {
 
 fn instance(x: f64) -> Instance {
     Instance {
+        motion: Vec::new(),
         name: "placed".into(),
         mesh: MeshId(0),
         world_from_object: DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)),

@@ -4,6 +4,7 @@ mod accuracy;
 mod closed_lamps;
 mod coincident;
 mod forecast;
+mod motion;
 mod patterns;
 mod replay;
 mod studies;
@@ -182,7 +183,9 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 let id = (hit.instance, hit.geometry, hit.primitive);
                 self_hits += u32::from(last == Some(id));
                 last = Some(id);
-                let surface = world.surface::<Matte>(&hit, origin, Asking::along(direction));
+                let mut still = None;
+                let asking = Asking::along(direction);
+                let surface = world.surface::<Matte>(&hit, origin, asking, &mut still);
                 let n = surface.normals.geometric;
                 direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(
                     sampler.pair(Dimension::Bsdf, bounce),
@@ -426,6 +429,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         );
     };
     let mut list = Vec::new();
+    list.push(("moving lamps", motion::moving_lamps()));
 
     let mut scene = base();
     lamp(&mut scene);

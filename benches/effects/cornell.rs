@@ -37,6 +37,7 @@ fn add(scene: &mut Scene, name: &str, material: u32, place: DAffine3, quads: &[[
         ..Mesh::default()
     });
     scene.instances.push(Instance {
+        motion: Vec::new(),
         name: name.into(),
         mesh: MeshId(scene.meshes.len() as u32 - 1),
         world_from_object: place,
@@ -166,6 +167,7 @@ pub fn cornell() -> Scene {
         17.0,
     );
     scene.cameras.push(Camera {
+        motion: None,
         name: "Camera".into(),
         projection: Projection::Perspective {
             vertical_fov: 39.3f64.to_radians(),

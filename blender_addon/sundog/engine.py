@@ -180,11 +180,12 @@ class _LayerRender:
         if not os.access(place, os.W_OK | os.X_OK):
             raise ProgramError(f"the cache folder {place} cannot be written to: choose another one in the preferences of the add-on")
         done = export.write_scene(
-            self.depsgraph, self.scene, folder, place, report=lambda text: self.say(f"Exporting: {text}")
+            self.depsgraph, self.scene, folder, place, report=lambda text: self.say(f"Exporting: {text}"), move=self.engine.frame_set
         )  # fmt: skip
         self.record.update(verdicts=done.verdicts, export=done.timings, changed_geometry=done.changed_geometry)
         if _Kept.folder is not None:
-            self.record["kept"] = export.write_scene(self.depsgraph, self.scene, _Kept.folder, _Kept.folder).path
+            again = export.write_scene(self.depsgraph, self.scene, _Kept.folder, _Kept.folder, move=self.engine.frame_set)
+            self.record["kept"] = again.path
         used = cache.used_by(done.path)
         cache.mark_used(used, place)
         cache.tidy(place, preferences.get().cache_limit * preferences.GIGABYTE, used)

@@ -238,7 +238,7 @@ class SUNDOG_VIEW_LAYER_PT_filter(_Closed, Panel):
         column.prop(layer, "use_sky", text="Environment")
         column.prop(layer, "use_solid", text="Surfaces")
         prop(column, layer, "use_grease_pencil", text="Grease Pencil")
-        layout.label(text="Sundog does not render curves, volumes and motion blur", icon="INFO")
+        layout.label(text="Sundog does not render curves and volumes", icon="INFO")
 
 
 class SUNDOG_VIEW_LAYER_PT_override(_Closed, Panel):

@@ -1,8 +1,10 @@
 //! Cameras: from a film position to a ray.
 
 mod aperture;
+mod shutter;
 
 pub use aperture::{Aperture, nearest_focus};
+pub use shutter::{MovingCamera, Shutter};
 
 use crate::math::float;
 use crate::sampler::{Dimension, Sampler};
@@ -19,6 +21,8 @@ pub struct CameraRay {
     pub near: f32,
     /// Distance of the far plane along the ray.
     pub far: f32,
+    /// When it is on its way: 0 where the shutter opens, 1 where it closes.
+    pub time: f32,
 }
 
 /// An interval by its middle and half its length.
@@ -36,6 +40,15 @@ impl Span {
         Self {
             middle: Vec2::new(x.0 as f32, y.0 as f32),
             half: Vec2::new(x.1 as f32, y.1 as f32),
+        }
+    }
+
+    /// With edges that many times as far from 0.
+    #[must_use]
+    fn times(self, factor: f32) -> Self {
+        Self {
+            middle: self.middle * factor,
+            half: self.half * factor,
         }
     }
 
@@ -181,6 +194,7 @@ impl Camera {
                     direction: d / slant,
                     near: self.near * slant,
                     far: self.far * slant,
+                    time: 0.0,
                 }
             }
             Lens::Orthographic(span) => {
@@ -190,6 +204,7 @@ impl Camera {
                     direction: -self.z,
                     near: self.near,
                     far: self.far,
+                    time: 0.0,
                 }
             }
             Lens::Equirectangular(span) => CameraRay {
@@ -197,6 +212,7 @@ impl Camera {
                 direction: self.toward(span.at(film)),
                 near: self.near,
                 far: self.far,
+                time: 0.0,
             },
         }
     }
@@ -225,6 +241,7 @@ impl Camera {
             direction: (d / slant).as_vec3(),
             near: along(distant.near).max(float::RAY_START),
             far: along(distant.far),
+            time: 0.0,
         }
     }
 
@@ -279,6 +296,7 @@ impl Camera {
             direction: d / length,
             near: self.near * slant,
             far: self.far * slant,
+            time: 0.0,
         }
     }
 

@@ -199,6 +199,11 @@ impl Findings {
             if limits_paths(instance.visibility) {
                 self.object(Effect::RayVisibility, &instance.name);
             }
+            let mesh = scene.meshes.get(instance.mesh.0 as usize);
+            let deforms = mesh.is_some_and(|mesh| !mesh.motion.is_empty());
+            if deforms || !instance.motion.is_empty() {
+                self.object(Effect::MotionBlur, &instance.name);
+            }
             if instance.holdout && instance.visibility.sees(RayKind::Camera) {
                 self.object(Effect::Holdouts, &instance.name);
             }
@@ -304,6 +309,9 @@ impl Findings {
             return;
         };
         let cause = || Cause::new(Thing::Camera, camera.name.clone());
+        if camera.motion.is_some() {
+            self.add(Effect::MotionBlur, cause);
+        }
         if camera.aperture.is_some() {
             self.add(Effect::DepthOfField, cause);
         }

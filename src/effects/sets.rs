@@ -46,6 +46,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::DiffuseTransmission
         | Effect::ThinFilm
         | Effect::CoincidentFaces
+        | Effect::MotionBlur
         | STRUCTURE
 );
 /// Patterns that materials' programs compute.

@@ -113,7 +113,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::Dispersion, Absent, ["an index of refraction by wavelength", "the importer meets one that is not 0"]),
         line(E::Absorption, Absent, ["glass that takes light by its thickness", "the importer meets a finite distance and a colour that is not white"]),
         line(E::Media, Absent, ["fog, smoke and what else scatters between surfaces", "the importer meets one"]),
-        line(E::MotionBlur, Absent, ["things that move while the shutter is open", "the file has animations, of which one moment is shown"]),
+        line(E::MotionBlur, Kernels, ["things that move while the shutter is open", "a placed object, its vertices or the camera that renders does"]),
         line(E::ShadowCatcher, Absent, ["objects that show nothing but the shadows on them", "an object is one"]),
     ]
 };

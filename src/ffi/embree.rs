@@ -33,6 +33,8 @@ const INVALID: u32 = u32::MAX;
 pub struct TriangleMesh {
     /// One more than there are: Embree reads 16 bytes at each vertex.
     vertices: Vec<[f32; 3]>,
+    /// Where they are at equal steps of time, padded alike; empty where they stand still.
+    keys: Vec<Vec<[f32; 3]>>,
     triangles: Vec<[u32; 3]>,
 }
 
@@ -51,8 +53,53 @@ impl TriangleMesh {
         vertices.push([0.0; 3]);
         Ok(Self {
             vertices,
+            keys: Vec::new(),
             triangles,
         })
+    }
+
+    /// The same with places of the vertices at equal steps of time, the first at 0 and the last at 1.
+    ///
+    /// # Errors
+    /// If a step has another number of vertices, or there are more steps than Embree takes.
+    pub fn moving(mut self, keys: Vec<Vec<[f32; 3]>>) -> Result<Self, EmbreeError> {
+        check_steps(keys.len())?;
+        let count = self.vertices().len();
+        if keys.iter().any(|key| key.len() != count) {
+            let words = format!("a step of a motion has not the {count} vertices of its mesh");
+            return Err(EmbreeError(words));
+        }
+        self.keys = keys;
+        for key in &mut self.keys {
+            key.push([0.0; 3]);
+        }
+        Ok(self)
+    }
+
+    /// One triangle.
+    pub fn single(corners: [[f32; 3]; 3]) -> Self {
+        let [a, b, c] = corners;
+        Self {
+            vertices: vec![a, b, c, [0.0; 3]],
+            keys: Vec::new(),
+            triangles: vec![[0, 1, 2]],
+        }
+    }
+
+    /// Whether its vertices move.
+    pub fn moves(&self) -> bool {
+        !self.keys.is_empty()
+    }
+
+    /// How many steps of time there are; 0 where it stands still.
+    pub fn steps(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// Where a vertex is at a step.
+    #[inline]
+    pub fn vertex_at(&self, step: usize, vertex: u32) -> [f32; 3] {
+        self.keys[step][vertex as usize]
     }
 
     /// The vertices.
@@ -76,6 +123,53 @@ impl TriangleMesh {
     pub fn between(&self, corners: [u32; 3]) -> [[f32; 3]; 3] {
         corners.map(|i| self.vertices[i as usize])
     }
+}
+
+/// A placement by what Embree interpolates between its steps: rotations along the shortest arc, the rest linearly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DecomposedTransform {
+    /// A unit quaternion: real part, i, j, k.
+    pub rotation: [f32; 4],
+    /// Along the axes, before the rotation.
+    pub scale: [f32; 3],
+    /// Of y along x, of z along x, of z along y.
+    pub skew: [f32; 3],
+    /// After the rotation.
+    pub translation: [f32; 3],
+}
+
+impl DecomposedTransform {
+    fn to_embree(self) -> sys::RTCQuaternionDecomposition {
+        let ([r, i, j, k], [x, y, z]) = (self.rotation, self.translation);
+        sys::RTCQuaternionDecomposition {
+            scale_x: self.scale[0],
+            scale_y: self.scale[1],
+            scale_z: self.scale[2],
+            skew_xy: self.skew[0],
+            skew_xz: self.skew[1],
+            skew_yz: self.skew[2],
+            shift_x: 0.0,
+            shift_y: 0.0,
+            shift_z: 0.0,
+            quaternion_r: r,
+            quaternion_i: i,
+            quaternion_j: j,
+            quaternion_k: k,
+            translation_x: x,
+            translation_y: y,
+            translation_z: z,
+        }
+    }
+}
+
+fn check_steps(count: usize) -> Result<(), EmbreeError> {
+    let most = sys::RTC_MAX_TIME_STEP_COUNT as usize;
+    if (2..=most).contains(&count) {
+        return Ok(());
+    }
+    Err(EmbreeError(format!(
+        "a motion has {count} steps; 2 to {most} can be rendered"
+    )))
 }
 
 struct SceneHandle {
@@ -123,6 +217,8 @@ pub struct Ray {
     pub far: f32,
     /// Geometries whose masks have no bit in common with this are not there.
     pub mask: u32,
+    /// When it is on its way, 0 to 1.
+    pub time: f32,
 }
 
 /// A hit.
@@ -140,6 +236,8 @@ pub struct Hit {
     pub primitive: u32,
     /// Geometry of the top scene that is the instance.
     pub instance: Option<u32>,
+    /// That of the ray.
+    pub time: f32,
 }
 
 impl Hit {
@@ -159,7 +257,7 @@ fn ray(r: &Ray) -> sys::RTCRay {
         dir_x: r.direction[0],
         dir_y: r.direction[1],
         dir_z: r.direction[2],
-        time: 0.0,
+        time: r.time,
         tfar: r.far,
         mask: r.mask,
         id: 0,
@@ -193,6 +291,7 @@ fn read_hit(r: &sys::RTCRayHit) -> Option<Hit> {
         geometry: h.geomID,
         primitive: h.primID,
         instance: (h.instID[0] != INVALID).then_some(h.instID[0]),
+        time: r.ray.time,
     })
 }
 
@@ -238,6 +337,7 @@ unsafe extern "C" fn filter_trampoline<F: FnMut(&Hit) -> bool>(
             geometry: h.geomID,
             primitive: h.primID,
             instance: (h.instID[0] != INVALID).then_some(h.instID[0]),
+            time: r.time,
         };
         if !(context.filter)(&hit) {
             *args.valid = 0;
@@ -321,16 +421,21 @@ impl Scene {
             // SAFETY: the buffers live in `mesh`, which this scene keeps; they are not changed any
             // more; the vertex buffer is padded by one vertex; indices were checked.
             unsafe {
-                sys::rtcSetSharedGeometryBuffer(
-                    geometry,
-                    sys::RTC_BUFFER_TYPE_VERTEX,
-                    0,
-                    sys::RTC_FORMAT_FLOAT3,
-                    mesh.vertices.as_ptr().cast(),
-                    0,
-                    size_of::<[f32; 3]>(),
-                    mesh.vertices().len(),
-                );
+                let still = std::slice::from_ref(&mesh.vertices);
+                let keys = if mesh.moves() { &mesh.keys } else { still };
+                sys::rtcSetGeometryTimeStepCount(geometry, keys.len() as u32);
+                for (step, vertices) in (0..).zip(keys) {
+                    sys::rtcSetSharedGeometryBuffer(
+                        geometry,
+                        sys::RTC_BUFFER_TYPE_VERTEX,
+                        step,
+                        sys::RTC_FORMAT_FLOAT3,
+                        vertices.as_ptr().cast(),
+                        0,
+                        size_of::<[f32; 3]>(),
+                        mesh.vertices().len(),
+                    );
+                }
                 sys::rtcSetSharedGeometryBuffer(
                     geometry,
                     sys::RTC_BUFFER_TYPE_INDEX,
@@ -406,6 +511,34 @@ impl Scene {
         Ok(id)
     }
 
+    /// Places a committed scene at equal steps of time, the first at 0 and the last at 1. `mask`: see [`Ray::mask`].
+    ///
+    /// # Errors
+    /// If Embree refuses it, memory is short, or there are more steps than it takes.
+    pub fn add_moving_instance(
+        &mut self,
+        child: &CommittedScene,
+        steps: &[DecomposedTransform],
+        mask: u32,
+    ) -> Result<u32, EmbreeError> {
+        check_steps(steps.len())?;
+        let id = self.attach(sys::RTC_GEOMETRY_TYPE_INSTANCE, |geometry| {
+            // SAFETY: the child scene is alive and kept by this scene; the transforms are copied.
+            unsafe {
+                sys::rtcSetGeometryInstancedScene(geometry, child.handle.raw);
+                sys::rtcSetGeometryTimeStepCount(geometry, steps.len() as u32);
+                for (number, step) in (0..).zip(steps) {
+                    let step = step.to_embree();
+                    sys::rtcSetGeometryTransformQuaternion(geometry, number, &step);
+                }
+                sys::rtcSetGeometryMask(geometry, mask);
+            }
+            Ok(())
+        })?;
+        self.handle.children.push(child.clone());
+        Ok(id)
+    }
+
     /// Builds the hierarchy.
     ///
     /// # Errors
@@ -426,6 +559,22 @@ impl Scene {
 }
 
 impl CommittedScene {
+    /// The placement of an instance at a time, as [`Scene::add_instance`] takes it: what Embree itself interpolates.
+    pub fn transform_at(&self, instance: u32, time: f32) -> [[f32; 3]; 4] {
+        let mut columns = [[0f32; 3]; 4];
+        // SAFETY: committed scene; Embree checks the number of the geometry and writes twelve floats.
+        unsafe {
+            sys::rtcGetGeometryTransformFromScene(
+                self.handle.raw,
+                instance,
+                time,
+                sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
+                columns.as_mut_ptr().cast(),
+            );
+        }
+        columns
+    }
+
     /// The nearest hit.
     #[inline]
     pub fn intersect(&self, r: &Ray) -> Option<Hit> {

@@ -137,6 +137,7 @@ impl<E: Features> Vertex<'_, E> {
         // As Cycles counts: a shadow ray is one surface further than the path.
         let sender = Sender {
             depth: self.bounce + 1,
+            time: self.hit.time,
             past: self.past,
             ..RayKind::Shadow.into()
         };

@@ -92,6 +92,8 @@ struct Beside {
     near: f32,
     /// A face that lies on the surface which the ray leaves: the next one, without a ray.
     lid: Option<Hit>,
+    /// When it is on its way.
+    time: f32,
 }
 
 /// A path on its way.
@@ -144,7 +146,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     };
     let mut beside = Beside {
         previous: Previous {
-            at: LightSampleContext::new(camera_ray.origin, None),
+            at: LightSampleContext::new(camera_ray.origin, None).at_time(camera_ray.time),
             pdf: 0.0,
             only_bsdf: true,
             kind: RayKind::Camera,
@@ -155,13 +157,16 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         walked: 0.0,
         near: camera_ray.near,
         lid: None,
+        time: camera_ray.time,
     };
     let scene = (world, settings, sampler);
     let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
     let mut found = Found::default();
     let mut lobes_left_out = 0;
     while walk.next_surface(&mut found) {
-        let mut surface = world.surface::<E>(&found.hit, walk.origin, walk.asking(&found.hit));
+        let mut moment = None;
+        let asking = walk.asking(&found.hit);
+        let mut surface = world.surface::<E>(&found.hit, walk.origin, asking, &mut moment);
         walk.arrive(&found, &mut surface);
         walk.add_emission(&found, &surface);
         let Some(parameters) = walk.goes_on(&surface) else {
@@ -262,6 +267,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             depth: self.bounce,
             walked: self.beside.walked,
             near: self.beside.near,
+            time: self.beside.time,
             past: self.past(),
         }
     }
@@ -547,7 +553,10 @@ pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> CenterSample {
         ray.origin,
         ray.direction,
         (ray.near, ray.far),
-        RayKind::Camera,
+        Sender {
+            time: ray.time,
+            ..RayKind::Camera.into()
+        },
         key,
     );
     let hit = hit.filter(|hit| !world.is_holdout(hit));

@@ -3,7 +3,7 @@
 use super::LightSample;
 use super::closed::{self, Outside, place_bits};
 use super::estimate::{Angle, Front, LightBounds};
-use super::kinds::Light;
+use super::kinds::{Light, LightSampleContext};
 use super::quad::Quad;
 use super::rules::Rules;
 use super::triangle::Triangle;
@@ -15,15 +15,27 @@ use std::sync::Arc;
 
 /// A surface that emits, as the lights on its triangles see it. Whoever knows meshes, materials and textures implements it.
 pub trait EmissiveSurface: Send + Sync {
-    /// The point of a triangle with these weights of its second and third corner, and what it emits against `wi` to a point.
+    /// The point of a triangle with these weights of its second and third corner, and what it emits to a point from where it is
+    /// seen in a direction: the two of `ray`.
     /// `None` from a side that is not there.
-    fn emitted(&self, place: (u32, Vec2), from: Vec3, wi: Vec3) -> Option<EmittedPoint>;
+    /// At a time between 0 and 1.
+    fn emitted(&self, place: (u32, Vec2), ray: (Vec3, Vec3), time: f32) -> Option<EmittedPoint>;
 
     /// About the mean luminance of the radiance that a triangle emits.
     fn mean_emission(&self, triangle: u32) -> f32;
 
-    /// Corners of a triangle in the world.
+    /// Corners of a triangle in the world, of one that moves half-way.
     fn corners(&self, triangle: u32) -> [Vec3; 3];
+
+    /// Whether it moves.
+    fn moves(&self) -> bool {
+        false
+    }
+
+    /// Corners of a triangle in the world at a time between 0 and 1.
+    fn corners_at(&self, triangle: u32, _time: f32) -> [Vec3; 3] {
+        self.corners(triangle)
+    }
 }
 
 /// A point of a surface that emits.
@@ -56,6 +68,7 @@ struct Shared {
     instance: u32,
     rules: Rules,
     surface: Box<dyn EmissiveSurface>,
+    moves: bool,
 }
 
 /// Where in a mesh a light is.
@@ -86,10 +99,10 @@ impl Part {
         &self,
         place: (u32, Vec2),
         normal: Vec3,
-        (from, wi): (Vec3, Vec3),
+        (from, wi, time): (Vec3, Vec3, f32),
         pdf: f32,
     ) -> Option<LightSample> {
-        let on = self.mesh.surface.emitted(place, from, wi)?;
+        let on = self.mesh.surface.emitted(place, (from, wi), time)?;
         let facing = if wi.dot(normal) > 0.0 {
             -normal
         } else {
@@ -136,24 +149,76 @@ impl Part {
     }
 }
 
+impl Part {
+    /// A moving triangle at a time.
+    #[cold]
+    fn shape_at(&self, time: f32) -> Triangle {
+        Triangle {
+            corners: self.mesh.surface.corners_at(self.triangle, time),
+        }
+    }
+
+    /// Of a moving triangle: it may be turned to any side, and be anywhere where it is at one of so many times, or as far from
+    /// there as from each of these to the next.
+    fn bounds_of_all_times(&self, half_way: &Triangle) -> LightBounds {
+        const TIMES: u32 = 256;
+        let mut bounds = self.bounds([*half_way]);
+        let mut before: Option<Triangle> = None;
+        let (mut farthest, mut area) = (0.0f32, 0.0f32);
+        for number in 0..=TIMES {
+            let shape = self.shape_at(number as f32 / TIMES as f32);
+            for (place, corner) in shape.corners.into_iter().enumerate() {
+                bounds.min = bounds.min.min(corner);
+                bounds.max = bounds.max.max(corner);
+                let way = before.map_or(0.0, |before| corner.distance(before.corners[place]));
+                farthest = farthest.max(way);
+            }
+            area = area.max(shape.area());
+            before = Some(shape);
+        }
+        LightBounds {
+            min: bounds.min - farthest,
+            max: bounds.max + farthest,
+            intensity: area * self.mesh.surface.mean_emission(self.triangle),
+            normals: Angle::ALL,
+            two_sided: true,
+            front: None,
+            ..bounds
+        }
+    }
+}
+
 impl EmissiveTriangle {
     /// Draws a point.
     #[inline]
-    pub fn sample_li(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
-        let s = self.shape.sample(from, u)?;
+    pub fn sample_li(&self, at: &LightSampleContext, u: Vec2) -> Option<LightSample> {
+        let shape = self.shape_at(at.time);
+        let s = shape.sample(at.point, u)?;
         let on = (self.part.triangle, Vec2::new(s.u, s.v));
-        self.part
-            .sample(on, self.shape.normal(), (from, s.wi), s.pdf)
+        let seen = (at.point, s.wi, at.time);
+        self.part.sample(on, shape.normal(), seen, s.pdf)
+    }
+
+    #[inline]
+    fn shape_at(&self, time: f32) -> Triangle {
+        if self.part.mesh.moves {
+            self.part.shape_at(time)
+        } else {
+            self.shape
+        }
     }
 
     /// Density of [`Self::sample_li`] for a point of the triangle.
     #[inline]
-    pub fn pdf_li(&self, from: Vec3, on: Vec3) -> f32 {
-        self.shape.pdf(from, on)
+    pub fn pdf_li(&self, at: &LightSampleContext, on: Vec3) -> f32 {
+        self.shape_at(at.time).pdf(at.point, on)
     }
 
     /// What is known of it for its estimate.
     pub fn bounds(&self) -> LightBounds {
+        if self.part.mesh.moves {
+            return self.part.bounds_of_all_times(&self.shape);
+        }
         self.part.bounds([self.shape])
     }
 }
@@ -161,17 +226,17 @@ impl EmissiveTriangle {
 impl EmissiveRectangle {
     /// Draws a point.
     #[inline]
-    pub fn sample_li(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
-        let s = self.shape.sample(from, u)?;
+    pub fn sample_li(&self, at: &LightSampleContext, u: Vec2) -> Option<LightSample> {
+        let s = self.shape.sample(at.point, u)?;
         let on = (self.part.triangle + u32::from(s.second), s.weights);
-        self.part
-            .sample(on, self.shape.normal(), (from, s.wi), s.pdf)
+        let seen = (at.point, s.wi, at.time);
+        self.part.sample(on, self.shape.normal(), seen, s.pdf)
     }
 
     /// Density of [`Self::sample_li`] for a point of the rectangle.
     #[inline]
-    pub fn pdf_li(&self, from: Vec3, on: Vec3) -> f32 {
-        self.shape.pdf(from, on)
+    pub fn pdf_li(&self, at: &LightSampleContext, on: Vec3) -> f32 {
+        self.shape.pdf(at.point, on)
     }
 
     /// What is known of it for its estimate.
@@ -240,10 +305,15 @@ impl Eye {
             } => DVec2::new(half_width, half_height).length(),
             _ => camera.aperture.map_or(0.0, |a| a.radius),
         };
+        let at = camera.world_from_camera.translation;
+        let moved = camera.motion.iter().flat_map(|motion| &motion.steps);
+        let moved = moved
+            .map(|step| step.translation.distance(at))
+            .fold(0.0, f64::max);
         Self {
-            at: (camera.world_from_camera.translation - origin).as_vec3(),
+            at: (at - origin).as_vec3(),
             // Twice: the near plane is farther away in the corners of a picture.
-            reach: (2.0 * camera.clip_near + across) as f32,
+            reach: (2.0 * camera.clip_near + across + moved) as f32,
         }
     }
 
@@ -303,7 +373,11 @@ impl EmissiveTriangles {
             surface,
         } = mesh;
         let triangles: Vec<[Vec3; 3]> = (0..triangles).map(|t| surface.corners(t)).collect();
-        let sides = outside(visibility, is_opaque, &triangles, eye);
+        let moves = surface.moves();
+        // What moves may turn its other side to the camera.
+        let sides = (!moves)
+            .then(|| outside(visibility, is_opaque, &triangles, eye))
+            .flatten();
         self.lights.reserve(triangles.len());
         if is_closing(visibility, is_opaque) {
             self.closing.push(bounds(&triangles));
@@ -312,7 +386,7 @@ impl EmissiveTriangles {
             self.first.resize(instance as usize + 1, NONE);
         }
         self.first[instance as usize] = self.lights.len() as u32;
-        if !single_sided || !is_opaque {
+        if !single_sided || !is_opaque || moves {
             twins = None;
         }
         let twin_of = |twins: &Option<&mut Twins>, corners: &[Vec3; 3]| {
@@ -323,6 +397,7 @@ impl EmissiveTriangles {
             instance,
             rules: Rules::of_surface(visibility),
             surface,
+            moves,
         });
         let mut at = 0;
         while let Some(&corners) = triangles.get(at) {
@@ -333,7 +408,7 @@ impl EmissiveTriangles {
             }
             let next = triangles
                 .get(at + 1)
-                .filter(|next| twin_of(&twins, next).is_none());
+                .filter(|next| !moves && twin_of(&twins, next).is_none());
             let part = Part {
                 mesh: shared.clone(),
                 triangle: at as u32,

@@ -74,6 +74,7 @@ impl Finder {
             near: 0.0,
             far,
             mask: u32::MAX,
+            time: 0.0,
         };
         let mut met = Vec::new();
         self.scene.intersect_filtered(&ray, |hit| {

@@ -41,6 +41,8 @@ pub struct LightSampleContext {
     pub normal: Option<Vec3>,
     /// Surfaces that have scattered the path to it, for lights whose node trees ask.
     pub bounces: u32,
+    /// When the path is on its way, 0 to 1.
+    pub time: f32,
     pub(super) pmf: Pmf,
     pub(super) groups: Groups,
 }
@@ -60,6 +62,7 @@ impl LightSampleContext {
             point,
             normal,
             bounces: 0,
+            time: 0.0,
             pmf: Pmf::NONE,
             groups: Groups {
                 sum: 1.0,
@@ -67,6 +70,12 @@ impl LightSampleContext {
                 finite: 0.0,
             },
         }
+    }
+
+    /// The same at a time between 0 and 1.
+    #[must_use]
+    pub fn at_time(self, time: f32) -> Self {
+        Self { time, ..self }
     }
 
     /// Where, and which side.
@@ -156,8 +165,8 @@ impl Light {
                 Some(LightSample::of_lamp(at.point, s))
             }
             Self::Area(area) => Some(LightSample::of_lamp(at.point, area.sample(at.point, u)?)),
-            Self::Triangle(triangle) => triangle.sample_li(at.point, u),
-            Self::Rectangle(rectangle) => rectangle.sample_li(at.point, u),
+            Self::Triangle(triangle) => triangle.sample_li(at, u),
+            Self::Rectangle(rectangle) => rectangle.sample_li(at, u),
             Self::Sun(sun) => {
                 let d = sun.sample(u);
                 Some(LightSample {
@@ -200,8 +209,8 @@ impl Light {
         match self {
             Self::Lamp(lamp) => lamp.pdf_li(at.point, at.normal, wi, on),
             Self::Area(area) => area.pdf_li(at.point, on),
-            Self::Triangle(triangle) => triangle.pdf_li(at.point, on),
-            Self::Rectangle(rectangle) => rectangle.pdf_li(at.point, on),
+            Self::Triangle(triangle) => triangle.pdf_li(at, on),
+            Self::Rectangle(rectangle) => rectangle.pdf_li(at, on),
             Self::Sun(sun) => sun.pdf_li(),
             Self::Environment(environment) => environment.pdf_li(on),
             Self::Computed(light) => light.plain().pdf_li(at, wi, on),

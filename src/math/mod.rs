@@ -2,6 +2,7 @@
 
 pub mod float;
 pub mod frame;
+pub mod motion;
 pub mod primaries;
 pub mod srgb;
 pub mod warp;

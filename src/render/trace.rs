@@ -153,7 +153,11 @@ impl Job<'_> {
             (x as f32 + 0.5 + offset.x) / self.width as f32 * 2.0 - 1.0,
             1.0 - (y as f32 + 0.5 + offset.y) / self.height as f32 * 2.0,
         );
-        (self.camera_ray)(&self.world.camera, film, sampler)
+        let camera = (&self.world.camera, self.camera_ray);
+        match &self.world.shutter {
+            None => camera.1(camera.0, film, sampler),
+            Some(shutter) => shutter.ray(camera, (film, (y, self.height)), sampler),
+        }
     }
 
     /// What the ray through the middle of a pixel meets (of a lens: from a random point of it), which is

@@ -42,6 +42,9 @@ pub enum Dimension {
     Roulette,
     /// Opacity of surfaces on the way (hashed further by what is hit), and rays of node trees.
     Opacity,
+    /// When the shutter lets the path through (once a path). Its numbers are those that the first dimension has not at the second
+    /// bounce, so that it changes no other number.
+    Time,
 }
 
 /// How many dimensions a bounce has.

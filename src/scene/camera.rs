@@ -1,6 +1,6 @@
 //! Cameras as files describe them.
 
-use super::RenderDefaults;
+use super::{CameraMotion, RenderDefaults};
 use glam::DAffine3;
 
 /// A camera; it looks down its -Z axis, +Y is up in the picture.
@@ -20,6 +20,8 @@ pub struct Camera {
     pub clip_far: f64,
     /// The opening of the lens; `None` is a pinhole.
     pub aperture: Option<Aperture>,
+    /// How it moves while the shutter is open.
+    pub motion: Option<Box<CameraMotion>>,
 }
 
 /// Projections.
@@ -153,6 +155,7 @@ impl Camera {
             clip_near: 0.1,
             clip_far: f64::INFINITY,
             aperture: None,
+            motion: None,
         }
     }
 

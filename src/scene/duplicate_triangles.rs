@@ -18,6 +18,10 @@ pub fn make_light(material: &Material) -> bool {
 /// one side: of two that are turned over each can be the one that is seen where back faces are not there.
 pub fn leave_out(mesh: &mut Mesh, double_sided: bool) -> usize {
     let before = mesh.triangles.len();
+    // Those that move may part.
+    if !mesh.motion.is_empty() {
+        return 0;
+    }
     let mut seen = HashSet::with_capacity(before);
     let positions = &mesh.positions;
     mesh.triangles.retain(|corners| {
@@ -62,7 +66,7 @@ pub fn leave_out_across(scene: &mut Scene) -> Dropped {
     let mut dropped = Dropped::default();
     let lights: Vec<bool> = scene.materials.iter().map(make_light).collect();
     let shining: Vec<u32> = (0..scene.instances.len() as u32)
-        .filter(|&i| material_of(scene, i).is_some_and(|m| lights[m]))
+        .filter(|&i| material_of(scene, i).is_some_and(|m| lights[m]) && !moves(scene, i))
         .collect();
     if shining.len() < 2 {
         return dropped;
@@ -104,6 +108,12 @@ pub fn leave_out_across(scene: &mut Scene) -> Dropped {
         .instances
         .retain(|_| number.next().is_some_and(|n| !gone.contains(&n)));
     dropped
+}
+
+/// Whether it moves: then it stands where another does for a moment only.
+fn moves(scene: &Scene, instance: u32) -> bool {
+    let placed = &scene.instances[instance as usize];
+    !(placed.motion.is_empty() && scene.meshes[placed.mesh.0 as usize].motion.is_empty())
 }
 
 /// The number of its material.

@@ -1,6 +1,6 @@
 //! A number that stands for a scene's content, so that a picture can say what it shows.
 
-use super::{ObjectInfo, Pixels, Scene, TextureSpace, Visibility};
+use super::{ObjectInfo, Pixels, Scene, Shutter, TextureSpace, Visibility};
 use crate::math::primaries::WorkingSpace;
 use sha2::{Digest, Sha256};
 
@@ -57,6 +57,14 @@ pub fn fingerprint(scene: &Scene) -> String {
                 format!("{:?}", mesh.texture_space).as_bytes(),
             );
         }
+        for step in &mesh.motion {
+            block("step", bytemuck::cast_slice(&step.positions));
+            let normals = step.normals.as_deref();
+            block(
+                "normals of a step",
+                normals.map(bytemuck::cast_slice).unwrap_or_default(),
+            );
+        }
         block("triangles", bytemuck::cast_slice(&mesh.triangles));
         block("material", format!("{:?}", mesh.material).as_bytes());
     }
@@ -66,6 +74,9 @@ pub fn fingerprint(scene: &Scene) -> String {
             "transform",
             bytemuck::cast_slice(&instance.world_from_object.to_cols_array()),
         );
+        for step in &instance.motion {
+            block("step", bytemuck::cast_slice(&step.to_cols_array()));
+        }
         if (instance.visibility, instance.holdout) != (Visibility::ALL, false) {
             let seen = [instance.visibility.bits(), u32::from(instance.holdout)];
             block("seen", bytemuck::cast_slice(&seen));
@@ -84,6 +95,9 @@ pub fn fingerprint(scene: &Scene) -> String {
             Pixels::U16(values) => block("16", bytemuck::cast_slice(values)),
             Pixels::F32(values) => block("32", bytemuck::cast_slice(values)),
         }
+    }
+    if scene.shutter != Shutter::default() {
+        block("shutter", format!("{:?}", scene.shutter).as_bytes());
     }
     let space = scene.color_management.working_space;
     if space != WorkingSpace::default() {

@@ -105,6 +105,7 @@ fn flat(mesh: &Mesh, m: &DMat3) -> Mesh {
         }),
         // All normals become one: nothing goes around it.
         radial: None,
+        motion: Vec::new(),
         ..mesh.clone()
     }
 }

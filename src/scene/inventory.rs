@@ -1,7 +1,7 @@
 //! What is in a scene, for those who ask: cameras, lights, materials, images, numbers and sizes.
 
 use super::graph::{Opacity, Slot};
-use super::{AreaShape, Bounds, LightKind, Material, Pixels, Projection, Scene, Window};
+use super::{AreaShape, Bounds, LightKind, Material, MeshStep, Pixels, Projection, Scene, Window};
 use crate::math::primaries::WorkingSpace;
 use glam::{DMat3, DVec3};
 use serde::Serialize;
@@ -363,6 +363,7 @@ impl Scene {
             .map(|mesh| {
                 size_of_val(mesh.positions.as_slice())
                     + mesh.normals.as_deref().map_or(0, size_of_val)
+                    + mesh.motion.iter().map(MeshStep::bytes).sum::<usize>()
                     + mesh.tangents.as_deref().map_or(0, size_of_val)
                     + mesh.radial.as_deref().map_or(0, size_of_val)
                     + mesh.generated.as_deref().map_or(0, size_of_val)

@@ -16,6 +16,7 @@ mod inventory;
 mod left_out;
 mod material;
 mod metallic_roughness;
+mod motion;
 mod settings;
 mod simplify;
 pub mod texel;
@@ -36,6 +37,7 @@ pub use metallic_roughness::{
     AlphaMode, Anisotropy, Coat, CoatNormal, DiffuseTransmission, Iridescence, MetallicRoughness,
     NormalTexture, Sheen,
 };
+pub use motion::{CameraMotion, MOST_STEPS, MeshStep, Shutter};
 pub use settings::{ColorManagement, RenderDefaults};
 pub use simplify::simplify;
 pub use texel::decoded;
@@ -75,6 +77,8 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// Cameras in file order; may be empty.
     pub cameras: Vec<Camera>,
+    /// How the shutter lets light through while things move.
+    pub shutter: Shutter,
     /// How the file wishes to be shown.
     pub color_management: ColorManagement,
     /// How the file wishes to be rendered.
@@ -108,6 +112,8 @@ pub struct Mesh {
     pub attributes: Vec<Vec<[f32; 4]>>,
     /// Where the mesh lies in its own texture coordinates ("Generated").
     pub texture_space: TextureSpace,
+    /// The vertices at equal steps of time while the shutter is open; empty where they stand still.
+    pub motion: Vec<MeshStep>,
     /// Corner indices, each below `positions.len()`.
     pub triangles: Vec<[u32; 3]>,
     /// The material of all triangles; `None` is the file format's default material.
@@ -198,6 +204,8 @@ pub struct Instance {
     pub mesh: MeshId,
     /// Object space to world space.
     pub world_from_object: DAffine3,
+    /// The same at equal steps of time while the shutter is open; empty where it stands still.
+    pub motion: Vec<DAffine3>,
     /// Which rays see it.
     pub visibility: Visibility,
     /// Where the camera sees it the picture is empty.

@@ -42,6 +42,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         }
     }
     tally.report(diagnostics);
+    super::motion::clean(scene, diagnostics);
     clean_instances(scene, diagnostics);
     duplicate_triangles::leave_out_across(scene).report(
         diagnostics,

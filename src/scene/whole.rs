@@ -103,6 +103,7 @@ impl Scene {
             clip_near: 0.0,
             clip_far: f64::INFINITY,
             aperture: None,
+            motion: None,
         })
     }
 }
@@ -124,6 +125,7 @@ mod tests {
                 ..Mesh::default()
             }],
             instances: vec![Instance {
+                motion: Vec::new(),
                 name: "a".into(),
                 mesh: MeshId(0),
                 world_from_object: place,

@@ -122,6 +122,7 @@ pub fn quad(a: [f32; 3], u: [f32; 3], v: [f32; 3]) -> Mesh {
 pub fn camera(position: DVec3, fov: f64) -> Camera {
     Camera {
         name: "camera".into(),
+        motion: None,
         world_from_camera: DAffine3::from_translation(position),
         projection: Projection::Perspective {
             vertical_fov: fov,
@@ -150,6 +151,7 @@ pub fn place(
     });
     for (i, t) in transforms.iter().enumerate() {
         scene.instances.push(Instance {
+            motion: Vec::new(),
             name: format!("{} {i}", id.0),
             mesh: id,
             world_from_object: *t,

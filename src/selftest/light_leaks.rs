@@ -100,7 +100,9 @@ fn follow(world: &World, inside: Vec3, path: u32) -> Leaks {
         if left == Some(triangle) {
             leaks.onto_itself += 1;
         }
-        let surface = world.surface::<Matte>(&hit, origin, Asking::along(direction));
+        let mut still = None;
+        let asking = Asking::along(direction);
+        let surface = world.surface::<Matte>(&hit, origin, asking, &mut still);
         if !surface.inside {
             leaks.from_outside += 1;
             break;
@@ -398,7 +400,9 @@ fn planes_through_the_camera(effort: Effort) -> Result<Vec<Finding>, RenderError
                 continue;
             };
             met += 1;
-            let surface = world.surface::<Matte>(&hit, from, Asking::along(to - from));
+            let mut still = None;
+            let asking = Asking::along(to - from);
+            let surface = world.surface::<Matte>(&hit, from, asking, &mut still);
             let n = surface.normals.geometric;
             let direction = Frame::from_normal(n)
                 .to_world(warp::cosine_hemisphere(Vec2::new(number(4), number(5))));
@@ -471,8 +475,9 @@ fn close_sheets(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                     let Some(hit) = meet(&world, Vec3::ZERO, direction) else {
                         return (1, 0);
                     };
-                    let surface =
-                        world.surface::<Matte>(&hit, Vec3::ZERO, Asking::along(direction));
+                    let mut still = None;
+                    let asking = Asking::along(direction);
+                    let surface = world.surface::<Matte>(&hit, Vec3::ZERO, asking, &mut still);
                     let origin = float::ray_origin(surface.point, -surface.normals.geometric);
                     let next = meet(&world, origin, direction);
                     let skipped = next.is_none_or(|next| next.geometry != 1);

@@ -19,6 +19,8 @@ pub struct Asking {
     pub kind: u32,
     /// Surfaces that have scattered its path.
     pub depth: u32,
+    /// When it is on its way, 0 to 1.
+    pub time: f32,
     /// What else is known of its path.
     pub past: Past,
 }
@@ -34,6 +36,8 @@ pub struct Sender {
     pub walked: f32,
     /// Where its length is counted from: the camera's near plane, as in Cycles.
     pub near: f32,
+    /// When it is on its way, 0 to 1.
+    pub time: f32,
     /// What else is known of it.
     pub past: Past,
 }
@@ -45,6 +49,7 @@ impl From<RayKind> for Sender {
             depth: 0,
             walked: 0.0,
             near: 0.0,
+            time: 0.0,
             past: Past::default(),
         }
     }
@@ -75,10 +80,11 @@ impl Past {
 
 /// The scene around a place, for programs that ask it by rays.
 pub trait Around: Sync {
-    /// What a ray meets first: where, and whether that is on the object of an entry.
-    fn meets(&self, ray: (Vec3, Vec3, [f32; 2]), object: &MeshInstance) -> Option<(Hit, bool)>;
-    /// Whether a shadow ray meets anything.
-    fn is_shut(&self, origin: Vec3, direction: Vec3, far: f32) -> bool;
+    /// What a ray, of a span and at a time, meets first: where, and whether that is on the object of an entry.
+    fn meets(&self, ray: (Vec3, Vec3, [f32; 2], f32), object: &MeshInstance)
+    -> Option<(Hit, bool)>;
+    /// Whether a shadow ray meets anything within a distance, at a time.
+    fn is_shut(&self, origin: Vec3, direction: Vec3, until: (f32, f32)) -> bool;
     /// The normals of a hit, outside: that of the triangle, and the smooth one.
     fn normals(&self, hit: &Hit) -> (Vec3, Vec3);
 }
@@ -90,6 +96,7 @@ impl Asking {
             direction,
             distance: sender.walked + hit.distance,
             near: sender.near,
+            time: hit.time,
             kind: sender.kind.bit(),
             depth: sender.depth,
             past: sender.past,
@@ -104,6 +111,7 @@ impl Asking {
             near: 0.0,
             kind: 0,
             depth: 0,
+            time: 0.0,
             past: Past::default(),
         }
     }

@@ -1,7 +1,8 @@
 //! From a scene's camera to one that makes rays.
 
-use crate::camera::{Aperture, Camera, Lens, Span, nearest_focus};
+use crate::camera::{Aperture, Camera, Lens, MovingCamera, Shutter, Span, nearest_focus};
 use crate::effects::Effect;
+use crate::math::motion;
 use crate::scene::{self, Projection};
 use enumset::EnumSet;
 use glam::DVec3;
@@ -14,6 +15,49 @@ pub fn prepare(
     kept: EnumSet<Effect>,
     (origin, distant): (DVec3, Option<(DVec3, f64)>),
 ) -> Camera {
+    let (lens, aperture) = optics(source, aspect, kept);
+    let (place, near, far) = (&source.world_from_camera, source.clip_near, source.clip_far);
+    let camera = Camera::new(lens, aperture, place, origin, near, far);
+    match distant {
+        Some(all) => camera.distant(place, origin, (near, far), all),
+        None => camera,
+    }
+}
+
+/// The shutter and the moving camera, where something moves.
+pub fn shutter(
+    source: &scene::Camera,
+    shutter: &scene::Shutter,
+    aspect: f64,
+    kept: EnumSet<Effect>,
+    (origin, distant): (DVec3, Option<(DVec3, f64)>),
+) -> Option<Shutter> {
+    if !kept.contains(Effect::MotionBlur) {
+        return None;
+    }
+    let camera = source.motion.as_ref().map(|moving| {
+        let (lens, aperture) = optics(source, aspect, kept);
+        let still = std::slice::from_ref(&source.world_from_camera);
+        let steps = if moving.steps.is_empty() {
+            still
+        } else {
+            &moving.steps
+        };
+        MovingCamera {
+            lens,
+            aperture,
+            steps: motion::decompose(steps),
+            zoom: moving.zoom,
+            origin,
+            clip: (source.clip_near, source.clip_far),
+            distant,
+        }
+    });
+    Some(Shutter::new(&shutter.curve, shutter.rolling, camera))
+}
+
+/// The lens and its opening.
+fn optics(source: &scene::Camera, aspect: f64, kept: EnumSet<Effect>) -> (Lens, Option<Aperture>) {
     let window = source
         .window
         .map(|window| window.widened_to(aspect))
@@ -42,10 +86,5 @@ pub fn prepare(
             ratio: a.ratio as f32,
             focus_distance: a.focus_distance.max(nearest_focus(a.radius, a.ratio)) as f32,
         });
-    let (place, near, far) = (&source.world_from_camera, source.clip_near, source.clip_far);
-    let camera = Camera::new(lens, aperture, place, origin, near, far);
-    match distant {
-        Some(all) => camera.distant(place, origin, (near, far), all),
-        None => camera,
-    }
+    (lens, aperture)
 }

@@ -230,6 +230,7 @@ fn view(scene: &Scene) -> View {
         clip_near: 0.0,
         clip_far: f64::INFINITY,
         aperture: None,
+        motion: None,
     };
     let camera = scene.cameras.first().unwrap_or(&nobody);
     View::new(camera, (1.0, 1), DVec3::ZERO)
@@ -251,6 +252,14 @@ fn move_vertices(mesh: &mut Mesh, names: &[Name], moved: &HashMap<Name, Vec3>, d
     for (position, name) in mesh.positions.iter_mut().zip(names) {
         if let Some(offset) = moved.get(name) {
             *position = (Vec3::from(*position) + *offset).into();
+        }
+    }
+    // As in Cycles: at each step by as much.
+    for step in &mut mesh.motion {
+        for (position, name) in step.positions.iter_mut().zip(names) {
+            if let Some(offset) = moved.get(name) {
+                *position = (Vec3::from(*position) + *offset).into();
+            }
         }
     }
     // What has become a line has no side.

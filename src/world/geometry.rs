@@ -2,7 +2,11 @@
 
 use super::asking::{Around, Asking};
 use super::material::PreparedMaterial;
+use super::moving::{self, Path, Slack};
 use super::place::{HitPoint, ObjectFacts};
+use super::turned::{
+    as_normal, cofactor, double, outside_cofactor, placed_normals, placed_points, unit,
+};
 use crate::effects::{Features, General};
 use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
 use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
@@ -10,7 +14,7 @@ use crate::scene::graph::TangentKind;
 use crate::scene::{Mesh, Visibility};
 use crate::shading::Normals;
 use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled};
-use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
 /// A mesh with its attributes, in object space, or in world space if it is placed once.
@@ -18,6 +22,8 @@ pub struct MeshData {
     /// Shared with Embree.
     pub triangles: Arc<TriangleMesh>,
     pub(super) normals: Option<Vec<[f32; 3]>>,
+    /// The same at steps of time, where they move.
+    pub(super) moving_normals: Vec<Vec<[f32; 3]>>,
     pub(super) tangents: Option<Vec<[f32; 4]>>,
     pub(super) radial: Option<Vec<[f32; 3]>>,
     /// Coordinates that programs ask for, where the mesh's texture space does not give them.
@@ -47,30 +53,6 @@ pub struct Attributes {
     pub attributes: usize,
 }
 
-/// Transforms normals: the cofactor matrix keeps their direction under any scale and mirror.
-fn cofactor(m: &DMat3) -> DMat3 {
-    DMat3::from_cols(
-        m.y_axis.cross(m.z_axis),
-        m.z_axis.cross(m.x_axis),
-        m.x_axis.cross(m.y_axis),
-    )
-}
-
-fn unit(v: DVec3) -> [f32; 3] {
-    v.try_normalize()
-        .unwrap_or(DVec3::ZERO)
-        .as_vec3()
-        .to_array()
-}
-
-/// Transforms what is no unit vector by a matrix for normals, whatever the scale of that.
-fn as_normal(matrix: &DMat3, v: DVec3) -> [f32; 3] {
-    let scale = matrix.x_axis.length() + matrix.y_axis.length() + matrix.z_axis.length();
-    (*matrix * v / scale.max(f64::MIN_POSITIVE))
-        .as_vec3()
-        .to_array()
-}
-
 impl MeshData {
     /// Takes a mesh over, transformed in f64 if it stands in world space.
     pub fn new(
@@ -79,10 +61,17 @@ impl MeshData {
         transform: Option<&DAffine3>,
         kept: Attributes,
     ) -> Result<Self, EmbreeError> {
-        let d3 = |v: &[f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+        let d3 = double;
         let given_normals = mesh.normals.as_ref().filter(|_| mesh.is_smooth());
         let given_tangents = mesh.tangents.as_ref().filter(|_| kept.tangents);
         let given_radial = mesh.radial.as_ref().filter(|_| kept.radial);
+        let steps = moving::steps(mesh, transform).into_iter();
+        let (moved, moving_normals): (Vec<_>, Vec<_>) =
+            steps.map(|step| (step.positions, step.normals)).unzip();
+        let given_normals = given_normals.or_else(|| {
+            let moves = !mesh.motion.is_empty();
+            mesh.normals.as_ref().filter(|_| moves)
+        });
         let (positions, normals, tangents, radial) = match transform {
             None => (
                 mesh.positions.clone(),
@@ -92,14 +81,10 @@ impl MeshData {
             ),
             Some(t) => {
                 let mirrored = t.matrix3.determinant() < 0.0;
-                // The cofactor of a mirror turns normals over; the sign keeps them outside.
-                let n = cofactor(&t.matrix3) * if mirrored { -1.0 } else { 1.0 };
+                let n = outside_cofactor(&t.matrix3);
                 (
-                    mesh.positions
-                        .iter()
-                        .map(|p| t.transform_point3(d3(p)).as_vec3().to_array())
-                        .collect(),
-                    given_normals.map(|v| v.iter().map(|x| unit(n * d3(x))).collect()),
+                    placed_points(t, &mesh.positions),
+                    given_normals.map(|v| placed_normals(t, v)),
                     given_tangents.map(|v| {
                         v.iter()
                             .map(|x| {
@@ -113,8 +98,12 @@ impl MeshData {
             }
         };
         Ok(Self {
-            triangles: Arc::new(TriangleMesh::new(positions, mesh.triangles.clone())?),
+            triangles: Arc::new(moving::triangles(
+                TriangleMesh::new(positions, mesh.triangles.clone())?,
+                moved,
+            )?),
             normals,
+            moving_normals: moving_normals.into_iter().flatten().collect(),
             tangents,
             radial,
             generated: mesh.generated.clone().filter(|_| kept.generated),
@@ -142,9 +131,13 @@ impl MeshData {
         let generated = self.generated.as_ref().map_or(0, Vec::len);
         let colors = self.colors.as_ref().map_or(0, Vec::len);
         let uvs = self.uvs.iter().map(Vec::len).sum();
+        let moving: usize = self.moving_normals.iter().map(Vec::len).sum();
         (
-            of(self.triangles.vertices().len(), 12) + of(self.triangles.triangles().len(), 12),
-            of(normals + radial + generated, 12) + of(tangents + colors, 16) + of(uvs, 8),
+            of(
+                self.triangles.vertices().len(),
+                12 * (1 + self.triangles.steps()),
+            ) + of(self.triangles.triangles().len(), 12),
+            of(moving + normals + radial + generated, 12) + of(tangents + colors, 16) + of(uvs, 8),
         )
     }
 
@@ -191,6 +184,10 @@ pub struct MeshInstance {
     pub object: u32,
     /// What programs may ask about it, where some do.
     pub facts: Option<Arc<ObjectFacts>>,
+    /// It is one thing at one time and another at another: see [`super::moving`].
+    pub moves: bool,
+    pub(super) slack: Slack,
+    path: Option<Path>,
 }
 
 #[derive(Clone)]
@@ -232,6 +229,9 @@ impl MeshInstance {
             visibility,
             object: 0,
             facts: None,
+            moves: false,
+            slack: Slack::default(),
+            path: None,
         }
     }
 
@@ -258,6 +258,9 @@ impl MeshInstance {
             visibility,
             object: 0,
             facts: None,
+            moves: false,
+            slack: Slack::default(),
+            path: None,
         }
     }
 
@@ -265,6 +268,21 @@ impl MeshInstance {
     #[must_use]
     pub fn with_facts(self, facts: Option<Arc<ObjectFacts>>) -> Self {
         Self { facts, ..self }
+    }
+
+    /// The same moving, on a way of its own or with its mesh alone.
+    #[must_use]
+    pub fn moving(self, path: Option<Path>) -> Self {
+        Self {
+            moves: true,
+            path,
+            ..self
+        }
+    }
+
+    /// Its way, where it has one.
+    pub(super) fn path(&self) -> Option<Path> {
+        self.path
     }
 
     /// The placement of an instance.
@@ -345,10 +363,26 @@ impl MeshInstance {
 
     #[inline]
     fn placed<E: Features>(&self, local: BoundedPoint) -> BoundedPoint {
+        if E::EVERYTHING && self.moves {
+            return self.placed_for_a_moment(local);
+        }
         match self.placement::<E>() {
             None => local,
             Some(p) => p.world_from_object.bounded_point(local),
         }
+    }
+
+    #[cold]
+    fn placed_for_a_moment(&self, mut local: BoundedPoint) -> BoundedPoint {
+        local.error += self.slack.corners;
+        let Some(p) = &self.instance else {
+            return local;
+        };
+        let mut point = p.world_from_object.bounded_point(local);
+        let Affine { x, y, z, .. } = p.world_from_object;
+        let size = Vec3::new(x.length(), y.length(), z.length()).dot(local.point.abs());
+        point.error += self.slack.origin + Vec3::splat(self.slack.axes * size);
+        point
     }
 
     /// A direction of the mesh in world space.
@@ -449,8 +483,7 @@ impl Mixed<'_> {
 
 #[inline]
 pub fn surface<'a, E: Features>(
-    entry: &'a MeshInstance,
-    mesh: &'a MeshData,
+    (entry, mesh, triangle): (&'a MeshInstance, &'a MeshData, u32),
     material: &'a PreparedMaterial,
     hit: &Hit,
     (origin, asking): (Vec3, Asking),
@@ -458,7 +491,7 @@ pub fn surface<'a, E: Features>(
 ) -> Surface<'a> {
     let direction = asking.direction;
     // Looked up once.
-    let mut at = entry.at(mesh, (hit.primitive, hit.u, hit.v), asking);
+    let mut at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
     if E::EVERYTHING {
         at.around = around;
     }
@@ -544,21 +577,21 @@ pub fn surface<'a, E: Features>(
 /// coordinates, of where the point is projected to on the tangent planes of the corners, as far as it lies below them
 /// (Hanika, *Hacking the Shadow Terminator*; Boubekeur and Alexa, *Phong Tessellation*, 2008). `side`: the triangle's
 /// normal on the side that counts. 0 where there are no normals, or the surface is hollow.
-pub fn lift(entry: &MeshInstance, mesh: &MeshData, hit: &Hit, side: Vec3) -> Vec3 {
+pub fn lift(
+    (entry, mesh, triangle): (&MeshInstance, &MeshData, u32),
+    hit: &Hit,
+    side: Vec3,
+) -> Vec3 {
     let Some(normals) = &mesh.normals else {
         return Vec3::ZERO;
     };
-    let at = entry.at(
-        mesh,
-        (hit.primitive, hit.u, hit.v),
-        Asking::along(Vec3::ZERO),
-    );
+    let at = entry.at(mesh, (triangle, hit.u, hit.v), Asking::along(Vec3::ZERO));
     let sign = if entry.normal::<General>(at.vector(normals)).dot(side) < 0.0 {
         -1.0
     } else {
         1.0
     };
-    let [a, b, c] = mesh.corners(hit.primitive);
+    let [a, b, c] = mesh.corners(triangle);
     let (to_b, to_c) = (b - a, c - a);
     // The point from each corner, without the corners' own size.
     let from_a = to_b * hit.u + to_c * hit.v;

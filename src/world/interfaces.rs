@@ -71,7 +71,11 @@ pub(super) fn close_entries(
         .filter(|(_, entry)| bounds_interface(&meshes[entry.mesh as usize]))
         .map(|(number, entry)| {
             let mesh = &meshes[entry.mesh as usize];
-            let (low, high) = mesh.bounds(&entry.transform());
+            // What moves may come near to all others.
+            let (low, high) = match entry.moves {
+                true => (Vec3::splat(f32::MIN), Vec3::splat(f32::MAX)),
+                false => mesh.bounds(&entry.transform()),
+            };
             // The error of points is γ(8) of their coordinates and of the edges to them.
             let error = (low.abs().max(high.abs()) + (high - low)) * float::gamma(64);
             Placed {
@@ -143,6 +147,7 @@ impl World {
                     near: hit.distance.next_up(),
                     far: f32::INFINITY,
                     mask: kind.bit(),
+                    time: hit.time,
                 });
             }
         }
@@ -223,10 +228,10 @@ impl World {
 
     /// Interfaces within the errors of the point of a hit, but not its own triangle.
     fn interfaces_about(&self, hit: &Hit, kind: RayKind) -> Vec<Hit> {
-        let entry = &self.geometry.entries[hit.object() as usize];
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
-        let at: BoundedPoint = entry.point::<General>(mesh, hit.primitive, hit.u, hit.v);
-        let normal = entry.geometric_normal::<General>(mesh, hit.primitive);
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
+        let at: BoundedPoint = entry.point::<General>(mesh, triangle, hit.u, hit.v);
+        let normal = entry.geometric_normal::<General>(mesh, triangle);
         let beyond = (float::ray_origin(at, normal) - at.point).length() * REACH;
         let mut found: Vec<Hit> = Vec::new();
         self.geometry.embree.visit(
@@ -236,6 +241,7 @@ impl World {
                 near: 0.0,
                 far: 2.0 * beyond,
                 mask: kind.bit(),
+                time: hit.time,
             },
             |other| {
                 if self.is_close(other)
@@ -279,10 +285,10 @@ impl World {
 
     /// The corners of a triangle in world space: rounded to f32 as they are stored, and placed in f64.
     fn exact_corners(&self, hit: &Hit) -> [DVec3; 3] {
-        let entry = &self.geometry.entries[hit.object() as usize];
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
         let t = entry.transform();
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
-        mesh.corners(hit.primitive).map(|corner| {
+        mesh.corners(triangle).map(|corner| {
             let p = corner.as_dvec3();
             t.x.as_dvec3() * p.x
                 + t.y.as_dvec3() * p.y

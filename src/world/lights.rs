@@ -3,10 +3,11 @@
 use super::asking::Asking;
 use super::geometry::{MeshData, MeshInstance};
 use super::material::PreparedMaterial;
+use super::placed::Geometry;
 use super::shine::Shine;
 use super::view::{View, from_blender};
 use crate::effects::{self, Effect, General};
-use crate::ffi::embree::{Device, EmbreeError};
+use crate::ffi::embree::{CommittedScene, Device, EmbreeError};
 use crate::light::computed::{ComputedLight, LightAxes};
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
 use crate::light::environment::Disc;
@@ -26,21 +27,24 @@ struct PlacedMesh {
     material: Arc<PreparedMaterial>,
     /// Back faces of single-sided materials are not there.
     cull_backfaces: bool,
+    /// What knows where it is when it moves.
+    scene: CommittedScene,
 }
 
 impl EmissiveSurface for PlacedMesh {
     fn emitted(
         &self,
         (triangle, weights): (u32, Vec2),
-        from: Vec3,
-        wi: Vec3,
+        (from, wi): (Vec3, Vec3),
+        time: f32,
     ) -> Option<EmittedPoint> {
-        let Self {
-            entry,
-            mesh,
-            material,
-            ..
-        } = self;
+        let Self { mesh, material, .. } = self;
+        let place = (triangle, time);
+        let moment = (self.entry.moves).then(|| self.entry.at_time(mesh, &self.scene, place));
+        let (entry, mesh, triangle) = match &moment {
+            Some(moment) => moment.of(mesh, triangle),
+            None => (&self.entry, &**mesh, triangle),
+        };
         if self.cull_backfaces
             && material.single_sided
             && entry.geometric_normal::<General>(mesh, triangle).dot(wi) > 0.0
@@ -53,6 +57,7 @@ impl EmissiveSurface for PlacedMesh {
             let place = (triangle, weights.x, weights.y);
             let asking = Asking {
                 distance: point.point.distance(from),
+                time,
                 ..Asking::along(wi)
             };
             let at = entry.at(mesh, place, asking);
@@ -102,6 +107,15 @@ impl EmissiveSurface for PlacedMesh {
     fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.entry.world_corners(&self.mesh, triangle)
     }
+
+    fn moves(&self) -> bool {
+        self.entry.moves
+    }
+
+    fn corners_at(&self, triangle: u32, time: f32) -> [Vec3; 3] {
+        let place = (triangle, time);
+        self.entry.corners_at(&self.mesh, &self.scene, place)
+    }
 }
 
 /// The lights of a scene that the effects keep, with those of placed meshes.
@@ -110,11 +124,12 @@ pub(super) fn prepare(
     effects: EnumSet<Effect>,
     (origin, eye, cull_backfaces): (DVec3, Eye, bool),
     view: View,
-    entries: &[MeshInstance],
-    (meshes, materials): (&[Arc<MeshData>], &[Arc<PreparedMaterial>]),
+    geometry: &Geometry,
+    materials: &[Arc<PreparedMaterial>],
     device: &Device,
 ) -> Result<LightSet, EmbreeError> {
     let by_kind = effects.contains(Effect::RayVisibility);
+    let (entries, meshes) = (&geometry.entries, &geometry.meshes);
     let mut builder = LightSetBuilder::new(eye, cull_backfaces);
     for (number, light) in scene.lights.iter().enumerate() {
         if effects::keeps(effects, light)
@@ -143,6 +158,7 @@ pub(super) fn prepare(
                     mesh: mesh.clone(),
                     material: material.clone(),
                     cull_backfaces,
+                    scene: geometry.embree.clone(),
                 }),
             });
         }

@@ -8,12 +8,14 @@ mod interfaces;
 mod lids;
 mod lights;
 mod material;
+mod moving;
 mod neighbourhood;
 mod origin;
 mod passing;
 mod place;
 mod placed;
 mod shine;
+mod turned;
 mod view;
 
 pub use crate::ffi::embree::{Hit, InstructionSet};
@@ -23,9 +25,10 @@ pub use asking::{Asking, Past, Sender};
 pub use displacement::displace;
 pub use geometry::Surface;
 pub use interfaces::Passage;
+pub use moving::Moment;
 pub use place::HitPoint;
 
-use crate::camera::Camera;
+use crate::camera::{Camera, Shutter};
 use crate::effects::{self, Effect, Features, General};
 use crate::ffi::embree::{Device, EmbreeError, Ray};
 use crate::light::LightSet;
@@ -55,6 +58,8 @@ pub struct World {
     pub lights: LightSet,
     /// The camera.
     pub camera: Camera,
+    /// When paths are on their way, and where the camera is then; `None` where nothing moves.
+    pub shutter: Option<Shutter>,
     /// Where the paths begin, as the lights know it.
     eye: Eye,
     /// What was subtracted from all positions, world space, metres.
@@ -175,8 +180,8 @@ impl World {
             options.effects,
             (origin, eye, options.cull_backfaces),
             View::new(options.camera, (options.aspect, options.rows), origin),
-            &geometry.entries,
-            (&geometry.meshes, &materials),
+            &geometry,
+            &materials,
             &device,
         )?;
         let view = (origin, distant);
@@ -185,6 +190,13 @@ impl World {
             materials,
             lights,
             camera: camera::prepare(options.camera, options.aspect, options.effects, view),
+            shutter: camera::shutter(
+                options.camera,
+                &scene.shutter,
+                options.aspect,
+                options.effects,
+                view,
+            ),
             eye,
             origin,
             extent: origin::extent(scene),
@@ -259,8 +271,8 @@ impl World {
                 options.effects,
                 (origin, eye, options.cull_backfaces),
                 View::new(options.camera, (options.aspect, options.rows), origin),
-                &geometry.entries,
-                (&geometry.meshes, materials),
+                geometry,
+                materials,
                 &self.device,
             )?;
             self.eye = eye;
@@ -274,7 +286,9 @@ impl World {
             self.geometry = geometry;
         }
         let view = (origin, None);
-        self.camera = camera::prepare(options.camera, options.aspect, options.effects, view);
+        let (aspect, effects) = (options.aspect, options.effects);
+        self.camera = camera::prepare(options.camera, aspect, effects, view);
+        self.shutter = camera::shutter(options.camera, &scene.shutter, aspect, effects, view);
         Ok(stale)
     }
 
@@ -369,10 +383,10 @@ impl World {
         if self.naive_terminator {
             return None;
         }
-        let entry = &self.geometry.entries[hit.instance.unwrap_or(hit.geometry) as usize];
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        let mut moment = None;
+        let object = self.object_at::<General>(hit, &mut moment);
         let normal = surface.normals.geometric;
-        let lift = geometry::lift(entry, mesh, hit, normal);
+        let lift = geometry::lift(object, hit, normal);
         // What is not above the error of the point is no height.
         if lift.dot(normal) <= normal.abs().dot(surface.point.error) {
             return None;
@@ -384,6 +398,7 @@ impl World {
             near: float::RAY_START,
             far: 1.0,
             mask: RayKind::Shadow.bit(),
+            time: hit.time,
         };
         (!self.geometry.embree.occluded(&ray)).then_some(start + lift)
     }
@@ -422,20 +437,19 @@ impl World {
         (seen && fits && !self.naive_terminator).then_some(back)
     }
 
-    /// The surface at a hit of the ray that begins at `origin`.
+    /// The surface at a hit of the ray that begins at `origin`; `moment` is for one that moves.
     #[inline]
-    pub fn surface<E: Features>(&self, hit: &Hit, origin: Vec3, asking: Asking) -> Surface<'_> {
-        let index = if E::CURVED {
-            hit.object()
-        } else {
-            hit.geometry
-        };
-        let entry = &self.geometry.entries[index as usize];
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
+    pub fn surface<'a, E: Features>(
+        &'a self,
+        hit: &Hit,
+        origin: Vec3,
+        asking: Asking,
+        moment: &'a mut Option<Moment>,
+    ) -> Surface<'a> {
+        let object = self.object_at::<E>(hit, moment);
         geometry::surface::<E>(
-            entry,
-            mesh,
-            &self.materials[mesh.material as usize],
+            object,
+            &self.materials[object.1.material as usize],
             hit,
             (origin, asking),
             self.traces().then_some(self),
@@ -447,7 +461,7 @@ impl Around for World {
     #[cold]
     fn meets(
         &self,
-        (origin, direction, [near, far]): (Vec3, Vec3, [f32; 2]),
+        (origin, direction, [near, far], time): (Vec3, Vec3, [f32; 2], f32),
         object: &MeshInstance,
     ) -> Option<(Hit, bool)> {
         let hit = self.geometry.embree.intersect(&Ray {
@@ -456,28 +470,30 @@ impl Around for World {
             near,
             far,
             mask: u32::MAX,
+            time,
         })?;
         let met = &self.geometry.entries[hit.object() as usize];
         Some((hit, met.object == object.object))
     }
 
     #[cold]
-    fn is_shut(&self, origin: Vec3, direction: Vec3, far: f32) -> bool {
+    fn is_shut(&self, origin: Vec3, direction: Vec3, (far, time): (f32, f32)) -> bool {
         self.geometry.embree.occluded(&Ray {
             origin: origin.to_array(),
             direction: direction.to_array(),
             near: float::RAY_START,
             far,
             mask: RayKind::Shadow.bit(),
+            time,
         })
     }
 
     #[cold]
     fn normals(&self, hit: &Hit) -> (Vec3, Vec3) {
-        let entry = &self.geometry.entries[hit.object() as usize];
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
-        let outside = entry.geometric_normal::<General>(mesh, hit.primitive);
-        let place = (hit.primitive, hit.u, hit.v);
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
+        let outside = entry.geometric_normal::<General>(mesh, triangle);
+        let place = (triangle, hit.u, hit.v);
         let at = entry.at(mesh, place, Asking::along(Vec3::ZERO));
         (outside, entry.smooth_normal(mesh, &at))
     }

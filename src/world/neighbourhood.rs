@@ -74,7 +74,10 @@ impl HitPoint<'_> {
         std::iter::from_fn(move || {
             while left > 0 {
                 left -= 1;
-                let (hit, is_own) = around.meets((origin, direction, [from, far]), self.entry)?;
+                let (hit, is_own) = around.meets(
+                    (origin, direction, [from, far], self.asking.time),
+                    self.entry,
+                )?;
                 from = hit.distance.next_up();
                 if is_own {
                     return Some(hit);
@@ -116,7 +119,7 @@ impl HitPoint<'_> {
                 let ray = (origin, direction, [0.0, distance]);
                 self.local_hits(around, ray, 1).next().is_some()
             } else {
-                around.is_shut(origin, direction, distance)
+                around.is_shut(origin, direction, (distance, self.asking.time))
             };
             open += u32::from(!shut);
         }

@@ -1,8 +1,9 @@
 //! Where the origin of the world is: positions are f32 about it.
 
 use crate::math::float::UNIT_ROUNDOFF;
-use crate::scene::{Camera, LightKind, Projection, Scene};
-use glam::DVec3;
+use crate::math::motion;
+use crate::scene::{Camera, Instance, LightKind, Projection, Scene};
+use glam::{DAffine3, DVec3};
 
 /// The origin, and what all that can be seen is in where the camera is far away from it.
 pub struct Origin {
@@ -84,10 +85,10 @@ fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
                     high[axis]
                 }
             };
-            let corner = DVec3::new(pick(0), pick(1), pick(2));
-            instance.world_from_object.transform_point3(corner)
+            DVec3::new(pick(0), pick(1), pick(2))
         };
-        Some(hull((0..8).map(corner)))
+        let at = |place: DAffine3| (0..8).map(move |i| place.transform_point3(corner(i)));
+        Some(hull(places(instance).into_iter().flat_map(at)))
     });
     let lights = scene.lights.iter().filter_map(|light| {
         let m = &light.world_from_light.matrix3;
@@ -107,6 +108,17 @@ fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
     placed.chain(lights).reduce(join)
 }
 
+/// Where an object is: if it moves, at some of all times.
+fn places(instance: &Instance) -> Vec<DAffine3> {
+    const TIMES: u16 = 64;
+    if instance.motion.is_empty() {
+        return vec![instance.world_from_object];
+    }
+    let parts = motion::decompose(&instance.motion);
+    let time = |i| f32::from(i) / f32::from(TIMES);
+    (0..=TIMES).map(|i| motion::at(&parts, time(i))).collect()
+}
+
 fn hull(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
         (low.min(p), high.max(p))
@@ -116,7 +128,8 @@ fn hull(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
 fn mesh_bounds(mesh: &crate::scene::Mesh) -> Option<(DVec3, DVec3)> {
     let corner = |&[x, y, z]: &[f32; 3]| DVec3::new(f64::from(x), f64::from(y), f64::from(z));
     let used = !mesh.triangles.is_empty() && !mesh.positions.is_empty();
-    used.then(|| hull(mesh.positions.iter().map(corner)))
+    let steps = mesh.motion.iter().flat_map(|step| &step.positions);
+    used.then(|| hull(mesh.positions.iter().chain(steps).map(corner)))
 }
 
 #[cfg(test)]

@@ -27,11 +27,11 @@ impl World {
         if !self.cull_backfaces {
             return false;
         }
-        let entry = &self.geometry.entries[hit.object() as usize];
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
         self.materials[mesh.material as usize].single_sided
             && entry
-                .geometric_normal::<General>(mesh, hit.primitive)
+                .geometric_normal::<General>(mesh, triangle)
                 .dot(direction)
                 > 0.0
     }
@@ -53,7 +53,9 @@ impl World {
             return 1.0;
         }
         let asking = Asking::of(sender, direction, hit);
-        let at = entry.at(mesh, (hit.primitive, hit.u, hit.v), asking);
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<E>(hit, &mut moment);
+        let at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
         material.opacity(&at)
     }
 
@@ -76,8 +78,10 @@ impl World {
         let entry = &self.geometry.entries[hit.object() as usize];
         let mesh = &self.geometry.meshes[entry.mesh as usize];
         let material = &self.materials[mesh.material as usize];
-        let place = (hit.primitive, hit.u, hit.v);
         material.is_tinted.then(|| {
+            let mut moment = None;
+            let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
+            let place = (triangle, hit.u, hit.v);
             let mut at = entry.at(mesh, place, asking);
             // Shadow rays ask while Embree traces them; Cycles has no rays there either.
             if asking.kind != RayKind::Shadow.bit() {
@@ -113,6 +117,7 @@ impl World {
             near,
             far,
             mask: sender.kind.bit(),
+            time: sender.time,
         };
         if !self.filters::<E>() {
             return self.geometry.embree.intersect(&ray);
@@ -140,6 +145,7 @@ impl World {
             near,
             far,
             mask: sender.kind.bit(),
+            time: sender.time,
         };
         if !self.filters::<E>() {
             let hit = self.geometry.embree.intersect(&ray);
@@ -200,6 +206,7 @@ impl World {
             near: float::RAY_START,
             far,
             mask: RayKind::Shadow.bit(),
+            time: sender.time,
         };
         if !self.filters::<E>() {
             return if self.geometry.embree.occluded(&ray) {

@@ -34,6 +34,18 @@ pub struct ObjectFacts {
 }
 
 impl ObjectFacts {
+    /// The same of an object that has come to another place, relative to the origin.
+    pub fn moved(&self, placed: &DAffine3) -> Self {
+        let origin = self.origin.as_dvec3();
+        let world_from_object = DAffine3 {
+            translation: placed.translation + origin,
+            ..*placed
+        };
+        let is_shared = self.object_from_world.is_none();
+        let about = (self.info.clone(), self.texture_space);
+        Self::new(&world_from_object, origin, is_shared, about, self.view)
+    }
+
     /// Of an object with a mesh that is placed once (in world space), or more often.
     pub fn new(
         world_from_object: &DAffine3,

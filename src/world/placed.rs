@@ -5,12 +5,14 @@ use super::geometry::{Attributes, MeshData, MeshInstance};
 use super::interfaces;
 use super::lids::Lids;
 use super::material::PreparedMaterial;
+use super::moving::Path;
 use super::place::ObjectFacts;
 use super::view::View;
 use crate::effects::{self, Effect};
 use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError};
 use crate::scene::{Instance, Mesh, RayKind, Scene};
 use glam::{DAffine3, DVec3};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Meshes in their places.
@@ -90,6 +92,7 @@ fn objects(scene: &Scene) -> Vec<u32> {
         let same = |b: &Instance| {
             b.name == instance.name
                 && b.world_from_object == instance.world_from_object
+                && b.motion == instance.motion
                 && b.mesh != instance.mesh
         };
         number += u32::from(!before.is_some_and(same));
@@ -121,6 +124,8 @@ struct Builder<'a> {
     origin: DVec3,
     keeps_visibility: bool,
     view: View,
+    /// What moves does so.
+    moves: bool,
     top: embree::Scene,
     meshes: Vec<Arc<MeshData>>,
     entries: Vec<MeshInstance>,
@@ -152,25 +157,55 @@ impl Builder<'_> {
             Arc::new(facts)
         });
         if !is_shared {
+            let mesh = &*self.still(mesh);
             let data = MeshData::new(mesh, material, Some(&transform), needs.attributes)?;
             self.top
                 .add_triangles(&data.triangles, needs.filtered, visibility.bits())?;
             let flipped = transform.matrix3.determinant() < 0.0;
             let entry = MeshInstance::flat(self.meshes.len() as u32, flipped, visibility);
-            self.entries.push(entry.with_facts(facts));
+            let entry = entry.with_facts(facts);
+            self.entries.push(match data.triangles.moves() {
+                true => entry.moving(None),
+                false => entry,
+            });
             self.meshes.push(Arc::new(data));
             return Ok(());
         }
         let (number, child) = self.shared(instance.mesh.0 as usize, mesh, (material, needs))?;
         let entry = MeshInstance::instance(number, &transform, visibility).with_facts(facts);
+        if self.moves && !instance.motion.is_empty() {
+            let relative = instance.motion.iter().map(|step| DAffine3 {
+                translation: step.translation - self.origin,
+                ..*step
+            });
+            let steps: Vec<DAffine3> = relative.collect();
+            let (path, steps) = Path::new(&steps, self.entries.len() as u32);
+            self.top
+                .add_moving_instance(&child, &steps, visibility.bits())?;
+            self.entries.push(entry.moving(Some(path)));
+            return Ok(());
+        }
         let m = &entry.transform();
         self.top.add_instance(
             &child,
             &[m.x, m.y, m.z, m.translation].map(|column| column.to_array()),
             visibility.bits(),
         )?;
-        self.entries.push(entry);
+        let moves = self.meshes[number as usize].triangles.moves();
+        self.entries
+            .push(if moves { entry.moving(None) } else { entry });
         Ok(())
+    }
+
+    /// A mesh without its motion, where nothing is to move.
+    fn still<'a>(&self, mesh: &'a Mesh) -> Cow<'a, Mesh> {
+        if self.moves || mesh.motion.is_empty() {
+            return Cow::Borrowed(mesh);
+        }
+        Cow::Owned(Mesh {
+            motion: Vec::new(),
+            ..mesh.clone()
+        })
     }
 
     /// A mesh that is placed more than once: made when it is first met.
@@ -183,6 +218,7 @@ impl Builder<'_> {
         if let Some(shared) = &self.shared[slot] {
             return Ok(shared.clone());
         }
+        let mesh = &*self.still(mesh);
         let data = MeshData::new(mesh, material, None, needs.attributes)?;
         let mut child = embree::Scene::new(self.device, self.robust)?;
         child.add_triangles(&data.triangles, needs.filtered, u32::MAX)?;
@@ -214,6 +250,7 @@ impl Geometry {
             origin,
             keeps_visibility: options.effects.contains(Effect::RayVisibility),
             view: View::new(options.camera, (options.aspect, options.rows), origin),
+            moves: options.effects.contains(Effect::MotionBlur),
             top: embree::Scene::new(device, robust)?,
             meshes: Vec::new(),
             entries: Vec::new(),
@@ -233,7 +270,8 @@ impl Geometry {
             filtered |= needs.filtered;
             tinted |= needs.tinted;
             traces |= needs.traces;
-            let is_shared = placements[instance.mesh.0 as usize] > 1;
+            let is_shared = placements[instance.mesh.0 as usize] > 1
+                || builder.moves && !instance.motion.is_empty();
             builder.place(instance, mesh, (material, needs), is_shared)?;
             if let Some(entry) = builder.entries.last_mut() {
                 entry.object = object;

@@ -35,12 +35,15 @@ class Engine(bpy.types.RenderEngine):
 
     # Set by `exported`: what to call with the depsgraph, and what came of it.
     task = layer = None
+    # The engine that renders now.
+    current = None
     result = error = None
 
     def render(self, depsgraph):
         """Called by Blender for each view layer."""
         if depsgraph.view_layer.name != Engine.layer:
             return
+        Engine.current = self
         try:
             Engine.result = Engine.task(depsgraph)
         except BaseException as error:
@@ -229,7 +232,8 @@ class ExportTest(unittest.TestCase):
         """Exports in a render."""
         def task(depsgraph):
             cache = os.path.join(self.folder, "cache")
-            return export.write_scene(depsgraph, depsgraph.scene, os.path.join(self.folder, "scene"), cache)
+            scene = os.path.join(self.folder, "scene")
+            return export.write_scene(depsgraph, depsgraph.scene, scene, cache, move=Engine.current.frame_set)
 
         found = Exported(in_render(task, layer))
         self.assertEqual(list(schema_check.errors(found.root, SCHEMA)), [])

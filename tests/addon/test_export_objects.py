@@ -372,7 +372,17 @@ class Left(kit.ExportTest):
 
     def test_motion_blur(self):
         self.scene.render.use_motion_blur = True
-        self.assertIn("motion blur", self.export().verdict("camera", "camera")["detail"])
+        thing = self.link("thing", kit.cube())
+        found = self.export()
+        self.assertNotIn("motion", str(found.root))
+        self.assertEqual(found.verdict("camera", "camera")["verdict"], "exact")
+        self.assertEqual(found.verdict("object", "thing")["verdict"], "exact")
+        thing.location.x = 1
+        thing.keyframe_insert("location", frame=1)
+        thing.location.x = 2
+        thing.keyframe_insert("location", frame=2)
+        self.scene.frame_set(1)
+        self.assertEqual(len(self.export().node("thing")["extensions"]["SUNDOG_object"]["motion"]), 3)
 
     def test_nothing_but_a_camera(self):
         found = self.export()

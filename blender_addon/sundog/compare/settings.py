@@ -57,7 +57,7 @@ _IMAGE_FORMAT = (
 
 
 def same_for_both(kept, scene, options):
-    """The picture itself: no compositor, no sequencer, no motion blur, one view, linear EXR."""
+    """The picture itself: no compositor, no sequencer, one view, linear EXR."""
     kept.keep(scene.render.image_settings, *_IMAGE_FORMAT)
     kept.keep(scene.render, "engine", "filepath")
     kept.set(
@@ -80,8 +80,6 @@ def same_for_both(kept, scene, options):
 def as_sundog(kept, scene):
     """Cycles by Sundog's settings: what biases it or differs from pixel to pixel is off."""
     sundog, cycles = scene.sundog, scene.cycles
-    # Sundog has no motion blur.
-    kept.set(scene.render, use_motion_blur=False)
     kept.set(
         cycles,
         device="CPU", samples=sundog.samples, time_limit=0.0, seed=sundog.seed, use_animated_seed=False,

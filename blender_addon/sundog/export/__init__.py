@@ -21,11 +21,12 @@ class ExportResult:
         self.timings, self.changed_geometry = timings, changed_geometry
 
 
-def write_scene(depsgraph, scene, folder, cache, *, report=None):
+def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None):
     """Writes `scene.gltf` to `folder`, with meshes and images in the folder `cache`.
 
     `depsgraph` is the render's, evaluated at the frame; `scene` its scene (evaluated or not);
-    `report(text)` is told what happens. Raises ExportError, and OSError where a folder cannot be
+    `report(text)` is told what happens; `move(frame, subframe)` brings the depsgraph to another time; without it
+    nothing is blurred by motion. Raises ExportError, and OSError where a folder cannot be
     written.
     """
     started = time.perf_counter()
@@ -33,7 +34,7 @@ def write_scene(depsgraph, scene, folder, cache, *, report=None):
     os.makedirs(cache, exist_ok=True)
     verdicts = Verdicts()
     timings = {}
-    exporter = scenes.Exporter(depsgraph, scene, folder, cache, verdicts, report or (lambda text: None))
+    exporter = scenes.Exporter(depsgraph, scene, folder, cache, verdicts, report or (lambda text: None), move)
 
     def timed(name, step):
         begun = time.perf_counter()
@@ -42,8 +43,11 @@ def write_scene(depsgraph, scene, folder, cache, *, report=None):
 
     if scene.camera is None:
         raise ExportError(f"the scene \"{scene.name}\" has no camera: add one, or make one active with Ctrl+Numpad 0")
-    timed("objects", exporter.objects)
-    timed("camera", exporter.camera)
+    try:
+        timed("objects", exporter.objects)
+        timed("camera", exporter.camera)
+    finally:
+        exporter.restore()
     timed("world", exporter.world)
     timed("file", exporter.finish)
     timings["total"] = time.perf_counter() - started

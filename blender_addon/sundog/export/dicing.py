@@ -136,12 +136,13 @@ def _with_middles(arrays, first, second, curved):
     found = {}
     for name, values in arrays.items():
         middle = (values[first] + values[second]) / 2
-        if name == "POSITION" and curved:
+        # Steps of a motion are called alike.
+        if name.lstrip("_").startswith("POSITION") and curved:
             # The middle of the cubic along an edge of a curved PN triangle (Vlachos et al. 2001, section 3.1).
-            normals, along = arrays["NORMAL"], values[second] - values[first]
+            normals, along = arrays[name.replace("POSITION", "NORMAL")], values[second] - values[first]
             rise = [n * (along * n).sum(axis=1, keepdims=True) for n in (normals[first], normals[second])]
             middle -= (rise[0] - rise[1]) / 8
-        elif name == "NORMAL":
+        elif name.lstrip("_").startswith("NORMAL"):
             middle /= numpy.maximum(numpy.linalg.norm(middle, axis=1, keepdims=True), 1e-30)
         elif name == "_VERTEX":
             middle = _named(values, first, second)

@@ -166,11 +166,19 @@ def _computed(mesh, name, width):
     return domain, numpy.stack(columns, axis=1).astype(numpy.float32)
 
 
-class Raw:
-    """The arrays of a mesh as Blender has them, with a hash of all of them."""
+def step_of(mesh, domain):
+    """Positions and normals of a mesh, as it is now, for the motion of one whose normals are those of a domain."""
+    positions = _read(mesh.vertices, "co", numpy.float32, 3)
+    normals = {"POINT": "vertex_normals", "CORNER": "corner_normals"}.get(domain)
+    return positions, None if normals is None else _read(getattr(mesh, normals), "vector", numpy.float32, 3)
 
-    def __init__(self, mesh, demands, diced=None):
+
+class Raw:
+    """The arrays of a mesh as Blender has them, with a hash of all of them. `steps`: see motion.Deformation."""
+
+    def __init__(self, mesh, demands, diced=None, steps=None):
         self.mesh = mesh
+        self.steps = steps or []
         self.demands = demands
         corners, polygons = len(mesh.loops), len(mesh.polygons)
         if corners > MOST_CORNERS:
@@ -218,10 +226,12 @@ class Raw:
             "uvs": [n or "" for n in self.uvs],
             "colors": [[n, w, domain] for (n, w), (domain, _) in self.colors.items()],
             "diced": diced and diced.key(),
+            "steps": len(self.steps),
         }
         digest.update(json.dumps(description, sort_keys=True).encode())
         arrays = [self.positions, self.corner_vertices, self.polygon_starts, self.slots, self.normals, self.generated, self.vertices]
         arrays += [*self.uvs.values(), *(values for _, values in self.colors.values())]
+        arrays += [array for step in self.steps if step is not None for array in step]
         for array in arrays:
             if array is not None:
                 digest.update(numpy.ascontiguousarray(array).data.cast("B") if array.size else b"")
@@ -331,6 +341,12 @@ class Raw:
             arrays["NORMAL"] = of_vertices(self.normals)
         elif self.domain == "CORNER":
             arrays["NORMAL"] = of_corners(self.normals)
+        for number, step in enumerate(self.steps):
+            if step is None:
+                continue
+            arrays[f"_POSITION_{number}"] = of_vertices(step[0])
+            if step[1] is not None:
+                arrays[f"_NORMAL_{number}"] = (of_corners if self.domain == "CORNER" else of_vertices)(step[1])
         if self.vertices is not None:
             arrays["_VERTEX"] = (of_corners if self.domain == "CORNER" else of_vertices)(self.vertices)
         if self.generated is not None and demand.generated:
@@ -470,14 +486,15 @@ class Stored:
         self.path, self.layout, self.written = path, layout, written
 
 
-def store(mesh, demands, cache, diced=None):
+def store(mesh, demands, cache, diced=None, steps=None):
     """Writes a mesh to the cache folder unless it is there; None if it has no faces.
 
-    `demands` has a Demand for each slot in use, `diced` says how its triangles are divided. Raises GeometryError.
+    `demands` has a Demand for each slot in use, `diced` says how its triangles are divided, and `steps`
+    how they move. Raises GeometryError.
     """
     if not len(mesh.polygons):
         return None
-    raw = Raw(mesh, demands, diced)
+    raw = Raw(mesh, demands, diced, steps)
     path = os.path.join(cache, f"mesh-{raw.hash}.bin")
     layout = _read_layout(path)
     if layout is not None:

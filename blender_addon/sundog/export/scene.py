@@ -9,9 +9,9 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, dicing, geometry, gltf, images, lights, materials, object_info, visibility
+from . import colorspace, culling, dicing, geometry, gltf, images, lights, materials, motion, object_info, visibility
 from . import world as worlds
-from .verdicts import APPROXIMATED, EXACT, LOST, Finding
+from .verdicts import APPROXIMATED, EXACT, LOST
 
 # glTF's axes are Y up: (x, y, z) of Blender is (x, z, -y). A permutation with a sign: exact.
 TO_GLTF = numpy.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
@@ -48,8 +48,10 @@ def node_matrix(matrix):
 class Exporter:
     """One export. Call `objects`, `camera`, `world` and `finish` in this order."""
 
-    def __init__(self, depsgraph, scene, folder, cache, verdicts, report):
+    def __init__(self, depsgraph, scene, folder, cache, verdicts, report, move=None):
         self.depsgraph, self.scene, self.cache = depsgraph, scene, cache
+        # What brings the depsgraph to a frame and a subframe, and what it is asked for so.
+        self.move, self.motion = move, None
         self.verdicts, self.report = verdicts, report
         self.view_layer = depsgraph.view_layer.original if hasattr(depsgraph.view_layer, "original") else depsgraph.view_layer
         self.path = os.path.join(folder, "scene.gltf")
@@ -74,6 +76,9 @@ class Exporter:
 
     def objects(self):
         """All that the depsgraph would render."""
+        if self.move is not None and motion.is_on(self.scene, self.view_layer):
+            self.motion = motion.Motion(self.depsgraph, self.scene, self.move)
+            self.motion.record(lambda shown: cameras.window(cameras.settings_of(shown, []), self.scene.render))
         eye, matrix, view = self._eye([])
         self._culling = culling.Culling(self.scene, eye, matrix, view)
         self._light_groups = {group.name for group in self.view_layer.lightgroups}
@@ -132,6 +137,11 @@ class Exporter:
             told = object_info.values(instance, self.scene, self.materials.values[: max(asked) + 1], asked)
             extension = {**(extension or {}), "values": told}
         key = (mesh, str(extension))
+        moving = self.motion.of(instance) if self.motion else None
+        if moving is not None:
+            extension = {**(extension or {}), "motion": [node_matrix(matrix) for matrix in moving]}
+            self._add_object(shown.name, mesh, node_matrix(instance.matrix_world), extension)
+            return
         place = self._placed.setdefault(key, (extension, [], []))
         place[1].append(shown.name)
         place[2].append([c for row in instance.matrix_world for c in row])
@@ -188,15 +198,19 @@ class Exporter:
     def _read_mesh(self, shown, slots):
         try:
             diced = self._dicing(shown)
+            findings = []
+            steps = self.motion.of_mesh(shown, findings) if self.motion else None
+            self.verdicts.extend("object", shown.name, findings, untouched=False)
             with geometry.readable(shown) as mesh:
-                return self._write_mesh(mesh, slots, shown.name, diced)
+                return self._write_mesh(mesh, slots, shown.name, (diced, steps))
         except geometry.GeometryError as error:
             self.verdicts.add("object", shown.name, LOST, f"it is left out: {error}")
         except MemoryError:
             self.verdicts.add("object", shown.name, LOST, "it is left out: there is not enough memory for it")
         return None
 
-    def _write_mesh(self, mesh, slots, name_of_object, diced=None):
+    def _write_mesh(self, mesh, slots, name_of_object, changes):
+        diced, steps = changes
         if not len(mesh.polygons):
             return None
         used = geometry.slots_in_use(mesh, len(slots))
@@ -206,7 +220,7 @@ class Exporter:
             if name is not None:
                 findings = material.findings + self._clear_glass(material.index)
                 self.verdicts.extend("material", name, findings)
-        stored = geometry.store(mesh, {slot: material.demand for slot, material in exported.items()}, self.cache, diced)
+        stored = geometry.store(mesh, {slot: material.demand for slot, material in exported.items()}, self.cache, diced, steps)
         if stored is None:
             return None
         if stored.layout.get("enlarged", 1) > 1:
@@ -235,6 +249,10 @@ class Exporter:
             if "_VERTEX" in primitive["attributes"]:
                 extensions = primitive.setdefault("extensions", {})
                 extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})["vertices"] = "_VERTEX"
+        for primitive in primitives if steps else ():
+            extensions = primitive.setdefault("extensions", {})
+            described = extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})
+            described["motion"] = [_step(primitive["attributes"], number) for number in range(len(steps))]
         index = self.document.shared("meshes", {"name": mesh.name, "primitives": primitives})
         if any(material.informed for material in exported.values()):
             self._informed.add(index)
@@ -262,10 +280,13 @@ class Exporter:
                 rest = self._write_copies(mesh, extension, names[0], matrices)
             turned = (TO_GLTF @ matrices[rest]).transpose(0, 2, 1).reshape(-1, 16).tolist()
             for index, matrix in zip(rest, turned):
-                node = {"name": names[index], "mesh": mesh, "matrix": matrix}
-                if extension:
-                    node["extensions"] = {self.document.uses("SUNDOG_object"): extension}
-                self.document.add_node(node)
+                self._add_object(names[index], mesh, matrix, extension)
+
+    def _add_object(self, name, mesh, matrix, extension):
+        node = {"name": name, "mesh": mesh, "matrix": matrix}
+        if extension:
+            node["extensions"] = {self.document.uses("SUNDOG_object"): extension}
+        self.document.add_node(node)
 
     def _write_copies(self, mesh, extension, name, matrices):
         """Writes copies as arrays; returns the numbers of those that are not exact enough so (sheared ones)."""
@@ -345,13 +366,20 @@ class Exporter:
         extension, plain = cameras.describe(
             eye, matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
         )
-        if self.scene.render.use_motion_blur and self.view_layer.use_motion_blur:
-            findings.append(Finding(LOST, "motion blur is left out: everything stands still", "motion-blur"))
+        if self.motion is not None:
+            moving = self.motion.of_camera(cameras.without_scale, node_matrix, eye.type == "PERSP")
+            if moving is not None:
+                extension["motion"] = moving
         self.verdicts.extend("camera", name, findings)
         plain["name"] = name
         plain["extensions"] = {self.document.uses("SUNDOG_camera"): extension}
         index = self.document.add("cameras", plain)
         self.document.add_node({"name": name, "camera": index, "matrix": node_matrix(matrix)})
+
+    def restore(self):
+        """Brings the depsgraph back to the frame."""
+        if self.motion is not None:
+            self.motion.restore()
 
     def world(self):
         """The world and the colour management, as SUNDOG_scene."""
@@ -378,6 +406,9 @@ class Exporter:
             self.verdicts.add("scene", self.scene.name, LOST, words)
         extension["color_management"] = color_management(self.scene)
         extension["render"] = render_settings(self.scene)
+        shutter = self.motion.shutter() if self.motion else None
+        if shutter:
+            extension["shutter"] = shutter
         top = self.document.root["scenes"][0]
         top["name"] = self.scene.name
         top["extensions"] = {self.document.uses("SUNDOG_scene"): extension}
@@ -391,6 +422,14 @@ class Exporter:
     def finish(self):
         """Writes the .gltf."""
         self.document.write(self.path)
+
+
+def _step(attributes, number):
+    """The attributes of a step of a mesh's motion."""
+    position, normal = f"_POSITION_{number}", f"_NORMAL_{number}"
+    if position not in attributes:
+        position, normal = "POSITION", "NORMAL"
+    return {"position": position, **({"normal": normal} if normal in attributes else {})}
 
 
 def linking(shown):

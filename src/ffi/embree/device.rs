@@ -324,6 +324,7 @@ impl Device {
             near: 0.0,
             far: f32::INFINITY,
             mask: u32::MAX,
+            time: 0.0,
         };
         let mut guarded = Guarded {
             ray_hit: ray_hit(&ray),

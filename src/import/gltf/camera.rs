@@ -3,8 +3,11 @@
 use glam::DAffine3;
 
 use super::extensions::report_properties;
+use super::placement::matrix;
 use super::schema::{CameraJson, NodeJson, SundogCamera};
-use crate::scene::{Aperture, Camera, Diagnostics, Effect, Projection, Verdict, Window};
+use crate::scene::{
+    Aperture, Camera, CameraMotion, Diagnostics, Effect, Projection, Verdict, Window,
+};
 
 /// The camera of a node; `None` if it is neither perspective nor orthographic.
 pub(super) fn load_camera(
@@ -46,6 +49,7 @@ pub(super) fn load_camera(
         clip_near: near,
         clip_far: far,
         aperture: None,
+        motion: None,
     };
     if let Some(extension) = &source.extensions.sundog {
         apply(extension, &mut camera, diagnostics);
@@ -93,9 +97,19 @@ fn apply(extension: &SundogCamera, camera: &mut Camera, diagnostics: &mut Diagno
                 "panorama-kind",
                 Verdict::Lost,
                 format!("panoramas of type \"{}\"", panorama.kind),
-                owner,
+                owner.clone(),
                 "rendered with the perspective that the file gives as well",
             );
         }
+    }
+    if let Some(motion) = &extension.motion {
+        report_properties("SUNDOG_camera", &motion.unknown, &owner, diagnostics);
+        let steps = motion.matrices.iter();
+        camera.motion = Some(Box::new(CameraMotion {
+            steps: steps
+                .map(|m| matrix(m, &camera.name, diagnostics))
+                .collect(),
+            zoom: motion.zoom,
+        }));
     }
 }

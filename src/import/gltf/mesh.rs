@@ -12,7 +12,7 @@ use super::draco::Decoded;
 use super::schema::TextureSpaceJson;
 use super::tangents;
 use crate::import::budget::Budget;
-use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, Part, TextureSpace, Verdict};
+use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, MeshStep, Part, TextureSpace, Verdict};
 
 /// What a primitive needs to know of its material.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +45,8 @@ pub(super) struct Attributes<'a> {
     pub generated: Option<usize>,
     /// The accessor of what tells its vertices apart, and the number of the mesh, where they may be displaced.
     pub vertices: Option<(usize, u32)>,
+    /// The accessors of its vertices' positions, and of their normals, at steps of time.
+    pub motion: Vec<(usize, Option<usize>)>,
 }
 
 impl Attributes<'_> {
@@ -135,6 +137,7 @@ pub(super) fn load_primitive(
         }
         None => None,
     };
+    let motion = read_motion(document, attributes, positions.len(), budget)?;
     let mut part = None;
     if let Some((index, whole_mesh)) = attributes.vertices {
         let vertices = accessor::read_f32::<3>(document, given(index), budget)?;
@@ -192,6 +195,7 @@ pub(super) fn load_primitive(
         attributes: own,
         texture_space,
         generated,
+        motion,
         triangles,
         material: material.id,
         part,
@@ -199,6 +203,28 @@ pub(super) fn load_primitive(
     drop_unused_vertices(&mut mesh);
     complete_for_material(&mut mesh, material, budget, diagnostics)?;
     Ok(Some((mesh, dropped)))
+}
+
+/// Where its vertices are at steps of time.
+fn read_motion(
+    document: &Document,
+    attributes: &Attributes,
+    count: usize,
+    budget: &Budget,
+) -> Result<Vec<MeshStep>, String> {
+    let read = |index, what: &str| {
+        let unpacked = None;
+        let values = accessor::read_f32::<3>(document, Source { index, unpacked }, budget)?;
+        same_length(count, what, values.len())?;
+        Ok::<_, String>(values)
+    };
+    let steps = attributes.motion.iter().map(|&(position, normal)| {
+        Ok(MeshStep {
+            positions: read(position, "positions of a step")?,
+            normals: normal.map(|n| read(n, "normals of a step")).transpose()?,
+        })
+    });
+    steps.collect()
 }
 
 /// Positions, normals and tangents.
@@ -513,6 +539,12 @@ fn drop_unused_vertices(mesh: &mut Mesh) {
     }
     if let Some(radial) = &mut mesh.radial {
         keep(radial, &used);
+    }
+    for step in &mut mesh.motion {
+        keep(&mut step.positions, &used);
+        if let Some(normals) = &mut step.normals {
+            keep(normals, &used);
+        }
     }
     if let Some(generated) = &mut mesh.generated {
         keep(generated, &used);

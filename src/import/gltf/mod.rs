@@ -179,6 +179,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
                 name: place.name.clone(),
                 mesh,
                 world_from_object: place.world_from_object,
+                motion: place.motion.clone(),
                 visibility: place.visibility,
                 holdout,
                 info: place.info.clone(),

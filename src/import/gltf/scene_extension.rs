@@ -7,7 +7,7 @@ use super::extensions::report_properties;
 use super::schema::SundogScene;
 use crate::color::SearchPlaces;
 use crate::math::primaries::WorkingSpace;
-use crate::scene::{ColorManagement, Diagnostics, RenderDefaults, Scene, Verdict};
+use crate::scene::{ColorManagement, Diagnostics, RenderDefaults, Scene, Shutter, Verdict};
 
 /// Puts the extension's values into the scene. A file that it names lies beside the scene's, at `path`.
 pub(super) fn apply(
@@ -42,6 +42,13 @@ pub(super) fn apply(
             filter_width: render.filter_width,
             transparent: render.transparent,
             film_exposure: render.film_exposure,
+        };
+    }
+    if let Some(shutter) = &extension.shutter {
+        unknown(&shutter.unknown, diagnostics);
+        scene.shutter = Shutter {
+            curve: shutter.curve.clone(),
+            rolling: shutter.rolling,
         };
     }
     if let Some(name) = &extension.working_space {

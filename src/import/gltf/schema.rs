@@ -38,7 +38,18 @@ pub(super) struct SundogScene {
     pub world: Option<WorldJson>,
     pub color_management: Option<ColorManagementJson>,
     pub render: Option<RenderJson>,
+    pub shutter: Option<ShutterJson>,
     /// What is not known.
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// How the shutter lets light through.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct ShutterJson {
+    #[serde(default)]
+    pub curve: Vec<f32>,
+    pub rolling: Option<f32>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -152,8 +163,17 @@ pub(super) struct SundogMesh {
     pub texture_space: Option<TextureSpaceJson>,
     pub generated: Option<String>,
     pub vertices: Option<String>,
+    #[serde(default)]
+    pub motion: Vec<MeshStepJson>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+/// The attributes that hold a mesh's vertices at a step of time.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct MeshStepJson {
+    pub position: String,
+    pub normal: Option<String>,
 }
 
 /// The box that generated coordinates are 0 to 1 in: its middle, and from there to its sides.
@@ -303,6 +323,8 @@ pub(super) struct SundogObject {
     pub random: Option<f32>,
     #[serde(default)]
     pub values: Vec<[f32; 4]>,
+    #[serde(default)]
+    pub motion: Vec<[f64; 16]>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -371,8 +393,24 @@ pub(super) struct SundogCamera {
     pub clip: Option<[f64; 2]>,
     pub aperture: Option<ApertureJson>,
     pub panorama: Option<PanoramaJson>,
+    pub motion: Option<CameraMotionJson>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+/// How the camera moves.
+#[derive(Debug, Deserialize)]
+pub(super) struct CameraMotionJson {
+    #[serde(default)]
+    pub matrices: Vec<[f64; 16]>,
+    #[serde(default = "no_zoom")]
+    pub zoom: [f64; 2],
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+fn no_zoom() -> [f64; 2] {
+    [1.0; 2]
 }
 
 #[derive(Debug, Deserialize)]

@@ -156,6 +156,7 @@ fn load_mesh(
             ],
             diagnostics,
         );
+        let mut motion = Vec::new();
         let (texture_space, generated, vertices) = match document.extension(&pointer, "SUNDOG_mesh")
         {
             None => (None, None, None),
@@ -169,6 +170,12 @@ fn load_mesh(
                     usize::try_from(document.value.pointer(&place)?.as_u64()?).ok()
                 };
                 let vertices = named(&extension.vertices).zip(u32::try_from(index).ok());
+                for step in extension.motion {
+                    let position = named(&Some(step.position));
+                    let position = position
+                        .ok_or_else(|| broken("a step of its motion has no positions".into()))?;
+                    motion.push((position, named(&step.normal)));
+                }
                 (
                     extension.texture_space,
                     named(&extension.generated),
@@ -205,6 +212,7 @@ fn load_mesh(
             texture_space,
             generated,
             vertices,
+            motion,
         };
         let material = primitive.material.map(|m| m.value());
         let none = PrimitiveMaterial {

@@ -110,6 +110,12 @@ pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
     if let Some(radial) = &mut mesh.radial {
         gather(radial, &origin);
     }
+    for step in &mut mesh.motion {
+        gather(&mut step.positions, &origin);
+        if let Some(normals) = &mut step.normals {
+            gather(normals, &origin);
+        }
+    }
     if let Some(generated) = &mut mesh.generated {
         gather(generated, &origin);
     }

@@ -6,7 +6,7 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::container::Document;
 use super::lights::OpenUnits;
-use super::placement::{local_transform, report_rotation, rotation};
+use super::placement::{local_transform, matrix, report_rotation, rotation};
 use super::schema::{self, InstancingJson, NodeJson};
 use super::{accessor, camera, extensions, lights};
 use crate::import::budget::Budget;
@@ -27,6 +27,7 @@ pub(super) struct Placed {
     pub(super) name: String,
     pub(super) mesh: Shaped,
     pub(super) world_from_object: DAffine3,
+    pub(super) motion: Vec<DAffine3>,
     pub(super) visibility: Visibility,
     pub(super) holdout: bool,
     pub(super) info: ObjectInfo,
@@ -218,6 +219,7 @@ impl Walk<'_> {
             };
             let (visibility, holdout) = self.object(node, name);
             let info = node.extensions.object.as_ref().map(|object| object.info());
+            let motion = self.motion(node, name);
             let by_node = (node.skin.is_some() || node.weights.is_some()).then_some(index);
             for copy in copies {
                 let mesh = Shaped { mesh, by_node };
@@ -225,6 +227,7 @@ impl Walk<'_> {
                     name: name.into(),
                     mesh,
                     world_from_object: world * copy,
+                    motion: motion.clone(),
                     visibility,
                     holdout,
                     info: info.clone().unwrap_or_default(),
@@ -332,6 +335,14 @@ impl Walk<'_> {
             );
         });
         (visibility, object.holdout)
+    }
+
+    /// Where an object is at steps of time. Copies have no motions of their own.
+    fn motion(&mut self, node: &NodeJson, name: &str) -> Vec<DAffine3> {
+        let object = node.extensions.object.as_ref();
+        let alone = object.filter(|_| node.extensions.instancing.is_none());
+        let steps = alone.into_iter().flat_map(|object| &object.motion);
+        steps.map(|m| matrix(m, name, self.diagnostics)).collect()
     }
 
     /// The placements of EXT_mesh_gpu_instancing.

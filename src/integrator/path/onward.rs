@@ -210,7 +210,8 @@ fn tinted<E: Features>(
     if hashed(key.wrapping_add(passed), hit.primitive, hit.object()) >= p {
         return Tinted::Stops(Vec3::splat(rest / (1.0 - p)));
     }
-    let surface = world.surface::<E>(hit, origin, asking);
+    let mut moment = None;
+    let surface = world.surface::<E>(hit, origin, asking, &mut moment);
     let normal = surface.normals.geometric;
     Tinted::Passes(passes / p, ray_origin(surface.point, -normal))
 }

@@ -1,7 +1,7 @@
 //! What nothing refers to any more.
 
 use crate::scene::graph::TangentKind;
-use crate::scene::{Effect, ImageId, LeftOut, Material, MaterialId, Mesh, MeshId, Scene};
+use crate::scene::{Effect, ImageId, LeftOut, Material, MaterialId, Mesh, MeshId, MeshStep, Scene};
 
 /// The numbers that things have when those that are not `kept` are gone.
 fn numbers(kept: &[bool]) -> Vec<u32> {
@@ -25,6 +25,7 @@ fn mesh_bytes(mesh: &Mesh) -> u64 {
     (size_of_val(mesh.positions.as_slice())
         + size_of_val(mesh.triangles.as_slice())
         + mesh.normals.as_deref().map_or(0, size_of_val)
+        + mesh.motion.iter().map(MeshStep::bytes).sum::<usize>()
         + mesh.tangents.as_deref().map_or(0, size_of_val)
         + mesh.radial.as_deref().map_or(0, size_of_val)
         + mesh.generated.as_deref().map_or(0, size_of_val)

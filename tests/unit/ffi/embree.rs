@@ -23,6 +23,7 @@ fn down(x: f32, y: f32) -> Ray {
         near: 0.0,
         far: f32::INFINITY,
         mask: u32::MAX,
+        time: 0.0,
     }
 }
 

@@ -4,7 +4,12 @@ use super::*;
 struct Uniform(Vec<[Vec3; 3]>);
 
 impl EmissiveSurface for Uniform {
-    fn emitted(&self, (triangle, weights): (u32, Vec2), _: Vec3, _: Vec3) -> Option<EmittedPoint> {
+    fn emitted(
+        &self,
+        (triangle, weights): (u32, Vec2),
+        _: (Vec3, Vec3),
+        _: f32,
+    ) -> Option<EmittedPoint> {
         let [a, b, c] = self.0[triangle as usize];
         let point = a + (b - a) * weights.x + (c - a) * weights.y;
         Some(EmittedPoint {

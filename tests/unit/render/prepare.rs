@@ -4,6 +4,7 @@ use crate::scene::{Instance, MaterialId, Mesh, MeshId, MetallicRoughness, Visibi
 #[test]
 fn many_triangles_that_shine_are_told_before_they_are_made_ready() {
     let instance = Instance {
+        motion: Vec::new(),
         name: String::new(),
         mesh: MeshId(0),
         world_from_object: glam::DAffine3::IDENTITY,

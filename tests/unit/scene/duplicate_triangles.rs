@@ -21,6 +21,7 @@ fn twins_of_other_objects_go() {
         ..Mesh::default()
     };
     let placed = |mesh: u32, x: f64, visibility| Instance {
+        motion: Vec::new(),
         name: format!("{mesh} at {x}"),
         mesh: MeshId(mesh),
         world_from_object: DAffine3::from_translation(DVec3::X * x),

@@ -10,6 +10,7 @@ fn scene() -> Scene {
             ..Mesh::default()
         }],
         instances: vec![Instance {
+            motion: Vec::new(),
             name: "a".into(),
             mesh: MeshId(0),
             world_from_object: DAffine3::IDENTITY,

@@ -47,6 +47,7 @@ fn scene(part: Option<Part>) -> Scene {
             ..Material::default()
         }],
         instances: vec![Instance {
+            motion: Vec::new(),
             name: "m".into(),
             mesh: MeshId(0),
             world_from_object: DAffine3::from_scale(DVec3::splat(2.0)),

@@ -51,6 +51,7 @@ fn scene(materials: Vec<MetallicRoughness>, images: Vec<Image>) -> Scene {
             ..Mesh::default()
         });
         scene.instances.push(Instance {
+            motion: Vec::new(),
             name: format!("object {number}"),
             mesh: MeshId(number),
             world_from_object: DAffine3::IDENTITY,
