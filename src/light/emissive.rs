@@ -161,7 +161,7 @@ impl Part {
     /// Of a moving triangle: it may be turned to any side, and be anywhere where it is at one of so many times, or as far from
     /// there as from each of these to the next.
     fn bounds_of_all_times(&self, half_way: &Triangle) -> LightBounds {
-        const TIMES: u32 = 256;
+        const TIMES: u32 = 64;
         let mut bounds = self.bounds([*half_way]);
         let mut before: Option<Triangle> = None;
         let (mut farthest, mut area) = (0.0f32, 0.0f32);

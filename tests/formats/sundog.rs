@@ -252,3 +252,42 @@ fn objects_say_which_rays_see_them() {
     );
     assert!(instance.holdout);
 }
+
+#[test]
+fn motions_are_steps_of_nodes_meshes_and_cameras() {
+    let matrix = |x: f64| json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, 0, 0, 1]);
+    let mut file = Builder::triangle();
+    let moved = file.floats("VEC3", &[1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
+    let primitive = &mut file.json["meshes"][0]["primitives"][0];
+    primitive["attributes"]["_POSITION_1"] = json!(moved);
+    primitive["extensions"] = json!({ "SUNDOG_mesh": {
+        "motion": [{ "position": "POSITION" }, { "position": "_POSITION_1" }] } });
+    file.json["nodes"][0]["extensions"] =
+        json!({ "SUNDOG_object": { "motion": [matrix(-1.0), matrix(0.0), matrix(2.0)] } });
+    file.json["nodes"][0]["camera"] = json!(0);
+    file.json["cameras"] = json!([{ "type": "perspective",
+        "perspective": { "yfov": 1, "znear": 0.1 },
+        "extensions": { "SUNDOG_camera": { "motion": {
+            "matrices": [matrix(0.0), matrix(4.0)], "zoom": [0.5, 2] } } } }]);
+    file.json["scenes"][0]["extensions"] =
+        json!({ "SUNDOG_scene": { "shutter": { "curve": [0, 1, 0.5], "rolling": 0.25 } } });
+    let imported = file.load();
+    assert!(imported.diagnostics.is_empty(), "{:?}", codes(&imported));
+    let scene = imported.scene;
+    assert_eq!(scene.shutter.curve, [0.0, 1.0, 0.5]);
+    assert_eq!(scene.shutter.rolling, Some(0.25));
+    let steps = &scene.instances[0].motion;
+    assert_eq!(steps.len(), 3);
+    assert_eq!(steps[2].translation.x, 2.0);
+    let mesh = &scene.meshes[0];
+    assert_eq!(mesh.motion.len(), 2);
+    assert_eq!(mesh.motion[0].positions, mesh.positions);
+    assert_eq!(mesh.motion[1].positions[1], [2.0, 0.0, 0.0]);
+    let motion = scene.cameras[0].motion.as_ref().unwrap();
+    assert_eq!(motion.steps[1].translation.x, 4.0);
+    assert_eq!(motion.zoom, [0.5, 2.0]);
+    // A step without positions is no mesh.
+    let step = json!([{ "position": "POSITION" }, { "position": "_NOWHERE" }]);
+    file.json["meshes"][0]["primitives"][0]["extensions"]["SUNDOG_mesh"]["motion"] = step;
+    assert!(file.load_with(&ImportOptions::default()).is_err());
+}

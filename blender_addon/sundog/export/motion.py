@@ -88,6 +88,8 @@ class Motion:
         self._meshes = {}
         self._camera = {}
         self._window = None
+        # The one of the frame: markers may change it on the way.
+        self._eye = scene.camera.original
 
     def _go(self, time):
         self.move(math.floor(time), time - math.floor(time))
@@ -127,7 +129,7 @@ class Motion:
         self._look(0.0)
 
     def _shown_camera(self):
-        return self.scene.camera.evaluated_get(self.depsgraph)
+        return self._eye.evaluated_get(self.depsgraph)
 
     def _look(self, time):
         """Takes note of where everything is."""

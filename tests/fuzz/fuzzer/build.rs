@@ -7,8 +7,8 @@ use serde_json::Value;
 use sundog::render::{BounceLimits, LightSampling, RenderSettings};
 use sundog::scene::{
     AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageAlpha, ImageId, Light,
-    LightKind, Mesh, MetallicRoughness, NormalTexture, Projection, RayKind, Sampler, Scene,
-    Texture, TextureFilter, UvTransform, Visibility, Wrap,
+    LightKind, Mesh, MeshStep, MetallicRoughness, NormalTexture, Projection, RayKind, Sampler,
+    Scene, Texture, TextureFilter, UvTransform, Visibility, Wrap,
 };
 use sundog::selftest::kit::{camera as pinhole, place, quad, sphere};
 
@@ -166,6 +166,9 @@ fn add(scene: &mut Scene, thing: &Value, world: &DAffine3) {
             .map(|_| [(); 4].map(|()| rng.unit() as f32));
         mesh.colors = Some(colors.collect());
     }
+    if let Some(seed) = thing["deformation"].as_u64() {
+        mesh.motion = deformation(&mesh, seed);
+    }
     let material = material(scene, &thing["material"]);
     let mut transforms: Vec<DAffine3> = list(thing, "places")
         .iter()
@@ -179,7 +182,42 @@ fn add(scene: &mut Scene, thing: &Value, world: &DAffine3) {
     for instance in &mut scene.instances[first..] {
         instance.visibility = visibility(thing);
         instance.holdout = is(thing, "holdout");
+        if let Some(seed) = thing["motion"].as_u64() {
+            let still = instance.world_from_object;
+            instance.motion = motion(seed).iter().map(|step| still * *step).collect();
+        }
     }
+}
+
+/// Between two and five places about where a thing is, turned and stretched.
+fn motion(seed: u64) -> Vec<DAffine3> {
+    let mut rng = Rng::new(seed);
+    let steps = 2 + rng.below(4);
+    let mut around = |size: f64| size * (2.0 * rng.unit() - 1.0);
+    let step = |_| {
+        let mut three = |size| DVec3::new(around(size), around(size), around(size));
+        let (turn, at, scale) = (three(2.0), three(0.5), three(0.5));
+        DAffine3::from_scale_rotation_translation(
+            DVec3::ONE + scale,
+            glam::DQuat::from_scaled_axis(turn),
+            at,
+        )
+    };
+    (0..steps).map(step).collect()
+}
+
+/// A mesh at as many steps, stretched and skewed.
+fn deformation(mesh: &Mesh, seed: u64) -> Vec<MeshStep> {
+    let step = |place: &DAffine3| MeshStep {
+        positions: mesh
+            .positions
+            .iter()
+            .map(|p| place.transform_point3(glam::Vec3::from(*p).as_dvec3()))
+            .map(|p| p.as_vec3().to_array())
+            .collect(),
+        normals: mesh.normals.clone(),
+    };
+    motion(seed).iter().map(step).collect()
 }
 
 fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {

@@ -63,6 +63,11 @@ fn thing(rng: &mut Rng, furnace: bool) -> Value {
     if rng.chance(0.05) {
         thing["holdout"] = json!(true);
     }
+    for motion in ["motion", "deformation"] {
+        if rng.chance(0.1) {
+            thing[motion] = json!(rng.below(1 << 16));
+        }
+    }
     thing
 }
 
