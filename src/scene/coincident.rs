@@ -117,6 +117,11 @@ fn mesh_of<'a>(scene: &'a Scene, instance: &Instance) -> &'a Mesh {
     &scene.meshes[instance.mesh.0 as usize]
 }
 
+/// What moves lies on nothing for long.
+fn moves(scene: &Scene, instance: &Instance) -> bool {
+    !instance.motion.is_empty() || !mesh_of(scene, instance).motion.is_empty()
+}
+
 /// Whether axes stay axes.
 fn keeps_axes(transform: &DAffine3) -> bool {
     let m = &transform.matrix3;
@@ -151,7 +156,7 @@ fn flats(scene: &Scene) -> Vec<Flat> {
     let mut flats = Vec::new();
     for (number, instance) in scene.instances.iter().enumerate() {
         let place = &instance.world_from_object;
-        if !keeps_axes(place) {
+        if !keeps_axes(place) || moves(scene, instance) {
             continue;
         }
         let mesh = mesh_of(scene, instance);
@@ -328,6 +333,9 @@ fn twins(scene: &Scene) -> Vec<(u32, u32)> {
     let each = |visit: &mut dyn FnMut(u32, u32, u64)| {
         let mut left = MOST_TRIANGLES;
         for (number, instance) in (0..).zip(&scene.instances) {
+            if moves(scene, instance) {
+                continue;
+            }
             let mesh = mesh_of(scene, instance);
             left = left.saturating_sub(mesh.triangles.len());
             if left == 0 {

@@ -77,7 +77,7 @@ impl World {
     fn lids(
         &self,
         (hit, surface): (&Hit, &Surface),
-        (direction, kind): (Vec3, RayKind),
+        (direction, kind, time): (Vec3, RayKind, f32),
         (key, salt): (u32, u32),
     ) -> Vec<Hit> {
         let mut found: Vec<Hit> = Vec::new();
@@ -104,6 +104,7 @@ impl World {
             near: 0.0,
             far: 1.0,
             mask: kind.bit(),
+            time,
         };
         self.geometry.embree.visit(&through, |other| {
             let there = lids.on(place(other));
@@ -137,7 +138,7 @@ impl World {
         (limit, sender): (u32, Sender),
     ) -> Vec3 {
         let mut share = Share::within(limit);
-        for lid in self.lids(at, (direction, RayKind::Shadow), (key, LIGHT)) {
+        for lid in self.lids(at, (direction, RayKind::Shadow, sender.time), (key, LIGHT)) {
             if self.dims::<General>(&mut share, &lid, (direction, &sender)) {
                 return Vec3::ZERO;
             }
@@ -155,7 +156,7 @@ impl World {
         key: u32,
         sender: &Sender,
     ) -> Option<Hit> {
-        let lids = self.lids(at, (direction, sender.kind), (key, BOUNCE));
+        let lids = self.lids(at, (direction, sender.kind, sender.time), (key, BOUNCE));
         lids.into_iter()
             .find(|lid| Self::stops(lid, self.opacity::<General>(lid, direction, sender), key))
     }
@@ -204,6 +205,7 @@ impl World {
             near: float::RAY_START,
             far,
             mask: RayKind::Shadow.bit(),
+            time: sender.time,
         };
         let mut share = Share::within(limit);
         let shut = self.geometry.embree.occluded_asking(&ray, |hit| {

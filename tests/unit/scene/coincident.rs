@@ -27,6 +27,7 @@ fn scene(meshes: Vec<Mesh>, places: &[(u32, DAffine3)]) -> Scene {
                 visibility: Visibility::ALL.without(RayKind::Volume),
                 holdout: false,
                 info: Default::default(),
+                motion: Vec::new(),
             })
             .collect(),
         meshes,
