@@ -96,6 +96,7 @@ impl Shutter {
     }
 
     /// The ray of a path, at a time of its own. `still`: the camera, where it does not move.
+    #[inline(never)]
     pub fn ray(
         &self,
         (still, make): (&Camera, RayMaker),

@@ -68,7 +68,6 @@ struct Shared {
     instance: u32,
     rules: Rules,
     surface: Box<dyn EmissiveSurface>,
-    moves: bool,
 }
 
 /// Where in a mesh a light is.
@@ -78,6 +77,8 @@ struct Part {
     triangle: u32,
     /// The side that shines, where it is one alone.
     side: Option<Outside>,
+    /// It moves.
+    moves: bool,
 }
 
 /// A triangle of a mesh as a light.
@@ -150,8 +151,25 @@ impl Part {
 }
 
 impl Part {
+    /// Draws a point of a triangle.
+    #[inline]
+    fn sample_on(&self, shape: &Triangle, at: &LightSampleContext, u: Vec2) -> Option<LightSample> {
+        let s = shape.sample(at.point, u)?;
+        let on = (self.triangle, Vec2::new(s.u, s.v));
+        let seen = (at.point, s.wi, at.time);
+        self.sample(on, shape.normal(), seen, s.pdf)
+    }
+
+    /// The same of a moving triangle.
+    #[cold]
+    #[inline(never)]
+    fn sample_moving(&self, at: &LightSampleContext, u: Vec2) -> Option<LightSample> {
+        self.sample_on(&self.shape_at(at.time), at, u)
+    }
+
     /// A moving triangle at a time.
     #[cold]
+    #[inline(never)]
     fn shape_at(&self, time: f32) -> Triangle {
         Triangle {
             corners: self.mesh.surface.corners_at(self.triangle, time),
@@ -192,31 +210,24 @@ impl EmissiveTriangle {
     /// Draws a point.
     #[inline]
     pub fn sample_li(&self, at: &LightSampleContext, u: Vec2) -> Option<LightSample> {
-        let shape = self.shape_at(at.time);
-        let s = shape.sample(at.point, u)?;
-        let on = (self.part.triangle, Vec2::new(s.u, s.v));
-        let seen = (at.point, s.wi, at.time);
-        self.part.sample(on, shape.normal(), seen, s.pdf)
-    }
-
-    #[inline]
-    fn shape_at(&self, time: f32) -> Triangle {
-        if self.part.mesh.moves {
-            self.part.shape_at(time)
-        } else {
-            self.shape
+        if self.part.moves {
+            return self.part.sample_moving(at, u);
         }
+        self.part.sample_on(&self.shape, at, u)
     }
 
     /// Density of [`Self::sample_li`] for a point of the triangle.
     #[inline]
     pub fn pdf_li(&self, at: &LightSampleContext, on: Vec3) -> f32 {
-        self.shape_at(at.time).pdf(at.point, on)
+        if self.part.moves {
+            return self.part.shape_at(at.time).pdf(at.point, on);
+        }
+        self.shape.pdf(at.point, on)
     }
 
     /// What is known of it for its estimate.
     pub fn bounds(&self) -> LightBounds {
-        if self.part.mesh.moves {
+        if self.part.moves {
             return self.part.bounds_of_all_times(&self.shape);
         }
         self.part.bounds([self.shape])
@@ -397,7 +408,6 @@ impl EmissiveTriangles {
             instance,
             rules: Rules::of_surface(visibility),
             surface,
-            moves,
         });
         let mut at = 0;
         while let Some(&corners) = triangles.get(at) {
@@ -413,6 +423,7 @@ impl EmissiveTriangles {
                 mesh: shared.clone(),
                 triangle: at as u32,
                 side: sides.as_ref().map(|sides| sides[at]),
+                moves,
             };
             let (light, count) = match next.and_then(|&next| Quad::new(corners, next)) {
                 Some(shape) => {

@@ -31,20 +31,17 @@ struct PlacedMesh {
     scene: CommittedScene,
 }
 
-impl EmissiveSurface for PlacedMesh {
-    fn emitted(
+impl PlacedMesh {
+    /// What an object emits as it stands.
+    #[inline]
+    fn emitted_by(
         &self,
-        (triangle, weights): (u32, Vec2),
+        (entry, mesh, triangle): (&MeshInstance, &MeshData, u32),
+        weights: Vec2,
         (from, wi): (Vec3, Vec3),
         time: f32,
     ) -> Option<EmittedPoint> {
-        let Self { mesh, material, .. } = self;
-        let place = (triangle, time);
-        let moment = (self.entry.moves).then(|| self.entry.at_time(mesh, &self.scene, place));
-        let (entry, mesh, triangle) = match &moment {
-            Some(moment) => moment.of(mesh, triangle),
-            None => (&self.entry, &**mesh, triangle),
-        };
+        let material = &self.material;
         if self.cull_backfaces
             && material.single_sided
             && entry.geometric_normal::<General>(mesh, triangle).dot(wi) > 0.0
@@ -67,6 +64,34 @@ impl EmissiveSurface for PlacedMesh {
             }
         }
         Some(EmittedPoint { point, radiance })
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn emitted_for_a_moment(
+        &self,
+        (entry, mesh, triangle): (&MeshInstance, &MeshData, u32),
+        weights: Vec2,
+        ray: (Vec3, Vec3),
+        time: f32,
+    ) -> Option<EmittedPoint> {
+        let moment = entry.at_time(mesh, &self.scene, (triangle, time));
+        self.emitted_by(moment.of(mesh, triangle), weights, ray, time)
+    }
+}
+
+impl EmissiveSurface for PlacedMesh {
+    fn emitted(
+        &self,
+        (triangle, weights): (u32, Vec2),
+        (from, wi): (Vec3, Vec3),
+        time: f32,
+    ) -> Option<EmittedPoint> {
+        let object = (&self.entry, &*self.mesh, triangle);
+        if self.entry.moves {
+            return self.emitted_for_a_moment(object, weights, (from, wi), time);
+        }
+        self.emitted_by(object, weights, (from, wi), time)
     }
 
     fn mean_emission(&self, triangle: u32) -> f32 {

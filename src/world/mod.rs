@@ -444,7 +444,7 @@ impl World {
         hit: &Hit,
         origin: Vec3,
         asking: Asking,
-        moment: &'a mut Option<Moment>,
+        moment: &'a mut Option<Box<Moment>>,
     ) -> Surface<'a> {
         let object = self.object_at::<E>(hit, moment);
         geometry::surface::<E>(

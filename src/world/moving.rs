@@ -53,12 +53,13 @@ impl MeshInstance {
 
     /// As it is at a time, with a triangle of its mesh.
     #[cold]
+    #[inline(never)]
     pub fn at_time(
         &self,
         mesh: &MeshData,
         scene: &CommittedScene,
         (triangle, time): (u32, f32),
-    ) -> Moment {
+    ) -> Box<Moment> {
         let mut slack = Slack::default();
         let posed = mesh.triangles.moves().then(|| {
             let (posed, error) = mesh.at_time(triangle, time);
@@ -88,7 +89,7 @@ impl MeshInstance {
         };
         entry.slack = slack;
         entry.moves = true;
-        Moment { entry, mesh: posed }
+        Box::new(Moment { entry, mesh: posed })
     }
 }
 
@@ -221,7 +222,7 @@ impl World {
     pub(super) fn object_at<'a, E: Features>(
         &'a self,
         hit: &Hit,
-        moment: &'a mut Option<Moment>,
+        moment: &'a mut Option<Box<Moment>>,
     ) -> (&'a MeshInstance, &'a MeshData, u32) {
         let index = if E::CURVED {
             hit.object()
