@@ -4,6 +4,7 @@
 import numpy
 
 from .export.camera import picture_size
+from .properties import noise_threshold
 
 _FILTERS = {"BLACKMAN_HARRIS": "blackman-harris", "GAUSSIAN": "gauss", "BOX": "box"}
 
@@ -70,9 +71,16 @@ def arguments(scene, layer, abilities, warn):
     result += ["--seed", str(seed(scene))]
     if render.threads_mode == "FIXED":
         result += ["--threads", str(render.threads)]
-    for flag, target in (("error", settings.error_target), ("pixel-error", settings.pixel_error_target)):
+    threshold = noise_threshold(settings)
+    for flag, target in (
+        ("error", settings.error_target),
+        ("noise-threshold", threshold or 0.0),
+        ("pixel-error", 0.0 if threshold else settings.pixel_error_target),
+    ):
         if target > 0:
             result += _if_known(flag, [f"{target:.6g}"], abilities, warn)
+    if threshold and settings.adaptive_min_samples and abilities.has("min-samples"):
+        result += ["--min-samples", str(settings.adaptive_min_samples)]
     if settings.film_exposure != 1:
         result += _if_known("film-exposure", [f"{settings.film_exposure:.6g}"], abilities, warn)
     caustics = _CAUSTICS[settings.caustics_reflective, settings.caustics_refractive]

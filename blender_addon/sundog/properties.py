@@ -38,10 +38,24 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
         " 0 for no target. Another measure than Cycles' Noise Threshold",
         default=0.0, min=0.0, soft_max=0.5, precision=4, step=0.1,
     )
+    use_adaptive_sampling: BoolProperty(
+        name="Noise Threshold", default=False,
+        description="Cycles' adaptive sampling: stop each pixel where half of its samples agree with all of them. Takes the work that the file"
+        " takes in Cycles; its error is measured against the root of the brightness, from the pixel's own samples",
+    )
+    adaptive_threshold: FloatProperty(
+        name="Noise Threshold", description="As in Cycles: less is more work; 0 lets the samples say it. No share of the brightness",
+        default=0.01, min=0.0, max=1.0, soft_min=0.001, precision=4, step=0.1,
+    )
+    adaptive_min_samples: IntProperty(
+        name="Min Samples", description="As in Cycles: samples of each pixel before it may stop; 0 lets the threshold say it",
+        default=0, min=0, max=4096,
+    )
     pixel_error_target: FloatProperty(
         name="Pixel Error",
         description="Adaptive sampling: take samples where the estimated error of the pixel is above this, and stop when it is"
-        " nowhere; 0 for the same samples everywhere. Samples is then the most that a pixel gets",
+        " nowhere; 0 for the same samples everywhere. Samples is then the most that a pixel gets. A share of the brightness, as the"
+        " pixels around let expect. Not beside Noise Threshold",
         default=0.0, min=0.0, soft_max=0.5, precision=4, step=0.1,
     )
     max_bounces: _bounces("Total", 12, "Most bounces of a path; 0 is direct light alone")
@@ -101,22 +115,14 @@ COPIED = (
     "samples", "time_limit", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
     "transparent_max_bounces", "sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "pixel_filter_type",
     "filter_width", "seed", "use_animated_seed", "film_exposure", "caustics_reflective", "caustics_refractive",
+    "use_adaptive_sampling", "adaptive_threshold", "adaptive_min_samples",
 )
 
-# Cycles stops a pixel where Σ|I − A| / √ΣI is below its threshold t, A being the mean of every other sample. Of a grey
-# pixel of light L and error s, I − A has the deviation s and 0.8 s in the mean, so that s is 0.7 t √L there; ours is
-# s / √(L² + 0.01), which is 0.7 t at L = 1 and 1.6 t at 0.1. As Cycles draws |I − A| once, it stops earlier: measured
-# on three scenes, both have the same error at 1.2 to 1.3 t for t = 0.05, and at 1.3, 2.3 and 2.7 t for t = 0.01, the default.
-PIXEL_ERROR_OF_THRESHOLD = 2.0
-
-
-def pixel_error(cycles):
-    """The pixel error that is nearest to Cycles' noise threshold; 0 where that is off."""
-    if not cycles.use_adaptive_sampling:
-        return 0.0
-    # Cycles' own, where the threshold is 0.
-    threshold = cycles.adaptive_threshold or max(0.001, 1.0 / max(cycles.samples, 1))
-    return PIXEL_ERROR_OF_THRESHOLD * threshold
+def noise_threshold(settings):
+    """The threshold that stops pixels; `None` where that is off. As in Cycles, the samples say it where it is 0."""
+    if not settings.use_adaptive_sampling:
+        return None
+    return settings.adaptive_threshold or max(0.001, 1.0 / max(settings.samples, 1))
 
 
 def copy_from_cycles(scene):
@@ -128,17 +134,12 @@ def copy_from_cycles(scene):
         layer.sundog.use_pass_albedo = layer.cycles.denoising_store_passes
         layer.sundog.use_pass_denoising_normal = layer.cycles.denoising_store_passes
         layer.sundog.use_pass_sample_count = layer.cycles.pass_debug_sample_count
-    settings.pixel_error_target = pixel_error(cycles)
+    settings.pixel_error_target = 0.0
     settings.denoising = "CYCLES"
-    return list(_notes(scene, cycles, settings))
+    return list(_notes(scene, cycles))
 
 
-def _notes(scene, cycles, settings):
-    if cycles.use_adaptive_sampling:
-        # What stands in the field.
-        yield f"the noise threshold has become a Pixel Error of {settings.pixel_error_target:.3g}, with Samples as the most"
-        if cycles.adaptive_min_samples:
-            yield "the least samples of adaptive sampling are Sundog's own"
+def _notes(scene, cycles):
     if cycles.time_limit > 0:
         yield "the time limit counts loading and preparing, too"
     if cycles.volume_bounces:

@@ -99,7 +99,14 @@ class SUNDOG_RENDER_PT_sampling(_Buttons, Panel):
         layout.prop(settings, "samples")
         layout.prop(settings, "time_limit")
         layout.prop(settings, "error_target")
-        layout.prop(settings, "pixel_error_target")
+        layout.prop(settings, "use_adaptive_sampling")
+        own = layout.column()
+        own.active = settings.use_adaptive_sampling
+        own.prop(settings, "adaptive_threshold", text="Threshold")
+        own.prop(settings, "adaptive_min_samples")
+        other = layout.column()
+        other.active = not settings.use_adaptive_sampling
+        other.prop(settings, "pixel_error_target")
         layout.operator(SUNDOG_OT_copy_settings_from_cycles.bl_idname, icon="PASTEDOWN")
 
 

@@ -13,7 +13,7 @@ use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::output::tev::Viewer;
 use crate::output::{Frames, Metadata};
-use crate::render::{Observer, RenderSettings, Statistics, Stop, left_out, memory};
+use crate::render::{NoiseThreshold, Observer, RenderSettings, Statistics, Stop, left_out, memory};
 use crate::scene::{Scene, fingerprint};
 use serde_json::json;
 use std::path::Path;
@@ -216,6 +216,7 @@ impl Render {
             time_limit: self.effort.time,
             error_target: self.effort.error.unwrap_or(0.0),
             pixel_error_target: self.effort.pixel_error.unwrap_or(0.0),
+            noise_threshold: self.effort.noise_threshold(),
             passes: self.passes.passes,
             effects: self.effects.effects.clone(),
             ..self.options.settings(path, scene)?
@@ -224,16 +225,31 @@ impl Render {
 }
 
 impl RenderEffort {
+    /// When pixels stop, if they do so by Cycles' rule.
+    fn noise_threshold(&self) -> Option<NoiseThreshold> {
+        self.noise_threshold.map(|threshold| NoiseThreshold {
+            threshold,
+            min_samples: self.min_samples.unwrap_or(0),
+        })
+    }
+
     /// Number of the first sample, and how many there are.
     fn samples(&self) -> Result<(u32, u32), Failure> {
-        let open_ended = self.time.is_some() || self.error.is_some() || self.pixel_error.is_some();
+        let by_pixel = self.pixel_error.is_some() || self.noise_threshold.is_some();
+        let open_ended = self.time.is_some() || self.error.is_some() || by_pixel;
         match (&self.sample_range, self.samples) {
             (Some(_), Some(_)) => Err(Failure::usage(
                 "--sample-range says itself how many samples there are; leave --samples out",
             )),
-            (Some(_), None) if self.pixel_error.is_some() => Err(Failure::usage(
-                "--pixel-error decides sample by sample how far to go, which parts of a render can't; leave it or --sample-range out",
-            )),
+            (Some(_), None) if by_pixel => {
+                let flag = match self.pixel_error {
+                    Some(_) => "--pixel-error",
+                    None => "--noise-threshold",
+                };
+                Err(Failure::usage(format!(
+                    "{flag} decides sample by sample how far to go, which parts of a render can't; leave it or --sample-range out"
+                )))
+            }
             (Some(range), None) => Ok((range.start, range.end - range.start)),
             (None, Some(samples)) => Ok((0, samples)),
             (None, None) if open_ended => Ok((0, MAX_SAMPLES)),

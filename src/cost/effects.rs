@@ -116,6 +116,7 @@ pub fn measured_settings(
         // All samples of all pixels; what adaptive sampling does is measured apart.
         error_target: 0.0,
         pixel_error_target: 0.0,
+        noise_threshold: None,
         ..reduced(full, longer_side)
     };
     let pilot = RenderSettings {

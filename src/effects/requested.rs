@@ -38,7 +38,11 @@ impl RequestedSettings {
             ),
             (Effect::PositionPasses, self.position_passes, "--passes"),
             (Effect::CostPass, self.cost_pass, "--passes"),
-            (Effect::AdaptiveSampling, self.adaptive, "--pixel-error"),
+            (
+                Effect::AdaptiveSampling,
+                self.adaptive,
+                "--pixel-error, --noise-threshold",
+            ),
             (
                 Effect::Clamping,
                 self.clamping,

@@ -88,7 +88,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::LightPasses, Settings, ["passes that keep the light apart: DiffDir to TransCol, Emit, Env, UV; features for denoisers", "one of them is asked for"]),
         line(E::PositionPasses, Settings, ["Depth and Position: a ray more a pixel", "one of them is asked for"]),
         line(E::CostPass, Settings, ["the time of each pixel", "it is asked for"]),
-        line(E::AdaptiveSampling, Settings, ["samples where the error is", "an error of pixels is asked for"]),
+        line(E::AdaptiveSampling, Settings, ["samples where the error is", "an error of pixels or a noise threshold is asked for"]),
         line(E::Clamping, Branch, ["bright contributions made darker", "a limit is set"]),
         line(E::FilterGlossy, Branch, ["sharp reflections behind blurring bounces made rougher", "it is set"]),
         line(E::TransparentFilm, Branch, ["the world is no part of the picture", "it is asked for"]),

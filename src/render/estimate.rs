@@ -111,7 +111,7 @@ fn of_one_sample(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>) ->
     for tile in tiles {
         let tile = locked(tile);
         for (row, pixels) in tile.pixels.chunks(tile.width as usize).enumerate() {
-            let start = first_of_row(&tile, region, row);
+            let start = tile.first_of_row(region, row);
             for (error, pixel) in errors[start..].iter_mut().zip(pixels) {
                 *error *= pixel.samples as f32;
             }
@@ -124,14 +124,8 @@ fn of_one_sample(tiles: &[Mutex<Tile>], region: Region, mut errors: Vec<f32>) ->
 fn of_all_samples(tile: &Tile, region: Region, errors: &[f32]) -> Vec<f32> {
     let rows = tile.pixels.chunks(tile.width as usize).enumerate();
     rows.flat_map(|(row, pixels)| {
-        let errors = errors[first_of_row(tile, region, row)..].iter();
+        let errors = errors[tile.first_of_row(region, row)..].iter();
         errors.zip(pixels).map(|(e, p)| e / p.samples as f32)
     })
     .collect()
-}
-
-/// Where a row of a tile begins among the pixels of the region.
-fn first_of_row(tile: &Tile, region: Region, row: usize) -> usize {
-    let (column, top) = ((tile.x - region.x0) as usize, (tile.y - region.y0) as usize);
-    (top + row) * region.width() as usize + column
 }

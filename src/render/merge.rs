@@ -80,6 +80,9 @@ fn join(whole: &mut Saved, part: &Saved) -> Result<(), String> {
     for (to, from) in whole.features.iter_mut().zip(&part.features) {
         to.join(from);
     }
+    for (to, from) in whole.halves.iter_mut().zip(&part.halves) {
+        *to += *from;
+    }
     for (to, from) in whole.costs.iter_mut().zip(&part.costs) {
         *to = to.saturating_add(*from);
     }

@@ -6,6 +6,7 @@ mod forecast;
 pub mod memory;
 mod merge;
 mod names;
+mod noise_threshold;
 mod output_time;
 mod prepare;
 mod rehearsal;
@@ -21,6 +22,7 @@ mod warnings;
 
 pub use forecast::{Expected, Forecast, ForecastRow, Known};
 pub use merge::merge;
+pub use noise_threshold::NoiseThreshold;
 pub use output_time::OutputTime;
 pub use prepare::{called_for, left_out};
 pub use rehearsal::Tried;
@@ -136,7 +138,7 @@ pub trait Observer: Sync {
 }
 
 /// What a render has come to after a whole pass. Passes end after 1, 2, 4, 8, 16, 32, 64, 128, 192, 256 …
-/// samples (with a target for each pixel, only as far as 32).
+/// samples (with a target for each pixel only as far as 32, with a noise threshold as far as its first look).
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Passed {
     /// Samples a pixel, the mean over the picture.
@@ -173,6 +175,8 @@ pub enum Stop {
     Error,
     /// The estimated error of every pixel is below the target.
     PixelError,
+    /// Every pixel is below the noise threshold.
+    NoiseThreshold,
     /// The observer said so.
     Cancelled,
 }

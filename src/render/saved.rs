@@ -3,7 +3,7 @@
 //!
 //! Form: a line of text, the length of a header (8 bytes, little-endian), the header (JSON), a frame of zstd, SHA-256 of
 //! all before. In the frame, for each pixel of the region, rows from top to bottom, its sums as they stand in memory on
-//! x86-64 ([`Pixel`], then, if kept, light apart, features for denoisers, and nanoseconds). The number in the first line changes whenever the form
+//! x86-64 ([`Pixel`], then, if kept, light apart, features for denoisers, nanoseconds, and the radiance of half of the samples). The number in the first line changes whenever the form
 //! does, or a sample of the same number would have other bits.
 //!
 //! Whoever can write a file can make its checksum right: so all that it says is looked at before it is believed.
@@ -19,6 +19,7 @@ use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::pixel::Pixel;
 use crate::scene::{Scene, fingerprint};
+use glam::DVec3;
 use header::LARGEST_COUNT;
 use sha2::{Digest, Sha256};
 use std::fs::File;
@@ -39,12 +40,13 @@ const CHECKSUM: u64 = 32;
 /// Bytes that are unpacked before it is looked whether there are more.
 const PIECE: usize = 1 << 20;
 /// Settings that say how far to go, not which samples to take; and the instructions, which the header names by themselves.
-const STOPS: [&str; 7] = [
+const STOPS: [&str; 8] = [
     "samples",
     "first_sample",
     "time_limit",
     "error_target",
     "pixel_error_target",
+    "noise_threshold",
     "threads",
     "instruction_set",
 ];
@@ -118,7 +120,7 @@ impl<'a> State<'a> {
     ) -> Self {
         let tiles = film.tiles();
         let (mut clamped, mut most) = ([0.0; 2], 0);
-        let kept = Kept::of(settings.passes);
+        let kept = Kept::of(settings.passes, settings.noise_threshold.is_some());
         for tile in tiles {
             let tile = locked(tile);
             for row in &tile.clamped {
@@ -147,6 +149,7 @@ impl<'a> State<'a> {
                 light_passes: kept.light_passes,
                 features: kept.features,
                 costs: kept.costs,
+                halves: kept.halves,
                 clamped,
                 color_management: scene.color_management.clone(),
                 left_out: left_out.to_vec(),
@@ -192,6 +195,11 @@ impl<'a> State<'a> {
         if self.header.costs {
             self.rows(region, &mut packed, |tile| {
                 bytemuck::cast_slice(&tile.costs)
+            })?;
+        }
+        if self.header.halves {
+            self.rows(region, &mut packed, |tile| {
+                bytemuck::cast_slice(&tile.halves)
             })?;
         }
         packed.finish()?;
@@ -247,6 +255,7 @@ pub struct Saved {
     pub(super) light_passes: Vec<PixelPasses>,
     pub(super) features: Vec<PixelFeatures>,
     pub(super) costs: Vec<u64>,
+    pub(super) halves: Vec<DVec3>,
 }
 
 impl Saved {
@@ -340,6 +349,7 @@ impl Saved {
             light_passes: values(&mut packed, if_kept(header.light_passes)).map_err(unpack)?,
             features: values(&mut packed, if_kept(header.features)).map_err(unpack)?,
             costs: values(&mut packed, if_kept(header.costs)).map_err(unpack)?,
+            halves: values(&mut packed, if_kept(header.halves)).map_err(unpack)?,
             header,
         };
         let more = packed.read(&mut [0]).map_err(unpack)? > 0;
@@ -361,6 +371,7 @@ impl Saved {
             && light_passes.all(|(pixel, light_passes)| light_passes.is_sound(pixel.samples))
             && features.all(|(pixel, features)| features.is_sound(pixel.samples))
             && self.costs.iter().all(|&cost| cost <= LARGEST_COUNT)
+            && self.halves.iter().all(|half| half.is_finite())
     }
 
     /// Samples that each pixel has at least.
@@ -397,6 +408,9 @@ impl Saved {
             && self.header.passes.iter().map(String::as_str).eq(names);
         if !same {
             return Err("the saved state is of another picture than its settings say: it is broken; give another --checkpoint file, or delete it to begin anew".into());
+        }
+        if settings.noise_threshold.is_some() && !self.header.halves {
+            return Err("the saved state was made without --noise-threshold, which has to be there from the first sample; leave it out, give another --checkpoint file, or delete it to begin anew".into());
         }
         let from = self.header.ranges.first().map_or(0, |range| range.0);
         if !self.header.whole || self.header.ranges.len() > 1 {
@@ -445,6 +459,10 @@ impl Saved {
                     *to = *from;
                 }
                 if let (Some(to), Some(from)) = (tile.costs.get_mut(index), self.costs.get(from)) {
+                    *to = *from;
+                }
+                if let (Some(to), Some(from)) = (tile.halves.get_mut(index), self.halves.get(from))
+                {
                     *to = *from;
                 }
             }

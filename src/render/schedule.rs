@@ -39,6 +39,8 @@ const SAVE_AGAIN: u32 = 8;
 /// Compressing what has samples takes at most so many times as long as what is blank (measured: 2000 MB/s to 105 MB/s on a busy
 /// machine).
 const MOST_GROWN: f64 = 20.0;
+/// With Cycles' noise threshold the error is estimated when there are so many times the samples.
+const WORTH_A_LOOK: f64 = 1.2;
 /// At most this long between two reports of progress.
 const REPORT: Duration = Duration::from_millis(200);
 
@@ -121,7 +123,7 @@ pub(super) fn run(
     let effects = effects::names(prepared.compiled);
     let left_out = prepared.left_out.clone();
     let embree = prepared.world.embree_version.clone();
-    let kept = Kept::of(settings.passes);
+    let kept = Kept::of(settings.passes, settings.noise_threshold.is_some());
     let tiles = tiles(region, kept);
     let before = saved.map_or_else(Traced::default, |saved| {
         saved.restore(&tiles, settings.samples)
@@ -412,7 +414,9 @@ impl Run<'_> {
                 return None;
             }
             self.passes.fetch_add(1, Ordering::Relaxed);
-            self.judge();
+            if self.is_worth_a_look() {
+                self.judge();
+            }
             self.save(false);
             self.leave_time();
             // The watch looks every few milliseconds; what is known here need not wait for it.
@@ -455,11 +459,18 @@ impl Run<'_> {
             return Err(Stop::Error);
         }
         let least = self.samples().least;
+        let mut most = settings.samples;
+        if let Some(rule) = settings.noise_threshold {
+            most = most.min(rule.first_look());
+            if least >= most {
+                return rule.plan(tiles, settings.region(), settings.samples);
+            }
+        }
         if settings.pixel_error_target > 0.0 && least >= adaptive::FIRST_SAMPLES && error.is_some()
         {
             return adaptive::plan(tiles, settings.pixel_error_target, settings.samples);
         }
-        let until = pass_end(least).min(settings.samples);
+        let until = pass_end(least).min(most);
         if until <= least {
             return Err(Stop::Samples);
         }
@@ -469,6 +480,18 @@ impl Run<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the picture is looked at after this pass: of the hundreds of short ones of Cycles' rule it is so now and then,
+    /// unless a target asks for each.
+    fn is_worth_a_look(&self) -> bool {
+        if self.settings.noise_threshold.is_none() || self.settings.error_target > 0.0 {
+            return true;
+        }
+        let last = locked(&self.known)
+            .last()
+            .map_or(0.0, |known| known.samples);
+        self.samples().mean >= WORTH_A_LOOK * last
     }
 
     /// Whether a quarter of the time is over.

@@ -1,5 +1,6 @@
 //! What a user can set.
 
+use super::noise_threshold::NoiseThreshold;
 use crate::effects::RequestedSettings;
 use crate::film::{Pass, Passes};
 pub use crate::world::{Ablation, InstructionSet};
@@ -48,6 +49,8 @@ pub struct RenderSettings {
     pub error_target: f64,
     /// Take samples where the error is larger than this, and stop when it is nowhere; 0 for no such target.
     pub pixel_error_target: f64,
+    /// Stop pixels as Cycles' noise threshold does; `None` for all samples everywhere. Not beside a target for each pixel.
+    pub noise_threshold: Option<NoiseThreshold>,
     /// The part of the picture that is rendered; `None` for all of it.
     pub region: Option<Region>,
     /// Index into `Scene::cameras`; `None` takes the first.
@@ -95,6 +98,7 @@ impl Default for RenderSettings {
             passes: Passes::default(),
             error_target: 0.0,
             pixel_error_target: 0.0,
+            noise_threshold: None,
             region: None,
             camera: None,
             seed: 0,
@@ -186,7 +190,7 @@ impl RenderSettings {
             light_passes: self.passes.need_light_passes() || self.passes.need_features(),
             position_passes: self.passes.need_middle(),
             cost_pass: self.passes.has(Pass::Cost),
-            adaptive: self.pixel_error_target > 0.0,
+            adaptive: self.pixel_error_target > 0.0 || self.noise_threshold.is_some(),
             clamping: self.clamp_direct > 0.0 || self.clamp_indirect > 0.0,
             filter_glossy: self.filter_glossy > 0.0,
             transparent_film: self.transparent_film,

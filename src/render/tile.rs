@@ -5,6 +5,7 @@ use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::pixel::Pixel;
 use crate::film::{Pass, Passes};
+use glam::DVec3;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -29,6 +30,8 @@ pub struct Tile {
     pub features: Vec<PixelFeatures>,
     /// Nanoseconds spent on each pixel, if a pass asks for it; else empty.
     pub costs: Vec<u64>,
+    /// Radiance of half of each pixel's samples, if a noise threshold asks for it; else empty.
+    pub halves: Vec<DVec3>,
     /// Squared relative error of each pixel, as it was estimated last; empty before.
     pub errors: Vec<f32>,
     /// What adaptive sampling decides by; empty without it.
@@ -51,6 +54,8 @@ pub struct Scanline {
     /// As those of [`Tile`].
     pub costs: Vec<u64>,
     /// As those of [`Tile`].
+    pub halves: Vec<DVec3>,
+    /// As those of [`Tile`].
     pub clamped: [f64; 2],
 }
 
@@ -67,7 +72,8 @@ impl Tile {
             pixels: pixels.to_vec(),
             light_passes: self.light_passes.get(place.clone()).unwrap_or(&[]).to_vec(),
             features: self.features.get(place.clone()).unwrap_or(&[]).to_vec(),
-            costs: self.costs.get(place).unwrap_or(&[]).to_vec(),
+            costs: self.costs.get(place.clone()).unwrap_or(&[]).to_vec(),
+            halves: self.halves.get(place).unwrap_or(&[]).to_vec(),
             clamped: self.clamped[row as usize],
         })
     }
@@ -82,10 +88,19 @@ impl Tile {
         if let Some(features) = self.features.get_mut(place.clone()) {
             features.copy_from_slice(&done.features);
         }
-        if let Some(costs) = self.costs.get_mut(place) {
+        if let Some(costs) = self.costs.get_mut(place.clone()) {
             costs.copy_from_slice(&done.costs);
         }
+        if let Some(halves) = self.halves.get_mut(place) {
+            halves.copy_from_slice(&done.halves);
+        }
         self.clamped[row as usize] = done.clamped;
+    }
+
+    /// Where a row of it begins among the pixels of its region.
+    pub fn first_of_row(&self, region: Region, row: usize) -> usize {
+        let (column, top) = ((self.x - region.x0) as usize, (self.y - region.y0) as usize);
+        (top + row) * region.width() as usize + column
     }
 
     fn place_of(&self, row: u32) -> Range<usize> {
@@ -104,12 +119,15 @@ pub struct Kept {
     pub features: bool,
     /// Time spent.
     pub costs: bool,
+    /// Radiance of half of the samples.
+    pub halves: bool,
 }
 
 impl Kept {
-    /// What passes need to be kept.
-    pub fn of(passes: Passes) -> Self {
+    /// What passes need to be kept, and a noise threshold if there is one.
+    pub fn of(passes: Passes, has_threshold: bool) -> Self {
         Self {
+            halves: has_threshold,
             light_passes: passes.need_light_passes(),
             features: passes.need_features(),
             costs: passes.has(Pass::Cost),
@@ -123,6 +141,7 @@ impl Kept {
             + of(self.light_passes, size_of::<PixelPasses>())
             + of(self.features, size_of::<PixelFeatures>())
             + of(self.costs, size_of::<u64>())
+            + of(self.halves, size_of::<DVec3>())
     }
 }
 
@@ -146,6 +165,7 @@ pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
                 ],
                 features: vec![PixelFeatures::default(); if kept.features { pixels } else { 0 }],
                 costs: vec![0; if kept.costs { pixels } else { 0 }],
+                halves: vec![DVec3::ZERO; if kept.halves { pixels } else { 0 }],
                 errors: Vec::new(),
                 deciding: Vec::new(),
                 clamped: vec![[0.0; 2]; height as usize],

@@ -7,7 +7,7 @@ use crate::film::filter::FilterTable;
 use crate::film::light_passes::{PathPasses, PixelPasses};
 use crate::film::pixel::{CenterSample, FirstHit, Pixel};
 use crate::integrator::{self, Kernel, PassKernel, Path, PathSettings, Recorder, Step};
-use crate::sampler::{Dimension, Sampler, Sequence};
+use crate::sampler::{Dimension, Sampler, Sequence, is_in_half};
 use crate::scene::Scene;
 use crate::world::World;
 use glam::{Vec2, Vec3};
@@ -128,6 +128,11 @@ impl Job<'_> {
                 let path = self.sample(x, y, number, pixel, beside);
                 rays += u64::from(path.rays);
                 lobes_left_out += u64::from(path.lobes_left_out);
+                if let Some(half) = row.halves.get_mut(index)
+                    && is_in_half(number)
+                {
+                    *half += path.radiance.as_dvec3();
+                }
                 for (sum, c) in row.clamped.iter_mut().zip(path.clamped) {
                     *sum += f64::from(c);
                 }

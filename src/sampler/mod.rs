@@ -55,6 +55,15 @@ const DIMENSIONS: u32 = 6;
 /// and a picture has pixels enough to make up for one degree of freedom each.
 pub const REPLICATES: u32 = 2;
 
+/// Whether a sample is in the half of its sequence by which Cycles' noise threshold judges.
+///
+/// Points of both halves are spread evenly (Christensen, Kensler and Kilpatrick, *Progressive Multi-Jittered Sample
+/// Sequences*, 2018, section 10.2.1), so that what one half lacks the other has: they differ by more than independent ones.
+pub fn is_in_half(sample: u32) -> bool {
+    const EVERY_OTHER_BIT: u32 = 0xaaaa_aaaa;
+    ((sample / REPLICATES) & EVERY_OTHER_BIT).count_ones() % 2 == 1
+}
+
 /// The numbers of one path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampler {

@@ -6,13 +6,14 @@ import importlib.util
 import json
 import os
 import sys
+import types
 import unittest
 
 import bpy
 
 import export_kit
 from engine_kit import EngineTest, engine, quiet, sundog
-from sundog import preferences, properties, records, scene_check, ui
+from sundog import command, preferences, properties, records, scene_check, ui
 
 ADDON = os.path.dirname(sundog.__file__)
 
@@ -206,16 +207,30 @@ class Settings(EngineTest):
             self.assertEqual(getattr(self.scene.sundog, name), getattr(cycles, name), name)
         self.assertTrue(self.scene.view_layers[0].sundog.use_pass_albedo)
 
-    def test_the_noise_threshold_becomes_a_pixel_error(self):
+    def test_the_noise_threshold_is_cycles_own(self):
         cycles, settings = self.scene.cycles, self.scene.sundog
         for on, threshold, samples, expected in (
-            (True, 0.02, 4096, 0.02), (True, 0.0, 500, 0.002), (True, 0.0, 4096, 0.001), (False, 0.02, 4096, 0.0),
+            (True, 0.02, 4096, "0.02"), (True, 0.0, 500, "0.002"), (True, 0.0, 4096, "0.001"), (False, 0.02, 4096, None),
         ):  # fmt: skip
             cycles.use_adaptive_sampling, cycles.adaptive_threshold, cycles.samples = on, threshold, samples
-            notes = properties.copy_from_cycles(self.scene)
-            self.assertAlmostEqual(settings.pixel_error_target, expected * properties.PIXEL_ERROR_OF_THRESHOLD, places=7)
-            self.assertEqual(settings.samples, samples)
-            self.assertEqual(any("noise threshold has become" in note for note in notes), on)
+            cycles.adaptive_min_samples = 48
+            settings.pixel_error_target = 0.03
+            properties.copy_from_cycles(self.scene)
+            self.assertEqual((settings.samples, settings.pixel_error_target), (samples, 0.0))
+            settings.pixel_error_target = 0.03
+            flags = self.flags()
+            self.assertEqual(flags.get("--noise-threshold"), expected)
+            self.assertEqual(flags.get("--min-samples"), "48" if on else None)
+            # One of the two decides.
+            self.assertEqual(flags.get("--pixel-error"), None if on else "0.03")
+
+    def flags(self):
+        """The command line's flags with what follows them."""
+        warned = []
+        known = types.SimpleNamespace(version="", has=lambda flag: True)
+        line = command.arguments(self.scene, self.scene.view_layers[0], known, warned.append)
+        self.assertEqual(warned, [])
+        return dict(zip(line, line[1:], strict=False))
 
     def test_what_has_no_place_here_is_told(self):
         cycles = self.scene.cycles

@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use sundog::film::Bands;
 use sundog::film::Picture;
-use sundog::render::{Observer, OutputTime, Passed, Saved, State, Stop, merge, resume};
+use sundog::render::{
+    NoiseThreshold, Observer, OutputTime, Passed, Saved, State, Stop, merge, resume,
+};
 
 /// A small lamp between a mirror, a glass ball and walls: light that only chance finds, in rare bright samples.
 pub fn fireflies() -> Scene {
@@ -375,6 +377,36 @@ fn adaptive_sampling_has_the_means_of_uniform_sampling_with_and_without_fireflie
     let mut scenes = scenes();
     scenes.drain(1..3);
     adaptive_sampling_has_the_means_of_uniform_sampling(&scenes);
+}
+
+/// Cycles' rule: the same bits with any number of threads; pixels end at different looks.
+#[test]
+fn the_noise_threshold_makes_one_picture_and_stops_pixels_at_looks() {
+    let (_, scene) = gallery().swap_remove(0);
+    let with = |threads: usize| RenderSettings {
+        noise_threshold: Some(NoiseThreshold {
+            threshold: 0.02,
+            min_samples: 20,
+        }),
+        threads: Some(threads),
+        ..of_size(64, 48, 4096, 0)
+    };
+    let rendering = run(&scene, &with(2));
+    let counts = layer(&rendering, "Debug Sample Count");
+    assert_eq!(rendering.statistics.stop, Stop::NoiseThreshold);
+    // After 32 samples, and each 16 beyond.
+    let at_looks = |&count: &f32| count >= 32.0 && count % 16.0 == 0.0;
+    assert!(counts.iter().all(at_looks), "{counts:?}");
+    let most = counts.iter().fold(0f32, |a, &b| a.max(b));
+    let least = counts.iter().fold(most, |a, &b| a.min(b));
+    assert!(least == 32.0 && most > 64.0, "{least} {most}");
+    for threads in [1, 3] {
+        let again = run(&scene, &with(threads));
+        for (a, b) in rendering.picture.layers.iter().zip(&again.picture.layers) {
+            let bits = |data: &[f32]| data.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&a.data), bits(&b.data), "{} {threads}", a.name);
+        }
+    }
 }
 
 /// No neighbourhood is above the target at the end, and where little is to be done, little was done.

@@ -74,7 +74,10 @@ def same_for_both(kept, scene, options):
             # Would win over the scene's.
             kept.set(layer, samples=0)
     sundog = scene.sundog
-    kept.set(sundog, samples=options.samples or sundog.samples, time_limit=0.0, error_target=0.0, pixel_error_target=0.0, use_animated_seed=False)
+    kept.set(
+        sundog, samples=options.samples or sundog.samples, time_limit=0.0, error_target=0.0, pixel_error_target=0.0,
+        use_adaptive_sampling=False, use_animated_seed=False,
+    )  # fmt: skip
 
 
 def as_sundog(kept, scene):

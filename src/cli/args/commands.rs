@@ -48,8 +48,8 @@ pub struct RenderFiles {
 pub struct RenderEffort {
     /// Samples a pixel.
     ///
-    /// With `--time`, `--error` or `--pixel-error` and without `--samples`, these alone decide; of several, what is
-    /// reached first.
+    /// With `--time`, `--error`, `--pixel-error` or `--noise-threshold` and without `--samples`, these alone decide; of
+    /// several, what is reached first.
     #[arg(long, value_name = "COUNT", whole = 1..=MAX_SAMPLES, preset = "256")]
     pub samples: Option<u32>,
     /// Be ready after this long, for example 30s, 2m or 1h.
@@ -72,6 +72,20 @@ pub struct RenderEffort {
     /// be further off.
     #[arg(long, value_name = "TARGET", value_parser = values::share)]
     pub pixel_error: Option<f64>,
+    /// Stop each pixel where Cycles' noise threshold stops it, for example 0.01: Cycles' own adaptive sampling, for the work
+    /// that a file takes there.
+    ///
+    /// From `--min-samples` on it is looked every 16 samples how far half of a pixel's samples are from all of them, against the
+    /// root of its brightness; pixels beside one that goes on go on with it. `--samples` is the most that a pixel
+    /// gets. No share of the brightness as `--pixel-error` is, and a little too dark where light is rare: a pixel whose own
+    /// samples happen to agree stops too soon.
+    #[arg(long, value_name = "TARGET", value_parser = values::share, conflicts_with = "pixel_error")]
+    pub noise_threshold: Option<f64>,
+    /// With `--noise-threshold`: samples of each pixel before it may stop, as Cycles' Min Samples.
+    ///
+    /// If not given or 0, the threshold says it, as in Cycles: 64 for 0.01, and 32 for 0.1.
+    #[arg(long, value_name = "COUNT", whole = 0..=MAX_SAMPLES, requires = "noise_threshold")]
+    pub min_samples: Option<u32>,
     /// Take only the samples with the numbers from A to before B, for `sundog merge`.
     ///
     /// Several machines can share a picture: each renders a range of its own and keeps it with `--checkpoint`.

@@ -109,6 +109,9 @@ pub struct Header {
     pub features: bool,
     /// Nanoseconds are kept.
     pub costs: bool,
+    /// The radiance of half of the samples is kept.
+    #[serde(default)]
+    pub halves: bool,
     /// Luminance that clamping took from direct and indirect light.
     pub clamped: [f64; 2],
     /// Effects that the scene calls for and the settings leave out.
@@ -132,6 +135,7 @@ impl Header {
             light_passes: self.light_passes,
             features: self.features,
             costs: self.costs,
+            halves: self.halves,
         }
     }
 
@@ -159,7 +163,7 @@ impl Header {
         let Ok(passes) = Passes::parse(self.passes.iter().map(String::as_str)) else {
             return Some("it has passes that there are not");
         };
-        if self.kept() != Kept::of(passes) {
+        if self.kept() != Kept::of(passes, self.halves) {
             return Some("it does not keep what its passes need");
         }
         let each = self.ranges.iter().all(|(from, to)| from <= to);

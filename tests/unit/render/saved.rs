@@ -22,7 +22,7 @@ fn written(instructions: &str) -> Vec<u8> {
         "settings": { "seed": 0 }, "size": [50, 40], "region": REGION,
         "passes": passes.iter().map(Pass::name).collect::<Vec<_>>(),
         "axes": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "ranges": [[3, 7]], "whole": true,
-        "apart": passes.need_light_passes(), "features": passes.need_features(), "costs": passes.has(Pass::Cost), "clamped": [0.5, 0.0],
+        "apart": passes.need_light_passes(), "features": passes.need_features(), "costs": passes.has(Pass::Cost), "halves": true, "clamped": [0.5, 0.0],
         "left_out": ["coat"], "color_management": ColorManagement::default(),
         "traced": {
             "samples": 5600, "rays": 12000, "seconds": 1.5, "non_finite": 2,
