@@ -98,6 +98,19 @@ def _if_known(flag, values, abilities, warn):
     return []
 
 
-def pass_arguments(passes, abilities):
+_FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
+
+
+def pass_arguments(passes, abilities, world=None):
     """Flags for the passes that the last frame shall have."""
-    return ["--passes", ",".join(p.program for p in passes)] if abilities.has("passes") else []
+    if not abilities.has("passes"):
+        return []
+    result = ["--passes", ",".join(p.program for p in passes)]
+    if any(p.program == "Mist" for p in passes) and abilities.has("mist"):
+        # As Cycles has it where there is no world.
+        start, depth, power = 0.0, 100.0, 1.0
+        if world is not None:
+            mist = world.mist_settings
+            start, depth, power = mist.start, mist.depth, _FALLOFFS[mist.falloff]
+        result += ["--mist", f"{start!r},{depth!r},{power}"]
+    return result

@@ -131,7 +131,7 @@ class _LayerRender:
         for name in passes.left_out(self.layer):
             self.warn(f"there is no pass \"{name}\": it is left out")
         arguments += denoise.arguments(self.scene, self.layer, abilities, self.warn)
-        arguments += command.pass_arguments(self.screen.wanted, abilities)
+        arguments += command.pass_arguments(self.screen.wanted, abilities, self.scene.world)
         if self.scene.render.use_multiview:
             self.warn("stereo is off: each view shows what the camera itself sees")
         with Folder(bpy.app.tempdir) as folder:

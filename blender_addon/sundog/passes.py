@@ -12,11 +12,18 @@ Pass = collections.namedtuple("Pass", "switch program name channels kind")
 
 COMBINED = Pass(None, "Combined", "Combined", "RGBA", "COLOR")
 
+# Kinds of Cryptomatte, and how many passes of two ranks each has: Blender's default of six levels.
+MATTES = ("Object", "Material", "Asset")
+MATTE_PARTS = 3
+
 # (switch, the program's name, Blender 5's name, channels, kind); Blender 4 has the program's names.
 _PASSES = (
     ("use_pass_z", "Depth", "Depth", "Z", "VALUE"),
     ("use_pass_position", "Position", "Position", "XYZ", "VECTOR"),
     ("use_pass_normal", "Normal", "Normal", "XYZ", "VECTOR"),
+    ("use_pass_mist", "Mist", "Mist", "Z", "VALUE"),
+    ("use_pass_object_index", "IndexOB", "Object Index", "X", "VALUE"),
+    ("use_pass_material_index", "IndexMA", "Material Index", "X", "VALUE"),
     ("use_pass_uv", "UV", "UV", "UVA", "VECTOR"),
     ("use_pass_diffuse_direct", "DiffDir", "Diffuse Direct", "RGB", "COLOR"),
     ("use_pass_diffuse_indirect", "DiffInd", "Diffuse Indirect", "RGB", "COLOR"),
@@ -29,6 +36,11 @@ _PASSES = (
     ("use_pass_transmission_color", "TransCol", "Transmission Color", "RGB", "COLOR"),
     ("use_pass_emit", "Emit", "Emission", "RGB", "COLOR"),
     ("use_pass_environment", "Env", "Environment", "RGB", "COLOR"),
+    *(
+        (f"use_pass_cryptomatte_{kind.lower()}", f"Crypto{kind}0{part}", f"Crypto{kind}0{part}", "rgba", "COLOR")
+        for kind in MATTES
+        for part in range(MATTE_PARTS)
+    ),
     ("sundog.use_pass_albedo cycles.denoising_store_passes", "Denoising Albedo", "Denoising Albedo", "RGB", "COLOR"),
     ("sundog.use_pass_denoising_normal cycles.denoising_store_passes", "Denoising Normal", "Denoising Normal", "XYZ", "VECTOR"),
     ("cycles.denoising_store_passes", "Denoising Depth", "Denoising Depth", "Z", "VALUE"),
@@ -45,18 +57,12 @@ PASSES = tuple(
 
 # Blender's switches without a pass here.
 UNKNOWN = {
-    "use_pass_mist": "Mist",
     "use_pass_vector": "Vector",
-    "use_pass_object_index": "Object Index",
-    "use_pass_material_index": "Material Index",
     "use_pass_shadow": "Shadow",
     "use_pass_ambient_occlusion": "Ambient Occlusion",
     "use_pass_subsurface_direct": "Subsurface Direct",
     "use_pass_subsurface_indirect": "Subsurface Indirect",
     "use_pass_subsurface_color": "Subsurface Color",
-    "use_pass_cryptomatte_object": "Cryptomatte Object",
-    "use_pass_cryptomatte_material": "Cryptomatte Material",
-    "use_pass_cryptomatte_asset": "Cryptomatte Asset",
 }
 
 
@@ -74,11 +80,23 @@ def _one_is_on(view_layer, switch):
 def wanted(scene, view_layer):
     """The passes that a scene's view layer asks for, with Combined first."""
     noisy = [NOISY] if denoise.is_on(scene, view_layer) else []
-    return [COMBINED] + noisy + [p for p in PASSES if _is_on(view_layer, p.switch)]
+    parts = matte_parts(view_layer)
+    # The numbers of the passes that there are more of than levels.
+    more = tuple(f"0{part}" for part in range(parts, MATTE_PARTS))
+    on = [p for p in PASSES if _is_on(view_layer, p.switch)]
+    return [COMBINED] + noisy + [p for p in on if not (p.program.startswith("Crypto") and p.program.endswith(more))]
+
+
+def matte_parts(view_layer):
+    """Passes of each kind of Cryptomatte: one for two levels."""
+    return min((view_layer.pass_cryptomatte_depth + 1) // 2, MATTE_PARTS)
 
 
 def left_out(view_layer):
     """Names of the passes that a view layer asks for and Sundog does not have."""
     names = [name for switch, name in UNKNOWN.items() if _is_on(view_layer, switch)]
     groups = [f"{COMBINED.name}_{group.name}" for group in view_layer.lightgroups]
+    levels = 2 * MATTE_PARTS
+    if view_layer.pass_cryptomatte_depth > levels and any(_is_on(view_layer, f"use_pass_cryptomatte_{kind.lower()}") for kind in MATTES):
+        names.append(f"Cryptomatte levels beyond {levels}")
     return names + [aov.name for aov in view_layer.aovs] + groups

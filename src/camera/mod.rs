@@ -300,6 +300,15 @@ impl Camera {
         }
     }
 
+    /// How far from the camera a point is for Blender's mist: along the view axis of parallel rays alone.
+    pub fn distance(&self, point: Vec3) -> f32 {
+        match (&self.distant, self.lens) {
+            (_, Lens::Orthographic(_)) => self.depth(point).abs(),
+            (Some(distant), _) => (distant.position - point.as_dvec3()).length() as f32,
+            (None, _) => (point - self.position).length(),
+        }
+    }
+
     /// Depth of a point: its distance along the view axis; from the camera for a panorama.
     #[inline]
     pub fn depth(&self, point: Vec3) -> f32 {

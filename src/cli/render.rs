@@ -13,7 +13,9 @@ use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::output::tev::Viewer;
 use crate::output::{Frames, Metadata};
-use crate::render::{NoiseThreshold, Observer, RenderSettings, Statistics, Stop, left_out, memory};
+use crate::render::{
+    NoiseThreshold, Observer, RenderSettings, Statistics, Stop, labels, left_out, memory,
+};
 use crate::scene::{Scene, fingerprint};
 use serde_json::json;
 use std::path::Path;
@@ -120,6 +122,7 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
     }
     let report = denoised.as_ref().ok().and_then(Option::as_ref);
     denoise::tell_in(&mut metadata, report);
+    metadata.extend(labels::manifests(scene, settings.passes));
     if outputs.denoiser.is_some() {
         watcher.write_frame(&rendering.picture, statistics.samples, true);
     }
@@ -218,6 +221,7 @@ impl Render {
             pixel_error_target: self.effort.pixel_error.unwrap_or(0.0),
             noise_threshold: self.effort.noise_threshold(),
             passes: self.passes.passes,
+            mist: self.passes.mist,
             effects: self.effects.effects.clone(),
             ..self.options.settings(path, scene)?
         })

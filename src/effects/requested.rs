@@ -7,7 +7,7 @@ use crate::scene::Effect;
 pub struct RequestedSettings {
     /// The camera that renders, by its number.
     pub camera: usize,
-    /// Passes that keep light apart, or follow paths for denoisers.
+    /// Passes that keep light apart, follow paths for denoisers, or tell objects.
     pub light_passes: bool,
     /// Passes of the ray through each pixel's middle.
     pub position_passes: bool,

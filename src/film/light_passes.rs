@@ -2,6 +2,7 @@
 //! the shares of the first scattering decide for all that the path finds later.
 
 use super::features::{PathFeatures, SurfaceFeatures};
+use super::objects::FirstObject;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
@@ -29,6 +30,9 @@ pub trait PassSink {
     /// Light that a ray has found, wherever it comes from.
     #[inline(always)]
     fn shine(&mut self, _light: Vec3) {}
+    /// The first surface that the camera's ray does not pass.
+    #[inline(always)]
+    fn first_object(&mut self, _object: impl FnOnce() -> FirstObject) {}
     /// The path goes on through a surface that tints it.
     #[inline(always)]
     fn pass(&mut self, _tint: Vec3) {}
@@ -68,12 +72,18 @@ pub struct PathPasses {
     other: usize,
     /// For denoisers.
     pub features: PathFeatures,
+    /// What was met first, if it is asked for.
+    pub object: Option<FirstObject>,
+    tells_object: bool,
 }
 
 impl PathPasses {
-    /// A path whose features are followed, or are not.
-    pub fn new(followed: bool) -> Self {
-        let mut path = Self::default();
+    /// A path whose features are followed, or are not; that tells its object, or does not.
+    pub fn new(followed: bool, tells_object: bool) -> Self {
+        let mut path = Self {
+            tells_object,
+            ..Self::default()
+        };
         if followed {
             path.features = PathFeatures::FOLLOWED;
         }
@@ -87,6 +97,9 @@ impl PathPasses {
         light.chain(&alone).all(|v| v.is_finite())
             && self.uv.is_finite()
             && self.features.is_finite()
+            && self
+                .object
+                .is_none_or(|object| object.weight.is_finite() && object.distance.is_finite())
     }
 
     /// Scales the light; what surfaces are like stays as it is.
@@ -149,6 +162,13 @@ impl PassSink for PathPasses {
     #[inline]
     fn shine(&mut self, light: Vec3) {
         self.features.shine(light);
+    }
+
+    #[inline]
+    fn first_object(&mut self, object: impl FnOnce() -> FirstObject) {
+        if self.tells_object {
+            self.object = Some(object());
+        }
     }
 
     #[inline]

@@ -5,6 +5,7 @@ mod extract;
 pub mod features;
 pub mod filter;
 pub mod light_passes;
+pub mod objects;
 pub mod passes;
 pub mod pixel;
 pub mod sum;

@@ -1,5 +1,6 @@
 //! Which passes there are, by Blender's names.
 
+use super::objects::Matte;
 use serde::{Serialize, Serializer};
 
 /// A pass of a picture.
@@ -38,6 +39,30 @@ pub enum Pass {
     Emission,
     /// The world, seen by the camera.
     Environment,
+    /// How far away, by Blender's mist (see [`super::objects`]).
+    Mist,
+    /// Pass index of the object.
+    ObjectIndex,
+    /// Pass index of the material.
+    MaterialIndex,
+    /// Cryptomatte of objects: the two that show most.
+    CryptoObject00,
+    /// The next two.
+    CryptoObject01,
+    /// The last two.
+    CryptoObject02,
+    /// The same of materials.
+    CryptoMaterial00,
+    /// The next two.
+    CryptoMaterial01,
+    /// The last two.
+    CryptoMaterial02,
+    /// The same of topmost parents.
+    CryptoAsset00,
+    /// The next two.
+    CryptoAsset01,
+    /// The last two.
+    CryptoAsset02,
     /// Albedo for denoisers (see [`super::features`]).
     DenoisingAlbedo,
     /// Shading normal for denoisers, in the camera's axes.
@@ -55,7 +80,7 @@ pub enum Pass {
 }
 
 /// The one table of passes: Blender's name, channels as Blender has them, what it holds.
-pub const TABLE: [(Pass, &str, &str, &str); 23] = [
+pub const TABLE: [(Pass, &str, &str, &str); 35] = [
     (Pass::Combined, "Combined", "RGBA", "the picture itself"),
     (
         Pass::Depth,
@@ -148,6 +173,68 @@ pub const TABLE: [(Pass, &str, &str, &str); 23] = [
         "the world, as the camera sees it; also with --transparent",
     ),
     (
+        Pass::Mist,
+        "Mist",
+        "Z",
+        "how far away by `--mist`, 0 to 1; 1 where the camera sees nothing",
+    ),
+    (
+        Pass::ObjectIndex,
+        "IndexOB",
+        "X",
+        "pass index of the object that the ray through the pixel's middle meets; 0 of nothing",
+    ),
+    (
+        Pass::MaterialIndex,
+        "IndexMA",
+        "X",
+        "the same of its material",
+    ),
+    (
+        Pass::CryptoObject00,
+        "CryptoObject00",
+        "rgba",
+        "Cryptomatte of objects: number and share of the two that show most",
+    ),
+    (
+        Pass::CryptoObject01,
+        "CryptoObject01",
+        "rgba",
+        "the next two",
+    ),
+    (
+        Pass::CryptoObject02,
+        "CryptoObject02",
+        "rgba",
+        "the last two",
+    ),
+    (
+        Pass::CryptoMaterial00,
+        "CryptoMaterial00",
+        "rgba",
+        "the same of materials",
+    ),
+    (
+        Pass::CryptoMaterial01,
+        "CryptoMaterial01",
+        "rgba",
+        "the next two",
+    ),
+    (
+        Pass::CryptoMaterial02,
+        "CryptoMaterial02",
+        "rgba",
+        "the last two",
+    ),
+    (
+        Pass::CryptoAsset00,
+        "CryptoAsset00",
+        "rgba",
+        "the same of objects' topmost parents",
+    ),
+    (Pass::CryptoAsset01, "CryptoAsset01", "rgba", "the next two"),
+    (Pass::CryptoAsset02, "CryptoAsset02", "rgba", "the last two"),
+    (
         Pass::DenoisingAlbedo,
         "Denoising Albedo",
         "RGB",
@@ -201,11 +288,27 @@ impl Pass {
     pub fn channels(self) -> &'static str {
         TABLE[self as usize].2
     }
+
+    /// What a pass of Cryptomatte is of, and the first of its two ranks.
+    pub fn matte(self) -> Option<(Matte, usize)> {
+        Some(match self {
+            Self::CryptoObject00 => (Matte::Object, 0),
+            Self::CryptoObject01 => (Matte::Object, 2),
+            Self::CryptoObject02 => (Matte::Object, 4),
+            Self::CryptoMaterial00 => (Matte::Material, 0),
+            Self::CryptoMaterial01 => (Matte::Material, 2),
+            Self::CryptoMaterial02 => (Matte::Material, 4),
+            Self::CryptoAsset00 => (Matte::Asset, 0),
+            Self::CryptoAsset01 => (Matte::Asset, 2),
+            Self::CryptoAsset02 => (Matte::Asset, 4),
+            _ => return None,
+        })
+    }
 }
 
 /// A set of passes; `Combined` is always among them. In the order of [`TABLE`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Passes(u32);
+pub struct Passes(u64);
 
 impl Passes {
     /// The picture alone.
@@ -238,6 +341,9 @@ impl Passes {
                     | Pass::Depth
                     | Pass::Normal
                     | Pass::Position
+                    | Pass::Mist
+                    | Pass::ObjectIndex
+                    | Pass::MaterialIndex
                     | Pass::DenoisingAlbedo
                     | Pass::DenoisingNormal
                     | Pass::DenoisingDepth
@@ -245,7 +351,15 @@ impl Passes {
                     | Pass::SampleCount
                     | Pass::Error
                     | Pass::Cost
-            )
+            ) && pass.matte().is_none()
+        })
+    }
+
+    /// Whether pixels know their objects (see [`super::objects`]).
+    pub fn need_objects(self) -> bool {
+        self.iter().any(|pass| {
+            pass.matte().is_some()
+                || matches!(pass, Pass::Mist | Pass::ObjectIndex | Pass::MaterialIndex)
         })
     }
 
@@ -258,7 +372,10 @@ impl Passes {
 
     /// Whether the ray through the middle of each pixel is asked for.
     pub fn need_middle(self) -> bool {
-        self.has(Pass::Depth) || self.has(Pass::Position)
+        self.has(Pass::Depth)
+            || self.has(Pass::Position)
+            || self.has(Pass::ObjectIndex)
+            || self.has(Pass::MaterialIndex)
     }
 
     /// Floats of a pixel.
@@ -266,16 +383,19 @@ impl Passes {
         self.iter().map(|pass| pass.channels().len()).sum()
     }
 
-    /// The set with these names.
+    /// The set with these names; those of Cryptomatte without a number are all of their numbers.
     ///
     /// # Errors
     /// Names the first unknown one and lists those there are.
     pub fn parse<'a>(mut names: impl Iterator<Item = &'a str>) -> Result<Self, String> {
         names.try_fold(Self::COMBINED, |set, name| {
-            TABLE
-                .iter()
-                .find(|row| row.1 == name)
-                .map(|row| set.with(row.0))
+            let mut meant = TABLE.iter().filter(|row| {
+                let numbered = row.0.matte().and_then(|_| row.1.strip_prefix(name));
+                row.1 == name || numbered.is_some_and(|number| number.len() == 2)
+            });
+            let first = meant.next();
+            first
+                .map(|first| meant.fold(set.with(first.0), |set, row| set.with(row.0)))
                 .ok_or_else(|| {
                     let all: Vec<_> = TABLE.iter().map(|row| row.1).collect();
                     format!("there is no pass '{name}'; there are: {}", all.join(", "))

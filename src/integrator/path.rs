@@ -12,8 +12,10 @@ use crate::camera::CameraRay;
 use crate::effects::{Features, General};
 use crate::film::features::SurfaceFeatures;
 use crate::film::light_passes::{NoPasses, PassSink};
+use crate::film::objects::FirstObject;
 use crate::film::pixel::{CenterSample, FirstHit};
 use crate::light::LightSampleContext;
+use crate::math::average;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit};
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
@@ -321,6 +323,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         self.light.sink.meet(hit.distance);
         if self.bounce == 0 {
             self.first.normal = surface.normals.shading;
+            let (world, throughput) = (self.world, self.throughput);
+            self.light.sink.first_object(|| FirstObject {
+                number: hit.object(),
+                weight: average(throughput),
+                distance: world.camera.distance(surface.point.point),
+            });
         }
     }
 
@@ -546,8 +554,8 @@ pub(super) fn spawn_ray<E: Features>(
     world.ray_origin::<E>(hit, surface, direction, beyond)
 }
 
-/// What a ray of the camera meets; a holdout counts as nothing, as in Cycles.
-pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> CenterSample {
+/// What a ray of the camera meets, and its object's number; a holdout counts as nothing, as in Cycles.
+pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> (CenterSample, Option<u32>) {
     let key = || sampler.key(Dimension::Opacity, 0);
     let hit = world.intersect::<General>(
         ray.origin,
@@ -560,11 +568,12 @@ pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> CenterSample {
         key,
     );
     let hit = hit.filter(|hit| !world.is_holdout(hit));
-    hit.map_or(CenterSample::default(), |hit| {
+    hit.map_or((CenterSample::default(), None), |hit| {
         let point = ray.origin + ray.direction * hit.distance;
-        CenterSample {
+        let center = CenterSample {
             depth: world.camera.depth(point),
             position: (world.origin + point.as_dvec3()).as_vec3(),
-        }
+        };
+        (center, Some(hit.object()))
     })
 }

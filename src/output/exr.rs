@@ -18,7 +18,7 @@ pub enum SampleType {
     /// 32 bits.
     #[default]
     Float,
-    /// 16 bits. Distances, positions and counts stay at 32 bits: 16 would round them to uselessness.
+    /// 16 bits. Distances, positions, counts and numbers of mattes stay at 32 bits: 16 would round them to uselessness.
     Half,
 }
 
@@ -187,10 +187,18 @@ const COMBINED: &str = "Combined";
 
 /// Whether 16 bits are enough for a layer: for colours and directions they are.
 fn fits_half(layer: &Layer) -> bool {
-    !matches!(
-        layer.name.as_str(),
-        "Depth" | "Denoising Depth" | "Position" | "Debug Sample Count" | "Error" | "Cost"
-    )
+    !(layer.name.starts_with("Crypto")
+        || matches!(
+            layer.name.as_str(),
+            "Depth"
+                | "Denoising Depth"
+                | "Position"
+                | "IndexOB"
+                | "IndexMA"
+                | "Debug Sample Count"
+                | "Error"
+                | "Cost"
+        ))
 }
 
 fn to_half(value: f32, clamped: &mut usize) -> f16 {

@@ -3,6 +3,7 @@
 mod adaptive;
 mod estimate;
 mod forecast;
+pub mod labels;
 pub mod memory;
 mod merge;
 mod names;

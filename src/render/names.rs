@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use crate::world::Source;
 
 /// The instances with triangles: what the world counts as objects.
-fn objects(scene: &Scene) -> Vec<u32> {
+pub(super) fn objects(scene: &Scene) -> Vec<u32> {
     let has_triangles = |mesh: crate::scene::MeshId| {
         let mesh = scene.meshes.get(mesh.0 as usize);
         mesh.is_some_and(|mesh| !mesh.triangles.is_empty())

@@ -199,6 +199,7 @@ impl Prepared {
             camera_ray: self.world.camera.ray_maker(),
             middle: settings.passes.need_middle(),
             costs: settings.passes.has(Pass::Cost),
+            mist: settings.mist,
             first_sample: settings.first_sample,
             path: path_settings(settings),
             exposure: settings.film_exposure,
@@ -274,9 +275,14 @@ fn kernel(
     wanted: EnumSet<Effect>,
 ) -> (EnumSet<Effect>, AnyKernel) {
     let follows = settings.passes.need_features();
-    if follows || settings.passes.need_light_passes() {
-        let kernel = integrator::WITH_PASSES;
-        return (effects::PATHS, AnyKernel::WithPasses { kernel, follows });
+    let tells_objects = settings.passes.need_objects();
+    if follows || tells_objects || settings.passes.need_light_passes() {
+        let kernel = AnyKernel::WithPasses {
+            kernel: integrator::WITH_PASSES,
+            follows,
+            tells_objects,
+        };
+        return (effects::PATHS, kernel);
     }
     let (mask, kernel) = match settings.light_sampling {
         LightSampling::Hemisphere => integrator::GENERAL,

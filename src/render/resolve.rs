@@ -4,6 +4,7 @@ use super::Region;
 use super::tile::{TILE, Tile, across, locked};
 use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
+use crate::film::objects::{Label, PixelObjects};
 use crate::film::pixel::{NO_DEPTH, Pixel};
 use crate::film::{Bands, Pass, Passes};
 use glam::{DAffine3, DMat3, DVec3};
@@ -20,6 +21,8 @@ pub struct Film<'a> {
     tiles: &'a [Mutex<Tile>],
     region: Region,
     passes: Passes,
+    /// What is known of objects, by their numbers; empty where no pass asks.
+    labels: &'a [Label],
     /// The camera's axes as Cycles has them: it looks along +Z.
     axes: DMat3,
     /// `Combined` is the picture of the first replicate alone.
@@ -33,6 +36,7 @@ impl<'a> Film<'a> {
         region: Region,
         tiles: &'a [Mutex<Tile>],
         passes: Passes,
+        labels: &'a [Label],
     ) -> Self {
         let m = &world_from_camera.matrix3;
         let axes = DMat3::from_cols(
@@ -40,7 +44,7 @@ impl<'a> Film<'a> {
             m.y_axis.normalize_or_zero(),
             -m.z_axis.normalize_or_zero(),
         );
-        Self::with_axes(axes, region, tiles, passes)
+        Self::with_axes(axes, region, tiles, passes, labels)
     }
 
     /// With axes that [`axes`](Self::axes) has given.
@@ -49,8 +53,10 @@ impl<'a> Film<'a> {
         region: Region,
         tiles: &'a [Mutex<Tile>],
         passes: Passes,
+        labels: &'a [Label],
     ) -> Self {
         Self {
+            labels,
             tiles,
             region,
             passes,
@@ -62,6 +68,11 @@ impl<'a> Film<'a> {
     /// The camera's axes.
     pub fn axes(&self) -> DMat3 {
         self.axes
+    }
+
+    /// What is known of objects.
+    pub fn labels(&self) -> &'a [Label] {
+        self.labels
     }
 
     /// What it is made of.
@@ -138,6 +149,7 @@ impl Bands for Film<'_> {
                 tile: &tile,
                 column: (tile.x - self.region.x0) as usize,
                 width,
+                labels: self.labels,
             };
             // Pass by pass: the sums of one tile stay in the processor's cache.
             for (pass, layer) in self.passes.iter().zip(layers.iter_mut()) {
@@ -152,6 +164,7 @@ struct TileInBand<'a> {
     tile: &'a Tile,
     column: usize,
     width: usize,
+    labels: &'a [Label],
 }
 
 impl TileInBand<'_> {
@@ -178,6 +191,18 @@ impl TileInBand<'_> {
         let nothing = PixelFeatures::default();
         self.put_at(layer, |index, _, scale| {
             value(self.tile.features.get(index).unwrap_or(&nothing), scale)
+        });
+    }
+
+    /// The same of its objects.
+    fn put_objects<const N: usize>(
+        &self,
+        layer: &mut [f32],
+        value: impl Fn(&PixelObjects, f64) -> [f32; N],
+    ) {
+        let nothing = PixelObjects::default();
+        self.put_at(layer, |index, _, scale| {
+            value(self.tile.objects.get(index).unwrap_or(&nothing), scale)
         });
     }
 
@@ -241,6 +266,22 @@ impl TileInBand<'_> {
             Pass::TransmissionColor => self.put(layer, |_, a, scale| color(a.color(2, scale))),
             Pass::Emission => self.put(layer, |_, a, scale| color(a.emission(scale))),
             Pass::Environment => self.put(layer, |_, a, scale| color(a.environment(scale))),
+            Pass::Mist => self.put_objects(layer, |o, scale| [o.mist(scale)]),
+            Pass::ObjectIndex => self.put_objects(layer, |o, _| [o.index(self.labels, false)]),
+            Pass::MaterialIndex => self.put_objects(layer, |o, _| [o.index(self.labels, true)]),
+            Pass::CryptoObject00
+            | Pass::CryptoObject01
+            | Pass::CryptoObject02
+            | Pass::CryptoMaterial00
+            | Pass::CryptoMaterial01
+            | Pass::CryptoMaterial02
+            | Pass::CryptoAsset00
+            | Pass::CryptoAsset01
+            | Pass::CryptoAsset02 => {
+                if let Some((kind, rank)) = pass.matte() {
+                    self.put_objects(layer, |o, scale| o.mattes(self.labels, kind, rank, scale));
+                }
+            }
             Pass::DenoisingAlbedo => self.put_features(layer, |f, scale| color(f.albedo(scale))),
             Pass::DenoisingNormal => {
                 self.put_features(layer, |f, scale| color(axes.transpose() * f.normal(scale)))

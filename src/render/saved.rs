@@ -3,7 +3,7 @@
 //!
 //! Form: a line of text, the length of a header (8 bytes, little-endian), the header (JSON), a frame of zstd, SHA-256 of
 //! all before. In the frame, for each pixel of the region, rows from top to bottom, its sums as they stand in memory on
-//! x86-64 ([`Pixel`], then, if kept, light apart, features for denoisers, nanoseconds, and the radiance of half of the samples). The number in the first line changes whenever the form
+//! x86-64 ([`Pixel`], then, if kept, light apart, features for denoisers, nanoseconds, objects, and the radiance of half of the samples). The number in the first line changes whenever the form
 //! does, or a sample of the same number would have other bits.
 //!
 //! Whoever can write a file can make its checksum right: so all that it says is looked at before it is believed.
@@ -17,6 +17,7 @@ use super::tile::{Kept, Tile, locked, place};
 use super::{InstructionSet, Region, RenderSettings};
 use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
+use crate::film::objects::PixelObjects;
 use crate::film::pixel::Pixel;
 use crate::scene::{Scene, fingerprint};
 use glam::DVec3;
@@ -149,6 +150,8 @@ impl<'a> State<'a> {
                 light_passes: kept.light_passes,
                 features: kept.features,
                 costs: kept.costs,
+                objects: kept.objects,
+                labels: film.labels().to_vec(),
                 halves: kept.halves,
                 clamped,
                 color_management: scene.color_management.clone(),
@@ -195,6 +198,11 @@ impl<'a> State<'a> {
         if self.header.costs {
             self.rows(region, &mut packed, |tile| {
                 bytemuck::cast_slice(&tile.costs)
+            })?;
+        }
+        if self.header.objects {
+            self.rows(region, &mut packed, |tile| {
+                bytemuck::cast_slice(&tile.objects)
             })?;
         }
         if self.header.halves {
@@ -255,6 +263,7 @@ pub struct Saved {
     pub(super) light_passes: Vec<PixelPasses>,
     pub(super) features: Vec<PixelFeatures>,
     pub(super) costs: Vec<u64>,
+    pub(super) objects: Vec<PixelObjects>,
     pub(super) halves: Vec<DVec3>,
 }
 
@@ -349,6 +358,7 @@ impl Saved {
             light_passes: values(&mut packed, if_kept(header.light_passes)).map_err(unpack)?,
             features: values(&mut packed, if_kept(header.features)).map_err(unpack)?,
             costs: values(&mut packed, if_kept(header.costs)).map_err(unpack)?,
+            objects: values(&mut packed, if_kept(header.objects)).map_err(unpack)?,
             halves: values(&mut packed, if_kept(header.halves)).map_err(unpack)?,
             header,
         };
@@ -371,6 +381,7 @@ impl Saved {
             && light_passes.all(|(pixel, light_passes)| light_passes.is_sound(pixel.samples))
             && features.all(|(pixel, features)| features.is_sound(pixel.samples))
             && self.costs.iter().all(|&cost| cost <= LARGEST_COUNT)
+            && (self.objects.iter()).all(|pixel| pixel.is_sound(self.header.labels.len()))
             && self.halves.iter().all(|half| half.is_finite())
     }
 
@@ -459,6 +470,11 @@ impl Saved {
                     *to = *from;
                 }
                 if let (Some(to), Some(from)) = (tile.costs.get_mut(index), self.costs.get(from)) {
+                    *to = *from;
+                }
+                if let (Some(to), Some(from)) =
+                    (tile.objects.get_mut(index), self.objects.get(from))
+                {
                     *to = *from;
                 }
                 if let (Some(to), Some(from)) = (tile.halves.get_mut(index), self.halves.get(from))

@@ -2,6 +2,7 @@
 
 use super::adaptive;
 use super::estimate::estimate;
+use super::labels;
 use super::prepare::{self, Prepared};
 use super::resolve::Film;
 use super::saved::{Saved, State, Traced};
@@ -129,12 +130,9 @@ pub(super) fn run(
         saved.restore(&tiles, settings.samples)
     });
     let job = prepared.job(scene, settings, &before);
-    let film = Film::new(
-        &prepared.camera.world_from_camera,
-        region,
-        &tiles,
-        settings.passes,
-    );
+    let camera = &prepared.camera.world_from_camera;
+    let labels = labels::of(scene, settings.passes);
+    let film = Film::new(camera, region, &tiles, settings.passes, &labels);
     let run = Run {
         left_out: &prepared.left_out,
         scene,

@@ -2,6 +2,7 @@
 
 use super::noise_threshold::NoiseThreshold;
 use crate::effects::RequestedSettings;
+use crate::film::objects::Mist;
 use crate::film::{Pass, Passes};
 pub use crate::world::{Ablation, InstructionSet};
 use serde::{Deserialize, Serialize};
@@ -45,6 +46,9 @@ pub struct RenderSettings {
     pub caustics: Caustics,
     /// Which passes are made.
     pub passes: Passes,
+    /// Blender's mist, for the pass of its name.
+    #[serde(skip_serializing_if = "Mist::is_default")]
+    pub mist: Mist,
     /// Stop when the estimated error of the picture is below this (0.02 is 2 %); 0 for no such target.
     pub error_target: f64,
     /// Take samples where the error is larger than this, and stop when it is nowhere; 0 for no such target.
@@ -96,6 +100,7 @@ impl Default for RenderSettings {
             film_exposure: 1.0,
             caustics: Caustics::default(),
             passes: Passes::default(),
+            mist: Mist::default(),
             error_target: 0.0,
             pixel_error_target: 0.0,
             noise_threshold: None,
@@ -187,7 +192,9 @@ impl RenderSettings {
     pub fn requested(&self) -> RequestedSettings {
         RequestedSettings {
             camera: self.camera.unwrap_or(0),
-            light_passes: self.passes.need_light_passes() || self.passes.need_features(),
+            light_passes: self.passes.need_light_passes()
+                || self.passes.need_features()
+                || self.passes.need_objects(),
             position_passes: self.passes.need_middle(),
             cost_pass: self.passes.has(Pass::Cost),
             adaptive: self.pixel_error_target > 0.0 || self.noise_threshold.is_some(),

@@ -3,6 +3,7 @@
 use super::Region;
 use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
+use crate::film::objects::PixelObjects;
 use crate::film::pixel::Pixel;
 use crate::film::{Pass, Passes};
 use glam::DVec3;
@@ -28,6 +29,8 @@ pub struct Tile {
     pub light_passes: Vec<PixelPasses>,
     /// The same.
     pub features: Vec<PixelFeatures>,
+    /// The same.
+    pub objects: Vec<PixelObjects>,
     /// Nanoseconds spent on each pixel, if a pass asks for it; else empty.
     pub costs: Vec<u64>,
     /// Radiance of half of each pixel's samples, if a noise threshold asks for it; else empty.
@@ -52,6 +55,8 @@ pub struct Scanline {
     /// As those of [`Tile`].
     pub features: Vec<PixelFeatures>,
     /// As those of [`Tile`].
+    pub objects: Vec<PixelObjects>,
+    /// As those of [`Tile`].
     pub costs: Vec<u64>,
     /// As those of [`Tile`].
     pub halves: Vec<DVec3>,
@@ -72,6 +77,7 @@ impl Tile {
             pixels: pixels.to_vec(),
             light_passes: self.light_passes.get(place.clone()).unwrap_or(&[]).to_vec(),
             features: self.features.get(place.clone()).unwrap_or(&[]).to_vec(),
+            objects: self.objects.get(place.clone()).unwrap_or(&[]).to_vec(),
             costs: self.costs.get(place.clone()).unwrap_or(&[]).to_vec(),
             halves: self.halves.get(place).unwrap_or(&[]).to_vec(),
             clamped: self.clamped[row as usize],
@@ -87,6 +93,9 @@ impl Tile {
         }
         if let Some(features) = self.features.get_mut(place.clone()) {
             features.copy_from_slice(&done.features);
+        }
+        if let Some(objects) = self.objects.get_mut(place.clone()) {
+            objects.copy_from_slice(&done.objects);
         }
         if let Some(costs) = self.costs.get_mut(place.clone()) {
             costs.copy_from_slice(&done.costs);
@@ -117,6 +126,8 @@ pub struct Kept {
     pub light_passes: bool,
     /// Features for denoisers.
     pub features: bool,
+    /// Objects and mist.
+    pub objects: bool,
     /// Time spent.
     pub costs: bool,
     /// Radiance of half of the samples.
@@ -130,6 +141,7 @@ impl Kept {
             halves: has_threshold,
             light_passes: passes.need_light_passes(),
             features: passes.need_features(),
+            objects: passes.need_objects(),
             costs: passes.has(Pass::Cost),
         }
     }
@@ -140,6 +152,7 @@ impl Kept {
         size_of::<Pixel>()
             + of(self.light_passes, size_of::<PixelPasses>())
             + of(self.features, size_of::<PixelFeatures>())
+            + of(self.objects, size_of::<PixelObjects>())
             + of(self.costs, size_of::<u64>())
             + of(self.halves, size_of::<DVec3>())
     }
@@ -164,6 +177,7 @@ pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
                     if kept.light_passes { pixels } else { 0 }
                 ],
                 features: vec![PixelFeatures::default(); if kept.features { pixels } else { 0 }],
+                objects: vec![PixelObjects::default(); if kept.objects { pixels } else { 0 }],
                 costs: vec![0; if kept.costs { pixels } else { 0 }],
                 halves: vec![DVec3::ZERO; if kept.halves { pixels } else { 0 }],
                 errors: Vec::new(),

@@ -5,6 +5,7 @@ use crate::camera::{CameraRay, RayMaker};
 use crate::film::features::PixelFeatures;
 use crate::film::filter::FilterTable;
 use crate::film::light_passes::{PathPasses, PixelPasses};
+use crate::film::objects::{Mist, PixelObjects};
 use crate::film::pixel::{CenterSample, FirstHit, Pixel};
 use crate::integrator::{self, Kernel, PassKernel, Path, PathSettings, Recorder, Step};
 use crate::sampler::{Dimension, Sampler, Sequence, is_in_half};
@@ -40,17 +41,23 @@ pub struct Recorded {
     pub steps: Vec<Step>,
 }
 
-/// A kernel, with or without light apart; then it may be one that follows features for denoisers.
+/// A kernel, with or without light apart; then it may be one that follows features for denoisers, or
+/// that tells what is met first.
 #[derive(Clone, Copy)]
 pub enum AnyKernel {
     Plain(Kernel),
-    WithPasses { kernel: PassKernel, follows: bool },
+    WithPasses {
+        kernel: PassKernel,
+        follows: bool,
+        tells_objects: bool,
+    },
 }
 
 /// What stands beside a pixel's sums, as far as it is kept.
 struct Beside<'a> {
     light_passes: Option<&'a mut PixelPasses>,
     features: Option<&'a mut PixelFeatures>,
+    objects: Option<&'a mut PixelObjects>,
 }
 
 /// All that the threads share.
@@ -63,6 +70,8 @@ pub struct Job<'a> {
     pub middle: bool,
     /// The time that each pixel takes is asked for.
     pub costs: bool,
+    /// Blender's mist, for the pass of its name.
+    pub mist: Mist,
     /// Number of the first sample of each pixel.
     pub first_sample: u32,
     pub path: PathSettings,
@@ -116,7 +125,11 @@ impl Job<'_> {
                 continue;
             }
             if pixel.samples == 0 && self.middle {
-                pixel.middle = self.look(x, y);
+                let (middle, object) = self.look(x, y);
+                pixel.middle = middle;
+                if let Some(objects) = row.objects.get_mut(index) {
+                    objects.set_middle(object);
+                }
                 rays += 1;
             }
             for _ in 0..wanted {
@@ -124,6 +137,7 @@ impl Job<'_> {
                 let beside = Beside {
                     light_passes: row.light_passes.get_mut(index),
                     features: row.features.get_mut(index),
+                    objects: row.objects.get_mut(index),
                 };
                 let path = self.sample(x, y, number, pixel, beside);
                 rays += u64::from(path.rays);
@@ -167,7 +181,7 @@ impl Job<'_> {
 
     /// What the ray through the middle of a pixel meets (of a lens: from a random point of it), which is
     /// where Cycles has its depths and positions from.
-    fn look(&self, x: u32, y: u32) -> CenterSample {
+    fn look(&self, x: u32, y: u32) -> (CenterSample, Option<u32>) {
         let sampler = self.sequence.sampler(x, y, 0);
         integrator::meet(self.world, &sampler, &self.ray(x, y, &sampler, Vec2::ZERO))
     }
@@ -198,6 +212,9 @@ impl Job<'_> {
             if let Some(sums) = beside.features {
                 sums.add(&path.features);
             }
+            if let (Some(sums), Some(object)) = (beside.objects, &path.object) {
+                sums.add(object, self.mist);
+            }
         }
         path
     }
@@ -210,8 +227,12 @@ impl Job<'_> {
         let ray = self.ray(x, y, &sampler, offset);
         match self.kernel {
             AnyKernel::Plain(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
-            AnyKernel::WithPasses { kernel, follows } => {
-                let mut light_passes = PathPasses::new(follows);
+            AnyKernel::WithPasses {
+                kernel,
+                follows,
+                tells_objects,
+            } => {
+                let mut light_passes = PathPasses::new(follows, tells_objects);
                 let path = kernel(self.world, &self.path, &sampler, &ray, &mut light_passes);
                 (path, Some(light_passes))
             }

@@ -67,6 +67,10 @@ pub fn fingerprint(scene: &Scene) -> String {
         }
         block("triangles", bytemuck::cast_slice(&mesh.triangles));
         block("material", format!("{:?}", mesh.material).as_bytes());
+        if mesh.material_label.index != 0.0 {
+            let index = mesh.material_label.index.to_le_bytes();
+            block("pass index", &index);
+        }
     }
     for instance in &scene.instances {
         block("mesh", &instance.mesh.0.to_le_bytes());

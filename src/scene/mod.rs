@@ -118,8 +118,19 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// The material of all triangles; `None` is the file format's default material.
     pub material: Option<MaterialId>,
+    /// What the file calls that material, which may be one with others of other names.
+    pub material_label: MaterialLabel,
     /// What it is a part of, if its vertices are to be displaced together with those of other parts.
     pub part: Option<Part>,
+}
+
+/// What passes tell of a material.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MaterialLabel {
+    /// Its name; none where there is no material.
+    pub name: Option<Arc<str>>,
+    /// Its pass index.
+    pub index: f32,
 }
 
 /// A part of a mesh that is to be displaced.
@@ -180,6 +191,8 @@ pub struct ObjectInfo {
     pub index: f32,
     /// A number of its own, 0 to 1.
     pub random: f32,
+    /// Name of the topmost of its parents; its own where the file says none.
+    pub asset: Option<Arc<str>>,
     /// What else shader graphs ask of it, by their numbers.
     pub values: Arc<[[f32; 4]]>,
 }
@@ -190,6 +203,7 @@ impl Default for ObjectInfo {
             color: [1.0; 4],
             index: 0.0,
             random: 0.0,
+            asset: None,
             values: Arc::default(),
         }
     }

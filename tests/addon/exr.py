@@ -59,5 +59,5 @@ def passes(channels):
         found.setdefault(path, {})[channel] = values
     order = "RGBUVAXYZ"
     return {
-        path: numpy.stack([parts[c] for c in sorted(parts, key=order.index)], axis=-1) for path, parts in found.items()
+        path: numpy.stack([parts[c] for c in sorted(parts, key=lambda c: order.index(c.upper()))], axis=-1) for path, parts in found.items()
     }

@@ -44,6 +44,8 @@ class Writer:
         self.layer = None
         # UV maps that each material has before its own.
         self.first_uvs = []
+        # Whether the pass of their numbers is asked for.
+        self.writes_indices = False
         self._known = {}
 
     def material(self, material):
@@ -120,6 +122,8 @@ class Writer:
             if key in UNRENDERED:
                 effect, words = UNRENDERED[key]
                 reader.note(LOST, f"{words} is not rendered yet", effect)
+        if self.writes_indices and material is not None and material.pass_index:
+            exact["pass_index"] = material.pass_index
         extensions["SUNDOG_material"] = exact
         width = 4 if any(a.alpha for a in slots.attributes) else 3
         color = slots.attribute_name()

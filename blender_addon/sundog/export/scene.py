@@ -61,6 +61,7 @@ class Exporter:
         # The pass shows the active UV map, which is the first that the file has.
         self.materials.first_uvs = [None] if depsgraph.view_layer.use_pass_uv else []
         self.materials.layer = (scene, self.view_layer)
+        self.materials.writes_indices = depsgraph.view_layer.use_pass_material_index
         self._culling = self._light_groups = None
         self.changed_geometry = 0
         self._planes = lights.Planes()
@@ -132,6 +133,7 @@ class Exporter:
         self.verdicts.extend("object", shown.name, linking(shown) + self._grouping(shown), untouched=False)
         if mesh in self._informed:
             extension = {**(extension or {}), **object_info.describe(instance)}
+        extension = self._labelled(shown, extension)
         asked = self._asked.get(mesh)
         if asked:
             told = object_info.values(instance, self.scene, self.materials.values[: max(asked) + 1], asked)
@@ -145,6 +147,18 @@ class Exporter:
         place = self._placed.setdefault(key, (extension, [], []))
         place[1].append(shown.name)
         place[2].append([c for row in instance.matrix_world for c in row])
+
+    def _labelled(self, shown, extension):
+        """The SUNDOG_object with what passes tell of the object."""
+        told = {}
+        if self.view_layer.use_pass_object_index and shown.pass_index:
+            told["pass_index"] = shown.pass_index
+        if self.view_layer.use_pass_cryptomatte_asset and shown.parent is not None:
+            top = shown.parent
+            while top.parent is not None:
+                top = top.parent
+            told["asset"] = top.name
+        return {**(extension or {}), **told} or None
 
     def _grouping(self, thing):
         """Findings on the light group of an object or a world."""

@@ -6,6 +6,7 @@ use super::words::*;
 use crate::color::Depth;
 use crate::denoise::{Guides, Prefilter, Quality};
 use crate::film::Passes;
+use crate::film::objects::Mist;
 use crate::import::{LightUnits, Transmission};
 use crate::nodes::CyclesVersion;
 use crate::output::exr::SampleType;
@@ -197,6 +198,11 @@ pub struct ChosenPasses {
         default_value = "Combined,Depth,Normal,Position,Debug Sample Count,Error"
     )]
     pub passes: Passes,
+    /// Blender's mist for the pass Mist: where it begins, how far it takes to be all, and the power of what lies between.
+    ///
+    /// Metres. The power is 2 for Blender's Quadratic, 1 for Linear and 0.5 for Inverse Quadratic.
+    #[arg(long, value_name = "START,DEPTH,POWER", value_parser = values::mist, default_value = "5,25,2")]
+    pub mist: Mist,
 }
 
 /// How noise is taken out at the end.

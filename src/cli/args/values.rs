@@ -1,5 +1,6 @@
 //! How the text of an argument becomes a value, or a clause that says what was expected.
 
+use crate::film::objects::Mist;
 use crate::nodes::CyclesVersion;
 use crate::render::RenderSettings;
 use clap::Arg;
@@ -198,6 +199,21 @@ pub fn share(text: &str) -> Result<f64, String> {
     share
         .filter(|&share| share > 0.0 && share.is_finite())
         .ok_or_else(|| "expected a share above 0 such as 0.05 or 5%".into())
+}
+
+/// Blender's mist: three numbers that are not negative, the last one above 0.
+pub fn mist(text: &str) -> Result<Mist, String> {
+    let numbers = text.split(',').map(|part| part.trim().parse::<f32>().ok());
+    let numbers: Option<Vec<f32>> = numbers.collect();
+    let three = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
+    three
+        .filter(|n| n.iter().all(|v| v.is_finite() && *v >= 0.0) && n[2] > 0.0)
+        .map(|[start, depth, falloff]| Mist {
+            start,
+            depth,
+            falloff,
+        })
+        .ok_or_else(|| "expected a start, a depth and a power above 0, such as 5,25,2".into())
 }
 
 #[cfg(test)]

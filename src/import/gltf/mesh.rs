@@ -9,10 +9,14 @@ use super::accessor::{self, Source};
 use super::container::Document;
 use super::deform::{self, Pose};
 use super::draco::Decoded;
-use super::schema::TextureSpaceJson;
+
+use super::schema::{SundogMaterial, TextureSpaceJson};
 use super::tangents;
 use crate::import::budget::Budget;
-use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, MeshStep, Part, TextureSpace, Verdict};
+use crate::scene::{
+    Diagnostics, Effect, MaterialId, MaterialLabel, Mesh, MeshStep, Part, TextureSpace, Verdict,
+};
+use serde::Deserialize;
 
 /// What a primitive needs to know of its material.
 #[derive(Clone, Copy, Debug)]
@@ -198,6 +202,7 @@ pub(super) fn load_primitive(
         motion,
         triangles,
         material: material.id,
+        material_label: material_label(document, attributes.primitive),
         part,
     };
     drop_unused_vertices(&mut mesh);
@@ -225,6 +230,22 @@ fn read_motion(
         })
     });
     steps.collect()
+}
+
+/// What passes tell of a primitive's material. What the add-on calls "(no material)" is none.
+fn material_label(document: &Document, primitive: &json::mesh::Primitive) -> MaterialLabel {
+    let Some(number) = primitive.material.map(|m| m.value()) else {
+        return MaterialLabel::default();
+    };
+    let source = document.core.materials.get(number);
+    let name = source.and_then(|material| material.name.as_deref());
+    let extension = document.extension(&format!("/materials/{number}"), "SUNDOG_material");
+    // What it can't be read for is told where the material is read.
+    let index = extension.and_then(|e| SundogMaterial::deserialize(e).ok()?.pass_index);
+    MaterialLabel {
+        name: name.filter(|name| *name != "(no material)").map(Into::into),
+        index: index.unwrap_or(0.0),
+    }
 }
 
 /// Positions, normals and tangents.

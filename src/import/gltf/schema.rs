@@ -69,6 +69,7 @@ pub(super) struct SundogMaterial {
     pub coat: Option<CoatJson>,
     pub sheen: Option<SheenJson>,
     pub thin_film: Option<ThinFilmJson>,
+    pub pass_index: Option<f32>,
     /// What is not rendered, and what is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
@@ -321,6 +322,7 @@ pub(super) struct SundogObject {
     pub color: Option<[f32; 4]>,
     pub pass_index: Option<f32>,
     pub random: Option<f32>,
+    pub asset: Option<String>,
     #[serde(default)]
     pub values: Vec<[f32; 4]>,
     #[serde(default)]
@@ -337,6 +339,7 @@ impl SundogObject {
             color: self.color.unwrap_or(plain.color),
             index: self.pass_index.unwrap_or(plain.index),
             random: self.random.unwrap_or(plain.random),
+            asset: self.asset.as_deref().map(Into::into),
             values: self.values.clone().into(),
         }
     }

@@ -2,6 +2,7 @@
 
 use super::Region;
 use crate::film::Passes;
+use crate::film::objects::Label;
 use crate::render::InstructionSet;
 use crate::render::tile::Kept;
 use crate::scene::ColorManagement;
@@ -109,6 +110,12 @@ pub struct Header {
     pub features: bool,
     /// Nanoseconds are kept.
     pub costs: bool,
+    /// Objects and mist are kept …
+    #[serde(default)]
+    pub objects: bool,
+    /// … and what is known of each object.
+    #[serde(default)]
+    pub labels: Vec<Label>,
     /// The radiance of half of the samples is kept.
     #[serde(default)]
     pub halves: bool,
@@ -135,6 +142,7 @@ impl Header {
             light_passes: self.light_passes,
             features: self.features,
             costs: self.costs,
+            objects: self.objects,
             halves: self.halves,
         }
     }
@@ -172,7 +180,8 @@ impl Header {
             return Some("its samples are none");
         }
         let floats = self.axes.as_flattened().iter().chain(&self.clamped);
-        if !floats.copied().all(f64::is_finite) {
+        let labels = self.labels.iter().all(Label::is_finite);
+        if !(labels && floats.copied().all(f64::is_finite)) {
             return Some("its numbers are not finite");
         }
         self.traced.fault(size)

@@ -14,6 +14,11 @@ fn the_table_is_in_order_and_names_are_found() {
     assert!(some.need_light_passes() && !Passes::default().need_light_passes());
     // What is written if nobody says what costs no other kernel.
     assert!(!Passes::default().need_features() && Passes::ALL.need_features());
+    // All the ranks of one kind of mattes by one name.
+    let mattes = Passes::parse(["CryptoAsset"].into_iter()).unwrap();
+    assert_eq!(mattes.floats(), 4 + 3 * 4);
+    assert!(mattes.need_objects() && !mattes.need_light_passes() && !mattes.need_middle());
+    assert!(!Passes::default().need_objects() && !some.need_objects());
     let error = Passes::parse(["Fog"].into_iter()).unwrap_err();
     assert!(
         error.contains("Fog") && error.contains("TransInd"),

@@ -1,5 +1,6 @@
 use super::super::tile::tiles;
 use super::*;
+use crate::film::objects::Label;
 use crate::film::pixel::FirstHit;
 use crate::film::{Pass, Passes};
 use crate::scene::ColorManagement;
@@ -22,7 +23,8 @@ fn written(instructions: &str) -> Vec<u8> {
         "settings": { "seed": 0 }, "size": [50, 40], "region": REGION,
         "passes": passes.iter().map(Pass::name).collect::<Vec<_>>(),
         "axes": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "ranges": [[3, 7]], "whole": true,
-        "apart": passes.need_light_passes(), "features": passes.need_features(), "costs": passes.has(Pass::Cost), "halves": true, "clamped": [0.5, 0.0],
+        "apart": passes.need_light_passes(), "features": passes.need_features(), "costs": passes.has(Pass::Cost), "halves": true,
+        "objects": passes.need_objects(), "labels": [Label::new(["a", "b", "c"], [1.0, 2.0])], "clamped": [0.5, 0.0],
         "left_out": ["coat"], "color_management": ColorManagement::default(),
         "traced": {
             "samples": 5600, "rays": 12000, "seconds": 1.5, "non_finite": 2,
@@ -32,6 +34,9 @@ fn written(instructions: &str) -> Vec<u8> {
     .unwrap();
     let tiles = tiles(REGION, header.kept());
     for tile in &tiles {
+        for objects in &mut locked(tile).objects {
+            objects.set_middle(Some(0));
+        }
         for (index, pixel) in (1..).zip(&mut locked(tile).pixels) {
             for number in 3..7 {
                 pixel.add(
