@@ -113,4 +113,6 @@ def pass_arguments(passes, abilities, world=None):
             mist = world.mist_settings
             start, depth, power = mist.start, mist.depth, _FALLOFFS[mist.falloff]
         result += ["--mist", f"{start!r},{depth!r},{power}"]
+    if any(p.program == "AO" for p in passes) and world is not None and abilities.has("ao-distance"):
+        result += ["--ao-distance", repr(world.light_settings.distance)]
     return result

@@ -22,6 +22,7 @@ _PASSES = (
     ("use_pass_position", "Position", "Position", "XYZ", "VECTOR"),
     ("use_pass_normal", "Normal", "Normal", "XYZ", "VECTOR"),
     ("use_pass_mist", "Mist", "Mist", "Z", "VALUE"),
+    ("use_pass_ambient_occlusion", "AO", "Ambient Occlusion", "RGB", "COLOR"),
     ("use_pass_object_index", "IndexOB", "Object Index", "X", "VALUE"),
     ("use_pass_material_index", "IndexMA", "Material Index", "X", "VALUE"),
     ("use_pass_uv", "UV", "UV", "UVA", "VECTOR"),
@@ -59,7 +60,6 @@ PASSES = tuple(
 UNKNOWN = {
     "use_pass_vector": "Vector",
     "use_pass_shadow": "Shadow",
-    "use_pass_ambient_occlusion": "Ambient Occlusion",
     "use_pass_subsurface_direct": "Subsurface Direct",
     "use_pass_subsurface_indirect": "Subsurface Indirect",
     "use_pass_subsurface_color": "Subsurface Color",

@@ -33,6 +33,11 @@ pub trait PassSink {
     /// The first surface that the camera's ray does not pass.
     #[inline(always)]
     fn first_object(&mut self, _object: impl FnOnce() -> FirstObject) {}
+    /// Ambient occlusion of that surface, by what a ray meets within a distance. Rays that it took.
+    #[inline(always)]
+    fn occlusion(&mut self, _open: impl FnOnce(f32) -> Vec3) -> u32 {
+        0
+    }
     /// The path goes on through a surface that tints it.
     #[inline(always)]
     fn pass(&mut self, _tint: Vec3) {}
@@ -74,17 +79,30 @@ pub struct PathPasses {
     pub features: PathFeatures,
     /// What was met first, if it is asked for.
     pub object: Option<FirstObject>,
-    tells_object: bool,
+    /// What comes through to it from around, if it is asked for.
+    pub open: Option<Vec3>,
+    asked: Asked,
+}
+
+/// What paths are asked for besides their light.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Asked {
+    /// Features for denoisers.
+    pub features: bool,
+    /// What they meet first.
+    pub object: bool,
+    /// How far ambient occlusion looks, metres.
+    pub occlusion: Option<f32>,
 }
 
 impl PathPasses {
-    /// A path whose features are followed, or are not; that tells its object, or does not.
-    pub fn new(followed: bool, tells_object: bool) -> Self {
+    /// A path that is asked for something.
+    pub fn new(asked: Asked) -> Self {
         let mut path = Self {
-            tells_object,
+            asked,
             ..Self::default()
         };
-        if followed {
+        if asked.features {
             path.features = PathFeatures::FOLLOWED;
         }
         path
@@ -100,6 +118,7 @@ impl PathPasses {
             && self
                 .object
                 .is_none_or(|object| object.weight.is_finite() && object.distance.is_finite())
+            && self.open.is_none_or(Vec3::is_finite)
     }
 
     /// Scales the light; what surfaces are like stays as it is.
@@ -166,9 +185,18 @@ impl PassSink for PathPasses {
 
     #[inline]
     fn first_object(&mut self, object: impl FnOnce() -> FirstObject) {
-        if self.tells_object {
+        if self.asked.object {
             self.object = Some(object());
         }
+    }
+
+    #[inline]
+    fn occlusion(&mut self, open: impl FnOnce(f32) -> Vec3) -> u32 {
+        let Some(distance) = self.asked.occlusion else {
+            return 0;
+        };
+        self.open = Some(open(distance));
+        1
     }
 
     #[inline]

@@ -4,6 +4,7 @@
 //! that its number tells the material and the asset, too.
 
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// Objects that a pixel tells apart; what is more goes to the last of them, as in Cycles.
@@ -116,6 +117,11 @@ fn id_float(hash: u32) -> f32 {
     f32::from_bits(hash)
 }
 
+/// A number in fixed point.
+fn fixed(value: f32) -> i64 {
+    (f64::from(value) * ONE) as i64
+}
+
 /// What is kept of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -125,6 +131,8 @@ pub struct PixelObjects {
     weights: [i64; SLOTS],
     /// Sum of what is not in the mist, in fixed point.
     clear: i64,
+    /// Sum of what comes through from around.
+    open: [i64; 3],
     /// What the ray through the middle meets, and 1.
     middle: u32,
     /// No bytes without a name.
@@ -134,10 +142,16 @@ pub struct PixelObjects {
 impl PixelObjects {
     /// Adds what a sample has met.
     pub fn add(&mut self, first: &FirstObject, mist: Mist) {
-        let fixed = |value: f32| (f64::from(value) * ONE) as i64;
         self.add_weight(first.number.saturating_add(1), fixed(first.weight));
         let clear = (1.0 - mist.at(first.distance)) * first.weight;
         self.clear = self.clear.saturating_add(fixed(clear));
+    }
+
+    /// Adds what comes through from around to what a sample has met.
+    pub fn add_open(&mut self, open: Vec3) {
+        for (sum, value) in self.open.iter_mut().zip(open.to_array()) {
+            *sum = sum.saturating_add(fixed(value));
+        }
     }
 
     fn add_weight(&mut self, number: u32, weight: i64) {
@@ -162,6 +176,9 @@ impl PixelObjects {
             }
         }
         self.clear = self.clear.saturating_add(other.clear);
+        for (sum, value) in self.open.iter_mut().zip(other.open) {
+            *sum = sum.saturating_add(value);
+        }
         if self.middle == NONE {
             self.middle = other.middle;
         }
@@ -176,6 +193,11 @@ impl PixelObjects {
     /// The mist, given the reciprocal of the number of samples.
     pub fn mist(&self, scale: f64) -> f32 {
         (1.0 - self.clear as f64 / ONE * scale).max(0.0) as f32
+    }
+
+    /// Ambient occlusion, given the reciprocal of the number of samples.
+    pub fn open(&self, scale: f64) -> [f32; 3] {
+        self.open.map(|sum| (sum as f64 / ONE * scale) as f32)
     }
 
     /// Pass index of the object in the middle, or of its material; 0 of nothing.

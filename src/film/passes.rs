@@ -41,6 +41,8 @@ pub enum Pass {
     Environment,
     /// How far away, by Blender's mist (see [`super::objects`]).
     Mist,
+    /// How open to all around.
+    AmbientOcclusion,
     /// Pass index of the object.
     ObjectIndex,
     /// Pass index of the material.
@@ -80,7 +82,7 @@ pub enum Pass {
 }
 
 /// The one table of passes: Blender's name, channels as Blender has them, what it holds.
-pub const TABLE: [(Pass, &str, &str, &str); 35] = [
+pub const TABLE: [(Pass, &str, &str, &str); 36] = [
     (Pass::Combined, "Combined", "RGBA", "the picture itself"),
     (
         Pass::Depth,
@@ -177,6 +179,12 @@ pub const TABLE: [(Pass, &str, &str, &str); 35] = [
         "Mist",
         "Z",
         "how far away by `--mist`, 0 to 1; 1 where the camera sees nothing",
+    ),
+    (
+        Pass::AmbientOcclusion,
+        "AO",
+        "RGB",
+        "ambient occlusion: share of the directions about the normal, by their cosine, in which nothing is within `--ao-distance`; 0 where the camera sees nothing",
     ),
     (
         Pass::ObjectIndex,
@@ -342,6 +350,7 @@ impl Passes {
                     | Pass::Normal
                     | Pass::Position
                     | Pass::Mist
+                    | Pass::AmbientOcclusion
                     | Pass::ObjectIndex
                     | Pass::MaterialIndex
                     | Pass::DenoisingAlbedo
@@ -359,7 +368,10 @@ impl Passes {
     pub fn need_objects(self) -> bool {
         self.iter().any(|pass| {
             pass.matte().is_some()
-                || matches!(pass, Pass::Mist | Pass::ObjectIndex | Pass::MaterialIndex)
+                || matches!(
+                    pass,
+                    Pass::Mist | Pass::AmbientOcclusion | Pass::ObjectIndex | Pass::MaterialIndex
+                )
         })
     }
 

@@ -9,6 +9,8 @@ use crate::film::light_passes::PassSink;
 use crate::light::{LightSample, LightSampleContext, Rules};
 use crate::math::average;
 use crate::math::float::is_unit;
+use crate::math::frame::Frame;
+use crate::math::warp::cosine_hemisphere;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::bsdf::BsdfValue;
 use crate::world::{Hit, Past, RayKind, Sender, Surface, World};
@@ -161,6 +163,31 @@ impl<E: Features> Vertex<'_, E> {
         }
         sum.add_scattered(settings, contribution * share, self.bounce);
         1
+    }
+
+    /// What comes through from a direction about the diffuse normal, from within a distance: Cycles' ambient occlusion.
+    ///
+    /// By the numbers of the next direction, as there: it is another estimate, and they are spread as evenly.
+    #[inline(never)]
+    pub fn openness(&self, sampler: &Sampler, distance: f32) -> Vec3 {
+        let numbers = sampler.triple(Dimension::Bsdf, self.bounce).truncate();
+        let about = Frame::from_normal(self.bsdf.diffuse_normal());
+        let direction = about.to_world(cosine_hemisphere(numbers));
+        let surface = (self.hit, self.surface);
+        let Some(start) = spawn_ray::<E>(self.world, self.settings, surface, direction, false)
+        else {
+            return Vec3::ZERO;
+        };
+        let sender = Sender {
+            depth: self.bounce + 1,
+            past: self.past,
+            ..RayKind::Shadow.into()
+        };
+        let left = (self.transparent, sender);
+        self.throughput
+            * self
+                .world
+                .transmittance::<E>(start, direction, distance, left)
     }
 
     /// The BSDF's value, weighted, and its diffuse part, where some kinds of rays do not see a light: each kind is an estimate

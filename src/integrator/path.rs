@@ -210,6 +210,10 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
             past,
         };
         walk.rays += vertex.add_direct_light(sampler, walk.light);
+        if walk.bounce == 0 {
+            let sink = &mut *walk.light.sink;
+            walk.rays += sink.occlusion(|distance| vertex.openness(sampler, distance));
+        }
         let Some(sample) = walk.sample(&bsdf) else {
             break;
         };

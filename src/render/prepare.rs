@@ -9,6 +9,7 @@ use super::{
 use crate::effects::{self, Effect, EffectReport};
 use crate::film::Pass;
 use crate::film::filter::FilterTable;
+use crate::film::light_passes::Asked;
 use crate::integrator::{self, PathSettings};
 use crate::sampler::Sequence;
 use crate::scene::{Camera, Diagnostics, Material, Scene};
@@ -274,13 +275,17 @@ fn kernel(
     world: &World,
     wanted: EnumSet<Effect>,
 ) -> (EnumSet<Effect>, AnyKernel) {
-    let follows = settings.passes.need_features();
-    let tells_objects = settings.passes.need_objects();
-    if follows || tells_objects || settings.passes.need_light_passes() {
+    let passes = settings.passes;
+    let occluded = passes.has(Pass::AmbientOcclusion);
+    let asked = Asked {
+        features: passes.need_features(),
+        object: passes.need_objects(),
+        occlusion: occluded.then_some(settings.ao_distance),
+    };
+    if asked.features || asked.object || passes.need_light_passes() {
         let kernel = AnyKernel::WithPasses {
             kernel: integrator::WITH_PASSES,
-            follows,
-            tells_objects,
+            asked,
         };
         return (effects::PATHS, kernel);
     }

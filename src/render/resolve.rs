@@ -267,6 +267,7 @@ impl TileInBand<'_> {
             Pass::Emission => self.put(layer, |_, a, scale| color(a.emission(scale))),
             Pass::Environment => self.put(layer, |_, a, scale| color(a.environment(scale))),
             Pass::Mist => self.put_objects(layer, |o, scale| [o.mist(scale)]),
+            Pass::AmbientOcclusion => self.put_objects(layer, |o, scale| o.open(scale)),
             Pass::ObjectIndex => self.put_objects(layer, |o, _| [o.index(self.labels, false)]),
             Pass::MaterialIndex => self.put_objects(layer, |o, _| [o.index(self.labels, true)]),
             Pass::CryptoObject00

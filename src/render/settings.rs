@@ -12,6 +12,13 @@ use std::time::Duration;
 /// Most light samples at a surface: the samples of a picture times these have numbers of 64 bits.
 pub const MAX_LIGHT_SAMPLES: u32 = 64;
 
+/// How far ambient occlusion looks in a new world of Blender's, metres.
+const AO_DISTANCE: f32 = 10.0;
+
+fn is_blenders_distance(distance: &f32) -> bool {
+    *distance == AO_DISTANCE
+}
+
 /// Settings of a render.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderSettings {
@@ -49,6 +56,9 @@ pub struct RenderSettings {
     /// Blender's mist, for the pass of its name.
     #[serde(skip_serializing_if = "Mist::is_default")]
     pub mist: Mist,
+    /// How far the pass of ambient occlusion looks, metres.
+    #[serde(skip_serializing_if = "is_blenders_distance")]
+    pub ao_distance: f32,
     /// Stop when the estimated error of the picture is below this (0.02 is 2 %); 0 for no such target.
     pub error_target: f64,
     /// Take samples where the error is larger than this, and stop when it is nowhere; 0 for no such target.
@@ -101,6 +111,7 @@ impl Default for RenderSettings {
             caustics: Caustics::default(),
             passes: Passes::default(),
             mist: Mist::default(),
+            ao_distance: AO_DISTANCE,
             error_target: 0.0,
             pixel_error_target: 0.0,
             noise_threshold: None,

@@ -4,7 +4,7 @@ use super::tile::{Scanline, Tile, locked};
 use crate::camera::{CameraRay, RayMaker};
 use crate::film::features::PixelFeatures;
 use crate::film::filter::FilterTable;
-use crate::film::light_passes::{PathPasses, PixelPasses};
+use crate::film::light_passes::{Asked, PathPasses, PixelPasses};
 use crate::film::objects::{Mist, PixelObjects};
 use crate::film::pixel::{CenterSample, FirstHit, Pixel};
 use crate::integrator::{self, Kernel, PassKernel, Path, PathSettings, Recorder, Step};
@@ -41,16 +41,11 @@ pub struct Recorded {
     pub steps: Vec<Step>,
 }
 
-/// A kernel, with or without light apart; then it may be one that follows features for denoisers, or
-/// that tells what is met first.
+/// A kernel, with or without light apart; then it may be one that tells more of its paths.
 #[derive(Clone, Copy)]
 pub enum AnyKernel {
     Plain(Kernel),
-    WithPasses {
-        kernel: PassKernel,
-        follows: bool,
-        tells_objects: bool,
-    },
+    WithPasses { kernel: PassKernel, asked: Asked },
 }
 
 /// What stands beside a pixel's sums, as far as it is kept.
@@ -214,6 +209,9 @@ impl Job<'_> {
             }
             if let (Some(sums), Some(object)) = (beside.objects, &path.object) {
                 sums.add(object, self.mist);
+                if let Some(open) = path.open {
+                    sums.add_open(open);
+                }
             }
         }
         path
@@ -227,12 +225,8 @@ impl Job<'_> {
         let ray = self.ray(x, y, &sampler, offset);
         match self.kernel {
             AnyKernel::Plain(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
-            AnyKernel::WithPasses {
-                kernel,
-                follows,
-                tells_objects,
-            } => {
-                let mut light_passes = PathPasses::new(follows, tells_objects);
+            AnyKernel::WithPasses { kernel, asked } => {
+                let mut light_passes = PathPasses::new(asked);
                 let path = kernel(self.world, &self.path, &sampler, &ray, &mut light_passes);
                 (path, Some(light_passes))
             }

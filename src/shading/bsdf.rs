@@ -422,6 +422,17 @@ impl<K: BsdfFeatures> Bsdf<K> {
         sums
     }
 
+    /// The mean normal of what scatters diffusely; that of the surface where nothing does.
+    pub fn diffuse_normal(&self) -> Vec3 {
+        let mut sum = self.normal() * average(self.lambert.color);
+        for Entry { lobe, albedo, .. } in self.others() {
+            if lobe.is_diffuse() {
+                sum += lobe.normal() * average(*albedo);
+            }
+        }
+        sum.try_normalize().unwrap_or(self.normals.shading)
+    }
+
     /// Bound of the weights of [`sample`](Self::sample), to be checked where they arise. The weight of a mixture is at
     /// most the greatest of its lobes', each over its probability. The rest is for roundings.
     pub fn max_sample_weight(&self) -> f32 {

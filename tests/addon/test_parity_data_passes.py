@@ -95,6 +95,16 @@ class DataPasses(EngineTest):
                     # The veil is there or not by chance.
                     self.assertLess((a != b)[:, WIDTH // 2 :].mean(), 0.005, name)
 
+    def test_ambient_occlusion(self):
+        self.scene.view_layers[0].use_pass_ambient_occlusion = True
+        name = "ViewLayer.Ambient Occlusion" if FIVE else "ViewLayer.AO"
+        for distance in (10, 0.7):
+            self.scene.world.light_settings.distance = distance
+            ours, theirs = self.both()
+            self.near(f"ambient occlusion within {distance}", ours[name], theirs[name], error=0.01)
+            blocks = [passes[name].astype(float).reshape(HEIGHT // 8, 8, WIDTH // 8, 8, 3).mean(axis=(1, 3)) for passes in (ours, theirs)]
+            self.near(f"the same, blocks within {distance}", *blocks)
+
     def test_an_orthographic_camera_has_mist_by_depth(self):
         self.scene.camera.data.type, self.scene.camera.data.ortho_scale = "ORTHO", 8
         ours, theirs = self.both()

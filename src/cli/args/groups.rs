@@ -203,6 +203,9 @@ pub struct ChosenPasses {
     /// Metres. The power is 2 for Blender's Quadratic, 1 for Linear and 0.5 for Inverse Quadratic.
     #[arg(long, value_name = "START,DEPTH,POWER", value_parser = values::mist, default_value = "5,25,2")]
     pub mist: Mist,
+    /// How far the pass AO looks for what is in the way, metres.
+    #[arg(long, value_name = "METRES", number = 0.0..=1e9, default_value = "10")]
+    pub ao_distance: f64,
 }
 
 /// How noise is taken out at the end.
