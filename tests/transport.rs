@@ -429,7 +429,6 @@ fn gallery() -> Vec<(&'static str, Scene)> {
         );
     };
     let mut list = Vec::new();
-    list.push(("moving lamps", motion::moving_lamps()));
 
     let mut scene = base();
     lamp(&mut scene);
@@ -659,6 +658,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     list.push(("images everywhere, clear glass, a hole", scene));
     list.push(("patterns", patterns::scene()));
     list.push(("two sheets in one place", coincident::sheets(0.3)));
+    list.push(("moving lamps", motion::moving_lamps()));
     list
 }
 
@@ -778,7 +778,8 @@ fn a_scene_moved_by_ten_million_metres_is_the_same_picture() {
             scene
                 .instances
                 .iter_mut()
-                .for_each(|i| i.world_from_object.translation += by);
+                .flat_map(|i| i.motion.iter_mut().chain([&mut i.world_from_object]))
+                .for_each(|place| place.translation += by);
             scene
                 .lights
                 .iter_mut()
