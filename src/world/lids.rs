@@ -3,7 +3,7 @@
 //! A ray leaves its surface by the error bound of its point, and so steps over a face in the same plane. Where the scene has
 //! such faces, they are asked for by a short ray through the surface, and are met first.
 
-use super::passing::Share;
+use super::passing::{Share, shadow_ray};
 use super::{Hit, RayKind, Sender, Source, Surface, World};
 use crate::effects::General;
 use crate::ffi::embree::Ray;
@@ -199,14 +199,7 @@ impl World {
             return Vec3::ONE;
         }
         let direction = way * far.recip();
-        let ray = Ray {
-            origin: origin.to_array(),
-            direction: direction.to_array(),
-            near: float::RAY_START,
-            far,
-            mask: RayKind::Shadow.bit(),
-            time: sender.time,
-        };
+        let ray = shadow_ray((origin, direction), far, sender.time);
         let mut share = Share::within(limit);
         let shut = self.geometry.embree.occluded_asking(&ray, |hit| {
             let is_light =

@@ -392,14 +392,7 @@ impl World {
             return None;
         }
         let start = float::ray_origin(surface.point, normal);
-        let ray = Ray {
-            origin: start.to_array(),
-            direction: lift.to_array(),
-            near: float::RAY_START,
-            far: 1.0,
-            mask: RayKind::Shadow.bit(),
-            time: hit.time,
-        };
+        let ray = passing::shadow_ray((start, lift), 1.0, hit.time);
         (!self.geometry.embree.occluded(&ray)).then_some(start + lift)
     }
 
@@ -478,14 +471,8 @@ impl Around for World {
 
     #[cold]
     fn is_shut(&self, origin: Vec3, direction: Vec3, (far, time): (f32, f32)) -> bool {
-        self.geometry.embree.occluded(&Ray {
-            origin: origin.to_array(),
-            direction: direction.to_array(),
-            near: float::RAY_START,
-            far,
-            mask: RayKind::Shadow.bit(),
-            time,
-        })
+        let ray = passing::shadow_ray((origin, direction), far, time);
+        self.geometry.embree.occluded(&ray)
     }
 
     #[cold]

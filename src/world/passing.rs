@@ -2,6 +2,19 @@
 
 use super::*;
 
+/// A ray that looks for what takes the light.
+#[inline]
+pub(super) fn shadow_ray((origin, direction): (Vec3, Vec3), far: f32, time: f32) -> Ray {
+    Ray {
+        origin: origin.to_array(),
+        direction: direction.to_array(),
+        near: float::RAY_START,
+        far,
+        mask: RayKind::Shadow.bit(),
+        time,
+    }
+}
+
 /// What is left of a shadow ray's light.
 pub(super) struct Share {
     pub light: Vec3,
@@ -200,14 +213,7 @@ impl World {
         far: f32,
         (limit, sender): (u32, Sender),
     ) -> Vec3 {
-        let ray = Ray {
-            origin: origin.to_array(),
-            direction: direction.to_array(),
-            near: float::RAY_START,
-            far,
-            mask: RayKind::Shadow.bit(),
-            time: sender.time,
-        };
+        let ray = shadow_ray((origin, direction), far, sender.time);
         if !self.filters::<E>() {
             return if self.geometry.embree.occluded(&ray) {
                 Vec3::ZERO
