@@ -155,6 +155,11 @@ impl Guide {
 }
 
 impl Environment {
+    /// Whether all directions have the same radiance.
+    pub fn is_constant(&self) -> bool {
+        matches!(self.kind, Kind::Constant)
+    }
+
     /// A constant.
     pub fn constant(radiance: Vec3) -> Self {
         Self {

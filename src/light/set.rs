@@ -154,6 +154,7 @@ impl LightSetBuilder {
     pub fn build(self, by_place: bool, device: &Device) -> Result<LightSet, EmbreeError> {
         let mut set = self.set;
         set.infinite.extend(self.suns);
+        set.leave_even_sky_to_bsdf();
         if set.sized.len() > IN_A_ROW {
             set.finder = Some(Finder::new(&set.lights, &set.sized, device)?);
         }
@@ -195,6 +196,20 @@ fn by_power(bounds: &mut [LightBounds]) {
 }
 
 impl LightSet {
+    /// Where there are other lights, none of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as
+    /// well or better: half of the sphere is below the surface, and in a room such samples end at the walls.
+    fn leave_even_sky_to_bsdf(&mut self) {
+        if self.lights.is_empty() && self.infinite.len() < 2 {
+            return;
+        }
+        for sky in &mut self.infinite {
+            let even = matches!(&sky.light, Light::Environment(sky) if sky.is_constant());
+            if even && !sky.rules.shines_through() {
+                sky.estimate = 0.0;
+            }
+        }
+    }
+
     /// Whether the lights of another camera may be others.
     pub fn depends_on(&self, before: &Eye, after: &Eye) -> bool {
         self.emissive.depend_on(before, after)

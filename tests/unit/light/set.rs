@@ -7,7 +7,7 @@ use super::*;
 use crate::math::warp;
 use crate::math::warp::grid;
 use crate::scene::Visibility;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 fn ball(x: f32) -> Light {
     Light::Lamp(Box::new(Lamp {
@@ -31,7 +31,14 @@ fn sun() -> Light {
 }
 
 fn sky() -> Light {
-    Light::Environment(Box::new(Environment::constant(Vec3::splat(0.2))))
+    let texels = vec![Vec3::splat(0.1), Vec3::splat(0.3)];
+    Light::Environment(Box::new(Environment::image(
+        2,
+        1,
+        texels,
+        Vec3::ONE,
+        &DMat3::IDENTITY,
+    )))
 }
 
 /// Some balls and one each of the other lamps, of suns, skies and emissive squares.
@@ -170,4 +177,34 @@ fn rules_decide_what_rays_find() {
     let through = rules(without(RayKind::Shadow), u32::MAX);
     assert_eq!(seen(through, RayKind::Diffuse, 0), [f32::INFINITY; 2]);
     assert!(finite(seen(through, RayKind::Camera, 0)));
+}
+
+/// A sky of one colour beside other lights is left to the rays that the BSDF draws; alone it is sampled, too.
+#[test]
+fn an_even_sky_beside_other_lights_has_no_light_samples() {
+    let even = || Light::Environment(Box::new(Environment::constant(Vec3::splat(0.2))));
+    let pdf = |with_sun: bool, rules: Rules| {
+        let mut builder = LightSetBuilder::new(eye(), false);
+        builder.add_environment(even(), rules);
+        if with_sun {
+            builder.add(sun(), Rules::NONE, 0);
+        }
+        let set = builder
+            .build(true, &Device::new(Some(1), None).unwrap())
+            .unwrap();
+        let at = set.context(Vec3::ZERO, Some(Vec3::Z));
+        let mut drawn = (0..100).filter_map(|k| set.draw(&at, k as f32 / 100.0));
+        let sky = drawn.any(|(drawn, _)| matches!(set.source(drawn), Source::Environment));
+        let mut found = Vec::new();
+        set.environment_le(&at, Vec3::Y, (RayKind::Diffuse, 0), |_, pdf, _| {
+            found.push(pdf)
+        });
+        (sky, found)
+    };
+    assert_eq!(pdf(true, Rules::NONE), (false, vec![0.0]));
+    let (sky, found) = pdf(false, Rules::NONE);
+    assert!(sky && found[0] > 0.0, "{found:?}");
+    // Light that passes surfaces has no other way.
+    let through = Rules::new(Visibility::ALL.without(RayKind::Shadow), u32::MAX, true);
+    assert_eq!(pdf(true, through), (true, vec![f32::INFINITY]));
 }
