@@ -48,6 +48,7 @@ fn lamp(x: f64) -> Light {
         },
         visibility: Visibility::ALL,
         max_bounces: 1024,
+        links: Default::default(),
         graph: None,
     }
 }

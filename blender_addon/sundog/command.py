@@ -105,7 +105,8 @@ def pass_arguments(passes, abilities, world=None):
     """Flags for the passes that the last frame shall have."""
     if not abilities.has("passes"):
         return []
-    result = ["--passes", ",".join(p.program for p in passes)]
+    # Those of light groups come with the file.
+    result = ["--passes", ",".join(p.program for p in passes if not p.program.startswith("Combined_"))]
     if any(p.program == "Mist" for p in passes) and abilities.has("mist"):
         # As Cycles has it where there is no world.
         start, depth, power = 0.0, 100.0, 1.0

@@ -84,7 +84,14 @@ def wanted(scene, view_layer):
     # The numbers of the passes that there are more of than levels.
     more = tuple(f"0{part}" for part in range(parts, MATTE_PARTS))
     on = [p for p in PASSES if _is_on(view_layer, p.switch)]
-    return [COMBINED] + noisy + [p for p in on if not (p.program.startswith("Crypto") and p.program.endswith(more))]
+    on = [p for p in on if not (p.program.startswith("Crypto") and p.program.endswith(more))]
+    return [COMBINED] + noisy + on + light_groups(view_layer)
+
+
+def light_groups(view_layer):
+    """The passes of a view layer's light groups, which the program makes of those that the file has."""
+    names = [f"{COMBINED.name}_{group.name}" for group in view_layer.lightgroups]
+    return [Pass(None, name, name, "RGB", "COLOR") for name in names]
 
 
 def matte_parts(view_layer):
@@ -95,8 +102,7 @@ def matte_parts(view_layer):
 def left_out(view_layer):
     """Names of the passes that a view layer asks for and Sundog does not have."""
     names = [name for switch, name in UNKNOWN.items() if _is_on(view_layer, switch)]
-    groups = [f"{COMBINED.name}_{group.name}" for group in view_layer.lightgroups]
     levels = 2 * MATTE_PARTS
     if view_layer.pass_cryptomatte_depth > levels and any(_is_on(view_layer, f"use_pass_cryptomatte_{kind.lower()}") for kind in MATTES):
         names.append(f"Cryptomatte levels beyond {levels}")
-    return names + [aov.name for aov in view_layer.aovs] + groups
+    return names + [aov.name for aov in view_layer.aovs]

@@ -43,7 +43,8 @@ pub fn run(args: &Cost) -> Result<u8, Failure> {
     }
     let reporter = Reporter::new(&args.reporting);
     let files = files(args)?;
-    let file = scene_file::load(&args.scene, &args.options)?;
+    let mut file = scene_file::load(&args.scene, &args.options)?;
+    args.passes.light_groups.choose(&mut file.scene);
     scene_file::introduce(&args.options.loading, &file, &reporter)?;
     let wanted = args.options.settings(&file.path, &file.scene)?;
     let settings = RenderSettings {

@@ -39,7 +39,8 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
     )?;
     let denoiser = denoise::find(&args.denoising, args.options.machine.threads, &reporter)?;
     let saved = checkpoint.as_ref().map_or(Ok(None), Checkpoint::read)?;
-    let imported = scene_file::load(&asked.scene, &args.options)?;
+    let mut imported = scene_file::load(&asked.scene, &args.options)?;
+    args.passes.light_groups.choose(&mut imported.scene);
     let (path, scene) = (&imported.path, &imported.scene);
     let mut outputs = Outputs::new(
         files,
@@ -185,7 +186,8 @@ fn open_viewer(
     let region = settings.region();
     let size = (region.width(), region.height());
     let title = outputs.title(&imported.path);
-    Some(Viewer::open(&address.0, &title, size, settings.passes))
+    let layers = settings.passes.layers(&imported.scene.light_groups);
+    Some(Viewer::open(&address.0, &title, size, &layers))
 }
 
 /// What is told of a render that was interrupted and kept its picture, or its state.

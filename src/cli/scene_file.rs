@@ -131,6 +131,7 @@ impl args::Environment {
                 radiance,
                 rotation: DMat3::IDENTITY,
                 visibility: Visibility::ALL,
+                links: Default::default(),
                 graph: None,
             });
         }

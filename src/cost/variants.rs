@@ -216,6 +216,7 @@ mod tests {
             radiance: [1.0; 3],
             rotation: glam::DMat3::IDENTITY,
             visibility: crate::scene::Visibility::ALL,
+            links: Default::default(),
             graph: None,
         });
         assert_eq!(

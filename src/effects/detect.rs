@@ -485,6 +485,11 @@ impl EffectReport {
                 Cause::new(Thing::World, format!("{emitters} lamps and triangles"))
             });
         }
+        if !scene.light_groups.is_empty() {
+            found.add(Effect::LightPasses, || {
+                Cause::new(Thing::Settings, "--light-groups")
+            });
+        }
         for (effect, there, flag) in requested.settings() {
             if there {
                 found.add(effect, || Cause::new(Thing::Settings, flag));

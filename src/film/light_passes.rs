@@ -41,6 +41,14 @@ pub trait PassSink {
     /// The path goes on through a surface that tints it.
     #[inline(always)]
     fn pass(&mut self, _tint: Vec3) {}
+    /// Whether light groups have the world where it is no part of the picture: in Cycles if its pass is asked for.
+    #[inline(always)]
+    fn keeps_environment(&self) -> bool {
+        false
+    }
+    /// Light of a light group, by its number.
+    #[inline(always)]
+    fn grouped(&mut self, _light: Vec3, _group: impl FnOnce() -> Option<usize>) {}
 }
 
 /// All light is one.
@@ -63,7 +71,7 @@ impl PassSink for NoPasses {
 const KINDS: usize = 3;
 
 /// The light of one path, apart.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct PathPasses {
     /// By kind of scattering; direct and indirect.
     light: [[Vec3; 2]; KINDS],
@@ -81,6 +89,8 @@ pub struct PathPasses {
     pub object: Option<FirstObject>,
     /// What comes through to it from around, if it is asked for.
     pub open: Option<Vec3>,
+    /// By light group.
+    pub groups: Vec<Vec3>,
     asked: Asked,
 }
 
@@ -93,12 +103,17 @@ pub struct Asked {
     pub object: bool,
     /// How far ambient occlusion looks, metres.
     pub occlusion: Option<f32>,
+    /// How many light groups there are …
+    pub groups: usize,
+    /// … which have the world where it is no part of the picture.
+    pub environment: bool,
 }
 
 impl PathPasses {
     /// A path that is asked for something.
     pub fn new(asked: Asked) -> Self {
         let mut path = Self {
+            groups: vec![Vec3::ZERO; asked.groups],
             asked,
             ..Self::default()
         };
@@ -112,7 +127,8 @@ impl PathPasses {
     pub fn is_finite(&self) -> bool {
         let light = self.light.iter().flatten().chain(&self.colors);
         let alone = [self.emission, self.environment];
-        light.chain(&alone).all(|v| v.is_finite())
+        let light = light.chain(&alone).chain(&self.groups);
+        light.copied().all(Vec3::is_finite)
             && self.uv.is_finite()
             && self.features.is_finite()
             && self
@@ -123,7 +139,7 @@ impl PathPasses {
 
     /// Scales the light; what surfaces are like stays as it is.
     pub fn expose(&mut self, factor: f32) {
-        for light in self.light.iter_mut().flatten() {
+        for light in self.light.iter_mut().flatten().chain(&mut self.groups) {
             *light *= factor;
         }
         self.emission *= factor;
@@ -202,6 +218,20 @@ impl PassSink for PathPasses {
     #[inline]
     fn pass(&mut self, tint: Vec3) {
         self.features.pass(tint);
+    }
+
+    #[inline]
+    fn keeps_environment(&self) -> bool {
+        self.asked.environment
+    }
+
+    #[inline]
+    fn grouped(&mut self, light: Vec3, group: impl FnOnce() -> Option<usize>) {
+        if self.asked.groups > 0
+            && let Some(sum) = group().and_then(|group| self.groups.get_mut(group))
+        {
+            *sum += light;
+        }
     }
 }
 

@@ -340,6 +340,14 @@ impl Passes {
         TABLE.iter().map(|row| row.0).filter(move |&p| self.has(p))
     }
 
+    /// Names and channels of their layers, and of those of light groups as Cycles calls them.
+    pub fn layers(self, groups: &[String]) -> Vec<(String, String)> {
+        let passes = self.iter();
+        let passes = passes.map(|pass| (pass.name().into(), pass.channels().into()));
+        let group = |name| (format!("{}_{name}", Pass::Combined.name()), "RGB".into());
+        passes.chain(groups.iter().map(group)).collect()
+    }
+
     /// Whether paths have to keep their light apart (see [`super::light_passes`]).
     pub fn need_light_passes(self) -> bool {
         self.iter().any(|pass| {

@@ -158,6 +158,7 @@ pub fn load_environment(
         radiance: [strength; 3],
         rotation: Environment::turned_about_up(rotation_degrees.to_radians()),
         visibility: Visibility::ALL,
+        links: Default::default(),
         graph: None,
     });
     Ok(diagnostics)

@@ -64,7 +64,7 @@ impl<A: PassSink + Record> Accumulator<'_, A> {
     /// Adds light of something that shines and that a ray has found after so many bounces: it falls on the
     /// surface before, or the camera sees it itself.
     #[inline]
-    pub fn add_found(&mut self, settings: &PathSettings, light: Vec3, bounce: u32) {
+    pub fn add_found(&mut self, settings: &PathSettings, light: Vec3, bounce: u32) -> Vec3 {
         let kept = if bounce == 0 {
             let kept = self.add(settings, light, 0);
             self.sink.emission(kept);
@@ -73,6 +73,7 @@ impl<A: PassSink + Record> Accumulator<'_, A> {
             self.add_scattered(settings, light, bounce - 1)
         };
         self.sink.shine(kept);
+        kept
     }
 
     /// Adds light that comes by way of at least one surface.

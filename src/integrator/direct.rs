@@ -161,7 +161,9 @@ impl<E: Features> Vertex<'_, E> {
         if self.bounce == 0 {
             sum.sink.first_scattering(reflected, diffuse, beyond);
         }
-        sum.add_scattered(settings, contribution * share, self.bounce);
+        let kept = sum.add_scattered(settings, contribution * share, self.bounce);
+        let source = || world.lights.source(drawn);
+        sum.sink.grouped(kept, || world.lights.group(source()));
         1
     }
 

@@ -361,7 +361,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             light_pdf,
         );
         let found = self.throughput * emitted * weight;
-        self.light.add_found(self.settings, found, self.bounce);
+        let kept = self.light.add_found(self.settings, found, self.bounce);
+        self.light
+            .sink
+            .grouped(kept, || self.world.lights.group(source));
     }
 
     /// The parameters of a surface that the path goes on from; it may end there by the settings or by chance.

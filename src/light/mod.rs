@@ -12,6 +12,7 @@ pub mod environment;
 pub mod estimate;
 pub mod finder;
 pub mod from_scene;
+pub mod groups;
 pub mod kinds;
 pub mod lamp;
 pub mod light_sampler;
@@ -25,6 +26,7 @@ pub mod sun;
 pub mod tree;
 pub mod triangle;
 
+pub use groups::LightGroups;
 pub use kinds::{Light, LightSample, LightSampleContext};
 pub use rules::Rules;
 pub use set::{Drawn, LightSet, LightSetBuilder, Source};

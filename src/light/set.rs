@@ -3,6 +3,7 @@
 use super::emissive::{EmissiveMesh, EmissiveTriangles, Eye, Twins};
 use super::estimate::{Angle, LightBounds, MOST};
 use super::finder::Finder;
+use super::groups::LightGroups;
 use super::kinds::{Groups, Light, LightSample, LightSampleContext};
 use super::light_sampler::LightSampler;
 use super::program::LookingRay;
@@ -29,6 +30,7 @@ pub struct LightSet {
     infinite: Vec<InfiniteLight>,
     /// Numbers of lamps and of suns among the scene's lights.
     in_scene: (Vec<u32>, Vec<u32>),
+    groups: LightGroups,
 }
 
 struct InfiniteLight {
@@ -84,7 +86,7 @@ pub struct LightSetBuilder {
 
 impl LightSetBuilder {
     /// Of what is seen from a camera; `cull_backfaces`: surfaces with one side have no back.
-    pub fn new(eye: Eye, cull_backfaces: bool) -> Self {
+    pub fn new(eye: Eye, cull_backfaces: bool, groups: LightGroups) -> Self {
         Self {
             set: LightSet {
                 lights: Vec::new(),
@@ -96,6 +98,7 @@ impl LightSetBuilder {
                 emissive: EmissiveTriangles::default(),
                 infinite: Vec::new(),
                 in_scene: (Vec::new(), Vec::new()),
+                groups,
             },
             suns: Vec::new(),
             eye,
@@ -362,6 +365,12 @@ impl LightSet {
             Source::Sun(number) => self.in_scene.1.get(number as usize).copied(),
             Source::Surface(_) | Source::Environment => None,
         }
+    }
+
+    /// The light group of what shines, by its number.
+    #[cold]
+    pub fn group(&self, source: Source) -> Option<usize> {
+        self.groups.of_source(source, self.number_in_scene(source))
     }
 
     /// Probability with which [`Self::sample`] draws a finite light.

@@ -17,12 +17,11 @@ pub struct NotEnoughMemory(String);
 pub const PREPARED_BYTES_A_TRIANGLE: u64 = 300;
 
 /// Bytes that a pixel takes: its sums, and its floats in the finished picture and, for a moment, in the writer.
-fn bytes_a_pixel(settings: &RenderSettings) -> u64 {
+fn bytes_a_pixel(settings: &RenderSettings, scene: &Scene) -> u64 {
     let estimate = 6 * size_of::<f32>();
-    let floats = 2 * size_of::<f32>() * settings.passes.floats();
-    (Kept::of(settings.passes, settings.noise_threshold.is_some()).bytes_a_pixel()
-        + estimate
-        + floats) as u64
+    let floats = 2 * size_of::<f32>() * (settings.passes.floats() + 3 * scene.light_groups.len());
+    let kept = Kept::of_render(settings, scene);
+    (kept.bytes_a_pixel() + estimate + floats) as u64
 }
 
 /// Refuses a picture of a scene for which there is not enough memory, where the system says how much there is. (The scene
@@ -34,7 +33,7 @@ pub fn check_render(settings: &RenderSettings, scene: &Scene) -> Result<(), NotE
     let (width, height) = (settings.region().width(), settings.region().height());
     let triangles = scene.meshes.iter().map(|mesh| mesh.triangles.len() as u64);
     let prepared = triangles.sum::<u64>() * PREPARED_BYTES_A_TRIANGLE;
-    let picture = u64::from(width) * u64::from(height) * bytes_a_pixel(settings);
+    let picture = u64::from(width) * u64::from(height) * bytes_a_pixel(settings, scene);
     let what = if picture >= prepared {
         format!("a picture of {width} × {height} pixels")
     } else {

@@ -83,6 +83,9 @@ fn join(whole: &mut Saved, part: &Saved) -> Result<(), String> {
     for (to, from) in whole.objects.iter_mut().zip(&part.objects) {
         to.join(from);
     }
+    for (to, from) in whole.groups.iter_mut().zip(&part.groups) {
+        *to += *from;
+    }
     for (to, from) in whole.halves.iter_mut().zip(&part.halves) {
         *to += *from;
     }
@@ -142,7 +145,8 @@ impl Merged {
         // A pass that this version does not know can't be in a state that it could read.
         let passes = Passes::parse(names).unwrap_or(Passes::COMBINED);
         let error = estimate(tiles, header.region, 0.0, &AtomicBool::new(false));
-        let film = Film::with_axes(header.axes(), header.region, tiles, passes, &header.labels);
+        let film = Film::with_axes(header.axes(), header.region, tiles, passes, &header.labels)
+            .with_groups(&header.light_groups);
         let samples = Samples::of(tiles);
         let clamps = header.clamped != [0.0; 2];
         Rendering {

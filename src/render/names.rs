@@ -7,13 +7,9 @@ use crate::world::Source;
 
 /// The instances with triangles: what the world counts as objects.
 pub(super) fn objects(scene: &Scene) -> Vec<u32> {
-    let has_triangles = |mesh: crate::scene::MeshId| {
-        let mesh = scene.meshes.get(mesh.0 as usize);
-        mesh.is_some_and(|mesh| !mesh.triangles.is_empty())
-    };
     let placed = scene.instances.iter().enumerate();
     placed
-        .filter(|(_, instance)| has_triangles(instance.mesh))
+        .filter(|(_, instance)| scene.has_triangles(instance))
         .map(|(number, _)| number as u32)
         .collect()
 }

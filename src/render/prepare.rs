@@ -55,6 +55,8 @@ struct Wanted<'a> {
     rows: u32,
     called_for: EnumSet<Effect>,
     effects: EnumSet<Effect>,
+    /// Light groups.
+    groups: usize,
     made_for: MadeFor,
 }
 
@@ -86,6 +88,7 @@ impl<'a> Wanted<'a> {
                 * camera.pixel_aspect(&scene.render),
             called_for,
             effects,
+            groups: scene.light_groups.len(),
             made_for: MadeFor {
                 // The lens is the view's.
                 effects: effects - Effect::DepthOfField,
@@ -173,7 +176,7 @@ impl Prepared {
         settings: &RenderSettings,
         wanted: &Wanted,
     ) -> Self {
-        let (mask, kernel) = kernel(settings, &world, wanted.effects);
+        let (mask, kernel) = kernel(settings, &world, wanted);
         Self {
             world,
             camera: wanted.camera.clone(),
@@ -273,7 +276,7 @@ fn beyond(called_for: EnumSet<Effect>, wanted: EnumSet<Effect>) -> Vec<String> {
 fn kernel(
     settings: &RenderSettings,
     world: &World,
-    wanted: EnumSet<Effect>,
+    wanted: &Wanted,
 ) -> (EnumSet<Effect>, AnyKernel) {
     let passes = settings.passes;
     let occluded = passes.has(Pass::AmbientOcclusion);
@@ -281,8 +284,10 @@ fn kernel(
         features: passes.need_features(),
         object: passes.need_objects(),
         occlusion: occluded.then_some(settings.ao_distance),
+        groups: wanted.groups,
+        environment: passes.has(Pass::Environment),
     };
-    if asked.features || asked.object || passes.need_light_passes() {
+    if asked.features || asked.object || asked.groups > 0 || passes.need_light_passes() {
         let kernel = AnyKernel::WithPasses {
             kernel: integrator::WITH_PASSES,
             asked,
@@ -292,7 +297,7 @@ fn kernel(
     let (mask, kernel) = match settings.light_sampling {
         LightSampling::Hemisphere => integrator::GENERAL,
         _ if settings.ablation.offsets || world.has_mixed_shaders() => integrator::GENERAL,
-        _ => integrator::kernel_for(wanted | world.structure()),
+        _ => integrator::kernel_for(wanted.effects | world.structure()),
     };
     (mask, AnyKernel::Plain(kernel))
 }

@@ -23,6 +23,8 @@ pub struct Film<'a> {
     passes: Passes,
     /// What is known of objects, by their numbers; empty where no pass asks.
     labels: &'a [Label],
+    /// Light groups with a pass each.
+    groups: &'a [String],
     /// The camera's axes as Cycles has them: it looks along +Z.
     axes: DMat3,
     /// `Combined` is the picture of the first replicate alone.
@@ -57,6 +59,7 @@ impl<'a> Film<'a> {
     ) -> Self {
         Self {
             labels,
+            groups: &[],
             tiles,
             region,
             passes,
@@ -86,9 +89,19 @@ impl<'a> Film<'a> {
         bands.nth(band).unwrap_or(&[])
     }
 
-    /// With other passes.
+    /// With the passes of these light groups.
+    #[must_use]
+    pub fn with_groups(self, groups: &'a [String]) -> Self {
+        Self { groups, ..self }
+    }
+
+    /// With other passes, and none of light groups.
     pub fn with(&self, passes: Passes) -> Self {
-        Self { passes, ..*self }
+        Self {
+            passes,
+            groups: &[],
+            ..*self
+        }
     }
 
     /// Estimated variance of each pixel's luminance; `None` if one of them has not enough samples.
@@ -124,10 +137,7 @@ impl Bands for Film<'_> {
     }
 
     fn layers(&self) -> Vec<(String, String)> {
-        let passes = self.passes.iter();
-        passes
-            .map(|pass| (pass.name().into(), pass.channels().into()))
-            .collect()
+        self.passes.layers(self.groups)
     }
 
     fn bands(&self) -> Vec<Range<u32>> {
@@ -152,8 +162,15 @@ impl Bands for Film<'_> {
                 labels: self.labels,
             };
             // Pass by pass: the sums of one tile stay in the processor's cache.
-            for (pass, layer) in self.passes.iter().zip(layers.iter_mut()) {
+            let mut layers = layers.iter_mut();
+            for (pass, layer) in self.passes.iter().zip(&mut layers) {
                 place.resolve(pass, &self.axes, self.replicate, layer);
+            }
+            for (group, layer) in layers.enumerate() {
+                place.put_at(layer, |index, _, scale| {
+                    let sum = tile.groups[tile.groups_of(index..index + 1)][group];
+                    (sum * scale).as_vec3().to_array()
+                });
             }
         }
     }

@@ -3,7 +3,7 @@
 //!
 //! Form: a line of text, the length of a header (8 bytes, little-endian), the header (JSON), a frame of zstd, SHA-256 of
 //! all before. In the frame, for each pixel of the region, rows from top to bottom, its sums as they stand in memory on
-//! x86-64 ([`Pixel`], then, if kept, light apart, features for denoisers, nanoseconds, objects, and the radiance of half of the samples). The number in the first line changes whenever the form
+//! x86-64 ([`Pixel`], then, if kept, light apart, features for denoisers, nanoseconds, objects, light groups, and the radiance of half of the samples). The number in the first line changes whenever the form
 //! does, or a sample of the same number would have other bits.
 //!
 //! Whoever can write a file can make its checksum right: so all that it says is looked at before it is believed.
@@ -121,7 +121,7 @@ impl<'a> State<'a> {
     ) -> Self {
         let tiles = film.tiles();
         let (mut clamped, mut most) = ([0.0; 2], 0);
-        let kept = Kept::of(settings.passes, settings.noise_threshold.is_some());
+        let kept = Kept::of_render(settings, scene);
         for tile in tiles {
             let tile = locked(tile);
             for row in &tile.clamped {
@@ -152,6 +152,7 @@ impl<'a> State<'a> {
                 costs: kept.costs,
                 objects: kept.objects,
                 labels: film.labels().to_vec(),
+                light_groups: scene.light_groups.clone(),
                 halves: kept.halves,
                 clamped,
                 color_management: scene.color_management.clone(),
@@ -203,6 +204,11 @@ impl<'a> State<'a> {
         if self.header.objects {
             self.rows(region, &mut packed, |tile| {
                 bytemuck::cast_slice(&tile.objects)
+            })?;
+        }
+        if !self.header.light_groups.is_empty() {
+            self.rows(region, &mut packed, |tile| {
+                bytemuck::cast_slice(&tile.groups)
             })?;
         }
         if self.header.halves {
@@ -264,6 +270,7 @@ pub struct Saved {
     pub(super) features: Vec<PixelFeatures>,
     pub(super) costs: Vec<u64>,
     pub(super) objects: Vec<PixelObjects>,
+    pub(super) groups: Vec<DVec3>,
     pub(super) halves: Vec<DVec3>,
 }
 
@@ -359,6 +366,7 @@ impl Saved {
             features: values(&mut packed, if_kept(header.features)).map_err(unpack)?,
             costs: values(&mut packed, if_kept(header.costs)).map_err(unpack)?,
             objects: values(&mut packed, if_kept(header.objects)).map_err(unpack)?,
+            groups: values(&mut packed, pixels * header.light_groups.len()).map_err(unpack)?,
             halves: values(&mut packed, if_kept(header.halves)).map_err(unpack)?,
             header,
         };
@@ -382,7 +390,11 @@ impl Saved {
             && features.all(|(pixel, features)| features.is_sound(pixel.samples))
             && self.costs.iter().all(|&cost| cost <= LARGEST_COUNT)
             && (self.objects.iter()).all(|pixel| pixel.is_sound(self.header.labels.len()))
-            && self.halves.iter().all(|half| half.is_finite())
+            && self
+                .halves
+                .iter()
+                .chain(&self.groups)
+                .all(|sum| sum.is_finite())
     }
 
     /// Samples that each pixel has at least.
@@ -477,6 +489,9 @@ impl Saved {
                 {
                     *to = *from;
                 }
+                let each = self.header.light_groups.len();
+                let to = tile.groups_of(index..index + 1);
+                tile.groups[to].copy_from_slice(&self.groups[from * each..][..each]);
                 if let (Some(to), Some(from)) = (tile.halves.get_mut(index), self.halves.get(from))
                 {
                     *to = *from;

@@ -124,7 +124,7 @@ pub(super) fn run(
     let effects = effects::names(prepared.compiled);
     let left_out = prepared.left_out.clone();
     let embree = prepared.world.embree_version.clone();
-    let kept = Kept::of(settings.passes, settings.noise_threshold.is_some());
+    let kept = Kept::of_render(settings, scene);
     let tiles = tiles(region, kept);
     let before = saved.map_or_else(Traced::default, |saved| {
         saved.restore(&tiles, settings.samples)
@@ -132,7 +132,8 @@ pub(super) fn run(
     let job = prepared.job(scene, settings, &before);
     let camera = &prepared.camera.world_from_camera;
     let labels = labels::of(scene, settings.passes);
-    let film = Film::new(camera, region, &tiles, settings.passes, &labels);
+    let film = Film::new(camera, region, &tiles, settings.passes, &labels)
+        .with_groups(&scene.light_groups);
     let run = Run {
         left_out: &prepared.left_out,
         scene,

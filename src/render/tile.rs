@@ -1,11 +1,12 @@
 //! Tiles, and their rows: what one thread works on at a time.
 
-use super::Region;
+use super::{Region, RenderSettings};
 use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::objects::PixelObjects;
 use crate::film::pixel::Pixel;
 use crate::film::{Pass, Passes};
+use crate::scene::Scene;
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -31,6 +32,8 @@ pub struct Tile {
     pub features: Vec<PixelFeatures>,
     /// The same.
     pub objects: Vec<PixelObjects>,
+    /// The same of light groups: so many of each pixel, one after another.
+    pub groups: Vec<DVec3>,
     /// Nanoseconds spent on each pixel, if a pass asks for it; else empty.
     pub costs: Vec<u64>,
     /// Radiance of half of each pixel's samples, if a noise threshold asks for it; else empty.
@@ -57,6 +60,8 @@ pub struct Scanline {
     /// As those of [`Tile`].
     pub objects: Vec<PixelObjects>,
     /// As those of [`Tile`].
+    pub groups: Vec<DVec3>,
+    /// As those of [`Tile`].
     pub costs: Vec<u64>,
     /// As those of [`Tile`].
     pub halves: Vec<DVec3>,
@@ -78,6 +83,7 @@ impl Tile {
             light_passes: self.light_passes.get(place.clone()).unwrap_or(&[]).to_vec(),
             features: self.features.get(place.clone()).unwrap_or(&[]).to_vec(),
             objects: self.objects.get(place.clone()).unwrap_or(&[]).to_vec(),
+            groups: self.groups[self.groups_of(place.clone())].to_vec(),
             costs: self.costs.get(place.clone()).unwrap_or(&[]).to_vec(),
             halves: self.halves.get(place).unwrap_or(&[]).to_vec(),
             clamped: self.clamped[row as usize],
@@ -97,6 +103,8 @@ impl Tile {
         if let Some(objects) = self.objects.get_mut(place.clone()) {
             objects.copy_from_slice(&done.objects);
         }
+        let groups = self.groups_of(place.clone());
+        self.groups[groups].copy_from_slice(&done.groups);
         if let Some(costs) = self.costs.get_mut(place.clone()) {
             costs.copy_from_slice(&done.costs);
         }
@@ -110,6 +118,12 @@ impl Tile {
     pub fn first_of_row(&self, region: Region, row: usize) -> usize {
         let (column, top) = ((self.x - region.x0) as usize, (self.y - region.y0) as usize);
         (top + row) * region.width() as usize + column
+    }
+
+    /// Where the light groups of some pixels stand.
+    pub fn groups_of(&self, pixels: Range<usize>) -> Range<usize> {
+        let each = self.groups.len() / self.pixels.len().max(1);
+        pixels.start * each..pixels.end * each
     }
 
     fn place_of(&self, row: u32) -> Range<usize> {
@@ -128,6 +142,8 @@ pub struct Kept {
     pub features: bool,
     /// Objects and mist.
     pub objects: bool,
+    /// So many light groups.
+    pub groups: usize,
     /// Time spent.
     pub costs: bool,
     /// Radiance of half of the samples.
@@ -135,15 +151,22 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// What passes need to be kept, and a noise threshold if there is one.
-    pub fn of(passes: Passes, has_threshold: bool) -> Self {
+    /// What passes and so many light groups need to be kept, and a noise threshold if there is one.
+    pub fn of(passes: Passes, groups: usize, has_threshold: bool) -> Self {
         Self {
             halves: has_threshold,
             light_passes: passes.need_light_passes(),
             features: passes.need_features(),
             objects: passes.need_objects(),
+            groups,
             costs: passes.has(Pass::Cost),
         }
+    }
+
+    /// What a render of a scene needs.
+    pub fn of_render(settings: &RenderSettings, scene: &Scene) -> Self {
+        let groups = scene.light_groups.len();
+        Self::of(settings.passes, groups, settings.noise_threshold.is_some())
     }
 
     /// Bytes of a pixel that is kept so.
@@ -153,6 +176,7 @@ impl Kept {
             + of(self.light_passes, size_of::<PixelPasses>())
             + of(self.features, size_of::<PixelFeatures>())
             + of(self.objects, size_of::<PixelObjects>())
+            + self.groups * size_of::<DVec3>()
             + of(self.costs, size_of::<u64>())
             + of(self.halves, size_of::<DVec3>())
     }
@@ -178,6 +202,7 @@ pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
                 ],
                 features: vec![PixelFeatures::default(); if kept.features { pixels } else { 0 }],
                 objects: vec![PixelObjects::default(); if kept.objects { pixels } else { 0 }],
+                groups: vec![DVec3::ZERO; kept.groups * pixels],
                 costs: vec![0; if kept.costs { pixels } else { 0 }],
                 halves: vec![DVec3::ZERO; if kept.halves { pixels } else { 0 }],
                 errors: Vec::new(),

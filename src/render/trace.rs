@@ -11,7 +11,7 @@ use crate::integrator::{self, Kernel, PassKernel, Path, PathSettings, Recorder, 
 use crate::sampler::{Dimension, Sampler, Sequence, is_in_half};
 use crate::scene::Scene;
 use crate::world::World;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock};
@@ -53,6 +53,7 @@ struct Beside<'a> {
     light_passes: Option<&'a mut PixelPasses>,
     features: Option<&'a mut PixelFeatures>,
     objects: Option<&'a mut PixelObjects>,
+    groups: &'a mut [DVec3],
 }
 
 /// All that the threads share.
@@ -114,6 +115,7 @@ impl Job<'_> {
         let (mut rays, mut done, mut lobes_left_out) = (0u64, 0u64, 0u64);
         let mut clock = self.costs.then(Instant::now);
         let (first, y) = row.place;
+        let groups = row.groups.len() / row.pixels.len().max(1);
         for (index, (x, pixel)) in (first..).zip(&mut row.pixels).enumerate() {
             let wanted = pixel.until.saturating_sub(pixel.samples).min(CHUNK);
             if wanted == 0 {
@@ -133,6 +135,7 @@ impl Job<'_> {
                     light_passes: row.light_passes.get_mut(index),
                     features: row.features.get_mut(index),
                     objects: row.objects.get_mut(index),
+                    groups: &mut row.groups[index * groups..][..groups],
                 };
                 let path = self.sample(x, y, number, pixel, beside);
                 rays += u64::from(path.rays);
@@ -203,6 +206,9 @@ impl Job<'_> {
         if let Some(path) = &light_passes {
             if let Some(sums) = beside.light_passes {
                 sums.add(path);
+            }
+            for (sum, light) in beside.groups.iter_mut().zip(&path.groups) {
+                *sum += light.as_dvec3();
             }
             if let Some(sums) = beside.features {
                 sums.add(&path.features);

@@ -100,6 +100,9 @@ pub fn fingerprint(scene: &Scene) -> String {
             Pixels::F32(values) => block("32", bytemuck::cast_slice(values)),
         }
     }
+    for group in &scene.light_groups {
+        block("light group", group.as_bytes());
+    }
     if scene.shutter != Shutter::default() {
         block("shutter", format!("{:?}", scene.shutter).as_bytes());
     }

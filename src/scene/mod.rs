@@ -14,6 +14,7 @@ mod flatten;
 pub mod graph;
 mod inventory;
 mod left_out;
+mod links;
 mod material;
 mod metallic_roughness;
 mod motion;
@@ -30,6 +31,7 @@ pub use effect::Effect;
 pub use fingerprint::fingerprint;
 pub use inventory::{BoundsInfo, Inventory};
 pub use left_out::LeftOut;
+pub use links::{LightGrouping, Links};
 pub use material::{
     ImageAlpha, ImageUse, Material, Sampler, Texture, TextureFilter, UvTransform, Wrap,
 };
@@ -77,6 +79,8 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// Cameras in file order; may be empty.
     pub cameras: Vec<Camera>,
+    /// Light groups with a pass each, by their names.
+    pub light_groups: Vec<String>,
     /// How the shutter lets light through while things move.
     pub shutter: Shutter,
     /// How the file wishes to be shown.
@@ -193,6 +197,8 @@ pub struct ObjectInfo {
     pub random: f32,
     /// Name of the topmost of its parents; its own where the file says none.
     pub asset: Option<Arc<str>>,
+    /// What it belongs to.
+    pub links: Links,
     /// What else shader graphs ask of it, by their numbers.
     pub values: Arc<[[f32; 4]]>,
 }
@@ -204,6 +210,7 @@ impl Default for ObjectInfo {
             index: 0.0,
             random: 0.0,
             asset: None,
+            links: Links::default(),
             values: Arc::default(),
         }
     }
@@ -287,6 +294,8 @@ pub struct Light {
     pub visibility: Visibility,
     /// Paths with more bounces do not see it.
     pub max_bounces: u32,
+    /// What it belongs to.
+    pub links: Links,
     /// A node tree that emits: its light is what this one is multiplied with.
     pub graph: Option<Box<graph::Graph>>,
 }
@@ -387,6 +396,8 @@ pub struct Environment {
     pub rotation: DMat3,
     /// Which rays see it.
     pub visibility: Visibility,
+    /// What it belongs to.
+    pub links: Links,
     /// A node tree in the image's place.
     pub graph: Option<Box<WorldGraph>>,
 }
@@ -408,6 +419,7 @@ impl Environment {
             radiance,
             rotation: DMat3::IDENTITY,
             visibility: Visibility::ALL,
+            links: Links::default(),
             graph: None,
         }
     }

@@ -208,6 +208,7 @@ mod tests {
                 radiance: [strength; 3],
                 rotation: DMat3::IDENTITY,
                 visibility: Visibility::ALL,
+                links: Default::default(),
                 graph: None,
             });
             assert_eq!(world.shines(), answer);
@@ -226,6 +227,7 @@ mod tests {
                 world_from_light: DAffine3::IDENTITY,
                 visibility: Visibility::ALL,
                 max_bounces: Light::MAX_BOUNCES,
+                links: Default::default(),
                 graph: None,
             }];
             assert_eq!(sun.shines(), answer);

@@ -43,6 +43,7 @@ pub fn light(name: &str, kind: LightKind, world_from_light: DAffine3) -> Light {
         world_from_light,
         visibility: Visibility::ALL,
         max_bounces: Light::MAX_BOUNCES,
+        links: Default::default(),
         graph: None,
     }
 }
@@ -169,6 +170,7 @@ pub fn constant_environment(radiance: f32) -> Option<Environment> {
         radiance: [radiance; 3],
         rotation: DMat3::IDENTITY,
         visibility: Visibility::ALL,
+        links: Default::default(),
         graph: None,
     })
 }

@@ -85,6 +85,7 @@ fn world_with_a_texel(value: f32) -> Scene {
             radiance: [1.0; 3],
             rotation: DMat3::IDENTITY,
             visibility: Visibility::ALL,
+            links: Default::default(),
             graph: None,
         }),
         ..Scene::default()

@@ -11,7 +11,7 @@ use crate::ffi::embree::{CommittedScene, Device, EmbreeError};
 use crate::light::computed::{ComputedLight, LightAxes};
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
 use crate::light::environment::Disc;
-use crate::light::{Light, LightSet, LightSetBuilder, Rules};
+use crate::light::{Light, LightGroups, LightSet, LightSetBuilder, Rules};
 use crate::math::luminance;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::{Function, Graph, Node, NodeKind};
@@ -155,7 +155,7 @@ pub(super) fn prepare(
 ) -> Result<LightSet, EmbreeError> {
     let by_kind = effects.contains(Effect::RayVisibility);
     let (entries, meshes) = (&geometry.entries, &geometry.meshes);
-    let mut builder = LightSetBuilder::new(eye, cull_backfaces);
+    let mut builder = LightSetBuilder::new(eye, cull_backfaces, LightGroups::of(scene));
     for (number, light) in scene.lights.iter().enumerate() {
         if effects::keeps(effects, light)
             && let Some(made) = Light::from_scene(light, origin)

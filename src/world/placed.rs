@@ -107,10 +107,8 @@ fn holdouts(scene: &Scene) -> Vec<bool> {
     if !scene.instances.iter().any(|instance| instance.holdout) {
         return Vec::new();
     }
-    let placed = scene.instances.iter().filter(|instance| {
-        let mesh = &scene.meshes[instance.mesh.0 as usize];
-        !mesh.triangles.is_empty()
-    });
+    let placed = scene.instances.iter();
+    let placed = placed.filter(|instance| scene.has_triangles(instance));
     placed.map(|instance| instance.holdout).collect()
 }
 

@@ -82,7 +82,7 @@ class Exporter:
             self.motion.record(lambda shown: cameras.window(cameras.settings_of(shown, []), self.scene.render))
         eye, matrix, view = self._eye([])
         self._culling = culling.Culling(self.scene, eye, matrix, view)
-        self._light_groups = {group.name for group in self.view_layer.lightgroups}
+        self._light_groups = [group.name for group in self.view_layer.lightgroups]
         world = self._override("world") or self.scene.world
         worlds.prepare(world and world.evaluated_get(self.depsgraph), self.cache, self._pixel())
         told = time.monotonic()
@@ -130,7 +130,7 @@ class Exporter:
         extension = visibility.sundog_object([shown, parent], self.view_layer)
         if extension and "shadow_catcher" in extension:
             self.verdicts.add("object", shown.name, LOST, "it is rendered as any object, not as a shadow catcher", "shadow-catcher")
-        self.verdicts.extend("object", shown.name, linking(shown) + self._grouping(shown), untouched=False)
+        self.verdicts.extend("object", shown.name, linking(shown), untouched=False)
         if mesh in self._informed:
             extension = {**(extension or {}), **object_info.describe(instance)}
         extension = self._labelled(shown, extension)
@@ -158,12 +158,12 @@ class Exporter:
             while top.parent is not None:
                 top = top.parent
             told["asset"] = top.name
-        return {**(extension or {}), **told} or None
+        return {**(extension or {}), **told, **self._grouped(shown)} or None
 
-    def _grouping(self, thing):
-        """Findings on the light group of an object or a world."""
+    def _grouped(self, thing):
+        """The light group of an object or a world, if the view layer has it."""
         group = getattr(thing, "lightgroup", "")
-        return [(LOST, f"its light group \"{group}\" has no pass of its own")] if group and group in self._light_groups else []
+        return {"light_group": group} if group in self._light_groups else {}
 
     def _is_switched_off(self, kind):
         """Whether the view layer leaves out all of a kind."""
@@ -341,7 +341,8 @@ class Exporter:
             seen["camera"] = False
         if seen:
             described["visibility"] = seen
-        findings += linking(shown) + self._grouping(shown)
+        described.update(self._grouped(shown))
+        findings += linking(shown)
         if described.get("type") == "area" and lights.is_sheared(instance.matrix_world):
             findings.append((APPROXIMATED, "its parents shear it: it is rendered so, where Cycles mixes two other outlines"))
         if described.get("type") == "area" and self._planes.add(described, instance.matrix_world):
@@ -411,7 +412,10 @@ class Exporter:
             findings.append((LOST, f"it is rendered black: {error}"))
             extension["world"] = {"color": [0.0, 0.0, 0.0]}
         if world is not None:
-            self.verdicts.extend("world", world.name, findings + self._grouping(world))
+            self.verdicts.extend("world", world.name, findings)
+            extension["world"].update(self._grouped(world))
+        if self._light_groups:
+            extension["light_groups"] = self._light_groups
         space = colorspace.working_space()
         if space != colorspace.REC709:
             extension["working_space"] = space

@@ -14,6 +14,7 @@ use crate::render::{
     Caustics, EffectChoice, Filter, InstructionSet, LightSampling, MAX_LIGHT_SAMPLES, MAX_SIDE,
     Region,
 };
+use crate::scene::LightGrouping;
 use clap::{ArgAction, Args};
 use exr::compression::Compression;
 use std::path::PathBuf;
@@ -206,6 +207,9 @@ pub struct ChosenPasses {
     /// How far the pass AO looks for what is in the way, metres.
     #[arg(long, value_name = "METRES", number = 0.0..=1e9, default_value = "10")]
     pub ao_distance: f64,
+    /// Which lights have a pass of their own together: Combined_GROUP for each light group.
+    #[arg(long, value_name = "WHICH", value_parser = words(&LIGHT_GROUPS), default_value = "file")]
+    pub light_groups: LightGrouping,
 }
 
 /// How noise is taken out at the end.

@@ -7,6 +7,7 @@ use crate::selftest::Effort;
 use crate::import::{LightUnits, Transmission};
 use crate::output::exr::SampleType;
 use crate::render::{Caustics, InstructionSet, LightSampling};
+use crate::scene::LightGrouping;
 use clap_complete::Shell;
 use exr::compression::Compression;
 
@@ -23,6 +24,13 @@ pub static TRANSMISSION: [Word<Transmission>; 3] = [
     ("auto", "solid in files by Blender's exporter, thin otherwise", Transmission::Auto),
     ("solid", "the surface bounds a solid and refracts", Transmission::Solid),
     ("thin", "the surface is a thin sheet, as the extension says", Transmission::Thin),
+];
+
+/// `--light-groups`.
+pub static LIGHT_GROUPS: [Word<LightGrouping>; 3] = [
+    ("file", "those of the file", LightGrouping::File),
+    ("each", "one for each lamp and each object that shines, by their names, and one for the world", LightGrouping::Each),
+    ("none", "none", LightGrouping::None),
 ];
 
 /// `--depth`.

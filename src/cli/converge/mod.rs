@@ -13,6 +13,7 @@ use crate::math::words::counted;
 use crate::measure::convergence::{Curve, Looks, Measured, Peer, Reference, Study, load_light};
 use crate::measure::{MeasureError, RgbImage};
 use crate::render::{RenderSettings, memory};
+use crate::scene::LightGrouping;
 use crate::scene::Scene;
 use files::Files;
 use renders::Shot;
@@ -66,7 +67,8 @@ pub fn run(args: &Converge) -> Result<u8, Failure> {
         .into_iter()
         .flatten()
         .collect();
-    let imported = scene_file::load(&args.scene, &args.options)?;
+    let mut imported = scene_file::load(&args.scene, &args.options)?;
+    LightGrouping::None.choose(&mut imported.scene);
     let (path, scene) = (&imported.path, &imported.scene);
     let view = View::seen_by(&args.seen, &scene.color_management, &|warning| {
         reporter.warn(warning)

@@ -81,6 +81,7 @@ pub(super) fn load_light(
         world_from_light,
         visibility,
         max_bounces: sundog.max_bounces.unwrap_or(Light::MAX_BOUNCES),
+        links: sundog.links(),
         graph: None,
     })
 }
@@ -135,6 +136,7 @@ pub(super) fn load_area(
         world_from_light,
         visibility,
         max_bounces: light.max_bounces.unwrap_or(Light::MAX_BOUNCES),
+        links: light.links(),
         graph: None,
     })
 }

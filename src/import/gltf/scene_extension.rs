@@ -44,6 +44,7 @@ pub(super) fn apply(
             film_exposure: render.film_exposure,
         };
     }
+    scene.light_groups.clone_from(&extension.light_groups);
     if let Some(shutter) = &extension.shutter {
         unknown(&shutter.unknown, diagnostics);
         scene.shutter = Shutter {

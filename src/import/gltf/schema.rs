@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use crate::scene::{ObjectInfo, RayKind, TextureSpace, Visibility};
+use crate::scene::{Links, ObjectInfo, RayKind, TextureSpace, Visibility};
 
 /// Scenes, nodes, cameras, skins and lights.
 #[derive(Debug, Default)]
@@ -39,6 +39,8 @@ pub(super) struct SundogScene {
     pub color_management: Option<ColorManagementJson>,
     pub render: Option<RenderJson>,
     pub shutter: Option<ShutterJson>,
+    #[serde(default)]
+    pub light_groups: Vec<String>,
     /// What is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
@@ -232,6 +234,7 @@ pub(super) struct WorldJson {
     pub sampling: Option<SamplingJson>,
     #[serde(default)]
     pub visibility: RaysJson,
+    pub light_group: Option<String>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -323,6 +326,7 @@ pub(super) struct SundogObject {
     pub pass_index: Option<f32>,
     pub random: Option<f32>,
     pub asset: Option<String>,
+    pub light_group: Option<String>,
     #[serde(default)]
     pub values: Vec<[f32; 4]>,
     #[serde(default)]
@@ -340,6 +344,9 @@ impl SundogObject {
             index: self.pass_index.unwrap_or(plain.index),
             random: self.random.unwrap_or(plain.random),
             asset: self.asset.as_deref().map(Into::into),
+            links: Links {
+                group: self.light_group.as_deref().map(Into::into),
+            },
             values: self.values.clone().into(),
         }
     }
@@ -534,11 +541,21 @@ pub(super) struct SundogLight {
     pub visibility: RaysJson,
     /// Paths with more bounces do not see it.
     pub max_bounces: Option<u32>,
+    pub light_group: Option<String>,
     /// Cycles' switch; has no effect.
     #[allow(dead_code)]
     pub mis: Option<bool>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+impl SundogLight {
+    /// What it belongs to.
+    pub(super) fn links(&self) -> Links {
+        Links {
+            group: self.light_group.as_deref().map(Into::into),
+        }
+    }
 }
 
 fn white() -> [f32; 3] {

@@ -8,7 +8,7 @@ use super::schema::{WorldJson, WorldSunJson};
 use crate::import::{ImportError, environment_image};
 use crate::scene::graph::Graph;
 use crate::scene::{
-    Diagnostics, Effect, Environment, ImageId, Light, LightKind, Scene, Verdict, Visibility,
+    Diagnostics, Effect, Environment, ImageId, Light, LightKind, Links, Scene, Verdict, Visibility,
     WorldGraph,
 };
 
@@ -64,6 +64,9 @@ pub(super) fn load(
         let resolution = sampling.map_or(0, |sampling| sampling.resolution);
         Box::new(WorldGraph { graph, resolution })
     });
+    let links = Links {
+        group: world.light_group.as_deref().map(Into::into),
+    };
     scene.environment = Some(Environment {
         image: image.filter(|_| graph.is_none()),
         // The colour is for those that do not evaluate the graph.
@@ -74,6 +77,7 @@ pub(super) fn load(
         },
         rotation: rotation(world, diagnostics),
         visibility,
+        links: links.clone(),
         graph,
     });
     if let Some(sun) = &world.sun {
@@ -85,7 +89,9 @@ pub(super) fn load(
                 "world",
             );
         }
-        scene.lights.push(self::sun(sun, visibility, document)?);
+        scene
+            .lights
+            .push(self::sun(sun, (visibility, links), document)?);
     }
     Ok(())
 }
@@ -93,7 +99,7 @@ pub(super) fn load(
 /// The disc of the sun, as a light that the rays see which see the world.
 fn sun(
     sun: &WorldSunJson,
-    visibility: Visibility,
+    (visibility, links): (Visibility, Links),
     document: &Document,
 ) -> Result<Light, ImportError> {
     // Blender's (x, y, z) is (x, z, -y) of glTF.
@@ -122,6 +128,7 @@ fn sun(
         world_from_light: DAffine3::from_quat(turn),
         visibility,
         max_bounces: Light::MAX_BOUNCES,
+        links,
         graph: None,
     })
 }

@@ -144,13 +144,16 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let ray = self.seen_by();
         let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
         let (previous, light) = (&self.beside.previous, &mut *self.light);
-        self.world.lights.le_along_ray(
+        let lights = &self.world.lights;
+        lights.le_along_ray(
             &previous.at,
             (self.origin, self.direction, far),
             ray,
             |emitted, light_pdf, source| {
                 let weight = light.weigh(settings, previous, source, emitted, light_pdf);
-                light.add_found(settings, throughput * emitted * weight, bounce);
+                let found = throughput * emitted * weight;
+                let kept = light.add_found(settings, found, bounce);
+                light.sink.grouped(kept, || lights.group(source));
             },
         );
     }
@@ -167,22 +170,30 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let ray = self.seen_by();
         let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
         let (previous, light) = (&self.beside.previous, &mut *self.light);
-        self.world.lights.environment_le(
+        let lights = &self.world.lights;
+        lights.environment_le(
             &previous.at,
             self.direction,
             ray,
             |emitted, light_pdf, source| {
                 let weight = light.weigh(settings, previous, source, emitted, light_pdf);
                 let found = throughput * emitted * weight;
-                if bounce > 0 || source != Source::Environment {
-                    light.add_found(settings, found, bounce);
+                let kept = if bounce > 0 || source != Source::Environment {
+                    light.add_found(settings, found, bounce)
                 } else if settings.transparent_film {
                     light.sink.environment(found);
+                    if light.sink.keeps_environment() {
+                        found
+                    } else {
+                        Vec3::ZERO
+                    }
                 } else {
                     let kept = light.add(settings, found, 0);
                     light.sink.environment(kept);
                     light.sink.shine(kept);
-                }
+                    kept
+                };
+                light.sink.grouped(kept, || lights.group(source));
             },
         );
     }

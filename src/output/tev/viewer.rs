@@ -3,7 +3,7 @@
 //! A thread of its own connects and sends. The render only ever leaves a picture for it, and only when it
 //! has nothing left to send: a viewer that is slow sees fewer pictures, one that is not there costs a warning.
 
-use crate::film::{Bands, Passes};
+use crate::film::Bands;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -153,10 +153,10 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Begins to connect, and makes an image of this name and size with room for all these passes. Waits for
+    /// Begins to connect, and makes an image of this name and size with room for all these layers. Waits for
     /// nothing.
-    pub fn open(address: &str, image: &str, size: (u32, u32), passes: Passes) -> Self {
-        Self::patient(address, image, size, passes, PATIENCE)
+    pub fn open(address: &str, image: &str, size: (u32, u32), layers: &[(String, String)]) -> Self {
+        Self::patient(address, image, size, layers, PATIENCE)
     }
 
     /// The same for a viewer that may take this long.
@@ -164,10 +164,11 @@ impl Viewer {
         address: &str,
         image: &str,
         size: (u32, u32),
-        passes: Passes,
+        layers: &[(String, String)],
         patience: Duration,
     ) -> Self {
-        let layers = passes.iter().map(|pass| (pass.name(), pass.channels()));
+        let layers = layers.iter();
+        let layers = layers.map(|(name, channels)| (&**name, &**channels));
         let shared = Arc::new(Shared {
             post: Mutex::default(),
             changed: Condvar::new(),

@@ -116,6 +116,9 @@ pub struct Header {
     /// … and what is known of each object.
     #[serde(default)]
     pub labels: Vec<Label>,
+    /// Light groups whose light is kept.
+    #[serde(default)]
+    pub light_groups: Vec<String>,
     /// The radiance of half of the samples is kept.
     #[serde(default)]
     pub halves: bool,
@@ -143,6 +146,7 @@ impl Header {
             features: self.features,
             costs: self.costs,
             objects: self.objects,
+            groups: self.light_groups.len(),
             halves: self.halves,
         }
     }
@@ -171,7 +175,7 @@ impl Header {
         let Ok(passes) = Passes::parse(self.passes.iter().map(String::as_str)) else {
             return Some("it has passes that there are not");
         };
-        if self.kept() != Kept::of(passes, self.halves) {
+        if self.kept() != Kept::of(passes, self.light_groups.len(), self.halves) {
             return Some("it does not keep what its passes need");
         }
         let each = self.ranges.iter().all(|(from, to)| from <= to);

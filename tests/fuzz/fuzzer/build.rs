@@ -373,6 +373,7 @@ fn light(of: &Value, scale: f64, world: &DAffine3) -> Light {
         world_from_light: *world * local(of),
         visibility: visibility(of),
         max_bounces: n(of, "max_bounces", f64::from(Light::MAX_BOUNCES)) as u32,
+        links: Default::default(),
         graph: None,
     }
 }
@@ -403,6 +404,7 @@ fn environment(scene: &mut Scene, of: &Value) -> Environment {
         radiance: [f(of, "strength", 1.0); 3],
         rotation: Environment::turned_about_up(f(of, "rotation", 0.3)),
         visibility: visibility(of),
+        links: Default::default(),
         graph: None,
     }
 }

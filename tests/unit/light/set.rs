@@ -43,7 +43,7 @@ fn sky() -> Light {
 
 /// Some balls and one each of the other lamps, of suns, skies and emissive squares.
 fn set(balls: u32, by_place: bool) -> LightSet {
-    let mut builder = LightSetBuilder::new(eye(), false);
+    let mut builder = LightSetBuilder::new(eye(), false, Default::default());
     for i in 0..balls {
         builder.add(ball(1.5 * i as f32 - 2.0), Rules::NONE, i);
     }
@@ -153,7 +153,7 @@ fn rules_decide_what_rays_find() {
     let rules = |visibility, max_bounces| Rules::new(visibility, max_bounces, true);
     let without = |kind| Visibility::ALL.without(kind);
     let seen = |rules: Rules, kind, bounces| {
-        let mut builder = LightSetBuilder::new(eye(), false);
+        let mut builder = LightSetBuilder::new(eye(), false, Default::default());
         builder.add(ball(0.0), rules, 0);
         builder.add(sun(), rules, 1);
         let device = Device::new(Some(1), None).unwrap();

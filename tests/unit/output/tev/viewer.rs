@@ -1,5 +1,5 @@
 use super::*;
-use crate::film::{Layer, Picture};
+use crate::film::{Layer, Passes, Picture};
 
 #[test]
 fn reasons_are_words() {
@@ -35,7 +35,7 @@ fn deaf(picture: &Picture, patience: Duration) -> (Viewer, std::net::TcpListener
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let size = (picture.width, picture.height);
-    let viewer = Viewer::patient(&address, "a", size, Passes::COMBINED, patience);
+    let viewer = Viewer::patient(&address, "a", size, &Passes::COMBINED.layers(&[]), patience);
     (viewer, listener)
 }
 
@@ -77,7 +77,7 @@ fn a_slow_viewer_gets_all_of_the_last_picture() {
     });
     let picture = large();
     let size = (picture.width, picture.height);
-    let viewer = Viewer::patient(&address, "a", size, Passes::COMBINED, FOREVER);
+    let viewer = Viewer::patient(&address, "a", size, &Passes::COMBINED.layers(&[]), FOREVER);
     viewer.finish(&picture, &|_| ());
     assert_eq!(viewer.shared.post().failure, None);
     let mut sent = crate::output::tev::create("a", size, [("Combined", "RGBA")].into_iter()).len();

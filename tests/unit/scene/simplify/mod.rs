@@ -257,6 +257,7 @@ fn what_no_ray_sees_is_gone() {
         world_from_light: DAffine3::IDENTITY,
         visibility: Visibility::ALL,
         max_bounces: 4,
+        links: Default::default(),
         graph: None,
     };
     scene.lights = vec![
@@ -276,6 +277,7 @@ fn what_no_ray_sees_is_gone() {
         radiance: [2.0; 3],
         rotation: glam::DMat3::IDENTITY,
         visibility: Visibility::ALL,
+        links: Default::default(),
         graph: None,
     });
     let left_out = simplify(&mut scene);
