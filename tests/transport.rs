@@ -4,6 +4,7 @@ mod accuracy;
 mod closed_lamps;
 mod coincident;
 mod forecast;
+mod linking;
 mod motion;
 mod patterns;
 mod replay;
@@ -659,6 +660,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     list.push(("patterns", patterns::scene()));
     list.push(("two sheets in one place", coincident::sheets(0.3)));
     list.push(("moving lamps", motion::moving_lamps()));
+    list.push(("lights with receivers and blockers", linking::scene()));
     list
 }
 

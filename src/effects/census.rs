@@ -100,6 +100,9 @@ impl Census {
             },
             Effect::Instances => meshes("one place"),
             Effect::RayVisibility => "all rays see all objects and lights that any sees".into(),
+            Effect::LightLinking => {
+                "all lights light all objects, and all objects cast shadows".into()
+            }
             Effect::Holdouts => format!("none {}", all(self.objects, "object")),
             Effect::CoincidentFaces => "no face lies on another in one plane".into(),
             Effect::DepthOfField => "the camera that renders has no aperture".into(),

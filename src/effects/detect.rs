@@ -200,6 +200,10 @@ impl Findings {
                 self.object(Effect::RayVisibility, &instance.name);
             }
             let mesh = scene.meshes.get(instance.mesh.0 as usize);
+            let material = mesh.and_then(|mesh| scene.materials.get(mesh.material?.0 as usize));
+            if instance.info.links.is_linked() && material.is_some_and(Material::emits) {
+                self.object(Effect::LightLinking, &instance.name);
+            }
             let deforms = mesh.is_some_and(|mesh| !mesh.motion.is_empty());
             if deforms || !instance.motion.is_empty() {
                 self.object(Effect::MotionBlur, &instance.name);
@@ -292,6 +296,9 @@ impl Findings {
             self.add(light.kind.effect(), cause);
             if is_limited(light) {
                 self.add(Effect::RayVisibility, cause);
+            }
+            if light.links.is_linked() {
+                self.add(Effect::LightLinking, cause);
             }
         }
         let Some(environment) = scene.environment.as_ref().filter(|e| is_bright(e)) else {

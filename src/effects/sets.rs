@@ -37,6 +37,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::MeshLights
         | Effect::Suns
         | Effect::RayVisibility
+        | Effect::LightLinking
         | Effect::Metal
         | Effect::Gloss
         | Effect::DiffuseRoughness

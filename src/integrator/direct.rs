@@ -137,12 +137,16 @@ impl<E: Features> Vertex<'_, E> {
             return 0;
         };
         // As Cycles counts: a shadow ray is one surface further than the path.
-        let sender = Sender {
+        let mut sender = Sender {
             depth: self.bounce + 1,
             time: self.hit.time,
             past: self.past,
             ..RayKind::Shadow.into()
         };
+        if E::EVERYTHING && world.lights.is_linked() {
+            let blockers = world.lights.blockers(world.lights.source(drawn));
+            sender.blockers = blockers.unwrap_or(0);
+        }
         let left = (self.transparent, sender);
         let lids = E::EVERYTHING && casts_shadow && world.has_lids();
         let mut share = match light.target {

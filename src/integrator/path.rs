@@ -14,7 +14,7 @@ use crate::film::features::SurfaceFeatures;
 use crate::film::light_passes::{NoPasses, PassSink};
 use crate::film::objects::FirstObject;
 use crate::film::pixel::{CenterSample, FirstHit};
-use crate::light::LightSampleContext;
+use crate::light::{LightSampleContext, Shadows};
 use crate::math::average;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit};
 use crate::sampler::{Dimension, Sampler};
@@ -195,6 +195,9 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let normal = bsdf.receiving_normal();
         let past = walk.past();
         let at = &mut walk.beside.previous.at;
+        if E::EVERYTHING && world.lights.is_linked() {
+            at.receiver = world.lights.receiver(found.hit.object());
+        }
         world.lights.context_into(at, surface.point.point, normal);
         at.bounces = walk.bounce;
         let vertex = Vertex::<E> {
@@ -219,6 +222,9 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         };
         if !walk.follow(&found.hit, &surface, &sample) {
             break;
+        }
+        if E::EVERYTHING && world.lights.is_shadow_linked() {
+            walk.add_shadow_linked();
         }
     }
     let (rays, first) = (walk.rays, walk.first);
@@ -274,6 +280,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             walked: self.beside.walked,
             near: self.beside.near,
             time: self.beside.time,
+            blockers: 0,
             past: self.past(),
         }
     }
@@ -341,6 +348,14 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     fn add_emission(&mut self, Found { hit, again }: &Found, surface: &Surface) {
         if surface.emission == Vec3::ZERO {
             return;
+        }
+        if E::EVERYTHING && self.world.lights.is_linked() {
+            let source = Source::Surface(hit.object());
+            let (kind, receiver) = (self.beside.previous.kind, self.beside.previous.at.receiver);
+            let lights = &self.world.lights;
+            if !lights.is_found(source, receiver, (kind, Shadows::Plain)) {
+                return;
+            }
         }
         let unsampled = self.bounce == 0 || *again;
         let light_pdf = if unsampled || !self.settings.sample_lights {

@@ -43,6 +43,8 @@ pub struct LightSampleContext {
     pub bounces: u32,
     /// When the path is on its way, 0 to 1.
     pub time: f32,
+    /// The set of receivers that it is in ([`super::LightSet::receiver`]).
+    pub receiver: u8,
     pub(super) pmf: Pmf,
     pub(super) groups: Groups,
 }
@@ -63,6 +65,7 @@ impl LightSampleContext {
             normal,
             bounces: 0,
             time: 0.0,
+            receiver: 0,
             pmf: Pmf::NONE,
             groups: Groups {
                 sum: 1.0,

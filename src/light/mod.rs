@@ -16,6 +16,7 @@ pub mod groups;
 pub mod kinds;
 pub mod lamp;
 pub mod light_sampler;
+pub mod linking;
 pub mod program;
 pub mod quad;
 pub mod rectangle;
@@ -28,8 +29,9 @@ pub mod triangle;
 
 pub use groups::LightGroups;
 pub use kinds::{Light, LightSample, LightSampleContext};
+pub use linking::Linking;
 pub use rules::Rules;
-pub use set::{Drawn, LightSet, LightSetBuilder, Source};
+pub use set::{Drawn, LightSet, LightSetBuilder, Shadows, Source};
 
 use glam::Vec3;
 

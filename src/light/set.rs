@@ -6,6 +6,7 @@ use super::finder::Finder;
 use super::groups::LightGroups;
 use super::kinds::{Groups, Light, LightSample, LightSampleContext};
 use super::light_sampler::LightSampler;
+use super::linking::Linking;
 use super::program::LookingRay;
 use super::rules::Rules;
 use crate::ffi::embree::{Device, EmbreeError};
@@ -31,6 +32,7 @@ pub struct LightSet {
     /// Numbers of lamps and of suns among the scene's lights.
     in_scene: (Vec<u32>, Vec<u32>),
     groups: LightGroups,
+    linking: Option<Box<Linking>>,
 }
 
 struct InfiniteLight {
@@ -52,6 +54,15 @@ pub enum Source {
     Sun(u32),
     /// The environment.
     Environment,
+}
+
+/// Which lights a ray looks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shadows {
+    /// Those of which all objects cast shadows: what a ray does not meet.
+    Plain,
+    /// Those with blockers of their own.
+    Linked,
 }
 
 /// Between what the first choice is made.
@@ -99,11 +110,17 @@ impl LightSetBuilder {
                 infinite: Vec::new(),
                 in_scene: (Vec::new(), Vec::new()),
                 groups,
+                linking: None,
             },
             suns: Vec::new(),
             eye,
             twins: (!cull_backfaces).then(Twins::default),
         }
+    }
+
+    /// Gives it the links of a scene.
+    pub fn link(&mut self, linking: Linking) {
+        self.set.linking = Some(linking.into());
     }
 
     /// Adds a lamp or a sun by its number among the scene's lights. Lamps come before emissive meshes.
@@ -166,6 +183,16 @@ impl LightSetBuilder {
         bounds.extend(set.lights.iter().filter_map(Light::bounds));
         if !by_place {
             by_power(&mut bounds);
+        }
+        if let Some(mut linking) = set.linking.take() {
+            let finite = (0..).zip(&bounds).map(|(number, &bounds)| {
+                let source = set.source(Drawn::Finite(number));
+                (source, set.number_in_scene(source), bounds)
+            });
+            let infinite = set.infinite.iter();
+            let infinite = infinite.map(|i| (i.source, set.number_in_scene(i.source), i.estimate));
+            linking.prepare(&finite.collect::<Vec<_>>(), &infinite.collect::<Vec<_>>());
+            set.linking = Some(linking);
         }
         set.sampler = LightSampler::new(bounds);
         Ok(set)
@@ -236,7 +263,8 @@ impl LightSet {
     pub fn context_into(&self, at: &mut LightSampleContext, point: Vec3, normal: Option<Vec3>) {
         let compared = !self.infinite.is_empty();
         (at.point, at.normal) = (point, normal);
-        self.sampler.pmf_into(&mut at.pmf, point, normal, compared);
+        let sampler = self.sampler_for(at.receiver);
+        sampler.pmf_into(&mut at.pmf, point, normal, compared);
         at.groups = Groups {
             sum: 1.0,
             count: 1.0,
@@ -250,11 +278,67 @@ impl LightSet {
                 count: f32::from(finite > 0.0),
                 finite,
             };
-            for light in &self.infinite {
-                groups.sum += light.estimate;
-                groups.count += f32::from(light.estimate > 0.0);
+            for i in 0..self.infinite.len() {
+                let estimate = self.estimate(i, at.receiver);
+                groups.sum += estimate;
+                groups.count += f32::from(estimate > 0.0);
             }
         }
+    }
+
+    /// The choice between finite lights that a set of receivers has.
+    #[inline]
+    fn sampler_for(&self, receiver: u8) -> &LightSampler {
+        if receiver == 0 {
+            return &self.sampler;
+        }
+        let linking = self.linking.as_deref();
+        let own = linking.and_then(|linking| linking.receivers(receiver));
+        own.map_or(&self.sampler, |own| &own.sampler)
+    }
+
+    /// The estimate of a light at infinity that a set of receivers has.
+    #[inline]
+    fn estimate(&self, light: usize, receiver: u8) -> f32 {
+        if receiver == 0 {
+            return self.infinite[light].estimate;
+        }
+        let linking = self.linking.as_deref();
+        let own = linking.and_then(|linking| linking.receivers(receiver));
+        own.map_or(self.infinite[light].estimate, |own| own.infinite[light])
+    }
+
+    /// Whether lights are linked to objects.
+    #[inline]
+    pub fn is_linked(&self) -> bool {
+        self.linking.is_some()
+    }
+
+    /// Whether some of them have blockers of their own.
+    pub fn is_shadow_linked(&self) -> bool {
+        let linking = self.linking.as_deref();
+        linking.is_some_and(|linking| linking.has_blockers)
+    }
+
+    /// The set of receivers that an object is in; 0 where nothing is linked.
+    #[cold]
+    pub fn receiver(&self, object: u32) -> u8 {
+        let linking = self.linking.as_deref();
+        linking.map_or(0, |linking| linking.receiver(object))
+    }
+
+    /// Whether a light reaches a set of receivers.
+    #[cold]
+    pub fn reaches(&self, source: Source, receiver: u8) -> bool {
+        let linking = self.linking.as_deref();
+        linking.is_none_or(|l| l.reaches(source, self.number_in_scene(source), receiver))
+    }
+
+    /// Mask of the rays that look for a light's blockers, if it has some of its own.
+    #[cold]
+    pub fn blockers(&self, source: Source) -> Option<u32> {
+        let linking = self.linking.as_deref()?;
+        linking.blockers(source, self.number_in_scene(source))
     }
 
     /// Probability of a group, by the estimated irradiance, a part of it evenly so that no
@@ -267,7 +351,7 @@ impl LightSet {
         let Groups { sum, count, finite } = at.groups;
         let estimate = match group {
             Group::Finite => finite,
-            Group::Infinite(i) => self.infinite[i].estimate,
+            Group::Infinite(i) => self.estimate(i, at.receiver),
         };
         if estimate <= 0.0 {
             return 0.0;
@@ -315,6 +399,10 @@ impl LightSet {
         u: Vec2,
     ) -> Option<(LightSample, Drawn)> {
         let (drawn, p) = self.draw(at, u_light)?;
+        // One light alone is drawn without a look at its estimate.
+        if at.receiver != 0 && !self.reaches(self.source(drawn), at.receiver) {
+            return None;
+        }
         let light = match drawn {
             Drawn::Finite(number) => &self.lights[number as usize],
             Drawn::Infinite(i) => &self.infinite[i as usize].light,
@@ -329,7 +417,8 @@ impl LightSet {
         match group {
             Group::Infinite(i) => Some((Drawn::Infinite(i as u32), p)),
             Group::Finite => {
-                let choice = self.sampler.sample(&at.pmf, at.place(), u)?;
+                let sampler = self.sampler_for(at.receiver);
+                let choice = sampler.sample(&at.pmf, at.place(), u)?;
                 Some((Drawn::Finite(choice.emitter), p * choice.probability))
             }
         }
@@ -380,7 +469,8 @@ impl LightSet {
         if p <= 0.0 {
             return 0.0;
         }
-        p * self.sampler.probability(&at.pmf, at.place(), light)
+        let sampler = self.sampler_for(at.receiver);
+        p * sampler.probability(&at.pmf, at.place(), light)
     }
 
     /// Density with which [`Self::sample`] finds a point `on` a triangle of an instance; 0 if that is no light.
@@ -402,6 +492,19 @@ impl LightSet {
         p * self.lights[number as usize].pdf_li(at, wi, on)
     }
 
+    /// Whether a ray that left a set of receivers finds a light that is linked: one with blockers of its own is looked for by
+    /// itself, but for the camera.
+    #[cold]
+    pub fn is_found(
+        &self,
+        source: Source,
+        receiver: u8,
+        (kind, shadows): (RayKind, Shadows),
+    ) -> bool {
+        let own = kind != RayKind::Camera && self.blockers(source).is_some();
+        own == (shadows == Shadows::Linked) && self.reaches(source, receiver)
+    }
+
     /// Whether rays can meet lamps after so many bounces.
     #[inline]
     pub fn has_lamps_for(&self, bounces: u32) -> bool {
@@ -416,8 +519,8 @@ impl LightSet {
         &self,
         at: &LightSampleContext,
         (origin, wi, far): (Vec3, Vec3, f32),
-        (kind, bounces): (RayKind, u32),
-        mut visit: impl FnMut(Vec3, f32, Source),
+        (kind, bounces, shadows): (RayKind, u32, Shadows),
+        mut visit: impl FnMut(Vec3, f32, Source, f32),
     ) {
         if self.sized.is_empty() {
             return;
@@ -431,12 +534,17 @@ impl LightSet {
             if !rules.allow(kind, bounces) {
                 return;
             }
+            if self.linking.is_some()
+                && !self.is_found(Source::Lamp(number), at.receiver, (kind, shadows))
+            {
+                return;
+            }
             let pdf = if kind != RayKind::Camera && rules.shines_through() {
                 f32::INFINITY
             } else {
                 self.probability(at, number) * light.pdf_li(at, wi, hit.on)
             };
-            visit(hit.radiance, pdf, Source::Lamp(number));
+            visit(hit.radiance, pdf, Source::Lamp(number), hit.distance);
         };
         match &self.finder {
             None => self.sized.iter().copied().for_each(meet),
@@ -453,7 +561,7 @@ impl LightSet {
         &self,
         at: &LightSampleContext,
         wi: Vec3,
-        (kind, bounces): (RayKind, u32),
+        (kind, bounces, shadows): (RayKind, u32, Shadows),
         mut visit: impl FnMut(Vec3, f32, Source),
     ) {
         for (i, infinite) in self.infinite.iter().enumerate() {
@@ -464,6 +572,9 @@ impl LightSet {
                 ..
             } = infinite;
             if !rules.allow(kind, bounces) {
+                continue;
+            }
+            if self.linking.is_some() && !self.is_found(*source, at.receiver, (kind, shadows)) {
                 continue;
             }
             let hit = match light {

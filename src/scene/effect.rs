@@ -67,6 +67,8 @@ pub enum Effect {
     Instances,
     /// Objects and lights that some rays do not see.
     RayVisibility,
+    /// Lights that light some objects, or of which some cast shadows.
+    LightLinking,
     /// Objects that cut holes into the picture.
     Holdouts,
     /// Faces in one plane that lie on each other.

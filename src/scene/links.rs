@@ -1,13 +1,65 @@
-//! What a file says belongs together among lights and objects: light groups.
+//! What a file says belongs together among lights and objects: light groups, and who is lit and shaded by whom.
 
-use super::{Instance, MaterialId, MeshId, Scene};
+use super::{Instance, MaterialId, MeshId, RayKind, Scene, Visibility};
 use std::sync::Arc;
 
 /// What a light or an object belongs to.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Links {
     /// Its light group.
     pub group: Option<Arc<str>>,
+    /// Of what shines: the sets of objects that it lights, by their bits.
+    pub lit_sets: u64,
+    /// The sets of objects that cast its shadows.
+    pub shadow_sets: u64,
+    /// Of an object: the set in which lights find it …
+    pub receiver_set: u8,
+    /// … and the set in which shadows do.
+    pub blocker_set: u8,
+}
+
+impl Default for Links {
+    /// All lights all, and all casts shadows.
+    fn default() -> Self {
+        Self {
+            group: None,
+            lit_sets: u64::MAX,
+            shadow_sets: u64::MAX,
+            receiver_set: 0,
+            blocker_set: 0,
+        }
+    }
+}
+
+impl Links {
+    /// Receivers may be in so many sets, as in Cycles.
+    pub const RECEIVER_SETS: u8 = 64;
+    /// Blockers may be in so many: Embree's masks have 32 bits, of which kinds of rays and the two below take some.
+    pub const BLOCKER_SETS: u8 = 24;
+    /// Bit of the surfaces that shine and have blockers of their own, in Embree's masks.
+    pub const SHADOW_LINKED: u32 = 1 << 31;
+    /// A bit that no surface has.
+    const NOTHING: u32 = 1 << 30;
+    const FIRST_BLOCKER: usize = RayKind::ALL.len();
+
+    /// Whether it is a light that does not light all, or of which not all cast shadows.
+    pub fn is_linked(&self) -> bool {
+        (self.lit_sets & self.shadow_sets) != u64::MAX
+    }
+
+    /// Mask of the rays that look for its blockers, if those are not all objects.
+    pub fn mask_of_blockers(&self) -> Option<u32> {
+        let sets = (1 << Self::BLOCKER_SETS) - 1;
+        let mask = ((self.shadow_sets & sets) as u32) << Self::FIRST_BLOCKER;
+        (self.shadow_sets != u64::MAX).then_some(mask | Self::NOTHING)
+    }
+
+    /// What Embree's mask of an object has besides the rays that see it.
+    pub fn mask(&self, visibility: Visibility) -> u32 {
+        let blocks = u32::from(visibility.sees(RayKind::Shadow));
+        let shines = u32::from(self.shadow_sets != u64::MAX) * Self::SHADOW_LINKED;
+        shines | blocks << (Self::FIRST_BLOCKER + usize::from(self.blocker_set))
+    }
 }
 
 /// Which light groups have a pass.

@@ -38,6 +38,8 @@ pub struct Sender {
     pub near: f32,
     /// When it is on its way, 0 to 1.
     pub time: f32,
+    /// Of a shadow ray: Embree's mask of what can be in its way; 0 for all that shadow rays see.
+    pub blockers: u32,
     /// What else is known of it.
     pub past: Past,
 }
@@ -50,6 +52,7 @@ impl From<RayKind> for Sender {
             walked: 0.0,
             near: 0.0,
             time: 0.0,
+            blockers: 0,
             past: Past::default(),
         }
     }

@@ -11,7 +11,7 @@ use crate::ffi::embree::{CommittedScene, Device, EmbreeError};
 use crate::light::computed::{ComputedLight, LightAxes};
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
 use crate::light::environment::Disc;
-use crate::light::{Light, LightGroups, LightSet, LightSetBuilder, Rules};
+use crate::light::{Light, LightGroups, LightSet, LightSetBuilder, Linking, Rules};
 use crate::math::luminance;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::{Function, Graph, Node, NodeKind};
@@ -156,6 +156,11 @@ pub(super) fn prepare(
     let by_kind = effects.contains(Effect::RayVisibility);
     let (entries, meshes) = (&geometry.entries, &geometry.meshes);
     let mut builder = LightSetBuilder::new(eye, cull_backfaces, LightGroups::of(scene));
+    if effects.contains(Effect::LightLinking)
+        && let Some(linking) = Linking::of(scene)
+    {
+        builder.link(linking);
+    }
     for (number, light) in scene.lights.iter().enumerate() {
         if effects::keeps(effects, light)
             && let Some(made) = Light::from_scene(light, origin)

@@ -7,6 +7,7 @@ mod geometry;
 mod interfaces;
 mod lids;
 mod lights;
+mod linked;
 mod material;
 mod moving;
 mod neighbourhood;

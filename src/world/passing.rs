@@ -213,7 +213,10 @@ impl World {
         far: f32,
         (limit, sender): (u32, Sender),
     ) -> Vec3 {
-        let ray = shadow_ray((origin, direction), far, sender.time);
+        let mut ray = shadow_ray((origin, direction), far, sender.time);
+        if E::EVERYTHING && sender.blockers != 0 {
+            ray.mask = sender.blockers;
+        }
         if !self.filters::<E>() {
             return if self.geometry.embree.occluded(&ray) {
                 Vec3::ZERO

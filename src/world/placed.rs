@@ -121,6 +121,8 @@ struct Builder<'a> {
     robust: bool,
     origin: DVec3,
     keeps_visibility: bool,
+    /// Lights have blockers of their own.
+    links: bool,
     view: View,
     /// What moves does so.
     moves: bool,
@@ -144,6 +146,13 @@ impl Builder<'_> {
         } else {
             instance.visibility.on_paths()
         };
+        let links = &instance.info.links;
+        let linked = if self.links {
+            links.mask(visibility)
+        } else {
+            0
+        };
+        let mask = visibility.bits() | linked;
         let transform = DAffine3 {
             translation: instance.world_from_object.translation - self.origin,
             ..instance.world_from_object
@@ -158,7 +167,7 @@ impl Builder<'_> {
             let mesh = &*self.still(mesh);
             let data = MeshData::new(mesh, material, Some(&transform), needs.attributes)?;
             self.top
-                .add_triangles(&data.triangles, needs.filtered, visibility.bits())?;
+                .add_triangles(&data.triangles, needs.filtered, mask)?;
             let flipped = transform.matrix3.determinant() < 0.0;
             let entry = MeshInstance::flat(self.meshes.len() as u32, flipped, visibility);
             let entry = entry.with_facts(facts);
@@ -178,8 +187,7 @@ impl Builder<'_> {
             });
             let steps: Vec<DAffine3> = relative.collect();
             let (path, steps) = Path::new(&steps, self.entries.len() as u32);
-            self.top
-                .add_moving_instance(&child, &steps, visibility.bits())?;
+            self.top.add_moving_instance(&child, &steps, mask)?;
             self.entries.push(entry.moving(Some(path)));
             return Ok(());
         }
@@ -187,7 +195,7 @@ impl Builder<'_> {
         self.top.add_instance(
             &child,
             &[m.x, m.y, m.z, m.translation].map(|column| column.to_array()),
-            visibility.bits(),
+            mask,
         )?;
         let moves = self.meshes[number as usize].triangles.moves();
         self.entries
@@ -247,6 +255,7 @@ impl Geometry {
             robust,
             origin,
             keeps_visibility: options.effects.contains(Effect::RayVisibility),
+            links: options.effects.contains(Effect::LightLinking),
             view: View::new(options.camera, (options.aspect, options.rows), origin),
             moves: options.effects.contains(Effect::MotionBlur),
             top: embree::Scene::new(device, robust)?,

@@ -363,12 +363,29 @@ class Left(kit.ExportTest):
 
     def test_light_linking(self):
         lamp = self.link("lamp", bpy.data.lights.new("lamp", "POINT"))
-        lamp.light_linking.receiver_collection = bpy.data.collections.new("lit")
+        lit = lamp.light_linking.receiver_collection = bpy.data.collections.new("lit")
         glowing = self.link("glowing", kit.cube())
-        glowing.light_linking.blocker_collection = bpy.data.collections.new("blocking")
+        blocking = glowing.light_linking.blocker_collection = bpy.data.collections.new("blocking")
+        # Empty ones say nothing.
         found = self.export()
-        self.assertIn("light linking is left out", found.verdict("light", "lamp")["detail"])
-        self.assertIn("shadow linking is left out", found.verdict("object", "glowing")["detail"])
+        self.assertNotIn("_set", str(found.root))
+        for name in ("one", "two", "three"):
+            self.link(name, kit.cube(name))
+        inner = bpy.data.collections.new("inner")
+        lit.objects.link(bpy.data.objects["one"])
+        lit.children.link(inner)
+        inner.objects.link(bpy.data.objects["two"])
+        inner.objects.link(bpy.data.objects["one"])
+        lit.collection_children[0].light_linking.link_state = "EXCLUDE"
+        blocking.objects.link(bpy.data.objects["three"])
+        blocking.collection_objects[0].light_linking.link_state = "EXCLUDE"
+        found = self.export()
+        (light,) = found.root["extensions"]["KHR_lights_punctual"]["lights"]
+        of = {name: found.node(name).get("extensions", {}).get("SUNDOG_object", {}) for name in ("glowing", "one", "two", "three")}
+        # Who is included and excluded is excluded.
+        self.assertEqual((of["one"], of["two"], of["three"]), ({"receiver_set": 1}, {"receiver_set": 2}, {"blocker_set": 1}))
+        self.assertEqual(light["extensions"]["SUNDOG_light"]["lit_sets"], [])
+        self.assertEqual(of["glowing"], {"shadow_sets": [0]})
 
     def test_motion_blur(self):
         self.scene.render.use_motion_blur = True

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light groups beside Cycles'."""
+"""Light groups, light linking and shadow linking beside Cycles'."""
 
 import math
+import os
 import unittest
 
 import bpy
@@ -12,7 +13,7 @@ from engine_kit import EngineTest
 
 from sundog import properties
 
-WIDTH, HEIGHT, SAMPLES = 48, 32, 512
+WIDTH, HEIGHT, SAMPLES = 48, 32, int(os.environ.get("PARITY_SAMPLES", 512))
 
 
 class LinkingTest(EngineTest):
@@ -59,6 +60,21 @@ class LinkingTest(EngineTest):
                 found.append(self.render(f"{engine}{seed}"))
         return found[:2], found[2:]
 
+    def linked(self, thing, kind, **states):
+        """Links a light to objects, each included or excluded."""
+        collection = bpy.data.collections.new(f"{thing.name} {kind}")
+        for number, (name, state) in enumerate(states.items()):
+            collection.objects.link(bpy.data.objects[name])
+            collection.collection_objects[number].light_linking.link_state = state
+        setattr(thing.light_linking, f"{kind}_collection", collection)
+
+    def compare(self, *names, **limits):
+        ours, theirs = self.both()
+        for name in names:
+            pictures = [[passes[f"ViewLayer.{name}"] for passes in both] for both in (ours, theirs)]
+            self.near(name, *pictures, **limits)
+        return ours[0]
+
     def near(self, name, ours, theirs, off=0.01, error=1e-3):
         """Pictures of two seeds by both: the product of two differences is without noise."""
         ours, theirs = ([picture[..., :3].astype(float) for picture in pictures] for pictures in (ours, theirs))
@@ -79,13 +95,6 @@ class LightGroups(LinkingTest):
         self.lamp.lightgroup = self.ball.lightgroup = "key"
         self.sun.lightgroup = self.scene.world.lightgroup = "of the sky"
         self.panel.lightgroup = "nobody's"
-
-    def compare(self, *names, **limits):
-        ours, theirs = self.both()
-        for name in names:
-            pictures = [[passes[f"ViewLayer.{name}"] for passes in both] for both in (ours, theirs)]
-            self.near(name, *pictures, **limits)
-        return ours[0]
 
     def test_light_groups(self):
         names = ("Combined", "Combined_key", "Combined_of the sky", "Combined_empty")
@@ -115,6 +124,91 @@ class LightGroups(LinkingTest):
         self.assertLess(abs(total - found[""][..., :3]).max(), 1e-4 * total.max())
         self.assertEqual(set(self.by_command_line(*flags, "--light-groups", "none")), {""})
         self.assertEqual(set(self.by_command_line(*flags)), {"", "Combined_key", "Combined_of the sky", "Combined_empty"})
+
+
+class Linking(LinkingTest):
+    def test_receivers(self):
+        """Lamps, a sun, a panel and a mesh that light some objects; the mirror shows them by rays of its own."""
+        self.linked(self.lamp, "receiver", Cube="INCLUDE")
+        self.linked(self.sun, "receiver", Floor="EXCLUDE")
+        self.linked(self.panel, "receiver", Floor="INCLUDE", mirror="INCLUDE", Cube="EXCLUDE")
+        self.linked(self.ball, "receiver", Cube="EXCLUDE")
+        for name, thing in (("lamp", self.lamp), ("sun", self.sun), ("panel", self.panel), ("ball", self.ball)):
+            thing.lightgroup = name
+            self.scene.view_layers[0].lightgroups.add(name=name)
+        self.lamp.data.shadow_soft_size = 0.5
+        self.compare("Combined", *(f"Combined_{name}" for name in ("lamp", "sun", "panel", "ball")))
+
+    def test_a_light_that_nothing_receives(self):
+        """One lamp alone is drawn without a look at where it shines."""
+        for thing in (self.sun, self.panel, self.ball):
+            bpy.data.objects.remove(thing)
+        self.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
+        self.linked(self.lamp, "receiver", Floor="INCLUDE")
+        ours = self.compare("Combined")
+        self.assertGreater(ours["ViewLayer.Combined"][..., :3].max(), 0)
+
+    def test_blockers(self):
+        """What is excluded casts no shadow of lamps, a sun, a panel and a mesh."""
+        self.lamp.data.shadow_soft_size = 0.5
+        for thing in (self.lamp, self.sun, self.ball):
+            self.linked(thing, "blocker", Cube="EXCLUDE")
+        self.linked(self.panel, "blocker", ball="EXCLUDE", mirror="EXCLUDE")
+        for name, thing in (("lamp", self.lamp), ("sun", self.sun), ("panel", self.panel), ("ball", self.ball)):
+            thing.lightgroup = name
+            self.scene.view_layers[0].lightgroups.add(name=name)
+        self.compare("Combined", *(f"Combined_{name}" for name in ("lamp", "sun", "panel", "ball")))
+
+    def test_mirrors_show_lights_with_blockers_of_their_own(self):
+        self.mirror.data.materials[0].node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 0
+        self.lamp.data.shadow_soft_size = 1
+        for thing in (self.lamp, self.panel, self.ball):
+            self.linked(thing, "blocker", Cube="EXCLUDE")
+        self.compare("Combined")
+
+    def test_only_what_is_included_casts_shadows(self):
+        self.linked(self.lamp, "blocker", Cube="INCLUDE")
+        self.linked(self.sun, "blocker", mirror="INCLUDE")
+        self.compare("Combined")
+
+    def instanced(self):
+        """An empty that places a collection with a board above the floor."""
+        inside = bpy.data.collections.new("inside")
+        bpy.ops.mesh.primitive_plane_add(size=1.5, location=(0, 0, 0))
+        board = bpy.context.object
+        board.name = "board"
+        for owner in board.users_collection:
+            owner.objects.unlink(board)
+        inside.objects.link(board)
+        empty = self.link("empty", None, location=(1.6, 0.8, 1.4))
+        empty.instance_type, empty.instance_collection = "COLLECTION", inside
+        self.lamp.data.energy = 1500
+
+    def test_an_instancer_in_sets_stands_for_what_it_places(self):
+        self.instanced()
+        self.linked(self.lamp, "receiver", empty="EXCLUDE")
+        self.linked(self.lamp, "blocker", empty="EXCLUDE")
+        self.compare("Combined")
+
+    def test_an_instancer_in_no_set_leaves_it_to_what_it_places(self):
+        self.instanced()
+        self.linked(self.lamp, "receiver", board="EXCLUDE")
+        self.linked(self.lamp, "blocker", board="EXCLUDE")
+        self.compare("Combined")
+
+    def test_an_instancer_in_other_sets(self):
+        self.instanced()
+        self.linked(self.sun, "receiver", empty="EXCLUDE")
+        self.linked(self.lamp, "receiver", board="EXCLUDE")
+        self.linked(self.lamp, "blocker", board="EXCLUDE")
+        self.compare("Combined")
+
+    def test_both(self):
+        self.linked(self.ball, "receiver", Floor="INCLUDE", mirror="INCLUDE")
+        self.linked(self.ball, "blocker", mirror="EXCLUDE")
+        self.linked(self.sun, "receiver", Cube="EXCLUDE")
+        self.linked(self.sun, "blocker", mirror="EXCLUDE")
+        self.compare("Combined")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, dicing, geometry, gltf, images, lights, materials, motion, object_info, visibility
+from . import colorspace, culling, dicing, geometry, gltf, images, lights, linking, materials, motion, object_info, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST
 
@@ -62,7 +62,7 @@ class Exporter:
         self.materials.first_uvs = [None] if depsgraph.view_layer.use_pass_uv else []
         self.materials.layer = (scene, self.view_layer)
         self.materials.writes_indices = depsgraph.view_layer.use_pass_material_index
-        self._culling = self._light_groups = None
+        self._culling = self._light_groups = self._links = None
         self.changed_geometry = 0
         self._planes = lights.Planes()
         # Evaluated data and slots -> glTF mesh, or None where there is nothing to render.
@@ -82,6 +82,7 @@ class Exporter:
             self.motion.record(lambda shown: cameras.window(cameras.settings_of(shown, []), self.scene.render))
         eye, matrix, view = self._eye([])
         self._culling = culling.Culling(self.scene, eye, matrix, view)
+        self._links = linking.Linking(self.scene.objects)
         self._light_groups = [group.name for group in self.view_layer.lightgroups]
         world = self._override("world") or self.scene.world
         worlds.prepare(world and world.evaluated_get(self.depsgraph), self.cache, self._pixel())
@@ -130,7 +131,10 @@ class Exporter:
         extension = visibility.sundog_object([shown, parent], self.view_layer)
         if extension and "shadow_catcher" in extension:
             self.verdicts.add("object", shown.name, LOST, "it is rendered as any object, not as a shadow catcher", "shadow-catcher")
-        self.verdicts.extend("object", shown.name, linking(shown), untouched=False)
+        self.verdicts.extend("object", shown.name, self._links.findings.get(shown.name_full, []), untouched=False)
+        own = {**self._links.shining(shown), **self._links.lit(shown, parent)}
+        if own:
+            extension = {**(extension or {}), **own}
         if mesh in self._informed:
             extension = {**(extension or {}), **object_info.describe(instance)}
         extension = self._labelled(shown, extension)
@@ -342,7 +346,7 @@ class Exporter:
         if seen:
             described["visibility"] = seen
         described.update(self._grouped(shown))
-        findings += linking(shown)
+        described.update(self._links.shining(shown))
         if described.get("type") == "area" and lights.is_sheared(instance.matrix_world):
             findings.append((APPROXIMATED, "its parents shear it: it is rendered so, where Cycles mixes two other outlines"))
         if described.get("type") == "area" and self._planes.add(described, instance.matrix_world):
@@ -448,13 +452,6 @@ def _step(attributes, number):
     if position not in attributes:
         position, normal = "POSITION", "NORMAL"
     return {"position": position, **({"normal": normal} if normal in attributes else {})}
-
-
-def linking(shown):
-    """Findings on light and shadow linking of an object."""
-    settings = getattr(shown, "light_linking", None)
-    kinds = {"receiver_collection": "light linking is left out: it lights all", "blocker_collection": "shadow linking is left out: all cast shadows"}
-    return [(LOST, f"its {words}") for name, words in kinds.items() if getattr(settings, name, None) is not None]
 
 
 def color_management(scene):

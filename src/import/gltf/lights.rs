@@ -81,7 +81,7 @@ pub(super) fn load_light(
         world_from_light,
         visibility,
         max_bounces: sundog.max_bounces.unwrap_or(Light::MAX_BOUNCES),
-        links: sundog.links(),
+        links: sundog.links.links(),
         graph: None,
     })
 }
@@ -136,7 +136,7 @@ pub(super) fn load_area(
         world_from_light,
         visibility,
         max_bounces: light.max_bounces.unwrap_or(Light::MAX_BOUNCES),
-        links: light.links(),
+        links: light.links.links(),
         graph: None,
     })
 }

@@ -326,7 +326,8 @@ pub(super) struct SundogObject {
     pub pass_index: Option<f32>,
     pub random: Option<f32>,
     pub asset: Option<String>,
-    pub light_group: Option<String>,
+    #[serde(flatten)]
+    pub links: LinksJson,
     #[serde(default)]
     pub values: Vec<[f32; 4]>,
     #[serde(default)]
@@ -344,9 +345,7 @@ impl SundogObject {
             index: self.pass_index.unwrap_or(plain.index),
             random: self.random.unwrap_or(plain.random),
             asset: self.asset.as_deref().map(Into::into),
-            links: Links {
-                group: self.light_group.as_deref().map(Into::into),
-            },
+            links: self.links.links(),
             values: self.values.clone().into(),
         }
     }
@@ -541,7 +540,8 @@ pub(super) struct SundogLight {
     pub visibility: RaysJson,
     /// Paths with more bounces do not see it.
     pub max_bounces: Option<u32>,
-    pub light_group: Option<String>,
+    #[serde(flatten)]
+    pub links: LinksJson,
     /// Cycles' switch; has no effect.
     #[allow(dead_code)]
     pub mis: Option<bool>,
@@ -549,11 +549,32 @@ pub(super) struct SundogLight {
     pub unknown: Map<String, Value>,
 }
 
-impl SundogLight {
-    /// What it belongs to.
+/// What a light or an object belongs to.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct LinksJson {
+    light_group: Option<String>,
+    lit_sets: Option<Vec<u8>>,
+    shadow_sets: Option<Vec<u8>>,
+    #[serde(default)]
+    receiver_set: u8,
+    #[serde(default)]
+    blocker_set: u8,
+}
+
+impl LinksJson {
+    /// As the scene has it. Sets that there are not are the first one, as in Cycles.
     pub(super) fn links(&self) -> Links {
+        let known = |set: u8, count: u8| if set < count { set } else { 0 };
+        let sets = |list: &Option<Vec<u8>>, count: u8| {
+            let bits = list.as_ref()?.iter().filter(|&&set| set < count);
+            Some(bits.fold(0, |all, set| all | 1 << set))
+        };
         Links {
             group: self.light_group.as_deref().map(Into::into),
+            lit_sets: sets(&self.lit_sets, Links::RECEIVER_SETS).unwrap_or(u64::MAX),
+            shadow_sets: sets(&self.shadow_sets, Links::BLOCKER_SETS).unwrap_or(u64::MAX),
+            receiver_set: known(self.receiver_set, Links::RECEIVER_SETS),
+            blocker_set: known(self.blocker_set, Links::BLOCKER_SETS),
         }
     }
 }

@@ -66,6 +66,7 @@ pub(super) fn load(
     });
     let links = Links {
         group: world.light_group.as_deref().map(Into::into),
+        ..Links::default()
     };
     scene.environment = Some(Environment {
         image: image.filter(|_| graph.is_none()),

@@ -4,10 +4,11 @@ use super::{Found, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Record, Step};
+use crate::light::Shadows;
 use crate::math::average;
 use crate::math::float::{RAY_START, ray_origin};
 use crate::sampler::{Dimension, Sampler, hashed};
-use crate::world::{Asking, Hit, Intersection, RayKind, Source, World};
+use crate::world::{Asking, Hit, Intersection, RayKind, Sender, Source, World};
 use glam::Vec3;
 
 /// What becomes of a path at a surface that tints what passes straight on.
@@ -135,8 +136,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
 
     /// Kind of the ray and number of the surface that it comes from, for what sees some rays alone.
     #[inline(always)]
-    fn seen_by(&self) -> (RayKind, u32) {
-        (self.beside.previous.kind, self.bounce.saturating_sub(1))
+    fn seen_by(&self) -> (RayKind, u32, Shadows) {
+        let kind = self.beside.previous.kind;
+        (kind, self.bounce.saturating_sub(1), Shadows::Plain)
     }
 
     #[inline(always)]
@@ -149,13 +151,80 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             &previous.at,
             (self.origin, self.direction, far),
             ray,
-            |emitted, light_pdf, source| {
+            |emitted, light_pdf, source, _| {
                 let weight = light.weigh(settings, previous, source, emitted, light_pdf);
                 let found = throughput * emitted * weight;
                 let kept = light.add_found(settings, found, bounce);
                 light.sink.grouped(kept, || lights.group(source));
             },
         );
+    }
+
+    /// Light along the ray of what has blockers of its own: past other surfaces, with a shadow ray for each of them. (Cycles takes
+    /// one of them by chance.)
+    #[cold]
+    #[inline(never)]
+    pub(super) fn add_shadow_linked(&mut self) {
+        // No light sample passes what is in its way there, and neither does this.
+        if self.own.is_some() || self.beside.lid.is_some() {
+            return;
+        }
+        let (kind, bounces, _) = self.seen_by();
+        let ray = (kind, bounces, Shadows::Linked);
+        let (world, settings, bounce) = (self.world, self.settings, self.bounce);
+        let (origin, direction) = (self.origin, self.direction);
+        let lights = &world.lights;
+        let at = self.beside.previous.at;
+        let mut found: Vec<(Vec3, f32, Source, Option<Vec3>)> = Vec::new();
+        let whole = (origin, direction, f32::INFINITY);
+        lights.le_along_ray(&at, whole, ray, |emitted, pdf, source, distance| {
+            found.push((emitted, pdf, source, Some(origin + direction * distance)));
+        });
+        lights.environment_le(&at, direction, ray, |emitted, pdf, source| {
+            found.push((emitted, pdf, source, None));
+        });
+        let sender = self.sender();
+        world.shadow_linked_along((origin, direction), &sender, |hit, opacity| {
+            let source = Source::Surface(hit.object());
+            if !lights.is_found(source, at.receiver, (kind, Shadows::Linked)) {
+                return;
+            }
+            let mut moment = None;
+            let asking = Asking::of(&sender, direction, hit);
+            let surface = world.surface::<E>(hit, origin, asking, &mut moment);
+            let on = surface.point.point;
+            let pdf = lights.surface_pdf(&at, direction, (hit.object(), hit.primitive), on);
+            // To its nearer side.
+            let normal = surface.normals.geometric;
+            let away = direction.dot(normal) > 0.0;
+            let facing = if away { -normal } else { normal };
+            let target = ray_origin(surface.point, facing);
+            found.push((surface.emission * opacity, pdf, source, Some(target)));
+        });
+        for (emitted, pdf, source, target) in found {
+            let weight = self
+                .light
+                .weigh(settings, &self.beside.previous, source, emitted, pdf);
+            let shining = self.throughput * emitted * weight;
+            if shining == Vec3::ZERO {
+                continue;
+            }
+            let sender = Sender {
+                depth: bounce,
+                time: sender.time,
+                past: sender.past,
+                blockers: lights.blockers(source).unwrap_or(0),
+                ..RayKind::Shadow.into()
+            };
+            let left = (settings.transparent_left(self.passed), sender);
+            let share = match target {
+                Some(target) => world.transmittance_to::<E>(origin, target, left),
+                None => world.transmittance::<E>(origin, direction, f32::INFINITY, left),
+            };
+            self.rays += 1;
+            let kept = self.light.add_found(settings, shining * share, bounce);
+            self.light.sink.grouped(kept, || lights.group(source));
+        }
     }
 
     /// Light of the environment and of the suns, which no surface hides.

@@ -66,8 +66,8 @@ fn found(set: &LightSet, at: &LightSampleContext, n: u32) -> (f64, f64) {
             irradiance += f64::from(radiance.x * wi.z.max(0.0));
             density += f64::from(pdf);
         };
-        let ray = (RayKind::Diffuse, 0);
-        set.le_along_ray(at, (at.point, wi, f32::INFINITY), ray, |e, pdf, _| {
+        let ray = (RayKind::Diffuse, 0, Shadows::Plain);
+        set.le_along_ray(at, (at.point, wi, f32::INFINITY), ray, |e, pdf, _, _| {
             add(e, pdf);
         });
         set.environment_le(at, wi, ray, |e, pdf, _| add(e, pdf));
@@ -162,8 +162,12 @@ fn rules_decide_what_rays_find() {
         let mut pdfs = Vec::new();
         let toward = Vec3::new(-0.5, -0.3, 1.0).normalize();
         let ray = (Vec3::ZERO, Vec3::Z, f32::INFINITY);
-        set.le_along_ray(&at, ray, (kind, bounces), |_, pdf, _| pdfs.push(pdf));
-        set.environment_le(&at, toward, (kind, bounces), |_, pdf, _| pdfs.push(pdf));
+        set.le_along_ray(&at, ray, (kind, bounces, Shadows::Plain), |_, pdf, _, _| {
+            pdfs.push(pdf)
+        });
+        set.environment_le(&at, toward, (kind, bounces, Shadows::Plain), |_, pdf, _| {
+            pdfs.push(pdf)
+        });
         pdfs
     };
     let finite = |pdfs: Vec<f32>| pdfs.len() == 2 && pdfs.iter().all(|pdf| pdf.is_finite());
