@@ -2,6 +2,7 @@
 
 use super::Source;
 use crate::scene::{Links, Scene};
+use std::collections::HashMap;
 
 /// Light groups by the numbers of what shines; empty where the scene has none.
 #[derive(Debug, Default)]
@@ -16,14 +17,12 @@ pub struct LightGroups {
 impl LightGroups {
     /// Of a scene.
     pub fn of(scene: &Scene) -> Self {
-        let names = &scene.light_groups;
-        if names.is_empty() {
+        if scene.light_groups.is_empty() {
             return Self::default();
         }
-        let number = |links: &Links| {
-            let group = links.group.as_deref()?;
-            names.iter().position(|name| name == group)
-        };
+        let names = scene.light_groups.iter().map(String::as_str);
+        let numbers: HashMap<&str, usize> = names.zip(0..).collect();
+        let number = |links: &Links| numbers.get(links.group.as_deref()?).copied();
         let lights = scene.lights.iter().map(|light| number(&light.links));
         let surfaces = scene.instances.iter();
         let surfaces = surfaces.filter(|instance| scene.has_triangles(instance));

@@ -1,6 +1,7 @@
 //! What a file says belongs together among lights and objects: light groups, and who is lit and shaded by whom.
 
 use super::{Instance, MaterialId, MeshId, RayKind, Scene, Visibility};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// What a light or an object belongs to.
@@ -103,8 +104,9 @@ impl Scene {
             })
             .collect();
         self.light_groups.clear();
+        let mut known = HashSet::new();
         let mut group = |name: &str| -> Option<Arc<str>> {
-            if !self.light_groups.iter().any(|known| known == name) {
+            if known.insert(name.to_owned()) {
                 self.light_groups.push(name.into());
             }
             Some(name.into())
