@@ -2,7 +2,6 @@
 """Light groups, light linking and shadow linking beside Cycles'."""
 
 import math
-import os
 import unittest
 
 import bpy
@@ -13,7 +12,9 @@ from engine_kit import EngineTest
 
 from sundog import properties
 
-WIDTH, HEIGHT, SAMPLES = 48, 32, int(os.environ.get("PARITY_SAMPLES", 512))
+WIDTH, HEIGHT, SAMPLES = 48, 32, 512
+# Where groups of little light are compared.
+MANY = 4096
 
 
 class LinkingTest(EngineTest):
@@ -127,6 +128,7 @@ class LightGroups(LinkingTest):
 
 
 class Linking(LinkingTest):
+    @kit.long
     def test_receivers(self):
         """Lamps, a sun, a panel and a mesh that light some objects; the mirror shows them by rays of its own."""
         self.linked(self.lamp, "receiver", Cube="INCLUDE")
@@ -137,6 +139,7 @@ class Linking(LinkingTest):
             thing.lightgroup = name
             self.scene.view_layers[0].lightgroups.add(name=name)
         self.lamp.data.shadow_soft_size = 0.5
+        self.scene.cycles.samples = MANY
         self.compare("Combined", *(f"Combined_{name}" for name in ("lamp", "sun", "panel", "ball")))
 
     def test_a_light_that_nothing_receives(self):
@@ -148,6 +151,7 @@ class Linking(LinkingTest):
         ours = self.compare("Combined")
         self.assertGreater(ours["ViewLayer.Combined"][..., :3].max(), 0)
 
+    @kit.long
     def test_blockers(self):
         """What is excluded casts no shadow of lamps, a sun, a panel and a mesh."""
         self.lamp.data.shadow_soft_size = 0.5
@@ -157,6 +161,7 @@ class Linking(LinkingTest):
         for name, thing in (("lamp", self.lamp), ("sun", self.sun), ("panel", self.panel), ("ball", self.ball)):
             thing.lightgroup = name
             self.scene.view_layers[0].lightgroups.add(name=name)
+        self.scene.cycles.samples = MANY
         self.compare("Combined", *(f"Combined_{name}" for name in ("lamp", "sun", "panel", "ball")))
 
     def test_mirrors_show_lights_with_blockers_of_their_own(self):
@@ -201,6 +206,16 @@ class Linking(LinkingTest):
         self.linked(self.sun, "receiver", empty="EXCLUDE")
         self.linked(self.lamp, "receiver", board="EXCLUDE")
         self.linked(self.lamp, "blocker", board="EXCLUDE")
+        self.compare("Combined")
+
+    def test_a_lamp_that_a_collection_places(self):
+        self.instanced()
+        inside = bpy.data.collections["inside"]
+        self.scene.collection.objects.unlink(self.panel)
+        inside.objects.link(self.panel)
+        self.panel.location = (-3, -2, 2)
+        self.linked(self.panel, "receiver", Cube="INCLUDE", mirror="INCLUDE")
+        self.linked(self.panel, "blocker", Cube="EXCLUDE")
         self.compare("Combined")
 
     def test_both(self):

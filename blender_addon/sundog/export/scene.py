@@ -82,7 +82,9 @@ class Exporter:
             self.motion.record(lambda shown: cameras.window(cameras.settings_of(shown, []), self.scene.render))
         eye, matrix, view = self._eye([])
         self._culling = culling.Culling(self.scene, eye, matrix, view)
-        self._links = linking.Linking(self.scene.objects)
+        # Also those that collections alone place.
+        known = (thing.original for thing in self.depsgraph.ids if isinstance(thing, bpy.types.Object))
+        self._links = linking.Linking(known)
         self._light_groups = [group.name for group in self.view_layer.lightgroups]
         world = self._override("world") or self.scene.world
         worlds.prepare(world and world.evaluated_get(self.depsgraph), self.cache, self._pixel())
