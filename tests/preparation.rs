@@ -73,6 +73,8 @@ fn prepared(scene: &Scene, uv_pass: bool) -> World {
         instructions: None,
         cull_backfaces: false,
         uv_pass,
+        aovs: false,
+        vectors: false,
         roughens: false,
         ablation: Default::default(),
     };

@@ -159,6 +159,8 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
             instructions: None,
             cull_backfaces: false,
             uv_pass: false,
+            aovs: false,
+            vectors: false,
             roughens: false,
             ablation: Default::default(),
         };
@@ -1141,7 +1143,7 @@ fn film_exposure_scales_the_light_and_nothing_else() {
         },
     );
     let mut scaled = Vec::new();
-    for pass in Passes::ALL.iter().map(sundog::film::Pass::name) {
+    for pass in plain.picture.layers.iter().map(|layer| &*layer.name) {
         let (a, b) = (layer(&plain, pass), layer(&exposed, pass));
         let light = |v: &[f32]| v.iter().map(|x| 2.0 * x).collect::<Vec<_>>();
         match pass {

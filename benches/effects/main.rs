@@ -61,6 +61,8 @@ fn world(scene: &Scene, effects: EnumSet<Effect>) -> Outcome<World> {
         instructions: None,
         cull_backfaces: false,
         uv_pass: false,
+        aovs: false,
+        vectors: false,
         roughens: false,
         ablation: Ablation::default(),
     };

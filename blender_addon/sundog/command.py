@@ -4,6 +4,7 @@
 import numpy
 
 from .export.camera import picture_size
+from .passes import names
 from .properties import noise_threshold
 
 _FILTERS = {"BLACKMAN_HARRIS": "blackman-harris", "GAUSSIAN": "gauss", "BOX": "box"}
@@ -106,7 +107,8 @@ def pass_arguments(passes, abilities, world=None):
     if not abilities.has("passes"):
         return []
     # Those of light groups come with the file.
-    result = ["--passes", ",".join(p.program for p in passes if not p.program.startswith("Combined_"))]
+    own = [p for p in passes if not p.program.startswith("Combined_")]
+    result = ["--passes", ",".join(names(own))]
     if any(p.program == "Mist" for p in passes) and abilities.has("mist"):
         # As Cycles has it where there is no world.
         start, depth, power = 0.0, 100.0, 1.0

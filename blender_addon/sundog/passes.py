@@ -12,6 +12,9 @@ Pass = collections.namedtuple("Pass", "switch program name channels kind")
 
 COMBINED = Pass(None, "Combined", "Combined", "RGBA", "COLOR")
 
+# The program's name of all of the view layer's AOVs.
+AOV = "AOV"
+
 # Kinds of Cryptomatte, and how many passes of two ranks each has: Blender's default of six levels.
 MATTES = ("Object", "Material", "Asset")
 MATTE_PARTS = 3
@@ -21,6 +24,7 @@ _PASSES = (
     ("use_pass_z", "Depth", "Depth", "Z", "VALUE"),
     ("use_pass_position", "Position", "Position", "XYZ", "VECTOR"),
     ("use_pass_normal", "Normal", "Normal", "XYZ", "VECTOR"),
+    ("use_pass_vector", "Vector", "Vector", "XYZW", "VECTOR"),
     ("use_pass_mist", "Mist", "Mist", "Z", "VALUE"),
     ("use_pass_ambient_occlusion", "AO", "Ambient Occlusion", "RGB", "COLOR"),
     ("use_pass_object_index", "IndexOB", "Object Index", "X", "VALUE"),
@@ -58,7 +62,6 @@ PASSES = tuple(
 
 # Blender's switches without a pass here.
 UNKNOWN = {
-    "use_pass_vector": "Vector",
     "use_pass_shadow": "Shadow",
     "use_pass_subsurface_direct": "Subsurface Direct",
     "use_pass_subsurface_indirect": "Subsurface Indirect",
@@ -84,14 +87,25 @@ def wanted(scene, view_layer):
     # The numbers of the passes that there are more of than levels.
     more = tuple(f"0{part}" for part in range(parts, MATTE_PARTS))
     on = [p for p in PASSES if _is_on(view_layer, p.switch)]
-    on = [p for p in on if not (p.program.startswith("Crypto") and p.program.endswith(more))]
-    return [COMBINED] + noisy + on + light_groups(view_layer)
+    kept = [p for p in on if not (p.program.startswith("Crypto") and p.program.endswith(more))]
+    own = [_aov(aov) for aov in view_layer.aovs if aov.is_valid]
+    return [COMBINED] + noisy + kept + own + light_groups(view_layer)
 
 
 def light_groups(view_layer):
     """The passes of a view layer's light groups, which the program makes of those that the file has."""
     names = [f"{COMBINED.name}_{group.name}" for group in view_layer.lightgroups]
     return [Pass(None, name, name, "RGB", "COLOR") for name in names]
+
+
+def _aov(aov):
+    channels = "RGBA" if aov.type == "COLOR" else "X"
+    return Pass(AOV, aov.name, aov.name, channels, aov.type)
+
+
+def names(passes):
+    """What the program calls some passes: all AOVs together have one name."""
+    return [p.program for p in passes if p.switch != AOV] + [AOV] * any(p.switch == AOV for p in passes)
 
 
 def matte_parts(view_layer):
@@ -105,4 +119,4 @@ def left_out(view_layer):
     levels = 2 * MATTE_PARTS
     if view_layer.pass_cryptomatte_depth > levels and any(_is_on(view_layer, f"use_pass_cryptomatte_{kind.lower()}") for kind in MATTES):
         names.append(f"Cryptomatte levels beyond {levels}")
-    return names + [aov.name for aov in view_layer.aovs]
+    return names + [aov.name for aov in view_layer.aovs if not aov.is_valid]

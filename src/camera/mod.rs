@@ -7,6 +7,7 @@ pub use aperture::{Aperture, nearest_focus};
 pub use shutter::{MovingCamera, Shutter};
 
 use crate::math::float;
+use crate::math::panorama::Panorama;
 use crate::sampler::{Dimension, Sampler};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
@@ -23,6 +24,14 @@ pub struct CameraRay {
     pub far: f32,
     /// When it is on its way: 0 where the shutter opens, 1 where it closes.
     pub time: f32,
+}
+
+impl CameraRay {
+    /// Whether there is no ray: the place lies outside of what a panorama shows.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        self.far == f32::NEG_INFINITY
+    }
 }
 
 /// An interval by its middle and half its length.
@@ -68,6 +77,14 @@ pub enum Lens {
     Orthographic(Span),
     /// All about; longitude (0 is straight ahead, grows to the right) and latitude, radians.
     Equirectangular(Span),
+    /// Another panorama; 0 to 1 from left to right, and from below.
+    Panorama(Panorama, Span),
+}
+
+impl Lens {
+    fn is_panorama(&self) -> bool {
+        matches!(self, Self::Equirectangular(_) | Self::Panorama(..))
+    }
 }
 
 /// A camera so far from all that it could see that f32 about it cannot tell places there apart. Its rays are made in f64
@@ -162,7 +179,7 @@ impl Camera {
 
     /// What makes this camera's rays: a pinhole asks for no point of the lens.
     pub fn ray_maker(&self) -> RayMaker {
-        if self.distant.is_some() && !matches!(self.lens, Lens::Equirectangular(_)) {
+        if self.distant.is_some() && !self.lens.is_panorama() {
             |camera, film, sampler| match &camera.distant {
                 Some(distant) => camera.distant_ray(distant, film, sampler),
                 None => camera.ray(film),
@@ -214,6 +231,16 @@ impl Camera {
                 far: self.far,
                 time: 0.0,
             },
+            Lens::Panorama(kind, span) => {
+                let direction = kind.direction(span.at(film));
+                CameraRay {
+                    origin: self.position,
+                    direction: direction.map_or(-self.z, |d| self.in_world(d)),
+                    near: self.near,
+                    far: direction.map_or(f32::NEG_INFINITY, |_| self.far),
+                    time: 0.0,
+                }
+            }
         }
     }
 
@@ -227,7 +254,7 @@ impl Camera {
         // Where it starts, and how far it moves on the way to one more of depth.
         let (from, step) = match self.lens {
             Lens::Perspective(span) => (on_lens, span.at(film).as_dvec2() - on_lens / focus),
-            Lens::Orthographic(span) | Lens::Equirectangular(span) => {
+            Lens::Orthographic(span) | Lens::Equirectangular(span) | Lens::Panorama(_, span) => {
                 (span.at(film).as_dvec2() + on_lens, -on_lens / focus)
             }
         };
@@ -243,6 +270,12 @@ impl Camera {
             far: along(distant.far),
             time: 0.0,
         }
+    }
+
+    /// A direction of the camera's own axes.
+    #[inline]
+    fn in_world(&self, d: Vec3) -> Vec3 {
+        self.x * d.x + self.y * d.y + self.z * d.z
     }
 
     /// The direction of a longitude and latitude.
@@ -277,10 +310,17 @@ impl Camera {
                 let d = -(self.x * scaled.x + self.y * scaled.y + self.z * to_focus);
                 (self.x * at.x + self.y * at.y, d, to_focus)
             }
-            Lens::Equirectangular(span) => {
-                let middle = self.toward(span.at(film));
-                // As Cycles holds the lens: its first axis leans forward as far as it can.
-                let forward = -self.z;
+            Lens::Equirectangular(_) | Lens::Panorama(..) => {
+                let ray = self.ray(film);
+                if ray.is_none() {
+                    return ray;
+                }
+                let middle = ray.direction;
+                // As Cycles holds the lens: its first axis leans forward as far as it can, that of a mirror ball to the side.
+                let forward = match self.lens {
+                    Lens::Panorama(Panorama::MirrorBall, _) => self.x,
+                    _ => -self.z,
+                };
                 let first = (forward - middle * forward.dot(middle)).try_normalize();
                 let first = first.unwrap_or(self.y);
                 let second = middle.cross(first);
@@ -313,12 +353,12 @@ impl Camera {
     #[inline]
     pub fn depth(&self, point: Vec3) -> f32 {
         if let Some(distant) = &self.distant
-            && !matches!(self.lens, Lens::Equirectangular(_))
+            && !self.lens.is_panorama()
         {
             return (distant.position - point.as_dvec3()).dot(distant.axes[2]) as f32;
         }
         match self.lens {
-            Lens::Equirectangular(_) => (point - self.position).length(),
+            Lens::Equirectangular(_) | Lens::Panorama(..) => (point - self.position).length(),
             _ => -(point - self.position).dot(self.z),
         }
     }

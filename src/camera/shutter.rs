@@ -16,6 +16,8 @@ pub struct Shutter {
     /// Of the whole time, the share in which one row is taken, where rows are taken one after another.
     rolling: Option<f32>,
     camera: Option<Box<MovingCamera>>,
+    /// All paths are on their way in the middle.
+    still: bool,
 }
 
 /// A camera on its way.
@@ -67,6 +69,15 @@ impl Shutter {
             times: times(curve),
             rolling,
             camera: camera.map(Box::new),
+            still: false,
+        }
+    }
+
+    /// Open in the middle alone, for a camera that stands still.
+    pub fn still() -> Self {
+        Self {
+            still: true,
+            ..Self::new(&[], None, None)
         }
     }
 
@@ -75,6 +86,9 @@ impl Shutter {
     /// A row of a rolling shutter is open for its share of the time, the first one from the beginning and the last one to the
     /// end: as in Cycles, a mean of the time that an unmoved shutter would have it, and of the row's place.
     pub fn time(&self, share: f32, (row, rows): (u32, u32)) -> f32 {
+        if self.still {
+            return 0.5;
+        }
         let time = match &self.times {
             None => share,
             Some(times) => {

@@ -3,7 +3,7 @@
 use super::args::{self, Import, Loading, RenderOptions};
 use super::progress::Reporter;
 use super::{Failure, console};
-use crate::import::{self, ImportOptions};
+use crate::import::{self, AnimationTime, ImportOptions};
 use crate::math::words::counted;
 use crate::scene::{Diagnostics, Environment, LeftOut, Scene, Verdict, Visibility, simplify};
 use crate::world;
@@ -45,6 +45,7 @@ pub fn load_all(
         variant: import.variant.clone(),
         without_world: environment.is_given()?,
         allow_outside: import.allow_outside,
+        animation: import.animation_time()?,
     };
     let mut imported =
         import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;
@@ -87,6 +88,22 @@ impl SceneFile {
                 "the picture is black; --environment FILE or --environment-color 1,1,1 lights it (from Blender: export it with \"Punctual Lights\" ticked)",
             );
         }
+    }
+}
+
+impl Import {
+    /// The time at which an animation poses the file, if the flags name one.
+    fn animation_time(&self) -> Result<Option<AnimationTime>, Failure> {
+        let seconds = self.seconds.or(self.frame);
+        if self.animation.is_some() && seconds.is_none() {
+            return Err(Failure::usage(
+                "--animation needs a time; give --frame NUMBER or --seconds TIME",
+            ));
+        }
+        Ok(seconds.map(|seconds| AnimationTime {
+            name: self.animation.clone(),
+            seconds,
+        }))
     }
 }
 

@@ -55,7 +55,7 @@ pub fn camera(scene: &Scene, number: usize) -> &'static str {
         None => "missing",
         Some(Projection::Perspective { .. }) => "perspective",
         Some(Projection::Orthographic { .. }) => "orthographic",
-        Some(Projection::Equirectangular { .. }) => "a panorama",
+        Some(Projection::Equirectangular { .. } | Projection::Panorama { .. }) => "a panorama",
     }
 }
 

@@ -325,7 +325,9 @@ impl Findings {
         match camera.projection {
             Projection::Perspective { .. } => {}
             Projection::Orthographic { .. } => self.add(Effect::OrthographicCamera, cause),
-            Projection::Equirectangular { .. } => self.add(Effect::PanoramaCamera, cause),
+            Projection::Equirectangular { .. } | Projection::Panorama { .. } => {
+                self.add(Effect::PanoramaCamera, cause)
+            }
         }
     }
 

@@ -86,7 +86,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::DepthOfField, Preparation, ["lenses with an opening, sharp at one distance", "the camera that renders has an aperture"]),
         line(E::OrthographicCamera, Preparation, ["parallel rays from the camera", "the camera that renders is one"]),
         line(E::PanoramaCamera, Preparation, ["rays from the camera all around", "the camera that renders is one"]),
-        line(E::LightPasses, Settings, ["passes that keep the light apart: DiffDir to TransCol, Emit, Env, UV; features for denoisers", "one of them is asked for"]),
+        line(E::LightPasses, Settings, ["passes that keep the light apart: DiffDir to TransCol, Emit, Env, UV; features for denoisers, objects, AOVs", "one of them is asked for"]),
         line(E::PositionPasses, Settings, ["Depth and Position: a ray more a pixel", "one of them is asked for"]),
         line(E::CostPass, Settings, ["the time of each pixel", "it is asked for"]),
         line(E::AdaptiveSampling, Settings, ["samples where the error is", "an error of pixels or a noise threshold is asked for"]),

@@ -39,6 +39,8 @@ pub enum Pass {
     Emission,
     /// The world, seen by the camera.
     Environment,
+    /// How what is seen moves in the picture.
+    Vector,
     /// How far away, by Blender's mist (see [`super::objects`]).
     Mist,
     /// How open to all around.
@@ -79,10 +81,12 @@ pub enum Pass {
     Error,
     /// Time spent on each pixel.
     Cost,
+    /// The scene's own passes, each by its name.
+    Aov,
 }
 
 /// The one table of passes: Blender's name, channels as Blender has them, what it holds.
-pub const TABLE: [(Pass, &str, &str, &str); 36] = [
+pub const TABLE: [(Pass, &str, &str, &str); 38] = [
     (Pass::Combined, "Combined", "RGBA", "the picture itself"),
     (
         Pass::Depth,
@@ -173,6 +177,12 @@ pub const TABLE: [(Pass, &str, &str, &str); 36] = [
         "Env",
         "RGB",
         "the world, as the camera sees it; also with --transparent",
+    ),
+    (
+        Pass::Vector,
+        "Vector",
+        "XYZW",
+        "pixels to where it was a frame before, and from where it is a frame after: what the file says for pictures without motion blur; else 0",
     ),
     (
         Pass::Mist,
@@ -284,6 +294,12 @@ pub const TABLE: [(Pass, &str, &str, &str); 36] = [
         "X",
         "nanoseconds that a thread has spent on the pixel",
     ),
+    (
+        Pass::Aov,
+        "AOV",
+        "",
+        "all passes of the scene's own, each by its name: RGBA of colours, X of numbers; what materials (Blender's AOV Output nodes) and the world tell at the first surface, and at those before it whose opacity is below 0.5",
+    ),
 ];
 
 impl Pass {
@@ -357,6 +373,7 @@ impl Passes {
                     | Pass::Depth
                     | Pass::Normal
                     | Pass::Position
+                    | Pass::Vector
                     | Pass::Mist
                     | Pass::AmbientOcclusion
                     | Pass::ObjectIndex
@@ -368,6 +385,7 @@ impl Passes {
                     | Pass::SampleCount
                     | Pass::Error
                     | Pass::Cost
+                    | Pass::Aov
             ) && pass.matte().is_none()
         })
     }

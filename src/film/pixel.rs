@@ -18,6 +18,13 @@ pub struct FirstHit {
 }
 
 impl FirstHit {
+    /// Of no ray.
+    pub const NONE: Self = Self {
+        normal: Vec3::ZERO,
+        albedo: Vec3::ZERO,
+        transparent: false,
+    };
+
     /// Whether all of it is.
     #[inline]
     pub fn is_finite(&self) -> bool {

@@ -43,6 +43,17 @@ pub struct ImportOptions {
     pub cycles: Option<CyclesVersion>,
     /// Reads files, too, that the scene names and that do not lie in its folder (or below it).
     pub allow_outside: bool,
+    /// The time at which an animation of the file poses it; `None` is the pose that the file has without.
+    pub animation: Option<AnimationTime>,
+}
+
+/// A time of an animation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnimationTime {
+    /// Its name or number; `None` is the first.
+    pub name: Option<String>,
+    /// Since it began.
+    pub seconds: f64,
 }
 
 /// What the light intensities of a glTF file mean, named as in Blender's exporter.

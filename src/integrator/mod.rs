@@ -1,11 +1,13 @@
 //! The path loop, generic over the effects compiled into it.
 
 mod accumulator;
+mod aovs;
 mod direct;
 mod path;
 mod record;
 mod settings;
 
+pub use aovs::{VECTOR_SUMS, add_aovs};
 pub use path::{Path, meet, trace, trace_with_passes};
 pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step, first_fault};
 pub use settings::PathSettings;

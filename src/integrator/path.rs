@@ -38,6 +38,17 @@ pub struct Path {
     pub first: FirstHit,
 }
 
+impl Path {
+    /// Of no ray: black.
+    pub const NONE: Self = Self {
+        radiance: Vec3::ZERO,
+        clamped: [0.0; 2],
+        rays: 0,
+        lobes_left_out: 0,
+        first: FirstHit::NONE,
+    };
+}
+
 /// The vertex from which a ray was sent, as the weights of what it finds need it.
 pub(super) struct Previous {
     pub at: LightSampleContext,

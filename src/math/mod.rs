@@ -3,6 +3,7 @@
 pub mod float;
 pub mod frame;
 pub mod motion;
+pub mod panorama;
 pub mod primaries;
 pub mod srgb;
 pub mod warp;

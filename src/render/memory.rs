@@ -1,9 +1,9 @@
 //! How much memory a render takes, and how much there is: by the machine, by the limits of the process, by its control group.
 
 use super::RenderSettings;
-use super::tile::Kept;
+use super::tile::{Kept, shown};
 use crate::math::words;
-use crate::scene::Scene;
+use crate::scene::{Aov, Scene};
 use rustix::process::{Resource, getrlimit};
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,8 @@ pub const PREPARED_BYTES_A_TRIANGLE: u64 = 300;
 /// Bytes that a pixel takes: its sums, and its floats in the finished picture and, for a moment, in the writer.
 fn bytes_a_pixel(settings: &RenderSettings, scene: &Scene) -> u64 {
     let estimate = 6 * size_of::<f32>();
-    let floats = 2 * size_of::<f32>() * (settings.passes.floats() + 3 * scene.light_groups.len());
+    let own = 3 * scene.light_groups.len() + Aov::floats(shown(settings.passes, &scene.aovs));
+    let floats = 2 * size_of::<f32>() * (settings.passes.floats() + own);
     let kept = Kept::of_render(settings, scene);
     (kept.bytes_a_pixel() + estimate + floats) as u64
 }

@@ -86,6 +86,9 @@ fn join(whole: &mut Saved, part: &Saved) -> Result<(), String> {
     for (to, from) in whole.groups.iter_mut().zip(&part.groups) {
         *to += *from;
     }
+    for (to, from) in whole.aovs.iter_mut().zip(&part.aovs) {
+        *to += *from;
+    }
     for (to, from) in whole.halves.iter_mut().zip(&part.halves) {
         *to += *from;
     }
@@ -146,7 +149,8 @@ impl Merged {
         let passes = Passes::parse(names).unwrap_or(Passes::COMBINED);
         let error = estimate(tiles, header.region, 0.0, &AtomicBool::new(false));
         let film = Film::with_axes(header.axes(), header.region, tiles, passes, &header.labels)
-            .with_groups(&header.light_groups);
+            .with_groups(&header.light_groups)
+            .with_aovs(&header.aovs, header.size);
         let samples = Samples::of(tiles);
         let clamps = header.clamped != [0.0; 2];
         Rendering {

@@ -45,6 +45,8 @@ struct MadeFor {
     cull_backfaces: bool,
     ablation: Ablation,
     uv_pass: bool,
+    aovs: bool,
+    vectors: bool,
     roughens: bool,
 }
 
@@ -97,6 +99,8 @@ impl<'a> Wanted<'a> {
                 cull_backfaces: settings.cull_backfaces,
                 ablation: settings.ablation,
                 uv_pass: settings.passes.has(Pass::Uv),
+                aovs: settings.passes.has(Pass::Aov) && !scene.aovs.is_empty(),
+                vectors: settings.passes.has(Pass::Vector),
                 roughens: settings.filter_glossy > 0.0,
             },
         })
@@ -109,6 +113,8 @@ impl<'a> Wanted<'a> {
             cull_backfaces,
             ablation,
             uv_pass,
+            aovs,
+            vectors,
             roughens,
             ..
         } = self.made_for;
@@ -123,6 +129,8 @@ impl<'a> Wanted<'a> {
             cull_backfaces,
             ablation,
             uv_pass,
+            aovs,
+            vectors,
             roughens,
         }
     }
@@ -202,6 +210,7 @@ impl Prepared {
             kernel: self.kernel,
             camera_ray: self.world.camera.ray_maker(),
             middle: settings.passes.need_middle(),
+            vectors: settings.passes.has(Pass::Vector),
             costs: settings.passes.has(Pass::Cost),
             mist: settings.mist,
             first_sample: settings.first_sample,

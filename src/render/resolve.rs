@@ -1,12 +1,14 @@
 //! From the sums of the pixels to the passes of a picture.
 
 use super::Region;
-use super::tile::{TILE, Tile, across, locked};
+use super::tile::{TILE, Tile, across, locked, shown};
 use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::objects::{Label, PixelObjects};
 use crate::film::pixel::{NO_DEPTH, Pixel};
 use crate::film::{Bands, Pass, Passes};
+use crate::integrator::VECTOR_SUMS;
+use crate::scene::Aov;
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Range;
 use std::sync::Mutex;
@@ -25,6 +27,10 @@ pub struct Film<'a> {
     labels: &'a [Label],
     /// Light groups with a pass each.
     groups: &'a [String],
+    /// The scene's own passes, where they are asked for.
+    aovs: &'a [Aov],
+    /// Pixels across and down the whole picture.
+    size: (u32, u32),
     /// The camera's axes as Cycles has them: it looks along +Z.
     axes: DMat3,
     /// `Combined` is the picture of the first replicate alone.
@@ -60,12 +66,19 @@ impl<'a> Film<'a> {
         Self {
             labels,
             groups: &[],
+            aovs: &[],
+            size: (region.x1, region.y1),
             tiles,
             region,
             passes,
             axes,
             replicate: false,
         }
+    }
+
+    /// With passes of the scene's own, and of a picture of a size.
+    pub fn with_aovs(self, aovs: &'a [Aov], size: (u32, u32)) -> Self {
+        Self { aovs, size, ..self }
     }
 
     /// The camera's axes.
@@ -137,7 +150,16 @@ impl Bands for Film<'_> {
     }
 
     fn layers(&self) -> Vec<(String, String)> {
-        self.passes.layers(self.groups)
+        let mut layers = self.passes.layers(&[]);
+        layers.retain(|(_, channels)| !channels.is_empty());
+        let aovs = shown(self.passes, self.aovs).iter();
+        layers.extend(aovs.map(|aov| (aov.name.clone(), aov.channels().into())));
+        layers.extend(
+            self.passes
+                .layers(self.groups)
+                .split_off(self.passes.iter().count()),
+        );
+        layers
     }
 
     fn bands(&self) -> Vec<Range<u32>> {
@@ -160,11 +182,22 @@ impl Bands for Film<'_> {
                 column: (tile.x - self.region.x0) as usize,
                 width,
                 labels: self.labels,
+                size: self.size,
             };
             // Pass by pass: the sums of one tile stay in the processor's cache.
             let mut layers = layers.iter_mut();
-            for (pass, layer) in self.passes.iter().zip(&mut layers) {
+            let passes = self.passes.iter().filter(|pass| *pass != Pass::Aov);
+            for (pass, layer) in passes.zip(&mut layers) {
                 place.resolve(pass, &self.axes, self.replicate, layer);
+            }
+            let mut first = 0;
+            for (aov, layer) in shown(self.passes, self.aovs).iter().zip(&mut layers) {
+                if aov.is_color {
+                    place.put_aov::<4>(first, layer);
+                } else {
+                    place.put_aov::<1>(first, layer);
+                }
+                first += aov.channels().len();
             }
             for (group, layer) in layers.enumerate() {
                 place.put_at(layer, |index, _, scale| {
@@ -182,6 +215,8 @@ struct TileInBand<'a> {
     column: usize,
     width: usize,
     labels: &'a [Label],
+    /// Pixels across and down the whole picture.
+    size: (u32, u32),
 }
 
 impl TileInBand<'_> {
@@ -208,6 +243,32 @@ impl TileInBand<'_> {
         let nothing = PixelFeatures::default();
         self.put_at(layer, |index, _, scale| {
             value(self.tile.features.get(index).unwrap_or(&nothing), scale)
+        });
+    }
+
+    /// The same of its motion, in pixels: the mean of the samples that have one.
+    fn put_vectors(&self, layer: &mut [f32]) {
+        let (width, height) = self.size;
+        let pixels = [width, height, width, height].map(f64::from);
+        self.put_at(layer, |index, _, _| {
+            let end = self.tile.aovs_of(&(index..index + 1)).end;
+            let sums = end
+                .checked_sub(VECTOR_SUMS)
+                .and_then(|first| self.tile.aovs.get(first..end));
+            let Some(&[.., count]) = sums.filter(|sums| sums[4] > 0.0) else {
+                return [0.0; 4];
+            };
+            let of = |i: usize| sums.map_or(0.0, |sums| sums[i] / count * pixels[i]) as f32;
+            [of(0), of(1), of(2), of(3)]
+        });
+    }
+
+    /// The same of what it was told for a pass of the scene's own, whose first float is known.
+    fn put_aov<const N: usize>(&self, first: usize, layer: &mut [f32]) {
+        self.put_at(layer, |index, _, scale| {
+            let place = self.tile.aovs_of(&(index..index + 1)).start + first;
+            let sums = self.tile.aovs.get(place..place + N);
+            std::array::from_fn::<f32, N, _>(|i| sums.map_or(0.0, |sums| (sums[i] * scale) as f32))
         });
     }
 
@@ -283,6 +344,7 @@ impl TileInBand<'_> {
             Pass::TransmissionColor => self.put(layer, |_, a, scale| color(a.color(2, scale))),
             Pass::Emission => self.put(layer, |_, a, scale| color(a.emission(scale))),
             Pass::Environment => self.put(layer, |_, a, scale| color(a.environment(scale))),
+            Pass::Vector => self.put_vectors(layer),
             Pass::Mist => self.put_objects(layer, |o, scale| [o.mist(scale)]),
             Pass::AmbientOcclusion => self.put_objects(layer, |o, scale| o.open(scale)),
             Pass::ObjectIndex => self.put_objects(layer, |o, _| [o.index(self.labels, false)]),
@@ -315,6 +377,8 @@ impl TileInBand<'_> {
             Pass::Cost => {
                 self.put_beside(layer, self.tile.costs.iter().map(|&ns| ns as f32), 0.0);
             }
+            // They have layers of their own.
+            Pass::Aov => {}
         }
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! Form: a line of text, the length of a header (8 bytes, little-endian), the header (JSON), a frame of zstd, SHA-256 of
 //! all before. In the frame, for each pixel of the region, rows from top to bottom, its sums as they stand in memory on
-//! x86-64 ([`Pixel`], then, if kept, light apart, features for denoisers, nanoseconds, objects, light groups, and the radiance of half of the samples). The number in the first line changes whenever the form
+//! x86-64 ([`Pixel`], then, if kept, light apart, features for denoisers, nanoseconds, objects, light groups, the scene's own passes, and the radiance of half of the samples). The number in the first line changes whenever the form
 //! does, or a sample of the same number would have other bits.
 //!
 //! Whoever can write a file can make its checksum right: so all that it says is looked at before it is believed.
@@ -13,8 +13,9 @@ mod header;
 pub use header::{Header, Traced};
 
 use super::resolve::Film;
-use super::tile::{Kept, Tile, locked, place};
+use super::tile::{Kept, Tile, locked, place, shown};
 use super::{InstructionSet, Region, RenderSettings};
+use crate::film::Pass;
 use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::objects::PixelObjects;
@@ -122,6 +123,7 @@ impl<'a> State<'a> {
         let tiles = film.tiles();
         let (mut clamped, mut most) = ([0.0; 2], 0);
         let kept = Kept::of_render(settings, scene);
+        let passes = settings.passes;
         for tile in tiles {
             let tile = locked(tile);
             for row in &tile.clamped {
@@ -143,7 +145,7 @@ impl<'a> State<'a> {
                 settings: shape(settings),
                 size: (settings.width, settings.height),
                 region: settings.region(),
-                passes: settings.passes.iter().map(|p| p.name().into()).collect(),
+                passes: passes.iter().map(|p| p.name().into()).collect(),
                 axes: film.axes().to_cols_array_2d(),
                 ranges: vec![(first, first.saturating_add(most))],
                 whole: true,
@@ -153,6 +155,8 @@ impl<'a> State<'a> {
                 objects: kept.objects,
                 labels: film.labels().to_vec(),
                 light_groups: scene.light_groups.clone(),
+                aovs: shown(passes, &scene.aovs).to_vec(),
+                vectors: passes.has(Pass::Vector),
                 halves: kept.halves,
                 clamped,
                 color_management: scene.color_management.clone(),
@@ -210,6 +214,9 @@ impl<'a> State<'a> {
             self.rows(region, &mut packed, |tile| {
                 bytemuck::cast_slice(&tile.groups)
             })?;
+        }
+        if self.header.kept().aovs > 0 {
+            self.rows(region, &mut packed, |tile| bytemuck::cast_slice(&tile.aovs))?;
         }
         if self.header.halves {
             self.rows(region, &mut packed, |tile| {
@@ -271,6 +278,7 @@ pub struct Saved {
     pub(super) costs: Vec<u64>,
     pub(super) objects: Vec<PixelObjects>,
     pub(super) groups: Vec<DVec3>,
+    pub(super) aovs: Vec<f64>,
     pub(super) halves: Vec<DVec3>,
 }
 
@@ -367,6 +375,7 @@ impl Saved {
             costs: values(&mut packed, if_kept(header.costs)).map_err(unpack)?,
             objects: values(&mut packed, if_kept(header.objects)).map_err(unpack)?,
             groups: values(&mut packed, pixels * header.light_groups.len()).map_err(unpack)?,
+            aovs: values(&mut packed, header.kept().aovs * pixels).map_err(unpack)?,
             halves: values(&mut packed, if_kept(header.halves)).map_err(unpack)?,
             header,
         };
@@ -492,6 +501,9 @@ impl Saved {
                 let each = self.header.light_groups.len();
                 let to = tile.groups_of(index..index + 1);
                 tile.groups[to].copy_from_slice(&self.groups[from * each..][..each]);
+                let each = self.header.kept().aovs;
+                let of = tile.aovs_of(&(index..index + 1));
+                tile.aovs[of].copy_from_slice(&self.aovs[from * each..(from + 1) * each]);
                 if let (Some(to), Some(from)) = (tile.halves.get_mut(index), self.halves.get(from))
                 {
                     *to = *from;

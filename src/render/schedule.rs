@@ -133,7 +133,8 @@ pub(super) fn run(
     let camera = &prepared.camera.world_from_camera;
     let labels = labels::of(scene, settings.passes);
     let film = Film::new(camera, region, &tiles, settings.passes, &labels)
-        .with_groups(&scene.light_groups);
+        .with_groups(&scene.light_groups)
+        .with_aovs(&scene.aovs, (settings.width, settings.height));
     let run = Run {
         left_out: &prepared.left_out,
         scene,

@@ -205,7 +205,9 @@ impl RenderSettings {
             camera: self.camera.unwrap_or(0),
             light_passes: self.passes.need_light_passes()
                 || self.passes.need_features()
-                || self.passes.need_objects(),
+                || self.passes.need_objects()
+                || self.passes.has(Pass::Aov)
+                || self.passes.has(Pass::Vector),
             position_passes: self.passes.need_middle(),
             cost_pass: self.passes.has(Pass::Cost),
             adaptive: self.pixel_error_target > 0.0 || self.noise_threshold.is_some(),

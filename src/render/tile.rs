@@ -6,6 +6,8 @@ use crate::film::light_passes::PixelPasses;
 use crate::film::objects::PixelObjects;
 use crate::film::pixel::Pixel;
 use crate::film::{Pass, Passes};
+use crate::integrator::VECTOR_SUMS;
+use crate::scene::Aov;
 use crate::scene::Scene;
 use glam::DVec3;
 use std::ops::Range;
@@ -34,6 +36,8 @@ pub struct Tile {
     pub objects: Vec<PixelObjects>,
     /// The same of light groups: so many of each pixel, one after another.
     pub groups: Vec<DVec3>,
+    /// Sums of the scene's own passes, so many floats a pixel; empty where no pass asks.
+    pub aovs: Vec<f64>,
     /// Nanoseconds spent on each pixel, if a pass asks for it; else empty.
     pub costs: Vec<u64>,
     /// Radiance of half of each pixel's samples, if a noise threshold asks for it; else empty.
@@ -61,6 +65,7 @@ pub struct Scanline {
     pub objects: Vec<PixelObjects>,
     /// As those of [`Tile`].
     pub groups: Vec<DVec3>,
+    pub aovs: Vec<f64>,
     /// As those of [`Tile`].
     pub costs: Vec<u64>,
     /// As those of [`Tile`].
@@ -84,6 +89,7 @@ impl Tile {
             features: self.features.get(place.clone()).unwrap_or(&[]).to_vec(),
             objects: self.objects.get(place.clone()).unwrap_or(&[]).to_vec(),
             groups: self.groups[self.groups_of(place.clone())].to_vec(),
+            aovs: self.aovs[self.aovs_of(&place)].to_vec(),
             costs: self.costs.get(place.clone()).unwrap_or(&[]).to_vec(),
             halves: self.halves.get(place).unwrap_or(&[]).to_vec(),
             clamped: self.clamped[row as usize],
@@ -105,6 +111,8 @@ impl Tile {
         }
         let groups = self.groups_of(place.clone());
         self.groups[groups].copy_from_slice(&done.groups);
+        let aovs = self.aovs_of(&place);
+        self.aovs[aovs].copy_from_slice(&done.aovs);
         if let Some(costs) = self.costs.get_mut(place.clone()) {
             costs.copy_from_slice(&done.costs);
         }
@@ -126,11 +134,31 @@ impl Tile {
         pixels.start * each..pixels.end * each
     }
 
+    /// Where the sums of the scene's own passes of some pixels stand.
+    pub fn aovs_of(&self, pixels: &Range<usize>) -> Range<usize> {
+        let each = self.aovs.len() / self.pixels.len().max(1);
+        pixels.start * each..pixels.end * each
+    }
+
     fn place_of(&self, row: u32) -> Range<usize> {
         let width = self.width as usize;
         let start = row as usize * width;
         start..start + width
     }
+}
+
+/// Sums of a pixel's motion vectors.
+pub fn vector_sums(passes: Passes) -> usize {
+    if passes.has(Pass::Vector) {
+        VECTOR_SUMS
+    } else {
+        0
+    }
+}
+
+/// Those of the scene's own passes that a picture has.
+pub fn shown(passes: Passes, aovs: &[Aov]) -> &[Aov] {
+    if passes.has(Pass::Aov) { aovs } else { &[] }
 }
 
 /// What is kept of each pixel besides its sums.
@@ -144,6 +172,8 @@ pub struct Kept {
     pub objects: bool,
     /// So many light groups.
     pub groups: usize,
+    /// Floats of the scene's own passes, and of motion vectors after them.
+    pub aovs: usize,
     /// Time spent.
     pub costs: bool,
     /// Radiance of half of the samples.
@@ -151,22 +181,23 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// What passes and so many light groups need to be kept, and a noise threshold if there is one.
-    pub fn of(passes: Passes, groups: usize, has_threshold: bool) -> Self {
+    /// What passes need to be kept, so many light groups and the scene's own passes among them, and a noise threshold if there is one.
+    pub fn of(passes: Passes, (groups, aovs): (usize, &[Aov]), has_threshold: bool) -> Self {
         Self {
             halves: has_threshold,
             light_passes: passes.need_light_passes(),
             features: passes.need_features(),
             objects: passes.need_objects(),
             groups,
+            aovs: Aov::floats(shown(passes, aovs)) + vector_sums(passes),
             costs: passes.has(Pass::Cost),
         }
     }
 
     /// What a render of a scene needs.
     pub fn of_render(settings: &RenderSettings, scene: &Scene) -> Self {
-        let groups = scene.light_groups.len();
-        Self::of(settings.passes, groups, settings.noise_threshold.is_some())
+        let own = (scene.light_groups.len(), &scene.aovs[..]);
+        Self::of(settings.passes, own, settings.noise_threshold.is_some())
     }
 
     /// Bytes of a pixel that is kept so.
@@ -177,6 +208,7 @@ impl Kept {
             + of(self.features, size_of::<PixelFeatures>())
             + of(self.objects, size_of::<PixelObjects>())
             + self.groups * size_of::<DVec3>()
+            + self.aovs * size_of::<f64>()
             + of(self.costs, size_of::<u64>())
             + of(self.halves, size_of::<DVec3>())
     }
@@ -203,6 +235,7 @@ pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
                 features: vec![PixelFeatures::default(); if kept.features { pixels } else { 0 }],
                 objects: vec![PixelObjects::default(); if kept.objects { pixels } else { 0 }],
                 groups: vec![DVec3::ZERO; kept.groups * pixels],
+                aovs: vec![0.0; kept.aovs * pixels],
                 costs: vec![0; if kept.costs { pixels } else { 0 }],
                 halves: vec![DVec3::ZERO; if kept.halves { pixels } else { 0 }],
                 errors: Vec::new(),

@@ -7,7 +7,9 @@ use crate::film::filter::FilterTable;
 use crate::film::light_passes::{Asked, PathPasses, PixelPasses};
 use crate::film::objects::{Mist, PixelObjects};
 use crate::film::pixel::{CenterSample, FirstHit, Pixel};
-use crate::integrator::{self, Kernel, PassKernel, Path, PathSettings, Recorder, Step};
+use crate::integrator::{
+    self, Kernel, PassKernel, Path, PathSettings, Recorder, Step, VECTOR_SUMS,
+};
 use crate::sampler::{Dimension, Sampler, Sequence, is_in_half};
 use crate::scene::Scene;
 use crate::world::World;
@@ -64,6 +66,8 @@ pub struct Job<'a> {
     pub camera_ray: RayMaker,
     /// The ray through the middle of each pixel is asked for.
     pub middle: bool,
+    /// Motion vectors are asked for.
+    pub vectors: bool,
     /// The time that each pixel takes is asked for.
     pub costs: bool,
     /// Blender's mist, for the pass of its name.
@@ -116,6 +120,7 @@ impl Job<'_> {
         let mut clock = self.costs.then(Instant::now);
         let (first, y) = row.place;
         let groups = row.groups.len() / row.pixels.len().max(1);
+        let each = row.aovs.len() / row.pixels.len().max(1);
         for (index, (x, pixel)) in (first..).zip(&mut row.pixels).enumerate() {
             let wanted = pixel.until.saturating_sub(pixel.samples).min(CHUNK);
             if wanted == 0 {
@@ -138,6 +143,10 @@ impl Job<'_> {
                     groups: &mut row.groups[index * groups..][..groups],
                 };
                 let path = self.sample(x, y, number, pixel, beside);
+                if each > 0 {
+                    let sums = &mut row.aovs[index * each..(index + 1) * each];
+                    rays += u64::from(self.aovs(x, y, number, sums));
+                }
                 rays += u64::from(path.rays);
                 lobes_left_out += u64::from(path.lobes_left_out);
                 if let Some(half) = row.halves.get_mut(index)
@@ -181,7 +190,11 @@ impl Job<'_> {
     /// where Cycles has its depths and positions from.
     fn look(&self, x: u32, y: u32) -> (CenterSample, Option<u32>) {
         let sampler = self.sequence.sampler(x, y, 0);
-        integrator::meet(self.world, &sampler, &self.ray(x, y, &sampler, Vec2::ZERO))
+        let ray = self.ray(x, y, &sampler, Vec2::ZERO);
+        if ray.is_none() {
+            return (CenterSample::default(), None);
+        }
+        integrator::meet(self.world, &sampler, &ray)
     }
 
     #[inline]
@@ -229,6 +242,9 @@ impl Job<'_> {
         let sampler = self.sequence.sampler(x, y, index);
         let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
         let ray = self.ray(x, y, &sampler, offset);
+        if ray.is_none() {
+            return (Path::NONE, None);
+        }
         match self.kernel {
             AnyKernel::Plain(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
             AnyKernel::WithPasses { kernel, asked } => {
@@ -237,6 +253,24 @@ impl Job<'_> {
                 (path, Some(light_passes))
             }
         }
+    }
+
+    /// Adds what a sample tells passes of the scene's own; rays that it took.
+    #[cold]
+    fn aovs(&self, x: u32, y: u32, index: u32, sums: &mut [f64]) -> u32 {
+        let sampler = self.sequence.sampler(x, y, index);
+        let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
+        let ray = self.ray(x, y, &sampler, offset);
+        if ray.is_none() {
+            return 0;
+        }
+        let (sums, vectors) = if self.vectors {
+            let (sums, vectors) = sums.split_at_mut(sums.len().saturating_sub(VECTOR_SUMS));
+            (sums, vectors.try_into().ok())
+        } else {
+            (sums, None)
+        };
+        integrator::add_aovs(self.world, &self.path, &sampler, &ray, (sums, vectors))
     }
 
     /// The radiance of a sample by the kernel of the picture.

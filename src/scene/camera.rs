@@ -1,6 +1,7 @@
 //! Cameras as files describe them.
 
 use super::{CameraMotion, RenderDefaults};
+use crate::math::panorama::Panorama;
 use glam::DAffine3;
 
 /// A camera; it looks down its -Z axis, +Y is up in the picture.
@@ -49,6 +50,20 @@ pub enum Projection {
         /// At the bottom and at the top edge, radians.
         latitude: [f64; 2],
     },
+    /// Another panorama.
+    Panorama {
+        /// Which.
+        kind: Panorama,
+        /// How far the picture is moved, in its width and height.
+        shift: [f64; 2],
+    },
+}
+
+impl Projection {
+    /// Whether depths are distances from the camera.
+    pub fn is_panorama(&self) -> bool {
+        matches!(self, Self::Equirectangular { .. } | Self::Panorama { .. })
+    }
 }
 
 /// Edges of the picture: tangents of the angles to −Z (perspective), metres (orthographic).
@@ -134,6 +149,7 @@ impl Camera {
                 longitude: [left, right],
                 latitude: [bottom, top],
             } => return Some(((right - left) / (top - bottom)).abs()),
+            Projection::Panorama { .. } => return Some(1.0),
         };
         self.window
             .as_ref()

@@ -110,6 +110,10 @@ pub fn fingerprint(scene: &Scene) -> String {
     if space != WorkingSpace::default() {
         block("working space", space.name().as_bytes());
     }
+    if !scene.aovs.is_empty() {
+        let aovs = (&scene.aovs, &scene.world_aovs);
+        block("aovs", format!("{aovs:?}").as_bytes());
+    }
     // The rest is small; its debugging form has every field.
     block("materials", format!("{:?}", scene.materials).as_bytes());
     block("lights", format!("{:?}", scene.lights).as_bytes());

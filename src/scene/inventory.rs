@@ -208,6 +208,7 @@ fn cameras(scene: &Scene) -> Vec<CameraInfo<'_>> {
                 Some(window.map_or(half_width / half_height, Window::aspect)),
             ),
             Projection::Equirectangular { .. } => ("equirectangular", None, None),
+            Projection::Panorama { .. } => ("panorama", None, None),
         };
         let position = camera.world_from_camera.translation.to_array();
         CameraInfo {

@@ -87,6 +87,31 @@ pub struct Scene {
     pub color_management: ColorManagement,
     /// How the file wishes to be rendered.
     pub render: RenderDefaults,
+    /// Passes of its own, in which materials and the world tell values (Blender's AOVs) …
+    pub aovs: Vec<Aov>,
+    /// … and what the world tells.
+    pub world_aovs: Option<Box<graph::Graph>>,
+}
+
+/// A pass of the scene's own.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Aov {
+    /// What it is called.
+    pub name: String,
+    /// It has colours with an alpha, or else numbers.
+    pub is_color: bool,
+}
+
+impl Aov {
+    /// Blender's names of its channels, a letter each.
+    pub fn channels(&self) -> &'static str {
+        if self.is_color { "RGBA" } else { "X" }
+    }
+
+    /// Floats of a pixel of some of them.
+    pub fn floats(all: &[Self]) -> usize {
+        all.iter().map(|aov| aov.channels().len()).sum()
+    }
 }
 
 /// A triangle mesh with one material (a glTF primitive).

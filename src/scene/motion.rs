@@ -15,6 +15,8 @@ pub struct Shutter {
     /// The picture is taken row by row, from the top: of the whole time that the shutter takes, the share that it is open for each
     /// row.
     pub rolling: Option<f32>,
+    /// Nothing is blurred: the picture is that of the middle, and what moves is for motion vectors.
+    pub still: bool,
 }
 
 /// The vertices of a mesh at a step of time.

@@ -203,6 +203,9 @@ fn clean_camera(camera: &mut Camera, diagnostics: &mut Diagnostics) -> bool {
             } => [longitude, latitude]
                 .iter()
                 .all(|[from, to]| from.is_finite() && to.is_finite() && from != to),
+            Projection::Panorama { kind, shift } => {
+                kind.is_sane() && shift.iter().all(|s| s.is_finite())
+            }
         };
     if !sane {
         diagnostics.report(
@@ -283,6 +286,9 @@ fn clean_environment(scene: &mut Scene, images: usize, diagnostics: &mut Diagnos
     let world = scene.environment.as_mut().and_then(|e| e.graph.as_mut());
     if let Some(world) = world {
         clean_graph(&mut world.graph, images, "the world", diagnostics);
+    }
+    if let Some(aovs) = &mut scene.world_aovs {
+        clean_graph(aovs, images, "the world", diagnostics);
     }
 }
 

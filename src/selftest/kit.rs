@@ -189,6 +189,8 @@ pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
         instructions: None,
         cull_backfaces: false,
         uv_pass: false,
+        aovs: false,
+        vectors: false,
         roughens: false,
         ablation: Ablation::default(),
     };

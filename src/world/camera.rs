@@ -35,6 +35,9 @@ pub fn shutter(
     if !kept.contains(Effect::MotionBlur) {
         return None;
     }
+    if shutter.still {
+        return Some(Shutter::still());
+    }
     let camera = source.motion.as_ref().map(|moving| {
         let (lens, aperture) = optics(source, aspect, kept);
         let still = std::slice::from_ref(&source.world_from_camera);
@@ -75,6 +78,10 @@ fn optics(source: &scene::Camera, aspect: f64, kept: EnumSet<Effect>) -> (Lens, 
             longitude,
             latitude,
         } => Lens::Equirectangular(Span::between(longitude, latitude)),
+        Projection::Panorama {
+            kind,
+            shift: [x, y],
+        } => Lens::Panorama(kind, Span::between([x, 1.0 + x], [y, 1.0 + y])),
     };
     let aperture = source
         .aperture

@@ -366,11 +366,14 @@ impl PreparedMaterial {
             opacity,
             emission,
             normal,
+            aovs,
             ..
         } = &self.programs;
         let opacity = opacity.iter().map(|opacity| &opacity.program);
         let normal = normal.iter().map(|(program, _)| program);
-        [surface, emission].into_iter().chain(opacity).chain(normal)
+        let aovs = aovs.iter().map(|aovs| &aovs.program);
+        let both = [surface, emission].into_iter();
+        both.chain(opacity).chain(normal).chain(aovs)
     }
 
     /// What the material says at a point, and the normal of its map on the outside, 0 without one; `None` where it says the same
@@ -599,6 +602,13 @@ impl PreparedMaterial {
         emission.at(at, |at| at.color(emitted))
     }
 
+    /// Adds what it tells passes of the scene's own at a point.
+    pub fn add_aovs(&self, at: &impl Place, sums: &mut [f64]) {
+        if let Some(aovs) = &self.programs.aovs {
+            aovs.add(at, sums);
+        }
+    }
+
     /// What passes straight on at a point, as a colour, and the share of the rest.
     pub fn passing(&self, at: &impl Place) -> (Vec3, f32) {
         match &self.programs.opacity {
@@ -640,7 +650,14 @@ pub fn prepare(scene: &Scene, options: &Options) -> Vec<Arc<PreparedMaterial>> {
     let materials = scene.materials.iter().chain([&fallback]);
     materials
         .zip(&vertices)
-        .map(|(m, &v)| preparer.material(scene, &effects::without_effects(m, options.effects), v))
+        .map(|(m, &v)| {
+            let mut m = effects::without_effects(m, options.effects);
+            if !(options.aovs || m.graph.aovs.is_empty()) {
+                m.graph.aovs.clear();
+                m.graph.prune();
+            }
+            preparer.material(scene, &m, v)
+        })
         .map(Arc::new)
         .collect()
 }

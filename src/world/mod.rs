@@ -47,8 +47,9 @@ use material::PreparedMaterial;
 use origin::{Extent, Origin};
 use placed::Geometry;
 use serde::Serialize;
+use shine::Shine;
 use std::sync::Arc;
-use view::View;
+use view::{View, Views};
 
 /// A scene ready for rays. Positions are relative to `origin`. Its parts are renewed each for itself ([`World::renew`]).
 pub struct World {
@@ -59,6 +60,10 @@ pub struct World {
     pub lights: LightSet,
     /// The camera.
     pub camera: Camera,
+    /// What the light from all around tells passes of the scene's own.
+    aovs: Option<Shine>,
+    /// For motion vectors, where somebody asks for any.
+    views: Option<Views>,
     /// When paths are on their way, and where the camera is then; `None` where nothing moves.
     pub shutter: Option<Shutter>,
     /// Where the paths begin, as the lights know it.
@@ -143,6 +148,10 @@ pub struct Options<'a> {
     pub ablation: Ablation,
     /// Texture coordinates are shown by a pass.
     pub uv_pass: bool,
+    /// Passes of the scene's own are shown.
+    pub aovs: bool,
+    /// Motion vectors are shown.
+    pub vectors: bool,
     /// Paths make surfaces rougher than they are ("filter glossy").
     pub roughens: bool,
 }
@@ -187,6 +196,8 @@ impl World {
         )?;
         let view = (origin, distant);
         Ok(Self {
+            aovs: aovs_around(scene, options, origin),
+            views: views(scene, options, origin),
             geometry,
             materials,
             lights,
@@ -278,6 +289,8 @@ impl World {
             )?;
             self.eye = eye;
         }
+        self.aovs = aovs_around(scene, options, origin);
+        self.views = views(scene, options, origin);
         self.by_kind =
             options.effects.contains(Effect::RayVisibility) && effects::tells_rays_apart(scene);
         if let Some(made) = made {
@@ -449,6 +462,20 @@ impl World {
             self.traces().then_some(self),
         )
     }
+}
+
+/// The pictures before and after, where they are asked for and the file has some.
+fn views(scene: &Scene, options: &Options, origin: DVec3) -> Option<Views> {
+    let size = (options.aspect, options.rows);
+    let wanted = options.vectors && scene.shutter.still;
+    wanted.then(|| Views::new(options.camera, size, origin))
+}
+
+/// What the light from all around tells passes of the scene's own, where those are shown.
+fn aovs_around(scene: &Scene, options: &Options, origin: DVec3) -> Option<Shine> {
+    let graph = scene.world_aovs.as_ref().filter(|_| options.aovs)?;
+    let view = View::new(options.camera, (options.aspect, options.rows), origin);
+    Some(Shine::new(scene, graph, None, (origin, view)))
 }
 
 impl Around for World {

@@ -24,7 +24,7 @@ pub fn extent(scene: &Scene) -> Extent {
 /// Whether a camera is far away from all there is.
 pub fn is_far(extent: Extent, camera: &Camera) -> bool {
     let eye = camera.world_from_camera.translation;
-    let panorama = matches!(camera.projection, Projection::Equirectangular { .. });
+    let panorama = camera.projection.is_panorama();
     extent.is_some_and(|(middle, radius)| !panorama && (eye - middle).length() > FAR * radius)
 }
 
@@ -39,7 +39,9 @@ pub fn is_good(origin: DVec3, camera: &Camera) -> bool {
             2.0 * (0.5 * vertical_fov).tan() * camera.clip_near / PIXELS
         }
         Projection::Orthographic { half_height, .. } => 2.0 * half_height / PIXELS,
-        Projection::Equirectangular { .. } => std::f64::consts::PI * camera.clip_near / PIXELS,
+        Projection::Equirectangular { .. } | Projection::Panorama { .. } => {
+            std::f64::consts::PI * camera.clip_near / PIXELS
+        }
     };
     moved * f64::from(UNIT_ROUNDOFF) <= pixel / 16.0
 }

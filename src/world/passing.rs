@@ -1,6 +1,7 @@
 //! What rays meet and what they pass: opacity, tinted transparency, the share of light that a shadow ray brings.
 
 use super::*;
+use crate::light::program::{LookingRay, ShinePoint};
 
 /// A ray that looks for what takes the light.
 #[inline]
@@ -82,6 +83,62 @@ impl World {
     #[inline]
     pub fn traces(&self) -> bool {
         self.geometry.traces
+    }
+
+    /// What a ray meets first, also if the path passes it.
+    pub fn first(&self, ray: (Vec3, Vec3, (f32, f32)), sender: &Sender) -> Option<Hit> {
+        let (origin, direction, (near, far)) = ray;
+        self.geometry.embree.intersect(&Ray {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            near,
+            far,
+            mask: sender.kind.bit(),
+            time: sender.time,
+        })
+    }
+
+    /// Adds what a hit tells passes of the scene's own. What passes straight on there, as a colour, and the share of the rest.
+    pub fn add_aovs(&self, hit: &Hit, asking: Asking, sums: &mut [f64]) -> (Vec3, f32) {
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
+        let material = &self.materials[mesh.material as usize];
+        let mut at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
+        at.around = self.traces().then_some(self);
+        if material.has_normal() {
+            at.normal = material.normal(&at);
+        }
+        material.add_aovs(&at, sums);
+        material.passing(&at)
+    }
+
+    /// How a hit moves in the picture: from now to before, and from after to now, in its widths and heights.
+    pub fn vectors(&self, hit: &Hit) -> [Vec2; 2] {
+        let Some(views) = &self.views else {
+            return [Vec2::ZERO; 2];
+        };
+        let at = |time: f32| {
+            let mut moment = None;
+            let (entry, mesh, triangle) =
+                self.object_at::<General>(&Hit { time, ..*hit }, &mut moment);
+            entry.point::<General>(mesh, triangle, hit.u, hit.v).point
+        };
+        views.of_points([at(0.0), at(hit.time), at(1.0)])
+    }
+
+    /// The same of what lies in a direction at infinity.
+    pub fn vectors_around(&self, direction: Vec3) -> [Vec2; 2] {
+        let views = self.views.as_ref();
+        views.map_or([Vec2::ZERO; 2], |views| views.of_direction(direction))
+    }
+
+    /// Adds what the light from all around tells passes of the scene's own.
+    pub fn add_aovs_around(&self, direction: Vec3, sums: &mut [f64]) {
+        if let Some(around) = &self.aovs {
+            let kind = RayKind::Camera.bit();
+            let point = ShinePoint::around(direction, LookingRay { kind, depth: 0 });
+            around.add_aovs(&point, sums);
+        }
     }
 
     /// What passes straight on at a hit, as a colour, and the share of the rest; `None` where that takes no colour.

@@ -46,6 +46,16 @@ impl Shine {
     }
 }
 
+impl Shine {
+    /// Adds what it tells passes of the scene's own.
+    pub fn add_aovs(&self, at: &ShinePoint, sums: &mut [f64]) {
+        if let Some(aovs) = &self.programs.aovs {
+            let facts = &self.facts;
+            aovs.add(&ShinePlace { facts, at }, sums);
+        }
+    }
+}
+
 impl LightProgram for Shine {
     fn emitted(&self, at: &ShinePoint) -> Vec3 {
         let Programs {

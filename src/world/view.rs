@@ -1,8 +1,9 @@
 //! What a world knows of the one who looks, and Blender's axes.
 
 use crate::math::float::Affine;
+use crate::math::panorama::Panorama;
 use crate::scene::{Camera, Projection};
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 
 /// Of glTF's axes, Blender's.
 pub fn to_blender(v: Vec3) -> Vec3 {
@@ -34,6 +35,8 @@ enum Frame {
     Orthographic([f32; 4]),
     /// Radians.
     Equirectangular([f32; 4]),
+    /// Another panorama, moved so far.
+    Panorama(Panorama, Vec2),
 }
 
 impl Frame {
@@ -54,12 +57,20 @@ impl Frame {
                 longitude: [left, right],
                 latitude: [bottom, top],
             } => Self::Equirectangular(single([left, right, bottom, top])),
+            Projection::Panorama { kind, shift } => {
+                Self::Panorama(kind, DVec2::from(shift).as_vec2())
+            }
         }
     }
 
     /// Where in the picture a point of the camera's space is, 0 to 1.
     fn at(&self, p: Vec3) -> Vec3 {
         let (edges, at) = match self {
+            Self::Panorama(kind, shift) => {
+                // Its axes look back.
+                let d = Vec3::new(p.x, p.y, -p.z).normalize_or_zero();
+                return (kind.place(d) - *shift).extend(0.0);
+            }
             Self::Perspective(edges) => (edges, [p.x / p.z, p.y / p.z]),
             Self::Orthographic(edges) => (edges, [p.x, p.y]),
             Self::Equirectangular(edges) => {
@@ -73,6 +84,72 @@ impl Frame {
             (at[1] - bottom) / (top - bottom),
             0.0,
         )
+    }
+}
+
+/// The picture at three times, for motion vectors: before, now and after.
+#[derive(Clone, Copy, Debug)]
+pub struct Views([View; 3]);
+
+impl Views {
+    /// Of a camera whose motion has its first step before and its last one after.
+    pub fn new(camera: &Camera, size: (f64, u32), origin: DVec3) -> Self {
+        let at = |last: bool| {
+            let mut camera = camera.clone();
+            if let Some(motion) = camera.motion.take() {
+                let place = if last {
+                    motion.steps.last()
+                } else {
+                    motion.steps.first()
+                };
+                camera.world_from_camera = place.copied().unwrap_or(camera.world_from_camera);
+                let zoom = motion.zoom[usize::from(last)];
+                let perspective = matches!(camera.projection, Projection::Perspective { .. });
+                for window in camera.window.iter_mut().filter(|_| perspective) {
+                    let edges = [
+                        &mut window.left,
+                        &mut window.right,
+                        &mut window.bottom,
+                        &mut window.top,
+                    ];
+                    edges.into_iter().for_each(|edge| *edge *= zoom);
+                }
+            }
+            View::new(&camera, size, origin)
+        };
+        Self([at(false), View::new(camera, size, origin), at(true)])
+    }
+
+    /// From now to before, and from after to now, in widths and heights of the picture, of something that is at three places.
+    pub fn of_points(&self, points: [Vec3; 3]) -> [Vec2; 2] {
+        self.between(|view, time| {
+            view.window(view.camera.vector(points[time]) + view.camera.translation)
+        })
+    }
+
+    /// The same of what lies in a direction at infinity.
+    pub fn of_direction(&self, direction: Vec3) -> [Vec2; 2] {
+        self.between(|view, _| view.frame.linear(view.camera.vector(direction)))
+    }
+
+    fn between(&self, at: impl Fn(&View, usize) -> Vec3) -> [Vec2; 2] {
+        let place = |time: usize| at(&self.0[time], time).truncate();
+        let [before, now, after] = [place(0), place(1), place(2)];
+        [before - now, now - after]
+    }
+}
+
+impl Frame {
+    /// Where in the picture a direction of the camera's space is, as Cycles has it for motion vectors: not divided by the depth,
+    /// and of parallel rays without the edges.
+    fn linear(&self, d: Vec3) -> Vec3 {
+        match self {
+            Self::Perspective(_) => self.at(d) * d.z,
+            Self::Orthographic([left, right, bottom, top]) => {
+                Vec3::new(d.x / (right - left), d.y / (top - bottom), 0.0)
+            }
+            Self::Equirectangular(_) | Self::Panorama(..) => self.at(d),
+        }
     }
 }
 
@@ -99,6 +176,7 @@ impl View {
             }
             Projection::Orthographic { half_height, .. } => (height(2.0 * half_height), 0.0),
             Projection::Equirectangular { latitude, .. } => (0.0, latitude[1] - latitude[0]),
+            Projection::Panorama { kind, .. } => (0.0, f64::from(kind.height())),
         };
         let rows = f64::from(rows.max(1));
         Self {

@@ -57,7 +57,7 @@ def passes(channels):
     for name, values in channels.items():
         path, _, channel = name.rpartition(".")
         found.setdefault(path, {})[channel] = values
-    order = "RGBUVAXYZ"
+    order = "RGBUVAXYZW"
     return {
         path: numpy.stack([parts[c] for c in sorted(parts, key=lambda c: order.index(c.upper()))], axis=-1) for path, parts in found.items()
     }

@@ -128,9 +128,9 @@ class Camera(kit.ExportTest):
         self.assertEqual(got["type"], "equirectangular")
         self.near(got["longitude"], [-1, 2])
         self.near(got["latitude"], [-0.5, 1.25])
-        settings.panorama_type = "FISHEYE_EQUIDISTANT"
-        self.assertNotIn("panorama", self.written())
-        self.assertEqual(self.found.verdict("camera", "camera")["verdict"], "lost")
+        settings.panorama_type, settings.fisheye_fov, data.shift_x = "FISHEYE_EQUIDISTANT", 2.5, 0.25
+        got = self.written()["panorama"]
+        self.assertEqual((got["type"], got["fov"], got["shift"]), ("fisheye_equidistant", 2.5, [0.25, 0.0]))
 
     def test_camera_with_unit_scale_does_not_move(self):
         self.scene.unit_settings.scale_length = 0.01

@@ -40,15 +40,12 @@ def settings_of(shown, findings):
 
 def window(camera, render):
     """[left, right, bottom, top]: tangents, or metres for an orthographic camera."""
-    width, height = picture_size(render)
-    x, y = width * render.pixel_aspect_x, height * render.pixel_aspect_y
-    horizontal = camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and x > y)
-    sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
+    horizontal, sensor, ratio = _fit(camera, render)
     if camera.type == "ORTHO":
         extent = camera.ortho_scale
     else:
         extent = sensor / camera.lens
-    half = [extent / 2, extent / 2 * y / x] if horizontal else [extent / 2 * x / y, extent / 2]
+    half = [extent / 2, extent / 2 / ratio] if horizontal else [extent / 2 * ratio, extent / 2]
     # Shift counts in the fitted side of the sensor, in both directions.
     dx, dy = camera.shift_x * extent, camera.shift_y * extent
     return [dx - half[0], dx + half[0], dy - half[1], dy + half[1]]
@@ -76,6 +73,50 @@ def _focus_distance(camera, matrix, find):
     return float(abs((matrix[:3, 3] - place[:3, 3]) @ matrix[:3, 2]))
 
 
+_PANORAMAS = {
+    "FISHEYE_EQUIDISTANT": "fisheye_equidistant", "FISHEYE_EQUISOLID": "fisheye_equisolid", "FISHEYE_LENS_POLYNOMIAL": "fisheye_polynomial",
+    "MIRRORBALL": "mirror_ball", "EQUIANGULAR_CUBEMAP_FACE": "cube_face", "CENTRAL_CYLINDRICAL": "central_cylindrical",
+}  # fmt: skip
+
+
+def _panorama(settings, camera, render):
+    """What SUNDOG_camera says of a panorama; None of one that is not known."""
+    kind = settings.panorama_type
+
+    def span(name, scale=1.0, shift=0.0):
+        low, high = (float(getattr(settings, f"{name}_{end}")) / scale for end in ("min", "max"))
+        return [low + (high - low) * shift, high + (high - low) * shift]
+
+    if kind == "EQUIRECTANGULAR":
+        return {"type": "equirectangular", "longitude": span("longitude", shift=camera.shift_x), "latitude": span("latitude", shift=camera.shift_y)}
+    if kind not in _PANORAMAS:
+        return None
+    result = {"type": _PANORAMAS[kind]}
+    if camera.shift_x or camera.shift_y:
+        result["shift"] = [float(camera.shift_x), float(camera.shift_y)]
+    if kind.startswith("FISHEYE"):
+        result["fov"] = float(settings.fisheye_fov)
+    if kind == "FISHEYE_EQUISOLID":
+        result["lens"] = float(settings.fisheye_lens)
+    if kind == "FISHEYE_LENS_POLYNOMIAL":
+        result["coefficients"] = [float(getattr(settings, f"fisheye_polynomial_k{n}")) for n in range(5)]
+    if kind in {"FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL"}:
+        horizontal, sensor, ratio = _fit(camera, render)
+        result["sensor"] = [sensor, sensor / ratio] if horizontal else [sensor * ratio, sensor]
+    if kind == "CENTRAL_CYLINDRICAL":
+        result["longitude"] = span("central_cylindrical_range_u")
+        result["height"] = span("central_cylindrical_range_v", settings.central_cylindrical_radius)
+    return result
+
+
+def _fit(camera, render):
+    """Whether the sensor's size is that of the picture's width, the size, and the picture's width over its height."""
+    width, height = picture_size(render)
+    x, y = width * render.pixel_aspect_x, height * render.pixel_aspect_y
+    horizontal = camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and x > y)
+    return horizontal, camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width, x / y
+
+
 def describe(camera, matrix, render, findings, find=lambda o: o):
     """(SUNDOG_camera, glTF camera) of a camera whose unscaled world matrix is `matrix`.
 
@@ -96,15 +137,11 @@ def describe(camera, matrix, render, findings, find=lambda o: o):
         }
     if camera.type == "PANO":
         settings = camera if hasattr(camera, "panorama_type") else camera.cycles
-        kind = settings.panorama_type
-        if kind == "EQUIRECTANGULAR":
-            result["panorama"] = {
-                "type": "equirectangular",
-                "longitude": [float(settings.longitude_min), float(settings.longitude_max)],
-                "latitude": [float(settings.latitude_min), float(settings.latitude_max)],
-            }
+        panorama = _panorama(settings, camera, render)
+        if panorama is None:
+            findings.append((LOST, f"the panorama {settings.panorama_type.lower()} is rendered as a perspective camera"))
         else:
-            findings.append((LOST, f"the panorama {kind.lower()} is rendered as a perspective camera"))
+            result["panorama"] = panorama
     elif camera.type not in {"PERSP", "ORTHO"}:
         findings.append((LOST, f"a camera of type {camera.type.lower()} is rendered as a perspective camera"))
     stereo = getattr(render, "use_multiview", False)

@@ -118,6 +118,8 @@ class Walk:
         self.walker, self.table, self.layer = walker, table, layer
         self.uses, self.objections = [], []
         self.surface = self.displacement = None
+        # Names of passes of the scene's own, and the links to what they are told.
+        self.aovs = []
         # Blender's name of what the displacement does.
         self.displacement_method = "BUMP"
         # Sentences on sockets whose values are no numbers; whether a circle of links was cut.
@@ -143,6 +145,27 @@ class Walk:
             self._walk(displaced.use)
         if found.use not in self.uses:
             self._walk(found.use)
+        self._object()
+
+    def read_aovs(self, owner, kinds):
+        """Walks from the AOV Outputs of a tree, by the kinds of the view layer's AOVs."""
+        for node, groups in _aov_outputs(tree_of(owner)):
+            kind = kinds.get(node.aov_name)
+            if kind is None:
+                continue
+            is_color = kind == "COLOR"
+            value = self._feeding(node.inputs["Color" if is_color else "Value"], groups)
+            # What converts the value as the node's socket does.
+            if is_color:
+                inputs = {"Vector": value[:3] if isinstance(value, tuple) else value, "Vector_001": (0.0, 0.0, 0.0)}
+                link = self._made("ShaderNodeVectorMath", "Vector", inputs, {"operation": "ADD"})
+            else:
+                link = self._made("ShaderNodeMath", "Value", {"Value": value, "Value_001": 0.0}, {"operation": "ADD", "use_clamp": False})
+            self._walk(link.use)
+            self.aovs.append((node.aov_name, link))
+        self._object()
+
+    def _object(self):
         self.is_cut |= self.walker.met_invalid
         labels = []
         for use in self.uses:
@@ -235,8 +258,8 @@ class Walk:
             return None
         return self._made("ShaderNodeCombineXYZ", "Vector", dict(zip("XYZ", value)))
 
-    def _made(self, kind, output, inputs):
-        use = Use(Made(kind), ())
+    def _made(self, kind, output, inputs, properties=None):
+        use = Use(Made(kind, properties or {}), ())
         use.inputs, use.outputs = inputs, {output}
         self._known[id(use)] = use
         return Link(use, output)
@@ -313,11 +336,30 @@ def _attribute_objections(node):
         yield f"{node.bl_label} ({node.attribute_name})"
 
 
+def _aov_outputs(tree):
+    """All AOV Outputs of a tree, those in groups by the nodes of these."""
+    stack, found, seen = [(tree, ())], [], 0
+    while stack:
+        tree, groups = stack.pop()
+        for node in tree.nodes if tree is not None else ():
+            seen += 1
+            if seen > MOST_NODES:
+                raise RecursionError(f"its groups amount to more than {MOST_NODES} nodes")
+            if node.mute:
+                continue
+            if node.type == "OUTPUT_AOV":
+                found.append((node, groups))
+            elif node.type == "GROUP":
+                stack.append((node.node_tree, (*groups, node)))
+    return found
+
+
 class Made:
     """A node that no tree has, in the place of a constant."""
 
     mute, type, texture_mapping, inputs, outputs = False, "MADE", None, (), ()
 
-    def __init__(self, kind):
+    def __init__(self, kind, properties):
+        self.properties = properties
         self.bl_idname = self.bl_label = kind
         self.name = ""

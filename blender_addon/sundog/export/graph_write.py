@@ -13,8 +13,8 @@ import numpy
 from . import blackbody, colorspace, evaluated, geometry, gltf, ies, images, object_info, skies, wavelength
 from .baker import BakeError
 from .graph import Link, Walk
-from .nodes import CUT, Walker
-from .verdicts import APPROXIMATED, EXACT, LOST
+from .nodes import CUT, Walker, tree_of
+from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
 # Cycles before 5.0 has other colours, and no films on metals.
 OLD_FILM = "the thin film is rendered as Blender 5 does"
@@ -29,6 +29,8 @@ class Written:
 
     def __init__(self):
         self.extension = {}
+        # The graph of what is told to passes of the scene's own, if there is any.
+        self.aovs = None
         self.attributes = []
         self.generated = self.informed = self.vertices = False
         self.values = set()
@@ -50,13 +52,25 @@ class GraphWriter:
         # The output of what stands for a node with one.
         self._renamed = {}
 
-    def write(self, walk, material):
-        """The Written of a walk."""
-        for use in walk.uses:
+    def write(self, walk, material, aovs=None):
+        """The Written of a walk, and of one from AOV Outputs; one of them may be None."""
+        for use in [use for each in (walk, aovs) if each is not None for use in each.uses]:
             self._demand(use)
-            self._tell(use)
-        self._tell_holdouts(walk)
+        if walk is not None:
+            for use in walk.uses:
+                self._tell(use)
+            self._tell_holdouts(walk)
         self.result.attributes = sorted((name, width) for name, width in self._widths.items() if not self._is_color(name))
+        if walk is not None:
+            self.result.extension = self._surface(walk, material)
+        if aovs is not None:
+            nodes, link = self._nodes(aovs)
+            told = [{"name": name, **link(found)} for name, found in aovs.aovs]
+            self.result.aovs = {"blender": list(bpy.app.version), "nodes": nodes, "aovs": told}
+        return self.result
+
+    def _nodes(self, walk):
+        """The nodes of a walk as they are written, and what says where a link leads among them."""
         nodes, places = [], {}
 
         def link(found):
@@ -99,6 +113,10 @@ class GraphWriter:
                 entry["inputs"] = inputs
             places[use] = len(nodes)
             nodes.append(entry)
+        return nodes, link
+
+    def _surface(self, walk, material):
+        nodes, link = self._nodes(walk)
         extension = {"blender": list(bpy.app.version), "nodes": nodes, "surface": link(walk.surface)}
         if any(u.node.bl_idname == "ShaderNodeObjectInfo" and "Material Index" in u.outputs for u in walk.uses):
             extension["pass_index"] = material.pass_index
@@ -106,8 +124,7 @@ class GraphWriter:
             extension["displacement"] = link(walk.displacement)
             extension["displacement_method"] = walk.displacement_method
             self.result.vertices = walk.displacement_method != "BUMP"
-        self.result.extension = extension
-        return self.result
+        return extension
 
     def _tell(self, use):
         """What of a shader is not rendered as Cycles does."""
@@ -398,6 +415,29 @@ def emitting(owner, rules, document, cache, findings, report=None):
     return written.extension, None
 
 
+def aovs_of(owner, kinds, findings, table=None, layer=None):
+    """The Walk from the AOV Outputs of a material or a world, or None; those that are not evaluated are told."""
+    if not kinds or tree_of(owner) is None:
+        return None
+    kept = {}
+    for name, kind in kinds.items():
+        walk = Walk(Walker(), table, layer)
+        try:
+            walk.read_aovs(owner, {name: kind})
+            why = ", ".join(walk.objections)
+        except (images.ImageError, RecursionError, KeyError, IndexError, AttributeError, TypeError, ValueError) as error:
+            why = str(error)
+        if why:
+            findings.append(Finding(LOST, f"the AOV \"{name}\" is 0 here, for its nodes are not evaluated: {why}"))
+        elif walk.aovs:
+            kept[name] = kind
+    if not kept:
+        return None
+    walk = Walk(Walker(), table, layer)
+    walk.read_aovs(owner, kept)
+    return walk
+
+
 # Nodes that others stand for
 
 
@@ -534,7 +574,9 @@ def _names(kind):
 
 def _plain(node):
     """A node's own properties: what it computes."""
-    if not hasattr(bpy.types, node.bl_idname) or node.type == "MADE":
+    if node.type == "MADE":
+        return node.properties
+    if not hasattr(bpy.types, node.bl_idname):
         return {}
     found = {}
     for name in _names(node.bl_idname):

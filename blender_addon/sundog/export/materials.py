@@ -46,6 +46,8 @@ class Writer:
         self.first_uvs = []
         # Whether the pass of their numbers is asked for.
         self.writes_indices = False
+        # The kinds of the view layer's AOVs by their names.
+        self.aovs = {}
         self._known = {}
 
     def material(self, material):
@@ -128,10 +130,11 @@ class Writer:
         width = 4 if any(a.alpha for a in slots.attributes) else 3
         color = slots.attribute_name()
         written = self._graph(material, reader, slots.uvs, None if color is None else (color, width))
-        if written is not None:
+        written = written or graph_write.Written()
+        if written.extension:
             extensions["SUNDOG_shader_graph"] = written.extension
-        else:
-            written = graph_write.Written()
+        if written.aovs:
+            exact["aovs"] = written.aovs
         result["extensions"] = {self.document.uses(k): v for k, v in extensions.items()}
         index = self.document.shared("materials", result)
         radial = "anisotropy" in others and "tangent" not in others["anisotropy"]
@@ -141,17 +144,29 @@ class Writer:
     def _graph(self, material, reader, uvs, color):
         """The Written of a material's node tree, if that says more than the flattened material; replaces the findings then."""
         flat = all(f.verdict == EXACT for f in reader.findings)
-        if not graph.ENABLED or material is None or flat or nodes.tree_of(material) is None:
+        if not graph.ENABLED or material is None or nodes.tree_of(material) is None:
+            return None
+        lost = []
+        aovs = graph_write.aovs_of(material, self.aovs, lost, layer=self.layer)
+        reader.findings += lost
+        reader.lasting += lost
+        if flat and aovs is None:
             return None
         before = list(uvs)
         try:
-            walk = graph.Walk(self.walker, layer=self.layer)
-            walk.read(material)
-            if walk.objections:
-                reader.note(EXACT, f"its nodes are not evaluated as they are because of: {', '.join(walk.objections)}")
-            if walk.objections or walk.surface is None:
+            walk = None
+            if not flat:
+                walk = graph.Walk(self.walker, layer=self.layer)
+                walk.read(material)
+                if walk.objections:
+                    reader.note(EXACT, f"its nodes are not evaluated as they are because of: {', '.join(walk.objections)}")
+                if walk.objections or walk.surface is None:
+                    walk = None
+            if walk is None and aovs is None:
                 return None
-            written = graph_write.GraphWriter(self.document, self.cache, uvs, color, self.values).write(walk, material)
+            written = graph_write.GraphWriter(self.document, self.cache, uvs, color, self.values).write(walk, material, aovs)
+            if walk is None:
+                return written
         except (images.ImageError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError) as error:
             uvs[:] = before
             reader.note(EXACT, f"its nodes are not evaluated as they are: {error}")

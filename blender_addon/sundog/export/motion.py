@@ -77,13 +77,15 @@ class Deformation:
 class Motion:
     """One shutter's motion. `move(frame, subframe)` brings the depsgraph to a time."""
 
-    def __init__(self, depsgraph, scene, move):
+    def __init__(self, depsgraph, scene, move, still=False):
+        """`still`: nothing is blurred; it is looked where things are a frame before and after."""
+        self.still = still
         self.depsgraph, self.scene, self.move = depsgraph, scene, move
         render, cycles = scene.render, getattr(scene, "cycles", None)
         self.frame = scene.frame_current + scene.frame_subframe
-        self.length = render.motion_blur_shutter
+        self.length = 2.0 if still else render.motion_blur_shutter
         position = getattr(render, "motion_blur_position", None) or getattr(cycles, "motion_blur_position", "CENTER")
-        self.middle = self.frame + {"START": 0.5, "END": -0.5}.get(position, 0.0) * self.length
+        self.middle = self.frame + (not still) * {"START": 0.5, "END": -0.5}.get(position, 0.0) * self.length
         self._matrices = {}
         self._meshes = {}
         self._camera = {}
@@ -105,7 +107,7 @@ class Motion:
             self._go(self.middle)
         wanted = set()
         for instance, parent in self._instances():
-            count = steps(instance.object, parent)
+            count = self._steps(instance.object, parent)
             if not count:
                 continue
             wanted.update(times(count))
@@ -115,7 +117,8 @@ class Motion:
                 with geometry.readable(instance.object) as mesh:
                     self._meshes[name] = Deformation(mesh, count)
         camera = self._shown_camera()
-        self._camera = dict.fromkeys(times(steps(camera) or 3)) if steps(camera) else {}
+        count = self._steps(camera)
+        self._camera = dict.fromkeys(times(count)) if count else {}
         wanted.update(self._camera)
         self._window = {0.0: window(camera)}
         for time in sorted(wanted):
@@ -127,6 +130,9 @@ class Motion:
                 self._window[time] = window(self._shown_camera())
         self._go(self.middle)
         self._look(0.0)
+
+    def _steps(self, shown, parent=None):
+        return 3 if self.still else steps(shown, parent)
 
     def _shown_camera(self):
         return self._eye.evaluated_get(self.depsgraph)
@@ -186,6 +192,8 @@ class Motion:
 
     def shutter(self):
         """SUNDOG_scene's `shutter`."""
+        if self.still:
+            return {"still": True}
         result = {}
         mapping = self.scene.render.motion_blur_shutter_curve
         mapping.initialize()

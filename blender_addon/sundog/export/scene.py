@@ -9,7 +9,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, dicing, geometry, gltf, images, lights, linking, materials, motion, object_info, visibility
+from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, images, lights, linking, materials, motion, object_info, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST
 
@@ -61,6 +61,7 @@ class Exporter:
         # The pass shows the active UV map, which is the first that the file has.
         self.materials.first_uvs = [None] if depsgraph.view_layer.use_pass_uv else []
         self.materials.layer = (scene, self.view_layer)
+        self.materials.aovs = {aov.name: aov.type for aov in self.view_layer.aovs if aov.is_valid}
         self.materials.writes_indices = depsgraph.view_layer.use_pass_material_index
         self._culling = self._light_groups = self._links = None
         self.changed_geometry = 0
@@ -77,8 +78,9 @@ class Exporter:
 
     def objects(self):
         """All that the depsgraph would render."""
-        if self.move is not None and motion.is_on(self.scene, self.view_layer):
-            self.motion = motion.Motion(self.depsgraph, self.scene, self.move)
+        blurs = motion.is_on(self.scene, self.view_layer)
+        if self.move is not None and (blurs or self.view_layer.use_pass_vector):
+            self.motion = motion.Motion(self.depsgraph, self.scene, self.move, still=not blurs)
             self.motion.record(lambda shown: cameras.window(cameras.settings_of(shown, []), self.scene.render))
         eye, matrix, view = self._eye([])
         self._culling = culling.Culling(self.scene, eye, matrix, view)
@@ -418,6 +420,7 @@ class Exporter:
             findings.append((LOST, f"it is rendered black: {error}"))
             extension["world"] = {"color": [0.0, 0.0, 0.0]}
         if world is not None:
+            self._aovs(world, extension["world"], findings)
             self.verdicts.extend("world", world.name, findings)
             extension["world"].update(self._grouped(world))
         if self._light_groups:
@@ -430,12 +433,24 @@ class Exporter:
             self.verdicts.add("scene", self.scene.name, LOST, words)
         extension["color_management"] = color_management(self.scene)
         extension["render"] = render_settings(self.scene)
+        if self.materials.aovs:
+            extension["aovs"] = [{"name": name, "type": kind} for name, kind in self.materials.aovs.items()]
         shutter = self.motion.shutter() if self.motion else None
         if shutter:
             extension["shutter"] = shutter
         top = self.document.root["scenes"][0]
         top["name"] = self.scene.name
         top["extensions"] = {self.document.uses("SUNDOG_scene"): extension}
+
+    def _aovs(self, world, described, findings):
+        """What the world tells AOVs: in Cycles only one that is not the same everywhere, where it is shown."""
+        is_constant = "image" not in described and "shader_graph" not in described
+        if is_constant or (self.scene.render.film_transparent and not self.view_layer.use_pass_environment):
+            return
+        walk = graph_write.aovs_of(world, self.materials.aovs, findings, evaluated.WORLD)
+        if walk is not None:
+            writer = graph_write.GraphWriter(self.document, self.cache, [], None, {}, self.report)
+            described["aovs"] = writer.write(None, world, walk).aovs
 
     def _pixel(self):
         """Radians that a pixel of the picture sees of the world; None for parallel rays."""

@@ -40,6 +40,18 @@ pub struct Import {
     /// Where versions differ (docs/cycles.md says where), patterns of a node tree are those of this one.
     #[arg(long, value_name = "VERSION", value_parser = values::cycles)]
     pub cycles: Option<CyclesVersion>,
+    /// The frame at which an animation of the file poses it: a number, at Blender's 24 frames a second or at others, such as 12@30.
+    ///
+    /// Nodes, skins and weights of morph targets. In files of Blender's exporter frame 0 is at 0 seconds, unless
+    /// "Set all glTF Animation starting at 0" was ticked.
+    #[arg(long, value_name = "NUMBER[@RATE]", value_parser = values::frame, allow_hyphen_values = true)]
+    pub frame: Option<f64>,
+    /// The same by seconds.
+    #[arg(long, value_name = "SECONDS", conflicts_with = "frame", number = -1e6..=1e6)]
+    pub seconds: Option<f64>,
+    /// Which animation that is, by its name or number; the first if not given.
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub animation: Option<String>,
     /// Read files that the scene names and that do not lie in its folder or below it.
     ///
     /// For scenes that you trust: an absolute path, `../` or a symbolic link in a file from elsewhere may lead to

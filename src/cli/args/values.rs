@@ -216,6 +216,23 @@ pub fn mist(text: &str) -> Result<Mist, String> {
         .ok_or_else(|| "expected a start, a depth and a power above 0, such as 5,25,2".into())
 }
 
+/// Frames a second of a new file of Blender's.
+const FRAME_RATE: f64 = 24.0;
+
+/// A frame's time in seconds: its number, and after `@` how many there are in a second.
+pub fn frame(text: &str) -> Result<f64, String> {
+    let (number, rate) = match text.split_once('@') {
+        Some((number, rate)) => (number, rate.trim().parse().ok()),
+        None => (text, Some(FRAME_RATE)),
+    };
+    let number: Option<f64> = number.trim().parse().ok();
+    number
+        .zip(rate)
+        .filter(|(number, rate)| number.is_finite() && rate.is_finite() && *rate > 0.0)
+        .map(|(number, rate)| number / rate)
+        .ok_or_else(|| "expected a number, or a number and frames a second, such as 12@30".into())
+}
+
 #[cfg(test)]
 #[path = "../../../tests/unit/cli/args/values.rs"]
 mod tests;

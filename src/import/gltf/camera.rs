@@ -4,7 +4,8 @@ use glam::DAffine3;
 
 use super::extensions::report_properties;
 use super::placement::matrix;
-use super::schema::{CameraJson, NodeJson, SundogCamera};
+use super::schema::{CameraJson, NodeJson, PanoramaJson, SundogCamera};
+use crate::math::panorama::Panorama;
 use crate::scene::{
     Aperture, Camera, CameraMotion, Diagnostics, Effect, Projection, Verdict, Window,
 };
@@ -57,6 +58,42 @@ pub(super) fn load_camera(
     Some(camera)
 }
 
+/// A panorama that is known.
+fn panorama(source: &PanoramaJson) -> Option<Projection> {
+    let fov = source.fov.unwrap_or(std::f32::consts::PI);
+    let sensor = source.sensor.into();
+    let kind = match &*source.kind {
+        "equirectangular" => {
+            return Some(Projection::Equirectangular {
+                longitude: source.longitude,
+                latitude: source.latitude,
+            });
+        }
+        "fisheye_equidistant" => Panorama::FisheyeEquidistant { fov },
+        "fisheye_equisolid" => Panorama::FisheyeEquisolid {
+            lens: source.lens.unwrap_or(10.5),
+            fov,
+            sensor,
+        },
+        "fisheye_polynomial" => Panorama::FisheyePolynomial {
+            coefficients: source.coefficients,
+            fov,
+            sensor,
+        },
+        "mirror_ball" => Panorama::MirrorBall,
+        "cube_face" => Panorama::CubeFace,
+        "central_cylindrical" => Panorama::CentralCylindrical {
+            longitude: source.longitude.map(|angle| angle as f32),
+            height: source.height,
+        },
+        _ => return None,
+    };
+    Some(Projection::Panorama {
+        kind,
+        shift: source.shift,
+    })
+}
+
 fn apply(extension: &SundogCamera, camera: &mut Camera, diagnostics: &mut Diagnostics) {
     let owner = format!("camera \"{}\"", camera.name);
     let mut unknown = |properties: &_| {
@@ -86,11 +123,8 @@ fn apply(extension: &SundogCamera, camera: &mut Camera, diagnostics: &mut Diagno
     }
     if let Some(panorama) = &extension.panorama {
         unknown(&panorama.unknown);
-        if panorama.kind == "equirectangular" {
-            camera.projection = Projection::Equirectangular {
-                longitude: panorama.longitude,
-                latitude: panorama.latitude,
-            };
+        if let Some(projection) = self::panorama(panorama) {
+            camera.projection = projection;
         } else {
             diagnostics.report_effect(
                 Effect::PanoramaCamera,

@@ -1,17 +1,19 @@
 //! The materials of a scene, and what its meshes have to know of them.
 
+use serde::Deserialize;
 use std::collections::{BTreeSet, HashMap};
 
 use super::container::Document;
 use super::material;
 use super::mesh::PrimitiveMaterial;
+use super::schema::SundogMaterial;
 use super::shader_graph;
 use super::shapes::mesh_name;
 use super::textures::Images;
 use crate::import::{ImportError, ImportOptions};
 use crate::scene::graph::{Graph, TangentKind};
 use crate::scene::{
-    Anisotropy, CoatNormal, Diagnostics, Effect, MaterialId, MetallicRoughness, Verdict,
+    Anisotropy, Aov, CoatNormal, Diagnostics, Effect, MaterialId, MetallicRoughness, Verdict,
 };
 
 /// The materials that the scene's meshes use, in file order, and the images that these use.
@@ -19,6 +21,8 @@ pub(super) struct Materials<'a> {
     pub(super) list: Vec<MetallicRoughness>,
     /// What is rendered instead, where a node tree is known.
     pub(super) graphs: Vec<Option<Graph>>,
+    /// What they tell passes of the scene's own.
+    pub(super) aovs: Vec<Option<Graph>>,
     /// Which of them are holdouts.
     pub(super) holdouts: Vec<bool>,
     /// By glTF material index (or none).
@@ -30,6 +34,7 @@ impl<'a> Materials<'a> {
     pub(super) fn load(
         document: &'a Document,
         used_meshes: &BTreeSet<usize>,
+        known_aovs: &[Aov],
         options: &ImportOptions,
         diagnostics: &mut Diagnostics,
     ) -> Result<Self, ImportError> {
@@ -50,6 +55,7 @@ impl<'a> Materials<'a> {
         let mut list = Vec::new();
         let mut graphs = Vec::new();
         let mut holdouts = Vec::new();
+        let mut all_aovs = Vec::new();
         let mut by_primitive = HashMap::new();
         for index in used {
             let mut material = match index {
@@ -77,9 +83,27 @@ impl<'a> Materials<'a> {
                 }
                 _ => None,
             };
-            let attributes = graph.as_ref().map_or(0, |loaded| loaded.graph.attributes());
+            let extension = index.and_then(|index| {
+                document.extension(&format!("/materials/{index}"), "SUNDOG_material")
+            });
+            let told = extension.and_then(|e| SundogMaterial::deserialize(e).ok()?.aovs);
+            let aovs = match (&told, &material) {
+                (Some(value), Some(m)) if !known_aovs.is_empty() => shader_graph::load_aovs(
+                    document,
+                    (value, Some(&m.name)),
+                    known_aovs,
+                    &mut images,
+                    options.cycles,
+                    diagnostics,
+                )?,
+                _ => None,
+            };
+            let both = || graph.iter().chain(&aovs);
+            let attributes = both()
+                .map(|loaded| loaded.graph.attributes())
+                .fold(0, usize::max);
             let displaced_bump = graph.as_ref().is_some_and(|loaded| loaded.displaced_bump);
-            let of_graph = graph.as_ref().and_then(|graph| graph.tangents);
+            let of_graph = both().find_map(|loaded| loaded.tangents);
             let tangents = of_graph
                 .map(|set| (set, Effect::NormalMaps))
                 .or_else(|| material.as_ref().and_then(tangents));
@@ -87,7 +111,7 @@ impl<'a> Materials<'a> {
                 let mut nodes = loaded.graph.nodes.iter();
                 nodes.any(|node| node.is_anisotropic_about_z())
             };
-            let radial = graph.as_ref().is_some_and(is_radial) || material.as_ref().is_some_and(|m| {
+            let radial = both().any(is_radial) || material.as_ref().is_some_and(|m| {
                 let radial = TangentKind::Radial;
                 matches!(m.anisotropy, Some(Anisotropy::Blender { tangent, .. }) if tangent == radial)
             });
@@ -99,6 +123,7 @@ impl<'a> Materials<'a> {
                 list.push(material);
                 holdouts.push(graph.as_ref().is_some_and(|loaded| loaded.holdout));
                 graphs.push(graph.map(|loaded| loaded.graph));
+                all_aovs.push(aovs.map(|loaded| loaded.graph));
                 MaterialId((list.len() - 1) as u32)
             });
             by_primitive.insert(
@@ -117,6 +142,7 @@ impl<'a> Materials<'a> {
         Ok(Self {
             list,
             graphs,
+            aovs: all_aovs,
             holdouts,
             by_primitive,
             images,

@@ -1,6 +1,7 @@
 //! glTF 2.0 (`.glb`, `.gltf`).
 
 mod accessor;
+mod animation;
 mod camera;
 mod container;
 mod deform;
@@ -52,6 +53,9 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         variants::choose(&mut document, &variants, wanted)?;
     }
     let mut diagnostics = Diagnostics::default();
+    if let Some(time) = &options.animation {
+        animation::pose(&mut document, time, &mut diagnostics)?;
+    }
 
     let mut walk = Walk {
         document: &document,
@@ -91,8 +95,9 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         &document.budget,
         &mut diagnostics,
     )?;
-    let mut materials = Materials::load(&document, &used_meshes, options, &mut diagnostics)?;
     let extension = scene_index.and_then(|i| document.graph.scenes[i].extensions.sundog.as_ref());
+    let aovs = scene_extension::aovs(extension);
+    let mut materials = Materials::load(&document, &used_meshes, &aovs, options, &mut diagnostics)?;
     let world = extension
         .and_then(|s| s.world.as_ref())
         .filter(|_| !options.without_world);
@@ -106,8 +111,21 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         )?,
         None => None,
     };
+    let world_aovs = match world.and_then(|world| world.aovs.as_ref()) {
+        Some(value) if !aovs.is_empty() => shader_graph::load_aovs(
+            &document,
+            (value, None),
+            &aovs,
+            &mut materials.images,
+            options.cycles,
+            &mut diagnostics,
+        )?,
+        _ => None,
+    };
     // Their images are among those of the materials.
     let of_materials = materials.graphs.len();
+    materials.graphs.append(&mut materials.aovs);
+    materials.graphs.push(world_aovs.map(|loaded| loaded.graph));
     materials.graphs.push(world_graph);
     for (light, value) in &light_graphs {
         let which = (value, &*lights[*light].name);
@@ -125,6 +143,8 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             .images
             .decode(&mut materials.list, &mut materials.graphs, &mut diagnostics);
     let mut of_others = materials.graphs.split_off(of_materials).into_iter();
+    let material_aovs: Vec<_> = of_others.by_ref().take(of_materials).collect();
+    let world_aovs = of_others.next().flatten();
     let world_graph = of_others.next().flatten();
     for ((light, _), graph) in light_graphs.into_iter().zip(of_others) {
         lights[light].graph = graph.map(Box::new);
@@ -144,8 +164,17 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             .list
             .into_iter()
             .zip(materials.graphs)
-            .map(|(flat, graph)| flat.with_graph(graph))
+            .zip(material_aovs)
+            .map(|((flat, graph), aovs)| {
+                let mut material = flat.with_graph(graph);
+                if let Some(aovs) = aovs {
+                    material.graph.take_aovs(aovs);
+                }
+                material
+            })
             .collect(),
+        aovs,
+        world_aovs: world_aovs.map(Box::new),
         images,
         lights,
         cameras,
@@ -218,7 +247,9 @@ fn report_whole_file(document: &Document, options: &ImportOptions, diagnostics: 
     // Without a choice it is told what is shown.
     let handled = &handled[..1 + usize::from(options.variant.is_some())];
     extensions::report_others(document, "", "the file", handled, diagnostics);
-    if let Some(Value::Array(animations)) = document.value.get("animations") {
+    if let Some(Value::Array(animations)) = document.value.get("animations")
+        && options.animation.is_none()
+    {
         for (index, animation) in animations.iter().enumerate() {
             let name = animation
                 .get("name")
@@ -230,7 +261,7 @@ fn report_whole_file(document: &Document, options: &ImportOptions, diagnostics: 
                 Verdict::Lost,
                 "animations",
                 name.unwrap_or_else(|| format!("animation {index}")),
-                "the scene stands still, as its nodes are placed in the file",
+                "the scene stands still, as its nodes are placed in the file; --frame or --seconds poses it",
             );
         }
     }

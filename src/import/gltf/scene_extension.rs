@@ -7,7 +7,10 @@ use super::extensions::report_properties;
 use super::schema::SundogScene;
 use crate::color::SearchPlaces;
 use crate::math::primaries::WorkingSpace;
-use crate::scene::{ColorManagement, Diagnostics, RenderDefaults, Scene, Shutter, Verdict};
+use crate::scene::{Aov, ColorManagement, Diagnostics, RenderDefaults, Scene, Shutter, Verdict};
+
+/// More passes of its own has no scene.
+const MOST_AOVS: usize = 256;
 
 /// Puts the extension's values into the scene. A file that it names lies beside the scene's, at `path`.
 pub(super) fn apply(
@@ -50,7 +53,11 @@ pub(super) fn apply(
         scene.shutter = Shutter {
             curve: shutter.curve.clone(),
             rolling: shutter.rolling,
+            still: shutter.still,
         };
+    }
+    for aov in &extension.aovs {
+        unknown(&aov.unknown, diagnostics);
     }
     if let Some(name) = &extension.working_space {
         let known = WorkingSpace::ALL.into_iter().find(|s| s.name() == name);
@@ -65,6 +72,20 @@ pub(super) fn apply(
         }
         scene.color_management.working_space = known.unwrap_or_default();
     }
+}
+
+/// The passes of the scene's own; of two with one name the first.
+pub(super) fn aovs(extension: Option<&SundogScene>) -> Vec<Aov> {
+    let mut all: Vec<Aov> = Vec::new();
+    for aov in extension.iter().flat_map(|extension| &extension.aovs) {
+        if all.len() < MOST_AOVS && all.iter().all(|known| known.name != aov.name) {
+            all.push(Aov {
+                name: aov.name.clone(),
+                is_color: aov.kind == "COLOR",
+            });
+        }
+    }
+    all
 }
 
 /// The space that a file's colours are in, before it is known which of its scenes is shown.

@@ -41,7 +41,20 @@ pub(super) struct SundogScene {
     pub shutter: Option<ShutterJson>,
     #[serde(default)]
     pub light_groups: Vec<String>,
+    #[serde(default)]
+    pub aovs: Vec<AovJson>,
     /// What is not known.
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// A pass of the scene's own.
+#[derive(Debug, Deserialize)]
+pub(super) struct AovJson {
+    pub name: String,
+    /// "COLOR" or "VALUE".
+    #[serde(rename = "type")]
+    pub kind: String,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -52,6 +65,8 @@ pub(super) struct ShutterJson {
     #[serde(default)]
     pub curve: Vec<f32>,
     pub rolling: Option<f32>,
+    #[serde(default)]
+    pub still: bool,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -72,6 +87,7 @@ pub(super) struct SundogMaterial {
     pub sheen: Option<SheenJson>,
     pub thin_film: Option<ThinFilmJson>,
     pub pass_index: Option<f32>,
+    pub aovs: Option<Value>,
     /// What is not rendered, and what is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
@@ -231,6 +247,7 @@ pub(super) struct WorldJson {
     pub rotation: Option<[f64; 9]>,
     pub sun: Option<WorldSunJson>,
     pub shader_graph: Option<Value>,
+    pub aovs: Option<Value>,
     pub sampling: Option<SamplingJson>,
     #[serde(default)]
     pub visibility: RaysJson,
@@ -444,8 +461,22 @@ pub(super) struct PanoramaJson {
     pub longitude: [f64; 2],
     #[serde(default = "half_turn")]
     pub latitude: [f64; 2],
+    pub fov: Option<f32>,
+    pub lens: Option<f32>,
+    #[serde(default)]
+    pub sensor: [f32; 2],
+    #[serde(default)]
+    pub coefficients: [f32; 5],
+    #[serde(default = "unit_span")]
+    pub height: [f32; 2],
+    #[serde(default)]
+    pub shift: [f64; 2],
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+fn unit_span() -> [f32; 2] {
+    [-1.0, 1.0]
 }
 
 fn whole_turn() -> [f64; 2] {

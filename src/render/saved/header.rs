@@ -3,9 +3,10 @@
 use super::Region;
 use crate::film::Passes;
 use crate::film::objects::Label;
+use crate::integrator::VECTOR_SUMS;
 use crate::render::InstructionSet;
 use crate::render::tile::Kept;
-use crate::scene::ColorManagement;
+use crate::scene::{Aov, ColorManagement};
 use glam::DMat3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -119,6 +120,12 @@ pub struct Header {
     /// Light groups whose light is kept.
     #[serde(default)]
     pub light_groups: Vec<String>,
+    /// Motion vectors are kept.
+    #[serde(default)]
+    pub vectors: bool,
+    /// The scene's own passes.
+    #[serde(default)]
+    pub aovs: Vec<Aov>,
     /// The radiance of half of the samples is kept.
     #[serde(default)]
     pub halves: bool,
@@ -147,6 +154,7 @@ impl Header {
             costs: self.costs,
             objects: self.objects,
             groups: self.light_groups.len(),
+            aovs: Aov::floats(&self.aovs) + if self.vectors { VECTOR_SUMS } else { 0 },
             halves: self.halves,
         }
     }
@@ -175,7 +183,8 @@ impl Header {
         let Ok(passes) = Passes::parse(self.passes.iter().map(String::as_str)) else {
             return Some("it has passes that there are not");
         };
-        if self.kept() != Kept::of(passes, self.light_groups.len(), self.halves) {
+        let own = (self.light_groups.len(), &self.aovs[..]);
+        if self.kept() != Kept::of(passes, own, self.halves) {
             return Some("it does not keep what its passes need");
         }
         let each = self.ranges.iter().all(|(from, to)| from <= to);
@@ -194,7 +203,11 @@ impl Header {
     /// Why the pixels of another can't be put to those of this one.
     pub(in crate::render) fn unlike(&self, other: &Self) -> Option<String> {
         let shape = |h: &Self| (h.size, h.region, h.kept());
-        if shape(self) != shape(other) || self.passes != other.passes || self.axes != other.axes {
+        if shape(self) != shape(other)
+            || self.passes != other.passes
+            || self.axes != other.axes
+            || self.aovs != other.aovs
+        {
             return Some("they are of different pictures".into());
         }
         if self.instruction_set != other.instruction_set {

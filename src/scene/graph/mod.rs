@@ -181,6 +181,19 @@ pub struct Graph {
     pub displacement: Option<Link>,
     /// The normal that takes the place of the surface's own: that of a displacement that is a bump.
     pub normal: Option<Link>,
+    /// What it tells passes of the scene's own (Blender's AOV Output nodes).
+    pub aovs: Vec<AovOutput>,
+}
+
+/// A value for a pass of the scene's own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AovOutput {
+    /// Its first float among those of all of these passes.
+    pub first: u32,
+    /// A colour, or a number.
+    pub is_color: bool,
+    /// The value.
+    pub value: Option<Link>,
 }
 
 impl Graph {
@@ -203,13 +216,29 @@ impl Graph {
         self.node(link).kind.outputs()[usize::from(link.output)]
     }
 
-    fn roots(&mut self) -> [&mut Option<Link>; 4] {
-        [
+    fn roots(&mut self) -> Vec<&mut Option<Link>> {
+        let aovs = self.aovs.iter_mut().map(|aov| &mut aov.value);
+        let own = [
             &mut self.surface,
             &mut self.volume,
             &mut self.displacement,
             &mut self.normal,
-        ]
+        ];
+        own.into_iter().chain(aovs).collect()
+    }
+
+    /// Takes over what another graph tells passes of the scene's own.
+    pub fn take_aovs(&mut self, mut other: Self) {
+        let shift = self.nodes.len() as u32;
+        let inputs = other.nodes.iter_mut().flat_map(|node| &mut node.inputs);
+        let links = inputs.filter_map(|input| match input {
+            Input::Link(link) => Some(link),
+            _ => None,
+        });
+        let roots = other.aovs.iter_mut().filter_map(|aov| aov.value.as_mut());
+        links.chain(roots).for_each(|link| link.node += shift);
+        self.nodes.append(&mut other.nodes);
+        self.aovs.append(&mut other.aovs);
     }
 
     /// Which nodes some links need, themselves included.

@@ -126,13 +126,13 @@ pub fn rename_images(scene: &mut Scene, mut name: impl FnMut(ImageId) -> ImageId
     if let Some(image) = scene.environment.as_mut().and_then(|e| e.image.as_mut()) {
         *image = name(*image);
     }
-    for graph in scene.lights.iter_mut().filter_map(|l| l.graph.as_mut()) {
+    let of_lights = scene.lights.iter_mut().filter_map(|l| l.graph.as_mut());
+    let world = scene.environment.as_mut().and_then(|e| e.graph.as_mut());
+    let graphs = of_lights
+        .chain(&mut scene.world_aovs)
+        .map(|graph| &mut **graph);
+    for graph in graphs.chain(world.map(|world| &mut world.graph)) {
         for texture in graph.textures_mut() {
-            texture.image = name(texture.image);
-        }
-    }
-    if let Some(world) = scene.environment.as_mut().and_then(|e| e.graph.as_mut()) {
-        for texture in world.graph.textures_mut() {
             texture.image = name(texture.image);
         }
     }

@@ -1,5 +1,6 @@
 //! From graphs to programs.
 
+use super::aovs::aovs;
 use super::shader::{roots_of, shader};
 use super::{Call, Height, Opacity, Operand, Operation, Program, Programs, Root, Weighted};
 use crate::math::primaries::WorkingSpace;
@@ -72,7 +73,7 @@ const DEEPEST: u32 = 4;
 const MOST_HEIGHTS: u32 = 4096;
 
 impl<'a, S: Source> Compiler<'a, S> {
-    fn new(graph: &'a Graph, source: &'a mut S, heights: &'a mut u32) -> Self {
+    pub(super) fn new(graph: &'a Graph, source: &'a mut S, heights: &'a mut u32) -> Self {
         Self {
             graph,
             source,
@@ -494,7 +495,7 @@ impl<'a, S: Source> Compiler<'a, S> {
         })
     }
 
-    fn finish(mut self, roots: &mut [&mut Root]) -> Program {
+    pub(super) fn finish(mut self, roots: &mut [&mut Root]) -> Program {
         let program = &mut self.program;
         while (program.operations.len() >> program.shift) >= 64 {
             program.shift += 1;
@@ -672,5 +673,6 @@ pub fn compile(graph: &Graph, mut known: Known, source: &mut impl Source) -> Pro
         emission,
         emitted,
         normal: normal.filter(|(program, _)| !program.is_constant()),
+        aovs: aovs(&folded, source),
     }
 }

@@ -4,11 +4,13 @@
 //! socket of a shader knows which of them it needs, and they run when it is asked for: an image that nobody asks for is
 //! not read. What is constant has no operations.
 
+mod aovs;
 mod call;
 mod compile;
 mod projection;
 mod shader;
 
+pub use aovs::Aovs;
 pub use call::{Call, Height};
 pub use compile::{Known, Source, compile, displacement};
 
@@ -683,6 +685,8 @@ pub struct Programs {
     pub emitted: Root,
     /// The normal outside in the place of the surface's own, if it has one.
     pub normal: Option<(Program, Root)>,
+    /// What is told to passes of the scene's own, if anything is.
+    pub aovs: Option<Box<Aovs>>,
 }
 
 #[cfg(test)]

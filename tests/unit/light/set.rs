@@ -188,7 +188,7 @@ fn rules_decide_what_rays_find() {
 fn an_even_sky_beside_other_lights_has_no_light_samples() {
     let even = || Light::Environment(Box::new(Environment::constant(Vec3::splat(0.2))));
     let pdf = |with_sun: bool, rules: Rules| {
-        let mut builder = LightSetBuilder::new(eye(), false);
+        let mut builder = LightSetBuilder::new(eye(), false, Default::default());
         builder.add_environment(even(), rules);
         if with_sun {
             builder.add(sun(), Rules::NONE, 0);
@@ -200,9 +200,12 @@ fn an_even_sky_beside_other_lights_has_no_light_samples() {
         let mut drawn = (0..100).filter_map(|k| set.draw(&at, k as f32 / 100.0));
         let sky = drawn.any(|(drawn, _)| matches!(set.source(drawn), Source::Environment));
         let mut found = Vec::new();
-        set.environment_le(&at, Vec3::Y, (RayKind::Diffuse, 0), |_, pdf, _| {
-            found.push(pdf)
-        });
+        set.environment_le(
+            &at,
+            Vec3::Y,
+            (RayKind::Diffuse, 0, Shadows::Plain),
+            |_, pdf, _| found.push(pdf),
+        );
         (sky, found)
     };
     assert_eq!(pdf(true, Rules::NONE), (false, vec![0.0]));

@@ -24,7 +24,8 @@ fn written(instructions: &str) -> Vec<u8> {
         "passes": passes.iter().map(Pass::name).collect::<Vec<_>>(),
         "axes": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "ranges": [[3, 7]], "whole": true,
         "apart": passes.need_light_passes(), "features": passes.need_features(), "costs": passes.has(Pass::Cost), "halves": true,
-        "objects": passes.need_objects(), "labels": [Label::new(["a", "b", "c"], [1.0, 2.0])], "light_groups": ["key", "fill"], "clamped": [0.5, 0.0],
+        "objects": passes.need_objects(), "labels": [Label::new(["a", "b", "c"], [1.0, 2.0])], "light_groups": ["key", "fill"],
+        "aovs": [{ "name": "a", "is_color": true }, { "name": "b", "is_color": false }], "vectors": passes.has(Pass::Vector), "clamped": [0.5, 0.0],
         "left_out": ["coat"], "color_management": ColorManagement::default(),
         "traced": {
             "samples": 5600, "rays": 12000, "seconds": 1.5, "non_finite": 2,
@@ -36,6 +37,9 @@ fn written(instructions: &str) -> Vec<u8> {
     for tile in &tiles {
         for (index, sum) in (1..).zip(&mut locked(tile).groups) {
             *sum = DVec3::splat(f64::from(index));
+        }
+        for (number, sum) in (0u32..).zip(&mut locked(tile).aovs) {
+            *sum = f64::from(number);
         }
         for objects in &mut locked(tile).objects {
             objects.set_middle(Some(0));

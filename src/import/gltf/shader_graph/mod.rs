@@ -13,8 +13,10 @@ use crate::import::ImportError;
 use crate::nodes::CyclesVersion;
 use crate::nodes::vector_math::VectorMath;
 use crate::scene::graph::function::{PlaceInput, bump};
-use crate::scene::graph::{Function, Graph, Input, Link, Node, NodeKind, SocketKind, node};
-use crate::scene::{Diagnostics, Subject, Verdict};
+use crate::scene::graph::{
+    AovOutput, Function, Graph, Input, Link, Node, NodeKind, SocketKind, node,
+};
+use crate::scene::{Aov, Diagnostics, Subject, Verdict};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::{BTreeSet, HashMap};
@@ -33,6 +35,17 @@ pub(super) struct ShaderGraphJson {
     displacement_method: Option<String>,
     #[serde(default)]
     pass_index: f32,
+    /// What is told to passes of the scene's own.
+    #[serde(default)]
+    aovs: Vec<AovJson>,
+}
+
+/// A value for a pass of the scene's own.
+#[derive(Debug, Deserialize)]
+struct AovJson {
+    name: String,
+    #[serde(flatten)]
+    value: Reference,
 }
 
 #[derive(Debug, Deserialize)]
@@ -129,6 +142,8 @@ pub(super) struct Loaded {
     pub displaced_bump: bool,
     /// Where the camera sees it, the picture is empty.
     pub holdout: bool,
+    /// By name, what is told to passes of the scene's own.
+    aovs: Vec<(String, Option<Link>)>,
 }
 
 /// Reads the graph of a material, if it has one that is evaluated; what is not has a verdict, and the flat material counts.
@@ -188,6 +203,42 @@ pub(super) fn load_light(
     Ok(loaded.map(|loaded| loaded.graph))
 }
 
+/// What a material or the world tells passes of the scene's own; what is not evaluated has a verdict, and is 0 there.
+pub(super) fn load_aovs(
+    document: &Document,
+    (value, teller): (&Value, Option<&str>),
+    known: &[Aov],
+    images: &mut Images,
+    version: Option<CyclesVersion>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Loaded>, ImportError> {
+    let owner = Owner {
+        words: teller.map_or("world".to_owned(), |name| format!("material \"{name}\"")),
+        subject: teller.map_or_else(
+            || "the world".into(),
+            |name| Subject::Material(name.to_owned()),
+        ),
+        instead: "its AOVs are 0",
+        version,
+    };
+    let loaded = read(document, value, &owner, images, diagnostics)?;
+    Ok(loaded.map(|mut loaded| {
+        loaded.graph.aovs = std::mem::take(&mut loaded.aovs)
+            .into_iter()
+            .filter_map(|(name, value)| {
+                let at = known.iter().position(|aov| aov.name == name)?;
+                Some(AovOutput {
+                    first: Aov::floats(&known[..at]) as u32,
+                    is_color: known[at].is_color,
+                    value,
+                })
+            })
+            .collect();
+        loaded.graph.prune();
+        loaded
+    }))
+}
+
 /// Whose graph it is.
 struct Owner {
     words: String,
@@ -228,13 +279,19 @@ fn read(
         Ok(tangents) => {
             let displaced_bump = reader.undisplaced.is_some();
             let holdout = reader.is_holdout();
+            let value = |aov: &AovJson| reader.made.get(&aov.value).and_then(|input| input.link());
+            let aovs = source.aovs.iter();
+            let aovs: Vec<_> = aovs.map(|aov| (aov.name.clone(), value(aov))).collect();
             let mut graph = reader.graph;
-            graph.prune();
+            if aovs.is_empty() {
+                graph.prune();
+            }
             Ok(Some(Loaded {
                 graph,
                 tangents,
                 displaced_bump,
                 holdout,
+                aovs,
             }))
         }
         Err(Stop::Broken(error)) => Err(error),
@@ -359,6 +416,7 @@ impl Reader<'_, '_, '_> {
             .iter()
             .map(|root| (root, true))
             .chain(self.source.surface.iter().map(|root| (root, false)))
+            .chain(self.source.aovs.iter().map(|aov| (&aov.value, false)))
         {
             if let Some(outputs) = used.get_mut(root.node) {
                 outputs.insert(root.output.clone());
