@@ -5,6 +5,7 @@ mod closed_lamps;
 mod coincident;
 mod forecast;
 mod linking;
+mod media;
 mod motion;
 mod patterns;
 mod replay;
@@ -663,6 +664,8 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     list.push(("two sheets in one place", coincident::sheets(0.3)));
     list.push(("moving lamps", motion::moving_lamps()));
     list.push(("lights with receivers and blockers", linking::scene()));
+    list.push(("fog", media::fog()));
+    list.push(("coloured liquid", media::liquid()));
     list
 }
 
@@ -866,7 +869,7 @@ fn the_passes_recombine_to_the_picture() {
         for (pixel, whole) in combined.chunks_exact(4).enumerate() {
             for (channel, &whole) in whole[..3].iter().enumerate() {
                 let at = |name: &str| f64::from(of(name)[3 * pixel + channel]);
-                let mut sum = at("Emit") + at("Env");
+                let mut sum = at("Emit") + at("Env") + at("VolumeDir") + at("VolumeInd");
                 for (kind, lit) in ["Diff", "Gloss", "Trans"].into_iter().zip(&mut lit) {
                     let part = |what: &str| at(&format!("{kind}{what}"));
                     let light = (part("Dir") + part("Ind")) * part("Col");

@@ -71,6 +71,7 @@ fn world(scene: &Scene, effects: EnumSet<Effect>) -> Outcome<World> {
 
 /// As a picture of default settings has it.
 const PATHS: PathSettings = PathSettings {
+    volume_limit: u32::MAX,
     bounces: 12,
     limits: [u32::MAX; 3],
     transparent: u32::MAX,

@@ -59,6 +59,7 @@ def arguments(scene, layer, abilities, warn):
         ("bounces-diffuse", settings.diffuse_bounces),
         ("bounces-glossy", settings.glossy_bounces),
         ("bounces-transmission", settings.transmission_bounces),
+        ("bounces-volume", settings.volume_bounces),
         ("bounces-transparent", settings.transparent_max_bounces),
     ):
         result += [f"--{flag}", str(value)]

@@ -39,6 +39,8 @@ _PASSES = (
     ("use_pass_transmission_direct", "TransDir", "Transmission Direct", "RGB", "COLOR"),
     ("use_pass_transmission_indirect", "TransInd", "Transmission Indirect", "RGB", "COLOR"),
     ("use_pass_transmission_color", "TransCol", "Transmission Color", "RGB", "COLOR"),
+    ("cycles.use_pass_volume_direct", "VolumeDir", "Volume Direct", "RGB", "COLOR"),
+    ("cycles.use_pass_volume_indirect", "VolumeInd", "Volume Indirect", "RGB", "COLOR"),
     ("use_pass_emit", "Emit", "Emission", "RGB", "COLOR"),
     ("use_pass_environment", "Env", "Environment", "RGB", "COLOR"),
     *(

@@ -62,6 +62,7 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
     diffuse_bounces: _bounces("Diffuse", 4, "Most diffuse reflections of a path")
     glossy_bounces: _bounces("Glossy", 4, "Most glossy reflections of a path")
     transmission_bounces: _bounces("Transmission", 12, "Most passages of a path through glass")
+    volume_bounces: _bounces("Volume", 0, "Most scatterings of a path by volumes; 0 leaves light that is scattered once")
     transparent_max_bounces: _bounces("Transparent", 8, "Most surfaces that a path passes by their transparency")
     sample_clamp_direct: FloatProperty(
         name="Direct Light", description="Greatest value of a contribution of direct light; 0 for no limit. Takes light away",
@@ -113,7 +114,7 @@ class SundogViewLayerSettings(bpy.types.PropertyGroup):
 # Cycles' names of what both have.
 COPIED = (
     "samples", "time_limit", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
-    "transparent_max_bounces", "sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "pixel_filter_type",
+    "volume_bounces", "transparent_max_bounces", "sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "pixel_filter_type",
     "filter_width", "seed", "use_animated_seed", "film_exposure", "caustics_reflective", "caustics_refractive",
     "use_adaptive_sampling", "adaptive_threshold", "adaptive_min_samples",
 )
@@ -142,8 +143,6 @@ def copy_from_cycles(scene):
 def _notes(scene, cycles):
     if cycles.time_limit > 0:
         yield "the time limit counts loading and preparing, too"
-    if cycles.volume_bounces:
-        yield "there are no volumes"
     if cycles.use_fast_gi:
         yield "there is no fast GI approximation: all bounces are traced"
     if getattr(cycles, "use_guiding", False):

@@ -30,13 +30,13 @@ SHOWN = {"DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT
 
 # Blender's panels of what is not rendered, and what they then say at their top.
 NOT_RENDERED = {
-    "DATA_PT_context_volume": "Sundog does not render volumes",
+    "DATA_PT_context_volume": "Sundog does not render volume objects",
     "DATA_PT_context_pointcloud": "Sundog does not render point clouds",
     "DATA_PT_context_curves": "Sundog does not render hair curves",
     "DATA_PT_lightprobe": "Light probes do nothing in Sundog",
     "PARTICLE_PT_render_path": "Sundog does not render hair and paths",
     "PARTICLE_PT_hair_shape": "Sundog does not render hair and paths",
-    "PHYSICS_PT_smoke": "Sundog does not render volumes",
+    "PHYSICS_PT_smoke": "Sundog does not render smoke",
 }
 
 _adopted = []
@@ -153,6 +153,7 @@ class SUNDOG_RENDER_PT_light_paths(_Closed, Panel):
         column.prop(settings, "diffuse_bounces")
         column.prop(settings, "glossy_bounces")
         column.prop(settings, "transmission_bounces")
+        column.prop(settings, "volume_bounces")
         layout.prop(settings, "transparent_max_bounces")
         column = layout.column(align=True, heading="Clamping")
         column.prop(settings, "sample_clamp_direct")
@@ -377,7 +378,7 @@ class SUNDOG_WORLD_PT_surface(_Buttons, Panel):
 
 
 class SUNDOG_WORLD_PT_volume(_Closed, Panel):
-    bl_label = "Volume (not rendered)"
+    bl_label = "Volume"
     bl_context = "world"
 
     @classmethod
@@ -419,7 +420,7 @@ class SUNDOG_MATERIAL_PT_surface(_Material, Panel):
 
 
 class SUNDOG_MATERIAL_PT_volume(_Material, Panel):
-    bl_label = "Volume (not rendered)"
+    bl_label = "Volume"
     bl_options = {"DEFAULT_CLOSED"}
 
     def show(self, layout, context):

@@ -34,6 +34,7 @@ impl RenderOptions {
                 diffuse: bounces.bounces_diffuse,
                 glossy: bounces.bounces_glossy,
                 transmission: bounces.bounces_transmission,
+                volume: bounces.bounces_volume,
                 transparent: bounces.bounces_transparent,
             },
             clamp_direct: transport.clamp_direct as f32,

@@ -120,7 +120,7 @@ impl Census {
             effect if super::sets::PROCEDURAL_TEXTURES.contains(effect) => {
                 materials("no such pattern")
             }
-            Effect::Absorption => materials("clear, or not solid,"),
+            Effect::Absorption => "nothing is filled".into(),
             Effect::Media => "there is none in the file".into(),
             Effect::MotionBlur => "nothing moves in the file".into(),
             Effect::ShadowCatcher => format!("none {}", all(self.objects, "object")),

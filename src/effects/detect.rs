@@ -6,7 +6,7 @@ use super::table::{COUNT, Decided, TABLE, row};
 use crate::scene::coincident;
 use crate::scene::graph::{Opacity, PrincipledSummary, Slot};
 use crate::scene::{
-    Diagnostics, Effect, Environment, Instance, LeftOut, Light, LightKind, Material, Mesh,
+    Diagnostics, Effect, Environment, Instance, LeftOut, Light, LightKind, Material, Medium, Mesh,
     Projection, RayKind, Scene, Subject, Visibility,
 };
 use enumset::EnumSet;
@@ -271,6 +271,7 @@ impl Findings {
         for color in &summary.glossy {
             there.extend((color.max_element() > 0.0).then_some(Effect::Metal));
         }
+        there.extend(m.medium.as_ref().and_then(Medium::effect));
         for effect in there {
             add(effect, true);
         }
@@ -300,6 +301,10 @@ impl Findings {
             if light.links.is_linked() {
                 self.add(Effect::LightLinking, cause);
             }
+        }
+        if let Some(effect) = scene.medium.as_ref().and_then(Medium::effect) {
+            let cause = || Cause::new(Thing::World, "the world's volume");
+            self.add(effect, cause);
         }
         let Some(environment) = scene.environment.as_ref().filter(|e| is_bright(e)) else {
             return;

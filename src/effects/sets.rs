@@ -48,6 +48,8 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::ThinFilm
         | Effect::CoincidentFaces
         | Effect::MotionBlur
+        | Effect::Media
+        | Effect::Absorption
         | STRUCTURE
 );
 /// Patterns that materials' programs compute.

@@ -112,8 +112,8 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::Subsurface, Absent, ["light that goes on below the surface", "the importer meets one whose weight is not 0"]),
         line(E::DiffuseTransmission, Kernels, ["light that is scattered through a sheet", "a placed material has a Translucent BSDF, light below the surface of a thin wall, or diffuse transmission"]),
         line(E::Dispersion, Absent, ["an index of refraction by wavelength", "the importer meets one that is not 0"]),
-        line(E::Absorption, Absent, ["glass that takes light by its thickness", "the importer meets a finite distance and a colour that is not white"]),
-        line(E::Media, Absent, ["fog, smoke and what else scatters between surfaces", "the importer meets one"]),
+        line(E::Absorption, Kernels, ["light that is taken by the way through a solid", "a placed material or the world has a volume that absorbs and does nothing else"]),
+        line(E::Media, Kernels, ["fog and what else scatters or emits light between surfaces", "a placed material or the world has a volume that does"]),
         line(E::MotionBlur, Kernels, ["things that move while the shutter is open", "a placed object, its vertices or the camera that renders does"]),
         line(E::ShadowCatcher, Absent, ["objects that show nothing but the shadows on them", "an object is one"]),
     ]

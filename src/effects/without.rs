@@ -21,6 +21,9 @@ pub fn keeps_environment(set: EnumSet<Effect>, environment: &Environment) -> boo
 /// of its colour, and a dielectric does not reflect. What calls for no more than the set has stays as it is.
 pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
     let mut m = material.clone();
+    m.medium = m
+        .medium
+        .filter(|medium| medium.effect().is_some_and(|effect| set.contains(effect)));
     for slot in Slot::ALL {
         if !set.contains(slot.effect()) {
             // One at a time: what is left has other places in the list afterwards.

@@ -15,6 +15,9 @@ pub trait PassSink {
     /// How that surface scatters light from a direction: all of it, the diffuse part, and whether the
     /// direction lies beyond the surface.
     fn first_scattering(&mut self, whole: Vec3, diffuse: Vec3, beyond: bool);
+    /// The first scattering is in a medium.
+    #[inline(always)]
+    fn first_in_medium(&mut self) {}
     /// Light by way of that surface; `indirect`: by way of others too.
     fn scattered(&mut self, light: Vec3, indirect: bool);
     /// Light of a surface that shines, straight to the camera.
@@ -67,14 +70,16 @@ impl PassSink for NoPasses {
     fn environment(&mut self, _: Vec3) {}
 }
 
-/// Kinds of scattering: diffuse, glossy, transmission.
+/// Kinds of scattering by surfaces: diffuse, glossy, transmission.
 const KINDS: usize = 3;
+/// That by media comes after them.
+const MEDIA: usize = KINDS;
 
 /// The light of one path, apart.
 #[derive(Clone, Debug, Default)]
 pub struct PathPasses {
     /// By kind of scattering; direct and indirect.
-    light: [[Vec3; 2]; KINDS],
+    light: [[Vec3; 2]; KINDS + 1],
     colors: [Vec3; KINDS],
     emission: Vec3,
     environment: Vec3,
@@ -168,6 +173,11 @@ impl PassSink for PathPasses {
     }
 
     #[inline]
+    fn first_in_medium(&mut self) {
+        (self.diffuse_share, self.other) = (Vec3::ZERO, MEDIA);
+    }
+
+    #[inline]
     fn scattered(&mut self, light: Vec3, indirect: bool) {
         let diffuse = light * self.diffuse_share;
         self.light[0][usize::from(indirect)] += diffuse;
@@ -239,7 +249,7 @@ impl PassSink for PathPasses {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PixelPasses {
-    light: [[DVec3; 2]; KINDS],
+    light: [[DVec3; 2]; KINDS + 1],
     colors: [DVec3; KINDS],
     emission: DVec3,
     environment: DVec3,
@@ -250,11 +260,16 @@ pub struct PixelPasses {
 impl PixelPasses {
     /// Adds a path.
     pub fn add(&mut self, path: &PathPasses) {
-        for kind in 0..KINDS {
-            for way in 0..2 {
-                self.light[kind][way] += path.light[kind][way].as_dvec3();
-            }
-            self.colors[kind] += path.colors[kind].as_dvec3();
+        for (sum, light) in self
+            .light
+            .iter_mut()
+            .flatten()
+            .zip(path.light.iter().flatten())
+        {
+            *sum += light.as_dvec3();
+        }
+        for (sum, color) in self.colors.iter_mut().zip(&path.colors) {
+            *sum += color.as_dvec3();
         }
         self.emission += path.emission.as_dvec3();
         self.environment += path.environment.as_dvec3();
@@ -273,11 +288,16 @@ impl PixelPasses {
 
     /// Adds the paths of another sum.
     pub fn join(&mut self, other: &Self) {
-        for kind in 0..KINDS {
-            for way in 0..2 {
-                self.light[kind][way] += other.light[kind][way];
-            }
-            self.colors[kind] += other.colors[kind];
+        for (sum, light) in self
+            .light
+            .iter_mut()
+            .flatten()
+            .zip(other.light.iter().flatten())
+        {
+            *sum += *light;
+        }
+        for (sum, color) in self.colors.iter_mut().zip(&other.colors) {
+            *sum += *color;
         }
         self.emission += other.emission;
         self.environment += other.environment;
@@ -311,6 +331,11 @@ impl PixelPasses {
     /// Mean colour of a kind, given the reciprocal of the number of samples.
     pub fn color(&self, kind: usize, scale: f64) -> DVec3 {
         self.colors[kind] * scale
+    }
+
+    /// Mean light that media scatter, direct or indirect.
+    pub fn of_media(&self, indirect: bool, scale: f64) -> DVec3 {
+        self.light[MEDIA][usize::from(indirect)] * scale
     }
 
     /// Mean emission.

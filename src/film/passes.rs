@@ -35,7 +35,11 @@ pub enum Pass {
     TransmissionIndirect,
     /// Transmission, as `DiffuseColor`.
     TransmissionColor,
-    /// Surfaces that shine, seen by the camera.
+    /// Light that a volume scatters to the camera on its way from a light.
+    VolumeDirect,
+    /// The same of light that was scattered before.
+    VolumeIndirect,
+    /// What shines, seen by the camera.
     Emission,
     /// The world, seen by the camera.
     Environment,
@@ -86,7 +90,7 @@ pub enum Pass {
 }
 
 /// The one table of passes: Blender's name, channels as Blender has them, what it holds.
-pub const TABLE: [(Pass, &str, &str, &str); 38] = [
+pub const TABLE: [(Pass, &str, &str, &str); 40] = [
     (Pass::Combined, "Combined", "RGBA", "the picture itself"),
     (
         Pass::Depth,
@@ -167,10 +171,22 @@ pub const TABLE: [(Pass, &str, &str, &str); 38] = [
         "as DiffCol, for transmission",
     ),
     (
+        Pass::VolumeDirect,
+        "VolumeDir",
+        "RGB",
+        "light from lights that a volume scatters to the camera",
+    ),
+    (
+        Pass::VolumeIndirect,
+        "VolumeInd",
+        "RGB",
+        "the same of light that was scattered before",
+    ),
+    (
         Pass::Emission,
         "Emit",
         "RGB",
-        "surfaces that shine, as the camera sees them",
+        "surfaces and volumes that shine, as the camera sees them",
     ),
     (
         Pass::Environment,

@@ -13,7 +13,7 @@ use crate::math::frame::Frame;
 use crate::math::warp::cosine_hemisphere;
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::bsdf::BsdfValue;
-use crate::world::{Hit, Past, RayKind, Sender, Surface, World};
+use crate::world::{Hit, Past, RayKind, Sender, Surface, Within, World};
 use glam::Vec3;
 
 /// A surface that light falls on, and what the path to it brings. By value, so that it stays in registers where no function
@@ -32,6 +32,8 @@ pub(super) struct Vertex<'a, E: Features> {
     pub transparent: u32,
     /// The way that the path has come.
     pub past: Past,
+    /// The media that it has come through.
+    pub within: &'a Within,
 }
 
 impl<E: Features> Vertex<'_, E> {
@@ -161,6 +163,9 @@ impl<E: Features> Vertex<'_, E> {
             let key = sampler.key(Dimension::Opacity, self.bounce);
             share *= world.passes_lids((hit, surface), light.wi, key, left);
         }
+        if E::EVERYTHING && world.has_media() && share != Vec3::ZERO {
+            share *= self.media_share((start, light.wi), light.target, beyond);
+        }
         sum.sink.step(|| step(Some(average(share))));
         if self.bounce == 0 {
             sum.sink.first_scattering(reflected, diffuse, beyond);
@@ -169,6 +174,25 @@ impl<E: Features> Vertex<'_, E> {
         let source = || world.lights.source(drawn);
         sum.sink.grouped(kept, || world.lights.group(source()));
         1
+    }
+
+    /// Share of a light sample that media let through; `direction`: of the light; `beyond`: its ray crosses the surface.
+    #[cold]
+    #[inline(never)]
+    fn media_share(
+        &self,
+        (start, direction): (Vec3, Vec3),
+        target: Option<Vec3>,
+        beyond: bool,
+    ) -> Vec3 {
+        let crossed = beyond.then(|| {
+            let mut within = self.within.clone();
+            self.world.cross(&mut within, self.hit, direction);
+            within
+        });
+        let within = crossed.as_ref().unwrap_or(self.within);
+        let ray = (start, direction);
+        self.world.media_before(within, ray, target, self.hit.time)
     }
 
     /// What comes through from a direction about the diffuse normal, from within a distance: Cycles' ambient occlusion.

@@ -2,6 +2,7 @@
 //! sampling the BSDF, the two weighted by multiple importance sampling
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
+mod media;
 mod onward;
 
 use super::accumulator::Accumulator;
@@ -19,7 +20,7 @@ use crate::math::average;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit};
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
-use crate::world::{Asking, Hit, Passage, Past, RayKind, Sender, Source, Surface, World};
+use crate::world::{Asking, Hit, Passage, Past, RayKind, Sender, Source, Surface, Within, World};
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
 
@@ -92,6 +93,8 @@ struct Found {
     hit: Hit,
     /// The path has left the same surface: it is met again in [`Walk::own`], without a ray.
     again: bool,
+    /// A medium has scattered the path before, so far from where its ray begins.
+    scattered: Option<f32>,
 }
 
 /// What functions that are not inlined look at or change, and what is found by a number: a path stays in registers without.
@@ -107,6 +110,11 @@ struct Beside {
     lid: Option<Hit>,
     /// When it is on its way.
     time: f32,
+    /// The media around it, and how often they have scattered it.
+    within: Within,
+    scattered_in_media: u32,
+    /// How far from its surface the ray begins: that way leads through a medium, too.
+    skipped: f32,
 }
 
 /// A path on its way.
@@ -171,12 +179,26 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         near: camera_ray.near,
         lid: None,
         time: camera_ray.time,
+        within: Within::default(),
+        scattered_in_media: 0,
+        skipped: 0.0,
     };
+    if E::EVERYTHING && world.has_media() {
+        beside.within = world.media_at_camera();
+    }
     let scene = (world, settings, sampler);
     let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
     let mut found = Found::default();
     let mut lobes_left_out = 0;
     while walk.next_surface(&mut found) {
+        if E::EVERYTHING
+            && let Some(distance) = found.scattered.take()
+        {
+            if !walk.scatter(distance) {
+                break;
+            }
+            continue;
+        }
         let mut moment = None;
         let asking = walk.asking(&found.hit);
         let mut surface = world.surface::<E>(&found.hit, walk.origin, asking, &mut moment);
@@ -222,6 +244,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
             bounce: walk.bounce,
             transparent: settings.transparent_left(walk.passed),
             past,
+            within: &walk.beside.within,
         };
         walk.rays += vertex.add_direct_light(sampler, walk.light);
         if walk.bounce == 0 {
@@ -326,7 +349,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// Takes note of a surface, which is where the path has left it if it is met again.
     #[inline(always)]
-    fn arrive(&mut self, Found { hit, again }: &Found, surface: &mut Surface) {
+    fn arrive(&mut self, Found { hit, again, .. }: &Found, surface: &mut Surface) {
         if E::CURVED
             && *again
             && let Some((_, point)) = self.own.take()
@@ -356,7 +379,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// Light that the surface emits itself.
     #[inline(always)]
-    fn add_emission(&mut self, Found { hit, again }: &Found, surface: &Surface) {
+    fn add_emission(&mut self, Found { hit, again, .. }: &Found, surface: &Surface) {
         if surface.emission == Vec3::ZERO {
             return;
         }
@@ -502,6 +525,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         let beyond = s.scattering == Scattering::Transmission;
         let kind = kind_of(s.scattering);
         let start = spawn_ray::<E>(self.world, self.settings, (hit, surface), s.wi, beyond);
+        if beyond {
+            self.cross(hit, self.direction);
+        }
+        if E::EVERYTHING {
+            self.beside.skipped = start.map_or(0.0, |start| start.distance(surface.point.point));
+        }
         (self.origin, self.direction, self.span) = if let Some(start) = start {
             (start, s.wi, (RAY_START, f32::INFINITY))
         } else {

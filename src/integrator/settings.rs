@@ -36,6 +36,8 @@ pub struct PathSettings {
     pub naive_offsets: bool,
     /// Light samples at the surface that the camera sees; their mean counts. At all others it is one.
     pub light_samples: u32,
+    /// Most scatterings by media.
+    pub volume_limit: u32,
     /// The first bounce that Russian roulette may be played at; `u32::MAX` for none.
     pub roulette: u32,
 }

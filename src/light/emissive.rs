@@ -307,6 +307,11 @@ pub struct Eye {
 }
 
 impl Eye {
+    /// The camera's place.
+    pub fn at(&self) -> Vec3 {
+        self.at
+    }
+
     /// Of a camera, relative to the origin of the world.
     pub fn new(camera: &Camera, origin: DVec3) -> Self {
         let across = match camera.projection {

@@ -1,1 +1,133 @@
-//! Participating media (none yet).
+//! Homogeneous participating media: transmittance, where light is scattered, and where to.
+//!
+//! Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th edition, chapters 11 and 14.
+
+mod phase;
+
+pub use phase::{Lobe, Phase};
+
+use glam::Vec3;
+
+/// What light meets over a metre where it is: the sum of all media there.
+#[derive(Clone, Debug, Default)]
+pub struct Medium {
+    /// What is taken or scattered, 1/m.
+    pub extinction: Vec3,
+    /// What is scattered, 1/m.
+    pub scattering: Vec3,
+    /// Radiance that is added, W·sr⁻¹·m⁻³.
+    pub emission: Vec3,
+    /// Where to; their coefficients' sum is the scattering.
+    pub lobes: Vec<Lobe>,
+}
+
+/// Where a ray through a medium is scattered, with the weight of that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Flight {
+    /// At a distance.
+    Scattered(f32, Vec3),
+    /// It comes through.
+    Through(Vec3),
+}
+
+/// exp(−σ t), also where one is infinite and the other zero: nothing takes no light.
+#[inline]
+pub fn transmittance(extinction: Vec3, distance: f32) -> Vec3 {
+    extinction.map_or_one(|sigma| (-sigma * distance).exp())
+}
+
+/// By channel, 1 where there is nothing.
+trait MapOrOne {
+    fn map_or_one(self, of: impl Fn(f32) -> f32) -> Self;
+}
+
+impl MapOrOne for Vec3 {
+    #[inline]
+    fn map_or_one(self, of: impl Fn(f32) -> f32) -> Self {
+        let of = |sigma: f32| if sigma > 0.0 { of(sigma) } else { 1.0 };
+        Self::new(of(self.x), of(self.y), of(self.z))
+    }
+}
+
+impl Medium {
+    /// Nothing.
+    pub const EMPTY: Self = Self {
+        extinction: Vec3::ZERO,
+        scattering: Vec3::ZERO,
+        emission: Vec3::ZERO,
+        lobes: Vec::new(),
+    };
+
+    /// Adds what is in the same place.
+    pub fn add(&mut self, other: &Self) {
+        self.extinction += other.extinction;
+        self.scattering += other.scattering;
+        self.emission += other.emission;
+        self.lobes.extend_from_slice(&other.lobes);
+    }
+
+    /// Whether light crosses it as if there were nothing.
+    #[inline]
+    pub fn is_clear(&self) -> bool {
+        self.extinction == Vec3::ZERO && self.emission == Vec3::ZERO
+    }
+
+    /// Radiance that a distance adds: ε (1 − T)/σ, without cancellation where it is thin.
+    pub fn emitted(&self, distance: f32) -> Vec3 {
+        let part = |emission: f32, sigma: f32| {
+            if emission == 0.0 {
+                0.0
+            } else if sigma * distance > 0.0 {
+                emission * -(-sigma * distance).exp_m1() / sigma
+            } else {
+                emission * distance
+            }
+        };
+        Vec3::new(
+            part(self.emission.x, self.extinction.x),
+            part(self.emission.y, self.extinction.y),
+            part(self.emission.z, self.extinction.z),
+        )
+    }
+
+    /// Draws where light of a throughput is scattered on the way to a distance. One channel's free path is drawn, by what it
+    /// scatters, and all of them count by the balance heuristic.
+    pub fn fly(&self, throughput: Vec3, distance: f32, u: f32) -> Flight {
+        let Self {
+            extinction,
+            scattering,
+            ..
+        } = *self;
+        let albedo = Vec3::select(
+            extinction.cmpgt(Vec3::ZERO),
+            scattering / extinction.max(Vec3::splat(f32::MIN_POSITIVE)),
+            Vec3::ZERO,
+        );
+        let shares = (throughput * albedo).max(Vec3::ZERO);
+        let sum = shares.element_sum();
+        if sum <= 0.0 || sum.is_nan() {
+            return Flight::Through(transmittance(extinction, distance));
+        }
+        let shares = shares / sum;
+        // The number that chooses the channel is stretched for the path.
+        let (channel, low) = match u {
+            u if u < shares.x => (0, 0.0),
+            u if u < shares.x + shares.y || shares.z <= 0.0 => (1, shares.x),
+            _ => (2, shares.x + shares.y),
+        };
+        let u = ((u - low) / shares[channel]).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
+        let t = -(-u).ln_1p() / extinction[channel];
+        if t < distance {
+            let passed = transmittance(extinction, t);
+            let pdf = (shares * extinction * passed).element_sum();
+            Flight::Scattered(t, scattering * passed / pdf)
+        } else {
+            let passed = transmittance(extinction, distance);
+            Flight::Through(passed / (shares * passed).element_sum())
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/medium/mod.rs"]
+mod tests;

@@ -305,7 +305,9 @@ fn kernel(
     }
     let (mask, kernel) = match settings.light_sampling {
         LightSampling::Hemisphere => integrator::GENERAL,
-        _ if settings.ablation.offsets || world.has_mixed_shaders() => integrator::GENERAL,
+        _ if settings.ablation.offsets || world.has_mixed_shaders() || world.has_media() => {
+            integrator::GENERAL
+        }
         _ => integrator::kernel_for(wanted.effects | world.structure()),
     };
     (mask, AnyKernel::Plain(kernel))
@@ -319,6 +321,7 @@ fn path_settings(settings: &RenderSettings) -> PathSettings {
         bounces: settings.bounces,
         limits: [limits.diffuse, limits.glossy, limits.transmission].map(most),
         transparent: most(limits.transparent),
+        volume_limit: most(limits.volume),
         clamp: [limit(settings.clamp_direct), limit(settings.clamp_indirect)],
         filter_glossy: settings.filter_glossy,
         transparent_film: settings.transparent_film,

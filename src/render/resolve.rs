@@ -342,6 +342,8 @@ impl TileInBand<'_> {
             Pass::TransmissionDirect => self.put(layer, |_, a, _| color(a.light(2, false))),
             Pass::TransmissionIndirect => self.put(layer, |_, a, _| color(a.light(2, true))),
             Pass::TransmissionColor => self.put(layer, |_, a, scale| color(a.color(2, scale))),
+            Pass::VolumeDirect => self.put(layer, |_, a, scale| color(a.of_media(false, scale))),
+            Pass::VolumeIndirect => self.put(layer, |_, a, scale| color(a.of_media(true, scale))),
             Pass::Emission => self.put(layer, |_, a, scale| color(a.emission(scale))),
             Pass::Environment => self.put(layer, |_, a, scale| color(a.environment(scale))),
             Pass::Vector => self.put_vectors(layer),

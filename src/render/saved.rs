@@ -30,7 +30,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 /// How the file begins.
-const FIRST_LINE: &[u8] = b"sundog state 2\n";
+const FIRST_LINE: &[u8] = b"sundog state 3\n";
 /// How it began before it named the instructions of the processor.
 const OLD_FIRST_LINE: &[u8] = b"sundog state 1\n";
 /// No header is longer than that.

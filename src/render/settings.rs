@@ -159,6 +159,8 @@ pub struct BounceLimits {
     pub glossy: Option<u32>,
     /// Passages through glass.
     pub transmission: Option<u32>,
+    /// Scatterings by volumes.
+    pub volume: Option<u32>,
     /// Surfaces passed by their opacity, which are not bounces.
     pub transparent: Option<u32>,
 }

@@ -115,6 +115,9 @@ pub fn fingerprint(scene: &Scene) -> String {
         block("aovs", format!("{aovs:?}").as_bytes());
     }
     // The rest is small; its debugging form has every field.
+    if let Some(medium) = &scene.medium {
+        block("medium", format!("{medium:?}").as_bytes());
+    }
     block("materials", format!("{:?}", scene.materials).as_bytes());
     block("lights", format!("{:?}", scene.lights).as_bytes());
     block("environment", format!("{:?}", scene.environment).as_bytes());

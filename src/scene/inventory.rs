@@ -328,6 +328,8 @@ fn traits(material: &Material) -> Vec<String> {
         Opacity::Clip { cutoff, .. } => add(true, format!("holes where alpha < {cutoff}")),
         Opacity::Blend { .. } => add(true, "blended by alpha".into()),
     }
+    let filled = material.medium.as_ref().and_then(super::Medium::effect);
+    add(filled.is_some(), "filled by a volume".into());
     let graph = &material.graph;
     for (texture, name) in [
         (graph.has_texture(Slot::BaseColor), "base colour"),

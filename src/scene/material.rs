@@ -1,7 +1,7 @@
 //! Materials, and how images lie on surfaces.
 
-use super::ImageId;
 use super::graph::{Graph, Summary};
+use super::{ImageId, Medium};
 
 /// A surface material.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,6 +12,8 @@ pub struct Material {
     pub graph: Graph,
     /// What the file says; see `Scene` users for what culling does.
     pub double_sided: bool,
+    /// What fills the meshes that have it, if something does.
+    pub medium: Option<Medium>,
 }
 
 impl Default for Material {

@@ -3,7 +3,7 @@
 mod builder;
 
 use super::graph::{Distribution, Graph, Node, TangentKind};
-use super::{Material, Texture};
+use super::{Material, Medium, Texture};
 
 /// A material as glTF's core and its extensions describe it. Scalars multiply their textures.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +77,8 @@ pub struct MetallicRoughness {
     pub double_sided: bool,
     /// Shows its base colour without light (KHR_materials_unlit).
     pub unlit: bool,
+    /// What fills the meshes.
+    pub medium: Option<Medium>,
 }
 
 impl Default for MetallicRoughness {
@@ -116,6 +118,7 @@ impl Default for MetallicRoughness {
             diffuse_transmission: None,
             double_sided: false,
             unlit: false,
+            medium: None,
         }
     }
 }
@@ -129,6 +132,7 @@ impl MetallicRoughness {
                 name: self.name,
                 graph,
                 double_sided: self.double_sided,
+                medium: self.medium,
             },
         }
     }

@@ -16,6 +16,7 @@ mod inventory;
 mod left_out;
 mod links;
 mod material;
+mod medium;
 mod metallic_roughness;
 mod motion;
 mod settings;
@@ -35,6 +36,7 @@ pub use links::{LightGrouping, Links};
 pub use material::{
     ImageAlpha, ImageUse, Material, Sampler, Texture, TextureFilter, UvTransform, Wrap,
 };
+pub use medium::{Medium, Phase, Scatterer};
 pub use metallic_roughness::{
     AlphaMode, Anisotropy, Coat, CoatNormal, DiffuseTransmission, Iridescence, MetallicRoughness,
     NormalTexture, Sheen,
@@ -77,6 +79,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Light from all around, at infinity.
     pub environment: Option<Environment>,
+    /// What fills all space.
+    pub medium: Option<Medium>,
     /// Cameras in file order; may be empty.
     pub cameras: Vec<Camera>,
     /// Light groups with a pass each, by their names.

@@ -6,8 +6,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::flatten::directions;
 use super::graph::Graph;
 use super::{
-    Camera, Diagnostics, Effect, Light, LightKind, Material, Mesh, Projection, Scene, Verdict,
-    duplicate_triangles,
+    Camera, Diagnostics, Effect, Light, LightKind, Material, Medium, Mesh, Projection, Scene,
+    Verdict, duplicate_triangles,
 };
 use crate::math::words::counted;
 
@@ -57,6 +57,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         .cameras
         .retain_mut(|camera| clean_camera(camera, diagnostics));
     clean_environment(scene, images, diagnostics);
+    clean_medium(scene.medium.as_mut(), "world", diagnostics);
 }
 
 /// Drops instances that show nothing or cannot be placed.
@@ -638,6 +639,20 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
 
 fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diagnostics) {
     clean_graph(&mut material.graph, images, &material.name, diagnostics);
+    clean_medium(material.medium.as_mut(), &material.name, diagnostics);
+}
+
+fn clean_medium(medium: Option<&mut Medium>, owner: &str, diagnostics: &mut Diagnostics) {
+    if medium.is_some_and(Medium::clean) {
+        diagnostics.report_effect(
+            Effect::Media,
+            "volume-range",
+            Verdict::Approximated,
+            "volume with numbers outside of their legal range",
+            owner,
+            "the nearest legal number is used",
+        );
+    }
 }
 
 fn clean_graph(graph: &mut Graph, images: usize, owner: &str, diagnostics: &mut Diagnostics) {

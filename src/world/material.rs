@@ -245,7 +245,9 @@ impl Preparer {
             emission: programs.emitted.constant().unwrap_or(summary.emission),
             unlit: summary.unlit,
             translucent: summary.is_translucent(),
-            is_tinted: summary.is_translucent() && (summary.is_tinted || asks_paths(&programs)),
+            // Paths take note of where they enter a medium.
+            is_tinted: summary.is_translucent()
+                && (summary.is_tinted || asks_paths(&programs) || m.medium.is_some()),
             lets_through: solids.clone().next().is_some()
                 || summary.is_thin_subsurface
                 || summary.simple.iter().any(|(bsdf, _)| bsdf.transmits()),

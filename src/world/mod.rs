@@ -9,6 +9,7 @@ mod lids;
 mod lights;
 mod linked;
 mod material;
+mod media;
 mod moving;
 mod neighbourhood;
 mod origin;
@@ -26,6 +27,7 @@ pub use asking::{Asking, Past, Sender};
 pub use displacement::displace;
 pub use geometry::Surface;
 pub use interfaces::Passage;
+pub use media::Within;
 pub use moving::Moment;
 pub use place::HitPoint;
 
@@ -44,6 +46,7 @@ use enumset::EnumSet;
 use geometry::MeshInstance;
 use glam::{DVec3, Vec2, Vec3};
 use material::PreparedMaterial;
+use media::Media;
 use origin::{Extent, Origin};
 use placed::Geometry;
 use serde::Serialize;
@@ -64,6 +67,8 @@ pub struct World {
     aovs: Option<Shine>,
     /// For motion vectors, where somebody asks for any.
     views: Option<Views>,
+    /// What fills meshes and space; `None` where nothing does.
+    media: Option<Box<Media>>,
     /// When paths are on their way, and where the camera is then; `None` where nothing moves.
     pub shutter: Option<Shutter>,
     /// Where the paths begin, as the lights know it.
@@ -195,11 +200,12 @@ impl World {
             &device,
         )?;
         let view = (origin, distant);
-        Ok(Self {
+        let mut made = Self {
             aovs: aovs_around(scene, options, origin),
             views: views(scene, options, origin),
             geometry,
             materials,
+            media: None,
             lights,
             camera: camera::prepare(options.camera, options.aspect, options.effects, view),
             shutter: camera::shutter(
@@ -221,7 +227,9 @@ impl World {
             embree_version: device.version().to_string(),
             instructions: device.instructions(),
             device,
-        })
+        };
+        made.fill(scene, options.effects);
+        Ok(made)
     }
 
     /// Makes anew what a changed scene calls for. The options are those of before, but for the camera and the aspect. Tells
@@ -303,6 +311,7 @@ impl World {
         let (aspect, effects) = (options.aspect, options.effects);
         self.camera = camera::prepare(options.camera, aspect, effects, view);
         self.shutter = camera::shutter(options.camera, &scene.shutter, aspect, effects, view);
+        self.fill(scene, effects);
         Ok(stale)
     }
 

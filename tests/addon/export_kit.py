@@ -124,7 +124,8 @@ def rendered(path, width, height, samples, *more):
     cycles = bpy.context.scene.cycles
     bounces = {
         "": cycles.max_bounces, "-diffuse": cycles.diffuse_bounces, "-glossy": cycles.glossy_bounces,
-        "-transmission": cycles.transmission_bounces, "-transparent": cycles.transparent_max_bounces,
+        "-transmission": cycles.transmission_bounces, "-volume": cycles.volume_bounces,
+        "-transparent": cycles.transparent_max_bounces,
     }  # fmt: skip
     command = [program(), "render", path, "-o", picture, "--width", str(width), "--height", str(height), "--quiet", "--allow-outside"]
     command += ["--samples", str(samples), "--filter", "box", "--exr-layers", "combined", *more]

@@ -238,7 +238,7 @@ class Settings(EngineTest):
         self.assertEqual(properties.copy_from_cycles(self.scene), [])
         for name, value, word in (
             ("time_limit", 5.0, "loading"), ("use_fast_gi", True, "fast GI"),
-            ("use_guiding", True, "guiding"), ("volume_bounces", 2, "volumes"),
+            ("use_guiding", True, "guiding"),
         ):  # fmt: skip
             before = getattr(cycles, name)
             setattr(cycles, name, value)
@@ -259,6 +259,7 @@ class SceneCheck(EngineTest):
         output = nodes.get_output_node("CYCLES")
         volume = nodes.nodes.new("ShaderNodeVolumePrincipled")
         nodes.links.new(volume.outputs[0], output.inputs["Volume"])
+        nodes.links.new(nodes.nodes.new("ShaderNodeTexNoise").outputs[0], volume.inputs["Density"])
         with quiet():
             self.assertEqual(bpy.ops.sundog.check_scene(), {"FINISHED"})
         lost = [v for v in engine.last_verdicts() if v["verdict"] == "lost" and v["kind"] == "material"]
@@ -296,6 +297,8 @@ class SceneCheck(EngineTest):
         volume = material.node_tree.nodes.new("ShaderNodeVolumePrincipled")
         output = material.node_tree.get_output_node("CYCLES")
         material.node_tree.links.new(volume.outputs[0], output.inputs["Volume"])
+        noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
+        material.node_tree.links.new(noise.outputs[0], volume.inputs["Density"])
         lines = said()
         self.assertEqual(len(lines), 1, lines)
         self.assertIn("Sundog: 1 material lost: see Scene Check", lines[0])

@@ -572,11 +572,13 @@ class When(GraphTest):
         mixed.inputs[0].default_value = 0.5
         self.assertIsNone(self.graph_of(self.export()))
 
-    def test_volume_is_still_told_and_displacement_is_written(self):
+    def test_a_volume_that_varies_is_still_told_and_displacement_is_written(self):
         tree, glow = self.tree()
         output = tree.nodes["Material Output"]
         tree.links.new(self.varying(tree), glow.inputs["Color"])
-        tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
+        volume = tree.nodes.new("ShaderNodeVolumeScatter")
+        tree.links.new(self.varying(tree), volume.inputs["Color"])
+        tree.links.new(volume.outputs[0], output.inputs["Volume"])
         tree.links.new(tree.nodes.new("ShaderNodeDisplacement").outputs[0], output.inputs["Displacement"])
         found = self.export()
         self.assertEqual(self.graph_of(found)["displacement"]["output"], "Displacement")

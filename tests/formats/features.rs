@@ -7,8 +7,8 @@ use glam::{DAffine3, DQuat, DVec3};
 use serde_json::json;
 use sundog::import::{self, ImportOptions, LightUnits, Transmission};
 use sundog::scene::{
-    AlphaMode, Effect, LightKind, Pixels, Projection, Scene, TextureFilter, UvTransform, Verdict,
-    Wrap,
+    AlphaMode, Effect, LightKind, Medium, Pixels, Projection, Scene, TextureFilter, UvTransform,
+    Verdict, Wrap,
 };
 
 use super::kit::*;
@@ -691,17 +691,25 @@ fn transmission_is_solid_or_thin_by_generator_volume_and_option() {
     let volume = json!({ "thicknessFactor": 0.5, "attenuationDistance": 2.0, "attenuationColor": [1.0, 0.5, 0.5] });
     file.json["materials"][0]["extensions"]["KHR_materials_volume"] = volume;
     assert!(!thin(&file, Transmission::Auto));
-    assert_eq!(codes(&file.load()), ["attenuation"]);
+    let imported = file.load();
+    assert!(imported.diagnostics.is_empty());
+    let medium = imported.scene.materials[0].medium.clone().unwrap();
+    let half = std::f32::consts::LN_2 / 2.0;
+    assert_eq!(medium.absorption[0], 0.0);
+    assert!(
+        (medium.absorption[1] / half - 1.0).abs() < 1e-6,
+        "{medium:?}"
+    );
     for (key, value) in [
         ("attenuationColor", json!([1.0, 1.0, 1.0])),
         ("thicknessFactor", json!(0.0)),
     ] {
         let mut clear = file.clone();
         clear.json["materials"][0]["extensions"]["KHR_materials_volume"][key] = value;
-        assert!(
-            clear.load().diagnostics.is_empty(),
-            "no effect by value, no message"
-        );
+        let imported = clear.load();
+        assert!(imported.diagnostics.is_empty(), "no effect by value");
+        let medium = imported.scene.materials[0].medium.as_ref();
+        assert_eq!(medium.and_then(Medium::effect), None);
     }
 }
 

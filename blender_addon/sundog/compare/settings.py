@@ -90,7 +90,8 @@ def as_sundog(kept, scene):
         # Neighbouring pixels share no random numbers.
         auto_scrambling_distance=False, scrambling_distance=1.0,
         max_bounces=sundog.max_bounces, diffuse_bounces=sundog.diffuse_bounces, glossy_bounces=sundog.glossy_bounces,
-        transmission_bounces=sundog.transmission_bounces, transparent_max_bounces=sundog.transparent_max_bounces,
+        transmission_bounces=sundog.transmission_bounces, volume_bounces=sundog.volume_bounces,
+        transparent_max_bounces=sundog.transparent_max_bounces,
         min_light_bounces=0, min_transparent_bounces=0,
         sample_clamp_direct=sundog.sample_clamp_direct, sample_clamp_indirect=sundog.sample_clamp_indirect,
         blur_glossy=sundog.blur_glossy, light_sampling_threshold=0.0,

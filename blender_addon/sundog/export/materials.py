@@ -126,6 +126,8 @@ class Writer:
                 reader.note(LOST, f"{words} is not rendered yet", effect)
         if self.writes_indices and material is not None and material.pass_index:
             exact["pass_index"] = material.pass_index
+        if reader.volume is not None:
+            exact["volume"] = reader.volume
         extensions["SUNDOG_material"] = exact
         width = 4 if any(a.alpha for a in slots.attributes) else 3
         color = slots.attribute_name()

@@ -6,7 +6,7 @@ import math
 import bpy
 import numpy
 
-from . import colorspace, evaluated, expressions, images, nodes
+from . import colorspace, evaluated, expressions, images, nodes, volumes
 from .expressions import BLACK, ONE, WHITE, ZERO, Const, Image, Unknown, as_color, as_scalar, mix, multiply
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -107,6 +107,8 @@ class Reader:
         self.findings = []
         # Those of them that hold for the node tree as well as for the surface that is made of it.
         self.lasting = []
+        # What fills the meshes, as SUNDOG_material has it.
+        self.volume = None
 
     def note(self, verdict, detail, effect=None):
         """Adds a finding once."""
@@ -137,7 +139,7 @@ class Reader:
         if output is None:
             self.note_lasting(LOST, "it has no Material Output: black")
             return Surface()
-        self._volume(nodes.Place(output.inputs["Volume"]))
+        self.volume = volumes.read(self, nodes.Place(output.inputs["Volume"]))
         if self._is_linked(nodes.Place(output.inputs["Displacement"])):
             self.note(LOST, "displacement is left out")
         place = nodes.Place(output.inputs["Surface"])
@@ -176,11 +178,6 @@ class Reader:
 
     def _is_linked(self, place):
         return self.walker.source(place).socket.is_output
-
-    def _volume(self, place):
-        source = self.walker.source(place)
-        if source.socket.is_output:
-            self.note_lasting(LOST, f"the volume ({source.node.bl_label}) is left out", "media")
 
     # Shaders
 

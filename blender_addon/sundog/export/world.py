@@ -10,9 +10,9 @@ import tempfile
 import bpy
 import numpy
 
-from . import baker, colorspace, evaluated, expressions, gltf, graph, graph_write, images, nodes, skies
+from . import baker, colorspace, evaluated, expressions, gltf, graph, graph_write, images, nodes, skies, volumes
 from .expressions import Const, Image, as_color, multiply
-from .shaders import TextureSpec
+from .shaders import Reader, TextureSpec
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
 # Width of a baked picture in texels, and samples in each: two million in both, which take a second or less.
@@ -124,8 +124,11 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
         result["color"] = [0.0, 0.0, 0.0]
         return result
     walker = nodes.Walker()
-    if walker.source(nodes.Place(output.inputs["Volume"])).socket.is_output:
-        findings.append(Finding(LOST, "the world's volume is left out", "media"))
+    reader = Reader(walker)
+    volume = volumes.read(reader, nodes.Place(output.inputs["Volume"]))
+    findings.extend(reader.findings)
+    if volume is not None:
+        result["volume"] = volume
     source = walker.source(nodes.Place(output.inputs["Surface"]))
     if not source.socket.is_output:
         result["color"] = [0.0, 0.0, 0.0]

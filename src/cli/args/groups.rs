@@ -274,6 +274,11 @@ pub struct Bounces {
     /// No limit if not given.
     #[arg(long, value_name = "COUNT", whole = 0..=MAX_BOUNCES)]
     pub bounces_transmission: Option<u32>,
+    /// The same for scatterings by volumes; 0 leaves the light of lamps that is scattered once.
+    ///
+    /// No limit if not given.
+    #[arg(long, value_name = "COUNT", whole = 0..=MAX_BOUNCES)]
+    pub bounces_volume: Option<u32>,
     /// Surfaces that a path may pass by their opacity, and a shadow ray from its end, as Cycles counts them: they
     /// are no bounces.
     ///

@@ -9,11 +9,11 @@ use serde_json::Value;
 use super::container::Document;
 use super::schema::{GlossyJson, SundogMaterial};
 use super::textures::Images;
-use super::{extensions, khr_surfaces, layers};
+use super::{extensions, khr_surfaces, layers, medium};
 use crate::import::{ImportError, ImportOptions, Transmission};
 use crate::scene::graph::Distribution;
 use crate::scene::{
-    AlphaMode, Diagnostics, Effect, MetallicRoughness, NormalTexture, Subject, Verdict,
+    AlphaMode, Diagnostics, Effect, Medium, MetallicRoughness, NormalTexture, Subject, Verdict,
 };
 
 /// What a mesh without a material looks like, if it is not glTF's own default.
@@ -297,6 +297,9 @@ fn apply_sundog(
     material.simple = extension.bsdf.as_ref().map(simple);
     material.coat = extension.coat.as_ref().map(layers::blender_coat);
     material.thin_film = extension.thin_film.as_ref().map(|f| [f.thickness, f.ior]);
+    if let Some(volume) = &extension.volume {
+        material.medium = Some(medium::read(volume, owner, diagnostics));
+    }
     material.sheen = extension.sheen.as_ref().map(layers::blender_sheen);
     if let Some(color) = extension.transparent_color {
         material.transparent_color = color;
@@ -323,7 +326,7 @@ fn apply_sundog(
     extensions::report_properties("SUNDOG_material", &unknown, owner, diagnostics);
 }
 
-/// Decides between solid and thin transmission (unless it is `said` elsewhere), and says what of the volume is not rendered.
+/// Decides between solid and thin transmission (unless it is `said` elsewhere), and reads what fills the solid.
 fn volume(
     document: &Document,
     known: Option<&json::extensions::material::Material>,
@@ -360,14 +363,8 @@ fn volume(
         && volume.attenuation_distance.0.is_finite()
         && volume.attenuation_color.0.iter().any(|&c| c != 1.0)
     {
-        diagnostics.report_effect(
-            Effect::Absorption,
-            "attenuation",
-            Verdict::Lost,
-            "attenuation of KHR_materials_volume",
-            Subject::Material(material.name.clone()),
-            "the inside is rendered clear",
-        );
+        let medium = Medium::absorbing(volume.attenuation_color.0, volume.attenuation_distance.0);
+        material.medium = Some(medium);
     }
 }
 

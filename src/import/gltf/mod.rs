@@ -13,6 +13,7 @@ mod layers;
 mod lights;
 mod material;
 mod material_list;
+mod medium;
 mod mesh;
 mod meshopt;
 mod named;

@@ -1,5 +1,6 @@
 //! The parts of a glTF file that are read in f64 or that the `gltf` crate has no schema for.
 
+use super::medium::MediumJson;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -88,6 +89,7 @@ pub(super) struct SundogMaterial {
     pub thin_film: Option<ThinFilmJson>,
     pub pass_index: Option<f32>,
     pub aovs: Option<Value>,
+    pub volume: Option<MediumJson>,
     /// What is not rendered, and what is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
@@ -249,6 +251,7 @@ pub(super) struct WorldJson {
     pub shader_graph: Option<Value>,
     pub aovs: Option<Value>,
     pub sampling: Option<SamplingJson>,
+    pub volume: Option<MediumJson>,
     #[serde(default)]
     pub visibility: RaysJson,
     pub light_group: Option<String>,

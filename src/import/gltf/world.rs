@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::container::Document;
 use super::extensions::report_property;
+use super::medium;
 use super::schema::{WorldJson, WorldSunJson};
 use crate::import::{ImportError, environment_image};
 use crate::scene::graph::Graph;
@@ -33,6 +34,8 @@ pub(super) fn load(
             "world",
         );
     });
+    let medium = |volume| medium::read(volume, "world", diagnostics);
+    scene.medium = world.volume.as_ref().map(medium);
     let mut image = None;
     if let Some(uri) = &world.image {
         let bytes = document.resolve(uri, "world")?;

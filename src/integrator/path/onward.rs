@@ -15,8 +15,8 @@ use glam::Vec3;
 enum Tinted {
     /// It stops there, with a weight.
     Stops(Vec3),
-    /// It goes on with a weight, from there.
-    Passes(Vec3, Vec3),
+    /// It goes on with a weight, from there, so far from the surface.
+    Passes(Vec3, Vec3, f32),
 }
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
@@ -28,7 +28,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             if !self.next_interface(found) {
                 return false;
             }
-            if !(E::EVERYTHING && self.world.is_tinted()) || found.again {
+            if !(E::EVERYTHING && self.world.is_tinted())
+                || found.again
+                || found.scattered.is_some()
+            {
                 return true;
             }
             let left = self.settings.transparent_left(self.passed);
@@ -43,7 +46,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     self.end(End::Transparent);
                     return false;
                 }
-                Tinted::Passes(weight, onward) => {
+                Tinted::Passes(weight, onward, skipped) => {
+                    self.beside.skipped = skipped;
+                    self.cross(&found.hit, self.direction);
                     self.throughput *= weight;
                     self.light.sink.pass(weight);
                     self.passed += 1;
@@ -78,6 +83,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             Some((hit, _)) if E::CURVED => (Some(hit), None),
             _ => self.intersect(),
         };
+        let lid_free = lid.is_none();
         let far = hit.map_or(limit.unwrap_or(self.span.1), |hit| hit.distance);
         if E::LIGHTS && self.world.lights.has_lamps_for(self.bounce) {
             self.add_lamps_on_the_way(far);
@@ -86,8 +92,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.end(End::Transparent);
             return false;
         }
-        let Some(hit) = hit else {
+        if hit.is_none() {
             self.add_environment();
+        }
+        if !again && lid_free && self.scattered(far, found) {
+            return true;
+        }
+        let Some(hit) = hit else {
             self.end(End::Nothing);
             return false;
         };
@@ -96,7 +107,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.end(End::Holdout);
             return false;
         }
-        *found = Found { hit, again };
+        *found = Found {
+            hit,
+            again,
+            scattered: None,
+        };
         true
     }
 
@@ -146,14 +161,16 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let ray = self.seen_by();
         let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
         let (previous, light) = (&self.beside.previous, &mut *self.light);
+        let (within, near) = (&self.beside.within, self.span.0);
+        let through = |distance: f32| Self::share(self.world, within, distance - near);
         let lights = &self.world.lights;
         lights.le_along_ray(
             &previous.at,
             (self.origin, self.direction, far),
             ray,
-            |emitted, light_pdf, source, _| {
+            |emitted, light_pdf, source, distance| {
                 let weight = light.weigh(settings, previous, source, emitted, light_pdf);
-                let found = throughput * emitted * weight;
+                let found = throughput * emitted * weight * through(distance);
                 let kept = light.add_found(settings, found, bounce);
                 light.sink.grouped(kept, || lights.group(source));
             },
@@ -217,10 +234,14 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 ..RayKind::Shadow.into()
             };
             let left = (settings.transparent_left(self.passed), sender);
-            let share = match target {
+            let mut share = match target {
                 Some(target) => world.transmittance_to::<E>(origin, target, left),
                 None => world.transmittance::<E>(origin, direction, f32::INFINITY, left),
             };
+            if world.has_media() {
+                let ray = (origin, direction);
+                share *= world.media_before(&self.beside.within, ray, target, sender.time);
+            }
             self.rays += 1;
             let kept = self.light.add_found(settings, shining * share, bounce);
             self.light.sink.grouped(kept, || lights.group(source));
@@ -237,7 +258,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return;
         }
         let ray = self.seen_by();
-        let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
+        let throughput =
+            self.throughput * Self::share(self.world, &self.beside.within, f32::INFINITY);
+        let (settings, bounce) = (self.settings, self.bounce);
         let (previous, light) = (&self.beside.previous, &mut *self.light);
         let lights = &self.world.lights;
         lights.environment_le(
@@ -293,5 +316,7 @@ fn tinted<E: Features>(
     let mut moment = None;
     let surface = world.surface::<E>(hit, origin, asking, &mut moment);
     let normal = surface.normals.geometric;
-    Tinted::Passes(passes / p, ray_origin(surface.point, -normal))
+    let onward = ray_origin(surface.point, -normal);
+    let skipped = onward.distance(surface.point.point);
+    Tinted::Passes(passes / p, onward, skipped)
 }

@@ -427,6 +427,7 @@ impl From<MetallicRoughness> for Material {
             name: m.name,
             graph,
             double_sided: m.double_sided,
+            medium: m.medium,
         }
     }
 }

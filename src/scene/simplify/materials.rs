@@ -262,9 +262,15 @@ pub fn join(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
         let key = (material.graph.nodes.len(), material.double_sided);
         let similar = known.entry(key).or_default();
         let is_same = |&first: &u32| {
-            let first = &scene.materials[first as usize].graph;
+            let Material {
+                graph: first,
+                medium,
+                ..
+            } = &scene.materials[first as usize];
             // The shortest decimals that tell a float from all others: the same text, the same bits.
-            *first == material.graph && format!("{first:?}") == format!("{:?}", material.graph)
+            *medium == material.medium
+                && *first == material.graph
+                && format!("{first:?}") == format!("{:?}", material.graph)
         };
         let first = similar.iter().copied().find(|first| is_same(first));
         let first = first.unwrap_or(number);

@@ -266,6 +266,7 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         diffuse_transmission: None,
         double_sided: is(of, "double_sided"),
         unlit: is(of, "unlit"),
+        medium: None,
     }
 }
 

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Volumes that are the same everywhere, as coefficients by metre. Cycles' formulas: docs/cycles.md."""
+
+import numpy
+
+from . import nodes
+from .expressions import Const
+from .verdicts import LOST
+
+# Cycles' limit of a mean cosine.
+MOST_ANISOTROPY = 0.999
+
+
+class _Varies(Exception):
+    """Something is not the same everywhere, or has no counterpart."""
+
+
+def read(reader, place):
+    """The `volume` of SUNDOG_material; None for none, with a finding where one is left out."""
+    source = reader.walker.source(place)
+    if not source.socket.is_output:
+        return None
+    try:
+        found = _Sum(reader)
+        found.add(source, 1.0)
+    except _Varies as why:
+        reader.note_lasting(LOST, f"the volume ({source.node.bl_label}) is left out: {why}", "media")
+        return None
+    return found.described()
+
+
+class _Sum:
+    """The sum of all shaders of a volume."""
+
+    def __init__(self, reader):
+        self.reader = reader
+        self.absorption, self.emission = numpy.zeros(3), numpy.zeros(3)
+        self.scatterers = []
+
+    def described(self):
+        """The extension; None where there is nothing."""
+        described = {}
+        for name, value in (("absorption", self.absorption), ("emission", self.emission)):
+            if value.any():
+                described[name] = [max(float(v), 0.0) for v in value]
+        if self.scatterers:
+            described["scatterers"] = self.scatterers
+        return described or None
+
+    def add(self, source, weight):
+        """Adds the shader at an output."""
+        if weight == 0 or not source.socket.is_output:
+            return
+        node = source.node
+        if source.socket.type != "SHADER":
+            self.emission += weight * self._constant(self.reader.evaluator.color(source))
+            return
+        method = getattr(self, f"_{node.type.lower()}", None)
+        if method is None:
+            raise _Varies(f"{node.bl_label} is not rendered yet")
+        method(source, weight)
+
+    @staticmethod
+    def _constant(value):
+        if not isinstance(value, Const):
+            raise _Varies("it is not the same everywhere")
+        return numpy.asarray(value.value, float)
+
+    def _color(self, source, name):
+        return self._constant(self.reader._color(source, name))[..., :3] * numpy.ones(3)
+
+    def _number(self, source, name, otherwise=0.0):
+        return float(self._constant(self.reader._scalar(source, name, Const(otherwise))))
+
+    def _density(self, source, weight):
+        return max(self._number(source, "Density"), 0.0) * weight
+
+    def _scatter(self, source, coefficient, phase="HENYEY_GREENSTEIN"):
+        coefficient = [max(float(v), 0.0) for v in coefficient]
+        if not any(coefficient):
+            return
+        described = {"coefficient": coefficient}
+        if phase == "RAYLEIGH":
+            described["phase"] = "rayleigh"
+        elif phase == "HENYEY_GREENSTEIN":
+            anisotropy = self._number(source, "Anisotropy")
+            described["anisotropy"] = min(max(anisotropy, -MOST_ANISOTROPY), MOST_ANISOTROPY)
+        else:
+            raise _Varies(f"its phase function {phase.title().replace('_', '-')} is not rendered yet")
+        self.scatterers.append(described)
+
+    def _mix_shader(self, source, weight):
+        share = min(max(float(self._constant(self.reader.evaluator.scalar(nodes.Place(source.node.inputs[0], source.groups)))), 0.0), 1.0)
+        self.add(self.reader.walker.source(nodes.Place(source.node.inputs[1], source.groups)), weight * (1 - share))
+        self.add(self.reader.walker.source(nodes.Place(source.node.inputs[2], source.groups)), weight * share)
+
+    def _add_shader(self, source, weight):
+        for socket in source.node.inputs:
+            self.add(self.reader.walker.source(nodes.Place(socket, source.groups)), weight)
+
+    def _emission(self, source, weight):
+        self.emission += weight * self._color(source, "Color") * self._number(source, "Strength")
+
+    def _volume_absorption(self, source, weight):
+        self.absorption += (1 - self._color(source, "Color")) * self._density(source, weight)
+
+    def _volume_scatter(self, source, weight):
+        phase = getattr(source.node, "phase", "HENYEY_GREENSTEIN")
+        self._scatter(source, self._color(source, "Color") * self._density(source, weight), phase)
+
+    def _volume_coefficients(self, source, weight):
+        self.absorption += weight * self._color(source, "Absorption Coefficients")
+        self.emission += weight * self._color(source, "Emission Coefficients")
+        self._scatter(source, weight * self._color(source, "Scatter Coefficients"), source.node.phase)
+
+    def _principled_volume(self, source, weight):
+        density = self._density(source, weight)
+        color = numpy.maximum(self._color(source, "Color"), 0)
+        clear = numpy.sqrt(numpy.maximum(self._color(source, "Absorption Color"), 0))
+        self.absorption += numpy.maximum(1 - color, 0) * numpy.maximum(1 - clear, 0) * density
+        self._scatter(source, color * density)
+        if self._number(source, "Blackbody Intensity"):
+            raise _Varies("light of its temperature is not rendered yet")
+        self.emission += weight * self._color(source, "Emission Color") * self._number(source, "Emission Strength")

@@ -1,0 +1,59 @@
+//! What fills meshes and all space, as SUNDOG_material and SUNDOG_scene say it.
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+use super::extensions::report_property;
+use crate::scene::{Diagnostics, Medium, Phase, Scatterer};
+
+/// What fills a mesh or all space: coefficients by metre.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct MediumJson {
+    #[serde(default)]
+    pub absorption: [f32; 3],
+    #[serde(default)]
+    pub emission: [f32; 3],
+    #[serde(default)]
+    pub scatterers: Vec<ScattererJson>,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// What scatters in it.
+#[derive(Debug, Deserialize)]
+pub(super) struct ScattererJson {
+    pub coefficient: [f32; 3],
+    #[serde(default)]
+    pub phase: PhaseJson,
+    #[serde(default)]
+    pub anisotropy: f32,
+}
+
+/// Where to.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum PhaseJson {
+    #[default]
+    HenyeyGreenstein,
+    Rayleigh,
+}
+
+/// What fills a mesh or all space.
+pub(super) fn read(json: &MediumJson, owner: &str, diagnostics: &mut Diagnostics) -> Medium {
+    for name in json.unknown.keys() {
+        let name = format!("volume.{name}");
+        report_property(diagnostics, "SUNDOG_material", &name, owner);
+    }
+    let scatterer = |s: &ScattererJson| Scatterer {
+        coefficient: s.coefficient,
+        phase: match s.phase {
+            PhaseJson::HenyeyGreenstein => Phase::HenyeyGreenstein(s.anisotropy),
+            PhaseJson::Rayleigh => Phase::Rayleigh,
+        },
+    };
+    Medium {
+        absorption: json.absorption,
+        emission: json.emission,
+        scatterers: json.scatterers.iter().map(scatterer).collect(),
+    }
+}

@@ -1,0 +1,188 @@
+//! Media on the way of a path: what they take and add, and where they scatter it.
+
+use super::{Found, Walk};
+use crate::effects::Features;
+use crate::film::light_passes::PassSink;
+use crate::integrator::record::{End, Lit, Record, Step};
+use crate::math::average;
+use crate::medium::{Flight, transmittance};
+use crate::sampler::{Dimension, hashed};
+use crate::world::{Hit, RayKind, Sender, Within, World};
+use glam::Vec3;
+
+/// Tells the numbers of flights from those of opacity.
+const FLIGHT: u32 = 0x_f119_47ed;
+
+impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
+    /// Share of light that comes from a distance through what is around.
+    #[inline(always)]
+    pub(super) fn share(world: &World, within: &Within, distance: f32) -> Vec3 {
+        if !E::EVERYTHING || !world.has_media() {
+            return Vec3::ONE;
+        }
+        transmittance(within.medium.extinction, distance)
+    }
+
+    /// Goes through what is around to the end of the ray, where light has been looked for already; says how far it came if it is
+    /// scattered before.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn fly(&mut self, far: f32) -> Option<f32> {
+        let medium = &self.beside.within.medium;
+        if medium.is_clear() {
+            return None;
+        }
+        let length = far - self.span.0 + self.beside.skipped;
+        let emitted = medium.emitted(length);
+        let flight = if self.last {
+            // No scattering counts any more.
+            Flight::Through(transmittance(medium.extinction, length))
+        } else {
+            let key = self.sampler.key(Dimension::Opacity, self.bounce);
+            medium.fly(self.throughput, length, hashed(key, FLIGHT, self.passed))
+        };
+        // What all space emits has no end.
+        if emitted != Vec3::ZERO && emitted.is_finite() {
+            let found = self.throughput * emitted;
+            self.light.add_found(self.settings, found, self.bounce);
+        }
+        match flight {
+            Flight::Scattered(t, weight) => {
+                self.throughput *= weight;
+                Some(t + self.span.0)
+            }
+            Flight::Through(weight) => {
+                self.throughput *= weight;
+                None
+            }
+        }
+    }
+
+    /// The path goes to the other side of a surface.
+    #[inline(always)]
+    pub(super) fn cross(&mut self, hit: &Hit, direction: Vec3) {
+        if E::EVERYTHING && self.world.has_media() {
+            self.world.cross(&mut self.beside.within, hit, direction);
+        }
+    }
+
+    /// Light that falls on a point of a medium and is scattered there, and the way on; whether the path goes on.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn scatter(&mut self, distance: f32) -> bool {
+        if self.bounce >= self.settings.roulette && !self.survives() {
+            self.end(End::Roulette);
+            return false;
+        }
+        let point = self.origin + self.direction * distance;
+        let at = &mut self.beside.previous.at;
+        if self.world.lights.is_linked() {
+            // Of what fills all space no object says which lights it receives.
+            let object = self.beside.within.last_entered();
+            at.receiver = object.map_or(0, |object| self.world.lights.receiver(object));
+        }
+        self.world.lights.context_into(at, point, None);
+        at.bounces = self.bounce;
+        self.add_light_in_medium(point);
+        let u = self.sampler.triple(Dimension::Bsdf, self.bounce);
+        let medium = &self.beside.within.medium;
+        let onward = medium.scatter(self.direction, u);
+        let (value, pdf) = medium.phase(self.direction.dot(onward));
+        if pdf <= 0.0 {
+            self.end(End::Absorbed);
+            return false;
+        }
+        if self.bounce == 0 {
+            self.light.sink.first_in_medium();
+        }
+        self.throughput *= value / pdf;
+        (self.origin, self.direction, self.span) = (point, onward, (0.0, f32::INFINITY));
+        let beside = &mut *self.beside;
+        (beside.walked, beside.near, beside.skipped) = (0.0, 0.0, 0.0);
+        let previous = &mut beside.previous;
+        (previous.pdf, previous.only_bsdf, previous.delta) = (pdf, false, false);
+        previous.kind = RayKind::Volume;
+        self.min_pdf = self.min_pdf.min(pdf);
+        self.bounce += 1;
+        beside.scattered_in_media += 1;
+        self.last = self.bounce > self.settings.bounces
+            || beside.scattered_in_media > self.settings.volume_limit;
+        if self.world.lights.is_shadow_linked() {
+            self.add_shadow_linked();
+        }
+        true
+    }
+
+    /// Adds the light of a sampled light at a point of a medium.
+    fn add_light_in_medium(&mut self, point: Vec3) {
+        let (world, settings, bounce) = (self.world, self.settings, self.bounce);
+        if world.lights.is_empty() {
+            return;
+        }
+        let at = &self.beside.previous.at;
+        let u = self.sampler.triple(Dimension::Light, bounce);
+        let Some((light, drawn)) = world.lights.sample(at, u.z, u.truncate()) else {
+            return;
+        };
+        let rules = world.lights.rules(drawn);
+        if bounce > rules.max_bounces || !rules.visibility.sees(RayKind::Volume) {
+            return;
+        }
+        let within = &self.beside.within;
+        let (value, pdf) = within.medium.phase(self.direction.dot(light.wi));
+        let delta = light.delta || rules.shines_through();
+        let weighted = value * settings.weight_of_sampled(light.pdf, delta, pdf);
+        let arriving = light.contribution();
+        let mut sender = Sender {
+            depth: bounce + 1,
+            time: self.beside.time,
+            past: self.past(),
+            ..RayKind::Shadow.into()
+        };
+        if world.lights.is_linked() {
+            let blockers = world.lights.blockers(world.lights.source(drawn));
+            sender.blockers = blockers.unwrap_or(0);
+        }
+        let left = (settings.transparent_left(self.passed), sender);
+        let mut share = match light.target {
+            _ if rules.shines_through() => Vec3::ONE,
+            Some(target) => world.transmittance_to::<E>(point, target, left),
+            None => world.transmittance::<E>(point, light.wi, f32::INFINITY, left),
+        };
+        if share != Vec3::ZERO {
+            let ray = (point, light.wi);
+            share *= world.media_before(within, ray, light.target, sender.time);
+        }
+        self.rays += 1;
+        self.light.sink.step(|| Step::Light {
+            light: Some(Lit {
+                source: Some(world.lights.source(drawn)),
+                direction: light.wi,
+                pdf: light.pdf,
+                contribution: arriving,
+                bsdf: value,
+                bsdf_pdf: pdf,
+                weighted,
+                share: Some(average(share)),
+            }),
+            numbers: u,
+        });
+        if bounce == 0 {
+            self.light.sink.first_in_medium();
+        }
+        let found = self.throughput * weighted * arriving * share;
+        let kept = self.light.add_scattered(settings, found, bounce);
+        let group = || world.lights.group(world.lights.source(drawn));
+        self.light.sink.grouped(kept, group);
+    }
+
+    /// Where the ray ends or is scattered; without media the former.
+    #[inline(always)]
+    pub(super) fn scattered(&mut self, far: f32, found: &mut Found) -> bool {
+        if !E::EVERYTHING || !self.world.has_media() {
+            return false;
+        }
+        found.scattered = self.fly(far);
+        found.scattered.is_some()
+    }
+}

@@ -1,0 +1,90 @@
+//! What fills a closed mesh or all space, the same everywhere.
+
+use super::Effect;
+
+/// A homogeneous medium: what it takes, scatters and emits over a metre.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Medium {
+    /// Absorption coefficient, 1/m.
+    pub absorption: [f32; 3],
+    /// Emitted radiance over length, W·sr⁻¹·m⁻³.
+    pub emission: [f32; 3],
+    /// What scatters; the sum counts.
+    pub scatterers: Vec<Scatterer>,
+}
+
+/// One kind of particles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scatterer {
+    /// Scattering coefficient, 1/m.
+    pub coefficient: [f32; 3],
+    /// Where to.
+    pub phase: Phase,
+}
+
+/// How light is spread by a scattering.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// Henyey and Greenstein's, of a mean cosine, below 1 in magnitude; 0 is even.
+    HenyeyGreenstein(f32),
+    /// Of particles smaller than the wavelength.
+    Rayleigh,
+}
+
+impl Medium {
+    /// That takes light and does nothing else: of white light so much of it is left after a distance.
+    pub fn absorbing(color: [f32; 3], distance: f32) -> Self {
+        // Black would take all of it at once.
+        let coefficient = |c: f32| -c.clamp(f32::MIN_POSITIVE, 1.0).ln() / distance;
+        Self {
+            absorption: color.map(coefficient),
+            ..Self::default()
+        }
+    }
+
+    /// Which effect it is; none where light crosses it as if there were nothing.
+    pub fn effect(&self) -> Option<Effect> {
+        let takes = |medium: &Self| medium.absorption.iter().any(|&c| c != 0.0);
+        let scatters = self.scatterers.iter().flat_map(|s| &s.coefficient);
+        if self.emission.iter().chain(scatters).any(|&c| c != 0.0) {
+            Some(Effect::Media)
+        } else {
+            takes(self).then_some(Effect::Absorption)
+        }
+    }
+
+    /// Makes all numbers finite and legal; whether some were not.
+    pub fn clean(&mut self) -> bool {
+        let mut bad = false;
+        let scatters = self.scatterers.iter_mut().flat_map(|s| &mut s.coefficient);
+        for c in self
+            .absorption
+            .iter_mut()
+            .chain(&mut self.emission)
+            .chain(scatters)
+        {
+            // Exponents of f32 stand a distance of 1e8 m then.
+            let legal = if c.is_finite() {
+                c.clamp(0.0, 1e30)
+            } else {
+                0.0
+            };
+            bad |= legal != *c;
+            *c = legal;
+        }
+        for scatterer in &mut self.scatterers {
+            if let Phase::HenyeyGreenstein(g) = &mut scatterer.phase {
+                bad |= g.is_nan() || g.abs() > 1.0;
+                *g = if g.is_finite() {
+                    g.clamp(-MOST_G, MOST_G)
+                } else {
+                    0.0
+                };
+            }
+        }
+        bad
+    }
+}
+
+/// As in Cycles: beyond it the phase function is a needle that f32 cannot tell from the straight way.
+const MOST_G: f32 = 1.0 - 1e-3;

@@ -1,0 +1,226 @@
+//! Which media fill which meshes, and those around a point on its way.
+
+use super::passing::shadow_ray;
+use super::{Hit, World};
+use crate::effects::{Effect, General};
+use crate::ffi::embree::Ray;
+use crate::medium::{Lobe, Medium, Phase, transmittance};
+use crate::scene::{self, RayKind, Scene};
+use arrayvec::ArrayVec;
+use enumset::EnumSet;
+use glam::Vec3;
+use std::sync::Arc;
+
+/// The media of a world.
+#[derive(Debug)]
+pub(super) struct Media {
+    /// What fills an object.
+    of_objects: Vec<Option<Arc<Medium>>>,
+    /// What fills all space.
+    everywhere: Option<Arc<Medium>>,
+    /// What the paths begin in.
+    at_camera: Within,
+}
+
+/// Within so many objects at once a path knows; more are as if they were not there. As in Cycles.
+const MOST: usize = 32;
+
+/// The media around a point on its way: the objects that were entered, and what they sum up to.
+#[derive(Clone, Debug, Default)]
+pub struct Within {
+    objects: ArrayVec<u32, MOST>,
+    /// All of them.
+    pub medium: Medium,
+}
+
+fn medium(of: &scene::Medium) -> Arc<Medium> {
+    let lobes: Vec<Lobe> = of
+        .scatterers
+        .iter()
+        .map(|scatterer| Lobe {
+            coefficient: scatterer.coefficient.into(),
+            phase: match scatterer.phase {
+                scene::Phase::HenyeyGreenstein(g) => Phase::HenyeyGreenstein(g),
+                scene::Phase::Rayleigh => Phase::Rayleigh,
+            },
+        })
+        .filter(|lobe| lobe.coefficient != Vec3::ZERO)
+        .collect();
+    let scattering = lobes.iter().map(|lobe| lobe.coefficient).sum();
+    Arc::new(Medium {
+        extinction: Vec3::from(of.absorption) + scattering,
+        scattering,
+        emission: of.emission.into(),
+        lobes,
+    })
+}
+
+/// What is there with some effects.
+fn kept(medium: Option<&scene::Medium>, effects: EnumSet<Effect>) -> Option<Arc<Medium>> {
+    let effect = medium?.effect()?;
+    effects.contains(effect).then(|| medium.map(self::medium))?
+}
+
+impl Within {
+    /// The object that was entered last.
+    pub fn last_entered(&self) -> Option<u32> {
+        self.objects.last().copied()
+    }
+}
+
+impl World {
+    /// Takes note of the media of a scene; to be called when all else is ready.
+    pub(super) fn fill(&mut self, scene: &Scene, effects: EnumSet<Effect>) {
+        self.media = None;
+        let of_materials: Vec<Option<Arc<Medium>>> = scene
+            .materials
+            .iter()
+            .map(|m| kept(m.medium.as_ref(), effects))
+            .collect();
+        let of_objects: Vec<Option<Arc<Medium>>> = self
+            .geometry
+            .entries
+            .iter()
+            .map(|entry| {
+                let mesh = &self.geometry.meshes[entry.mesh as usize];
+                of_materials.get(mesh.material as usize)?.clone()
+            })
+            .collect();
+        let everywhere = kept(scene.medium.as_ref(), effects);
+        if everywhere.is_none() && of_objects.iter().all(Option::is_none) {
+            return;
+        }
+        self.media = Some(Box::new(Media {
+            of_objects,
+            everywhere,
+            at_camera: Within::default(),
+        }));
+        let at_camera = self.around(self.eye.at());
+        if let Some(media) = &mut self.media {
+            media.at_camera = at_camera;
+        }
+    }
+
+    /// Whether something fills space somewhere.
+    #[inline]
+    pub fn has_media(&self) -> bool {
+        self.media.is_some()
+    }
+
+    /// What paths begin in.
+    pub fn media_at_camera(&self) -> Within {
+        let media = self.media.as_ref();
+        media.map_or_else(Within::default, |media| media.at_camera.clone())
+    }
+
+    /// Whether something fills the object of a hit.
+    fn is_filled(&self, hit: &Hit) -> bool {
+        let media = self.media.as_ref();
+        media.is_some_and(|media| media.of_objects[hit.object() as usize].is_some())
+    }
+
+    /// What is around a point: all objects that a ray upwards leaves before it enters them.
+    fn around(&self, point: Vec3) -> Within {
+        let mut around = Within::default();
+        let mut met = Vec::new();
+        for (_, object, leaves) in self.crossings((point, Vec3::Y), f32::INFINITY, 0.0) {
+            if !met.contains(&object) {
+                met.push(object);
+                if leaves {
+                    around.objects.try_push(object).ok();
+                }
+            }
+        }
+        self.sum_up(&mut around);
+        around
+    }
+
+    /// Surfaces of filled objects along a ray, in order: how far, which, and whether the ray leaves it there.
+    fn crossings(
+        &self,
+        (origin, direction): (Vec3, Vec3),
+        far: f32,
+        time: f32,
+    ) -> Vec<(f32, u32, bool)> {
+        let ray = Ray {
+            near: 0.0,
+            mask: RayKind::Shadow.bit(),
+            ..shadow_ray((origin, direction), far, time)
+        };
+        let mut found = Vec::new();
+        self.geometry.embree.visit(&ray, |hit| {
+            if self.is_filled(hit) {
+                found.push((hit.distance, hit.object(), self.leaves(hit, direction)));
+            }
+        });
+        found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        found
+    }
+
+    /// Whether a ray meets a surface from inside.
+    fn leaves(&self, hit: &Hit, direction: Vec3) -> bool {
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
+        let normal = entry.geometric_normal::<General>(mesh, triangle);
+        normal.dot(direction) > 0.0
+    }
+
+    fn sum_up(&self, around: &mut Within) {
+        let Some(media) = &self.media else { return };
+        let mut medium = Medium::EMPTY;
+        let objects = around.objects.iter();
+        let filled = objects.filter_map(|&o| media.of_objects[o as usize].as_ref());
+        for part in media.everywhere.iter().chain(filled) {
+            medium.add(part);
+        }
+        around.medium = medium;
+    }
+
+    fn enter_or_leave(&self, around: &mut Within, object: u32, leaves: bool) {
+        let inside = around.objects.iter().position(|&o| o == object);
+        match (leaves, inside) {
+            (true, Some(at)) => {
+                around.objects.remove(at);
+            }
+            (false, None) => {
+                around.objects.try_push(object).ok();
+            }
+            _ => return,
+        }
+        self.sum_up(around);
+    }
+
+    /// A path crosses the surface of a hit.
+    #[cold]
+    #[inline(never)]
+    pub fn cross(&self, around: &mut Within, hit: &Hit, direction: Vec3) {
+        if self.is_filled(hit) {
+            self.enter_or_leave(around, hit.object(), self.leaves(hit, direction));
+        }
+    }
+
+    /// Share of light that media let through from a target to where a ray begins, or from infinity.
+    #[cold]
+    #[inline(never)]
+    pub fn media_before(
+        &self,
+        within: &Within,
+        (origin, direction): (Vec3, Vec3),
+        target: Option<Vec3>,
+        time: f32,
+    ) -> Vec3 {
+        let (way, far) = match target {
+            Some(target) => (target - origin, 1.0),
+            None => (direction, f32::INFINITY),
+        };
+        let scale = way.length();
+        let (mut depth, mut from) = (Vec3::ZERO, 0.0);
+        let mut within = within.clone();
+        for (distance, object, leaves) in self.crossings((origin, way), far, time) {
+            depth += within.medium.extinction * ((distance - from) * scale);
+            from = distance;
+            self.enter_or_leave(&mut within, object, leaves);
+        }
+        transmittance(depth, 1.0) * transmittance(within.medium.extinction, (far - from) * scale)
+    }
+}

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Volumes that are the same everywhere, beside the Cycles of this Blender."""
+
+import math
+import os
+import tempfile
+import unittest
+
+import bpy
+import export_kit as kit
+from sundog import export
+
+WIDTH, HEIGHT = 48, 32
+# Of the picture's mean. By the noise of 128 samples, 0.1 % of it, five times.
+MEAN = 0.01
+
+
+def node(tree, kind, **values):
+    """A node with values in its sockets; a phase is its menu."""
+    made = tree.nodes.new(kind)
+    for name, value in values.items():
+        if name == "phase":
+            made.phase = value
+        else:
+            made.inputs[name.replace("_", " ")].default_value = value
+    return made
+
+
+# 4.5 marches through volumes, which is biased: what scatters is compared with the null scattering of 5.0 and later.
+@unittest.skipIf(bpy.app.version < (5, 0, 0), "Cycles' volumes are biased before 5.0")
+class Volumes(unittest.TestCase):
+    """A floor under two lamps and a grey world, and what is in it."""
+
+    def setUp(self):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        self.scene = bpy.context.scene
+        self.scene.render.engine = "CYCLES"
+        cycles = self.scene.cycles
+        cycles.use_adaptive_sampling = cycles.use_denoising = False
+        cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0
+        bpy.ops.mesh.primitive_plane_add(size=20, location=(0, 0, -1.2))
+        bpy.context.object.data.materials.append(kit.material("floor"))
+        for kind, place, energy in (("AREA", (2, -1, 4), 300), ("POINT", (-2, -2, 2), 100)):
+            bpy.ops.object.light_add(type=kind, location=place)
+            bpy.context.object.data.energy = energy
+        self.scene.world = bpy.data.worlds.new("world")
+        if bpy.app.version < (6, 0, 0):
+            self.scene.world.use_nodes = True
+        self.scene.world.node_tree.nodes["Background"].inputs[0].default_value = (0.3, 0.3, 0.3, 1)
+        bpy.ops.object.camera_add(location=(0, -7, 1.5), rotation=(math.radians(80), 0, 0))
+        self.scene.camera = bpy.context.object
+
+    def cube(self, size=2, place=(0, 0, 0), glass=False):
+        """The tree of a new cube's material, with its output alone, or a Glass BSDF."""
+        bpy.ops.mesh.primitive_cube_add(size=size, location=place)
+        material = kit.material("fog")
+        bpy.context.object.data.materials.append(material)
+        tree = material.node_tree
+        for old in [n for n in tree.nodes if n.type != "OUTPUT_MATERIAL"]:
+            tree.nodes.remove(old)
+        if glass:
+            tree.links.new(tree.nodes.new("ShaderNodeBsdfGlass").outputs[0], tree.nodes[0].inputs["Surface"])
+        return tree
+
+    def fill(self, tree, kind, **values):
+        """Links a shader to the volume of a tree."""
+        output = next(n for n in tree.nodes if n.type.startswith("OUTPUT"))
+        tree.links.new(node(tree, kind, **values).outputs[0], output.inputs["Volume"])
+
+    def compare(self, name, samples=128, most=MEAN):
+        """Means of both pictures, by channel; nothing is told."""
+        with tempfile.TemporaryDirectory() as folder:
+            found = kit.in_render(lambda dg: export.write_scene(dg, dg.scene, folder, os.path.join(folder, "cache")))
+            self.assertEqual([v for v in found.verdicts if v["verdict"] != "exact"], [])
+            ours = kit.rendered(found.path, WIDTH, HEIGHT, samples)
+        theirs = kit.cycles_pixels(WIDTH, HEIGHT, samples)
+        off = ours.mean((0, 1)) / theirs.mean((0, 1)) - 1
+        print(f"{name}: {off[0]:+.2%} {off[1]:+.2%} {off[2]:+.2%}", flush=True)
+        self.assertLess(abs(off).max(), most, name)
+
+    def test_absorption(self):
+        self.fill(self.cube(), "ShaderNodeVolumeAbsorption", Color=(0.2, 0.6, 0.9, 1), Density=1.0)
+        self.compare("absorption")
+
+    def test_scattering_once_and_often(self):
+        self.fill(self.cube(), "ShaderNodeVolumeScatter", Color=(0.9, 0.6, 0.3, 1), Density=1.0, Anisotropy=0.3)
+        self.compare("scattering once")
+        self.scene.cycles.volume_bounces = 8
+        self.compare("scattering")
+
+    @kit.long
+    def test_rayleigh(self):
+        self.fill(self.cube(), "ShaderNodeVolumeScatter", Color=(0.9, 0.6, 0.3, 1), Density=1.0, phase="RAYLEIGH")
+        self.compare("Rayleigh")
+
+    def test_principled_with_light_of_its_own(self):
+        self.scene.cycles.volume_bounces = 2
+        values = {"Absorption_Color": (0.1, 0.2, 0.3, 1), "Emission_Strength": 0.2, "Emission_Color": (1, 0.2, 0.1, 1)}
+        self.fill(self.cube(), "ShaderNodeVolumePrincipled", Color=(0.9, 0.6, 0.3, 1), Density=2.0, Anisotropy=-0.4, **values)
+        self.compare("principled")
+
+    def test_overlap_in_a_haze(self):
+        self.scene.cycles.volume_bounces = 2
+        self.fill(self.cube(), "ShaderNodeVolumeScatter", Color=(0.9, 0.2, 0.2, 1), Density=1.0)
+        self.fill(self.cube(place=(0.7, 0.3, 0.4)), "ShaderNodeVolumeAbsorption", Color=(0.1, 0.1, 0.9, 1), Density=1.0)
+        self.compare("overlap")
+        self.fill(self.scene.world.node_tree, "ShaderNodeVolumeScatter", Color=(0.8, 0.8, 0.8, 1), Density=0.05)
+        # One lamp behind a haze is a noisy sight: the bar is of the mean over 512 samples.
+        self.compare("overlap in a haze", 512)
+
+    @kit.long
+    def test_camera_inside_and_many_free_paths(self):
+        self.scene.cycles.volume_bounces = 12
+        self.fill(self.cube(), "ShaderNodeVolumeScatter", Color=(0.99, 0.95, 0.9, 1), Density=20.0)
+        self.compare("twenty mean free paths")
+        self.fill(self.cube(size=30), "ShaderNodeVolumeScatter", Color=(0.8, 0.8, 0.8, 1), Density=0.05)
+        self.compare("camera inside", 512)
+
+    @kit.long
+    def test_glass_that_absorbs(self):
+        self.scene.cycles.caustics_reflective = self.scene.cycles.caustics_refractive = True
+        self.fill(self.cube(glass=True), "ShaderNodeVolumeAbsorption", Color=(0.2, 0.6, 0.9, 1), Density=1.0)
+        self.compare("glass that absorbs", 2048)
+
+    def test_mixes_are_sums(self):
+        tree = self.cube()
+        output = tree.nodes[0]
+        mix, add = tree.nodes.new("ShaderNodeMixShader"), tree.nodes.new("ShaderNodeAddShader")
+        mix.inputs[0].default_value = 0.25
+        tree.links.new(node(tree, "ShaderNodeVolumeScatter", Density=2.0).outputs[0], mix.inputs[1])
+        tree.links.new(node(tree, "ShaderNodeVolumeAbsorption", Density=2.0).outputs[0], mix.inputs[2])
+        tree.links.new(mix.outputs[0], add.inputs[0])
+        tree.links.new(node(tree, "ShaderNodeEmission", Strength=0.1).outputs[0], add.inputs[1])
+        tree.links.new(add.outputs[0], output.inputs["Volume"])
+        self.compare("mix and sum")
+
+
+if __name__ == "__main__":
+    unittest.main()

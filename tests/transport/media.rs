@@ -1,0 +1,220 @@
+//! What fills meshes and space, where the answer is known.
+
+use super::{RenderSettings, estimate, mean, run, small};
+use glam::{DAffine3, DVec3};
+use sundog::scene::{AlphaMode, LightKind, Medium, MetallicRoughness, Phase, Scatterer, Scene};
+use sundog::selftest::kit::{
+    camera, constant_environment, diffuse, glass, light, place, quad, sphere,
+};
+
+fn scattering(coefficient: [f32; 3], g: f32) -> Scatterer {
+    Scatterer {
+        coefficient,
+        phase: Phase::HenyeyGreenstein(g),
+    }
+}
+
+/// A boundary that no light minds, and what is inside.
+fn boundary(medium: Medium) -> MetallicRoughness {
+    MetallicRoughness {
+        alpha: 0.0,
+        alpha_mode: AlphaMode::Blend,
+        medium: Some(medium),
+        ..diffuse([0.0; 3])
+    }
+}
+
+/// A ball of fog in a thin haze, over a floor, under a lamp and a sky.
+pub fn fog() -> Scene {
+    let mut scene = Scene {
+        environment: constant_environment(0.4),
+        cameras: vec![camera(DVec3::new(0.0, 0.2, 4.0), 0.8)],
+        medium: Some(Medium {
+            absorption: [0.01, 0.02, 0.0],
+            ..Medium::default()
+        }),
+        ..Scene::default()
+    };
+    let floor = quad([-3.0, -1.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
+    place(
+        &mut scene,
+        floor,
+        diffuse([0.7, 0.6, 0.5]),
+        &[DAffine3::IDENTITY],
+    );
+    let inside = Medium {
+        absorption: [0.3, 0.1, 0.0],
+        emission: [0.02, 0.0, 0.05],
+        scatterers: vec![
+            scattering([0.5, 0.9, 1.4], 0.4),
+            Scatterer {
+                coefficient: [0.1, 0.2, 0.4],
+                phase: Phase::Rayleigh,
+            },
+        ],
+    };
+    place(
+        &mut scene,
+        sphere(12, 0.0, true),
+        boundary(inside),
+        &[DAffine3::IDENTITY],
+    );
+    let at = DAffine3::from_translation(DVec3::new(1.0, 2.5, 1.0));
+    let lamp = LightKind::Point {
+        intensity: 6.0,
+        radius: 0.3,
+        soft_falloff: false,
+    };
+    scene.lights.push(light("lamp", lamp, at));
+    scene
+}
+
+/// A ball of glass that takes light by its thickness.
+pub fn liquid() -> Scene {
+    let mut scene = fog();
+    scene.medium = None;
+    if let Some(ball) = scene.materials.last_mut() {
+        *ball = MetallicRoughness {
+            medium: Some(Medium::absorbing([0.3, 0.7, 0.9], 0.5)),
+            ..glass(0.0, 1.4)
+        }
+        .into();
+    }
+    scene
+}
+
+/// The picture is filled by a wall that shines with 1, behind a slab of a thickness along the axis of a narrow camera.
+fn behind_a_slab(medium: Medium, thickness: f32) -> Scene {
+    let mut scene = Scene {
+        cameras: vec![camera(DVec3::new(0.0, 0.0, 4.0), 1e-3)],
+        ..Scene::default()
+    };
+    let wall = quad([-9.0, -9.0, -5.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
+    let shining = MetallicRoughness {
+        emission: [1.0; 3],
+        ..diffuse([0.0; 3])
+    };
+    place(&mut scene, wall, shining, &[DAffine3::IDENTITY]);
+    // Two sheets are a boundary as well: the front one is entered, the back one is left.
+    for (z, up) in [(0.0, 8.0f32), (-thickness, -8.0)] {
+        let sheet = quad([-4.0, -up / 2.0, z], [8.0, 0.0, 0.0], [0.0, up, 0.0]);
+        place(
+            &mut scene,
+            sheet,
+            boundary(medium.clone()),
+            &[DAffine3::IDENTITY],
+        );
+    }
+    // One object, as a mesh of both would be.
+    let [.., front, back] = &mut scene.meshes[..] else {
+        unreachable!("two sheets were placed");
+    };
+    let first = front.positions.len() as u32;
+    front.positions.append(&mut back.positions);
+    front
+        .triangles
+        .extend(back.triangles.drain(..).map(|t| t.map(|i| i + first)));
+    front.normals = None;
+    scene
+}
+
+/// What a slab lets through is exp(−σ d), and what it emits ε (1 − exp(−σ d))/σ.
+#[test]
+fn a_slab_takes_and_emits_by_its_thickness() {
+    for (sigma, thickness) in [
+        (0.5, 2.0),
+        (1e-3, 1.0),
+        (3.0, 4.0),
+        (20.0, 4.0),
+        (1e5, 1e-5),
+    ] {
+        let medium = Medium {
+            absorption: [sigma; 3],
+            emission: [0.7; 3],
+            ..Medium::default()
+        };
+        let rendering = run(&behind_a_slab(medium, thickness), &small(4, 4));
+        let through = f64::from(-sigma * thickness).exp();
+        let expected = through + 0.7 * (1.0 - through) / f64::from(sigma);
+        let found = mean(&rendering);
+        // The slab of 1e-5 m is known to the roundings of its corners' distances from the camera, 4 m.
+        let bound = 1e-4 + f64::from(f32::EPSILON) * 8.0 * f64::from(sigma);
+        assert!(
+            (found / expected - 1.0).abs() < bound,
+            "{sigma} {thickness}: {found} {expected}"
+        );
+    }
+}
+
+/// A cloud that takes nothing is invisible in a white furnace, thin or thick, however it scatters.
+#[test]
+fn a_white_cloud_vanishes_in_a_white_furnace() {
+    for (sigma, g) in [(0.3, 0.0), (2.0, -0.7), (8.0, 0.8)] {
+        let medium = Medium {
+            scatterers: vec![scattering([sigma, 0.5 * sigma, 2.0 * sigma], g)],
+            ..Medium::default()
+        };
+        let mut scene = Scene {
+            environment: constant_environment(1.0),
+            cameras: vec![camera(DVec3::new(0.0, 0.0, 4.0), 0.4)],
+            ..Scene::default()
+        };
+        place(
+            &mut scene,
+            sphere(16, 0.0, false),
+            boundary(medium),
+            &[DAffine3::IDENTITY],
+        );
+        let settings = RenderSettings {
+            roulette: None,
+            ..small(16, 1024)
+        };
+        let (found, variance) = estimate(&scene, &settings, 0..4);
+        let z = (found - 1.0) / variance.sqrt();
+        assert!(
+            z.abs() < 4.0 && variance.sqrt() < 1e-2,
+            "{sigma} {g}: {found} ± {}",
+            variance.sqrt()
+        );
+    }
+}
+
+/// A point lamp in all space that absorbs: the floor has what the formula says, by the way there and back.
+#[test]
+fn haze_dims_lamps_by_both_ways() {
+    let mut scene = Scene {
+        cameras: vec![camera(DVec3::new(0.0, 0.0, 4.0), 1e-3)],
+        ..Scene::default()
+    };
+    let wall = quad([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
+    place(&mut scene, wall, diffuse([1.0; 3]), &[DAffine3::IDENTITY]);
+    let point = LightKind::Point {
+        intensity: 10.0,
+        radius: 0.0,
+        soft_falloff: false,
+    };
+    let at = DAffine3::from_translation(DVec3::new(0.0, 0.0, 2.0));
+    scene.lights.push(light("lamp", point, at));
+    let clear = mean(&run(&scene, &small(4, 0)));
+    scene.medium = Some(Medium {
+        absorption: [0.3; 3],
+        ..Medium::default()
+    });
+    let hazy = mean(&run(&scene, &small(4, 0)));
+    assert!(
+        (hazy / clear / (-0.3f64 * 6.0).exp() - 1.0).abs() < 1e-4,
+        "{hazy} {clear}"
+    );
+    // A camera inside of a large ball is in it, as in all space.
+    scene.medium = None;
+    let medium = Medium::absorbing([(-0.3f32).exp(); 3], 1.0);
+    let around = DAffine3::from_scale(DVec3::splat(50.0));
+    place(
+        &mut scene,
+        sphere(16, 0.0, false),
+        boundary(medium),
+        &[around],
+    );
+    let inside = mean(&run(&scene, &small(4, 0)));
+    assert!((inside / hazy - 1.0).abs() < 1e-4, "{inside} {hazy}");
+}
