@@ -33,20 +33,18 @@ pub enum Flight {
 /// exp(−σ t), also where one is infinite and the other zero: nothing takes no light.
 #[inline]
 pub fn transmittance(extinction: Vec3, distance: f32) -> Vec3 {
-    extinction.map_or_one(|sigma| (-sigma * distance).exp())
-}
-
-/// By channel, 1 where there is nothing.
-trait MapOrOne {
-    fn map_or_one(self, of: impl Fn(f32) -> f32) -> Self;
-}
-
-impl MapOrOne for Vec3 {
-    #[inline]
-    fn map_or_one(self, of: impl Fn(f32) -> f32) -> Self {
-        let of = |sigma: f32| if sigma > 0.0 { of(sigma) } else { 1.0 };
-        Self::new(of(self.x), of(self.y), of(self.z))
-    }
+    let share = |sigma: f32| {
+        if sigma > 0.0 {
+            (-sigma * distance).exp()
+        } else {
+            1.0
+        }
+    };
+    Vec3::new(
+        share(extinction.x),
+        share(extinction.y),
+        share(extinction.z),
+    )
 }
 
 impl Medium {

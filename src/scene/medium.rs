@@ -34,8 +34,11 @@ pub enum Phase {
 impl Medium {
     /// That takes light and does nothing else: of white light so much of it is left after a distance.
     pub fn absorbing(color: [f32; 3], distance: f32) -> Self {
-        // Black would take all of it at once.
-        let coefficient = |c: f32| -c.clamp(f32::MIN_POSITIVE, 1.0).ln() / distance;
+        // Black would take all of it at once, and white takes none, however short the distance.
+        let coefficient = |c: f32| match -c.clamp(f32::MIN_POSITIVE, 1.0).ln() {
+            depth if depth > 0.0 => depth / distance,
+            _ => 0.0,
+        };
         Self {
             absorption: color.map(coefficient),
             ..Self::default()
@@ -63,12 +66,8 @@ impl Medium {
             .chain(&mut self.emission)
             .chain(scatters)
         {
-            // Exponents of f32 stand a distance of 1e8 m then.
-            let legal = if c.is_finite() {
-                c.clamp(0.0, 1e30)
-            } else {
-                0.0
-            };
+            // Times the greatest distance that is not infinite, 1e8 m, it is a number still.
+            let legal = if c.is_nan() { 0.0 } else { c.clamp(0.0, 1e30) };
             bad |= legal != *c;
             *c = legal;
         }

@@ -16,6 +16,8 @@ use std::sync::Arc;
 pub(super) struct Media {
     /// What fills an object.
     of_objects: Vec<Option<Arc<Medium>>>,
+    /// Whether there is any such.
+    fills_objects: bool,
     /// What fills all space.
     everywhere: Option<Arc<Medium>>,
     /// What the paths begin in.
@@ -25,12 +27,27 @@ pub(super) struct Media {
 /// Within so many objects at once a path knows; more are as if they were not there. As in Cycles.
 const MOST: usize = 32;
 
+type Objects = ArrayVec<u32, MOST>;
+
 /// The media around a point on its way: the objects that were entered, and what they sum up to.
 #[derive(Clone, Debug, Default)]
 pub struct Within {
-    objects: ArrayVec<u32, MOST>,
+    objects: Objects,
     /// All of them.
     pub medium: Medium,
+}
+
+/// Takes note of a crossing; whether that changes anything.
+fn enter_or_leave(objects: &mut Objects, object: u32, leaves: bool) -> bool {
+    let inside = objects.iter().position(|&o| o == object);
+    match (leaves, inside) {
+        (true, Some(at)) => {
+            objects.remove(at);
+            true
+        }
+        (false, None) => objects.try_push(object).is_ok(),
+        _ => false,
+    }
 }
 
 fn medium(of: &scene::Medium) -> Arc<Medium> {
@@ -87,11 +104,13 @@ impl World {
             })
             .collect();
         let everywhere = kept(scene.medium.as_ref(), effects);
-        if everywhere.is_none() && of_objects.iter().all(Option::is_none) {
+        let fills_objects = of_objects.iter().any(Option::is_some);
+        if everywhere.is_none() && !fills_objects {
             return;
         }
         self.media = Some(Box::new(Media {
             of_objects,
+            fills_objects,
             everywhere,
             at_camera: Within::default(),
         }));
@@ -121,18 +140,18 @@ impl World {
 
     /// What is around a point: all objects that a ray upwards leaves before it enters them.
     fn around(&self, point: Vec3) -> Within {
-        let mut around = Within::default();
+        let mut within = Within::default();
         let mut met = Vec::new();
         for (_, object, leaves) in self.crossings((point, Vec3::Y), f32::INFINITY, 0.0) {
             if !met.contains(&object) {
                 met.push(object);
                 if leaves {
-                    around.objects.try_push(object).ok();
+                    within.objects.try_push(object).ok();
                 }
             }
         }
-        self.sum_up(&mut around);
-        around
+        self.sum_up(&mut within);
+        within
     }
 
     /// Surfaces of filled objects along a ray, in order: how far, which, and whether the ray leaves it there.
@@ -148,6 +167,9 @@ impl World {
             ..shadow_ray((origin, direction), far, time)
         };
         let mut found = Vec::new();
+        if !self.media.as_ref().is_some_and(|media| media.fills_objects) {
+            return found;
+        }
         self.geometry.embree.visit(&ray, |hit| {
             if self.is_filled(hit) {
                 found.push((hit.distance, hit.object(), self.leaves(hit, direction)));
@@ -165,37 +187,34 @@ impl World {
         normal.dot(direction) > 0.0
     }
 
-    fn sum_up(&self, around: &mut Within) {
-        let Some(media) = &self.media else { return };
-        let mut medium = Medium::EMPTY;
-        let objects = around.objects.iter();
-        let filled = objects.filter_map(|&o| media.of_objects[o as usize].as_ref());
-        for part in media.everywhere.iter().chain(filled) {
-            medium.add(part);
-        }
-        around.medium = medium;
+    /// What is around where these objects were entered.
+    fn parts(&self, objects: &Objects) -> impl Iterator<Item = &Medium> {
+        let media = self.media.as_deref();
+        let everywhere = media.and_then(|media| media.everywhere.as_deref());
+        let objects = objects.clone().into_iter();
+        let inside = objects.filter_map(move |o| media?.of_objects[o as usize].as_deref());
+        everywhere.into_iter().chain(inside)
     }
 
-    fn enter_or_leave(&self, around: &mut Within, object: u32, leaves: bool) {
-        let inside = around.objects.iter().position(|&o| o == object);
-        match (leaves, inside) {
-            (true, Some(at)) => {
-                around.objects.remove(at);
-            }
-            (false, None) => {
-                around.objects.try_push(object).ok();
-            }
-            _ => return,
-        }
-        self.sum_up(around);
+    fn sum_up(&self, within: &mut Within) {
+        let mut medium = Medium::EMPTY;
+        self.parts(&within.objects)
+            .for_each(|part| medium.add(part));
+        within.medium = medium;
     }
 
     /// A path crosses the surface of a hit.
     #[cold]
     #[inline(never)]
-    pub fn cross(&self, around: &mut Within, hit: &Hit, direction: Vec3) {
-        if self.is_filled(hit) {
-            self.enter_or_leave(around, hit.object(), self.leaves(hit, direction));
+    pub fn cross(&self, within: &mut Within, hit: &Hit, direction: Vec3) {
+        if self.is_filled(hit)
+            && enter_or_leave(
+                &mut within.objects,
+                hit.object(),
+                self.leaves(hit, direction),
+            )
+        {
+            self.sum_up(within);
         }
     }
 
@@ -215,12 +234,14 @@ impl World {
         };
         let scale = way.length();
         let (mut depth, mut from) = (Vec3::ZERO, 0.0);
-        let mut within = within.clone();
+        let (mut objects, mut extinction) = (within.objects.clone(), within.medium.extinction);
         for (distance, object, leaves) in self.crossings((origin, way), far, time) {
-            depth += within.medium.extinction * ((distance - from) * scale);
+            depth += extinction * ((distance - from) * scale);
             from = distance;
-            self.enter_or_leave(&mut within, object, leaves);
+            if enter_or_leave(&mut objects, object, leaves) {
+                extinction = self.parts(&objects).map(|part| part.extinction).sum();
+            }
         }
-        transmittance(depth, 1.0) * transmittance(within.medium.extinction, (far - from) * scale)
+        transmittance(depth, 1.0) * transmittance(extinction, (far - from) * scale)
     }
 }

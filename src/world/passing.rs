@@ -16,6 +16,19 @@ pub(super) fn shadow_ray((origin, direction): (Vec3, Vec3), far: f32, time: f32)
     }
 }
 
+/// A ray on a path.
+#[inline]
+fn sent((origin, direction): (Vec3, Vec3), (near, far): (f32, f32), sender: &Sender) -> Ray {
+    Ray {
+        origin: origin.to_array(),
+        direction: direction.to_array(),
+        near,
+        far,
+        mask: sender.kind.bit(),
+        time: sender.time,
+    }
+}
+
 /// What is left of a shadow ray's light.
 pub(super) struct Share {
     pub light: Vec3,
@@ -88,14 +101,9 @@ impl World {
     /// What a ray meets first, also if the path passes it.
     pub fn first(&self, ray: (Vec3, Vec3, (f32, f32)), sender: &Sender) -> Option<Hit> {
         let (origin, direction, (near, far)) = ray;
-        self.geometry.embree.intersect(&Ray {
-            origin: origin.to_array(),
-            direction: direction.to_array(),
-            near,
-            far,
-            mask: sender.kind.bit(),
-            time: sender.time,
-        })
+        self.geometry
+            .embree
+            .intersect(&sent((origin, direction), (near, far), sender))
     }
 
     /// Adds what a hit tells passes of the scene's own. What passes straight on there, as a colour, and the share of the rest.
@@ -181,14 +189,7 @@ impl World {
         key: impl FnOnce() -> u32,
     ) -> Option<Hit> {
         let sender = sender.into();
-        let ray = Ray {
-            origin: origin.to_array(),
-            direction: direction.to_array(),
-            near,
-            far,
-            mask: sender.kind.bit(),
-            time: sender.time,
-        };
+        let ray = sent((origin, direction), (near, far), &sender);
         if !self.filters::<E>() {
             return self.geometry.embree.intersect(&ray);
         }
@@ -209,14 +210,7 @@ impl World {
         key: u32,
         left: u32,
     ) -> Intersection {
-        let ray = Ray {
-            origin: origin.to_array(),
-            direction: direction.to_array(),
-            near,
-            far,
-            mask: sender.kind.bit(),
-            time: sender.time,
-        };
+        let ray = sent((origin, direction), (near, far), &sender);
         if !self.filters::<E>() {
             let hit = self.geometry.embree.intersect(&ray);
             return hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0));

@@ -75,6 +75,14 @@ class EngineTest(unittest.TestCase):
         self.assertEqual(set(children()) - self.before, set())
         self.assertEqual([name for name in os.listdir(bpy.app.tempdir) if name.startswith("sundog-")], [])
 
+    def for_both(self, size, samples):
+        """The scene, which both engines render with a size and so many samples in each pixel."""
+        scene = self.scene
+        scene.render.resolution_x, scene.render.resolution_y = size
+        scene.cycles.samples = scene.sundog.samples = samples
+        scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
+        return scene
+
     def render(self, name="picture", **options):
         """Renders as F12 does; the passes of the EXR file by name ("ViewLayer.Combined", …)."""
         self.scene.render.filepath = os.path.join(self.folder, name)

@@ -288,6 +288,17 @@ def material(name, **inputs):
     return made
 
 
+def stretches(thing, factor, keys):
+    """Gives an object a shape that is longer along Z, by so much of it at each frame."""
+    thing.shape_key_add(name="Basis")
+    shape = thing.shape_key_add(name="long")
+    for point in shape.data:
+        point.co.z *= factor
+    for frame, value in keys:
+        shape.value = value
+        shape.keyframe_insert("value", frame=frame)
+
+
 def curves_of(action):
     """The animation curves of an action, whatever the version keeps them in."""
     if hasattr(action, "fcurves"):

@@ -35,14 +35,7 @@ class Animation(EngineTest):
                 cube.keyframe_insert(path, frame=frame)
         self.skinned()
         bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=0.8, location=(0.5, -2, 0))
-        ball = bpy.context.object
-        ball.shape_key_add(name="Basis")
-        shape = ball.shape_key_add(name="long")
-        for point in shape.data:
-            point.co.z *= 2
-        for frame, value in ((0, 0.0), (10, 1.0), (24, 0.2)):
-            shape.value = value
-            shape.keyframe_insert("value", frame=frame)
+        kit.stretches(bpy.context.object, 2, ((0, 0.0), (10, 1.0), (24, 0.2)))
 
     def skinned(self):
         """A post that a bone bends."""

@@ -22,10 +22,7 @@ class Aovs(EngineTest):
 
     def setUp(self):
         super().setUp()
-        scene = self.scene
-        scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-        scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = SAMPLES, False, False
-        scene.sundog.samples = SAMPLES
+        scene = self.for_both((WIDTH, HEIGHT), SAMPLES)
         layer = scene.view_layers[0]
         for name, kind in [*((n, "COLOR") for n in COLORS), *((n, "VALUE") for n in VALUES)]:
             aov = layer.aovs.add()

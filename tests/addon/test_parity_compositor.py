@@ -30,10 +30,7 @@ class Compositor(EngineTest):
 
     def setUp(self):
         super().setUp()
-        scene = self.scene
-        scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-        scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = SAMPLES, False, False
-        scene.sundog.samples = SAMPLES
+        scene = self.for_both((WIDTH, HEIGHT), SAMPLES)
         scene.cycles.sample_clamp_indirect = scene.cycles.blur_glossy = 0
         for settings in (scene.cycles, scene.sundog):
             settings.caustics_reflective = settings.caustics_refractive = False

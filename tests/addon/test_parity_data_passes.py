@@ -38,10 +38,7 @@ class DataPasses(EngineTest):
 
     def setUp(self):
         super().setUp()
-        scene = self.scene
-        scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-        scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = SAMPLES, False, False
-        scene.sundog.samples = SAMPLES
+        scene = self.for_both((WIDTH, HEIGHT), SAMPLES)
         layer = scene.view_layers[0]
         for name in ("mist", "object_index", "material_index", *(f"cryptomatte_{kind.lower()}" for kind in KINDS)):
             setattr(layer, f"use_pass_{name}", True)

@@ -22,11 +22,8 @@ class LinkingTest(EngineTest):
 
     def setUp(self):
         super().setUp()
-        scene = self.scene
-        scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-        scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = False, False
+        scene = self.for_both((WIDTH, HEIGHT), SAMPLES)
         scene.cycles.pixel_filter_type = "BOX"
-        scene.cycles.samples = SAMPLES
         scene.cycles.sample_clamp_indirect, scene.cycles.blur_glossy = 0, 0
         self.lamp = bpy.data.objects["Light"]
         self.lamp.data.energy = 300

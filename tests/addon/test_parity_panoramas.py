@@ -20,11 +20,8 @@ class Panoramas(EngineTest):
 
     def setUp(self):
         super().setUp()
-        scene = self.scene
-        scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-        scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = SAMPLES, False, False
+        scene = self.for_both((WIDTH, HEIGHT), SAMPLES)
         scene.cycles.max_bounces = scene.sundog.max_bounces = 0
-        scene.sundog.samples = SAMPLES
         layer = scene.view_layers[0]
         layer.use_pass_z = layer.use_pass_normal = layer.use_pass_mist = layer.use_pass_position = True
         scene.world.mist_settings.start, scene.world.mist_settings.depth = 1, 12

@@ -19,10 +19,7 @@ class Vectors(EngineTest):
 
     def setUp(self):
         super().setUp()
-        scene = self.scene
-        scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-        scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = SAMPLES, False, False
-        scene.sundog.samples = SAMPLES
+        scene = self.for_both((WIDTH, HEIGHT), SAMPLES)
         scene.cycles.max_bounces = scene.sundog.max_bounces = 0
         scene.view_layers[0].use_pass_vector = True
         cube = bpy.data.objects["Cube"]
@@ -30,14 +27,7 @@ class Vectors(EngineTest):
         self.key(cube, "rotation_euler", (0, 0, 0), (0, 0.2, 0.1), (0.1, 0.3, 0.4))
         # One whose vertices move; and a veil that is passed.
         bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=0.9, location=(2, 1, 0))
-        ball = bpy.context.object
-        ball.shape_key_add(name="Basis")
-        shape = ball.shape_key_add(name="long")
-        for point in shape.data:
-            point.co.z *= 1.8
-        for frame, value in ((0, 0.0), (1, 0.3), (2, 1.0)):
-            shape.value = value
-            shape.keyframe_insert("value", frame=frame)
+        kit.stretches(bpy.context.object, 1.8, ((0, 0.0), (1, 0.3), (2, 1.0)))
         for place, alpha in enumerate((0.3, 0.8)):
             bpy.ops.mesh.primitive_plane_add(size=1.3, location=(2.3 - place, -2.6 - place, 0.9), rotation=(math.radians(70), 0, 0.6))
             veil = bpy.context.object

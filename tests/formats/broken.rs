@@ -5,7 +5,7 @@ use std::path::Path;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use sundog::import::{self, ImportOptions};
-use sundog::scene::{MaterialId, Scene, Verdict};
+use sundog::scene::{MaterialId, Phase, Scene, Verdict};
 
 use super::kit::*;
 
@@ -553,6 +553,28 @@ fn material_numbers_are_brought_into_range() {
     assert_eq!(material.base_color, [1.0, 0.0, 0.5]);
     assert_eq!(material.ior, 1.0);
     assert_eq!(found(&imported, "material-range")[0].objects, ["wild"]);
+}
+
+#[test]
+fn numbers_of_volumes_are_brought_into_range() {
+    let mut file = Builder::square();
+    file.json["materials"][0] = json!({
+        "name": "wild",
+        "extensions": { "SUNDOG_material": { "volume": {
+            "absorption": [-1.0, 1e38, 0.5],
+            "scatterers": [{ "coefficient": [0.1, 0.2, 0.3], "anisotropy": 7.0 }],
+        } } }
+    });
+    let imported = file.load();
+    let medium = imported.scene.materials[0].medium.as_ref().unwrap();
+    assert_eq!(medium.absorption, [0.0, 1e30, 0.5]);
+    assert_eq!(medium.scatterers[0].phase, Phase::HenyeyGreenstein(0.999));
+    assert_eq!(found(&imported, "volume-range")[0].objects, ["wild"]);
+    let thick = json!({ "thicknessFactor": 1.0, "attenuationDistance": 0.0, "attenuationColor": [1.0, 0.0, 0.5] });
+    file.json["materials"][0]["extensions"] = json!({ "KHR_materials_volume": thick, "KHR_materials_transmission": { "transmissionFactor": 1.0 } });
+    let imported = file.load();
+    let medium = imported.scene.materials[0].medium.as_ref().unwrap();
+    assert_eq!(medium.absorption, [0.0, 1e30, 1e30]);
 }
 
 #[test]
