@@ -94,36 +94,41 @@ fn show(name: &str, outcomes: &[Outcome]) -> String {
     text
 }
 
-/// From 64 samples on, the error after 4, 16 and 64 times as many is forecast to 25 % where light is found easily. Where
-/// fireflies have not all come in, it cannot be: there the interval has to hold it.
+/// Seeds, and how many forecasts of theirs an interval of 95 % may miss. Those of a seed and a scene hang together: of 12 such
+/// pairs three or more are missed once in 50 times, so that up to two pairs, 4 forecasts, are no fault. The seeds are fixed.
+const SEEDS: u32 = 4;
+const MOST_MISSED: usize = 4;
+
+/// From 64 samples on, the error after 4 and 16 times as many is forecast: the intervals hold it, and where light is found easily
+/// the forecasts of several seeds have it in their geometric mean, to 25 %. A single one is up to 1.6 times off.
 #[test]
 fn errors_are_forecast() {
     let mut told = String::new();
-    let mut wrong = 0;
+    let mut missed = 0;
     let mut scenes = gallery();
     scenes.truncate(2);
     scenes.push(("fireflies", super::accuracy::fireflies()));
     for (name, scene) in scenes {
-        let settings = RenderSettings {
-            width: 48,
-            height: 36,
-            seed: 1,
-            ..small(4096, 5)
-        };
-        let outcomes = outcomes(&scene, &settings, &[64.0]);
-        assert_eq!(outcomes.len(), 3);
-        let bound = if name == "fireflies" {
-            f64::INFINITY
-        } else {
-            0.25
-        };
-        wrong += outcomes
-            .iter()
-            .filter(|o| (o.error - 1.0).abs() > bound || !o.held)
-            .count();
-        told += &show(name, &outcomes);
+        let mut logarithms = 0.0;
+        for seed in 1..=SEEDS {
+            let settings = RenderSettings {
+                width: 48,
+                height: 36,
+                seed,
+                ..small(1024, 5)
+            };
+            let outcomes = outcomes(&scene, &settings, &[64.0]);
+            assert_eq!(outcomes.len(), 2);
+            missed += outcomes.iter().filter(|o| !o.held).count();
+            logarithms += outcomes.iter().map(|o| o.error.ln()).sum::<f64>();
+            told += &show(name, &outcomes);
+        }
+        let mean = (logarithms / f64::from(2 * SEEDS)).exp();
+        told += &format!("{name}: {mean:.2} in the mean\n");
+        assert!((mean - 1.0).abs() < 0.25 || name == "fireflies", "{told}");
     }
-    assert_eq!(wrong, 0, "{told}");
+    println!("{told}");
+    assert!(missed <= MOST_MISSED, "{missed} missed\n{told}");
 }
 
 /// The same for the scenes of the benchmark (`make bench` makes them; `SUNDOG_SCENES` is their folder; `SUNDOG_SIDE` is the
