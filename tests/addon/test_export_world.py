@@ -378,7 +378,13 @@ class World(kit.ExportTest):
 
     def test_volume(self):
         output = next(n for n in self.tree.nodes if n.type == "OUTPUT_WORLD")
-        self.join(self.node("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
+        scatter = self.node("ShaderNodeVolumeScatter")
+        self.join(scatter.outputs[0], output.inputs["Volume"])
+        found = self.export()
+        self.assertEqual(found.verdict("world", "world")["verdict"], "exact")
+        [scatterer] = found.scene()["world"]["volume"]["scatterers"]
+        self.near(scatterer["coefficient"], list(scatter.inputs["Color"].default_value)[:3])
+        self.join(self.node("ShaderNodeTexNoise").outputs[0], scatter.inputs["Density"])
         verdict = self.export().verdict("world", "world")
         self.assertEqual(verdict["verdict"], "lost")
         self.assertIn("volume", verdict["detail"])
