@@ -1,11 +1,12 @@
 //! Sessions: a scene that is edited gives the picture of one that was always so.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 use sundog::render::{EditError, Silent};
 use sundog::scene::{
-    Camera, Environment, Instance, Light, LightKind, Material, MaterialId, Mesh, MeshId,
-    MetallicRoughness, Visibility,
+    AlphaMode, Camera, Environment, Instance, Light, LightKind, Material, MaterialId, Medium, Mesh,
+    MeshId, MetallicRoughness, Visibility,
 };
+use sundog::selftest::kit::{place, sphere};
 use sundog::world::Stale;
 use sundog::{Edit, Scene, Session, Settings};
 
@@ -240,6 +241,44 @@ fn a_moved_camera_makes_nothing_anew_until_it_is_far_away() {
     assert!(differing.count() * 100 <= after.len());
     session.apply(edit(1e5)).unwrap();
     assert_eq!(session.prepare().unwrap(), Stale::ALL);
+}
+
+/// A camera that leaves a medium has a picture without it, as a scene that was always seen from there.
+#[test]
+fn a_camera_that_leaves_a_medium_is_outside() {
+    let seen = |x| {
+        let mut scene = Scene {
+            cameras: vec![camera(x)],
+            ..scene()
+        };
+        let fog = MetallicRoughness {
+            alpha: 0.0,
+            alpha_mode: AlphaMode::Blend,
+            medium: Some(Medium::absorbing([1e-3; 3], 0.1)),
+            ..matte([0.0; 3])
+        };
+        let around = DAffine3::from_scale_rotation_translation(
+            DVec3::splat(0.3),
+            DQuat::IDENTITY,
+            DVec3::new(0.0, 0.0, 4.0),
+        );
+        place(&mut scene, sphere(12, 0.0, false), fog, &[around]);
+        scene
+    };
+    let sum = |picture: &[f32]| picture.chunks_exact(4).map(|p| p[0]).sum::<f32>();
+    let mut session = Session::owning(seen(0.0), settings());
+    let inside = sum(&rendered(&mut session));
+    session
+        .apply(Edit::Camera {
+            number: 0,
+            camera: camera(0.5),
+        })
+        .unwrap();
+    assert_eq!(session.prepare().unwrap(), Stale::NONE);
+    let after = sum(&rendered(&mut session));
+    let fresh = sum(&rendered(&mut Session::new(&seen(0.5), settings())));
+    assert!(inside < 0.1 * fresh, "{inside} {fresh}");
+    assert!((after / fresh - 1.0).abs() < 1e-3, "{after} {fresh}");
 }
 
 #[test]

@@ -392,16 +392,22 @@ fn area_lights() -> Vec<Light> {
     ]
 }
 
+/// A floor and nothing else.
+fn floor() -> Scene {
+    let mut scene = Scene::default();
+    place(
+        &mut scene,
+        quad([-3.0, -1.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]),
+        diffuse([0.7, 0.6, 0.5]),
+        &[DAffine3::IDENTITY],
+    );
+    scene
+}
+
 /// Scenes that call for different effects; together for all of them.
 fn gallery() -> Vec<(&'static str, Scene)> {
     let base = || {
-        let mut scene = Scene::default();
-        place(
-            &mut scene,
-            quad([-3.0, -1.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]),
-            diffuse([0.7, 0.6, 0.5]),
-            &[DAffine3::IDENTITY],
-        );
+        let mut scene = floor();
         scene.cameras.push(camera(DVec3::new(0.0, 0.2, 4.0), 0.8));
         scene
     };

@@ -186,7 +186,9 @@ fn open_viewer(
     let region = settings.region();
     let size = (region.width(), region.height());
     let title = outputs.title(&imported.path);
-    let layers = settings.passes.layers(&imported.scene.light_groups);
+    // Passes of the scene's own are none of the viewer's.
+    let groups = crate::film::group_layers(&imported.scene.light_groups);
+    let layers: Vec<_> = settings.passes.layers().chain(groups).collect();
     Some(Viewer::open(&address.0, &title, size, &layers))
 }
 

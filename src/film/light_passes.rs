@@ -257,20 +257,18 @@ pub struct PixelPasses {
     covered: u64,
 }
 
+fn add_each(sums: &mut [DVec3], values: impl Iterator<Item = DVec3>) {
+    sums.iter_mut()
+        .zip(values)
+        .for_each(|(sum, value)| *sum += value);
+}
+
 impl PixelPasses {
     /// Adds a path.
     pub fn add(&mut self, path: &PathPasses) {
-        for (sum, light) in self
-            .light
-            .iter_mut()
-            .flatten()
-            .zip(path.light.iter().flatten())
-        {
-            *sum += light.as_dvec3();
-        }
-        for (sum, color) in self.colors.iter_mut().zip(&path.colors) {
-            *sum += color.as_dvec3();
-        }
+        let lights = path.light.as_flattened().iter().map(|v| v.as_dvec3());
+        add_each(self.light.as_flattened_mut(), lights);
+        add_each(&mut self.colors, path.colors.iter().map(|v| v.as_dvec3()));
         self.emission += path.emission.as_dvec3();
         self.environment += path.environment.as_dvec3();
         self.uv += path.uv.as_dvec2();
@@ -288,17 +286,11 @@ impl PixelPasses {
 
     /// Adds the paths of another sum.
     pub fn join(&mut self, other: &Self) {
-        for (sum, light) in self
-            .light
-            .iter_mut()
-            .flatten()
-            .zip(other.light.iter().flatten())
-        {
-            *sum += *light;
-        }
-        for (sum, color) in self.colors.iter_mut().zip(&other.colors) {
-            *sum += *color;
-        }
+        add_each(
+            self.light.as_flattened_mut(),
+            other.light.as_flattened().iter().copied(),
+        );
+        add_each(&mut self.colors, other.colors.iter().copied());
         self.emission += other.emission;
         self.environment += other.environment;
         self.uv += other.uv;

@@ -11,7 +11,7 @@ pub mod pixel;
 pub mod sum;
 
 pub use extract::Extract;
-pub use passes::{Pass, Passes};
+pub use passes::{Pass, Passes, group_layers};
 
 use rayon::prelude::*;
 use std::ops::Range;

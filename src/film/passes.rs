@@ -350,6 +350,12 @@ impl Pass {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Passes(u64);
 
+/// Names and channels of the layers of light groups, as Cycles calls them.
+pub fn group_layers(groups: &[String]) -> impl Iterator<Item = (String, String)> {
+    let name = |group| format!("{}_{group}", Pass::Combined.name());
+    groups.iter().map(move |group| (name(group), "RGB".into()))
+}
+
 impl Passes {
     /// The picture alone.
     pub const COMBINED: Self = Self(1);
@@ -372,12 +378,10 @@ impl Passes {
         TABLE.iter().map(|row| row.0).filter(move |&p| self.has(p))
     }
 
-    /// Names and channels of their layers, and of those of light groups as Cycles calls them.
-    pub fn layers(self, groups: &[String]) -> Vec<(String, String)> {
-        let passes = self.iter();
-        let passes = passes.map(|pass| (pass.name().into(), pass.channels().into()));
-        let group = |name| (format!("{}_{name}", Pass::Combined.name()), "RGB".into());
-        passes.chain(groups.iter().map(group)).collect()
+    /// Names and channels of their layers; the scene's own passes have others.
+    pub fn layers(self) -> impl Iterator<Item = (String, String)> {
+        let passes = self.iter().filter(|pass| !pass.channels().is_empty());
+        passes.map(|pass| (pass.name().into(), pass.channels().into()))
     }
 
     /// Whether paths have to keep their light apart (see [`super::light_passes`]).

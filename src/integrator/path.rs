@@ -93,8 +93,6 @@ struct Found {
     hit: Hit,
     /// The path has left the same surface: it is met again in [`Walk::own`], without a ray.
     again: bool,
-    /// A medium has scattered the path before, so far from where its ray begins.
-    scattered: Option<f32>,
 }
 
 /// What functions that are not inlined look at or change, and what is found by a number: a path stays in registers without.
@@ -113,6 +111,8 @@ struct Beside {
     /// The media around it, and how often they have scattered it.
     within: Within,
     scattered_in_media: u32,
+    /// A medium scatters it before it meets what was found, so far from where its ray begins.
+    scattered: Option<f32>,
     /// How far from its surface the ray begins: that way leads through a medium, too.
     skipped: f32,
 }
@@ -181,6 +181,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         time: camera_ray.time,
         within: Within::default(),
         scattered_in_media: 0,
+        scattered: None,
         skipped: 0.0,
     };
     if E::EVERYTHING && world.has_media() {
@@ -192,7 +193,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     let mut lobes_left_out = 0;
     while walk.next_surface(&mut found) {
         if E::EVERYTHING
-            && let Some(distance) = found.scattered.take()
+            && let Some(distance) = walk.beside.scattered.take()
         {
             if !walk.scatter(distance) {
                 break;
@@ -349,7 +350,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// Takes note of a surface, which is where the path has left it if it is met again.
     #[inline(always)]
-    fn arrive(&mut self, Found { hit, again, .. }: &Found, surface: &mut Surface) {
+    fn arrive(&mut self, Found { hit, again }: &Found, surface: &mut Surface) {
         if E::CURVED
             && *again
             && let Some((_, point)) = self.own.take()
@@ -379,7 +380,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// Light that the surface emits itself.
     #[inline(always)]
-    fn add_emission(&mut self, Found { hit, again, .. }: &Found, surface: &Surface) {
+    fn add_emission(&mut self, Found { hit, again }: &Found, surface: &Surface) {
         if surface.emission == Vec3::ZERO {
             return;
         }

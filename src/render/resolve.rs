@@ -6,7 +6,7 @@ use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::objects::{Label, PixelObjects};
 use crate::film::pixel::{NO_DEPTH, Pixel};
-use crate::film::{Bands, Pass, Passes};
+use crate::film::{Bands, Pass, Passes, group_layers};
 use crate::integrator::VECTOR_SUMS;
 use crate::scene::Aov;
 use glam::{DAffine3, DMat3, DVec3};
@@ -150,16 +150,10 @@ impl Bands for Film<'_> {
     }
 
     fn layers(&self) -> Vec<(String, String)> {
-        let mut layers = self.passes.layers(&[]);
-        layers.retain(|(_, channels)| !channels.is_empty());
         let aovs = shown(self.passes, self.aovs).iter();
-        layers.extend(aovs.map(|aov| (aov.name.clone(), aov.channels().into())));
-        layers.extend(
-            self.passes
-                .layers(self.groups)
-                .split_off(self.passes.iter().count()),
-        );
-        layers
+        let aovs = aovs.map(|aov| (aov.name.clone(), aov.channels().into()));
+        let groups = group_layers(self.groups);
+        self.passes.layers().chain(aovs).chain(groups).collect()
     }
 
     fn bands(&self) -> Vec<Range<u32>> {

@@ -1,9 +1,11 @@
 //! Which media fill which meshes, and those around a point on its way.
 
+use super::geometry::MeshInstance;
 use super::passing::shadow_ray;
 use super::{Hit, World};
 use crate::effects::{Effect, General};
 use crate::ffi::embree::Ray;
+use crate::light::emissive::Eye;
 use crate::medium::{Lobe, Medium, Phase, transmittance};
 use crate::scene::{self, RayKind, Scene};
 use arrayvec::ArrayVec;
@@ -50,7 +52,7 @@ fn enter_or_leave(objects: &mut Objects, object: u32, leaves: bool) -> bool {
     }
 }
 
-fn medium(of: &scene::Medium) -> Arc<Medium> {
+fn prepared(of: &scene::Medium) -> Arc<Medium> {
     let lobes: Vec<Lobe> = of
         .scatterers
         .iter()
@@ -74,8 +76,8 @@ fn medium(of: &scene::Medium) -> Arc<Medium> {
 
 /// What is there with some effects.
 fn kept(medium: Option<&scene::Medium>, effects: EnumSet<Effect>) -> Option<Arc<Medium>> {
-    let effect = medium?.effect()?;
-    effects.contains(effect).then(|| medium.map(self::medium))?
+    let medium = medium?;
+    effects.contains(medium.effect()?).then(|| prepared(medium))
 }
 
 impl Within {
@@ -86,37 +88,40 @@ impl Within {
 }
 
 impl World {
-    /// Takes note of the media of a scene; to be called when all else is ready.
+    /// Takes note of the media of a scene; to be called when its geometry is ready.
     pub(super) fn fill(&mut self, scene: &Scene, effects: EnumSet<Effect>) {
         self.media = None;
-        let of_materials: Vec<Option<Arc<Medium>>> = scene
-            .materials
-            .iter()
+        let everywhere = kept(scene.medium.as_ref(), effects);
+        let materials = scene.materials.iter();
+        let of_materials: Vec<_> = materials
             .map(|m| kept(m.medium.as_ref(), effects))
             .collect();
-        let of_objects: Vec<Option<Arc<Medium>>> = self
-            .geometry
-            .entries
-            .iter()
-            .map(|entry| {
-                let mesh = &self.geometry.meshes[entry.mesh as usize];
-                of_materials.get(mesh.material as usize)?.clone()
-            })
-            .collect();
-        let everywhere = kept(scene.medium.as_ref(), effects);
-        let fills_objects = of_objects.iter().any(Option::is_some);
-        if everywhere.is_none() && !fills_objects {
+        if everywhere.is_none() && of_materials.iter().all(Option::is_none) {
             return;
         }
-        self.media = Some(Box::new(Media {
-            of_objects,
-            fills_objects,
-            everywhere,
-            at_camera: Within::default(),
-        }));
-        let at_camera = self.around(self.eye.at());
-        if let Some(media) = &mut self.media {
-            media.at_camera = at_camera;
+        let of_object = |entry: &MeshInstance| {
+            let mesh = &self.geometry.meshes[entry.mesh as usize];
+            of_materials.get(mesh.material as usize)?.clone()
+        };
+        let of_objects: Vec<_> = self.geometry.entries.iter().map(of_object).collect();
+        let fills_objects = of_objects.iter().any(Option::is_some);
+        if everywhere.is_some() || fills_objects {
+            self.media = Some(Box::new(Media {
+                of_objects,
+                fills_objects,
+                everywhere,
+                at_camera: Within::default(),
+            }));
+        }
+    }
+
+    /// Takes note of the media around a camera.
+    pub(super) fn fill_camera(&mut self, camera: &scene::Camera) {
+        if self.media.is_some() {
+            let at_camera = self.around(Eye::new(camera, self.origin).at());
+            if let Some(media) = &mut self.media {
+                media.at_camera = at_camera;
+            }
         }
     }
 
@@ -161,15 +166,15 @@ impl World {
         far: f32,
         time: f32,
     ) -> Vec<(f32, u32, bool)> {
+        let mut found = Vec::new();
+        if !self.media.as_ref().is_some_and(|media| media.fills_objects) {
+            return found;
+        }
         let ray = Ray {
             near: 0.0,
             mask: RayKind::Shadow.bit(),
             ..shadow_ray((origin, direction), far, time)
         };
-        let mut found = Vec::new();
-        if !self.media.as_ref().is_some_and(|media| media.fills_objects) {
-            return found;
-        }
         self.geometry.embree.visit(&ray, |hit| {
             if self.is_filled(hit) {
                 found.push((hit.distance, hit.object(), self.leaves(hit, direction)));

@@ -229,6 +229,7 @@ impl World {
             device,
         };
         made.fill(scene, options.effects);
+        made.fill_camera(options.camera);
         Ok(made)
     }
 
@@ -311,7 +312,10 @@ impl World {
         let (aspect, effects) = (options.aspect, options.effects);
         self.camera = camera::prepare(options.camera, aspect, effects, view);
         self.shutter = camera::shutter(options.camera, &scene.shutter, aspect, effects, view);
-        self.fill(scene, effects);
+        if stale.geometry || stale.materials {
+            self.fill(scene, effects);
+        }
+        self.fill_camera(options.camera);
         Ok(stale)
     }
 

@@ -1,6 +1,6 @@
 //! Light linking, shadow linking and light groups.
 
-use super::{light, run, small};
+use super::{floor, light, run, small};
 use glam::{DAffine3, DQuat, DVec3};
 use sundog::film::Passes;
 use sundog::render::{RenderSettings, Rendering};
@@ -13,13 +13,7 @@ const SETS: [u64; 2] = [1, 2];
 /// A ball on a floor, in sets of its own. A panel lights the floor alone; another one, a lamp and a sun throw no shadows of the
 /// ball.
 pub fn scene() -> Scene {
-    let mut scene = Scene::default();
-    place(
-        &mut scene,
-        quad([-3.0, -1.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]),
-        diffuse([0.7, 0.6, 0.5]),
-        &[DAffine3::IDENTITY],
-    );
+    let mut scene = floor();
     place(
         &mut scene,
         sphere(12, 0.0, true),

@@ -1,6 +1,6 @@
 //! What fills meshes and space, where the answer is known.
 
-use super::{RenderSettings, estimate, mean, run, small};
+use super::{RenderSettings, estimate, floor, mean, run, small};
 use glam::{DAffine3, DVec3};
 use sundog::scene::{AlphaMode, LightKind, Medium, MetallicRoughness, Phase, Scatterer, Scene};
 use sundog::selftest::kit::{
@@ -33,15 +33,8 @@ pub fn fog() -> Scene {
             absorption: [0.01, 0.02, 0.0],
             ..Medium::default()
         }),
-        ..Scene::default()
+        ..floor()
     };
-    let floor = quad([-3.0, -1.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
-    place(
-        &mut scene,
-        floor,
-        diffuse([0.7, 0.6, 0.5]),
-        &[DAffine3::IDENTITY],
-    );
     let inside = Medium {
         absorption: [0.3, 0.1, 0.0],
         emission: [0.02, 0.0, 0.05],

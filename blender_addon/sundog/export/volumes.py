@@ -89,14 +89,17 @@ class _Sum:
             raise _Varies(f"its phase function {phase.title().replace('_', '-')} is not rendered yet")
         self.scatterers.append(described)
 
+    def _linked(self, source, socket):
+        return self.reader.walker.source(nodes.Place(socket, source.groups))
+
     def _mix_shader(self, source, weight):
         share = min(max(float(self._constant(self.reader.evaluator.scalar(nodes.Place(source.node.inputs[0], source.groups)))), 0.0), 1.0)
-        self.add(self.reader.walker.source(nodes.Place(source.node.inputs[1], source.groups)), weight * (1 - share))
-        self.add(self.reader.walker.source(nodes.Place(source.node.inputs[2], source.groups)), weight * share)
+        self.add(self._linked(source, source.node.inputs[1]), weight * (1 - share))
+        self.add(self._linked(source, source.node.inputs[2]), weight * share)
 
     def _add_shader(self, source, weight):
         for socket in source.node.inputs:
-            self.add(self.reader.walker.source(nodes.Place(socket, source.groups)), weight)
+            self.add(self._linked(source, socket), weight)
 
     def _emission(self, source, weight):
         self.emission += weight * self._color(source, "Color") * self._number(source, "Strength")

@@ -1,6 +1,6 @@
 //! Media on the way of a path: what they take and add, and where they scatter it.
 
-use super::{Found, Walk};
+use super::Walk;
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Lit, Record, Step};
@@ -176,13 +176,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.light.sink.grouped(kept, group);
     }
 
-    /// Where the ray ends or is scattered; without media the former.
+    /// Whether the ray is scattered before its end.
     #[inline(always)]
-    pub(super) fn scattered(&mut self, far: f32, found: &mut Found) -> bool {
+    pub(super) fn scattered(&mut self, far: f32) -> bool {
         if !E::EVERYTHING || !self.world.has_media() {
             return false;
         }
-        found.scattered = self.fly(far);
-        found.scattered.is_some()
+        self.beside.scattered = self.fly(far);
+        self.beside.scattered.is_some()
     }
 }

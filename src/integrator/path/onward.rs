@@ -30,7 +30,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             }
             if !(E::EVERYTHING && self.world.is_tinted())
                 || found.again
-                || found.scattered.is_some()
+                || self.beside.scattered.is_some()
             {
                 return true;
             }
@@ -95,7 +95,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if hit.is_none() {
             self.add_environment();
         }
-        if !again && lid_free && self.scattered(far, found) {
+        if !again && lid_free && self.scattered(far) {
             return true;
         }
         let Some(hit) = hit else {
@@ -107,11 +107,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.end(End::Holdout);
             return false;
         }
-        *found = Found {
-            hit,
-            again,
-            scattered: None,
-        };
+        *found = Found { hit, again };
         true
     }
 

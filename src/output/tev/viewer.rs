@@ -168,9 +168,7 @@ impl Viewer {
         patience: Duration,
     ) -> Self {
         let layers = layers.iter();
-        // Passes of the scene's own are none of the viewer's.
         let layers = layers.map(|(name, channels)| (&**name, &**channels));
-        let layers = layers.filter(|(_, channels)| !channels.is_empty());
         let shared = Arc::new(Shared {
             post: Mutex::default(),
             changed: Condvar::new(),

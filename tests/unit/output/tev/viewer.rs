@@ -1,6 +1,10 @@
 use super::*;
 use crate::film::{Layer, Passes, Picture};
 
+fn combined() -> Vec<(String, String)> {
+    Passes::COMBINED.layers().collect()
+}
+
 #[test]
 fn reasons_are_words() {
     let system = io::Error::from_raw_os_error(111);
@@ -35,7 +39,7 @@ fn deaf(picture: &Picture, patience: Duration) -> (Viewer, std::net::TcpListener
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let size = (picture.width, picture.height);
-    let viewer = Viewer::patient(&address, "a", size, &Passes::COMBINED.layers(&[]), patience);
+    let viewer = Viewer::patient(&address, "a", size, &combined(), patience);
     (viewer, listener)
 }
 
@@ -77,7 +81,7 @@ fn a_slow_viewer_gets_all_of_the_last_picture() {
     });
     let picture = large();
     let size = (picture.width, picture.height);
-    let viewer = Viewer::patient(&address, "a", size, &Passes::COMBINED.layers(&[]), FOREVER);
+    let viewer = Viewer::patient(&address, "a", size, &combined(), FOREVER);
     viewer.finish(&picture, &|_| ());
     assert_eq!(viewer.shared.post().failure, None);
     let mut sent = crate::output::tev::create("a", size, [("Combined", "RGBA")].into_iter()).len();
