@@ -1,6 +1,7 @@
 //! Light transport on scenes built here: answers that are exact, or equalities between renders.
 
 mod accuracy;
+mod below;
 mod closed_lamps;
 mod coincident;
 mod forecast;
@@ -672,6 +673,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     list.push(("lights with receivers and blockers", linking::scene()));
     list.push(("fog", media::fog()));
     list.push(("coloured liquid", media::liquid()));
+    list.push(("skin and marble", below::scene()));
     list
 }
 

@@ -261,6 +261,7 @@ impl Findings {
                 .is_thin_subsurface
                 .then_some(Effect::DiffuseTransmission),
         );
+        there.extend(summary.goes_below.then_some(Effect::Subsurface));
         there.extend(summary.simple.iter().map(|(_, effect)| *effect));
         for p in &summary.principled {
             there.extend(lobes(p));

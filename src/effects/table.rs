@@ -109,7 +109,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::WhiteNoiseTexture, Preparation, ["a random number for each place", "a placed material has a White Noise Texture that its program evaluates at hits"]),
         line(E::GaborTexture, Preparation, ["noise of one frequency and direction", "a placed material has a Gabor Texture that its program evaluates at hits"]),
         line(E::ThinFilm, Kernels, ["interference of a thin film", "a placed material has a film whose thickness is not 0"]),
-        line(E::Subsurface, Absent, ["light that goes on below the surface", "the importer meets one whose weight is not 0"]),
+        line(E::Subsurface, Kernels, ["light that goes on below the surface", "a placed material has a Subsurface Scattering node, or a subsurface weight above 0 that is no thin wall's"]),
         line(E::DiffuseTransmission, Kernels, ["light that is scattered through a sheet", "a placed material has a Translucent BSDF, light below the surface of a thin wall, or diffuse transmission"]),
         line(E::Dispersion, Absent, ["an index of refraction by wavelength", "the importer meets one that is not 0"]),
         line(E::Absorption, Kernels, ["light that is taken by the way through a solid", "a placed material or the world has a volume that absorbs and does nothing else"]),

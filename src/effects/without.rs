@@ -2,8 +2,8 @@
 
 use super::detect::kind_of_glass;
 use super::sets;
-use crate::scene::graph::node::{diffuse, principled};
-use crate::scene::graph::{Graph, Input, Node, NodeKind, Opacity, Slot, SocketKind};
+use crate::scene::graph::node::{diffuse, principled, subsurface};
+use crate::scene::graph::{Graph, Input, Node, NodeKind, Opacity, SimpleBsdf, Slot, SocketKind};
 use crate::scene::{Effect, Environment, Light, Material};
 use enumset::EnumSet;
 
@@ -66,18 +66,27 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
         if let NodeKind::Bsdf(bsdf) = node.kind
             && !set.contains(node.simple_effect(bsdf))
         {
-            node.kind = NodeKind::DiffuseBsdf;
-            node.inputs = Node::new(NodeKind::DiffuseBsdf)
-                .with(diffuse::COLOR, 0.0)
-                .inputs;
+            let mut instead = Node::new(NodeKind::DiffuseBsdf).with(diffuse::COLOR, 0.0);
+            if let SimpleBsdf::Subsurface(_) = bsdf {
+                instead.inputs[diffuse::COLOR] = node.inputs[subsurface::COLOR];
+                instead.inputs[diffuse::NORMAL] = node.inputs[subsurface::NORMAL];
+            }
+            *node = instead;
         }
         if !set.contains(Effect::ThinFilm)
             && let Some(socket) = node.film_socket()
         {
             node.inputs[socket] = Input::float(0.0);
         }
-        if !matches!(node.kind, NodeKind::PrincipledBsdf { .. }) {
+        let NodeKind::PrincipledBsdf { walk, .. } = &mut node.kind else {
             continue;
+        };
+        let effect_below = match walk {
+            Some(_) => Effect::Subsurface,
+            None => Effect::DiffuseTransmission,
+        };
+        if !set.contains(Effect::Subsurface) {
+            *walk = None;
         }
         let mut without = |socket: usize| node.inputs[socket] = Input::float(0.0);
         if let Some(p) = surfaces.next()
@@ -95,7 +104,7 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
         if !set.contains(Effect::Sheen) {
             without(principled::SHEEN_WEIGHT);
         }
-        if !set.contains(Effect::DiffuseTransmission) {
+        if !set.contains(effect_below) {
             without(principled::SUBSURFACE_WEIGHT);
         }
         if !set.contains(Effect::Metal) {

@@ -246,6 +246,16 @@ impl Hit {
     pub fn object(&self) -> u32 {
         self.instance.unwrap_or(self.geometry)
     }
+
+    /// The same hit with another number of the object, as another scene that holds it has.
+    #[must_use]
+    pub fn of_object(mut self, number: u32) -> Self {
+        match &mut self.instance {
+            Some(instance) => *instance = number,
+            None => self.geometry = number,
+        }
+        self
+    }
 }
 
 fn ray(r: &Ray) -> sys::RTCRay {

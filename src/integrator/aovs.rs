@@ -81,7 +81,7 @@ fn scattered(settings: &PathSettings, direction: Vec3, surface: &Surface) -> f32
     let Some(parameters) = surface.parameters() else {
         return 0.0;
     };
-    let changes = settings.changes::<General>(f32::INFINITY, RayKind::Camera);
+    let changes = settings.changes::<General>(f32::INFINITY, RayKind::Camera, false);
     let mut bsdf = KernelBsdf::<General>::new(surface.normals, -direction, surface.inside, changes);
     match &surface.mixed {
         Some(mixed) => mixed.add_to(&mut bsdf, surface.normals.smooth),

@@ -2,6 +2,7 @@
 //! sampling the BSDF, the two weighted by multiple importance sampling
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
+mod below;
 mod media;
 mod onward;
 
@@ -252,7 +253,13 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
             let sink = &mut *walk.light.sink;
             walk.rays += sink.occlusion(|distance| vertex.openness(sampler, distance));
         }
-        let Some(sample) = walk.sample(&bsdf) else {
+        if let Some(below) = walk.below(&bsdf) {
+            if !walk.go_below(&found.hit, &surface, &below) {
+                break;
+            }
+            continue;
+        }
+        let Some(sample) = walk.sample(&bsdf, sampler) else {
             break;
         };
         if !walk.follow(&found.hit, &surface, &sample) {
@@ -454,19 +461,27 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         drawn < survival
     }
 
+    /// Whether it has been scattered diffusely.
+    #[inline(always)]
+    fn has_diffused(&self) -> bool {
+        E::EVERYTHING && self.beside.scatterings[Scattering::Diffuse as usize] > 0
+    }
+
     /// A surface without lobes, as the path sees it.
     #[inline(always)]
     fn bare(&self, surface: &Surface) -> KernelBsdf<E> {
-        let changes = self
-            .settings
-            .changes::<E>(self.min_pdf, self.beside.previous.kind);
+        let changes = self.settings.changes::<E>(
+            self.min_pdf,
+            self.beside.previous.kind,
+            self.has_diffused(),
+        );
         KernelBsdf::<E>::new(surface.normals, -self.direction, surface.inside, changes)
     }
 
     /// Draws the next direction.
     #[inline(always)]
-    fn sample(&mut self, bsdf: &KernelBsdf<E>) -> Option<BsdfSample> {
-        let u = self.sampler.triple(Dimension::Bsdf, self.bounce);
+    fn sample(&mut self, bsdf: &KernelBsdf<E>, sampler: &Sampler) -> Option<BsdfSample> {
+        let u = sampler.triple(Dimension::Bsdf, self.bounce);
         // In the general kernel alone: the choice costs half a percent of the instructions.
         let drawn = if E::EVERYTHING && self.settings.uniform {
             bsdf.sample_uniform(u)

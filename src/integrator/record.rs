@@ -88,6 +88,17 @@ pub enum Step {
         /// The numbers drawn.
         numbers: Vec3,
     },
+    /// It goes below the surface and comes out elsewhere.
+    Below {
+        /// Scatterings on the way.
+        steps: u32,
+        /// Where it goes in …
+        from: Vec3,
+        /// … and comes out.
+        to: Vec3,
+        /// What a unit of radiance that comes out brings to the camera.
+        throughput: Vec3,
+    },
     /// Light is added to what the path has gathered.
     Added {
         /// The contribution.
@@ -154,6 +165,8 @@ pub enum End {
     Absorbed,
     /// The surface itself is in the way.
     Own,
+    /// No way was found from below the surface.
+    Below,
     /// The weight of the direction is zero.
     Black,
 }
@@ -284,6 +297,8 @@ fn fault(step: &Step, object: u32, shining: Source) -> Option<Fault> {
                 && (sample.delta || sample.pdf.is_finite());
             is(!finite, Fault::BsdfSample(object))
         }
+        Step::Below { to, throughput, .. } => is(!to.is_finite(), Fault::Point(object))
+            .or(is(!throughput.is_finite(), Fault::BsdfSample(object))),
         Step::Added { light, kept } => {
             let finite = light.is_finite() && kept.is_finite();
             is(!finite, Fault::Contribution(shining))

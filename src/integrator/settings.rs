@@ -81,8 +81,16 @@ impl PathSettings {
     /// What the path changes about the next surface. As Cycles leaves caustics out, the kind of the ray decides, so that a
     /// reflection seen in a mirror stays.
     #[inline]
-    pub(super) fn changes<E: Features>(&self, min_pdf: f32, previous: RayKind) -> Changes {
+    pub(super) fn changes<E: Features>(
+        &self,
+        min_pdf: f32,
+        previous: RayKind,
+        diffused: bool,
+    ) -> Changes {
         let mut changes = Changes::NONE;
+        if E::EVERYTHING {
+            changes.diffused = diffused;
+        }
         if E::FACETS && self.filter_glossy > 0.0 {
             changes.least_alpha = self.least_alpha(min_pdf);
         }

@@ -3,6 +3,7 @@
 //! Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th edition, chapters 11 and 14.
 
 mod phase;
+pub mod walk;
 
 pub use phase::{Lobe, Phase};
 

@@ -42,6 +42,11 @@ impl Phase {
         }
     }
 
+    /// Draws a direction to go on in.
+    pub(super) fn turned(self, direction: Vec3, u: f32, turn: f32) -> Vec3 {
+        turned(direction, self.cosine(u), turn)
+    }
+
     /// Draws a cosine.
     fn cosine(self, u: f32) -> f32 {
         match self {
@@ -91,7 +96,7 @@ impl Medium {
 }
 
 /// A direction of a cosine to another.
-fn turned(direction: Vec3, cos: f32, u: f32) -> Vec3 {
+pub(super) fn turned(direction: Vec3, cos: f32, u: f32) -> Vec3 {
     let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
     let around = Vec2::from_angle(TAU * u) * sin;
     let frame = Frame::from_normal(direction);

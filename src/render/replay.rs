@@ -166,6 +166,7 @@ fn reason(end: End) -> &'static str {
         End::Roulette => "Russian roulette",
         End::Absorbed => "no direction was drawn",
         End::Own => "the surface itself is in the way of the direction",
+        End::Below => "no way was found from below the surface",
         End::Black => "the weight of the direction is zero",
     }
 }
@@ -261,6 +262,20 @@ impl Job<'_> {
                 }
                 told("scattered", details)
             }
+            Step::Below {
+                steps,
+                from,
+                to,
+                throughput,
+            } => told(
+                "below",
+                vec![
+                    ("scatterings", Detail::Count(steps)),
+                    ("from", self.place(from)),
+                    ("to", self.place(to)),
+                    ("throughput", throughput.into()),
+                ],
+            ),
             Step::Added { light, kept } => {
                 let mut details = vec![("light", light.into())];
                 if kept != light {

@@ -144,6 +144,14 @@ impl Sampler {
         }
     }
 
+    /// The same path with other sequences: for decisions that it takes beside those that have names.
+    pub fn beside(&self, what: u32) -> Self {
+        Self {
+            seed: mix32(self.seed ^ mix32(what)),
+            ..*self
+        }
+    }
+
     /// What makes a named sequence independent of the others.
     fn sequence_key(&self, dimension: Dimension, bounce: u32) -> u32 {
         mix32(

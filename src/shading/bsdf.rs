@@ -3,7 +3,9 @@
 //! One lobe is drawn by its share of the albedo, and its direction is weighted by the density of the whole mixture. The
 //! Lambertian lobe stands apart from the list: nearly every surface has it, and simple kernels have nothing else.
 
-use super::closure::{AllFeatures, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals};
+use super::closure::{
+    AllFeatures, Below, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals,
+};
 use super::ggx::Alpha;
 use crate::math::{Frame, average, warp};
 use arrayvec::ArrayVec;
@@ -35,6 +37,8 @@ pub struct Changes {
     pub least_alpha: f32,
     /// What is reflected, and what goes through, is kept.
     pub caustics: [bool; 2],
+    /// It has been scattered diffusely before.
+    pub diffused: bool,
 }
 
 impl Changes {
@@ -42,6 +46,7 @@ impl Changes {
     pub const NONE: Self = Self {
         least_alpha: 0.0,
         caustics: [true; 2],
+        diffused: false,
     };
 }
 
@@ -575,16 +580,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     #[cold]
     #[inline(never)]
     pub fn sample_uniform(&self, u: Vec3) -> Option<BsdfSample> {
-        // Mirrors are drawn as ever; of what is straight only in part, half of the draws are tried so.
-        let p_delta: f32 = self
-            .others()
-            .iter()
-            .map(|entry| match (entry.is_delta, entry.lobe.is_straight()) {
-                (true, _) => entry.p,
-                (false, true) => 0.5 * entry.p,
-                (false, false) => 0.0,
-            })
-            .sum();
+        let p_delta: f32 = self.others().iter().map(Self::p_delta).sum();
         if u.z < p_delta {
             return self.sample_delta(u);
         }
@@ -622,17 +618,60 @@ impl<K: BsdfFeatures> Bsdf<K> {
         })
     }
 
+    /// The lobe below the surface, with its weight over the probability of the choice, if a number chooses one: then
+    /// [`Self::sample`] has no direction for it. `uniform`: nor has [`Self::sample_uniform`].
+    #[cold]
+    #[inline(never)]
+    pub fn below(&self, mut choice: f32, uniform: bool) -> Option<Below> {
+        let last = self.others.len().wrapping_sub(1);
+        if !uniform && choice >= self.p_others() {
+            return None;
+        }
+        for (i, entry) in self.others().iter().enumerate() {
+            let p = if uniform {
+                Self::p_delta(entry)
+            } else {
+                entry.p
+            };
+            if choice < p || !uniform && i == last {
+                let Lobe::Below(below) = entry.lobe else {
+                    return None;
+                };
+                let weight = below.weight / p;
+                return Some(Below { weight, ..below });
+            }
+            choice -= p;
+        }
+        None
+    }
+
+    /// The mean normal of what goes on below the surface; the surface's smooth one where nothing does.
+    pub fn normal_below(&self) -> Vec3 {
+        let below = |entry: &Entry| match entry.lobe {
+            Lobe::Below(below) => below.normal * average(entry.albedo),
+            _ => Vec3::ZERO,
+        };
+        let sum: Vec3 = self.others().iter().map(below).sum();
+        sum.try_normalize().unwrap_or(self.smooth())
+    }
+
+    /// How probable [`Self::sample_uniform`] draws a lobe by itself: mirrors as ever; of what is straight only in part, half of
+    /// the draws are tried so.
+    fn p_delta(entry: &Entry) -> f32 {
+        match (entry.is_delta, entry.lobe.is_straight()) {
+            (true, _) => entry.p,
+            (false, true) => 0.5 * entry.p,
+            (false, false) => 0.0,
+        }
+    }
+
     /// Draws one of the directions that no other could be, for [`Self::sample_uniform`].
     #[cold]
     #[inline(never)]
     fn sample_delta(&self, u: Vec3) -> Option<BsdfSample> {
         let mut choice = u.z;
         for (i, entry) in self.others().iter().enumerate() {
-            let p = match (entry.is_delta, entry.lobe.is_straight()) {
-                (true, _) => entry.p,
-                (false, true) => 0.5 * entry.p,
-                (false, false) => 0.0,
-            };
+            let p = Self::p_delta(entry);
             if choice < p {
                 let found = self.sample_lobe(i, entry, u.truncate(), choice / p);
                 let mut s = found.filter(|s| s.delta)?;

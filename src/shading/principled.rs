@@ -4,7 +4,8 @@
 use super::bsdf::{Bsdf, Changes};
 use super::closure::microfacet::Reflectance;
 use super::closure::{
-    BsdfFeatures, Facets, Glass, Lobe, Reflection, RoughDiffuse, Sheet, rough_diffuse,
+    Below, BelowInputs, BsdfFeatures, Facets, Glass, Lobe, Reflection, RoughDiffuse, Sheet,
+    rough_diffuse,
 };
 use super::dielectrics::{Dielectrics, layer_ior};
 use super::fresnel::{self, Fresnel};
@@ -12,7 +13,7 @@ use super::ggx::Alpha;
 use super::tables::{LutCoordinate, Reflection as Albedos};
 use super::thin_film::{Film, Filmed};
 use crate::math::sqr;
-use crate::scene::graph::Distribution;
+use crate::scene::graph::{Distribution, Subsurface, WalkMethod};
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
@@ -47,6 +48,14 @@ pub struct Principled {
     pub subsurface_anisotropy: f32,
     /// Its colour.
     pub subsurface_color: Vec3,
+    /// How it goes on there instead, if it comes out where it may: the base colour is its colour.
+    pub below: Option<Subsurface>,
+    /// How far by channel, in units of the scale.
+    pub subsurface_radius: Vec3,
+    /// In metres.
+    pub subsurface_scale: f32,
+    /// Index of refraction where it enters skin.
+    pub skin_ior: f32,
     /// Roughness of the diffuse base, 0..=1.
     pub diffuse_roughness: f32,
     /// How much longer highlights are along the tangent, 0..=1. What is transmitted has none of it.
@@ -75,6 +84,10 @@ impl Default for Principled {
             subsurface: 0.0,
             subsurface_anisotropy: 0.0,
             subsurface_color: Vec3::splat(0.8),
+            below: None,
+            subsurface_radius: Vec3::new(1.0, 0.2, 0.1),
+            subsurface_scale: 0.005,
+            skin_ior: 1.4,
             diffuse_roughness: 0.0,
             anisotropy: 0.0,
             anisotropy_rotation: 0.0,
@@ -287,10 +300,55 @@ impl<K: BsdfFeatures> Bsdf<K> {
     fn add_base(&mut self, weight: f32, p: &Principled, normal: Vec3) {
         let mut rest = weight;
         if K::TRANSMISSION && p.subsurface > 0.0 {
-            self.add_thin_subsurface(weight * p.subsurface, p, normal);
+            let share = weight * p.subsurface;
+            match p.below {
+                Some(what) => self.add_subsurface(share, p, what, normal),
+                None => self.add_thin_subsurface(share, p, normal),
+            }
             rest *= 1.0 - p.subsurface;
         }
         self.add_diffuse(rest, p.base_color, p.diffuse_roughness, normal);
+    }
+
+    /// Adds the part of the base that goes on below the surface.
+    #[cold]
+    #[inline(never)]
+    fn add_subsurface(&mut self, weight: f32, p: &Principled, what: Subsurface, normal: Vec3) {
+        let ior = match what.method {
+            WalkMethod::Skin => p.skin_ior,
+            _ => layer_ior(fresnel::bounded_ior(p.ior), p.specular),
+        };
+        let inputs = BelowInputs {
+            color: p.base_color.min(Vec3::ONE),
+            radius: p.subsurface_radius * p.subsurface_scale,
+            alpha: sqr(p.roughness),
+            ior,
+            anisotropy: p.subsurface_anisotropy,
+        };
+        self.add_below(weight, &inputs, what, normal);
+    }
+
+    /// Adds what goes on below the surface, or scatters on it where there is no way for it.
+    pub(super) fn add_below(
+        &mut self,
+        weight: f32,
+        inputs: &BelowInputs,
+        what: Subsurface,
+        normal: Vec3,
+    ) {
+        let weight = inputs.color * weight;
+        if what.diffuse_behind_diffuse && self.changes().diffused {
+            self.add_lambert(weight, normal);
+            return;
+        }
+        let normals = (self.normals(), normal);
+        let (lobe, at_surface) = Below::new(weight, inputs, what, normals, self.wo());
+        if let Some(lobe) = lobe.filter(|lobe| lobe.weight != Vec3::ZERO) {
+            self.add(Lobe::Below(lobe), lobe.weight);
+        }
+        if at_surface != Vec3::ZERO {
+            self.add_lambert(at_surface, normal);
+        }
     }
 
     /// Adds facets under a thin film; what they reflect of `scattered` for this view.

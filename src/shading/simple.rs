@@ -1,9 +1,10 @@
-//! Blender's shaders of one lobe: Translucent, Refraction, Glass, Metallic, Sheen and Toon BSDF.
+//! Blender's shaders of one lobe: Translucent, Refraction, Glass, Metallic, Sheen and Toon BSDF, Subsurface Scattering.
 
 use super::bsdf::Bsdf;
 use super::closure::microfacet::Reflectance;
 use super::closure::{
-    BsdfFeatures, Facets, Glass, Lobe, Phong, Reflection, Sheen, Toon, Translucent, Velvet,
+    BelowInputs, BsdfFeatures, Facets, Glass, Lobe, Phong, Reflection, Sheen, Toon, Translucent,
+    Velvet,
 };
 use super::dielectrics::Dielectrics;
 use super::fresnel::{self, Fresnel};
@@ -15,7 +16,7 @@ use super::tables::{LutCoordinate, Reflection as Albedos, Solid};
 use super::thin_film::{Film, Filmed};
 use crate::math::primaries::WorkingSpace;
 use crate::math::sqr;
-use crate::scene::graph::node::{glass, metallic, sheen, toon, translucent};
+use crate::scene::graph::node::{glass, metallic, sheen, subsurface, toon, translucent};
 use crate::scene::graph::{Distribution, SimpleBsdf};
 use glam::Vec3;
 
@@ -112,6 +113,19 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 } else if let Some(lobe) = Sheen::new(color, roughness, normal, self.wo()) {
                     self.add(Lobe::Sheen(lobe), lobe.albedo());
                 }
+            }
+            SimpleBsdf::Subsurface(what) => {
+                let number =
+                    |at: &mut Evaluation<'_, P>, socket: usize| at.number(&sockets[socket]);
+                let scale = number(at, subsurface::SCALE);
+                let inputs = BelowInputs {
+                    color: reflected(at.color(&sockets[subsurface::COLOR])),
+                    radius: at.color(&sockets[subsurface::RADIUS]) * scale,
+                    alpha: number(at, subsurface::ROUGHNESS).clamp(0.0, 1.0),
+                    ior: number(at, subsurface::IOR),
+                    anisotropy: number(at, subsurface::ANISOTROPY),
+                };
+                self.add_below(weight, &inputs, what, normal);
             }
             SimpleBsdf::Toon { glossy } => {
                 let color = reflected(at.color(&sockets[toon::COLOR])) * weight;

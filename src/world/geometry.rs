@@ -468,6 +468,11 @@ pub struct Mixed<'a> {
 }
 
 impl Mixed<'_> {
+    /// Whether what goes on below the surface has a normal of its own.
+    pub fn bumps_below(&self) -> bool {
+        self.material.bumps_below()
+    }
+
     /// Adds the lobes of the shaders whose weight is not zero. `smooth`: the normal of shaders without a normal map.
     #[cold]
     #[inline(never)]

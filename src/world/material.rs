@@ -45,6 +45,10 @@ pub struct PreparedMaterial {
     pub dielectrics: Arc<Dielectrics>,
     /// By shader, where it is not one Principled BSDF.
     mixed: Vec<Arc<Dielectrics>>,
+    /// Light goes on below it.
+    goes_below: bool,
+    /// What goes on there has a normal of its own.
+    bumps_below: bool,
     /// The space of its colours.
     space: WorkingSpace,
     /// Of the coats of those.
@@ -141,6 +145,7 @@ impl Preparer {
                 && matches!(
                     weighted.shader,
                     Shader::Principled {
+                        base: Principled { below: None, .. },
                         tangent: None,
                         layers: None,
                         ..
@@ -239,6 +244,8 @@ impl Preparer {
             Some(Shader::Principled { base, linked, .. }) => (*base, &linked[..]),
             _ => (MATTE, &[][..]),
         };
+        let shaders = programs.shaders.iter().map(|weighted| &weighted.shader);
+        let mut walks = shaders.filter(|shader| shader.goes_below());
         let mut solids = summary.principled.iter().filter(|p| p.transmits());
         PreparedMaterial {
             base,
@@ -256,6 +263,8 @@ impl Preparer {
             single_sided: !m.double_sided,
             dielectrics: self.dielectrics(p, linked),
             mixed: self.mixed(&programs.shaders),
+            goes_below: walks.clone().next().is_some(),
+            bumps_below: walks.any(|shader| shader.normal().is_some()),
             space: known.space,
             coats: self.coats(&programs.shaders),
             programs,
@@ -306,6 +315,10 @@ const MATTE: Principled = Principled {
     subsurface: 0.0,
     subsurface_anisotropy: 0.0,
     subsurface_color: Vec3::ZERO,
+    below: None,
+    subsurface_radius: Vec3::ZERO,
+    subsurface_scale: 0.0,
+    skin_ior: 1.4,
     film: Film::NONE,
     transmission: 0.0,
     thin_walled: true,
@@ -347,6 +360,16 @@ impl PreparedMaterial {
     /// with all: below metal there is no glass.
     pub fn is_opaque(&self) -> bool {
         !self.translucent && !self.lets_through
+    }
+
+    /// Whether light goes on below it somewhere.
+    pub fn goes_below(&self) -> bool {
+        self.goes_below
+    }
+
+    /// Whether what goes on below it has a normal of its own.
+    pub fn bumps_below(&self) -> bool {
+        self.bumps_below
     }
 
     /// Whether rays are refracted by it into a solid somewhere.

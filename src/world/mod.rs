@@ -4,6 +4,7 @@ mod asking;
 mod camera;
 mod displacement;
 mod geometry;
+mod insides;
 mod interfaces;
 mod lids;
 mod lights;

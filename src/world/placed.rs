@@ -2,6 +2,7 @@
 
 use super::Options;
 use super::geometry::{Attributes, MeshData, MeshInstance};
+use super::insides::{Insides, Part};
 use super::interfaces;
 use super::lids::Lids;
 use super::material::PreparedMaterial;
@@ -30,6 +31,8 @@ pub struct Geometry {
     pub tinted: bool,
     /// Some programs ask the scene by rays.
     pub traces: bool,
+    /// The objects that light goes on below the surface of.
+    pub insides: Insides,
     /// By entry whether it is a holdout; empty where none is.
     pub holdouts: Vec<bool>,
     /// Faces that lie on each other, if any do.
@@ -52,6 +55,8 @@ struct Needs {
     asks: bool,
     /// They ask the scene by rays.
     traces: bool,
+    /// Light goes on below it.
+    goes_below: bool,
 }
 
 impl Needs {
@@ -74,6 +79,7 @@ impl Needs {
             ordered: ordered && material.bounds_a_solid() && !filtered,
             asks: material.asks_about_places(),
             traces: material.traces(),
+            goes_below: material.goes_below(),
         }
     }
 
@@ -130,6 +136,8 @@ struct Builder<'a> {
     meshes: Vec<Arc<MeshData>>,
     entries: Vec<MeshInstance>,
     shared: Vec<Option<Shared>>,
+    /// By entry, where somebody asks.
+    parts: Option<Vec<Part>>,
 }
 
 impl Builder<'_> {
@@ -168,6 +176,7 @@ impl Builder<'_> {
             let data = MeshData::new(mesh, material, Some(&transform), needs.attributes)?;
             self.top
                 .add_triangles(&data.triangles, needs.filtered, mask)?;
+            self.note(|| Part::Mesh(data.triangles.clone()));
             let flipped = transform.matrix3.determinant() < 0.0;
             let entry = MeshInstance::flat(self.meshes.len() as u32, flipped, visibility);
             let entry = entry.with_facts(facts);
@@ -188,19 +197,25 @@ impl Builder<'_> {
             let steps: Vec<DAffine3> = relative.collect();
             let (path, steps) = Path::new(&steps, self.entries.len() as u32);
             self.top.add_moving_instance(&child, &steps, mask)?;
+            self.note(|| Part::Moving(child, steps));
             self.entries.push(entry.moving(Some(path)));
             return Ok(());
         }
         let m = &entry.transform();
-        self.top.add_instance(
-            &child,
-            &[m.x, m.y, m.z, m.translation].map(|column| column.to_array()),
-            mask,
-        )?;
+        let place = [m.x, m.y, m.z, m.translation].map(|column| column.to_array());
+        self.top.add_instance(&child, &place, mask)?;
+        self.note(|| Part::Instance(child, place));
         let moves = self.meshes[number as usize].triangles.moves();
         self.entries
             .push(if moves { entry.moving(None) } else { entry });
         Ok(())
+    }
+
+    /// Takes note of an entry for those who look at one object alone.
+    fn note(&mut self, part: impl FnOnce() -> Part) {
+        if let Some(parts) = &mut self.parts {
+            parts.push(part());
+        }
     }
 
     /// A mesh without its motion, where nothing is to move.
@@ -262,6 +277,7 @@ impl Geometry {
             meshes: Vec::new(),
             entries: Vec::new(),
             shared: vec![None; scene.meshes.len()],
+            parts: needs.iter().any(|needs| needs.goes_below).then(Vec::new),
         };
         let (mut triangles, mut filtered, mut tinted, mut traces) = (0u64, false, false, false);
         let objects = objects(scene);
@@ -286,6 +302,14 @@ impl Geometry {
         }
         let embree = builder.top.commit()?;
         let (meshes, entries) = (builder.meshes, builder.entries);
+        let goes_below = |entry: &MeshInstance| {
+            let material = meshes[entry.mesh as usize].material;
+            needs[material as usize].goes_below
+        };
+        let insides = match &builder.parts {
+            Some(parts) => Insides::new(device, robust, (&entries, parts), goes_below)?,
+            None => Insides::default(),
+        };
         let close = interfaces::close_entries(&entries, &meshes, |mesh| {
             needs[mesh.material as usize].ordered
         });
@@ -298,6 +322,7 @@ impl Geometry {
             filtered,
             tinted,
             traces,
+            insides,
             holdouts: if options.effects.contains(Effect::Holdouts) {
                 holdouts(scene)
             } else {

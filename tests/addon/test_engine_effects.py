@@ -3,6 +3,7 @@
 
 import types
 import unittest
+import unittest.mock
 
 import bpy
 
@@ -95,8 +96,11 @@ class Effects(EngineTest):
         material.node_tree.nodes["Principled BSDF"].inputs["Subsurface Weight"].default_value = 1
         with quiet():
             bpy.ops.sundog.check_scene()
-        self.assertEqual(found("subsurface")["state"], "lacking")
-        self.assertEqual(drawn(effects.SUNDOG_RENDER_PT_effects).texts[0], "subsurface: Material")
+        self.assertEqual(found("subsurface")["state"], "needed")
+        # As if it did not have that.
+        lacking = [{**f, "state": "lacking"} if f["effect"] == "subsurface" else f for f in records.findings()]
+        with unittest.mock.patch.object(records, "findings", lambda *_: lacking):
+            self.assertEqual(drawn(effects.SUNDOG_RENDER_PT_effects).texts[0], "subsurface: Material")
 
     def test_after_a_render_the_list_is_the_renders(self):
         self.glass()

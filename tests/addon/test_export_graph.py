@@ -240,7 +240,7 @@ class Structure(GraphTest):
                 total = summed.inputs[1]
         found = self.export()
         # A Holdout is one alone, and a Bevel has four rays by default.
-        told = {"ShaderNodeSubsurfaceScattering": "lost", "ShaderNodeHoldout": "lost", "ShaderNodeBevel": "approximated"}
+        told = {"ShaderNodeHoldout": "lost", "ShaderNodeBevel": "approximated"}
         for kind in kinds:
             with self.subTest(kind=kind):
                 verdict = found.verdict("material", kind)

@@ -72,8 +72,8 @@ class Shaders:
         tree.links.new(mix.outputs[0], surface)
 
 
-class Parity(kit.ExportTest):
-    """What both programs show."""
+class Beside(kit.ExportTest):
+    """Balls by both programs."""
 
     # A pixel of each of the two pictures of both programs.
     SAMPLES = 256
@@ -152,6 +152,10 @@ class Parity(kit.ExportTest):
             if bad:
                 wrong.append(words)
         self.assertFalse(wrong, "\n" + "\n".join(wrong))
+
+
+class Parity(Beside):
+    """What both programs show."""
 
     def test_shaders_of_one_lobe(self):
         """Each alone."""

@@ -95,7 +95,6 @@ EVALUATED = {
     "ShaderNodeRGBToBW": ALL,
     # Shaders
     "ShaderNodeBsdfPrincipled": Rule(constant=("Thin Wall",)),
-    # As a diffuse surface, which is told.
     "ShaderNodeSubsurfaceScattering": ALL,
     "ShaderNodeBsdfDiffuse": ALL,
     "ShaderNodeBsdfGlossy": ALL,

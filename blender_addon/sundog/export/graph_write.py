@@ -130,11 +130,13 @@ class GraphWriter:
         """What of a shader is not rendered as Cycles does."""
         kind, inputs = use.node.bl_idname, use.inputs
         is_principled = kind == "ShaderNodeBsdfPrincipled"
-        if kind == "ShaderNodeSubsurfaceScattering" or (is_principled and inputs.get("Subsurface Weight", 0.0) != 0.0):
-            if not inputs.get("Thin Wall", 0.0):
-                self.result.findings.append((LOST, "subsurface scattering is not rendered yet", "subsurface"))
-            elif inputs.get("Diffuse Roughness", 0.0) != 0.0:
+        scatters = is_principled and inputs.get("Subsurface Weight", 0.0) != 0.0
+        if scatters and inputs.get("Thin Wall", 0.0):
+            if inputs.get("Diffuse Roughness", 0.0) != 0.0:
                 self.result.findings.append((APPROXIMATED, "light below the surface of a thin wall is scattered without roughness"))
+        elif scatters or kind == "ShaderNodeSubsurfaceScattering":
+            if (use.node.subsurface_method if scatters else use.node.falloff) == "BURLEY":
+                self.result.findings.append((APPROXIMATED, "Christensen-Burley is rendered as a random walk", "subsurface"))
         if inputs.get("Thin Film Thickness", 0.0) != 0.0 and bpy.app.version < (5, 0, 0):
             self.result.findings.append((APPROXIMATED, OLD_FILM, "thin-film"))
         emitted = inputs.get("Emission Color", (0.0, 0.0, 0.0))

@@ -17,7 +17,7 @@ from .shaders import Reader, Surface
 from .slots import Slots
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
-# What SUNDOG_material has and the program does not render: the id of the effect, and what it is called.
+# What SUNDOG_material has and the program renders from node trees alone: the id of the effect, and what it is called.
 UNRENDERED = {
     "subsurface": ("subsurface", "subsurface scattering"),
 }
@@ -123,7 +123,7 @@ class Writer:
                 reader.note(APPROXIMATED, graph_write.OLD_FILM, "thin-film")
             if key in UNRENDERED:
                 effect, words = UNRENDERED[key]
-                reader.note(LOST, f"{words} is not rendered yet", effect)
+                reader.note(LOST, f"{words} is rendered from node trees alone", effect)
         if self.writes_indices and material is not None and material.pass_index:
             exact["pass_index"] = material.pass_index
         if reader.volume is not None:
@@ -135,6 +135,8 @@ class Writer:
         written = written or graph_write.Written()
         if written.extension:
             extensions["SUNDOG_shader_graph"] = written.extension
+            for key in UNRENDERED:
+                exact.pop(key, None)
         if written.aovs:
             exact["aovs"] = written.aovs
         result["extensions"] = {self.document.uses(k): v for k, v in extensions.items()}

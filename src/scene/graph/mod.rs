@@ -10,6 +10,7 @@ pub mod function;
 mod label;
 pub mod node;
 mod range;
+mod shaders;
 mod summary;
 
 pub use clean::Faults;
@@ -19,9 +20,10 @@ use function::{DisplacementSpace, PlaceInput};
 pub use function::{Function, ProceduralTexture};
 pub use node::{
     Blend, Distribution, ImageProjection, Lane, Legal, MathOperation, NodeKind, NormalSpace,
-    SimpleBsdf, Socket, SocketKind, TangentKind,
+    Socket, SocketKind, TangentKind,
 };
 pub use range::{Facts, Range, Unit};
+pub use shaders::{SimpleBsdf, Subsurface, WalkMethod};
 pub use summary::{Opacity, PrincipledSummary, Slot, Summary};
 
 use super::material::Texture;

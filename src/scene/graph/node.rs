@@ -5,6 +5,7 @@
 
 use super::super::material::{ImageUse, Texture};
 use super::function::Function;
+use super::shaders::{SimpleBsdf, Subsurface};
 
 /// What an input takes, or an output gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -185,6 +186,9 @@ sockets! {
         SUBSURFACE_WEIGHT: Float "Subsurface Weight" = [0.0; 3], Legal::share(0.0);
         SUBSURFACE_ANISOTROPY: Float "Subsurface Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
         SUBSURFACE_COLOR: Color "Color Below the Surface" = [0.8; 3], Legal::ALBEDO;
+        SUBSURFACE_RADIUS: Vector "Subsurface Radius" = [1.0, 0.2, 0.1], Legal::positive(1.0);
+        SUBSURFACE_SCALE: Float "Subsurface Scale" = [0.05; 3], Legal::positive(0.0);
+        SUBSURFACE_IOR: Float "Subsurface IOR" = [1.4; 3], Legal::within(1.01, 3.8, 1.4);
     }
 }
 sockets! {
@@ -258,6 +262,18 @@ sockets! {
     }
 }
 sockets! {
+    /// Inputs of the Subsurface Scattering node.
+    subsurface {
+        COLOR: Color "Color" = [0.8; 3], Legal::ALBEDO;
+        SCALE: Float "Scale" = [0.05; 3], Legal::positive(0.0);
+        RADIUS: Vector "Radius" = [1.0, 0.2, 0.1], Legal::positive(1.0);
+        IOR: Float "IOR" = [1.4; 3], Legal::within(1.01, 3.8, 1.4);
+        ROUGHNESS: Float "Roughness" = [1.0; 3], Legal::share(1.0);
+        ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
+        NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
     /// Inputs of the Transparent BSDF.
     transparent { COLOR: Color "Color" = [1.0; 3], Legal::share(1.0); }
 }
@@ -304,6 +320,9 @@ pub const LAYERS: [(usize, &[usize]); 3] = [
         &[
             principled::SUBSURFACE_ANISOTROPY,
             principled::SUBSURFACE_COLOR,
+            principled::SUBSURFACE_RADIUS,
+            principled::SUBSURFACE_SCALE,
+            principled::SUBSURFACE_IOR,
         ],
     ),
 ];
@@ -442,66 +461,6 @@ pub enum ImageProjection {
     MirrorBall,
 }
 
-/// Shaders of one lobe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SimpleBsdf {
-    /// Diffuse transmission.
-    Translucent,
-    /// Refraction at facets, without reflection.
-    Refraction {
-        /// The spread of the facets.
-        distribution: Distribution,
-    },
-    /// Reflection and refraction, both of the colour.
-    Glass {
-        /// The spread of the facets.
-        distribution: Distribution,
-    },
-    /// A metal.
-    Metallic {
-        /// By its complex index of refraction instead of its colours.
-        conductor: bool,
-        /// The spread of the facets.
-        distribution: Distribution,
-    },
-    /// Fibres.
-    Sheen {
-        /// Facets that stand on end, instead of fibres.
-        velvet: bool,
-    },
-    /// Light from within a cone.
-    Toon {
-        /// About the mirrored view instead of the normal.
-        glossy: bool,
-    },
-}
-
-impl SimpleBsdf {
-    /// Its inputs.
-    pub fn sockets(self) -> &'static [Socket] {
-        match self {
-            Self::Translucent => translucent::SOCKETS,
-            Self::Refraction { .. } | Self::Glass { .. } => glass::SOCKETS,
-            Self::Metallic { .. } => metallic::SOCKETS,
-            Self::Sheen { .. } => sheen::SOCKETS,
-            Self::Toon { .. } => toon::SOCKETS,
-        }
-    }
-
-    /// Whether light is refracted into a solid.
-    pub fn bounds_a_solid(self) -> bool {
-        matches!(self, Self::Refraction { .. } | Self::Glass { .. })
-    }
-
-    /// Whether light goes through.
-    pub fn transmits(self) -> bool {
-        matches!(
-            self,
-            Self::Translucent | Self::Refraction { .. } | Self::Glass { .. }
-        )
-    }
-}
-
 /// What a node is, with its properties that are no sockets.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NodeKind {
@@ -564,6 +523,8 @@ pub enum NodeKind {
         edge_tint: bool,
         /// Its facets scatter once, in the place of all the times that light stays between them.
         once: bool,
+        /// How light goes on below its surface, where it does not come out on both sides as from a sheet.
+        walk: Option<Subsurface>,
     },
     /// Diffuse reflection.
     DiffuseBsdf,

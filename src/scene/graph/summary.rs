@@ -122,8 +122,10 @@ pub struct Summary {
     pub has_sheen: bool,
     /// A thin film lies on some of it.
     pub has_film: bool,
-    /// Light is scattered through some of its base.
+    /// Light is scattered through some of its base, as through a sheet.
     pub is_thin_subsurface: bool,
+    /// Light goes on below some of its base.
+    pub goes_below: bool,
     /// Some facets spread further one way than across it.
     pub is_anisotropic: bool,
     /// What passes straight on takes a colour.
@@ -197,6 +199,7 @@ impl super::Node {
             SimpleBsdf::Metallic { .. } | SimpleBsdf::Toon { glossy: true } => Effect::Metal,
             SimpleBsdf::Sheen { .. } => Effect::Sheen,
             SimpleBsdf::Toon { glossy: false } => Effect::DiffuseRoughness,
+            SimpleBsdf::Subsurface(_) => Effect::Subsurface,
         }
     }
 }
@@ -313,6 +316,7 @@ impl Graph {
             has_sheen: false,
             has_film: false,
             is_thin_subsurface: false,
+            goes_below: false,
             is_anisotropic: self.nodes.iter().any(super::Node::is_anisotropic),
             is_tinted: false,
             unlit: self.is_unlit(),
@@ -327,7 +331,9 @@ impl Graph {
             let film = node.film_socket();
             summary.has_film |= film.is_some_and(|socket| range(socket).number().1 > 0.0);
             match node.kind {
-                NodeKind::PrincipledBsdf { thin_wall, .. } => {
+                NodeKind::PrincipledBsdf {
+                    thin_wall, walk, ..
+                } => {
                     let strength = range(principled::EMISSION_STRENGTH).number().1;
                     summary.emission += color(principled::EMISSION_COLOR) * strength;
                     let level = range(principled::SPECULAR_IOR_LEVEL).number();
@@ -335,8 +341,9 @@ impl Graph {
                         range(principled::DIFFUSE_ROUGHNESS).number().1 > 0.0;
                     summary.is_coated |= range(principled::COAT_WEIGHT).number().1 > 0.0;
                     summary.has_sheen |= range(principled::SHEEN_WEIGHT).number().1 > 0.0;
-                    summary.is_thin_subsurface |=
-                        range(principled::SUBSURFACE_WEIGHT).number().1 > 0.0;
+                    let scatters = range(principled::SUBSURFACE_WEIGHT).number().1 > 0.0;
+                    summary.is_thin_subsurface |= scatters && walk.is_none();
+                    summary.goes_below |= scatters && walk.is_some();
                     summary.principled.push(PrincipledSummary {
                         base_color: color(principled::BASE_COLOR),
                         metallic: range(principled::METALLIC).number(),

@@ -302,6 +302,7 @@ impl Builder {
             edge_tint: m.edge_tint,
             once: false,
             pane: false,
+            walk: None,
         };
         let node = Node::new(kind)
             .with(principled::BASE_COLOR, base_color)

@@ -4,6 +4,7 @@
 //! from the surface, in world space. A new lobe is a file here, a variant of [`Lobe`], and a case of its test.
 
 pub mod ashikhmin;
+pub mod below;
 pub mod diffuse;
 pub mod glass;
 pub mod microfacet;
@@ -19,6 +20,7 @@ pub mod translucent;
 mod tests;
 
 pub use ashikhmin::{Phong, Velvet};
+pub use below::{Below, BelowInputs};
 pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use microfacet::{Facets, Reflection};
@@ -153,6 +155,8 @@ pub enum Lobe {
     Toon(Toon),
     /// Diffuse transmission.
     Translucent(Translucent),
+    /// Light that goes on below the surface.
+    Below(Below),
 }
 
 impl Lobe {
@@ -218,7 +222,11 @@ impl Lobe {
         }
         matches!(
             self,
-            Self::Diffuse(_) | Self::RoughDiffuse(_) | Self::Sheen(_) | Self::Velvet(_)
+            Self::Diffuse(_)
+                | Self::RoughDiffuse(_)
+                | Self::Sheen(_)
+                | Self::Velvet(_)
+                | Self::Below(_)
         )
     }
 
@@ -250,6 +258,7 @@ impl Lobe {
             Self::Phong(l) => l.is_smooth(),
             Self::Glass(l) => l.facets.is_smooth(),
             Self::Sheet(l) => l.facets.is_smooth(),
+            Self::Below(_) => true,
         }
     }
 
@@ -295,12 +304,14 @@ impl Lobe {
             Self::Reflection(l) => l.facets.normal(),
             Self::Glass(l) => l.facets.normal(),
             Self::Sheet(l) => l.facets.normal(),
+            Self::Below(l) => l.normal,
         }
     }
 
     /// α of the facets, the geometric mean of both; 0 of mirrors and clear glass, and 1 of lobes without facets.
     pub fn alpha(&self) -> f32 {
         let alpha = match self {
+            Self::Below(_) => return 1.0,
             _ if self.is_delta() => return 0.0,
             Self::Reflection(l) => l.facets.alpha(),
             Self::Glass(l) => l.facets.alpha(),
@@ -331,7 +342,8 @@ impl Lobe {
             | Self::Phong(_)
             | Self::Sheen(_)
             | Self::Velvet(_)
-            | Self::Toon(_) => [albedo, Vec3::ZERO],
+            | Self::Toon(_)
+            | Self::Below(_) => [albedo, Vec3::ZERO],
             Self::Translucent(_) => [Vec3::ZERO, albedo],
             Self::Glass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::BeckmannGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
@@ -369,6 +381,7 @@ impl Lobe {
             Self::Sheen(l) => *l = l.scaled(by),
             Self::Toon(l) => l.weight *= by,
             Self::Translucent(l) => l.color *= by,
+            Self::Below(l) => l.weight *= by,
         }
         self
     }
@@ -393,6 +406,8 @@ impl Lobe {
                 3.0 * Beckmann::EXCESS * l.weight.max(l.reflected).max_element()
             }
             Self::Sheet(l) => 3.0 * l.weight.max(l.reflected).max_element(),
+            // None is drawn.
+            Self::Below(_) => 0.0,
         }
     }
 }

@@ -607,6 +607,15 @@ impl Shader {
         }
     }
 
+    /// Whether light goes on below it.
+    pub fn goes_below(&self) -> bool {
+        match self {
+            Self::Principled { base, .. } => base.below.is_some(),
+            Self::Simple { bsdf, .. } => matches!(bsdf, SimpleBsdf::Subsurface(_)),
+            Self::Diffuse { .. } | Self::Glossy { .. } => false,
+        }
+    }
+
     /// Its tangent, if it is anisotropic.
     pub fn tangent(&self) -> Option<&Root> {
         match self {
@@ -653,6 +662,9 @@ pub fn parameters<P: Place>(
             principled::SUBSURFACE_WEIGHT => p.subsurface = share(at.number(root)),
             principled::SUBSURFACE_ANISOTROPY => p.subsurface_anisotropy = at.number(root),
             principled::SUBSURFACE_COLOR => p.subsurface_color = reflected(at.color(root)),
+            principled::SUBSURFACE_RADIUS => p.subsurface_radius = at.color(root),
+            principled::SUBSURFACE_SCALE => p.subsurface_scale = at.number(root),
+            principled::SUBSURFACE_IOR => p.skin_ior = at.number(root),
             _ => {}
         }
     }

@@ -48,6 +48,13 @@ fn principled_numbers(graph: &Graph, at: usize, space: WorkingSpace) -> Principl
         subsurface: color(principled::SUBSURFACE_WEIGHT).x,
         subsurface_anisotropy: color(principled::SUBSURFACE_ANISOTROPY).x,
         subsurface_color: color(principled::SUBSURFACE_COLOR),
+        below: match node.kind {
+            NodeKind::PrincipledBsdf { walk, .. } => walk,
+            _ => None,
+        },
+        subsurface_radius: color(principled::SUBSURFACE_RADIUS),
+        subsurface_scale: color(principled::SUBSURFACE_SCALE).x,
+        skin_ior: color(principled::SUBSURFACE_IOR).x,
         once: matches!(node.kind, NodeKind::PrincipledBsdf { once: true, .. }),
         diffuse_roughness: color(principled::DIFFUSE_ROUGHNESS).x,
         anisotropy: color(principled::ANISOTROPIC).x,
@@ -56,7 +63,7 @@ fn principled_numbers(graph: &Graph, at: usize, space: WorkingSpace) -> Principl
 }
 
 /// Sockets that are read at hits, metallic first: what it hides is not read.
-const READ: [usize; 15] = [
+const READ: [usize; 18] = [
     principled::METALLIC,
     principled::BASE_COLOR,
     principled::ROUGHNESS,
@@ -70,6 +77,9 @@ const READ: [usize; 15] = [
     principled::SUBSURFACE_WEIGHT,
     principled::SUBSURFACE_ANISOTROPY,
     principled::SUBSURFACE_COLOR,
+    principled::SUBSURFACE_RADIUS,
+    principled::SUBSURFACE_SCALE,
+    principled::SUBSURFACE_IOR,
     principled::THIN_FILM_THICKNESS,
     principled::THIN_FILM_IOR,
 ];

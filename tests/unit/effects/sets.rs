@@ -11,7 +11,7 @@ fn names_and_sets_say_the_same() {
     );
     assert!(parse(&list(&["fog"])).unwrap_err().contains("rough-glass"));
     assert!(
-        parse(&list(&["subsurface"]))
+        parse(&list(&["dispersion"]))
             .unwrap_err()
             .contains("not in the program yet")
     );

@@ -2,6 +2,7 @@
 
 use super::{NodeJson, Reader, Refusal, SocketJson, Stop};
 use crate::import::gltf::image_spaces::Conversion;
+use crate::nodes::CyclesVersion;
 use crate::nodes::vector_math::VectorMath;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{
@@ -9,7 +10,7 @@ use crate::scene::graph::node::{
 };
 use crate::scene::graph::{
     Distribution, Function, ImageProjection, Input, Link, MathOperation, Node, NodeKind,
-    NormalSpace, SimpleBsdf, SocketKind,
+    NormalSpace, SimpleBsdf, SocketKind, Subsurface, WalkMethod,
 };
 use crate::scene::{
     Effect, ImageAlpha, ImageId, ImageUse, Sampler, Subject, Texture, TextureFilter, UvTransform,
@@ -35,11 +36,10 @@ impl Reader<'_, '_, '_> {
         let node = &source.nodes[at];
         let text = |name: &str| node.text(name);
         let link = match node.kind.strip_prefix("ShaderNode").unwrap_or(&node.kind) {
-            "BsdfPrincipled" => self.principled(at),
+            "BsdfPrincipled" => self.principled(at)?,
             "SubsurfaceScattering" => {
-                self.without_subsurface();
-                // Its own roughness is that of the entry.
-                self.add(at, NodeKind::DiffuseBsdf, &[("Roughness", "")])
+                let what = self.subsurface(node, "falloff")?;
+                self.add(at, NodeKind::Bsdf(SimpleBsdf::Subsurface(what)), &[])
             }
             "BsdfDiffuse" => self.add(at, NodeKind::DiffuseBsdf, &[]),
             "BsdfGlossy" | "BsdfAnisotropic" => {
@@ -107,21 +107,33 @@ impl Reader<'_, '_, '_> {
         Ok(Some(link.into()))
     }
 
-    /// Tells that light does not go on below the surface.
-    fn without_subsurface(&mut self) {
-        let material = Subject::Material(self.name.to_owned());
-        // The flat material may have said so already.
-        if self.diagnostics.has_told(Effect::Subsurface, &material) {
-            return;
+    /// How light goes on below the surface of a node, by the name of its property for that.
+    fn subsurface(&mut self, node: &NodeJson, property: &str) -> Result<Subsurface, Refusal> {
+        // Cycles 5.2 has named the old method anew, and 5.0 walks behind diffuse bounces, too.
+        let is_before = |major, minor| self.version < CyclesVersion::new(major, minor);
+        let method = match node.text(property) {
+            Some("RANDOM_WALK") if is_before(5, 2) => WalkMethod::Legacy,
+            Some("RANDOM_WALK") | None => WalkMethod::RandomWalk,
+            Some("RANDOM_WALK_LEGACY") => WalkMethod::Legacy,
+            Some("RANDOM_WALK_SKIN") => WalkMethod::Skin,
+            Some("BURLEY") => WalkMethod::Burley,
+            other => return Err(Refusal::of(node, other.unwrap_or("unknown"))),
+        };
+        if method == WalkMethod::Burley {
+            self.diagnostics.report_effect(
+                Effect::Subsurface,
+                "approximated-subsurface",
+                Verdict::Approximated,
+                "subsurface scattering by Christensen and Burley",
+                Subject::Material(self.name.to_owned()),
+                "rendered as a random walk",
+            );
         }
-        self.diagnostics.report_effect(
-            Effect::Subsurface,
-            "unsupported-material",
-            Verdict::Lost,
-            "subsurface scattering",
-            material,
-            "rendered as a diffuse surface",
-        );
+        Ok(Subsurface {
+            method,
+            never_backward: is_before(5, 2),
+            diffuse_behind_diffuse: is_before(5, 0) || method == WalkMethod::Burley,
+        })
     }
 
     /// Both shaders of a mix or a sum have one name, and two identifiers.
@@ -130,7 +142,7 @@ impl Reader<'_, '_, '_> {
         self.graph.nodes[link.node as usize].inputs[socket] = second.unwrap_or(Input::None);
     }
 
-    fn principled(&mut self, at: usize) -> Link {
+    fn principled(&mut self, at: usize) -> Result<Link, Refusal> {
         let source = self.source;
         let node = &source.nodes[at];
         let is_on = |input: &SocketJson| match input {
@@ -146,14 +158,16 @@ impl Reader<'_, '_, '_> {
             pane: true,
             edge_tint: true,
             once: node.text("distribution") == Some("GGX"),
+            walk: if scatters && !thin_wall {
+                Some(self.subsurface(node, "subsurface_method")?)
+            } else {
+                None
+            },
         };
         let mut shader = self.add(at, kind, &[]);
         let made = &mut self.graph.nodes[shader.node as usize];
-        if scatters && thin_wall {
+        if scatters {
             made.inputs[principled::SUBSURFACE_COLOR] = made.inputs[principled::BASE_COLOR];
-        } else if scatters {
-            made.inputs[principled::SUBSURFACE_WEIGHT] = Input::float(0.0);
-            self.without_subsurface();
         }
         let alpha = self.input(node, "Alpha", SocketKind::Float);
         let alpha = alpha.unwrap_or(Input::float(1.0));
@@ -172,7 +186,7 @@ impl Reader<'_, '_, '_> {
             let mixed = mixed.with(mix_shader::A, clear).with(mix_shader::B, shader);
             shader = self.graph.add(mixed);
         }
-        shader
+        Ok(shader)
     }
 
     pub(super) fn attribute(&mut self, at: usize) -> Result<Link, Stop> {

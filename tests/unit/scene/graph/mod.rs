@@ -48,6 +48,7 @@ fn surface() -> Node {
         edge_tint: false,
         once: false,
         pane: false,
+        walk: None,
     })
 }
 

@@ -327,6 +327,7 @@ fn programs_of_any_length_run_what_a_socket_needs_and_no_more() {
             edge_tint: false,
             once: false,
             pane: false,
+            walk: None,
         })
         .with(principled::ROUGHNESS, sum)
         .with(principled::METALLIC, metal);

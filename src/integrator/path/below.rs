@@ -1,0 +1,209 @@
+//! Light below surfaces on the way of a path: it enters, walks through the object, and comes out elsewhere, diffusely.
+
+use super::Walk;
+use crate::effects::Features;
+use crate::film::light_passes::PassSink;
+use crate::integrator::direct::Vertex;
+use crate::integrator::path::KernelBsdf;
+use crate::integrator::record::{End, Record, Step};
+use crate::math::float::ray_origin;
+use crate::medium::walk::{Inside, Mapping, Numbers, Start, walk};
+use crate::sampler::{Dimension, Sampler, hashed};
+use crate::scene::graph::WalkMethod;
+use crate::shading::closure::Below;
+use crate::shading::{Changes, Normals};
+use crate::world::{Asking, Hit, Surface};
+use glam::Vec3;
+
+/// Tells the numbers of walks from those of the vertices.
+const WALK: u32 = 0x_b510_a1cd;
+/// Tells the numbers where light comes out from those where it enters.
+const EXIT: u32 = 0x_2e81_700d;
+
+/// No radius is below so many times the offset of the first ray: floats could not go such a way, and no picture shows it. That ray
+/// starts the offset below the surface. What is scattered on the way there is scattered at its end: a sixteenth of the light a
+/// thirty-second of a free path too deep.
+const LEAST_STEPS: f32 = 16.0;
+
+impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
+    /// The lobe below the surface, if the next direction is to be drawn from it.
+    #[inline(always)]
+    pub(super) fn below(&self, bsdf: &KernelBsdf<E>) -> Option<Below> {
+        if !E::EVERYTHING || !self.world.goes_below() {
+            return None;
+        }
+        let choice = self.sampler.triple(Dimension::Bsdf, self.bounce).z;
+        bsdf.below(choice, self.settings.uniform)
+    }
+
+    /// Goes on below the surface to where it comes out, takes the light there, and goes on from there. Whether the path has not
+    /// ended.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn go_below(&mut self, hit: &Hit, surface: &Surface, below: &Below) -> bool {
+        self.throughput *= below.weight;
+        let Some((hit, inwards)) = self.way_out(hit, surface, below) else {
+            self.end(End::Below);
+            return false;
+        };
+        if self.throughput.max_element() <= 0.0 {
+            self.end(End::Black);
+            return false;
+        }
+        self.come_out(&hit, inwards)
+    }
+
+    /// The hit where it comes out, and the way back inwards from the ray's turned end.
+    fn way_out(
+        &mut self,
+        hit: &Hit,
+        surface: &Surface,
+        below: &Below,
+    ) -> Option<(Hit, (Vec3, Vec3))> {
+        let Normals {
+            geometric, smooth, ..
+        } = surface.normals;
+        let numbers = self.sampler.beside(WALK);
+        let u = numbers.triple(Dimension::Bsdf, self.bounce);
+        let entered = below.enter(geometric, -self.direction, u.truncate(), u.z)?;
+        let origin = ray_origin(surface.point, -geometric);
+        let offset = origin.distance(surface.point.point);
+        // The colour comes in by the scatterings.
+        let throughput = Vec3::select(
+            below.color.cmpgt(Vec3::ZERO),
+            self.throughput / below.color.max(Vec3::splat(f32::MIN_POSITIVE)),
+            Vec3::ZERO,
+        );
+        let mapping = match below.method {
+            WalkMethod::RandomWalk => Mapping::VanDeHulst,
+            WalkMethod::Legacy | WalkMethod::Skin | WalkMethod::Burley => Mapping::Fitted,
+        };
+        let least = below.radius.max(Vec3::splat(LEAST_STEPS * offset));
+        let there = below.radius.cmpgt(Vec3::ZERO);
+        let radius = Vec3::select(there, least, Vec3::ZERO);
+        let inside = Inside::new(below.color, radius, below.anisotropy, mapping);
+        let start = Start {
+            origin,
+            direction: entered,
+            normal: smooth,
+            skipped: offset / -entered.dot(geometric),
+            throughput,
+        };
+        let (world, mut rays) = (self.world, 0);
+        let found = walk(
+            &inside,
+            &start,
+            |step| numbers_of(&numbers, self.bounce, step),
+            |origin, direction, far| {
+                rays += 1;
+                let met = world.intersect_inside(hit, (origin, direction), far)?;
+                Some((met.distance, met))
+            },
+        );
+        self.rays += rays;
+        let exit = found?;
+        self.light.sink.step(|| Step::Below {
+            steps: exit.steps,
+            from: origin,
+            to: exit.origin + exit.direction * exit.hit.distance,
+            throughput: exit.throughput,
+        });
+        self.throughput = exit.throughput;
+        // As if a ray had come from outside.
+        let turned = exit.origin + exit.direction * (2.0 * exit.hit.distance);
+        Some((exit.hit, (turned, -exit.direction)))
+    }
+
+    /// Takes the light where it comes out, and goes on.
+    fn come_out(&mut self, hit: &Hit, (origin, inwards): (Vec3, Vec3)) -> bool {
+        let world = self.world;
+        (self.origin, self.direction) = (origin, inwards);
+        let asking = Asking::of(&self.sender(), inwards, hit);
+        let mut moment = None;
+        let surface = world.surface::<E>(hit, origin, asking, &mut moment);
+        let normal = self.exit_normal(&surface);
+        let mut bsdf = KernelBsdf::<E>::new(
+            Normals {
+                shading: normal,
+                ..surface.normals
+            },
+            -inwards,
+            surface.inside,
+            Changes::NONE,
+        );
+        bsdf.add_diffuse(1.0, Vec3::ONE, 0.0, normal);
+        bsdf.finish();
+        let receiving = bsdf.receiving_normal();
+        let past = self.past();
+        let at = &mut self.beside.previous.at;
+        if world.lights.is_linked() {
+            at.receiver = world.lights.receiver(hit.object());
+        }
+        world
+            .lights
+            .context_into(at, surface.point.point, receiving);
+        at.bounces = self.bounce;
+        let numbers = self.sampler.beside(EXIT);
+        let vertex = Vertex::<E> {
+            world,
+            settings: self.settings,
+            hit,
+            surface: &surface,
+            bsdf: &bsdf,
+            at,
+            throughput: self.throughput,
+            bounce: self.bounce,
+            transparent: self.settings.transparent_left(self.passed),
+            past,
+            within: &self.beside.within,
+        };
+        self.rays += vertex.add_direct_light(&numbers, self.light);
+        let Some(sample) = self.sample(&bsdf, &numbers) else {
+            return false;
+        };
+        if !self.follow(hit, &surface, &sample) {
+            return false;
+        }
+        if world.lights.is_shadow_linked() {
+            self.add_shadow_linked();
+        }
+        true
+    }
+
+    /// The normal about which light comes out: the mean of what goes on below where that has normals of its own.
+    fn exit_normal(&self, surface: &Surface) -> Vec3 {
+        match &surface.mixed {
+            Some(mixed) if mixed.bumps_below() => {
+                let mut bsdf = self.bare(surface);
+                mixed.add_to(&mut bsdf, surface.normals.smooth);
+                bsdf.normal_below()
+            }
+            _ => surface.normals.smooth,
+        }
+    }
+}
+
+/// The numbers of a step: the first ones of the path's sequences, the others hashed.
+fn numbers_of(sampler: &Sampler, bounce: u32, step: u32) -> Numbers {
+    if step == 0 {
+        let u = sampler.triple(Dimension::Light, bounce);
+        return Numbers {
+            channel: u.z,
+            distance: u.x,
+            guide: 0.0,
+            cosine: 0.0,
+            turn: 0.0,
+            survival: sampler.single(Dimension::Roulette, bounce),
+        };
+    }
+    let key = sampler.key(Dimension::Opacity, bounce);
+    let number = |which: u32| hashed(key, step, which);
+    Numbers {
+        channel: number(1),
+        distance: number(2),
+        guide: number(3),
+        cosine: number(4),
+        turn: number(5),
+        survival: number(6),
+    }
+}

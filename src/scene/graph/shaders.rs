@@ -1,0 +1,91 @@
+//! Shaders that are nothing but a lobe, and how light goes on below surfaces.
+
+use super::node::{Distribution, Socket};
+use super::node::{glass, metallic, sheen, subsurface, toon, translucent};
+
+/// Shaders of one lobe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SimpleBsdf {
+    /// Diffuse transmission.
+    Translucent,
+    /// Refraction at facets, without reflection.
+    Refraction {
+        /// The spread of the facets.
+        distribution: Distribution,
+    },
+    /// Reflection and refraction, both of the colour.
+    Glass {
+        /// The spread of the facets.
+        distribution: Distribution,
+    },
+    /// A metal.
+    Metallic {
+        /// By its complex index of refraction instead of its colours.
+        conductor: bool,
+        /// The spread of the facets.
+        distribution: Distribution,
+    },
+    /// Fibres.
+    Sheen {
+        /// Facets that stand on end, instead of fibres.
+        velvet: bool,
+    },
+    /// Light from within a cone.
+    Toon {
+        /// About the mirrored view instead of the normal.
+        glossy: bool,
+    },
+    /// Light that goes on below the surface.
+    Subsurface(Subsurface),
+}
+
+impl SimpleBsdf {
+    /// Its inputs.
+    pub fn sockets(self) -> &'static [Socket] {
+        match self {
+            Self::Translucent => translucent::SOCKETS,
+            Self::Refraction { .. } | Self::Glass { .. } => glass::SOCKETS,
+            Self::Metallic { .. } => metallic::SOCKETS,
+            Self::Sheen { .. } => sheen::SOCKETS,
+            Self::Toon { .. } => toon::SOCKETS,
+            Self::Subsurface(_) => subsurface::SOCKETS,
+        }
+    }
+
+    /// Whether light is refracted into a solid.
+    pub fn bounds_a_solid(self) -> bool {
+        matches!(self, Self::Refraction { .. } | Self::Glass { .. })
+    }
+
+    /// Whether light goes through.
+    pub fn transmits(self) -> bool {
+        matches!(
+            self,
+            Self::Translucent | Self::Refraction { .. } | Self::Glass { .. }
+        )
+    }
+}
+
+/// Which numbers of a walk a surface's colour and radius stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WalkMethod {
+    /// "Random Walk" from Blender 5.2 on: the radius is the mean free path.
+    RandomWalk,
+    /// "Random Walk" before, and "Random Walk (Legacy)" since: 4π times less.
+    Legacy,
+    /// "Random Walk (Skin)": the mean free path hangs on the colour, and half of the light enters diffusely.
+    Skin,
+    /// "Christensen-Burley", which Cycles does not walk: diffuse entry, otherwise as [`Self::Legacy`].
+    Burley,
+}
+
+/// How light goes on below a surface: Blender's methods, all of them as random walks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Subsurface {
+    /// What its numbers stand for.
+    pub method: WalkMethod,
+    /// None scatters backwards, as in Cycles before 5.2.
+    pub never_backward: bool,
+    /// Paths that have been scattered diffusely see a diffuse surface, as in Cycles before 5.0.
+    pub diffuse_behind_diffuse: bool,
+}
