@@ -9,7 +9,6 @@ use crate::integrator::record::{End, Record, Step};
 use crate::math::float::ray_origin;
 use crate::medium::walk::{Inside, Mapping, Numbers, Start, walk};
 use crate::sampler::{Dimension, Sampler, hashed};
-use crate::scene::graph::WalkMethod;
 use crate::shading::closure::Below;
 use crate::shading::{Changes, Normals};
 use crate::world::{Asking, Hit, Surface};
@@ -74,9 +73,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.throughput / below.color.max(Vec3::splat(f32::MIN_POSITIVE)),
             Vec3::ZERO,
         );
-        let mapping = match below.method {
-            WalkMethod::RandomWalk => Mapping::VanDeHulst,
-            WalkMethod::Legacy | WalkMethod::Skin | WalkMethod::Burley => Mapping::Fitted,
+        let mapping = if below.is_fitted() {
+            Mapping::Fitted
+        } else {
+            Mapping::VanDeHulst
         };
         let least = below.radius.max(Vec3::splat(LEAST_STEPS * offset));
         let there = below.radius.cmpgt(Vec3::ZERO);

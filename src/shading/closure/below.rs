@@ -100,6 +100,11 @@ impl Below {
         (Some(lobe), at_surface)
     }
 
+    /// Whether the fit of before 5.2 tells the medium of the colour; else d'Eon's mapping.
+    pub fn is_fitted(&self) -> bool {
+        self.method != WalkMethod::RandomWalk
+    }
+
     /// Draws the direction in which a path enters; `choice` in 0..1 decides how. `None` where it would leave.
     ///
     /// By the refraction of visible facets. As in Cycles none is reflected or shadowed: the colour tells of what comes back
