@@ -19,8 +19,9 @@ const SIMILAR_FROM: u32 = 10;
 const MOST_ALBEDO: f32 = 0.999_999;
 /// The least: with less, guides point nowhere. What it gives too much the walk's weight takes back.
 const LEAST_ALBEDO: f32 = 0.2;
-/// Below this weight roulette decides.
-const LEAST_WEIGHT: f32 = 0.05;
+/// Below this share of what entered roulette decides. In half-spaces and slabs of dark and light skin and of milk, time × variance is
+/// least between 0.3 and 1 and up to a quarter above with 0.02.
+const LEAST_SHARE: f32 = 0.5;
 
 /// Which medium a colour and a radius stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -278,6 +279,7 @@ pub fn walk<H: Copy>(
     if throughput.max_element() <= 0.0 {
         return None;
     }
+    let least = LEAST_SHARE * throughput.max_element();
     // How far below the surface's plane the other side is, if it is near.
     let mut opposite: Option<f32> = None;
     for step in 0..MOST_STEPS {
@@ -386,8 +388,8 @@ pub fn walk<H: Copy>(
             // It has left an open mesh.
             return None;
         }
-        if most < LEAST_WEIGHT {
-            let survival = most / LEAST_WEIGHT;
+        if most < least {
+            let survival = most / least;
             if u.survival >= survival {
                 return None;
             }
@@ -397,8 +399,8 @@ pub fn walk<H: Copy>(
     None
 }
 
-/// How often directions are guided where scattering is even.
-const GUIDED: f32 = 0.75;
+/// How often directions are guided where scattering is even: more than Cycles' half gives up to a third less time × variance.
+const GUIDED: f32 = 0.9;
 
 /// The more scattering is to one side the less a guide knows of it.
 fn guided_share(g: f32) -> f32 {
