@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod below;
+mod catchers;
 mod closed_lamps;
 mod coincident;
 mod forecast;

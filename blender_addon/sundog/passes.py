@@ -27,6 +27,7 @@ _PASSES = (
     ("use_pass_vector", "Vector", "Vector", "XYZW", "VECTOR"),
     ("use_pass_mist", "Mist", "Mist", "Z", "VALUE"),
     ("use_pass_ambient_occlusion", "AO", "Ambient Occlusion", "RGB", "COLOR"),
+    ("cycles.use_pass_shadow_catcher", "Shadow Catcher", "Shadow Catcher", "RGB", "COLOR"),
     ("use_pass_object_index", "IndexOB", "Object Index", "X", "VALUE"),
     ("use_pass_material_index", "IndexMA", "Material Index", "X", "VALUE"),
     ("use_pass_uv", "UV", "UV", "UVA", "VECTOR"),

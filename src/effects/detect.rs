@@ -208,6 +208,9 @@ impl Findings {
             if deforms || !instance.motion.is_empty() {
                 self.object(Effect::MotionBlur, &instance.name);
             }
+            if instance.is_catcher() && scene.has_triangles(instance) {
+                self.object(Effect::ShadowCatcher, &instance.name);
+            }
             if instance.holdout && instance.visibility.sees(RayKind::Camera) {
                 self.object(Effect::Holdouts, &instance.name);
             }

@@ -48,6 +48,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::ThinFilm
         | Effect::Subsurface
         | Effect::CoincidentFaces
+        | Effect::ShadowCatcher
         | Effect::MotionBlur
         | Effect::Media
         | Effect::Absorption

@@ -1,6 +1,7 @@
 //! Light kept apart by what the surface that the camera sees does to it, as Cycles' passes have it:
 //! the shares of the first scattering decide for all that the path finds later.
 
+use super::catchers::Split;
 use super::features::{PathFeatures, SurfaceFeatures};
 use super::objects::FirstObject;
 use bytemuck::{Pod, Zeroable};
@@ -49,6 +50,9 @@ pub trait PassSink {
     fn keeps_environment(&self) -> bool {
         false
     }
+    /// The path has met a shadow catcher.
+    #[inline(always)]
+    fn split(&mut self, _split: impl FnOnce() -> Split) {}
     /// Light of a light group, by its number.
     #[inline(always)]
     fn grouped(&mut self, _light: Vec3, _group: impl FnOnce() -> Option<usize>) {}
@@ -96,6 +100,8 @@ pub struct PathPasses {
     pub open: Option<Vec3>,
     /// By light group.
     pub groups: Vec<Vec3>,
+    /// Where it has met a shadow catcher. What comes by way of that is in no pass of light, as in Cycles.
+    pub split: Option<Split>,
     asked: Asked,
 }
 
@@ -142,6 +148,11 @@ impl PathPasses {
             && self.open.is_none_or(Vec3::is_finite)
     }
 
+    /// Light of the world, straight to the camera.
+    pub fn of_environment(&self) -> Vec3 {
+        self.environment
+    }
+
     /// Scales the light; what surfaces are like stays as it is.
     pub fn expose(&mut self, factor: f32) {
         for light in self.light.iter_mut().flatten().chain(&mut self.groups) {
@@ -178,7 +189,15 @@ impl PassSink for PathPasses {
     }
 
     #[inline]
+    fn split(&mut self, split: impl FnOnce() -> Split) {
+        self.split = Some(split());
+    }
+
+    #[inline]
     fn scattered(&mut self, light: Vec3, indirect: bool) {
+        if self.split.is_some() {
+            return;
+        }
         let diffuse = light * self.diffuse_share;
         self.light[0][usize::from(indirect)] += diffuse;
         self.light[self.other][usize::from(indirect)] += light - diffuse;
@@ -238,6 +257,7 @@ impl PassSink for PathPasses {
     #[inline]
     fn grouped(&mut self, light: Vec3, group: impl FnOnce() -> Option<usize>) {
         if self.asked.groups > 0
+            && self.split.is_none()
             && let Some(sum) = group().and_then(|group| self.groups.get_mut(group))
         {
             *sum += light;

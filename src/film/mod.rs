@@ -1,5 +1,6 @@
 //! Pixels, the reconstruction filter, layers.
 
+pub mod catchers;
 pub mod error;
 mod extract;
 pub mod features;

@@ -49,6 +49,8 @@ pub enum Pass {
     Mist,
     /// How open to all around.
     AmbientOcclusion,
+    /// What objects do to the light on shadow catchers.
+    ShadowCatcher,
     /// Pass index of the object.
     ObjectIndex,
     /// Pass index of the material.
@@ -90,7 +92,7 @@ pub enum Pass {
 }
 
 /// The one table of passes: Blender's name, channels as Blender has them, what it holds.
-pub const TABLE: [(Pass, &str, &str, &str); 40] = [
+pub const TABLE: [(Pass, &str, &str, &str); 41] = [
     (Pass::Combined, "Combined", "RGBA", "the picture itself"),
     (
         Pass::Depth,
@@ -211,6 +213,12 @@ pub const TABLE: [(Pass, &str, &str, &str); 40] = [
         "AO",
         "RGB",
         "ambient occlusion: share of the directions about the normal, by their cosine, in which nothing is within `--ao-distance`; 0 where the camera sees nothing",
+    ),
+    (
+        Pass::ShadowCatcher,
+        "Shadow Catcher",
+        "RGB",
+        "what objects do to the light on shadow catchers, to multiply a photograph with; 1 where there is none. Combined is then the objects alone",
     ),
     (
         Pass::ObjectIndex,
@@ -396,6 +404,7 @@ impl Passes {
                     | Pass::Vector
                     | Pass::Mist
                     | Pass::AmbientOcclusion
+                    | Pass::ShadowCatcher
                     | Pass::ObjectIndex
                     | Pass::MaterialIndex
                     | Pass::DenoisingAlbedo

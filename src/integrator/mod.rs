@@ -8,7 +8,7 @@ mod record;
 mod settings;
 
 pub use aovs::{VECTOR_SUMS, add_aovs};
-pub use path::{Path, meet, trace, trace_with_passes};
+pub use path::{Path, behind, meet, trace, trace_with_passes};
 pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step, first_fault};
 pub use settings::PathSettings;
 

@@ -12,6 +12,7 @@ use super::record::{End, Record, Scattered, Step};
 use super::settings::PathSettings;
 use crate::camera::CameraRay;
 use crate::effects::{Features, General};
+use crate::film::catchers::Split;
 use crate::film::features::SurfaceFeatures;
 use crate::film::light_passes::{NoPasses, PassSink};
 use crate::film::objects::FirstObject;
@@ -377,6 +378,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         if self.bounce == 0 {
             self.first.normal = surface.normals.shading;
             let (world, throughput) = (self.world, self.throughput);
+            if E::EVERYTHING && world.is_catcher(hit) {
+                let before = self.light.radiance;
+                self.light.sink.split(|| Split { throughput, before });
+            }
             self.light.sink.first_object(|| FirstObject {
                 number: hit.object(),
                 weight: average(throughput),
@@ -630,6 +635,22 @@ pub(super) fn spawn_ray<E: Features>(
         return Some(surface.point.point + offset);
     }
     world.ray_origin::<E>(hit, surface, direction, beyond)
+}
+
+/// Light of the world along a ray of the camera, past everything.
+pub fn behind(world: &World, settings: &PathSettings, ray: &CameraRay) -> Vec3 {
+    let at = LightSampleContext::new(ray.origin, None).at_time(ray.time);
+    let seen_by = (RayKind::Camera, 0, Shadows::Plain);
+    let mut light = Vec3::ZERO;
+    let mut add = |emitted: Vec3, _, source| {
+        let mean = average(emitted);
+        if source == Source::Environment {
+            light += emitted * (settings.clamp[0] / mean).min(1.0);
+        }
+    };
+    let lights = &world.lights;
+    lights.environment_le(&at, ray.direction, seen_by, &mut add);
+    light
 }
 
 /// What a ray of the camera meets, and its object's number; a holdout counts as nothing, as in Cycles.

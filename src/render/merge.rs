@@ -150,7 +150,8 @@ impl Merged {
         let error = estimate(tiles, header.region, 0.0, &AtomicBool::new(false));
         let film = Film::with_axes(header.axes(), header.region, tiles, passes, &header.labels)
             .with_groups(&header.light_groups)
-            .with_aovs(&header.aovs, header.size);
+            .with_aovs(&header.aovs, header.size)
+            .with_catchers(header.catchers, header.transparent);
         let samples = Samples::of(tiles);
         let clamps = header.clamped != [0.0; 2];
         Rendering {

@@ -1,6 +1,7 @@
 //! The schedule: passes, tiles, threads, when to stop.
 
 mod adaptive;
+mod catchers;
 mod estimate;
 mod forecast;
 pub mod labels;

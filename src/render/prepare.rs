@@ -1,5 +1,6 @@
 //! A scene made ready for the samples that settings ask for.
 
+use super::catchers::{CatcherJob, CatcherWorld, has_catchers};
 use super::saved::Traced;
 use super::trace::{AnyKernel, BadSamples, Job};
 use super::{
@@ -10,10 +11,10 @@ use crate::effects::{self, Effect, EffectReport};
 use crate::film::Pass;
 use crate::film::filter::FilterTable;
 use crate::film::light_passes::Asked;
-use crate::integrator::{self, PathSettings};
+use crate::integrator::{self, Kernel, PathSettings};
 use crate::sampler::Sequence;
 use crate::scene::{Camera, Diagnostics, Material, Scene};
-use crate::world::{Options, Stale, World};
+use crate::world::{EmbreeError, Options, Stale, World};
 use enumset::EnumSet;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Mutex, OnceLock};
@@ -22,6 +23,8 @@ use std::sync::{Mutex, OnceLock};
 pub struct Prepared {
     /// In Embree.
     pub world: World,
+    /// Shadow catchers alone, if there are any.
+    catchers: Option<CatcherWorld>,
     /// The camera that looks.
     pub camera: Camera,
     kernel: AnyKernel,
@@ -48,6 +51,7 @@ struct MadeFor {
     aovs: bool,
     vectors: bool,
     roughens: bool,
+    catchers: bool,
 }
 
 /// What settings want of a scene.
@@ -102,6 +106,7 @@ impl<'a> Wanted<'a> {
                 aovs: settings.passes.has(Pass::Aov) && !scene.aovs.is_empty(),
                 vectors: settings.passes.has(Pass::Vector),
                 roughens: settings.filter_glossy > 0.0,
+                catchers: has_catchers(scene, settings),
             },
         })
     }
@@ -150,10 +155,15 @@ impl Prepared {
             .map_err(|e| {
                 RenderError::Setting(format!("{threads} threads could not be started: {e}"))
             })?;
-        let world = pool
-            .install(|| World::new(scene, &wanted.options()))
-            .map_err(|e| RenderError::Embree(e.0))?;
-        Ok(Self::of(world, pool, settings, &wanted))
+        let worlds = pool.install(|| {
+            let alone = wanted.made_for.catchers.then(|| {
+                let options = wanted.options();
+                World::new(&scene.of_catchers(), &options)
+            });
+            Ok((World::new(scene, &wanted.options())?, alone.transpose()?))
+        });
+        let worlds = worlds.map_err(|e: EmbreeError| RenderError::Embree(e.0))?;
+        Ok(Self::of(worlds, pool, settings, &wanted))
     }
 
     /// Makes a changed scene ready. Tells what was made anew beside the view.
@@ -171,22 +181,34 @@ impl Prepared {
             return Ok((Self::new(scene, settings)?, Stale::ALL));
         }
         let options = wanted.options();
+        let mut alone = self.catchers.take().map(|catchers| catchers.world);
         let made = self
             .pool
-            .install(|| self.world.renew(scene, &options, stale))
+            .install(|| {
+                if let Some(world) = &mut alone {
+                    world.renew(&scene.of_catchers(), &options, stale)?;
+                }
+                self.world.renew(scene, &options, stale)
+            })
             .map_err(|e| RenderError::Embree(e.0))?;
-        Ok((Self::of(self.world, self.pool, settings, &wanted), made))
+        let worlds = (self.world, alone);
+        Ok((Self::of(worlds, self.pool, settings, &wanted), made))
     }
 
     fn of(
-        world: World,
+        (world, alone): (World, Option<World>),
         pool: rayon::ThreadPool,
         settings: &RenderSettings,
         wanted: &Wanted,
     ) -> Self {
         let (mask, kernel) = kernel(settings, &world, wanted);
+        let catchers = alone.map(|world| CatcherWorld {
+            kernel: plain_kernel(settings, &world, wanted).1,
+            world,
+        });
         Self {
             world,
+            catchers,
             camera: wanted.camera.clone(),
             kernel,
             compiled: mask | (wanted.effects & wanted.called_for & !effects::PATHS),
@@ -207,6 +229,7 @@ impl Prepared {
         Job {
             scene,
             world: &self.world,
+            catchers: self.catchers.as_ref().map(CatcherJob::new),
             kernel: self.kernel,
             camera_ray: self.world.camera.ray_maker(),
             middle: settings.passes.need_middle(),
@@ -296,21 +319,31 @@ fn kernel(
         groups: wanted.groups,
         environment: passes.has(Pass::Environment),
     };
-    if asked.features || asked.object || asked.groups > 0 || passes.need_light_passes() {
+    let catches = wanted.made_for.catchers;
+    if asked.features || asked.object || asked.groups > 0 || passes.need_light_passes() || catches {
         let kernel = AnyKernel::WithPasses {
             kernel: integrator::WITH_PASSES,
             asked,
         };
         return (effects::PATHS, kernel);
     }
-    let (mask, kernel) = match settings.light_sampling {
+    let (mask, kernel) = plain_kernel(settings, world, wanted);
+    (mask, AnyKernel::Plain(kernel))
+}
+
+/// The kernel that keeps no light apart, and the effects that it has.
+fn plain_kernel(
+    settings: &RenderSettings,
+    world: &World,
+    wanted: &Wanted,
+) -> (EnumSet<Effect>, Kernel) {
+    match settings.light_sampling {
         LightSampling::Hemisphere => integrator::GENERAL,
         _ if settings.ablation.offsets || world.has_mixed_shaders() || world.has_media() => {
             integrator::GENERAL
         }
         _ => integrator::kernel_for(wanted.effects | world.structure()),
-    };
-    (mask, AnyKernel::Plain(kernel))
+    }
 }
 
 fn path_settings(settings: &RenderSettings) -> PathSettings {

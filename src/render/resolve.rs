@@ -1,7 +1,8 @@
 //! From the sums of the pixels to the passes of a picture.
 
 use super::Region;
-use super::tile::{TILE, Tile, across, locked, shown};
+use super::tile::{TILE, Tile, across, catcher_sums, locked, shown};
+use crate::film::catchers::{CATCHER_SUMS, CatcherPixel};
 use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::objects::{Label, PixelObjects};
@@ -18,6 +19,15 @@ fn blender_axes(v: DVec3) -> [f32; 3] {
     [v.x as f32, -v.z as f32, v.y as f32]
 }
 
+/// How a picture shows shadow catchers, as Cycles has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Catching {
+    /// Not at all: a pass has the shadows.
+    apart: bool,
+    /// The world is a part of the picture.
+    over_world: bool,
+}
+
 /// The pixels so far, as a picture.
 pub struct Film<'a> {
     tiles: &'a [Mutex<Tile>],
@@ -29,6 +39,8 @@ pub struct Film<'a> {
     groups: &'a [String],
     /// The scene's own passes, where they are asked for.
     aovs: &'a [Aov],
+    /// Shadow catchers, if there are any: how the picture shows them.
+    catchers: Option<Catching>,
     /// Pixels across and down the whole picture.
     size: (u32, u32),
     /// The camera's axes as Cycles has them: it looks along +Z.
@@ -67,6 +79,7 @@ impl<'a> Film<'a> {
             labels,
             groups: &[],
             aovs: &[],
+            catchers: None,
             size: (region.x1, region.y1),
             tiles,
             region,
@@ -79,6 +92,18 @@ impl<'a> Film<'a> {
     /// With passes of the scene's own, and of a picture of a size.
     pub fn with_aovs(self, aovs: &'a [Aov], size: (u32, u32)) -> Self {
         Self { aovs, size, ..self }
+    }
+
+    /// With shadow catchers, if there are any, on a film that is transparent or not.
+    pub fn with_catchers(self, there: bool, transparent: bool) -> Self {
+        let how = Catching {
+            apart: self.passes.has(Pass::ShadowCatcher),
+            over_world: !transparent,
+        };
+        Self {
+            catchers: there.then_some(how),
+            ..self
+        }
     }
 
     /// The camera's axes.
@@ -177,6 +202,7 @@ impl Bands for Film<'_> {
                 width,
                 labels: self.labels,
                 size: self.size,
+                catchers: self.catchers,
             };
             // Pass by pass: the sums of one tile stay in the processor's cache.
             let mut layers = layers.iter_mut();
@@ -184,7 +210,7 @@ impl Bands for Film<'_> {
             for (pass, layer) in passes.zip(&mut layers) {
                 place.resolve(pass, &self.axes, self.replicate, layer);
             }
-            let mut first = 0;
+            let mut first = catcher_sums(self.catchers.is_some());
             for (aov, layer) in shown(self.passes, self.aovs).iter().zip(&mut layers) {
                 if aov.is_color {
                     place.put_aov::<4>(first, layer);
@@ -211,6 +237,7 @@ struct TileInBand<'a> {
     labels: &'a [Label],
     /// Pixels across and down the whole picture.
     size: (u32, u32),
+    catchers: Option<Catching>,
 }
 
 impl TileInBand<'_> {
@@ -266,6 +293,13 @@ impl TileInBand<'_> {
         });
     }
 
+    /// What a pixel has of shadow catchers.
+    fn caught(&self, index: usize) -> CatcherPixel {
+        let first = self.tile.aovs_of(&(index..index + 1)).start;
+        let sums = self.tile.aovs.get(first..first + CATCHER_SUMS);
+        CatcherPixel::read(sums.unwrap_or(&[]))
+    }
+
     /// The same of its objects.
     fn put_objects<const N: usize>(
         &self,
@@ -315,11 +349,35 @@ impl TileInBand<'_> {
     fn resolve(&self, pass: Pass, axes: &DMat3, replicate: bool, layer: &mut [f32]) {
         let color = |v: DVec3| v.as_vec3().to_array();
         match pass {
-            Pass::Combined | Pass::NoisyImage => self.put(layer, |p, _, scale| {
+            Pass::Combined | Pass::NoisyImage => self.put_at(layer, |index, p, scale| {
                 let alone = replicate.then(|| p.replicate(false)).flatten();
-                let [r, g, b] = color(alone.unwrap_or_else(|| p.radiance.total() * scale));
+                let mean = || p.radiance.total() * scale;
                 // Exactly 1 where every sample is part of the picture.
-                [r, g, b, (1.0 - f64::from(p.transparent) * scale) as f32]
+                let alpha = 1.0 - f64::from(p.transparent) * scale;
+                let (light, alpha) = match self.catchers {
+                    None => (alone.unwrap_or_else(mean), alpha),
+                    Some(how) => {
+                        let sums = self.caught(index);
+                        let (light, shown) = if how.apart {
+                            sums.objects(scale)
+                        } else {
+                            sums.combined(mean(), alpha, !how.over_world, scale)
+                        };
+                        // The replicate has the noise of all light, as the estimate of the error.
+                        let apart = alone.map_or(DVec3::ZERO, |alone| alone - mean());
+                        (light + apart, shown)
+                    }
+                };
+                let [r, g, b] = color(light);
+                [r, g, b, alpha as f32]
+            }),
+            Pass::ShadowCatcher => self.put_at(layer, |index, p, scale| {
+                let alpha = 1.0 - f64::from(p.transparent) * scale;
+                let sums = match self.catchers {
+                    Some(_) => self.caught(index),
+                    None => CatcherPixel::default(),
+                };
+                color(sums.shadow(p.radiance.total() * scale, alpha, scale))
             }),
             Pass::Depth => self.put(layer, |p, _, _| [p.middle.depth]),
             Pass::Normal => self.put(layer, |p, _, scale| blender_axes(p.normal.total() * scale)),
@@ -339,6 +397,12 @@ impl TileInBand<'_> {
             Pass::VolumeDirect => self.put(layer, |_, a, scale| color(a.of_media(false, scale))),
             Pass::VolumeIndirect => self.put(layer, |_, a, scale| color(a.of_media(true, scale))),
             Pass::Emission => self.put(layer, |_, a, scale| color(a.emission(scale))),
+            // As Cycles' pass: also behind catchers, if the picture has it.
+            Pass::Environment if self.catchers.is_some_and(|how| how.over_world) => {
+                self.put_at(layer, |index, _, scale| {
+                    color(self.caught(index).world(scale))
+                });
+            }
             Pass::Environment => self.put(layer, |_, a, scale| color(a.environment(scale))),
             Pass::Vector => self.put_vectors(layer),
             Pass::Mist => self.put_objects(layer, |o, scale| [o.mist(scale)]),

@@ -12,6 +12,7 @@ mod header;
 
 pub use header::{Header, Traced};
 
+use super::catchers::has_catchers;
 use super::resolve::Film;
 use super::tile::{Kept, Tile, locked, place, shown};
 use super::{InstructionSet, Region, RenderSettings};
@@ -156,6 +157,8 @@ impl<'a> State<'a> {
                 labels: film.labels().to_vec(),
                 light_groups: scene.light_groups.clone(),
                 aovs: shown(passes, &scene.aovs).to_vec(),
+                catchers: has_catchers(scene, settings),
+                transparent: settings.transparent_film,
                 vectors: passes.has(Pass::Vector),
                 halves: kept.halves,
                 clamped,

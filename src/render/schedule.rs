@@ -1,6 +1,7 @@
 //! Passes over tiles, by a pool of threads, until something says stop.
 
 use super::adaptive;
+use super::catchers::has_catchers;
 use super::estimate::estimate;
 use super::labels;
 use super::prepare::{self, Prepared};
@@ -134,7 +135,8 @@ pub(super) fn run(
     let labels = labels::of(scene, settings.passes);
     let film = Film::new(camera, region, &tiles, settings.passes, &labels)
         .with_groups(&scene.light_groups)
-        .with_aovs(&scene.aovs, (settings.width, settings.height));
+        .with_aovs(&scene.aovs, (settings.width, settings.height))
+        .with_catchers(has_catchers(scene, settings), settings.transparent_film);
     let run = Run {
         left_out: &prepared.left_out,
         scene,

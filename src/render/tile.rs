@@ -1,6 +1,8 @@
 //! Tiles, and their rows: what one thread works on at a time.
 
+use super::catchers::has_catchers;
 use super::{Region, RenderSettings};
+use crate::film::catchers::CATCHER_SUMS;
 use crate::film::features::PixelFeatures;
 use crate::film::light_passes::PixelPasses;
 use crate::film::objects::PixelObjects;
@@ -36,7 +38,7 @@ pub struct Tile {
     pub objects: Vec<PixelObjects>,
     /// The same of light groups: so many of each pixel, one after another.
     pub groups: Vec<DVec3>,
-    /// Sums of the scene's own passes, so many floats a pixel; empty where no pass asks.
+    /// Sums of shadow catchers and of the scene's own passes, so many floats a pixel; empty where nothing asks.
     pub aovs: Vec<f64>,
     /// Nanoseconds spent on each pixel, if a pass asks for it; else empty.
     pub costs: Vec<u64>,
@@ -156,6 +158,11 @@ pub fn vector_sums(passes: Passes) -> usize {
     }
 }
 
+/// Sums of a pixel's shadow catchers, if there are any.
+pub fn catcher_sums(catchers: bool) -> usize {
+    if catchers { CATCHER_SUMS } else { 0 }
+}
+
 /// Those of the scene's own passes that a picture has.
 pub fn shown(passes: Passes, aovs: &[Aov]) -> &[Aov] {
     if passes.has(Pass::Aov) { aovs } else { &[] }
@@ -172,7 +179,7 @@ pub struct Kept {
     pub objects: bool,
     /// So many light groups.
     pub groups: usize,
-    /// Floats of the scene's own passes, and of motion vectors after them.
+    /// Floats of shadow catchers, of the scene's own passes and of motion vectors, in this order.
     pub aovs: usize,
     /// Time spent.
     pub costs: bool,
@@ -181,22 +188,28 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// What passes need to be kept, so many light groups and the scene's own passes among them, and a noise threshold if there is one.
-    pub fn of(passes: Passes, (groups, aovs): (usize, &[Aov]), has_threshold: bool) -> Self {
+    /// What passes need to be kept, so many light groups and the scene's own passes among them, shadow catchers, and a noise threshold,
+    /// if there is one.
+    pub fn of(
+        passes: Passes,
+        (groups, aovs, catchers): (usize, &[Aov], bool),
+        has_threshold: bool,
+    ) -> Self {
         Self {
             halves: has_threshold,
             light_passes: passes.need_light_passes(),
             features: passes.need_features(),
             objects: passes.need_objects(),
             groups,
-            aovs: Aov::floats(shown(passes, aovs)) + vector_sums(passes),
+            aovs: catcher_sums(catchers) + Aov::floats(shown(passes, aovs)) + vector_sums(passes),
             costs: passes.has(Pass::Cost),
         }
     }
 
     /// What a render of a scene needs.
     pub fn of_render(settings: &RenderSettings, scene: &Scene) -> Self {
-        let own = (scene.light_groups.len(), &scene.aovs[..]);
+        let catchers = has_catchers(scene, settings);
+        let own = (scene.light_groups.len(), &scene.aovs[..], catchers);
         Self::of(settings.passes, own, settings.noise_threshold.is_some())
     }
 

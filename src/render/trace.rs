@@ -1,7 +1,9 @@
 //! Samples of tiles: what each thread does.
 
+use super::catchers::{CatcherJob, caught};
 use super::tile::{Scanline, Tile, locked};
 use crate::camera::{CameraRay, RayMaker};
+use crate::film::catchers::{CATCHER_SUMS, CatcherPixel, Caught};
 use crate::film::features::PixelFeatures;
 use crate::film::filter::FilterTable;
 use crate::film::light_passes::{Asked, PathPasses, PixelPasses};
@@ -56,12 +58,16 @@ struct Beside<'a> {
     features: Option<&'a mut PixelFeatures>,
     objects: Option<&'a mut PixelObjects>,
     groups: &'a mut [DVec3],
+    /// Empty where there are none.
+    catchers: &'a mut [f64],
 }
 
 /// All that the threads share.
 pub struct Job<'a> {
     pub scene: &'a Scene,
     pub world: &'a World,
+    /// Shadow catchers, if there are any.
+    pub catchers: Option<CatcherJob<'a>>,
     pub kernel: AnyKernel,
     pub camera_ray: RayMaker,
     /// The ray through the middle of each pixel is asked for.
@@ -121,6 +127,11 @@ impl Job<'_> {
         let (first, y) = row.place;
         let groups = row.groups.len() / row.pixels.len().max(1);
         let each = row.aovs.len() / row.pixels.len().max(1);
+        let caught = if self.catchers.is_some() {
+            CATCHER_SUMS
+        } else {
+            0
+        };
         for (index, (x, pixel)) in (first..).zip(&mut row.pixels).enumerate() {
             let wanted = pixel.until.saturating_sub(pixel.samples).min(CHUNK);
             if wanted == 0 {
@@ -136,16 +147,18 @@ impl Job<'_> {
             }
             for _ in 0..wanted {
                 let number = self.first_sample + pixel.samples;
+                let own = &mut row.aovs[index * each..(index + 1) * each];
+                let (catchers, own) = own.split_at_mut(caught);
                 let beside = Beside {
                     light_passes: row.light_passes.get_mut(index),
                     features: row.features.get_mut(index),
                     objects: row.objects.get_mut(index),
                     groups: &mut row.groups[index * groups..][..groups],
+                    catchers,
                 };
                 let path = self.sample(x, y, number, pixel, beside);
-                if each > 0 {
-                    let sums = &mut row.aovs[index * each..(index + 1) * each];
-                    rays += u64::from(self.aovs(x, y, number, sums));
+                if !own.is_empty() {
+                    rays += u64::from(self.aovs(x, y, number, own));
                 }
                 rays += u64::from(path.rays);
                 lobes_left_out += u64::from(path.lobes_left_out);
@@ -174,13 +187,25 @@ impl Job<'_> {
     /// The ray of a sample, at an offset from the pixel's centre.
     #[inline]
     fn ray(&self, x: u32, y: u32, sampler: &Sampler, offset: Vec2) -> CameraRay {
+        self.ray_in((self.world, self.camera_ray), (x, y), sampler, offset)
+    }
+
+    /// The same in one of the worlds.
+    #[inline]
+    fn ray_in(
+        &self,
+        (world, maker): (&World, RayMaker),
+        (x, y): (u32, u32),
+        sampler: &Sampler,
+        offset: Vec2,
+    ) -> CameraRay {
         // Pixel centres at half integers; film coordinates −1..1, y up.
         let film = Vec2::new(
             (x as f32 + 0.5 + offset.x) / self.width as f32 * 2.0 - 1.0,
             1.0 - (y as f32 + 0.5 + offset.y) / self.height as f32 * 2.0,
         );
-        let camera = (&self.world.camera, self.camera_ray);
-        match &self.world.shutter {
+        let camera = (&world.camera, maker);
+        match &world.shutter {
             None => camera.1(camera.0, film, sampler),
             Some(shutter) => shutter.ray(camera, (film, (y, self.height)), sampler),
         }
@@ -200,13 +225,17 @@ impl Job<'_> {
     #[inline]
     fn sample(&self, x: u32, y: u32, index: u32, pixel: &mut Pixel, beside: Beside) -> Path {
         let (mut path, mut light_passes) = self.path(x, y, index);
+        let caught = light_passes
+            .as_ref()
+            .and_then(|passes| self.caught((x, y, index), passes, &mut path.rays));
         // Once here, so that estimates of the error, passes and states speak of the same picture.
         path.radiance *= self.exposure;
         path.clamped = path.clamped.map(|taken| taken * self.exposure);
         if let Some(light_passes) = &mut light_passes {
             light_passes.expose(self.exposure);
         }
-        let passes_finite = light_passes.as_ref().is_none_or(PathPasses::is_finite);
+        let passes_finite = light_passes.as_ref().is_none_or(PathPasses::is_finite)
+            && caught.is_none_or(|caught| caught.is_finite());
         if !(path.radiance.is_finite() && path.first.is_finite() && passes_finite) {
             // Counted with its place and cause, black in the picture, never hidden: see `Statistics::non_finite`.
             self.bad(x, y, index);
@@ -216,6 +245,21 @@ impl Job<'_> {
             light_passes = light_passes.map(|_| PathPasses::default());
         }
         pixel.add(index, path.radiance, &path.first);
+        if !beside.catchers.is_empty() {
+            let mut sums = CatcherPixel::read(beside.catchers);
+            match (&caught, &light_passes) {
+                (Some(caught), Some(passes)) if passes.split.is_some() => {
+                    sums.add_caught(caught, self.exposure)
+                }
+                (_, passes) => {
+                    let world = passes
+                        .as_ref()
+                        .map_or(Vec3::ZERO, PathPasses::of_environment);
+                    sums.add(path.radiance, world, path.first.transparent);
+                }
+            }
+            sums.write(beside.catchers);
+        }
         if let Some(path) = &light_passes {
             if let Some(sums) = beside.light_passes {
                 sums.add(path);
@@ -253,6 +297,29 @@ impl Job<'_> {
                 (path, Some(light_passes))
             }
         }
+    }
+
+    /// What a path that has met a shadow catcher finds without the objects.
+    #[cold]
+    fn caught(
+        &self,
+        (x, y, index): (u32, u32, u32),
+        passes: &PathPasses,
+        rays: &mut u32,
+    ) -> Option<Caught> {
+        let (split, alone) = (passes.split?, self.catchers.as_ref()?);
+        // The same numbers: where nothing is in the way, both halves have the same bits.
+        let sampler = self.sequence.sampler(x, y, index);
+        let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
+        let ray = self.ray_in((alone.world, alone.camera_ray), (x, y), &sampler, offset);
+        let path = (alone.kernel)(alone.world, &self.path, &sampler, &ray);
+        *rays += path.rays;
+        let behind = if self.path.transparent_film {
+            Vec3::ZERO
+        } else {
+            integrator::behind(alone.world, &self.path, &ray)
+        };
+        Some(caught(split, path.radiance, behind))
     }
 
     /// Adds what a sample tells passes of the scene's own; rays that it took.

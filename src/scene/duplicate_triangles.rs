@@ -173,6 +173,7 @@ fn twins_among(scene: &Scene, instances: &[u32]) -> Seen {
                     if covers
                         && first.instance != place.instance
                         && other.holdout == instance.holdout
+                        && other.is_catcher() == instance.is_catcher()
                     {
                         seen.behind(other.visibility)
                     } else {

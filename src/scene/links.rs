@@ -17,6 +17,8 @@ pub struct Links {
     pub receiver_set: u8,
     /// … and the set in which shadows do.
     pub blocker_set: u8,
+    /// Of an object: it is a shadow catcher (else it is not). Of a light: it lights shadow catchers alone, too (else it does).
+    pub shadow_catcher: Option<bool>,
 }
 
 impl Default for Links {
@@ -28,6 +30,7 @@ impl Default for Links {
             shadow_sets: u64::MAX,
             receiver_set: 0,
             blocker_set: 0,
+            shadow_catcher: None,
         }
     }
 }

@@ -4,6 +4,7 @@
 //! (watts). Transforms are f64 and map object space to world space (`world_from_object`).
 
 mod camera;
+mod catchers;
 pub mod coincident;
 mod diagnostics;
 mod duplicate_triangles;

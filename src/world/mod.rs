@@ -21,7 +21,7 @@ mod shine;
 mod turned;
 mod view;
 
-pub use crate::ffi::embree::{Hit, InstructionSet};
+pub use crate::ffi::embree::{EmbreeError, Hit, InstructionSet};
 pub use crate::light::Source;
 pub use crate::scene::RayKind;
 pub use asking::{Asking, Past, Sender};
@@ -34,7 +34,7 @@ pub use place::HitPoint;
 
 use crate::camera::{Camera, Shutter};
 use crate::effects::{self, Effect, Features, General};
-use crate::ffi::embree::{Device, EmbreeError, Ray};
+use crate::ffi::embree::{Device, Ray};
 use crate::light::LightSet;
 use crate::light::emissive::Eye;
 use crate::math::float;
@@ -366,6 +366,12 @@ impl World {
     #[inline]
     pub fn is_holdout(&self, hit: &Hit) -> bool {
         !self.geometry.holdouts.is_empty() && self.geometry.holdouts[hit.object() as usize]
+    }
+
+    /// Whether a hit is on a shadow catcher.
+    #[inline]
+    pub fn is_catcher(&self, hit: &Hit) -> bool {
+        !self.geometry.catchers.is_empty() && self.geometry.catchers[hit.object() as usize]
     }
 
     /// First texture coordinates at a hit, v upwards as in Blender; 0 where the mesh has none.

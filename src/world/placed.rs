@@ -35,6 +35,8 @@ pub struct Geometry {
     pub insides: Insides,
     /// By entry whether it is a holdout; empty where none is.
     pub holdouts: Vec<bool>,
+    /// The same of shadow catchers.
+    pub catchers: Vec<bool>,
     /// Faces that lie on each other, if any do.
     pub lids: Option<Lids>,
     /// What it was made for, by material.
@@ -108,14 +110,19 @@ fn objects(scene: &Scene) -> Vec<u32> {
     numbers
 }
 
-/// Which entries are holdouts, if any: entries are the instances with triangles, in their order.
-fn holdouts(scene: &Scene) -> Vec<bool> {
-    if !scene.instances.iter().any(|instance| instance.holdout) {
+/// Which entries are of a kind, if any and if the effect is kept: entries are the instances with triangles, in their order.
+fn entries_that(
+    are: impl Fn(&Instance) -> bool,
+    effect: Effect,
+    scene: &Scene,
+    options: &Options,
+) -> Vec<bool> {
+    if !(options.effects.contains(effect) && scene.instances.iter().any(&are)) {
         return Vec::new();
     }
     let placed = scene.instances.iter();
     let placed = placed.filter(|instance| scene.has_triangles(instance));
-    placed.map(|instance| instance.holdout).collect()
+    placed.map(are).collect()
 }
 
 /// A mesh in object space, in Embree, for those who place it.
@@ -323,11 +330,14 @@ impl Geometry {
             tinted,
             traces,
             insides,
-            holdouts: if options.effects.contains(Effect::Holdouts) {
-                holdouts(scene)
-            } else {
-                Vec::new()
-            },
+            holdouts: entries_that(|i| i.holdout, Effect::Holdouts, scene, options),
+            // A hole stays one.
+            catchers: entries_that(
+                |i| i.is_catcher() && !i.holdout,
+                Effect::ShadowCatcher,
+                scene,
+                options,
+            ),
             lids: if options.effects.contains(Effect::CoincidentFaces) {
                 Lids::new(scene, |material| needs[material as usize].ordered)
             } else {

@@ -244,13 +244,13 @@ fn objects_say_which_rays_see_them() {
     file.json["nodes"][0]["extensions"] = json!({ "SUNDOG_object": {
         "visibility": { "diffuse": false, "moon": false }, "holdout": true, "shadow_catcher": true } });
     let imported = file.load();
-    assert_eq!(codes(&imported), ["shadow-catcher", "unknown-property"]);
+    assert_eq!(codes(&imported), ["unknown-property"]);
     let instance = &imported.scene.instances[0];
     assert_eq!(
         instance.visibility,
         Visibility::ALL.without(RayKind::Diffuse)
     );
-    assert!(instance.holdout);
+    assert!(instance.holdout && instance.is_catcher());
 }
 
 #[test]

@@ -133,8 +133,6 @@ class Exporter:
             return
         parent = instance.parent if instance.is_instance else None
         extension = visibility.sundog_object([shown, parent], self.view_layer)
-        if extension and "shadow_catcher" in extension:
-            self.verdicts.add("object", shown.name, LOST, "it is rendered as any object, not as a shadow catcher", "shadow-catcher")
         self.verdicts.extend("object", shown.name, self._links.findings.get(shown.name_full, []), untouched=False)
         own = {**self._links.shining(shown), **self._links.lit(shown, parent)}
         if own:
@@ -351,6 +349,9 @@ class Exporter:
             described["visibility"] = seen
         described.update(self._grouped(shown))
         described.update(self._links.shining(shown))
+        if not shown.is_shadow_catcher:
+            # It does not shine in the photograph that catchers stand for.
+            described["shadow_catcher"] = False
         if described.get("type") == "area" and lights.is_sheared(instance.matrix_world):
             findings.append((APPROXIMATED, "its parents shear it: it is rendered so, where Cycles mixes two other outlines"))
         if described.get("type") == "area" and self._planes.add(described, instance.matrix_world):

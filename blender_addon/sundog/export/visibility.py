@@ -31,6 +31,6 @@ def sundog_object(objects, view_layer):
         result["visibility"] = seen
     if objects[0].is_holdout or original.holdout_get(view_layer=view_layer):
         result["holdout"] = True
-    if objects[0].is_shadow_catcher:
+    if any(o is not None and o.is_shadow_catcher for o in objects):
         result["shadow_catcher"] = True
     return result or None

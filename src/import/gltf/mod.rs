@@ -235,6 +235,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             &mut diagnostics,
         )?;
     }
+    scene.tell_of_catchers(&mut diagnostics);
     Ok(Imported {
         scene,
         variants,

@@ -340,8 +340,6 @@ pub(super) struct SundogObject {
     pub visibility: RaysJson,
     #[serde(default)]
     pub holdout: bool,
-    #[serde(default)]
-    pub shadow_catcher: bool,
     pub color: Option<[f32; 4]>,
     pub pass_index: Option<f32>,
     pub random: Option<f32>,
@@ -593,6 +591,7 @@ pub(super) struct LinksJson {
     receiver_set: u8,
     #[serde(default)]
     blocker_set: u8,
+    shadow_catcher: Option<bool>,
 }
 
 impl LinksJson {
@@ -609,6 +608,7 @@ impl LinksJson {
             shadow_sets: sets(&self.shadow_sets, Links::BLOCKER_SETS).unwrap_or(u64::MAX),
             receiver_set: known(self.receiver_set, Links::RECEIVER_SETS),
             blocker_set: known(self.blocker_set, Links::BLOCKER_SETS),
+            shadow_catcher: self.shadow_catcher,
         }
     }
 }

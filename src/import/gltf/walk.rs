@@ -11,9 +11,7 @@ use super::schema::{self, InstancingJson, NodeJson};
 use super::{accessor, camera, extensions, lights};
 use crate::import::budget::Budget;
 use crate::import::{ImportError, ImportOptions};
-use crate::scene::{
-    Camera, Diagnostics, Effect, Instance, Light, ObjectInfo, Subject, Verdict, Visibility,
-};
+use crate::scene::{Camera, Diagnostics, Instance, Light, ObjectInfo, Verdict, Visibility};
 
 /// A mesh in one shape: meshes with a skin or with weights of their node's own cannot be shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -315,16 +313,6 @@ impl Walk<'_> {
         };
         for property in object.unknown.keys() {
             extensions::report_property(self.diagnostics, "SUNDOG_object", property, name);
-        }
-        if object.shadow_catcher {
-            self.diagnostics.report_effect(
-                Effect::ShadowCatcher,
-                "shadow-catcher",
-                Verdict::Lost,
-                "shadow catchers",
-                Subject::Object(name.into()),
-                "rendered as any object",
-            );
         }
         let visibility = object.visibility.visibility(|kind| {
             extensions::report_property(

@@ -5,7 +5,7 @@ use crate::film::Passes;
 use crate::film::objects::Label;
 use crate::integrator::VECTOR_SUMS;
 use crate::render::InstructionSet;
-use crate::render::tile::Kept;
+use crate::render::tile::{Kept, catcher_sums};
 use crate::scene::{Aov, ColorManagement};
 use glam::DMat3;
 use serde::{Deserialize, Serialize};
@@ -126,6 +126,12 @@ pub struct Header {
     /// The scene's own passes.
     #[serde(default)]
     pub aovs: Vec<Aov>,
+    /// Shadow catchers are kept …
+    #[serde(default)]
+    pub catchers: bool,
+    /// … for a film that is transparent.
+    #[serde(default)]
+    pub transparent: bool,
     /// The radiance of half of the samples is kept.
     #[serde(default)]
     pub halves: bool,
@@ -154,7 +160,9 @@ impl Header {
             costs: self.costs,
             objects: self.objects,
             groups: self.light_groups.len(),
-            aovs: Aov::floats(&self.aovs) + if self.vectors { VECTOR_SUMS } else { 0 },
+            aovs: catcher_sums(self.catchers)
+                + Aov::floats(&self.aovs)
+                + if self.vectors { VECTOR_SUMS } else { 0 },
             halves: self.halves,
         }
     }
@@ -183,7 +191,7 @@ impl Header {
         let Ok(passes) = Passes::parse(self.passes.iter().map(String::as_str)) else {
             return Some("it has passes that there are not");
         };
-        let own = (self.light_groups.len(), &self.aovs[..]);
+        let own = (self.light_groups.len(), &self.aovs[..], self.catchers);
         if self.kept() != Kept::of(passes, own, self.halves) {
             return Some("it does not keep what its passes need");
         }
@@ -207,6 +215,7 @@ impl Header {
             || self.passes != other.passes
             || self.axes != other.axes
             || self.aovs != other.aovs
+            || (self.catchers, self.transparent) != (other.catchers, other.transparent)
         {
             return Some("they are of different pictures".into());
         }

@@ -13,7 +13,7 @@ fn scene(samples: u32, of: impl Fn(u32, u32) -> (f32, f32)) -> (Region, Vec<Mute
         x1: 67,
         y1: 45,
     };
-    let tiles = tiles(region, Kept::of(Passes::COMBINED, (0, &[]), true));
+    let tiles = tiles(region, Kept::of(Passes::COMBINED, (0, &[], false), true));
     for tile in &tiles {
         let mut tile = locked(tile);
         let (x0, y0, width) = (tile.x, tile.y, tile.width);

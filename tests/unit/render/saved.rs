@@ -244,7 +244,8 @@ fn hostile_headers_are_refused() {
     }
     // Without a field, and as something else altogether.
     for name in good.as_object().unwrap().keys() {
-        if name != "left_out" {
+        // Without these there are no shadow catchers.
+        if !["left_out", "catchers", "transparent"].contains(&name.as_str()) {
             let mut header = good.clone();
             header.as_object_mut().unwrap().remove(name);
             refused(&header, &body);
