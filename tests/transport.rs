@@ -3,6 +3,7 @@
 mod accuracy;
 mod below;
 mod catchers;
+mod center;
 mod closed_lamps;
 mod coincident;
 mod forecast;

@@ -88,6 +88,8 @@ def arguments(scene, layer, abilities, warn):
     caustics = _CAUSTICS[settings.caustics_reflective, settings.caustics_refractive]
     if caustics != "all":
         result += _if_known("caustics", [caustics], abilities, warn)
+    if layer.sundog.use_centre_passes:
+        result += _if_known("centre-passes", [], abilities, warn)
     if render.film_transparent:
         result += _if_known("transparent", [], abilities, warn)
     return result

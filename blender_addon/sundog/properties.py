@@ -109,6 +109,10 @@ class SundogViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_albedo: BoolProperty(name="Denoising Albedo", description="Colour of what the camera sees, also in mirrors and through glass")
     use_pass_denoising_normal: BoolProperty(name="Denoising Normal", description="Normal of the same, in the camera's axes")
     use_pass_sample_count: BoolProperty(name="Sample Count", description="Samples of each pixel")
+    use_centre_passes: BoolProperty(
+        name="Data at Pixel Centres", default=False,
+        description="Normals, UV, mist and Cryptomatte without filtering, by the ray through each pixel's middle: for data sets",
+    )
 
 
 # Cycles' names of what both have.

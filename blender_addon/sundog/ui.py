@@ -17,8 +17,6 @@ HIDDEN = {
     "DATA_PT_preview",
     "DATA_PT_spot",
     "NODE_DATA_PT_light",
-    "DATA_PT_camera_stereoscopy",
-    "RENDER_PT_stereoscopy",
     # It would stand above Sampling, which is first in Cycles.
     "RENDER_PT_simplify",
     "RENDER_PT_simplify_viewport",
@@ -227,6 +225,9 @@ class SUNDOG_VIEW_LAYER_PT_passes(_Buttons, Panel):
         column.prop(layer.sundog, "use_pass_albedo")
         column.prop(layer.sundog, "use_pass_denoising_normal")
         column.prop(layer.sundog, "use_pass_sample_count")
+        column.prop(layer.sundog, "use_centre_passes")
+        if hasattr(layer, "cycles"):
+            column.prop(layer.cycles, "use_pass_shadow_catcher")
         for kind in ("diffuse", "glossy", "transmission"):
             column = layout.column(heading=kind.capitalize(), align=True)
             for part in ("direct", "indirect", "color"):

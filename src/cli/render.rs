@@ -226,6 +226,7 @@ impl Render {
             noise_threshold: self.effort.noise_threshold(),
             passes: self.passes.passes,
             mist: self.passes.mist,
+            center_passes: self.passes.centre_passes,
             ao_distance: self.passes.ao_distance as f32,
             effects: self.effects.effects.clone(),
             ..self.options.settings(path, scene)?

@@ -148,6 +148,13 @@ impl PathPasses {
             && self.open.is_none_or(Vec3::is_finite)
     }
 
+    /// Tells of data what the ray through the pixel's middle tells: texture coordinates, and what it meets.
+    pub fn center(&mut self, met: Option<(Vec2, FirstObject)>) {
+        self.uv = met.map_or(Vec2::ZERO, |(uv, _)| uv);
+        self.covered = met.is_some();
+        self.object = met.map(|(_, object)| object).filter(|_| self.asked.object);
+    }
+
     /// Light of the world, straight to the camera.
     pub fn of_environment(&self) -> Vec3 {
         self.environment

@@ -2,12 +2,14 @@
 
 mod accumulator;
 mod aovs;
+mod center;
 mod direct;
 mod path;
 mod record;
 mod settings;
 
 pub use aovs::{VECTOR_SUMS, add_aovs};
+pub use center::{Center, center};
 pub use path::{Path, behind, meet, trace, trace_with_passes};
 pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step, first_fault};
 pub use settings::PathSettings;

@@ -653,8 +653,8 @@ pub fn behind(world: &World, settings: &PathSettings, ray: &CameraRay) -> Vec3 {
     light
 }
 
-/// What a ray of the camera meets, and its object's number; a holdout counts as nothing, as in Cycles.
-pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> (CenterSample, Option<u32>) {
+/// What a ray of the camera meets; a holdout counts as nothing, as in Cycles.
+pub(super) fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<Hit> {
     let key = || sampler.key(Dimension::Opacity, 0);
     let hit = world.intersect::<General>(
         ray.origin,
@@ -666,8 +666,12 @@ pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> (CenterSample,
         },
         key,
     );
-    let hit = hit.filter(|hit| !world.is_holdout(hit));
-    hit.map_or((CenterSample::default(), None), |hit| {
+    hit.filter(|hit| !world.is_holdout(hit))
+}
+
+/// The same as passes tell of it, and its object's number.
+pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> (CenterSample, Option<u32>) {
+    first_hit(world, sampler, ray).map_or((CenterSample::default(), None), |hit| {
         let point = ray.origin + ray.direction * hit.distance;
         let center = CenterSample {
             depth: world.camera.depth(point),

@@ -59,6 +59,10 @@ pub struct RenderSettings {
     /// How far the pass of ambient occlusion looks, metres.
     #[serde(skip_serializing_if = "is_blenders_distance")]
     pub ao_distance: f32,
+    /// Passes of data (normals, texture coordinates, mist, Cryptomatte) are of the ray through each pixel's middle alone, as depths,
+    /// positions and indices ever are.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub center_passes: bool,
     /// Stop when the estimated error of the picture is below this (0.02 is 2 %); 0 for no such target.
     pub error_target: f64,
     /// Take samples where the error is larger than this, and stop when it is nowhere; 0 for no such target.
@@ -112,6 +116,7 @@ impl Default for RenderSettings {
             passes: Passes::default(),
             mist: Mist::default(),
             ao_distance: AO_DISTANCE,
+            center_passes: false,
             error_target: 0.0,
             pixel_error_target: 0.0,
             noise_threshold: None,
@@ -210,7 +215,7 @@ impl RenderSettings {
                 || self.passes.need_objects()
                 || self.passes.has(Pass::Aov)
                 || self.passes.has(Pass::Vector),
-            position_passes: self.passes.need_middle(),
+            position_passes: self.passes.need_middle() || self.center_passes,
             cost_pass: self.passes.has(Pass::Cost),
             adaptive: self.pixel_error_target > 0.0 || self.noise_threshold.is_some(),
             clamping: self.clamp_direct > 0.0 || self.clamp_indirect > 0.0,

@@ -10,7 +10,7 @@ use crate::film::light_passes::{Asked, PathPasses, PixelPasses};
 use crate::film::objects::{Mist, PixelObjects};
 use crate::film::pixel::{CenterSample, FirstHit, Pixel};
 use crate::integrator::{
-    self, Kernel, PassKernel, Path, PathSettings, Recorder, Step, VECTOR_SUMS,
+    self, Center, Kernel, PassKernel, Path, PathSettings, Recorder, Step, VECTOR_SUMS,
 };
 use crate::sampler::{Dimension, Sampler, Sequence, is_in_half};
 use crate::scene::Scene;
@@ -72,6 +72,8 @@ pub struct Job<'a> {
     pub camera_ray: RayMaker,
     /// The ray through the middle of each pixel is asked for.
     pub middle: bool,
+    /// Passes of data are those of that ray alone.
+    pub center: bool,
     /// Motion vectors are asked for.
     pub vectors: bool,
     /// The time that each pixel takes is asked for.
@@ -145,6 +147,9 @@ impl Job<'_> {
                 }
                 rays += 1;
             }
+            // The same ray for all samples.
+            let center = self.center.then(|| self.center(x, y));
+            rays += u64::from(self.center);
             for _ in 0..wanted {
                 let number = self.first_sample + pixel.samples;
                 let own = &mut row.aovs[index * each..(index + 1) * each];
@@ -156,7 +161,7 @@ impl Job<'_> {
                     groups: &mut row.groups[index * groups..][..groups],
                     catchers,
                 };
-                let path = self.sample(x, y, number, pixel, beside);
+                let path = self.sample((x, y, number), pixel, beside, center.as_ref());
                 if !own.is_empty() {
                     rays += u64::from(self.aovs(x, y, number, own));
                 }
@@ -222,8 +227,24 @@ impl Job<'_> {
         integrator::meet(self.world, &sampler, &ray)
     }
 
+    /// The same as passes of data tell of it, if they tell of nothing else.
+    #[cold]
+    fn center(&self, x: u32, y: u32) -> Option<Center> {
+        let sampler = self.sequence.sampler(x, y, 0);
+        let ray = self.ray(x, y, &sampler, Vec2::ZERO);
+        let met = (!ray.is_none()).then(|| integrator::center(self.world, &sampler, &ray));
+        met.flatten()
+            .filter(|met| met.normal.is_finite() && met.uv.is_finite())
+    }
+
     #[inline]
-    fn sample(&self, x: u32, y: u32, index: u32, pixel: &mut Pixel, beside: Beside) -> Path {
+    fn sample(
+        &self,
+        (x, y, index): (u32, u32, u32),
+        pixel: &mut Pixel,
+        beside: Beside,
+        center: Option<&Option<Center>>,
+    ) -> Path {
         let (mut path, mut light_passes) = self.path(x, y, index);
         let caught = light_passes
             .as_ref()
@@ -243,6 +264,12 @@ impl Job<'_> {
             path.clamped = [0.0; 2];
             path.first = FirstHit::default();
             light_passes = light_passes.map(|_| PathPasses::default());
+        }
+        if let Some(met) = center {
+            path.first.normal = met.map_or(Vec3::ZERO, |met| met.normal);
+            if let Some(light_passes) = &mut light_passes {
+                light_passes.center(met.map(|met| (met.uv, met.object)));
+            }
         }
         pixel.add(index, path.radiance, &path.first);
         if !beside.catchers.is_empty() {

@@ -5,6 +5,7 @@ import os
 import unittest
 
 import bpy
+import numpy
 
 from engine_kit import HEIGHT, SAMPLES, WIDTH, EngineTest, engine, quiet, same_bits
 from sundog import command, passes
@@ -214,12 +215,19 @@ class Pictures(EngineTest):
         self.assertGreater(shown[..., 0].max(), 50)
         self.assertEqual({v["name"] for v in engine.last_verdicts() if v["kind"] == "world"}, {"Black"})
 
-    def test_stereo_is_off_and_said_so(self):
-        self.scene.render.use_multiview = True
-        self.render()
-        left, right = (self.read(f"picture_{side}")["ViewLayer.Combined"] for side in "LR")
-        self.assertTrue(same_bits(left, right) and left.any())
-        self.assertIn("stereo", " ".join(engine.last_statistics()["warnings"]))
+    def test_data_at_pixel_centres(self):
+        """No normal is a mean of two surfaces, and the picture stays what it is."""
+        layer = self.scene.view_layers[0]
+        layer.use_pass_normal = True
+        plain = self.render("filtered")
+        layer.sundog.use_centre_passes = True
+        found = self.render("centres")
+        lengths = numpy.linalg.norm(found["ViewLayer.Normal"], axis=-1)
+        self.assertLess(numpy.minimum(abs(lengths - 1), lengths).max(), 1e-5)
+        self.assertTrue((lengths > 0.5).any())
+        filtered = numpy.linalg.norm(plain["ViewLayer.Normal"], axis=-1)
+        self.assertGreater(numpy.minimum(abs(filtered - 1), filtered).max(), 0.01)
+        self.assertTrue(same_bits(plain["ViewLayer.Combined"], found["ViewLayer.Combined"]))
 
     def test_the_compositor_gets_the_passes(self):
         layer = self.scene.view_layers[0]

@@ -219,6 +219,12 @@ pub struct ChosenPasses {
     /// How far the pass AO looks for what is in the way, metres.
     #[arg(long, value_name = "METRES", number = 0.0..=1e9, default_value = "10")]
     pub ao_distance: f64,
+    /// Data without filtering: normals, UV, mist and Cryptomatte are of the ray through each pixel's middle.
+    ///
+    /// Depth, Position, IndexOB and IndexMA always are. Edges are then not smooth, and no value is a mean of two surfaces: for data
+    /// sets. Colours, AOVs, AO and passes for denoisers are filtered as ever.
+    #[arg(long)]
+    pub centre_passes: bool,
     /// Which lights have a pass of their own together: Combined_GROUP for each light group.
     #[arg(long, value_name = "WHICH", value_parser = words(&LIGHT_GROUPS), default_value = "file")]
     pub light_groups: LightGrouping,
