@@ -31,6 +31,7 @@ fn square() -> Scene {
     };
     let camera = Camera {
         motion: None,
+        stereo: None,
         name: "camera".into(),
         world_from_camera: DAffine3::from_translation(DVec3::new(0.0, 1.0, 5.0)),
         projection: Projection::Perspective {

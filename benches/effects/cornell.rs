@@ -168,6 +168,7 @@ pub fn cornell() -> Scene {
     );
     scene.cameras.push(Camera {
         motion: None,
+        stereo: None,
         name: "Camera".into(),
         projection: Projection::Perspective {
             vertical_fov: 39.3f64.to_radians(),

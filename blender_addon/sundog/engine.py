@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The render engine: exports what the depsgraph shows, lets the program render it, and shows the picture as it grows."""
 
+import contextlib
 import math
 import os
 import threading
@@ -11,6 +12,7 @@ import bpy
 import numpy
 
 from . import cache, command, denoise, export, passes, preferences, program, records
+from .export import views
 from .process import PATIENCE, Folder, ProgramError, Run
 
 # Seconds between two looks at Esc.
@@ -48,7 +50,7 @@ class SundogRenderEngine(bpy.types.RenderEngine):
     bl_use_postprocess = True
     bl_use_shading_nodes_custom = False
     bl_use_stereo_viewport = False
-    bl_use_spherical_stereo = False
+    bl_use_spherical_stereo = True
 
     def update_render_passes(self, scene, renderlayer):
         """Tells the compositor which passes there are."""
@@ -120,6 +122,7 @@ class _LayerRender:
         self.frames = None
         # When the progress was told last.
         self.told = -math.inf
+        self.view = (0, 1)
         self.part = (layers.index(self.layer.name), len(layers)) if self.layer.name in layers else (0, 1)
 
     def run(self):
@@ -132,15 +135,26 @@ class _LayerRender:
             self.warn(f"there is no pass \"{name}\": it is left out")
         arguments += denoise.arguments(self.scene, self.layer, abilities, self.warn)
         arguments += command.pass_arguments(self.screen.wanted, abilities, self.scene.world)
-        if self.scene.render.use_multiview:
-            self.warn("stereo is off: each view shows what the camera itself sees")
+        names = self.screen.views
+        seen = [views.of_engine(self.engine, self.depsgraph, name) for name in names if name]
         with Folder(bpy.app.tempdir) as folder:
-            scene_file = self.export(folder.path)
-            frames = os.path.join(folder.path, "frames")
-            os.mkdir(frames)
-            line = [path, "render", scene_file, "--json", "--frames", frames, *arguments]
-            self.record["command"] = line
-            self.watch(line, folder, frames)
+            scene_file = self.export(folder.path, seen)
+            for number, name in enumerate(names):
+                self.view = (number, len(names))
+                if name:
+                    self.screen.look(name)
+                    self.engine.active_view_set(name)
+                # A run takes its folder with it: the last one that of the scene.
+                last = number + 1 == len(names)
+                with contextlib.nullcontext(folder) if last else Folder(bpy.app.tempdir) as own:
+                    frames = os.path.join(own.path, "frames")
+                    os.mkdir(frames)
+                    chosen = ["--camera", str(number)] if name else []
+                    line = [path, "render", scene_file, "--json", "--frames", frames, *chosen, *arguments]
+                    self.record["command"] = line
+                    self.watch(line, own, frames)
+                if self.engine.stopped():
+                    break
         records.finish(self.record, self.engine.is_animation)
         self.tell_loss()
 
@@ -167,7 +181,7 @@ class _LayerRender:
         if self.engine.stopped():
             raise _Stopped
 
-    def export(self, folder):
+    def export(self, folder, seen):
         """Writes the scene; returns the file."""
         self.say("Exporting")
         place = preferences.cache_folder()
@@ -180,11 +194,11 @@ class _LayerRender:
         if not os.access(place, os.W_OK | os.X_OK):
             raise ProgramError(f"the cache folder {place} cannot be written to: choose another one in the preferences of the add-on")
         done = export.write_scene(
-            self.depsgraph, self.scene, folder, place, report=lambda text: self.say(f"Exporting: {text}"), move=self.engine.frame_set
+            self.depsgraph, self.scene, folder, place, report=lambda text: self.say(f"Exporting: {text}"), move=self.engine.frame_set, views=seen,
         )  # fmt: skip
         self.record.update(verdicts=done.verdicts, export=done.timings, changed_geometry=done.changed_geometry)
         if _Kept.folder is not None:
-            again = export.write_scene(self.depsgraph, self.scene, _Kept.folder, _Kept.folder, move=self.engine.frame_set)
+            again = export.write_scene(self.depsgraph, self.scene, _Kept.folder, _Kept.folder, move=self.engine.frame_set, views=seen)
             self.record["kept"] = again.path
         used = cache.used_by(done.path)
         cache.mark_used(used, place)
@@ -250,7 +264,9 @@ class _LayerRender:
             return
         self.told = now
         done, layers = self.part
-        self.engine.update_progress((done + min(max(event.get("fraction") or 0.0, 0.0), 1.0)) / layers)
+        number, count = self.view
+        share = (number + min(max(event.get("fraction") or 0.0, 0.0), 1.0)) / count
+        self.engine.update_progress((done + share) / layers)
         words = [f"Sample {event.get('samples', 0)}" + (f"/{event['of']}" if event.get("of") else "")]
         if event.get("remaining") is not None:
             words.append(f"Remaining {clock(event['remaining'])}")
@@ -268,6 +284,9 @@ class _Screen:
     def __init__(self, engine, render, wanted, layer):
         self.engine, self.render, self.wanted, self.layer = engine, render, wanted, layer
         self.names = {p.program: p.name for p in wanted}
+        # The views of stereo, of which the first ones are handed over, and the one that is shown.
+        self.views, self.over = views.names(render), []
+        self.view = self.views[0]
         self.results = []
         # Whether the results have been handed over as they are.
         self.handed_over = False
@@ -276,9 +295,13 @@ class _Screen:
     def _begin(self):
         # Blender makes the passes that `update_render_passes` has registered.
         x0, y0, x1, y1 = command.border(self.render)
-        # Stereo is off: each view gets the same picture.
-        views = [view.name for view in self.render.views if view.use] if self.render.use_multiview else [""]
-        self.results = [self.engine.begin_result(0, 0, x1 - x0, y1 - y0, layer=self.layer, view=view) for view in views]
+        self.results = [self.engine.begin_result(0, 0, x1 - x0, y1 - y0, layer=self.layer, view=self.view)]
+
+    def look(self, view):
+        """The frames to come are of this view."""
+        if self.results:
+            self._end()
+        self.view, self.shown = view, False
 
     def show(self, event, folder, hurried=False):
         """Takes a frame that the program has written, and removes it."""
@@ -319,8 +342,12 @@ class _Screen:
         if not self.results:
             self._begin()
         self._end()
+        for self.view in [view for view in self.views if view not in self.over]:
+            self._begin()
+            self._end()
 
     def _end(self):
+        self.over.append(self.view)
         for result in self.results:
             # Cancelled, a result is not copied a second time: that takes 0.2 s of a large picture.
             self.engine.end_result(result, cancel=self.handed_over)

@@ -1,9 +1,11 @@
 //! Cameras: from a film position to a ray.
 
 mod aperture;
+mod eye;
 mod shutter;
 
 pub use aperture::{Aperture, nearest_focus};
+pub use eye::Eye;
 pub use shutter::{MovingCamera, Shutter};
 
 use crate::math::float;
@@ -112,6 +114,7 @@ pub struct Camera {
     position: Vec3,
     near: f32,
     far: f32,
+    eye: Option<Eye>,
 }
 
 /// Unit vectors to the right, up and back.
@@ -150,7 +153,14 @@ impl Camera {
             // What the camera stands on is not in its way.
             near: (near as f32).max(float::RAY_START),
             far: far as f32,
+            eye: None,
         }
+    }
+
+    /// With an eye beside its middle for each direction of a panorama.
+    #[must_use]
+    pub fn with_eye(self, eye: Option<Eye>) -> Self {
+        Self { eye, ..self }
     }
 
     /// The same far away from all there is, which is within a radius about a middle (relative to the origin).
@@ -183,6 +193,20 @@ impl Camera {
             |camera, film, sampler| match &camera.distant {
                 Some(distant) => camera.distant_ray(distant, film, sampler),
                 None => camera.ray(film),
+            }
+        } else if self.eye.is_some() && self.lens.is_panorama() {
+            |camera, film, sampler| {
+                let ray = match &camera.aperture {
+                    Some(aperture) => {
+                        let on_lens = aperture.sample(sampler.pair(Dimension::Lens, 0));
+                        camera.focused(film, on_lens, aperture.focus_distance)
+                    }
+                    None => camera.ray(film),
+                };
+                match &camera.eye {
+                    Some(eye) if !ray.is_none() => eye.sees(ray, camera.y),
+                    _ => ray,
+                }
             }
         } else if self.aperture.is_some() {
             |camera, film, sampler| match &camera.aperture {

@@ -1,6 +1,6 @@
 //! The shutter: when a path is on its way; and the camera, as it is then.
 
-use super::{Aperture, Camera, CameraRay, Lens, RayMaker};
+use super::{Aperture, Camera, CameraRay, Eye, Lens, RayMaker};
 use crate::math::motion::{self, Decomposed};
 use crate::sampler::{Dimension, Sampler};
 use glam::{DVec3, Vec2};
@@ -37,6 +37,8 @@ pub struct MovingCamera {
     pub clip: (f64, f64),
     /// Middle and radius of all there is, if it is far away.
     pub distant: Option<(DVec3, f64)>,
+    /// Of spherical stereo.
+    pub eye: Option<Eye>,
 }
 
 impl MovingCamera {
@@ -54,7 +56,8 @@ impl MovingCamera {
             other => other,
         };
         let (near, far) = self.clip;
-        let camera = Camera::new(lens, self.aperture, &place, self.origin, near, far);
+        let camera =
+            Camera::new(lens, self.aperture, &place, self.origin, near, far).with_eye(self.eye);
         match self.distant {
             Some(all) => camera.distant(&place, self.origin, self.clip, all),
             None => camera,

@@ -23,6 +23,27 @@ pub struct Camera {
     pub aperture: Option<Aperture>,
     /// How it moves while the shutter is open.
     pub motion: Option<Box<CameraMotion>>,
+    /// Of a panorama: an eye beside the middle for each direction.
+    pub stereo: Option<SphericalStereo>,
+}
+
+/// Spherical stereo, as Cycles has it: each ray of a panorama starts beside its middle, to the right of where it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphericalStereo {
+    /// How far to the right, metres; a left eye's is negative.
+    pub offset: f64,
+    /// How far away both eyes see the same; infinite where they look alike.
+    pub convergence: f64,
+    /// Angles from the horizon between which the offset fades to nothing, radians.
+    pub pole_merge: Option<[f64; 2]>,
+}
+
+impl SphericalStereo {
+    /// Whether its numbers are some.
+    pub fn is_sane(&self) -> bool {
+        let merges = |[from, to]: [f64; 2]| from.is_finite() && to.is_finite();
+        self.offset.is_finite() && self.convergence > 0.0 && self.pole_merge.is_none_or(merges)
+    }
 }
 
 /// Projections.
@@ -172,6 +193,7 @@ impl Camera {
             clip_far: f64::INFINITY,
             aperture: None,
             motion: None,
+            stereo: None,
         }
     }
 

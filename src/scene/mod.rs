@@ -27,7 +27,7 @@ pub mod validate;
 mod visibility;
 mod whole;
 
-pub use camera::{Aperture, Camera, Projection, Window};
+pub use camera::{Aperture, Camera, Projection, SphericalStereo, Window};
 pub use diagnostics::{Diagnostic, Diagnostics, Subject, Verdict};
 pub use effect::Effect;
 pub use fingerprint::fingerprint;

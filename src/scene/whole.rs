@@ -104,6 +104,7 @@ impl Scene {
             clip_far: f64::INFINITY,
             aperture: None,
             motion: None,
+            stereo: None,
         })
     }
 }

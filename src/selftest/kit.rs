@@ -124,6 +124,7 @@ pub fn camera(position: DVec3, fov: f64) -> Camera {
     Camera {
         name: "camera".into(),
         motion: None,
+        stereo: None,
         world_from_camera: DAffine3::from_translation(position),
         projection: Projection::Perspective {
             vertical_fov: fov,

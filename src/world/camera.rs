@@ -1,8 +1,9 @@
 //! From a scene's camera to one that makes rays.
 
-use crate::camera::{Aperture, Camera, Lens, MovingCamera, Shutter, Span, nearest_focus};
+use crate::camera::{Aperture, Camera, Eye, Lens, MovingCamera, Shutter, Span, nearest_focus};
 use crate::effects::Effect;
 use crate::math::motion;
+use crate::math::panorama::Panorama;
 use crate::scene::{self, Projection};
 use enumset::EnumSet;
 use glam::DVec3;
@@ -17,7 +18,7 @@ pub fn prepare(
 ) -> Camera {
     let (lens, aperture) = optics(source, aspect, kept);
     let (place, near, far) = (&source.world_from_camera, source.clip_near, source.clip_far);
-    let camera = Camera::new(lens, aperture, place, origin, near, far);
+    let camera = Camera::new(lens, aperture, place, origin, near, far).with_eye(eye(source));
     match distant {
         Some(all) => camera.distant(place, origin, (near, far), all),
         None => camera,
@@ -54,9 +55,29 @@ pub fn shutter(
             origin,
             clip: (source.clip_near, source.clip_far),
             distant,
+            eye: eye(source),
         }
     });
     Some(Shutter::new(&shutter.curve, shutter.rolling, camera))
+}
+
+/// The eye of spherical stereo.
+fn eye(source: &scene::Camera) -> Option<Eye> {
+    let stereo = source.stereo.filter(|stereo| stereo.is_sane())?;
+    // As Cycles, whose mirror balls are mirrored: right is left there.
+    let mirrored = matches!(
+        source.projection,
+        Projection::Panorama {
+            kind: Panorama::MirrorBall,
+            ..
+        }
+    );
+    let offset = stereo.offset as f32;
+    Some(Eye {
+        offset: if mirrored { -offset } else { offset },
+        convergence: stereo.convergence as f32,
+        pole_merge: stereo.pole_merge.map(|angles| angles.map(|a| a as f32)),
+    })
 }
 
 /// The lens and its opening.

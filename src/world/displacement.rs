@@ -231,6 +231,7 @@ fn view(scene: &Scene) -> View {
         clip_far: f64::INFINITY,
         aperture: None,
         motion: None,
+        stereo: None,
     };
     let camera = scene.cameras.first().unwrap_or(&nobody);
     View::new(camera, (1.0, 1), DVec3::ZERO)

@@ -254,6 +254,22 @@ fn objects_say_which_rays_see_them() {
 }
 
 #[test]
+fn panoramas_have_an_eye_of_spherical_stereo() {
+    let mut file = Builder::triangle();
+    file.json["nodes"][0]["camera"] = json!(0);
+    file.json["cameras"] = json!([{ "type": "perspective",
+        "perspective": { "yfov": 1, "znear": 0.1 },
+        "extensions": { "SUNDOG_camera": { "panorama": { "type": "mirror_ball",
+            "stereo": { "offset": -0.25, "pole_merge": [0.5, 1], "moon": 1 } } } } }]);
+    let imported = file.load();
+    assert_eq!(codes(&imported), ["unknown-property"]);
+    let stereo = imported.scene.cameras[0].stereo.unwrap();
+    assert_eq!(stereo.offset, -0.25);
+    assert!(stereo.convergence.is_infinite() && stereo.is_sane());
+    assert_eq!(stereo.pole_merge, Some([0.5, 1.0]));
+}
+
+#[test]
 fn motions_are_steps_of_nodes_meshes_and_cameras() {
     let matrix = |x: f64| json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, 0, 0, 1]);
     let mut file = Builder::triangle();

@@ -21,12 +21,12 @@ class ExportResult:
         self.timings, self.changed_geometry = timings, changed_geometry
 
 
-def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None):
+def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None, views=()):
     """Writes `scene.gltf` to `folder`, with meshes and images in the folder `cache`.
 
     `depsgraph` is the render's, evaluated at the frame; `scene` its scene (evaluated or not);
     `report(text)` is told what happens; `move(frame, subframe)` brings the depsgraph to another time; without it
-    nothing is blurred by motion. Raises ExportError, and OSError where a folder cannot be
+    nothing is blurred by motion; `views`: those of stereo, whose cameras the file then has. Raises ExportError, and OSError where a folder cannot be
     written.
     """
     started = time.perf_counter()
@@ -34,7 +34,7 @@ def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None):
     os.makedirs(cache, exist_ok=True)
     verdicts = Verdicts()
     timings = {}
-    exporter = scenes.Exporter(depsgraph, scene, folder, cache, verdicts, report or (lambda text: None), move)
+    exporter = scenes.Exporter(depsgraph, scene, folder, cache, verdicts, report or (lambda text: None), move, views)
 
     def timed(name, step):
         begun = time.perf_counter()

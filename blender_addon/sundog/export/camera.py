@@ -144,9 +144,6 @@ def describe(camera, matrix, render, findings, find=lambda o: o):
             result["panorama"] = panorama
     elif camera.type not in {"PERSP", "ORTHO"}:
         findings.append((LOST, f"a camera of type {camera.type.lower()} is rendered as a perspective camera"))
-    stereo = getattr(render, "use_multiview", False)
-    if stereo:
-        findings.append((APPROXIMATED, "stereo is off: the camera's own view is rendered"))
     half_width, half_height = (view[1] - view[0]) / 2, (view[3] - view[2]) / 2
     near, far = result["clip"]
     if camera.type == "ORTHO":

@@ -9,7 +9,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, images, lights, linking, materials, motion, object_info, visibility
+from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, images, lights, linking, materials, motion, object_info, views, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST
 
@@ -48,8 +48,8 @@ def node_matrix(matrix):
 class Exporter:
     """One export. Call `objects`, `camera`, `world` and `finish` in this order."""
 
-    def __init__(self, depsgraph, scene, folder, cache, verdicts, report, move=None):
-        self.depsgraph, self.scene, self.cache = depsgraph, scene, cache
+    def __init__(self, depsgraph, scene, folder, cache, verdicts, report, move=None, views=()):
+        self.depsgraph, self.scene, self.cache, self.views = depsgraph, scene, cache, views
         # What brings the depsgraph to a frame and a subframe, and what it is asked for so.
         self.move, self.motion = move, None
         self.verdicts, self.report = verdicts, report
@@ -384,14 +384,27 @@ class Exporter:
         return eye, cameras.without_scale(shown.matrix_world), cameras.window(eye, self.scene.render)
 
     def camera(self):
-        """The scene's camera."""
+        """The scene's camera; those of the views of stereo, in their order."""
+        for view in self.views or [None]:
+            self._camera(view)
+
+    def _camera(self, view):
         name, findings = self.scene.camera.name, []
         eye, matrix, _ = self._eye(findings)
+        if view is not None:
+            name = view.shown.name
+            eye = views.Shifted(cameras.settings_of(view.shown, findings), view.shift_x)
+            matrix = cameras.without_scale(view.matrix)
         extension, plain = cameras.describe(
             eye, matrix, self.scene.render, findings, lambda o: o.evaluated_get(self.depsgraph)
         )
+        stereo = view and views.eye(view, eye, findings)
+        if stereo and "panorama" in extension:
+            extension["panorama"]["stereo"] = stereo
+        elif stereo:
+            findings.append((LOST, "spherical stereo is of panoramas: both views of this camera are alike"))
         if self.motion is not None:
-            moving = self.motion.of_camera(cameras.without_scale, node_matrix, eye.type == "PERSP")
+            moving = self._moving_camera(view, eye, findings)
             if moving is not None:
                 extension["motion"] = moving
         self.verdicts.extend("camera", name, findings)
@@ -399,6 +412,17 @@ class Exporter:
         plain["extensions"] = {self.document.uses("SUNDOG_camera"): extension}
         index = self.document.add("cameras", plain)
         self.document.add_node({"name": name, "camera": index, "matrix": node_matrix(matrix)})
+
+    def _moving_camera(self, view, eye, findings):
+        """SUNDOG_camera's `motion`."""
+        beside = numpy.identity(4)
+        if view is not None:
+            if view.shown.original != self.scene.camera.original:
+                findings.append((LOST, "it stands still in its view: of stereo by several cameras the scene's own alone moves"))
+                return None
+            own = numpy.array(self.scene.camera.evaluated_get(self.depsgraph).matrix_world, float)
+            beside = numpy.linalg.inv(own) @ view.matrix
+        return self.motion.of_camera(lambda matrix: cameras.without_scale(matrix @ beside), node_matrix, eye.type == "PERSP")
 
     def restore(self):
         """Brings the depsgraph back to the frame."""

@@ -7,7 +7,8 @@ use super::placement::matrix;
 use super::schema::{CameraJson, NodeJson, PanoramaJson, SundogCamera};
 use crate::math::panorama::Panorama;
 use crate::scene::{
-    Aperture, Camera, CameraMotion, Diagnostics, Effect, Projection, Verdict, Window,
+    Aperture, Camera, CameraMotion, Diagnostics, Effect, Projection, SphericalStereo, Verdict,
+    Window,
 };
 
 /// The camera of a node; `None` if it is neither perspective nor orthographic.
@@ -51,6 +52,7 @@ pub(super) fn load_camera(
         clip_far: far,
         aperture: None,
         motion: None,
+        stereo: None,
     };
     if let Some(extension) = &source.extensions.sundog {
         apply(extension, &mut camera, diagnostics);
@@ -125,6 +127,14 @@ fn apply(extension: &SundogCamera, camera: &mut Camera, diagnostics: &mut Diagno
         unknown(&panorama.unknown);
         if let Some(projection) = self::panorama(panorama) {
             camera.projection = projection;
+            if let Some(stereo) = &panorama.stereo {
+                unknown(&stereo.unknown);
+                camera.stereo = Some(SphericalStereo {
+                    offset: stereo.offset,
+                    convergence: stereo.convergence.unwrap_or(f64::INFINITY),
+                    pole_merge: stereo.pole_merge,
+                });
+            }
         } else {
             diagnostics.report_effect(
                 Effect::PanoramaCamera,

@@ -472,6 +472,17 @@ pub(super) struct PanoramaJson {
     pub height: [f32; 2],
     #[serde(default)]
     pub shift: [f64; 2],
+    pub stereo: Option<StereoJson>,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// Spherical stereo.
+#[derive(Debug, Deserialize)]
+pub(super) struct StereoJson {
+    pub offset: f64,
+    pub convergence: Option<f64>,
+    pub pole_merge: Option<[f64; 2]>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }

@@ -79,6 +79,7 @@ fn the_camera_is_where_it_is_at_the_time_of_the_ray() {
         origin: DVec3::ZERO,
         clip: (0.1, 100.0),
         distant: None,
+        eye: None,
     };
     for (time, x, tangent) in [
         (0.0, 0.0, 0.5),
