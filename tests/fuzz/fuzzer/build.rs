@@ -4,11 +4,12 @@
 use super::rng::Rng;
 use glam::{DAffine3, DMat3, DVec3, EulerRot};
 use serde_json::Value;
+use sundog::math::panorama::Panorama;
 use sundog::render::{BounceLimits, LightSampling, RenderSettings};
 use sundog::scene::{
     AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageAlpha, ImageId, Light,
     LightKind, Mesh, MeshStep, MetallicRoughness, NormalTexture, Projection, RayKind, Sampler,
-    Scene, Texture, TextureFilter, UvTransform, Visibility, Wrap,
+    Scene, SphericalStereo, Texture, TextureFilter, UvTransform, Visibility, Wrap,
 };
 use sundog::selftest::kit::{camera as pinhole, place, quad, sphere};
 
@@ -82,8 +83,67 @@ pub fn scene(recipe: &Value) -> Scene {
     } else if recipe["environment"].is_object() {
         scene.environment = Some(environment(&mut scene, &recipe["environment"]));
     }
-    scene.cameras.push(camera(&recipe["camera"], scale, &world));
+    let mut camera = camera(&recipe["camera"], scale, &world);
+    if let Some(kind) = recipe["panorama"].as_u64() {
+        camera.projection = panorama(kind);
+        camera.stereo = number(&recipe["eye"]).map(|offset| SphericalStereo {
+            offset: offset * scale,
+            convergence: 2.0 * scale,
+            pole_merge: Some([0.5, 1.0]),
+        });
+    }
+    scene.cameras.push(camera);
+    scene.shutter.still = is(recipe, "still");
+    if let Some(seed) = recipe["links"].as_u64() {
+        link(&mut scene, seed);
+    }
+    if let Some(seed) = recipe["catchers"].as_u64() {
+        let mut rng = Rng::new(seed);
+        for instance in &mut scene.instances {
+            instance.info.links.shadow_catcher = Some(rng.chance(0.5));
+        }
+        for light in &mut scene.lights {
+            light.links.shadow_catcher = Some(rng.chance(0.7));
+        }
+    }
     scene
+}
+
+/// Puts things into sets, and links what may shine to some of them.
+fn link(scene: &mut Scene, seed: u64) {
+    let mut rng = Rng::new(seed);
+    let sets = [u64::MAX, u64::MAX, 0, 1, 2, 5];
+    let things = scene.instances.iter_mut().map(|i| &mut i.info.links);
+    for links in things.chain(scene.lights.iter_mut().map(|light| &mut light.links)) {
+        (links.lit_sets, links.shadow_sets) = (rng.pick(&sets), rng.pick(&sets));
+        (links.receiver_set, links.blocker_set) = (rng.below(3) as u8, rng.below(3) as u8);
+    }
+}
+
+/// One of the kinds of panorama.
+fn panorama(kind: u64) -> Projection {
+    let fov = 3.0;
+    let kind = match kind {
+        0 => Panorama::FisheyeEquidistant { fov },
+        1 => Panorama::FisheyeEquisolid {
+            lens: 10.5,
+            fov,
+            sensor: glam::Vec2::new(36.0, 27.0),
+        },
+        2 => Panorama::FisheyePolynomial {
+            coefficients: [0.0, -0.08, 0.0, 1e-4, 0.0],
+            fov,
+            sensor: glam::Vec2::new(36.0, 27.0),
+        },
+        3 => Panorama::MirrorBall,
+        4 => Panorama::CubeFace,
+        _ => Panorama::CentralCylindrical {
+            longitude: [-1.0, 2.0],
+            height: [-1.0, 1.0],
+        },
+    };
+    let shift = [0.1, 0.0];
+    Projection::Panorama { kind, shift }
 }
 
 fn local(of: &Value) -> DAffine3 {
@@ -480,6 +540,7 @@ pub fn settings(recipe: &Value) -> RenderSettings {
         roulette: Some(n(of, "roulette", 2.0) as u32).filter(|&bounce| bounce > 0),
         cull_backfaces: is(of, "cull"),
         transparent_film: is(of, "transparent_film"),
+        center_passes: is(recipe, "centre_passes"),
         ..RenderSettings::default()
     }
 }

@@ -38,6 +38,25 @@ pub fn draw(rng: &mut Rng) -> Value {
         let broken = rng.pick(&["NaN", "inf", "-inf", "-1", "0", "1e-45"]);
         break_one(&mut recipe, rng, broken);
     }
+    // Drawn last: what came before is what it ever was.
+    if rng.chance(0.25) {
+        recipe["links"] = json!(rng.below(1 << 16));
+    }
+    if rng.chance(0.15) {
+        recipe["still"] = json!(true);
+    }
+    if rng.chance(0.15) {
+        recipe["centre_passes"] = json!(true);
+    }
+    if !furnace && rng.chance(0.15) {
+        recipe["catchers"] = json!(rng.below(1 << 16));
+    }
+    if rng.chance(0.2) {
+        recipe["panorama"] = json!(rng.below(6));
+        if rng.chance(0.3) {
+            recipe["eye"] = json!(rng.pick(&[-0.1, 0.5, 1e6]));
+        }
+    }
     recipe
 }
 
