@@ -19,7 +19,7 @@ import export_kit
 from export_kit import quiet
 
 import sundog
-from sundog import engine, export, process
+from sundog import engine, export, process, properties
 
 WIDTH, HEIGHT, SAMPLES = 48, 32, 4
 
@@ -89,6 +89,18 @@ class EngineTest(unittest.TestCase):
         with quiet():
             bpy.ops.render.render(write_still=True, **options)
         return self.read(name) if not self.scene.render.use_multiview else None
+
+    def both(self):
+        """The passes of Sundog's files and of Cycles', each by two seeds."""
+        found = []
+        for name in ("SUNDOG", "CYCLES"):
+            self.scene.render.engine = name
+            for seed in (1, 2):
+                self.scene.cycles.seed = seed
+                properties.copy_from_cycles(self.scene)
+                self.scene.sundog.denoising = "OFF"
+                found.append(self.render(f"{name}{seed}"))
+        return found[:2], found[2:]
 
     def read(self, name):
         """A file that was rendered."""

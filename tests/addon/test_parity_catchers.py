@@ -10,7 +10,6 @@ import numpy
 import export_kit as kit
 from engine_kit import EngineTest
 
-from sundog import properties
 
 WIDTH, HEIGHT, SAMPLES = 48, 32, 512
 
@@ -29,18 +28,6 @@ class CatcherTest(EngineTest):
         self.cube.data.materials[0].node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.8, 0.2, 0.1, 1)
         self.floor.is_shadow_catcher = True
         self.floor.data.materials.append(kit.material("grey", Base_Color=(0.6, 0.6, 0.6, 1)))
-
-    def both(self):
-        """The passes of Sundog's files and of Cycles', each by two seeds."""
-        found = []
-        for engine in ("SUNDOG", "CYCLES"):
-            self.scene.render.engine = engine
-            for seed in (1, 2):
-                self.scene.cycles.seed = seed
-                properties.copy_from_cycles(self.scene)
-                self.scene.sundog.denoising = "OFF"
-                found.append(self.render(f"{engine}{seed}"))
-        return found[:2], found[2:]
 
     def compare(self, *names, off=0.01, error=1e-3):
         """Pictures of two seeds by both: the product of two differences is without noise. All channels, alpha too."""

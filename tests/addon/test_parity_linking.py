@@ -10,8 +10,6 @@ import numpy
 import export_kit as kit
 from engine_kit import EngineTest
 
-from sundog import properties
-
 WIDTH, HEIGHT, SAMPLES = 48, 32, 512
 # Where groups of little light are compared.
 MANY = 4096
@@ -45,18 +43,6 @@ class LinkingTest(EngineTest):
         made.location, made.rotation_euler = location, rotation
         self.scene.collection.objects.link(made)
         return made
-
-    def both(self):
-        """The passes of Sundog's files and of Cycles', each by two seeds."""
-        found = []
-        for engine in ("SUNDOG", "CYCLES"):
-            self.scene.render.engine = engine
-            for seed in (1, 2):
-                self.scene.cycles.seed = seed
-                properties.copy_from_cycles(self.scene)
-                self.scene.sundog.denoising = "OFF"
-                found.append(self.render(f"{engine}{seed}"))
-        return found[:2], found[2:]
 
     def linked(self, thing, kind, **states):
         """Links a light to objects, each included or excluded."""
