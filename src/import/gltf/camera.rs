@@ -2,9 +2,10 @@
 
 use glam::DAffine3;
 
+use super::camera_schema::{CameraJson, PanoramaJson, SundogCamera};
 use super::extensions::report_properties;
 use super::placement::matrix;
-use super::schema::{CameraJson, NodeJson, PanoramaJson, SundogCamera};
+use super::schema::NodeJson;
 use crate::math::panorama::Panorama;
 use crate::scene::{
     Aperture, Camera, CameraMotion, Diagnostics, Effect, Projection, SphericalStereo, Verdict,

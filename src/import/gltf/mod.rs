@@ -3,6 +3,7 @@
 mod accessor;
 mod animation;
 mod camera;
+mod camera_schema;
 mod container;
 mod deform;
 mod draco;
