@@ -17,7 +17,7 @@ fn alone() -> Scene {
 }
 
 /// With a lamp, and a ball that shades it and reflects the floor.
-fn with_ball() -> Scene {
+pub fn with_ball() -> Scene {
     let mut scene = alone();
     place(
         &mut scene,
