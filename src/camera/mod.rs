@@ -196,28 +196,27 @@ impl Camera {
             }
         } else if self.eye.is_some() && self.lens.is_panorama() {
             |camera, film, sampler| {
-                let ray = match &camera.aperture {
-                    Some(aperture) => {
-                        let on_lens = aperture.sample(sampler.pair(Dimension::Lens, 0));
-                        camera.focused(film, on_lens, aperture.focus_distance)
-                    }
-                    None => camera.ray(film),
-                };
+                let ray = camera.ray_of_lens(film, sampler);
                 match &camera.eye {
                     Some(eye) if !ray.is_none() => eye.sees(ray, camera.y),
                     _ => ray,
                 }
             }
         } else if self.aperture.is_some() {
-            |camera, film, sampler| match &camera.aperture {
-                Some(aperture) => {
-                    let on_lens = aperture.sample(sampler.pair(Dimension::Lens, 0));
-                    camera.focused(film, on_lens, aperture.focus_distance)
-                }
-                None => camera.ray(film),
-            }
+            Self::ray_of_lens
         } else {
             |camera, film, _| camera.ray(film)
+        }
+    }
+
+    /// The ray through a point of the film and one of the lens' opening, if it has one.
+    fn ray_of_lens(&self, film: Vec2, sampler: &Sampler) -> CameraRay {
+        match &self.aperture {
+            Some(aperture) => {
+                let on_lens = aperture.sample(sampler.pair(Dimension::Lens, 0));
+                self.focused(film, on_lens, aperture.focus_distance)
+            }
+            None => self.ray(film),
         }
     }
 

@@ -274,6 +274,21 @@ pub fn walk<H: Copy>(
 ) -> Option<Exit<H>> {
     let guide = Guide::new(inside.albedo.max_element());
     let reduced = Vec3::ONE - inside.albedo * inside.g;
+    // Extinction, scattering, mean cosine and share of guided directions: at first, and when scattering is even.
+    let stages = [
+        (
+            inside.extinction,
+            inside.extinction * inside.albedo,
+            inside.g,
+            guided_share(inside.g),
+        ),
+        (
+            inside.extinction * reduced,
+            inside.extinction * (inside.albedo * (1.0 - inside.g)),
+            0.0,
+            GUIDED,
+        ),
+    ];
     let (mut origin, mut direction) = (start.origin, start.direction);
     let mut throughput = start.throughput * inside.weight;
     if throughput.max_element() <= 0.0 {
@@ -283,22 +298,7 @@ pub fn walk<H: Copy>(
     // How far below the surface's plane the other side is, if it is near.
     let mut opposite: Option<f32> = None;
     for step in 0..MOST_STEPS {
-        let similar = step >= SIMILAR_FROM;
-        let (extinction, scattered, g) = if similar {
-            let scattered = inside.albedo * (1.0 - inside.g);
-            (
-                inside.extinction * reduced,
-                inside.extinction * scattered,
-                0.0,
-            )
-        } else {
-            (
-                inside.extinction,
-                inside.extinction * inside.albedo,
-                inside.g,
-            )
-        };
-        let guided = if similar { GUIDED } else { guided_share(g) };
+        let (extinction, scattered, g, guided) = stages[usize::from(step >= SIMILAR_FROM)];
         let u = numbers(step);
         // Densities of the direction over that by the phase function, with the stretch of each guide's free paths.
         let mut ways = [(1.0, 1.0), (0.0, 1.0), (0.0, 1.0)];

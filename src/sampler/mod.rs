@@ -137,11 +137,7 @@ impl Sampler {
     /// The same path with sequences that its pixel has for itself: for what is not linear in its numbers, so that all pixels
     /// do not err alike.
     pub fn of_pixel(&self) -> Self {
-        let pixel = (self.index >> 32) as u32;
-        Self {
-            seed: mix32(self.seed ^ mix32(pixel)),
-            ..*self
-        }
+        self.beside((self.index >> 32) as u32)
     }
 
     /// The same path with other sequences: for decisions that it takes beside those that have names.

@@ -161,12 +161,6 @@ impl Diagnostics {
         entry.keep(object);
     }
 
-    /// Whether something is among those that an effect was told of.
-    pub fn has_told(&self, effect: Effect, object: &Subject) -> bool {
-        let told = self.list.iter().filter(|d| d.effect == Some(effect));
-        told.flat_map(|d| &d.objects).any(|o| o == object)
-    }
-
     /// The messages in the order in which they came up.
     pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
         self.list.iter()

@@ -90,16 +90,19 @@ class EngineTest(unittest.TestCase):
             bpy.ops.render.render(write_still=True, **options)
         return self.read(name) if not self.scene.render.use_multiview else None
 
-    def both(self):
-        """The passes of Sundog's files and of Cycles', each by two seeds."""
-        found = []
+    def by_both(self):
+        """Renders by both engines, each by two seeds: the engine, the seed, and what `render` gives, of a file of both names."""
         for name in ("SUNDOG", "CYCLES"):
             self.scene.render.engine = name
             for seed in (1, 2):
                 self.scene.cycles.seed = seed
                 properties.copy_from_cycles(self.scene)
                 self.scene.sundog.denoising = "OFF"
-                found.append(self.render(f"{name}{seed}"))
+                yield name, seed, self.render(f"{name}{seed}")
+
+    def both(self):
+        """The passes of Sundog's files and of Cycles', each by two seeds."""
+        found = [passes for _, _, passes in self.by_both()]
         return found[:2], found[2:]
 
     def read(self, name):

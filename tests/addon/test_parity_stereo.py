@@ -10,7 +10,7 @@ import numpy
 import export_kit as kit
 from engine_kit import EngineTest
 
-from sundog import engine, properties
+from sundog import engine
 
 WIDTH, HEIGHT, SAMPLES = 64, 40, 64
 
@@ -27,22 +27,16 @@ class Stereo(EngineTest):
         # A wide base, so that a wrong view is a wrong picture.
         self.stereo.interocular_distance, self.stereo.convergence_distance = 0.8, 6
 
-    def both(self, suffixes):
+    def views(self, suffixes):
         """The views of Sundog's files and of Cycles', each by two seeds."""
         found = {}
-        for name in ("SUNDOG", "CYCLES"):
-            self.scene.render.engine = name
-            for seed in (1, 2):
-                self.scene.cycles.seed = seed
-                properties.copy_from_cycles(self.scene)
-                self.scene.sundog.denoising = "OFF"
-                self.render(f"{name}{seed}")
-                for suffix in suffixes:
-                    found[name, seed, suffix] = self.read(f"{name}{seed}{suffix}")["ViewLayer.Combined"][..., :3].astype(float)
+        for name, seed, _ in self.by_both():
+            for suffix in suffixes:
+                found[name, seed, suffix] = self.read(f"{name}{seed}{suffix}")["ViewLayer.Combined"][..., :3].astype(float)
         return found
 
     def compare(self, suffixes=("_L", "_R"), error=1e-3):
-        found = self.both(suffixes)
+        found = self.views(suffixes)
         for suffix in suffixes:
             ours, theirs = ([found[name, seed, suffix] for seed in (1, 2)] for name in ("SUNDOG", "CYCLES"))
             reference = numpy.mean(theirs, axis=0)

@@ -90,10 +90,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             throughput,
         };
         let (world, mut rays) = (self.world, 0);
+        let key = numbers.key(Dimension::Opacity, self.bounce);
         let found = walk(
             &inside,
             &start,
-            |step| numbers_of(&numbers, self.bounce, step),
+            |step| numbers_of((&numbers, key), self.bounce, step),
             |origin, direction, far| {
                 rays += 1;
                 let met = world.intersect_inside(hit, (origin, direction), far)?;
@@ -184,7 +185,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
 }
 
 /// The numbers of a step: the first ones of the path's sequences, the others hashed.
-fn numbers_of(sampler: &Sampler, bounce: u32, step: u32) -> Numbers {
+fn numbers_of((sampler, key): (&Sampler, u32), bounce: u32, step: u32) -> Numbers {
     if step == 0 {
         let u = sampler.triple(Dimension::Light, bounce);
         return Numbers {
@@ -196,7 +197,6 @@ fn numbers_of(sampler: &Sampler, bounce: u32, step: u32) -> Numbers {
             survival: sampler.single(Dimension::Roulette, bounce),
         };
     }
-    let key = sampler.key(Dimension::Opacity, bounce);
     let number = |which: u32| hashed(key, step, which);
     Numbers {
         channel: number(1),
