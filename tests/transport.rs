@@ -674,6 +674,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     list.push(("moving lamps", motion::moving_lamps()));
     list.push(("lights with receivers and blockers", linking::scene()));
     list.push(("fog", media::fog()));
+    list.push(("cloud", media::cloud()));
     list.push(("coloured liquid", media::liquid()));
     list.push(("skin and marble", below::scene()));
     list

@@ -164,7 +164,8 @@ impl<E: Features> Vertex<'_, E> {
             share *= world.passes_lids((hit, surface), light.wi, key, left);
         }
         if E::EVERYTHING && world.has_media() && share != Vec3::ZERO {
-            share *= self.media_share((start, light.wi), light.target, beyond);
+            let key = sampler.key(Dimension::Opacity, self.bounce);
+            share *= self.media_share((start, light.wi), light.target, beyond, key);
         }
         sum.sink.step(|| step(Some(average(share))));
         if self.bounce == 0 {
@@ -184,6 +185,7 @@ impl<E: Features> Vertex<'_, E> {
         (start, direction): (Vec3, Vec3),
         target: Option<Vec3>,
         beyond: bool,
+        key: u32,
     ) -> Vec3 {
         let crossed = beyond.then(|| {
             let mut within = self.within.clone();
@@ -192,7 +194,8 @@ impl<E: Features> Vertex<'_, E> {
         });
         let within = crossed.as_ref().unwrap_or(self.within);
         let ray = (start, direction);
-        self.world.media_before(within, ray, target, self.hit.time)
+        let how = (self.hit.time, key);
+        self.world.media_before(within, ray, target, how)
     }
 
     /// What comes through from a direction about the diffuse normal, from within a distance: Cycles' ambient occlusion.

@@ -1,8 +1,9 @@
-//! Homogeneous participating media: transmittance, where light is scattered, and where to.
+//! Participating media: transmittance, where light is scattered, and where to.
 //!
 //! Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th edition, chapters 11 and 14.
 
 mod phase;
+pub mod tracking;
 pub mod walk;
 
 pub use phase::{Lobe, Phase};

@@ -1,8 +1,9 @@
-//! What fills a closed mesh or all space, the same everywhere.
+//! What fills a closed mesh or all space.
 
 use super::Effect;
+use super::graph::Graph;
 
-/// A homogeneous medium: what it takes, scatters and emits over a metre.
+/// A medium: what it takes, scatters and emits over a metre.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Medium {
     /// Absorption coefficient, 1/m.
@@ -11,6 +12,8 @@ pub struct Medium {
     pub emission: [f32; 3],
     /// What scatters; the sum counts.
     pub scatterers: Vec<Scatterer>,
+    /// What varies and is there as well: a node tree, by its volume.
+    pub varying: Option<Box<Graph>>,
 }
 
 /// One kind of particles.
@@ -49,6 +52,9 @@ impl Medium {
     pub fn effect(&self) -> Option<Effect> {
         let takes = |medium: &Self| medium.absorption.iter().any(|&c| c != 0.0);
         let scatters = self.scatterers.iter().flat_map(|s| &s.coefficient);
+        if self.varying.is_some() {
+            return Some(Effect::Media);
+        }
         if self.emission.iter().chain(scatters).any(|&c| c != 0.0) {
             Some(Effect::Media)
         } else {

@@ -642,8 +642,8 @@ fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diag
     clean_medium(material.medium.as_mut(), &material.name, diagnostics);
 }
 
-fn clean_medium(medium: Option<&mut Medium>, owner: &str, diagnostics: &mut Diagnostics) {
-    if medium.is_some_and(Medium::clean) {
+fn clean_medium(mut medium: Option<&mut Medium>, owner: &str, diagnostics: &mut Diagnostics) {
+    if medium.as_deref_mut().is_some_and(Medium::clean) {
         diagnostics.report_effect(
             Effect::Media,
             "volume-range",
@@ -652,6 +652,10 @@ fn clean_medium(medium: Option<&mut Medium>, owner: &str, diagnostics: &mut Diag
             owner,
             "the nearest legal number is used",
         );
+    }
+    // It has no images.
+    if let Some(graph) = medium.and_then(|medium| medium.varying.as_mut()) {
+        clean_graph(graph, 0, owner, diagnostics);
     }
 }
 

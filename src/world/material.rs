@@ -9,8 +9,8 @@ use crate::scene::graph::{Distribution, Graph, PrincipledSummary, SimpleBsdf, Ta
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
 use crate::shading::layers::{Coat, Fibres, Layers};
 use crate::shading::program::{
-    Evaluation, Known, LayerRoots, Place, Program, Programs, Root, Shader, Source, Weighted,
-    compile, parameters, reflected,
+    Evaluation, Known, LayerRoots, Place, Program, Programs, Root, Shader, Source, VolumeProgram,
+    Weighted, compile, parameters, reflected,
 };
 use crate::shading::simple::SimpleValues;
 use crate::shading::tables::Rows;
@@ -220,6 +220,19 @@ impl Preparer {
             scene,
         };
         compile(graph, known, &mut source)
+    }
+
+    /// Prepares what fills a mesh or all space.
+    pub fn volume(&mut self, scene: &Scene, graph: &Graph) -> VolumeProgram {
+        let known = Known {
+            vertex_colors: false,
+            space: scene.color_management.working_space,
+        };
+        let mut source = Textures {
+            rasters: &mut self.rasters,
+            scene,
+        };
+        VolumeProgram::new(graph, known, &mut source)
     }
 
     /// Prepares a material, for vertices with colours or without.

@@ -2,28 +2,39 @@
 
 use super::geometry::MeshInstance;
 use super::passing::shadow_ray;
+use super::varying::{self, Varying};
 use super::{Hit, World};
 use crate::effects::{Effect, General};
 use crate::ffi::embree::Ray;
 use crate::light::emissive::Eye;
-use crate::medium::{Lobe, Medium, Phase, transmittance};
-use crate::scene::{self, RayKind, Scene};
+use crate::medium::tracking::{self, Local, March};
+use crate::medium::{Flight, Lobe, Medium, transmittance};
+use crate::sampler::hashed;
+use crate::scene::graph::Graph;
+use crate::scene::{self, Instance, RayKind, Scene};
 use arrayvec::ArrayVec;
 use enumset::EnumSet;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
 /// The media of a world.
 #[derive(Debug)]
 pub(super) struct Media {
     /// What fills an object.
-    of_objects: Vec<Option<Arc<Medium>>>,
+    of_objects: Vec<Option<Filling>>,
     /// Whether there is any such.
     fills_objects: bool,
     /// What fills all space.
-    everywhere: Option<Arc<Medium>>,
+    everywhere: Option<Filling>,
     /// What the paths begin in.
     at_camera: Within,
+}
+
+/// What fills something: the part that is the same everywhere, and what varies.
+#[derive(Clone, Debug)]
+struct Filling {
+    even: Arc<Medium>,
+    varying: Option<Arc<Varying>>,
 }
 
 /// Within so many objects at once a path knows; more are as if they were not there. As in Cycles.
@@ -35,9 +46,44 @@ type Objects = ArrayVec<u32, MOST>;
 #[derive(Clone, Debug, Default)]
 pub struct Within {
     objects: Objects,
-    /// All of them.
+    /// All of them, without what varies.
     pub medium: Medium,
+    /// Whether some of them vary.
+    pub varies: bool,
 }
+
+/// Numbers for the collisions on one way.
+pub struct Draws {
+    key: u32,
+    way: u32,
+    count: u32,
+}
+
+impl Draws {
+    /// Of a key, for one of its ways.
+    pub fn new(key: u32, way: u32) -> Self {
+        Self { key, way, count: 0 }
+    }
+
+    fn draw(&mut self) -> f32 {
+        self.count += 1;
+        hashed(self.key, self.way, self.count)
+    }
+}
+
+/// A ray through media, from a distance to another along it.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    /// Where it begins.
+    pub origin: Vec3,
+    /// Of length 1.
+    pub direction: Vec3,
+    /// From where to where.
+    pub span: (f32, f32),
+}
+
+/// Tells the numbers of shadow rays from those of flights.
+const SHADOW: u32 = 0x_7ab1_90e3;
 
 /// Takes note of a crossing; whether that changes anything.
 fn enter_or_leave(objects: &mut Objects, object: u32, leaves: bool) -> bool {
@@ -58,10 +104,7 @@ fn prepared(of: &scene::Medium) -> Arc<Medium> {
         .iter()
         .map(|scatterer| Lobe {
             coefficient: scatterer.coefficient.into(),
-            phase: match scatterer.phase {
-                scene::Phase::HenyeyGreenstein(g) => Phase::HenyeyGreenstein(g),
-                scene::Phase::Rayleigh => Phase::Rayleigh,
-            },
+            phase: varying::phase(scatterer.phase),
         })
         .filter(|lobe| lobe.coefficient != Vec3::ZERO)
         .collect();
@@ -75,9 +118,13 @@ fn prepared(of: &scene::Medium) -> Arc<Medium> {
 }
 
 /// What is there with some effects.
-fn kept(medium: Option<&scene::Medium>, effects: EnumSet<Effect>) -> Option<Arc<Medium>> {
+fn kept(
+    medium: Option<&scene::Medium>,
+    effects: EnumSet<Effect>,
+) -> Option<(Arc<Medium>, Option<&Graph>)> {
     let medium = medium?;
-    effects.contains(medium.effect()?).then(|| prepared(medium))
+    let is_kept = effects.contains(medium.effect()?);
+    is_kept.then(|| (prepared(medium), medium.varying.as_deref()))
 }
 
 impl Within {
@@ -101,9 +148,36 @@ impl World {
         }
         let of_object = |entry: &MeshInstance| {
             let mesh = &self.geometry.meshes[entry.mesh as usize];
-            of_materials.get(mesh.material as usize)?.clone()
+            of_materials.get(mesh.material as usize)?.as_ref()
         };
-        let of_objects: Vec<_> = self.geometry.entries.iter().map(of_object).collect();
+        let entries = self.geometry.entries.iter();
+        let varies = |entry: &&MeshInstance| of_object(entry).is_some_and(|f| f.1.is_some());
+        let cells = varying::cells(entries.clone().filter(varies).count());
+        // Entries are the instances with triangles, in their order.
+        let placed = scene.instances.iter().filter(|i| scene.has_triangles(i));
+        let fill = |(entry, instance): (&MeshInstance, &Instance)| {
+            let (even, graph) = of_object(entry)?;
+            let mesh = &scene.meshes[instance.mesh.0 as usize];
+            let varying = |graph: &&Graph| {
+                let what = (instance, mesh);
+                Arc::new(Varying::of_object(scene, what, graph, self.origin, cells))
+            };
+            Some(Filling {
+                even: even.clone(),
+                varying: graph.as_ref().map(varying),
+            })
+        };
+        let of_objects: Vec<_> = entries.zip(placed).map(fill).collect();
+        let everywhere = everywhere.map(|(even, graph)| {
+            let fill = |graph| {
+                let bounds = self.bounds_around(scene);
+                Varying::of_space(scene, graph, self.origin, bounds, varying::cells(1))
+            };
+            Filling {
+                even,
+                varying: graph.map(fill).map(Arc::new),
+            }
+        });
         let fills_objects = of_objects.iter().any(Option::is_some);
         if everywhere.is_some() || fills_objects {
             self.media = Some(Box::new(Media {
@@ -112,6 +186,28 @@ impl World {
                 everywhere,
                 at_camera: Within::default(),
             }));
+        }
+    }
+
+    /// The box of all meshes and cameras, relative to the origin.
+    fn bounds_around(&self, scene: &Scene) -> (Vec3, Vec3) {
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let mut add = |point: DVec3| {
+            let point = (point - self.origin).as_vec3();
+            (low, high) = (low.min(point), high.max(point));
+        };
+        let cameras = scene.cameras.iter();
+        cameras.for_each(|camera| add(camera.world_from_camera.translation));
+        for instance in &scene.instances {
+            let place = &instance.world_from_object;
+            for p in &scene.meshes[instance.mesh.0 as usize].positions {
+                add(place.transform_point3(Vec3::from(*p).as_dvec3()));
+            }
+        }
+        if low.x > high.x {
+            (Vec3::NEG_ONE, Vec3::ONE)
+        } else {
+            (low, high)
         }
     }
 
@@ -193,19 +289,111 @@ impl World {
     }
 
     /// What is around where these objects were entered.
-    fn parts(&self, objects: &Objects) -> impl Iterator<Item = &Medium> {
+    fn parts(&self, objects: &Objects) -> impl Iterator<Item = &Filling> {
         let media = self.media.as_deref();
-        let everywhere = media.and_then(|media| media.everywhere.as_deref());
+        let everywhere = media.and_then(|media| media.everywhere.as_ref());
         let objects = objects.clone().into_iter();
-        let inside = objects.filter_map(move |o| media?.of_objects[o as usize].as_deref());
+        let inside = objects.filter_map(move |o| media?.of_objects[o as usize].as_ref());
         everywhere.into_iter().chain(inside)
     }
 
+    /// Those of them that vary.
+    fn varying(&self, objects: &Objects) -> impl Iterator<Item = &Varying> {
+        self.parts(objects)
+            .filter_map(|part| part.varying.as_deref())
+    }
+
+    /// What is at a point within some objects; the lobes of what varies are added to those that are asked for.
+    fn local(
+        &self,
+        (objects, even): (&Objects, &Medium),
+        point: Vec3,
+        mut lobes: Option<&mut Vec<Lobe>>,
+    ) -> Local {
+        let mut sum = Local {
+            extinction: even.extinction,
+            scattering: even.scattering,
+            emission: even.emission,
+        };
+        for varying in self.varying(objects) {
+            let local = varying.local(point, lobes.as_deref_mut());
+            sum.extinction += local.extinction;
+            sum.scattering += local.scattering;
+            sum.emission += local.emission;
+        }
+        sum
+    }
+
+    /// All media at a point.
+    #[cold]
+    pub fn medium_at(&self, within: &Within, point: Vec3) -> Medium {
+        let mut lobes = within.medium.lobes.clone();
+        let around = (&within.objects, &within.medium);
+        let local = self.local(around, point, Some(&mut lobes));
+        Medium {
+            extinction: local.extinction,
+            scattering: local.scattering,
+            emission: local.emission,
+            lobes,
+        }
+    }
+
+    fn marches(&self, objects: &Objects, way: &Way) -> ArrayVec<March<'_>, { MOST + 1 }> {
+        let marches = self.varying(objects);
+        let marches = marches.map(|v| v.majorants.along(way.origin, way.direction, way.span.0));
+        marches.take(MOST + 1).collect()
+    }
+
+    /// Where light of a throughput is scattered in what varies, with the weight of that, and what the way adds to it.
+    #[cold]
+    #[inline(never)]
+    pub fn fly(
+        &self,
+        within: &Within,
+        way: &Way,
+        light: (Vec3, bool),
+        mut draws: Draws,
+    ) -> (Flight, Vec3) {
+        let mut marches = self.marches(&within.objects, way);
+        let around = (&within.objects, &within.medium);
+        let even = within.medium.extinction.max_element();
+        let local = |t: f32| self.local(around, way.origin + way.direction * t, None);
+        tracking::fly(&mut marches, even, way.span, light, || draws.draw(), local)
+    }
+
+    /// Share of light that what is around lets through on a way.
+    #[cold]
+    #[inline(never)]
+    pub fn share(&self, within: &Within, way: &Way, draws: &mut Draws) -> Vec3 {
+        self.share_within((&within.objects, &within.medium), way, draws)
+    }
+
+    fn share_within(
+        &self,
+        (objects, even): (&Objects, &Medium),
+        way: &Way,
+        draws: &mut Draws,
+    ) -> Vec3 {
+        let mut marches = self.marches(objects, way);
+        let passed = transmittance(even.extinction, way.span.1 - way.span.0);
+        if marches.is_empty() || passed == Vec3::ZERO {
+            return passed;
+        }
+        // What is the same everywhere is known.
+        let local = |t: f32| {
+            let point = way.origin + way.direction * t;
+            self.local((objects, &Medium::EMPTY), point, None)
+        };
+        passed * tracking::ratio(&mut marches, 0.0, way.span, || draws.draw(), local)
+    }
+
     fn sum_up(&self, within: &mut Within) {
-        let mut medium = Medium::EMPTY;
-        self.parts(&within.objects)
-            .for_each(|part| medium.add(part));
-        within.medium = medium;
+        let (mut medium, mut varies) = (Medium::EMPTY, false);
+        for part in self.parts(&within.objects) {
+            medium.add(&part.even);
+            varies |= part.varying.is_some();
+        }
+        (within.medium, within.varies) = (medium, varies);
     }
 
     /// A path crosses the surface of a hit.
@@ -223,7 +411,8 @@ impl World {
         }
     }
 
-    /// Share of light that media let through from a target to where a ray begins, or from infinity.
+    /// Share of light that media let through from a target to where a ray begins, or from infinity; `key` for the numbers of what
+    /// varies.
     #[cold]
     #[inline(never)]
     pub fn media_before(
@@ -231,22 +420,37 @@ impl World {
         within: &Within,
         (origin, direction): (Vec3, Vec3),
         target: Option<Vec3>,
-        time: f32,
+        (time, key): (f32, u32),
     ) -> Vec3 {
         let (way, far) = match target {
             Some(target) => (target - origin, 1.0),
             None => (direction, f32::INFINITY),
         };
         let scale = way.length();
-        let (mut depth, mut from) = (Vec3::ZERO, 0.0);
-        let (mut objects, mut extinction) = (within.objects.clone(), within.medium.extinction);
+        let mut draws = Draws::new(key, SHADOW ^ way.x.to_bits());
+        let (mut depth, mut from, mut share) = (Vec3::ZERO, 0.0, Vec3::ONE);
+        let mut around = within.clone();
+        let along = |from: f32, to: f32| Way {
+            origin,
+            direction: way / scale,
+            span: (from * scale, to * scale),
+        };
         for (distance, object, leaves) in self.crossings((origin, way), far, time) {
-            depth += extinction * ((distance - from) * scale);
+            if around.varies {
+                share *= self.share(&around, &along(from, distance), &mut draws);
+            } else {
+                depth += around.medium.extinction * ((distance - from) * scale);
+            }
             from = distance;
-            if enter_or_leave(&mut objects, object, leaves) {
-                extinction = self.parts(&objects).map(|part| part.extinction).sum();
+            if enter_or_leave(&mut around.objects, object, leaves) {
+                self.sum_up(&mut around);
             }
         }
-        transmittance(depth, 1.0) * transmittance(extinction, (far - from) * scale)
+        if around.varies {
+            share *= self.share(&around, &along(from, far), &mut draws);
+        } else {
+            share *= transmittance(around.medium.extinction, (far - from) * scale);
+        }
+        share * transmittance(depth, 1.0)
     }
 }

@@ -19,6 +19,7 @@ mod place;
 mod placed;
 mod shine;
 mod turned;
+mod varying;
 mod view;
 
 pub use crate::ffi::embree::{EmbreeError, Hit, InstructionSet};
@@ -28,7 +29,7 @@ pub use asking::{Asking, Past, Sender};
 pub use displacement::displace;
 pub use geometry::Surface;
 pub use interfaces::Passage;
-pub use media::Within;
+pub use media::{Draws, Way, Within};
 pub use moving::Moment;
 pub use place::HitPoint;
 

@@ -2,6 +2,10 @@
 
 use super::{RenderSettings, estimate, floor, mean, run, small};
 use glam::{DAffine3, DVec3};
+use sundog::scene::graph::function::PlaceInput;
+use sundog::scene::graph::{
+    Function, Graph, MathOperation, Node, NodeKind, PhaseKind, VolumeShader,
+};
 use sundog::scene::{AlphaMode, LightKind, Medium, MetallicRoughness, Phase, Scatterer, Scene};
 use sundog::selftest::kit::{
     camera, constant_environment, diffuse, glass, light, place, quad, sphere,
@@ -38,6 +42,7 @@ pub fn fog() -> Scene {
     let inside = Medium {
         absorption: [0.3, 0.1, 0.0],
         emission: [0.02, 0.0, 0.05],
+        varying: None,
         scatterers: vec![
             scattering([0.5, 0.9, 1.4], 0.4),
             Scatterer {
@@ -60,6 +65,91 @@ pub fn fog() -> Scene {
     };
     scene.lights.push(light("lamp", lamp, at));
     scene
+}
+
+/// A node tree of a density that grows along the object's X axis, from 0 on: by so much for each metre.
+fn growing(slope: f32, shader: VolumeShader) -> Graph {
+    let mut graph = Graph::default();
+    let place = graph.add(Node::new(NodeKind::Function(Function::Place(
+        PlaceInput::Object,
+    ))));
+    let split = graph.add(Node::new(NodeKind::SeparateColor).with(0, place));
+    let density = Node::new(NodeKind::Math {
+        operation: MathOperation::Multiply,
+        clamp: false,
+    });
+    let density = graph.add(density.with(0, split).with(1, slope));
+    let shader = Node::new(NodeKind::Volume(shader));
+    let shader = shader.with(0, [0.9, 0.7, 0.5]).with(1, density);
+    graph.volume = Some(graph.add(shader));
+    graph
+}
+
+/// A ball of what varies in a haze, over a floor, under a lamp and a sky.
+pub fn cloud() -> Scene {
+    let mut scene = fog();
+    let shader = VolumeShader::Scatter(PhaseKind::HenyeyGreenstein);
+    if let Some(ball) = scene.materials.last_mut() {
+        ball.medium = Some(Medium {
+            emission: [0.02, 0.0, 0.05],
+            varying: Some(Box::new(growing(4.0, shader))),
+            ..Medium::default()
+        });
+    }
+    scene
+}
+
+/// A slab that takes light by how far along X it is met lets exp(−σ(x) d) through, in the mean over the picture.
+#[test]
+fn a_slab_that_varies_lets_through_what_it_must() {
+    let medium = Medium {
+        varying: Some(Box::new(growing(2.0, VolumeShader::Absorption))),
+        ..Medium::default()
+    };
+    let mut scene = behind_a_slab(medium, 1.5);
+    // The camera's narrow view goes through where x is 1, and the density 2 m⁻¹.
+    scene.cameras[0].world_from_camera.translation.x = 1.0;
+    let (found, variance) = estimate(&scene, &small(32, 8), 0..16);
+    let share = |color: f64| (-(1.0 - color) * 2.0 * 1.5).exp();
+    let expected = [0.9f32, 0.7, 0.5].map(|c| share(f64::from(c)));
+    let expected = expected.iter().sum::<f64>() / 3.0;
+    assert!(
+        // Of Student's distribution with 15 degrees of freedom: exceeded by chance once in 4000 times.
+        (found - expected).abs() < 4.5 * variance.sqrt() + 1e-4,
+        "{found} ± {}, {expected}",
+        variance.sqrt()
+    );
+}
+
+/// A cloud that varies and takes nothing is invisible in a white furnace.
+#[test]
+fn a_white_cloud_that_varies_vanishes_in_a_white_furnace() {
+    let mut graph = growing(6.0, VolumeShader::Scatter(PhaseKind::Rayleigh));
+    if let Some(shader) = graph.nodes.last_mut() {
+        *shader = shader.clone().with(0, [1.0; 3]);
+    }
+    let mut scene = Scene {
+        environment: constant_environment(1.0),
+        cameras: vec![camera(DVec3::new(0.0, 0.2, 4.0), 0.4)],
+        ..Scene::default()
+    };
+    let filled = Medium {
+        varying: Some(Box::new(graph)),
+        ..Medium::default()
+    };
+    place(
+        &mut scene,
+        sphere(12, 0.0, true),
+        boundary(filled),
+        &[DAffine3::IDENTITY],
+    );
+    let (found, variance) = estimate(&scene, &small(16, 100), 0..8);
+    // Of Student's distribution with 7 degrees of freedom: exceeded by chance once in 1000 times.
+    assert!(
+        (found - 1.0).abs() < 5.4 * variance.sqrt() + 1e-4,
+        "{found} ± {}",
+        variance.sqrt()
+    );
 }
 
 /// A ball of glass that takes light by its thickness.

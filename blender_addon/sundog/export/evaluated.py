@@ -158,6 +158,26 @@ def _without_surfaces(rules, others):
 LIGHT = _without_surfaces(_OF_LIGHTS, {"ShaderNodeTexSky": ALL})
 WORLD = _without_surfaces(_OF_WORLDS, {"ShaderNodeTexIES": ALL})
 
+_IN_VOLUMES = {
+    "ShaderNodeVolumeAbsorption": ALL,
+    "ShaderNodeVolumeScatter": Rule({"phase": {"HENYEY_GREENSTEIN", "RAYLEIGH"}}),
+    "ShaderNodeVolumeCoefficients": Rule({"phase": {"HENYEY_GREENSTEIN", "RAYLEIGH"}}),
+    "ShaderNodeVolumePrincipled": Rule(constant=("Blackbody Intensity",)),
+    "ShaderNodeTexCoord": Rule(outputs=frozenset({"Generated", "Object"})),
+    "ShaderNodeNewGeometry": Rule(outputs=frozenset({"Position"})),
+}
+# What asks for surfaces, rays, images or the camera.
+_NOT_IN_VOLUMES = {
+    kind
+    for kind in EVALUATED
+    if kind.startswith("ShaderNodeBsdf") or kind in {*_ON_SURFACES, "ShaderNodeUVMap", "ShaderNodeFresnel", "ShaderNodeLayerWeight",
+    "ShaderNodeCameraData", "ShaderNodeLightFalloff", "ShaderNodeLightPath", "ShaderNodeTexImage", "ShaderNodeTexEnvironment",
+    "ShaderNodeTexSky", "ShaderNodeTexIES", "ShaderNodeSubsurfaceScattering", "ShaderNodeBackground", "ShaderNodeDisplacement",
+    "ShaderNodeVectorDisplacement"}
+} - {"ShaderNodeObjectInfo", "ShaderNodeParticleInfo"}  # fmt: skip
+VOLUME = {kind: rule for kind, rule in {**EVALUATED, **_IN_VOLUMES}.items() if kind not in _NOT_IN_VOLUMES}
+VOLUME_OF_WORLD = {kind: rule for kind, rule in VOLUME.items() if kind not in {"ShaderNodeObjectInfo", "ShaderNodeParticleInfo"}}
+
 # What is not evaluated for all that it is not a property of its own.
 IMAGE_SOURCES = {"FILE", "GENERATED", "TILED", "MOVIE"}
 

@@ -117,7 +117,7 @@ class Walk:
         attributes nodes may read."""
         self.walker, self.table, self.layer = walker, table, layer
         self.uses, self.objections = [], []
-        self.surface = self.displacement = None
+        self.surface = self.displacement = self.volume = None
         # Names of passes of the scene's own, and the links to what they are told.
         self.aovs = []
         # Blender's name of what the displacement does.
@@ -146,6 +146,17 @@ class Walk:
         if found.use not in self.uses:
             self._walk(found.use)
         self._object()
+
+    def read_volume(self, owner):
+        """Walks from what fills the meshes of a material, or the world."""
+        found = self._feeding(tree_of(owner).get_output_node("CYCLES").inputs["Volume"], ())
+        if isinstance(found, Link):
+            self.volume = found
+            self._walk(found.use)
+        self._object()
+        for use in self.uses:
+            if use.node.bl_idname == "ShaderNodeVolumePrincipled" and use.inputs.get("Blackbody Intensity", 0.0) != 0.0:
+                self.objections.append("light of a temperature")
 
     def read_aovs(self, owner, kinds):
         """Walks from the AOV Outputs of a tree, by the kinds of the view layer's AOVs."""

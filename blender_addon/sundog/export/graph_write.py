@@ -126,6 +126,14 @@ class GraphWriter:
             self.result.vertices = walk.displacement_method != "BUMP"
         return extension
 
+    def write_volume(self, walk):
+        """The Written of a walk from a volume."""
+        for use in walk.uses:
+            self._demand(use)
+        nodes, link = self._nodes(walk)
+        self.result.extension = {"blender": list(bpy.app.version), "nodes": nodes, "volume": link(walk.volume)}
+        return self.result
+
     def _tell(self, use):
         """What of a shader is not rendered as Cycles does."""
         kind, inputs = use.node.bl_idname, use.inputs
@@ -415,6 +423,22 @@ def emitting(owner, rules, document, cache, findings, report=None):
     findings += written.findings
     findings += [(APPROXIMATED, words) for words in [CUT] * walk.is_cut + walk.not_finite]
     return written.extension, None
+
+
+def filling(owner, rules, document, cache, values, layer=None):
+    """(the Written of what fills the meshes of a material or the world, None), or (None, why that cannot be)."""
+    try:
+        walk = Walk(Walker(), rules, layer)
+        walk.read_volume(owner)
+        if walk.objections or walk.volume is None:
+            return None, ", ".join(walk.objections) or "it is no shader"
+        written = GraphWriter(document, cache, [], None, values).write_volume(walk)
+    except (
+        images.ImageError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError,
+    ) as error:  # fmt: skip
+        return None, str(error)
+    written.findings += [(APPROXIMATED, words) for words in [CUT] * walk.is_cut + walk.not_finite]
+    return written, None
 
 
 def aovs_of(owner, kinds, findings, table=None, layer=None):

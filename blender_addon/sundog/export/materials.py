@@ -11,7 +11,7 @@ import math
 
 import numpy
 
-from . import geometry, graph, graph_write, images, nodes
+from . import geometry, graph, graph_write, images, nodes, volumes
 from .expressions import Const, Image, Operation
 from .shaders import Reader, Surface
 from .slots import Slots
@@ -126,6 +126,10 @@ class Writer:
                 reader.note(LOST, f"{words} is rendered from node trees alone", effect)
         if self.writes_indices and material is not None and material.pass_index:
             exact["pass_index"] = material.pass_index
+        filled = None
+        if isinstance(reader.volume, volumes.Varying):
+            place = (self.document, self.cache, self.values)
+            reader.volume, filled = reader.volume.described(material, reader, place, self.layer)
         if reader.volume is not None:
             exact["volume"] = reader.volume
         extensions["SUNDOG_material"] = exact
@@ -143,7 +147,10 @@ class Writer:
         index = self.document.shared("materials", result)
         radial = "anisotropy" in others and "tangent" not in others["anisotropy"]
         demand = geometry.Demand(slots.uvs, color, width, written.attributes, written.generated or radial, written.vertices)
-        return Exported(index, demand, reader.findings, written.informed, written.values)
+        informed, values = written.informed, written.values
+        if filled is not None:
+            informed, values = informed or filled.informed, values | filled.values
+        return Exported(index, demand, reader.findings, informed, values)
 
     def _graph(self, material, reader, uvs, color):
         """The Written of a material's node tree, if that says more than the flattened material; replaces the findings then."""

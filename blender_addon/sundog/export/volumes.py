@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Volumes that are the same everywhere, as coefficients by metre. Cycles' formulas: docs/cycles.md."""
+"""What fills meshes and space: what is the same everywhere as coefficients by metre, the rest as node trees. Cycles' formulas:
+docs/cycles.md."""
 
 import numpy
 
-from . import nodes
+from . import evaluated, graph_write, nodes
 from .expressions import Const
 from .verdicts import LOST
 
@@ -15,8 +16,28 @@ class _Varies(Exception):
     """Something is not the same everywhere, or has no counterpart."""
 
 
+class Varying:
+    """A volume that is told by its node tree; `label` is its shader's."""
+
+    def __init__(self, label, why):
+        self.label, self.why = label, why
+
+    def described(self, owner, reader, place, layer=None):
+        """(the `volume` of SUNDOG_material, its graph_write.Written); None for both, with a finding, where it is left out.
+        `place`: the document, the cache, and what objects are asked for."""
+        document, cache, values = place
+        table = evaluated.VOLUME if layer is not None else evaluated.VOLUME_OF_WORLD
+        written, why = graph_write.filling(owner, table, document, cache, values, layer)
+        if written is None:
+            reader.note_lasting(LOST, f"the volume ({self.label}) is left out: {why or self.why}", "media")
+            return None, None
+        for finding in written.findings:
+            reader.note_lasting(*finding)
+        return {"graph": written.extension}, written
+
+
 def read(reader, place):
-    """The `volume` of SUNDOG_material; None for none, with a finding where one is left out."""
+    """The `volume` of SUNDOG_material; a Varying for what is told by its node tree; None for none."""
     source = reader.walker.source(place)
     if not source.socket.is_output:
         return None
@@ -24,8 +45,7 @@ def read(reader, place):
         found = _Sum(reader)
         found.add(source, 1.0)
     except _Varies as why:
-        reader.note_lasting(LOST, f"the volume ({source.node.bl_label}) is left out: {why}", "media")
-        return None
+        return Varying(source.node.bl_label, str(why))
     return found.described()
 
 

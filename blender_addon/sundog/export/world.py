@@ -126,6 +126,8 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
     walker = nodes.Walker()
     reader = Reader(walker)
     volume = volumes.read(reader, nodes.Place(output.inputs["Volume"]))
+    if isinstance(volume, volumes.Varying):
+        volume, _ = volume.described(world, reader, (document, cache, []))
     findings.extend(reader.findings)
     if volume is not None:
         result["volume"] = volume

@@ -86,7 +86,23 @@ impl<'a> Materials<'a> {
             let extension = index.and_then(|index| {
                 document.extension(&format!("/materials/{index}"), "SUNDOG_material")
             });
-            let told = extension.and_then(|e| SundogMaterial::deserialize(e).ok()?.aovs);
+            let known = extension.and_then(|e| SundogMaterial::deserialize(e).ok());
+            let filled = known
+                .as_ref()
+                .and_then(|e| e.volume.as_ref()?.graph.as_ref());
+            if let (Some(value), Some(m)) = (filled, &mut material) {
+                let volume = shader_graph::load_volume(
+                    document,
+                    (value, Some(&m.name)),
+                    &mut images,
+                    options.cycles,
+                    diagnostics,
+                )?;
+                if let Some(medium) = &mut m.medium {
+                    medium.varying = volume.map(Box::new);
+                }
+            }
+            let told = known.and_then(|e| e.aovs);
             let aovs = match (&told, &material) {
                 (Some(value), Some(m)) if !known_aovs.is_empty() => shader_graph::load_aovs(
                     document,

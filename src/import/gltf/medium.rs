@@ -15,6 +15,8 @@ pub(super) struct MediumJson {
     pub emission: [f32; 3],
     #[serde(default)]
     pub scatterers: Vec<ScattererJson>,
+    /// A node tree for what varies, as in SUNDOG_shader_graph.
+    pub graph: Option<Value>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -55,5 +57,6 @@ pub(super) fn read(json: &MediumJson, owner: &str, diagnostics: &mut Diagnostics
         absorption: json.absorption,
         emission: json.emission,
         scatterers: json.scatterers.iter().map(scatterer).collect(),
+        varying: None,
     }
 }

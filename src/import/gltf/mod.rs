@@ -113,6 +113,17 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         )?,
         None => None,
     };
+    let filled = world.and_then(|world| world.volume.as_ref()?.graph.as_ref());
+    let world_volume = match filled {
+        Some(value) => shader_graph::load_volume(
+            &document,
+            (value, None),
+            &mut materials.images,
+            options.cycles,
+            &mut diagnostics,
+        )?,
+        None => None,
+    };
     let world_aovs = match world.and_then(|world| world.aovs.as_ref()) {
         Some(value) if !aovs.is_empty() => shader_graph::load_aovs(
             &document,
@@ -235,6 +246,9 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             &mut scene,
             &mut diagnostics,
         )?;
+    }
+    if let Some(medium) = &mut scene.medium {
+        medium.varying = world_volume.map(Box::new);
     }
     scene.tell_of_catchers(&mut diagnostics);
     Ok(Imported {

@@ -5,22 +5,32 @@ use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Lit, Record, Step};
 use crate::math::average;
-use crate::medium::{Flight, transmittance};
+use crate::medium::{Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
-use crate::world::{Hit, RayKind, Sender, Within, World};
+use crate::world::{Draws, Hit, RayKind, Sender, Way, Within, World};
 use glam::Vec3;
 
 /// Tells the numbers of flights from those of opacity.
 const FLIGHT: u32 = 0x_f119_47ed;
+/// Tells the numbers of light that a ray meets from those of its flight.
+const FOUND: u32 = 0x_0f0d_2b97;
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
-    /// Share of light that comes from a distance through what is around.
+    /// Share of light that comes from a distance along the ray through what is around.
     #[inline(always)]
-    pub(super) fn share(world: &World, within: &Within, distance: f32) -> Vec3 {
+    pub(super) fn share(
+        (world, within): (&World, &Within),
+        way: Way,
+        key: impl FnOnce() -> u32,
+    ) -> Vec3 {
         if !E::EVERYTHING || !world.has_media() {
             return Vec3::ONE;
         }
-        transmittance(within.medium.extinction, distance)
+        if within.varies {
+            let way_number = FOUND ^ way.span.1.to_bits();
+            return world.share(within, &way, &mut Draws::new(key(), way_number));
+        }
+        transmittance(within.medium.extinction, way.span.1 - way.span.0)
     }
 
     /// Goes through what is around to the end of the ray, where light has been looked for already; says how far it came if it is
@@ -28,6 +38,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     #[cold]
     #[inline(never)]
     pub(super) fn fly(&mut self, far: f32) -> Option<f32> {
+        if self.beside.within.varies {
+            return self.fly_through_what_varies(far);
+        }
         let medium = &self.beside.within.medium;
         if medium.is_clear() {
             return None;
@@ -50,6 +63,33 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             Flight::Scattered(t, weight) => {
                 self.throughput *= weight;
                 Some(t + self.span.0)
+            }
+            Flight::Through(weight) => {
+                self.throughput *= weight;
+                None
+            }
+        }
+    }
+
+    /// The same where the media vary.
+    fn fly_through_what_varies(&mut self, far: f32) -> Option<f32> {
+        let way = Way {
+            origin: self.origin,
+            direction: self.direction,
+            span: (self.span.0 - self.beside.skipped, far),
+        };
+        let key = self.sampler.key(Dimension::Opacity, self.bounce);
+        let draws = Draws::new(key, FLIGHT ^ self.passed);
+        let light = (self.throughput, !self.last);
+        let (flight, emitted) = self.world.fly(&self.beside.within, &way, light, draws);
+        if emitted != Vec3::ZERO && emitted.is_finite() {
+            let found = self.throughput * emitted;
+            self.light.add_found(self.settings, found, self.bounce);
+        }
+        match flight {
+            Flight::Scattered(t, weight) => {
+                self.throughput *= weight;
+                Some(t)
             }
             Flight::Through(weight) => {
                 self.throughput *= weight;
@@ -83,9 +123,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
         self.world.lights.context_into(at, point, None);
         at.bounces = self.bounce;
-        self.add_light_in_medium(point);
+        let within = &self.beside.within;
+        let there = within.varies.then(|| self.world.medium_at(within, point));
+        self.add_light_in_medium(point, there.as_ref());
         let u = self.sampler.triple(Dimension::Bsdf, self.bounce);
-        let medium = &self.beside.within.medium;
+        let medium = there.as_ref().unwrap_or(&self.beside.within.medium);
         let onward = medium.scatter(self.direction, u);
         let (value, pdf) = medium.phase(self.direction.dot(onward));
         if pdf <= 0.0 {
@@ -113,8 +155,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         true
     }
 
-    /// Adds the light of a sampled light at a point of a medium.
-    fn add_light_in_medium(&mut self, point: Vec3) {
+    /// Adds the light of a sampled light at a point of a medium: of this one, where it varies.
+    fn add_light_in_medium(&mut self, point: Vec3, there: Option<&Medium>) {
         let (world, settings, bounce) = (self.world, self.settings, self.bounce);
         if world.lights.is_empty() {
             return;
@@ -129,7 +171,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return;
         }
         let within = &self.beside.within;
-        let (value, pdf) = within.medium.phase(self.direction.dot(light.wi));
+        let medium = there.unwrap_or(&within.medium);
+        let (value, pdf) = medium.phase(self.direction.dot(light.wi));
         let delta = light.delta || rules.shines_through();
         let weighted = value * settings.weight_of_sampled(light.pdf, delta, pdf);
         let arriving = light.contribution();
@@ -151,7 +194,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         };
         if share != Vec3::ZERO {
             let ray = (point, light.wi);
-            share *= world.media_before(within, ray, light.target, sender.time);
+            let key = self.sampler.key(Dimension::Opacity, bounce);
+            share *= world.media_before(within, ray, light.target, (sender.time, key));
         }
         self.rays += 1;
         self.light.sink.step(|| Step::Light {

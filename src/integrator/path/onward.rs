@@ -8,7 +8,7 @@ use crate::light::Shadows;
 use crate::math::average;
 use crate::math::float::{RAY_START, ray_origin};
 use crate::sampler::{Dimension, Sampler, hashed};
-use crate::world::{Asking, Hit, Intersection, RayKind, Sender, Source, World};
+use crate::world::{Asking, Hit, Intersection, RayKind, Sender, Source, Way, World};
 use glam::Vec3;
 
 /// What becomes of a path at a surface that tints what passes straight on.
@@ -158,7 +158,16 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
         let (previous, light) = (&self.beside.previous, &mut *self.light);
         let (within, near) = (&self.beside.within, self.span.0);
-        let through = |distance: f32| Self::share(self.world, within, distance - near);
+        let (origin, direction) = (self.origin, self.direction);
+        let through = |distance: f32| {
+            let way = Way {
+                origin,
+                direction,
+                span: (near, distance),
+            };
+            let key = || self.sampler.key(Dimension::Opacity, bounce);
+            Self::share((self.world, within), way, key)
+        };
         let lights = &self.world.lights;
         lights.le_along_ray(
             &previous.at,
@@ -236,7 +245,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             };
             if world.has_media() {
                 let ray = (origin, direction);
-                share *= world.media_before(&self.beside.within, ray, target, sender.time);
+                let key = self.sampler.key(Dimension::Opacity, bounce);
+                let how = (sender.time, key);
+                share *= world.media_before(&self.beside.within, ray, target, how);
             }
             self.rays += 1;
             let kept = self.light.add_found(settings, shining * share, bounce);
@@ -254,8 +265,14 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return;
         }
         let ray = self.seen_by();
-        let throughput =
-            self.throughput * Self::share(self.world, &self.beside.within, f32::INFINITY);
+        let way = Way {
+            origin: self.origin,
+            direction: self.direction,
+            span: (self.span.0, f32::INFINITY),
+        };
+        let key = || self.sampler.key(Dimension::Opacity, self.bounce);
+        let share = Self::share((self.world, &self.beside.within), way, key);
+        let throughput = self.throughput * share;
         let (settings, bounce) = (self.settings, self.bounce);
         let (previous, light) = (&self.beside.previous, &mut *self.light);
         let lights = &self.world.lights;

@@ -23,7 +23,7 @@ pub use node::{
     Socket, SocketKind, TangentKind,
 };
 pub use range::{Facts, Range, Unit};
-pub use shaders::{SimpleBsdf, Subsurface, WalkMethod};
+pub use shaders::{PhaseKind, SimpleBsdf, Subsurface, VolumeShader, WalkMethod};
 pub use summary::{Opacity, PrincipledSummary, Slot, Summary};
 
 use super::material::Texture;

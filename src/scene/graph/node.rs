@@ -5,7 +5,7 @@
 
 use super::super::material::{ImageUse, Texture};
 use super::function::Function;
-use super::shaders::{SimpleBsdf, Subsurface};
+use super::shaders::{SimpleBsdf, Subsurface, VolumeShader};
 
 /// What an input takes, or an output gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -285,6 +285,41 @@ sockets! {
     }
 }
 sockets! {
+    /// Inputs of the Volume Absorption.
+    volume_absorption {
+        COLOR: Color "Color" = [0.8; 3], Legal::ANY;
+        DENSITY: Float "Density" = [1.0; 3], Legal::positive(0.0);
+    }
+}
+sockets! {
+    /// Inputs of the Volume Scatter.
+    volume_scatter {
+        COLOR: Color "Color" = [0.8; 3], Legal::positive(0.0);
+        DENSITY: Float "Density" = [1.0; 3], Legal::positive(0.0);
+        ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
+    }
+}
+sockets! {
+    /// Inputs of the Volume Coefficients.
+    volume_coefficients {
+        ABSORPTION: Vector "Absorption Coefficients" = [1.0; 3], Legal::positive(0.0);
+        SCATTER: Vector "Scatter Coefficients" = [1.0; 3], Legal::positive(0.0);
+        EMISSION: Vector "Emission Coefficients" = [0.0; 3], Legal::positive(0.0);
+        ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
+    }
+}
+sockets! {
+    /// Inputs of the Principled Volume; what it emits for its temperature is not among them.
+    principled_volume {
+        COLOR: Color "Color" = [0.5; 3], Legal::positive(0.0);
+        DENSITY: Float "Density" = [1.0; 3], Legal::positive(0.0);
+        ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
+        ABSORPTION_COLOR: Color "Absorption Color" = [0.0; 3], Legal::positive(0.0);
+        EMISSION_STRENGTH: Float "Emission Strength" = [0.0; 3], Legal::positive(0.0);
+        EMISSION_COLOR: Color "Emission Color" = [1.0; 3], Legal::positive(0.0);
+    }
+}
+sockets! {
     /// Inputs of the Mix Shader.
     mix_shader {
         FACTOR: Float "Fac" = [0.5; 3], Legal::share(1.0);
@@ -543,6 +578,8 @@ pub enum NodeKind {
     MixShader,
     /// The sum.
     AddShader,
+    /// What fills a mesh or all space.
+    Volume(VolumeShader),
 }
 
 /// Which of four numbers an output is.
@@ -589,6 +626,7 @@ impl NodeKind {
             Self::Emission => emission::SOCKETS,
             Self::MixShader => mix_shader::SOCKETS,
             Self::AddShader => add_shader::SOCKETS,
+            Self::Volume(shader) => shader.sockets(),
         }
     }
 
@@ -615,7 +653,8 @@ impl NodeKind {
             | Self::TransparentBsdf
             | Self::Emission
             | Self::MixShader
-            | Self::AddShader => &[(Shader, Lane::Rgb)],
+            | Self::AddShader
+            | Self::Volume(_) => &[(Shader, Lane::Rgb)],
         }
     }
 }

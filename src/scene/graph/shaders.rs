@@ -2,6 +2,7 @@
 
 use super::node::{Distribution, Socket};
 use super::node::{glass, metallic, sheen, subsurface, toon, translucent};
+use super::node::{principled_volume, volume_absorption, volume_coefficients, volume_scatter};
 
 /// Shaders of one lobe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,4 +89,38 @@ pub struct Subsurface {
     pub never_backward: bool,
     /// Paths that have been scattered diffusely see a diffuse surface, as in Cycles before 5.0.
     pub diffuse_behind_diffuse: bool,
+}
+
+/// Shaders of what fills a mesh or all space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VolumeShader {
+    /// It takes light.
+    Absorption,
+    /// It scatters light.
+    Scatter(PhaseKind),
+    /// It takes, scatters and emits.
+    Coefficients(PhaseKind),
+    /// The same by colours.
+    Principled,
+}
+
+/// How a shader's light is spread.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhaseKind {
+    /// Henyey and Greenstein's, of its anisotropy.
+    HenyeyGreenstein,
+    /// Of particles smaller than the wavelength.
+    Rayleigh,
+}
+
+impl VolumeShader {
+    /// Its inputs.
+    pub fn sockets(self) -> &'static [Socket] {
+        match self {
+            Self::Absorption => volume_absorption::SOCKETS,
+            Self::Scatter(_) => volume_scatter::SOCKETS,
+            Self::Coefficients(_) => volume_coefficients::SOCKETS,
+            Self::Principled => principled_volume::SOCKETS,
+        }
+    }
 }

@@ -253,7 +253,8 @@ impl<'a, S: Source> Compiler<'a, S> {
             | NodeKind::TransparentBsdf
             | NodeKind::Emission
             | NodeKind::MixShader
-            | NodeKind::AddShader => return ZERO,
+            | NodeKind::AddShader
+            | NodeKind::Volume(_) => return ZERO,
         };
         Operand::Register(self.emit(operation), Lane::Rgb)
     }
@@ -409,7 +410,7 @@ impl<'a, S: Source> Compiler<'a, S> {
     }
 
     /// The shaders under a link that are no sums or mixes, each once, with their weights.
-    fn leaves(&mut self, root: Option<Link>) -> Vec<(usize, Operand)> {
+    pub(super) fn leaves(&mut self, root: Option<Link>) -> Vec<(usize, Operand)> {
         let Some(root) = root else {
             return Vec::new();
         };

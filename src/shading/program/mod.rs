@@ -9,10 +9,12 @@ mod call;
 mod compile;
 mod projection;
 mod shader;
+mod volume;
 
 pub use aovs::Aovs;
 pub use call::{Call, Height};
 pub use compile::{Known, Source, compile, displacement};
+pub use volume::VolumeProgram;
 
 use super::texture::PreparedTexture;
 use crate::math::luminance;

@@ -30,6 +30,7 @@ pub(super) struct ShaderGraphJson {
     #[serde(default)]
     nodes: Vec<NodeJson>,
     surface: Option<Reference>,
+    volume: Option<Reference>,
     displacement: Option<Reference>,
     #[serde(default)]
     displacement_method: Option<String>,
@@ -203,6 +204,39 @@ pub(super) fn load_light(
     Ok(loaded.map(|loaded| loaded.graph))
 }
 
+/// Reads the node tree of what fills a mesh or all space; what is not evaluated has a verdict, and is not there.
+pub(super) fn load_volume(
+    document: &Document,
+    (value, material): (&Value, Option<&str>),
+    images: &mut Images,
+    version: Option<CyclesVersion>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<Graph>, ImportError> {
+    let owner = Owner {
+        words: material.map_or("world".to_owned(), |name| format!("material \"{name}\"")),
+        subject: material.map_or_else(
+            || "the world".into(),
+            |name| Subject::Material(name.to_owned()),
+        ),
+        instead: "its volume is left out",
+        version,
+    };
+    let loaded = read(document, value, &owner, images, diagnostics)?;
+    let graph = loaded.map(|loaded| loaded.graph);
+    let reads_images = |graph: &Graph| graph.textures().next().is_some();
+    if graph.as_ref().is_some_and(reads_images) {
+        diagnostics.report(
+            "shader-graph",
+            Verdict::Lost,
+            "volume with images",
+            owner.subject,
+            owner.instead,
+        );
+        return Ok(None);
+    }
+    Ok(graph.filter(|graph| graph.volume.is_some()))
+}
+
 /// What a material or the world tells passes of the scene's own; what is not evaluated has a verdict, and is 0 there.
 pub(super) fn load_aovs(
     document: &Document,
@@ -351,6 +385,9 @@ impl Reader<'_, '_, '_> {
         if let Some(surface) = &source.surface {
             self.graph.surface = self.made.get(surface).and_then(|input| input.link());
         }
+        if let Some(volume) = &source.volume {
+            self.graph.volume = self.made.get(volume).and_then(|input| input.link());
+        }
         self.tangents(&used)
     }
 
@@ -416,6 +453,7 @@ impl Reader<'_, '_, '_> {
             .iter()
             .map(|root| (root, true))
             .chain(self.source.surface.iter().map(|root| (root, false)))
+            .chain(self.source.volume.iter().map(|root| (root, false)))
             .chain(self.source.aovs.iter().map(|aov| (&aov.value, false)))
         {
             if let Some(outputs) = used.get_mut(root.node) {

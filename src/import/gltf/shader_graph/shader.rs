@@ -10,7 +10,7 @@ use crate::scene::graph::node::{
 };
 use crate::scene::graph::{
     Distribution, Function, ImageProjection, Input, Link, MathOperation, Node, NodeKind,
-    NormalSpace, SimpleBsdf, SocketKind, Subsurface, WalkMethod,
+    NormalSpace, PhaseKind, SimpleBsdf, SocketKind, Subsurface, VolumeShader, WalkMethod,
 };
 use crate::scene::{
     Effect, ImageAlpha, ImageId, ImageUse, Sampler, Subject, Texture, TextureFilter, UvTransform,
@@ -26,6 +26,15 @@ fn distribution(node: &NodeJson) -> Result<Distribution, Refusal> {
         Some("BECKMANN") => Ok(Distribution::Beckmann),
         Some("ASHIKHMIN_SHIRLEY") => Ok(Distribution::AshikhminShirley),
         other => Err(Refusal::of(node, other.unwrap_or("unknown"))),
+    }
+}
+
+/// How a shader of a volume scatters.
+fn phase(node: &NodeJson) -> Result<PhaseKind, Refusal> {
+    match node.text("phase") {
+        Some("HENYEY_GREENSTEIN") | None => Ok(PhaseKind::HenyeyGreenstein),
+        Some("RAYLEIGH") => Ok(PhaseKind::Rayleigh),
+        Some(other) => Err(Refusal::of(node, other)),
     }
 }
 
@@ -102,6 +111,16 @@ impl Reader<'_, '_, '_> {
                 self.second_shader(at, link, node::add_shader::B);
                 link
             }
+            "VolumeAbsorption" => self.add(at, NodeKind::Volume(VolumeShader::Absorption), &[]),
+            "VolumeScatter" => {
+                let volume = VolumeShader::Scatter(phase(node)?);
+                self.add(at, NodeKind::Volume(volume), &[])
+            }
+            "VolumeCoefficients" => {
+                let volume = VolumeShader::Coefficients(phase(node)?);
+                self.add(at, NodeKind::Volume(volume), &[])
+            }
+            "VolumePrincipled" => self.add(at, NodeKind::Volume(VolumeShader::Principled), &[]),
             _ => return Ok(None),
         };
         Ok(Some(link.into()))

@@ -1,0 +1,159 @@
+//! What fills space at a point, by a node tree.
+
+use super::compile::{Compiler, Source, root};
+use super::{Evaluation, Known, Place, Program, Root};
+use crate::scene::Phase;
+use crate::scene::graph::node::{
+    emission, principled_volume, volume_absorption, volume_coefficients, volume_scatter,
+};
+use crate::scene::graph::{self, Graph, NodeKind, PhaseKind, VolumeShader};
+use glam::Vec3;
+
+/// The shaders of a volume.
+#[derive(Clone, Debug)]
+pub struct VolumeProgram {
+    program: Program,
+    parts: Vec<Part>,
+}
+
+/// A shader with its share of the whole.
+#[derive(Clone, Debug)]
+struct Part {
+    weight: Root,
+    /// None for an Emission.
+    shader: Option<VolumeShader>,
+    sockets: Vec<Root>,
+}
+
+/// As in Cycles: beyond it the phase function is a needle that f32 cannot tell from the straight way.
+const MOST_G: f32 = 1.0 - 1e-3;
+
+impl VolumeProgram {
+    /// Compiles the volume of a graph.
+    pub fn new(graph: &Graph, mut known: Known, source: &mut impl Source) -> Self {
+        let mut folded = graph.clone();
+        graph::fold(&mut folded, &mut known);
+        let mut heights = 0;
+        let mut compiler = Compiler::new(&folded, source, &mut heights);
+        let mut parts = Vec::new();
+        for (at, weight) in compiler.leaves(folded.volume) {
+            let shader = match folded.nodes[at].kind {
+                NodeKind::Volume(shader) => Some(shader),
+                NodeKind::Emission => None,
+                // Shaders of surfaces fill nothing.
+                _ => continue,
+            };
+            let count = folded.nodes[at].inputs.len();
+            let sockets = (0..count).map(|socket| root(compiler.input(at, socket)));
+            parts.push(Part {
+                weight: root(weight),
+                shader,
+                sockets: sockets.collect(),
+            });
+        }
+        let roots = parts.iter_mut().flat_map(|part| {
+            let Part {
+                weight, sockets, ..
+            } = part;
+            std::iter::once(weight).chain(sockets)
+        });
+        let mut roots: Vec<&mut Root> = roots.collect();
+        let program = compiler.finish(&mut roots);
+        Self { program, parts }
+    }
+
+    /// What is taken, 1/m, and emitted, W·sr⁻¹·m⁻³, at a place; `scatterer` gets what is scattered, 1/m, and how.
+    pub fn at<P: Place>(&self, place: &P, mut scatterer: impl FnMut(Vec3, Phase)) -> (Vec3, Vec3) {
+        self.program.at(place, |at| {
+            let (mut absorption, mut emission) = (Vec3::ZERO, Vec3::ZERO);
+            for part in &self.parts {
+                let weight = at.number(&part.weight);
+                if weight > 0.0 {
+                    let (taken, emitted) = part.at(weight, at, &mut scatterer);
+                    absorption += taken;
+                    emission += emitted;
+                }
+            }
+            (absorption, emission)
+        })
+    }
+}
+
+/// What cannot be below zero; what is not a number stays so.
+fn positive(value: Vec3) -> Vec3 {
+    Vec3::select(value.cmplt(Vec3::ZERO), Vec3::ZERO, value)
+}
+
+impl Part {
+    fn at<P: Place>(
+        &self,
+        weight: f32,
+        at: &mut Evaluation<'_, P>,
+        scatterer: &mut impl FnMut(Vec3, Phase),
+    ) -> (Vec3, Vec3) {
+        let mut color = |socket: usize| positive(at.color(&self.sockets[socket]));
+        match self.shader {
+            None => {
+                let light = color(emission::COLOR) * color(emission::STRENGTH);
+                (Vec3::ZERO, light * weight)
+            }
+            Some(VolumeShader::Absorption) => {
+                let density = weight * color(volume_absorption::DENSITY).x;
+                let clear = color(volume_absorption::COLOR);
+                (positive(1.0 - clear) * density, Vec3::ZERO)
+            }
+            Some(VolumeShader::Scatter(kind)) => {
+                let density = weight * color(volume_scatter::DENSITY).x;
+                if density > 0.0 {
+                    let color = color(volume_scatter::COLOR);
+                    let phase = self.phase(kind, volume_scatter::ANISOTROPY, at);
+                    scatterer(color * density, phase);
+                }
+                (Vec3::ZERO, Vec3::ZERO)
+            }
+            Some(VolumeShader::Coefficients(kind)) => {
+                let [absorbed, scattered, emitted] = [
+                    volume_coefficients::ABSORPTION,
+                    volume_coefficients::SCATTER,
+                    volume_coefficients::EMISSION,
+                ]
+                .map(|socket| color(socket) * weight);
+                let phase = self.phase(kind, volume_coefficients::ANISOTROPY, at);
+                scatterer(scattered, phase);
+                (absorbed, emitted)
+            }
+            Some(VolumeShader::Principled) => {
+                let density = weight * color(principled_volume::DENSITY).x;
+                let emitted = color(principled_volume::EMISSION_COLOR)
+                    * color(principled_volume::EMISSION_STRENGTH)
+                    * weight;
+                if density <= 0.0 {
+                    return (Vec3::ZERO, emitted);
+                }
+                let white = color(principled_volume::COLOR);
+                let clear = color(principled_volume::ABSORPTION_COLOR);
+                let root = Vec3::from(clear.to_array().map(f32::sqrt));
+                let absorbed = positive(1.0 - white) * positive(1.0 - root) * density;
+                let hg = PhaseKind::HenyeyGreenstein;
+                let phase = self.phase(hg, principled_volume::ANISOTROPY, at);
+                scatterer(white * density, phase);
+                (absorbed, emitted)
+            }
+        }
+    }
+
+    fn phase<P: Place>(
+        &self,
+        kind: PhaseKind,
+        anisotropy: usize,
+        at: &mut Evaluation<'_, P>,
+    ) -> Phase {
+        match kind {
+            PhaseKind::HenyeyGreenstein => {
+                let g = at.number(&self.sockets[anisotropy]);
+                Phase::HenyeyGreenstein(g.clamp(-MOST_G, MOST_G))
+            }
+            PhaseKind::Rayleigh => Phase::Rayleigh,
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! What fills a mesh or all space and varies: its node tree at points of it, and bounds for the way through it.
+
+use super::material::Preparer;
+use super::view::{from_blender, to_blender};
+use crate::math::float::Affine;
+use crate::medium::tracking::{Local, Majorants};
+use crate::medium::{Lobe, Phase};
+use crate::scene::graph::function::{PlaceInput, Space, Transformed};
+use crate::scene::graph::{Graph, NormalSpace};
+use crate::scene::{self, Instance, Mesh, ObjectInfo, Scene, TextureSpace};
+use crate::shading::program::{Openness, Place, VolumeProgram};
+use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
+
+/// A medium that varies.
+#[derive(Debug)]
+pub(super) struct Varying {
+    program: VolumeProgram,
+    facts: Facts,
+    /// Bounds of its extinction.
+    pub majorants: Majorants,
+}
+
+/// What a tree may ask about what it fills.
+#[derive(Clone, Debug)]
+struct Facts {
+    /// The world's origin.
+    origin: Vec3,
+    /// Of an object.
+    object: Option<ObjectAxes>,
+}
+
+#[derive(Clone, Debug)]
+struct ObjectAxes {
+    /// From places relative to the origin to the object's space.
+    object_from_world: Affine,
+    /// Its axes in the world, and the other way round.
+    axes: (Mat3, Mat3),
+    /// Where its origin is, in Blender's axes.
+    location: Vec3,
+    info: ObjectInfo,
+    texture_space: TextureSpace,
+}
+
+/// Cells along each axis, where there are few volumes and where there are many: their bounds take 128 KiB or less each.
+const CELLS: [(usize, u32); 3] = [(8, 32), (64, 16), (usize::MAX, 8)];
+
+/// Cells along each axis of one of so many volumes.
+pub(super) fn cells(volumes: usize) -> u32 {
+    let (_, count) = CELLS[CELLS.iter().position(|c| volumes <= c.0).unwrap_or(2)];
+    count
+}
+
+impl Varying {
+    /// Of an object.
+    pub fn of_object(
+        scene: &Scene,
+        (instance, mesh): (&Instance, &Mesh),
+        graph: &Graph,
+        origin: DVec3,
+        cells: u32,
+    ) -> Self {
+        let place = &instance.world_from_object;
+        let placed = DAffine3 {
+            translation: place.translation - origin,
+            ..*place
+        };
+        let inverse = |m: DMat3| {
+            if m.determinant() == 0.0 {
+                m
+            } else {
+                m.inverse()
+            }
+        };
+        let back = DAffine3 {
+            matrix3: inverse(placed.matrix3),
+            translation: -(inverse(placed.matrix3) * placed.translation),
+        };
+        let facts = Facts {
+            origin: origin.as_vec3(),
+            object: Some(ObjectAxes {
+                object_from_world: Affine::from_f64(&back, DVec3::ZERO),
+                axes: (placed.matrix3.as_mat3(), back.matrix3.as_mat3()),
+                location: to_blender(place.translation.as_vec3()),
+                info: instance.info.clone(),
+                texture_space: mesh.texture_space,
+            }),
+        };
+        let corners = mesh.positions.iter();
+        let placed = corners.map(|p| placed.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3());
+        let (low, high) = placed.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+        Self::new(scene, graph, facts, ((low, high), false), cells)
+    }
+
+    /// Of all space; bounded by what it is in a box.
+    pub fn of_space(
+        scene: &Scene,
+        graph: &Graph,
+        origin: DVec3,
+        bounds: (Vec3, Vec3),
+        cells: u32,
+    ) -> Self {
+        let facts = Facts {
+            origin: origin.as_vec3(),
+            object: None,
+        };
+        Self::new(scene, graph, facts, (bounds, true), cells)
+    }
+
+    fn new(
+        scene: &Scene,
+        graph: &Graph,
+        facts: Facts,
+        (bounds, endless): ((Vec3, Vec3), bool),
+        cells: u32,
+    ) -> Self {
+        let program = Preparer::default().volume(scene, graph);
+        let local = |point: Vec3| local(&program, &facts, point, None);
+        let majorants = Majorants::new(bounds, cells, endless, local);
+        Self {
+            program,
+            facts,
+            majorants,
+        }
+    }
+
+    /// What is at a point, relative to the origin; the lobes are added to those that are asked for.
+    pub fn local(&self, point: Vec3, lobes: Option<&mut Vec<Lobe>>) -> Local {
+        local(&self.program, &self.facts, point, lobes)
+    }
+}
+
+/// A phase function, prepared.
+pub(super) fn phase(of: scene::Phase) -> Phase {
+    match of {
+        scene::Phase::HenyeyGreenstein(g) => Phase::HenyeyGreenstein(g),
+        scene::Phase::Rayleigh => Phase::Rayleigh,
+    }
+}
+
+fn local(
+    program: &VolumeProgram,
+    facts: &Facts,
+    point: Vec3,
+    mut lobes: Option<&mut Vec<Lobe>>,
+) -> Local {
+    let mut scattering = Vec3::ZERO;
+    let place = VolumePlace { facts, point };
+    let (absorption, emission) = program.at(&place, |coefficient, how| {
+        scattering += coefficient;
+        if let Some(lobes) = &mut lobes
+            && coefficient != Vec3::ZERO
+        {
+            lobes.push(Lobe {
+                coefficient,
+                phase: phase(how),
+            });
+        }
+    });
+    Local {
+        extinction: absorption + scattering,
+        scattering,
+        emission,
+    }
+}
+
+/// A point of a volume, as Cycles tells it to its nodes.
+struct VolumePlace<'a> {
+    facts: &'a Facts,
+    /// Relative to the origin.
+    point: Vec3,
+}
+
+impl VolumePlace<'_> {
+    /// In the object's space, Blender's axes; of all space the world's.
+    fn in_object(&self) -> Vec3 {
+        match &self.facts.object {
+            Some(object) => {
+                let m = &object.object_from_world;
+                m.vector(self.point) + m.translation
+            }
+            None => self.in_world(),
+        }
+    }
+
+    /// In the world, Blender's axes.
+    fn in_world(&self) -> Vec3 {
+        to_blender(self.point + self.facts.origin)
+    }
+}
+
+impl Place for VolumePlace<'_> {
+    fn uv(&self, _: u32) -> Vec2 {
+        Vec2::ZERO
+    }
+
+    fn color(&self) -> Vec4 {
+        Vec4::ZERO
+    }
+
+    fn mapped_normal(&self, _: NormalSpace, _: Vec3, _: f32) -> Vec3 {
+        Vec3::ZERO
+    }
+
+    fn input(&self, input: PlaceInput) -> Vec4 {
+        let full = |v: Vec3| v.extend(1.0);
+        let number = Vec4::splat;
+        let object = self.facts.object.as_ref();
+        match input {
+            PlaceInput::Generated => {
+                let p = self.in_object();
+                full(object.map_or(p, |object| object.texture_space.generated(p)))
+            }
+            PlaceInput::Object => full(self.in_object()),
+            PlaceInput::Position => full(self.in_world()),
+            PlaceInput::OfObject(rows) => {
+                let p = self.in_world().extend(1.0);
+                full(Vec3::from(rows.map(|row| Vec4::from(row).dot(p))))
+            }
+            PlaceInput::ObjectLocation => full(object.map_or(Vec3::ZERO, |o| o.location)),
+            PlaceInput::ObjectColor => object.map_or(Vec4::ZERO, |o| Vec4::from(o.info.color)),
+            PlaceInput::ObjectAlpha => number(object.map_or(0.0, |o| o.info.color[3])),
+            PlaceInput::ObjectIndex => number(object.map_or(0.0, |o| o.info.index)),
+            PlaceInput::ObjectRandom => number(object.map_or(0.0, |o| o.info.random)),
+            PlaceInput::MaterialIndex(index) => number(index),
+            PlaceInput::ObjectValue(n) => {
+                let value = object.and_then(|o| o.info.values.get(n as usize));
+                value.map_or(Vec4::ZERO, |value| Vec4::from(*value))
+            }
+            // What only surfaces and rays have.
+            _ => Vec4::ZERO,
+        }
+    }
+
+    fn transformed(&self, v: Vec3, what: Transformed, from: Space, to: Space) -> Vec3 {
+        let Some(object) = self.facts.object.as_ref().filter(|_| from != to) else {
+            return v;
+        };
+        let location = from_blender(object.location);
+        let (axes, back) = object.axes;
+        let world = match (from, what) {
+            (Space::Object, Transformed::Point) => axes * v + location,
+            (Space::Object, Transformed::Vector) => axes * v,
+            (Space::Object, Transformed::Normal) => back.transpose() * v,
+            _ => from_blender(v),
+        };
+        let result = match (to, what) {
+            (Space::Object, Transformed::Point) => back * (world - location),
+            (Space::Object, Transformed::Vector) => back * world,
+            (Space::Object, Transformed::Normal) => axes.transpose() * world,
+            _ => to_blender(world),
+        };
+        match what {
+            Transformed::Normal => result.normalize_or_zero(),
+            _ => result,
+        }
+    }
+
+    // There is no surface.
+    fn facing(&self, outside: Vec3) -> Vec3 {
+        to_blender(outside)
+    }
+
+    fn outside(&self, facing: Vec3) -> Vec3 {
+        from_blender(facing).normalize_or_zero()
+    }
+
+    fn steps(&self, _: f32) -> [Vec3; 2] {
+        [Vec3::ZERO; 2]
+    }
+
+    fn neighbour(&self, _: Vec3) -> Self {
+        Self { ..*self }
+    }
+
+    fn undisplaced(&self, _: u32) -> Self {
+        Self { ..*self }
+    }
+
+    fn openness(&self, _: Vec3, _: f32, _: Openness) -> f32 {
+        1.0
+    }
+
+    fn beveled(&self, _: f32, _: u8) -> Vec3 {
+        Vec3::ZERO
+    }
+
+    fn is_on_edge(&self, _: f32, _: bool) -> bool {
+        false
+    }
+}

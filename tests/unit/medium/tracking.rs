@@ -1,0 +1,192 @@
+use super::*;
+use crate::sampler::hashed;
+
+/// Extinction that grows along x, by channel; it scatters a share.
+fn local(at: Vec3, slope: Vec3, albedo: f32, emission: f32) -> Local {
+    let extinction = slope * at.x.max(0.0);
+    Local {
+        extinction,
+        scattering: extinction * albedo,
+        emission: Vec3::splat(emission),
+    }
+}
+
+const SLOPE: Vec3 = Vec3::new(0.5, 1.0, 2.0);
+/// Of the box of [`grid`], along x.
+const LENGTH: f32 = 2.0;
+
+/// Bounds by a share of what is there.
+fn grid(share: f32, emission: f32) -> Majorants {
+    let corners = (Vec3::new(0.0, -1.0, -1.0), Vec3::new(LENGTH, 1.0, 1.0));
+    Majorants::new(corners, 8, false, |at| {
+        local(at, SLOPE * share, 0.5, emission)
+    })
+}
+
+fn draws(sample: u32) -> impl FnMut() -> f32 {
+    let mut count = 0;
+    move || {
+        count += 1;
+        hashed(sample, 7, count)
+    }
+}
+
+/// Mean of a number of samples, and its standard error.
+fn estimate(samples: u32, mut of: impl FnMut(u32) -> Vec3) -> (Vec3, Vec3) {
+    let (mut sum, mut squares) = (glam::DVec3::ZERO, glam::DVec3::ZERO);
+    for sample in 0..samples {
+        let value = of(sample).as_dvec3();
+        sum += value;
+        squares += value * value;
+    }
+    let n = f64::from(samples);
+    let mean = sum / n;
+    let variance = (squares / n - mean * mean) / (n - 1.0);
+    (
+        mean.as_vec3(),
+        variance.max(glam::DVec3::ZERO).map(f64::sqrt).as_vec3(),
+    )
+}
+
+/// Four and a half standard errors: one test of some ten thousand fails by chance, and these have fixed numbers.
+fn agrees((mean, error): (Vec3, Vec3), expected: Vec3, what: &str) {
+    let off = (mean - expected).abs();
+    let bound = error * 4.5 + 1e-6;
+    assert!(
+        off.cmple(bound).all(),
+        "{what}: {mean} {expected} ± {error}"
+    );
+}
+
+fn through(to: f32) -> Vec3 {
+    (-SLOPE * (to * to / 2.0)).exp()
+}
+
+const RAY: (Vec3, Vec3) = (Vec3::new(-1.0, 0.1, 0.2), Vec3::X);
+
+/// Bounds that are too low, by a voxel or by all of them, make noise and no error.
+#[test]
+fn transmittance_is_right_in_the_mean_whatever_the_bounds() {
+    for share in [1.0, 0.6, 3.0] {
+        let grid = grid(share, 0.0);
+        let found = estimate(60_000, |sample| {
+            let mut marches = [grid.along(RAY.0, RAY.1, 0.0)];
+            ratio(&mut marches, 0.0, (0.0, 9.0), draws(sample), |t| {
+                local(RAY.0 + RAY.1 * t, SLOPE, 0.5, 0.0)
+            })
+        });
+        agrees(found, through(LENGTH), &format!("bounds of {share}"));
+    }
+}
+
+/// What comes through, what is scattered and what is emitted have known means, also over a medium that is even.
+#[test]
+fn flights_have_known_means() {
+    let (albedo, emission) = (0.7, 0.3);
+    let throughput = Vec3::new(1.0, 0.5, 0.25);
+    for (share, scatters) in [(1.0, true), (0.6, true), (1.0, false)] {
+        let grid = grid(share, emission);
+        let fly_of = |sample: u32| {
+            let mut marches = [grid.along(RAY.0, RAY.1, 1.0)];
+            let light = (throughput, scatters);
+            fly(&mut marches, 0.0, (1.0, 3.0), light, draws(sample), |t| {
+                local(RAY.0 + RAY.1 * t, SLOPE, albedo, emission)
+            })
+        };
+        let through = through(LENGTH);
+        let passed = estimate(80_000, |sample| match fly_of(sample).0 {
+            Flight::Through(weight) => weight,
+            Flight::Scattered(..) => Vec3::ZERO,
+        });
+        agrees(passed, through, "through");
+        let scattered = estimate(80_000, |sample| match fly_of(sample).0 {
+            Flight::Scattered(_, weight) => weight,
+            Flight::Through(_) => Vec3::ZERO,
+        });
+        let lost = if scatters {
+            (1.0 - through) * albedo
+        } else {
+            Vec3::ZERO
+        };
+        agrees(scattered, lost, "scattered");
+        if !scatters {
+            // ∫ ε exp(−a x²/2) dx by Simpson's rule.
+            let n = 1000;
+            let h = LENGTH / n as f32;
+            let at = |i: usize| (-SLOPE * (i as f32 * h).powi(2) / 2.0).exp();
+            let sum: Vec3 = (0..n / 2)
+                .map(|i| at(2 * i) + at(2 * i + 1) * 4.0 + at(2 * i + 2))
+                .sum();
+            let light = estimate(80_000, |sample| fly_of(sample).1);
+            agrees(light, sum * (emission * h / 3.0), "emitted");
+        }
+    }
+}
+
+/// Whatever the ray, the bounds cover its way through the box without a gap, and are those of the cells it is in.
+#[test]
+fn marches_cover_the_way() {
+    let grid = grid(1.0, 0.0);
+    for sample in 0..2000 {
+        let mut draw = draws(sample);
+        let mut point = || Vec3::new(draw(), draw(), draw()) * 6.0 - 3.0;
+        let (from, to) = (point(), point());
+        let axis = sample % 5;
+        let mut direction = (to - from).normalize();
+        // Some rays go along axes.
+        if axis < 3 {
+            direction = [Vec3::X, Vec3::NEG_Y, Vec3::Z][axis as usize];
+        }
+        let mut march = grid.along(from, direction, 0.0);
+        let mut t = 0.0;
+        for _ in 0..64 {
+            let end = march.end;
+            assert!(end >= t, "{sample}: {t} {end}");
+            if end.is_finite() && end - t > 1e-4 {
+                let middle = from + direction * (t + end) / 2.0;
+                // The point that bounds it is not further off than half a cell.
+                let point = middle - Vec3::X * (LENGTH / 16.0);
+                let most = local(point, SLOPE, 0.5, 0.0).extinction.max_element();
+                let inside = middle.cmpge(grid.low).all() && middle.cmple(grid.high).all();
+                assert!(
+                    !inside || march.majorant >= most,
+                    "{sample}: {middle} {most}"
+                );
+                assert!(inside || march.majorant == 0.0, "{sample}: {middle}");
+            }
+            if end == f32::INFINITY {
+                break;
+            }
+            t = end;
+            march.advance();
+        }
+        assert_eq!(march.end, f32::INFINITY, "{sample}");
+        assert_eq!(march.majorant, 0.0, "{sample}");
+    }
+}
+
+/// Thick as a wall, and thin as nothing.
+#[test]
+fn extremes_end_and_stay_finite() {
+    for density in [1e-9f32, 1e6] {
+        let thick = |_: Vec3| Local {
+            extinction: Vec3::splat(density),
+            scattering: Vec3::splat(density),
+            emission: Vec3::ZERO,
+        };
+        let grid = Majorants::new((Vec3::ZERO, Vec3::ONE), 8, false, thick);
+        let (from, direction) = (Vec3::new(0.5, 0.5, -1.0), Vec3::Z);
+        let shares = estimate(1000, |sample| {
+            let mut marches = [grid.along(from, direction, 0.0)];
+            let there = |t: f32| thick(from + direction * t);
+            ratio(
+                &mut marches,
+                0.0,
+                (0.0, f32::INFINITY),
+                draws(sample),
+                there,
+            )
+        });
+        agrees(shares, Vec3::splat((-density).exp()), "thick and thin");
+    }
+}
