@@ -31,34 +31,71 @@ const EVENTS: f32 = 8.0;
 /// Bounds of a medium's extinction in the cells of a box.
 #[derive(Clone, Debug)]
 pub struct Majorants {
-    low: Vec3,
-    high: Vec3,
-    /// Cells in a metre.
-    scale: Vec3,
-    count: i32,
+    /// The planes between cells, by axis: one more than there are cells.
+    planes: [Box<[f32]>; 3],
     values: Vec<f32>,
-    /// Beyond the box.
-    beyond: f32,
+}
+
+/// Planes at even distances.
+pub fn even(low: Vec3, high: Vec3, count: u32) -> [Box<[f32]>; 3] {
+    [0, 1, 2].map(|axis| {
+        // Points on the box's faces lie in it, however they are rounded.
+        let size = high[axis] - low[axis];
+        let margin = (low[axis].abs().max(high[axis].abs()) * 4.0 * f32::EPSILON)
+            .max(size * f32::EPSILON)
+            .max(f32::MIN_POSITIVE);
+        let (low, size) = (low[axis] - margin, size + 2.0 * margin);
+        let plane = |i: u32| low + size * (i as f32 / count as f32);
+        (0..=count).map(plane).collect()
+    })
+}
+
+/// The same in a box, and about it more of them, each cell twice as wide as the one before, as far as `reach`.
+pub fn widening(low: Vec3, high: Vec3, count: u32, reach: f32) -> [Box<[f32]>; 3] {
+    even(low, high, count).map(|inner| {
+        let (Some(first), Some(last)) = (inner.first().copied(), inner.last().copied()) else {
+            return inner;
+        };
+        let width = (last - first) / count as f32;
+        let outwards = |end: f32, sign: f32, far: f32| {
+            let mut planes = Vec::new();
+            let (mut at, mut step) = (end, width);
+            while (far - at) * sign > 0.0 {
+                // A step that rounding swallows is none.
+                step = (2.0 * step).max(at.abs() * 1e-3);
+                at = if (far - (at + sign * step)) * sign > 0.0 {
+                    at + sign * step
+                } else {
+                    far
+                };
+                planes.push(at);
+            }
+            planes
+        };
+        let mut planes = outwards(first, -1.0, -reach);
+        planes.reverse();
+        planes.extend_from_slice(&inner);
+        planes.extend(outwards(last, 1.0, reach));
+        planes.into()
+    })
 }
 
 impl Majorants {
-    /// Asks for what is at points of a box, with so many cells along each axis. `endless`: the medium goes on beyond the box.
-    pub fn new(
-        (low, high): (Vec3, Vec3),
-        count: u32,
-        endless: bool,
-        local: impl Fn(Vec3) -> Local + Sync,
-    ) -> Self {
-        let count = count.max(1) as i32;
-        // Points on the box's faces lie in it, however they are rounded.
-        let margin = (low.abs().max(high.abs()) * 4.0 * f32::EPSILON)
-            .max((high - low).max(Vec3::ZERO) * f32::EPSILON)
-            .max(Vec3::splat(f32::MIN_POSITIVE));
-        let (low, high) = (low - margin, high + margin);
-        let size = (high - low) / count as f32;
+    /// Asks for what is at points of each cell between planes. Beyond them there is nothing.
+    pub fn new(planes: [Box<[f32]>; 3], local: impl Fn(Vec3) -> Local + Sync) -> Self {
+        let made = Self {
+            planes,
+            values: Vec::new(),
+        };
+        let (low, high) = made.corners();
         let rate = EVENTS / (high - low).length();
-        let bound_at = |x: i32, y: i32, z: i32| {
-            let corner = low + IVec3::new(x, y, z).as_vec3() * size;
+        let count = made.count();
+        let cells = count.element_product();
+        let cell =
+            |at: i32| IVec3::new(at % count.x, at / count.x % count.y, at / count.x / count.y);
+        let bound_at = |number: i32| {
+            let cell = cell(number);
+            let (corner, opposite) = (made.plane(cell), made.plane(cell + 1));
             let (mut most, mut emits) = (0.0f32, false);
             for point in 0..POINTS.pow(3) {
                 let bits = [
@@ -67,17 +104,13 @@ impl Majorants {
                     point / POINTS / POINTS,
                 ];
                 // Each cell's points lie otherwise in it, so that no lattice of the medium hides between them.
-                let cell = (z * count + y) * count + x;
-                let turn = |axis: u32| {
-                    let n = cell as u32 * 24 + point * 3 + axis;
-                    (f64::from(n) * 0.618_033_988_749_894_9).fract() as f32
+                let turned = |axis: u32| {
+                    let n = u64::from(number as u32) * 24 + u64::from(point * 3 + axis);
+                    let turn = (n as f64 * 0.618_033_988_749_894_9).fract() as f32;
+                    (bits[axis as usize] as f32 + turn) / POINTS as f32
                 };
-                let within = Vec3::new(
-                    bits[0] as f32 + turn(0),
-                    bits[1] as f32 + turn(1),
-                    bits[2] as f32 + turn(2),
-                ) / POINTS as f32;
-                let local = local(corner + within * size);
+                let within = Vec3::new(turned(0), turned(1), turned(2));
+                let local = local(corner + within * (opposite - corner));
                 let extinction = local.extinction.max_element();
                 // What is no number bounds nothing; the path meets it, and it is counted there.
                 if extinction.is_finite() {
@@ -87,49 +120,55 @@ impl Majorants {
             }
             (most, emits)
         };
-        let found: Vec<(f32, bool)> = (0..count.pow(3))
-            .into_par_iter()
-            .map(|at| bound_at(at % count, at / count % count, at / count / count))
-            .collect();
+        let found: Vec<(f32, bool)> = (0..cells).into_par_iter().map(bound_at).collect();
         let greatest = found.iter().map(|found| found.0).fold(0.0, f32::max);
         let emits = found.iter().any(|found| found.1);
         let floor = if emits { rate } else { 0.0 }.max(greatest * LEAST_SHARE);
-        let at = |x: i32, y: i32, z: i32| {
-            let (around, mut most) = (|i: i32| (i - 1).max(0)..=(i + 1).min(count - 1), floor);
-            for z in around(z) {
-                for y in around(y) {
-                    for x in around(x) {
-                        most = most.max(found[((z * count + y) * count + x) as usize].0);
+        let with_neighbours = |number: i32| {
+            let cell = cell(number);
+            let (from, to) = ((cell - 1).max(IVec3::ZERO), (cell + 1).min(count - 1));
+            let mut most = floor;
+            for z in from.z..=to.z {
+                for y in from.y..=to.y {
+                    for x in from.x..=to.x {
+                        most = most.max(found[made.number(IVec3::new(x, y, z))].0);
                     }
                 }
             }
             most
         };
-        let values = (0..count.pow(3))
-            .into_par_iter()
-            .map(|i| at(i % count, i / count % count, i / count / count))
-            .collect();
-        Self {
-            low,
-            high,
-            scale: size.recip(),
-            count,
-            values,
-            beyond: if endless { greatest.max(floor) } else { 0.0 },
-        }
+        let values = (0..cells).into_par_iter().map(with_neighbours).collect();
+        Self { values, ..made }
+    }
+
+    fn count(&self) -> IVec3 {
+        IVec3::from(self.planes.each_ref().map(|planes| planes.len() as i32 - 1))
+    }
+
+    fn number(&self, cell: IVec3) -> usize {
+        let count = self.count();
+        ((cell.z * count.y + cell.y) * count.x + cell.x) as usize
+    }
+
+    /// The corner of a cell.
+    fn plane(&self, cell: IVec3) -> Vec3 {
+        let [x, y, z] = &self.planes;
+        Vec3::new(x[cell.x as usize], y[cell.y as usize], z[cell.z as usize])
+    }
+
+    fn corners(&self) -> (Vec3, Vec3) {
+        (self.plane(IVec3::ZERO), self.plane(self.count()))
     }
 
     /// The bounds along a ray from a distance on.
     pub fn along(&self, origin: Vec3, direction: Vec3, from: f32) -> March<'_> {
         let inverse = direction.recip();
-        let (a, b) = (
-            (self.low - origin) * inverse,
-            (self.high - origin) * inverse,
-        );
+        let (low, high) = self.corners();
+        let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
         let (mut near, mut far) = (f32::NEG_INFINITY, f32::INFINITY);
         for axis in 0..3 {
             if direction[axis] == 0.0 {
-                if origin[axis] < self.low[axis] || origin[axis] > self.high[axis] {
+                if origin[axis] < low[axis] || origin[axis] > high[axis] {
                     near = f32::INFINITY;
                 }
             } else {
@@ -144,7 +183,7 @@ impl Majorants {
             cell: IVec3::ZERO,
             next: Vec3::INFINITY,
             end: from,
-            majorant: self.beyond,
+            majorant: 0.0,
             inside: false,
         };
         if near >= far || far <= from {
@@ -178,12 +217,12 @@ pub struct March<'a> {
 impl March<'_> {
     fn enter(&mut self, at: f32) {
         let (origin, direction) = self.ray;
-        let grid = self.grid;
-        let place = (origin + direction * at - grid.low) * grid.scale;
-        self.cell = place
-            .floor()
-            .as_ivec3()
-            .clamp(IVec3::ZERO, IVec3::splat(grid.count - 1));
+        let (grid, point) = (self.grid, origin + direction * at);
+        for axis in 0..3 {
+            let planes = &grid.planes[axis];
+            let below = planes.partition_point(|&plane| plane <= point[axis]);
+            self.cell[axis] = below.clamp(1, planes.len() - 1) as i32 - 1;
+        }
         for axis in 0..3 {
             self.next[axis] = self.crossing(axis);
         }
@@ -198,13 +237,11 @@ impl March<'_> {
             return f32::INFINITY;
         }
         let side = self.cell[axis] + i32::from(direction[axis] > 0.0);
-        let plane = self.grid.low[axis] + side as f32 / self.grid.scale[axis];
-        (plane - origin[axis]) / direction[axis]
+        (self.grid.planes[axis][side as usize] - origin[axis]) / direction[axis]
     }
 
     fn settle(&mut self, at: f32) {
-        let (cell, count) = (self.cell, self.grid.count);
-        self.majorant = self.grid.values[((cell.z * count + cell.y) * count + cell.x) as usize];
+        self.majorant = self.grid.values[self.grid.number(self.cell)];
         self.end = self.next.min_element().min(self.leaves).max(at);
     }
 
@@ -221,9 +258,9 @@ impl March<'_> {
             _ => 2,
         };
         self.cell[axis] += if self.ray.1[axis] > 0.0 { 1 } else { -1 };
-        let is_out = !(0..self.grid.count).contains(&self.cell[axis]);
+        let is_out = !(0..self.grid.count()[axis]).contains(&self.cell[axis]);
         if is_out || at >= self.leaves {
-            (self.majorant, self.end) = (self.grid.beyond, f32::INFINITY);
+            (self.majorant, self.end) = (0.0, f32::INFINITY);
             return;
         }
         self.next[axis] = self.crossing(axis);

@@ -171,7 +171,7 @@ impl World {
         let everywhere = everywhere.map(|(even, graph)| {
             let fill = |graph| {
                 let bounds = self.bounds_around(scene);
-                Varying::of_space(scene, graph, self.origin, bounds, varying::cells(1))
+                Varying::of_space(scene, graph, self.origin, bounds)
             };
             Filling {
                 even,
@@ -189,7 +189,7 @@ impl World {
         }
     }
 
-    /// The box of all meshes and cameras, relative to the origin.
+    /// A box around all meshes and cameras, relative to the origin.
     fn bounds_around(&self, scene: &Scene) -> (Vec3, Vec3) {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let mut add = |point: DVec3| {
@@ -205,10 +205,9 @@ impl World {
             }
         }
         if low.x > high.x {
-            (Vec3::NEG_ONE, Vec3::ONE)
-        } else {
-            (low, high)
+            return (Vec3::NEG_ONE, Vec3::ONE);
         }
+        (low, high)
     }
 
     /// Takes note of the media around a camera.

@@ -3,7 +3,7 @@
 use super::material::Preparer;
 use super::view::{from_blender, to_blender};
 use crate::math::float::Affine;
-use crate::medium::tracking::{Local, Majorants};
+use crate::medium::tracking::{Local, Majorants, even, widening};
 use crate::medium::{Lobe, Phase};
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::{Graph, NormalSpace};
@@ -43,6 +43,9 @@ struct ObjectAxes {
 
 /// Cells along each axis, where there are few volumes and where there are many: their bounds take 128 KiB or less each.
 const CELLS: [(usize, u32); 3] = [(8, 32), (64, 16), (usize::MAX, 8)];
+
+/// So far from the origin reaches what fills all space, metres: as in Cycles.
+const REACH: f32 = 10_000.0;
 
 /// Cells along each axis of one of so many volumes.
 pub(super) fn cells(volumes: usize) -> u32 {
@@ -90,34 +93,28 @@ impl Varying {
         let (low, high) = placed.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
             (low.min(p), high.max(p))
         });
-        Self::new(scene, graph, facts, ((low, high), false), cells)
+        Self::new(scene, graph, facts, even(low, high, cells))
     }
 
-    /// Of all space; bounded by what it is in a box.
+    /// Of all space, as far as Cycles goes: bounded more narrowly in a box.
     pub fn of_space(
         scene: &Scene,
         graph: &Graph,
         origin: DVec3,
-        bounds: (Vec3, Vec3),
-        cells: u32,
+        (low, high): (Vec3, Vec3),
     ) -> Self {
         let facts = Facts {
             origin: origin.as_vec3(),
             object: None,
         };
-        Self::new(scene, graph, facts, (bounds, true), cells)
+        let planes = widening(low, high, CELLS[1].1, REACH);
+        Self::new(scene, graph, facts, planes)
     }
 
-    fn new(
-        scene: &Scene,
-        graph: &Graph,
-        facts: Facts,
-        (bounds, endless): ((Vec3, Vec3), bool),
-        cells: u32,
-    ) -> Self {
+    fn new(scene: &Scene, graph: &Graph, facts: Facts, planes: [Box<[f32]>; 3]) -> Self {
         let program = Preparer::default().volume(scene, graph);
         let local = |point: Vec3| local(&program, &facts, point, None);
-        let majorants = Majorants::new(bounds, cells, endless, local);
+        let majorants = Majorants::new(planes, local);
         Self {
             program,
             facts,

@@ -194,12 +194,12 @@ class Volumes(unittest.TestCase):
         tree = self.cube()
         self.fill(tree, "ShaderNodeVolumeScatter")
         shader = next(n for n in tree.nodes if n.type == "VOLUME_SCATTER")
-        tree.links.new(tree.nodes.new("ShaderNodeTexImage").outputs[0], shader.inputs["Density"])
+        tree.links.new(tree.nodes.new("ShaderNodeWireframe").outputs[0], shader.inputs["Density"])
         with tempfile.TemporaryDirectory() as folder:
             found = kit.in_render(lambda dg: export.write_scene(dg, dg.scene, folder, os.path.join(folder, "cache")))
         told = [v["detail"] for v in found.verdicts if v["verdict"] == "lost"]
         self.assertEqual(len(told), 1, found.verdicts)
-        self.assertIn("the volume (Volume Scatter) is left out: Image Texture", told[0])
+        self.assertIn("the volume (Volume Scatter) is left out: Wireframe", told[0])
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ const LENGTH: f32 = 2.0;
 /// Bounds by a share of what is there.
 fn grid(share: f32, emission: f32) -> Majorants {
     let corners = (Vec3::new(0.0, -1.0, -1.0), Vec3::new(LENGTH, 1.0, 1.0));
-    Majorants::new(corners, 8, false, |at| {
+    Majorants::new(even(corners.0, corners.1, 8), |at| {
         local(at, SLOPE * share, 0.5, emission)
     })
 }
@@ -127,6 +127,7 @@ fn flights_have_known_means() {
 #[test]
 fn marches_cover_the_way() {
     let grid = grid(1.0, 0.0);
+    let (low, high) = grid.corners();
     for sample in 0..2000 {
         let mut draw = draws(sample);
         let mut point = || Vec3::new(draw(), draw(), draw()) * 6.0 - 3.0;
@@ -147,7 +148,7 @@ fn marches_cover_the_way() {
                 // The point that bounds it is not further off than half a cell.
                 let point = middle - Vec3::X * (LENGTH / 16.0);
                 let most = local(point, SLOPE, 0.5, 0.0).extinction.max_element();
-                let inside = middle.cmpge(grid.low).all() && middle.cmple(grid.high).all();
+                let inside = middle.cmpge(low).all() && middle.cmple(high).all();
                 assert!(
                     !inside || march.majorant >= most,
                     "{sample}: {middle} {most}"
@@ -174,7 +175,7 @@ fn extremes_end_and_stay_finite() {
             scattering: Vec3::splat(density),
             emission: Vec3::ZERO,
         };
-        let grid = Majorants::new((Vec3::ZERO, Vec3::ONE), 8, false, thick);
+        let grid = Majorants::new(widening(Vec3::ZERO, Vec3::ONE, 4, 1.0), thick);
         let (from, direction) = (Vec3::new(0.5, 0.5, -1.0), Vec3::Z);
         let shares = estimate(1000, |sample| {
             let mut marches = [grid.along(from, direction, 0.0)];
@@ -188,5 +189,21 @@ fn extremes_end_and_stay_finite() {
             )
         });
         agrees(shares, Vec3::splat((-density).exp()), "thick and thin");
+    }
+}
+
+/// Planes about a box go on to where they shall, and only outwards.
+#[test]
+fn planes_widen() {
+    let (low, high) = (Vec3::new(-1.0, 5.0, -3e4), Vec3::new(1.0, 6.0, 3e4));
+    let [x, y, z] = widening(low, high, 4, 1e4);
+    for (planes, inner) in [(&x, true), (&y, true), (&z, false)] {
+        assert!(
+            planes.windows(2).all(|pair| pair[0] < pair[1]),
+            "{planes:?}"
+        );
+        assert!(planes.len() < 64, "{}", planes.len());
+        let ends = (planes[0], planes[planes.len() - 1]);
+        assert_eq!(ends == (-1e4, 1e4), inner, "{ends:?}");
     }
 }
