@@ -1,7 +1,7 @@
 //! What moves while the shutter is open. Motions are told at equal steps of time, from where it opens to where it closes.
 
 use super::flatten::directions;
-use super::{Diagnostics, Mesh, Scene, Verdict};
+use super::{Diagnostics, Effect, Mesh, Scene, Subject, Verdict};
 use glam::{DAffine3, Vec3};
 
 /// Embree takes no more steps.
@@ -68,6 +68,30 @@ fn is_within_reach(step: &DAffine3, size: f64) -> bool {
     ];
     let growth: f64 = columns.iter().map(|axis| axis.length()).sum();
     growth * size + step.translation.abs().max_element() < REACH
+}
+
+/// Says of what fills objects and varies that it does not move with them.
+fn tell_of_volumes(scene: &Scene, diagnostics: &mut Diagnostics) {
+    for instance in &scene.instances {
+        let Some(mesh) = scene.meshes.get(instance.mesh.0 as usize) else {
+            continue;
+        };
+        let moves = !instance.motion.is_empty() || !mesh.motion.is_empty();
+        let material = mesh
+            .material
+            .and_then(|m| scene.materials.get(m.0 as usize));
+        let medium = material.and_then(|material| material.medium.as_ref());
+        if moves && medium.is_some_and(|medium| medium.varying.is_some()) {
+            diagnostics.report_effect(
+                Effect::Media,
+                "still-volume",
+                Verdict::Approximated,
+                "volumes that vary on objects that move",
+                Subject::Object(instance.name.clone()),
+                "what fills them stands still while the shutter is open",
+            );
+        }
+    }
 }
 
 /// Takes out motions that are none, and those that cannot be rendered, which is told.
@@ -143,6 +167,7 @@ pub(super) fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         shutter.rolling = None;
         refuse("shutter");
     }
+    tell_of_volumes(scene, diagnostics);
 }
 
 /// Whether the steps of a mesh are of its size and finite; normals are brought to unit length.

@@ -88,11 +88,19 @@ impl Varying {
                 texture_space: mesh.texture_space,
             }),
         };
-        let corners = mesh.positions.iter();
-        let placed = corners.map(|p| placed.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3());
-        let (low, high) = placed.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
-            (low.min(p), high.max(p))
-        });
+        // Where it goes while the shutter is open, too.
+        let poses = std::iter::once(place).chain(&instance.motion);
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for pose in poses {
+            let shapes = std::iter::once(&mesh.positions);
+            for p in shapes
+                .chain(mesh.motion.iter().map(|step| &step.positions))
+                .flatten()
+            {
+                let p = (pose.transform_point3(Vec3::from(*p).as_dvec3()) - origin).as_vec3();
+                (low, high) = (low.min(p), high.max(p));
+            }
+        }
         Self::new(scene, graph, facts, even(low, high, cells))
     }
 

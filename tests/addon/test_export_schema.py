@@ -38,6 +38,9 @@ class Schema(kit.ExportTest):
         tree.links.new(told.outputs["Random"], noise.inputs["Scale"])
         tree.links.new(noise.outputs[0], ramp.inputs[0])
         tree.links.new(ramp.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
+        smoke = tree.nodes.new("ShaderNodeVolumePrincipled")
+        tree.links.new(noise.outputs[0], smoke.inputs["Density"])
+        tree.links.new(smoke.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
         return self.export().root
 
     def test_every_extension_is_in_the_file_and_valid(self):
@@ -46,6 +49,8 @@ class Schema(kit.ExportTest):
         known = {re.sub("_(punctual|area)$", "", name) for name in schema_check.schema()["$defs"] if name.startswith("SUNDOG_")}
         self.assertEqual(used, known)
         self.assertEqual(list(schema_check.errors(root, schema_check.schema())), [])
+        told = [m["extensions"]["SUNDOG_material"].get("volume", {}).get("graph") for m in root["materials"]]
+        self.assertEqual([graph is not None for graph in told].count(True), 1)
 
     def test_mistakes_are_found(self):
         root = self.everything()

@@ -6,7 +6,10 @@ use sundog::scene::graph::function::PlaceInput;
 use sundog::scene::graph::{
     Function, Graph, MathOperation, Node, NodeKind, PhaseKind, VolumeShader,
 };
-use sundog::scene::{AlphaMode, LightKind, Medium, MetallicRoughness, Phase, Scatterer, Scene};
+use sundog::scene::validate::clean;
+use sundog::scene::{
+    AlphaMode, Diagnostics, LightKind, Medium, MetallicRoughness, Phase, Scatterer, Scene,
+};
 use sundog::selftest::kit::{
     camera, constant_environment, diffuse, glass, light, place, quad, sphere,
 };
@@ -119,6 +122,21 @@ fn a_slab_that_varies_lets_through_what_it_must() {
         "{found} ± {}, {expected}",
         variance.sqrt()
     );
+}
+
+/// What fills an object that moves stands still, and the scene says so once.
+#[test]
+fn a_cloud_that_moves_is_told() {
+    for (moves, expected) in [(false, 0), (true, 1)] {
+        let (mut scene, mut told) = (cloud(), Diagnostics::default());
+        if let (true, Some(ball)) = (moves, scene.instances.last_mut()) {
+            let further = DAffine3::from_translation(DVec3::X);
+            ball.motion = vec![ball.world_from_object, further * ball.world_from_object];
+        }
+        clean(&mut scene, &mut told);
+        let of_volumes = told.iter().filter(|d| d.code == "still-volume");
+        assert_eq!(of_volumes.count(), expected);
+    }
 }
 
 /// A cloud that varies and takes nothing is invisible in a white furnace.
