@@ -2,6 +2,7 @@
 //!
 //! Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th edition, chapters 11 and 14.
 
+pub mod particles;
 mod phase;
 pub mod tracking;
 pub mod walk;

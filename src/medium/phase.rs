@@ -1,6 +1,7 @@
 //! Phase functions, each sampled exactly. A cosine of 1 is straight on.
 
 use super::Medium;
+use super::particles::{Draine, FournierForand};
 use crate::math::frame::Frame;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -12,6 +13,10 @@ pub enum Phase {
     HenyeyGreenstein(f32),
     /// Of particles smaller than the wavelength: 3/(16π)(1 + cos²).
     Rayleigh,
+    /// Of dust, and the greater part of droplets.
+    Draine(Draine),
+    /// Of what floats in water.
+    FournierForand(FournierForand),
 }
 
 /// A phase function with what it scatters.
@@ -39,6 +44,8 @@ impl Phase {
                 0.25 * FRAC_1_PI * (1.0 - g) * (1.0 + g) / (d * d.sqrt())
             }
             Self::Rayleigh => 3.0 / 16.0 * FRAC_1_PI * (1.0 + cos * cos),
+            Self::Draine(dust) => dust.density(f64::from(cos)) as f32,
+            Self::FournierForand(floating) => floating.density(f64::from(cos)) as f32,
         }
     }
 
@@ -62,6 +69,8 @@ impl Phase {
                 let a = (v.abs() + (v * v + 1.0).sqrt()).cbrt();
                 ((a - 1.0 / a).copysign(v)).clamp(-1.0, 1.0)
             }
+            Self::Draine(dust) => dust.cosine(f64::from(u)) as f32,
+            Self::FournierForand(floating) => floating.cosine(f64::from(u)) as f32,
         }
     }
 }

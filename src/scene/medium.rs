@@ -32,6 +32,22 @@ pub enum Phase {
     HenyeyGreenstein(f32),
     /// Of particles smaller than the wavelength.
     Rayleigh,
+    /// Draine's: of dust.
+    Draine {
+        /// Of the part by Henyey and Greenstein, below 1 in magnitude.
+        anisotropy: f32,
+        /// How much more goes straight on and back.
+        alpha: f32,
+    },
+    /// Fournier and Forand's: of what floats in water.
+    FournierForand {
+        /// Its index of refraction.
+        ior: f32,
+        /// The share that goes back.
+        backscatter: f32,
+    },
+    /// Mie's: of droplets, by their diameter in µm.
+    Mie(f32),
 }
 
 impl Medium {
@@ -78,14 +94,41 @@ impl Medium {
             *c = legal;
         }
         for scatterer in &mut self.scatterers {
-            if let Phase::HenyeyGreenstein(g) = &mut scatterer.phase {
-                bad |= g.is_nan() || g.abs() > 1.0;
-                *g = if g.is_finite() {
-                    g.clamp(-MOST_G, MOST_G)
-                } else {
-                    0.0
-                };
+            bad |= scatterer.phase.clean();
+        }
+        bad
+    }
+}
+
+impl Phase {
+    /// Makes its numbers legal, which Cycles' limits say; whether some were not finite or far off.
+    fn clean(&mut self) -> bool {
+        let mut bad = false;
+        let mut legal = |value: &mut f32, (least, most, otherwise): (f32, f32, f32)| {
+            bad |= !value.is_finite();
+            *value = if value.is_finite() {
+                value.clamp(least, most)
+            } else {
+                otherwise
+            };
+        };
+        let g = (-MOST_G, MOST_G, 0.0);
+        match self {
+            Self::HenyeyGreenstein(value) => {
+                let was_far = value.abs() > 1.0;
+                legal(value, g);
+                bad |= was_far;
             }
+            Self::Rayleigh => {}
+            Self::Draine { anisotropy, alpha } => {
+                legal(anisotropy, g);
+                legal(alpha, (0.0, 1e6, 0.0));
+            }
+            Self::FournierForand { ior, backscatter } => {
+                legal(ior, (1.0 + 1e-3, 1e3, 1.33));
+                legal(backscatter, (0.0, 0.5 - 1e-3, 0.1));
+            }
+            Self::Mie(diameter) => legal(diameter, (0.0, 1e3, 20.0)),
         }
         bad
     }

@@ -102,11 +102,7 @@ fn prepared(of: &scene::Medium) -> Arc<Medium> {
     let lobes: Vec<Lobe> = of
         .scatterers
         .iter()
-        .map(|scatterer| Lobe {
-            coefficient: scatterer.coefficient.into(),
-            phase: varying::phase(scatterer.phase),
-        })
-        .filter(|lobe| lobe.coefficient != Vec3::ZERO)
+        .flat_map(|s| varying::lobes(s.coefficient.into(), s.phase))
         .collect();
     let scattering = lobes.iter().map(|lobe| lobe.coefficient).sum();
     Arc::new(Medium {

@@ -3,6 +3,7 @@
 use super::material::Preparer;
 use super::view::{from_blender, to_blender};
 use crate::math::float::Affine;
+use crate::medium::particles::{Draine, FournierForand, droplets};
 use crate::medium::tracking::{Local, Majorants, even, widening};
 use crate::medium::{Lobe, Phase};
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
@@ -136,31 +137,46 @@ impl Varying {
     }
 }
 
-/// A phase function, prepared.
-pub(super) fn phase(of: scene::Phase) -> Phase {
-    match of {
-        scene::Phase::HenyeyGreenstein(g) => Phase::HenyeyGreenstein(g),
-        scene::Phase::Rayleigh => Phase::Rayleigh,
-    }
+/// What scatters, prepared: droplets are two kinds of lobes.
+pub(super) fn lobes(coefficient: Vec3, of: scene::Phase) -> impl Iterator<Item = Lobe> {
+    let (phase, other) = match of {
+        scene::Phase::HenyeyGreenstein(g) => (Phase::HenyeyGreenstein(g), None),
+        scene::Phase::Rayleigh => (Phase::Rayleigh, None),
+        scene::Phase::Draine { anisotropy, alpha } => {
+            let g = anisotropy;
+            (Phase::Draine(Draine { g, alpha }), None)
+        }
+        scene::Phase::FournierForand { ior, backscatter } => {
+            let floating = FournierForand::new(ior, backscatter);
+            (Phase::FournierForand(floating), None)
+        }
+        scene::Phase::Mie(diameter) => {
+            let (g, draine, share) = droplets(diameter);
+            let other = (Phase::Draine(draine), share);
+            (Phase::HenyeyGreenstein(g), Some(other))
+        }
+    };
+    let rest = 1.0 - other.map_or(0.0, |(_, share)| share);
+    let both = std::iter::once((phase, rest)).chain(other);
+    let lobes = both.map(move |(phase, share)| Lobe {
+        coefficient: coefficient * share,
+        phase,
+    });
+    lobes.filter(|lobe| lobe.coefficient != Vec3::ZERO)
 }
 
 fn local(
     program: &VolumeProgram,
     facts: &Facts,
     point: Vec3,
-    mut lobes: Option<&mut Vec<Lobe>>,
+    mut asked: Option<&mut Vec<Lobe>>,
 ) -> Local {
     let mut scattering = Vec3::ZERO;
     let place = VolumePlace { facts, point };
     let (absorption, emission) = program.at(&place, |coefficient, how| {
         scattering += coefficient;
-        if let Some(lobes) = &mut lobes
-            && coefficient != Vec3::ZERO
-        {
-            lobes.push(Lobe {
-                coefficient,
-                phase: phase(how),
-            });
+        if let Some(asked) = &mut asked {
+            asked.extend(lobes(coefficient, how));
         }
     });
     Local {

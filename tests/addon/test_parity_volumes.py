@@ -93,11 +93,27 @@ class Volumes(unittest.TestCase):
         self.fill(self.cube(), "ShaderNodeVolumeScatter", Color=(0.9, 0.6, 0.3, 1), Density=1.0, phase="RAYLEIGH")
         self.compare("Rayleigh")
 
+    def test_phase_functions(self):
+        for place, (phase, values) in enumerate((
+            ("DRAINE", {"Anisotropy": 0.6, "Alpha": 2.0}), ("FOURNIER_FORAND", {"IOR": 1.33, "Backscatter": 0.1}), ("MIE", {"Diameter": 0.6}),
+            ("MIE", {"Diameter": 20.0}),
+        )):  # fmt: skip
+            with self.subTest(phase, **values):
+                for old in [o for o in self.scene.objects if o.name.startswith("Cube")]:
+                    bpy.data.objects.remove(old)
+                self.fill(self.cube(), "ShaderNodeVolumeScatter", Color=(0.9, 0.6, 0.3, 1), Density=1.0, phase=phase, **values)
+                self.compare(f"{phase} {values}")
+
     def test_principled_with_light_of_its_own(self):
         self.scene.cycles.volume_bounces = 2
         values = {"Absorption_Color": (0.1, 0.2, 0.3, 1), "Emission_Strength": 0.2, "Emission_Color": (1, 0.2, 0.1, 1)}
         self.fill(self.cube(), "ShaderNodeVolumePrincipled", Color=(0.9, 0.6, 0.3, 1), Density=2.0, Anisotropy=-0.4, **values)
         self.compare("principled")
+
+    def test_a_hot_gas(self):
+        values = {"Blackbody_Intensity": 1.0, "Temperature": 1400.0, "Blackbody_Tint": (1, 0.8, 0.6, 1)}
+        self.fill(self.cube(), "ShaderNodeVolumePrincipled", Density=0.5, **values)
+        self.compare("hot gas")
 
     def test_overlap_in_a_haze(self):
         self.scene.cycles.volume_bounces = 2

@@ -160,8 +160,8 @@ WORLD = _without_surfaces(_OF_WORLDS, {"ShaderNodeTexIES": ALL})
 
 _IN_VOLUMES = {
     "ShaderNodeVolumeAbsorption": ALL,
-    "ShaderNodeVolumeScatter": Rule({"phase": {"HENYEY_GREENSTEIN", "RAYLEIGH"}}),
-    "ShaderNodeVolumeCoefficients": Rule({"phase": {"HENYEY_GREENSTEIN", "RAYLEIGH"}}),
+    "ShaderNodeVolumeScatter": ALL,
+    "ShaderNodeVolumeCoefficients": ALL,
     "ShaderNodeVolumePrincipled": Rule(constant=("Blackbody Intensity",)),
     "ShaderNodeTexCoord": Rule(outputs=frozenset({"Generated", "Object"})),
     "ShaderNodeNewGeometry": Rule(outputs=frozenset({"Position"})),

@@ -2,14 +2,28 @@
 """What fills meshes and space: what is the same everywhere as coefficients by metre, the rest as node trees. Cycles' formulas:
 docs/cycles.md."""
 
+import math
+
 import numpy
 
-from . import evaluated, graph_write, nodes
+from . import blackbody, evaluated, graph_write, nodes
 from .expressions import Const
 from .verdicts import LOST
 
+# Of a black body, over π, as Cycles scales it: W·m⁻²·K⁻⁴.
+STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
 # Cycles' limit of a mean cosine.
 MOST_ANISOTROPY = 0.999
+
+
+# Inputs of a Volume Scatter that count, by the property of its phase function.
+SOCKETS_OF_PHASES = {
+    "HENYEY_GREENSTEIN": ("Anisotropy",),
+    "RAYLEIGH": (),
+    "DRAINE": ("Anisotropy", "Alpha"),
+    "FOURNIER_FORAND": ("IOR", "Backscatter"),
+    "MIE": ("Diameter",),
+}
 
 
 class _Varies(Exception):
@@ -100,13 +114,12 @@ class _Sum:
         if not any(coefficient):
             return
         described = {"coefficient": coefficient}
-        if phase == "RAYLEIGH":
-            described["phase"] = "rayleigh"
-        elif phase == "HENYEY_GREENSTEIN":
-            anisotropy = self._number(source, "Anisotropy")
-            described["anisotropy"] = min(max(anisotropy, -MOST_ANISOTROPY), MOST_ANISOTROPY)
-        else:
-            raise _Varies(f"its phase function {phase.title().replace('_', '-')} is not rendered yet")
+        if phase != "HENYEY_GREENSTEIN":
+            described["phase"] = phase.lower().replace("_", "-")
+        for name in SOCKETS_OF_PHASES[phase]:
+            described[name.lower()] = self._number(source, name)
+        if "anisotropy" in described:
+            described["anisotropy"] = min(max(described["anisotropy"], -MOST_ANISOTROPY), MOST_ANISOTROPY)
         self.scatterers.append(described)
 
     def _linked(self, source, socket):
@@ -142,6 +155,9 @@ class _Sum:
         clear = numpy.sqrt(numpy.maximum(self._color(source, "Absorption Color"), 0))
         self.absorption += numpy.maximum(1 - color, 0) * numpy.maximum(1 - clear, 0) * density
         self._scatter(source, color * density)
-        if self._number(source, "Blackbody Intensity"):
-            raise _Varies("light of its temperature is not rendered yet")
+        share = self._number(source, "Blackbody Intensity")
+        if share > 0:
+            temperature = max(self._number(source, "Temperature", 1000.0), 0.0)
+            strength = STEFAN_BOLTZMANN * (1 - share + share * temperature**4)
+            self.emission += weight * strength * self._color(source, "Blackbody Tint") * numpy.asarray(blackbody.color(temperature))[:3]
         self.emission += weight * self._color(source, "Emission Color") * self._number(source, "Emission Strength")

@@ -29,6 +29,11 @@ pub(super) struct ScattererJson {
     pub phase: PhaseJson,
     #[serde(default)]
     pub anisotropy: f32,
+    #[serde(default)]
+    pub alpha: f32,
+    pub ior: Option<f32>,
+    pub backscatter: Option<f32>,
+    pub diameter: Option<f32>,
 }
 
 /// Where to.
@@ -38,6 +43,9 @@ pub(super) enum PhaseJson {
     #[default]
     HenyeyGreenstein,
     Rayleigh,
+    Draine,
+    FournierForand,
+    Mie,
 }
 
 /// What fills a mesh or all space.
@@ -51,6 +59,16 @@ pub(super) fn read(json: &MediumJson, owner: &str, diagnostics: &mut Diagnostics
         phase: match s.phase {
             PhaseJson::HenyeyGreenstein => Phase::HenyeyGreenstein(s.anisotropy),
             PhaseJson::Rayleigh => Phase::Rayleigh,
+            PhaseJson::Draine => Phase::Draine {
+                anisotropy: s.anisotropy,
+                alpha: s.alpha,
+            },
+            // Blender's defaults.
+            PhaseJson::FournierForand => Phase::FournierForand {
+                ior: s.ior.unwrap_or(1.33),
+                backscatter: s.backscatter.unwrap_or(0.1),
+            },
+            PhaseJson::Mie => Phase::Mie(s.diameter.unwrap_or(20.0)),
         },
     };
     Medium {

@@ -297,6 +297,10 @@ sockets! {
         COLOR: Color "Color" = [0.8; 3], Legal::positive(0.0);
         DENSITY: Float "Density" = [1.0; 3], Legal::positive(0.0);
         ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
+        IOR: Float "IOR" = [1.33; 3], Legal::positive(1.33);
+        BACKSCATTER: Float "Backscatter" = [0.1; 3], Legal::share(0.1);
+        ALPHA: Float "Alpha" = [0.5; 3], Legal::positive(0.5);
+        DIAMETER: Float "Diameter" = [20.0; 3], Legal::positive(20.0);
     }
 }
 sockets! {
@@ -306,6 +310,10 @@ sockets! {
         SCATTER: Vector "Scatter Coefficients" = [1.0; 3], Legal::positive(0.0);
         EMISSION: Vector "Emission Coefficients" = [0.0; 3], Legal::positive(0.0);
         ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
+        IOR: Float "IOR" = [1.33; 3], Legal::positive(1.33);
+        BACKSCATTER: Float "Backscatter" = [0.1; 3], Legal::share(0.1);
+        ALPHA: Float "Alpha" = [0.5; 3], Legal::positive(0.5);
+        DIAMETER: Float "Diameter" = [20.0; 3], Legal::positive(20.0);
     }
 }
 sockets! {

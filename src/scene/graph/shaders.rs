@@ -111,6 +111,12 @@ pub enum PhaseKind {
     HenyeyGreenstein,
     /// Of particles smaller than the wavelength.
     Rayleigh,
+    /// Draine's.
+    Draine,
+    /// Fournier and Forand's.
+    FournierForand,
+    /// Mie's.
+    Mie,
 }
 
 impl VolumeShader {

@@ -148,12 +148,22 @@ impl Part {
         anisotropy: usize,
         at: &mut Evaluation<'_, P>,
     ) -> Phase {
+        // Anisotropy, index, share that goes back, alpha, diameter: both shaders have them in this order.
+        let mut number = |further: usize| at.number(&self.sockets[anisotropy + further]);
         match kind {
             PhaseKind::HenyeyGreenstein => {
-                let g = at.number(&self.sockets[anisotropy]);
-                Phase::HenyeyGreenstein(g.clamp(-MOST_G, MOST_G))
+                Phase::HenyeyGreenstein(number(0).clamp(-MOST_G, MOST_G))
             }
             PhaseKind::Rayleigh => Phase::Rayleigh,
+            PhaseKind::Draine => Phase::Draine {
+                anisotropy: number(0).clamp(-MOST_G, MOST_G),
+                alpha: number(3).max(0.0),
+            },
+            PhaseKind::FournierForand => Phase::FournierForand {
+                ior: number(1),
+                backscatter: number(2),
+            },
+            PhaseKind::Mie => Phase::Mie(number(4)),
         }
     }
 }

@@ -1,3 +1,4 @@
+use super::particles::{Draine, FournierForand};
 use super::*;
 use crate::math::warp::{self, grid};
 use std::f64::consts::PI;
@@ -29,6 +30,71 @@ fn phase_functions_are_densities_and_are_drawn_by_them() {
         phase_holds(Phase::HenyeyGreenstein(g), f64::from(g));
     }
     phase_holds(Phase::Rayleigh, 0.0);
+    for g in [-0.9f32, -0.03, -0.01, 0.0, 0.019, 0.021, 0.5, 0.99] {
+        for alpha in [0.0f32, 0.5, 250.0] {
+            // The moments of Henyey and Greenstein's are powers of g.
+            let (g64, a) = (f64::from(g), f64::from(alpha));
+            let third = (2.0 * g64.powi(3) + 3.0 * g64) / 5.0;
+            let second = (1.0 + 2.0 * g64 * g64) / 3.0;
+            let mean = (g64 + a * third) / (1.0 + a * second);
+            phase_holds(Phase::Draine(Draine { g, alpha }), mean);
+        }
+    }
+}
+
+/// Fournier and Forand's is the derivative of the share that it is drawn by; half of what they call scattered back goes back.
+#[test]
+fn what_floats_in_water_scatters_as_drawn() {
+    for (ior, backscatter) in [(1.33, 0.1), (1.01, 0.02), (1.816_496_6, 0.2), (3.0, 0.49)] {
+        let floating = FournierForand::new(ior, backscatter);
+        let n = 20_000;
+        let mut drawn: Vec<f64> = (0..n)
+            .map(|k| floating.cosine((f64::from(k) + 0.5) / f64::from(n)))
+            .collect();
+        assert!(drawn.iter().all(|c| (-1.0..=1.0).contains(c)));
+        // From straight on to straight back, as they are drawn.
+        assert!(drawn.windows(2).all(|pair| pair[0] >= pair[1] - 1e-9));
+        drawn.retain(|cos| *cos < 0.0);
+        let back = drawn.len() as f64 / f64::from(n);
+        assert!(
+            (back - f64::from(backscatter)).abs() < 2e-4,
+            "{ior} {backscatter}: {back}"
+        );
+        // By angles that are not needles: the mean over them of what falls there.
+        let edges = [-1.0, -0.5, 0.0, 0.5, 0.9, 0.99];
+        for pair in edges.windows(2) {
+            let steps = 4000;
+            let width = (pair[1] - pair[0]) / f64::from(steps);
+            let sum: f64 = (0..steps)
+                .map(|k| floating.density(pair[0] + (f64::from(k) + 0.5) * width))
+                .sum();
+            let integral = sum * width * 2.0 * PI;
+            let inside = (0..n)
+                .map(|k| floating.cosine((f64::from(k) + 0.5) / f64::from(n)))
+                .filter(|cos| *cos >= pair[0] && *cos < pair[1])
+                .count();
+            let share = inside as f64 / f64::from(n);
+            assert!(
+                (share - integral).abs() < 2e-4,
+                "{ior} {pair:?}: {share} {integral}"
+            );
+        }
+    }
+}
+
+/// The fits of droplets meet where they are joined, and their numbers are those of phase functions.
+#[test]
+fn droplets_of_all_sizes_scatter() {
+    for step in 0..2000 {
+        let diameter = 0.005 * 1.005f32.powi(step);
+        let (g, draine, share) = particles::droplets(diameter);
+        assert!((0.0..1.0).contains(&g), "{diameter}: {g}");
+        assert!(
+            draine.g.abs() < 1.0 && draine.alpha > 0.0,
+            "{diameter}: {draine:?}"
+        );
+        assert!((0.0..=1.0).contains(&share), "{diameter}: {share}");
+    }
 }
 
 fn phase_holds(phase: Phase, mean: f64) {

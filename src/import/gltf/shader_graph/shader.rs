@@ -34,6 +34,9 @@ fn phase(node: &NodeJson) -> Result<PhaseKind, Refusal> {
     match node.text("phase") {
         Some("HENYEY_GREENSTEIN") | None => Ok(PhaseKind::HenyeyGreenstein),
         Some("RAYLEIGH") => Ok(PhaseKind::Rayleigh),
+        Some("DRAINE") => Ok(PhaseKind::Draine),
+        Some("FOURNIER_FORAND") => Ok(PhaseKind::FournierForand),
+        Some("MIE") => Ok(PhaseKind::Mie),
         Some(other) => Err(Refusal::of(node, other)),
     }
 }
