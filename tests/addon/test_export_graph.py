@@ -572,7 +572,7 @@ class When(GraphTest):
         mixed.inputs[0].default_value = 0.5
         self.assertIsNone(self.graph_of(self.export()))
 
-    def test_a_volume_that_varies_is_still_told_and_displacement_is_written(self):
+    def test_a_volume_that_varies_and_displacement_are_written(self):
         tree, glow = self.tree()
         output = tree.nodes["Material Output"]
         tree.links.new(self.varying(tree), glow.inputs["Color"])
@@ -582,7 +582,13 @@ class When(GraphTest):
         tree.links.new(tree.nodes.new("ShaderNodeDisplacement").outputs[0], output.inputs["Displacement"])
         found = self.export()
         self.assertEqual(self.graph_of(found)["displacement"]["output"], "Displacement")
-        verdict = found.verdict("material", "m")
+        self.assertEqual(found.verdict("material", "m")["verdict"], "exact")
+        [material] = found.scene()["materials"]
+        written = material["extensions"]["SUNDOG_material"]["volume"]["graph"]
+        self.assertIn("ShaderNodeVolumeScatter", [n["type"] for n in written["nodes"]])
+        # What a volume cannot be asked for is told, and takes nothing else with it.
+        tree.links.new(tree.nodes.new("ShaderNodeCameraData").outputs["View Distance"], volume.inputs["Density"])
+        verdict = self.export().verdict("material", "m")
         self.assertEqual(verdict["verdict"], "lost")
         self.assertIn("volume", verdict["detail"])
         self.assertNotIn("displacement", verdict["detail"])

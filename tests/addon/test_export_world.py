@@ -385,6 +385,10 @@ class World(kit.ExportTest):
         [scatterer] = found.scene()["world"]["volume"]["scatterers"]
         self.near(scatterer["coefficient"], list(scatter.inputs["Color"].default_value)[:3])
         self.join(self.node("ShaderNodeTexNoise").outputs[0], scatter.inputs["Density"])
+        found = self.export()
+        self.assertEqual(found.verdict("world", "world")["verdict"], "exact")
+        self.assertIn("graph", found.scene()["world"]["volume"])
+        self.join(self.node("ShaderNodeCameraData").outputs["View Distance"], scatter.inputs["Density"])
         verdict = self.export().verdict("world", "world")
         self.assertEqual(verdict["verdict"], "lost")
         self.assertIn("volume", verdict["detail"])
