@@ -583,8 +583,7 @@ class When(GraphTest):
         found = self.export()
         self.assertEqual(self.graph_of(found)["displacement"]["output"], "Displacement")
         self.assertEqual(found.verdict("material", "m")["verdict"], "exact")
-        [material] = found.scene()["materials"]
-        written = material["extensions"]["SUNDOG_material"]["volume"]["graph"]
+        written = found.material("m")["extensions"]["SUNDOG_material"]["volume"]["graph"]
         self.assertIn("ShaderNodeVolumeScatter", [n["type"] for n in written["nodes"]])
         # What a volume cannot be asked for is told, and takes nothing else with it.
         tree.links.new(tree.nodes.new("ShaderNodeCameraData").outputs["View Distance"], volume.inputs["Density"])
