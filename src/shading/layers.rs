@@ -1,7 +1,7 @@
 //! What lies over a Principled BSDF's base: sheen, and below it a coat. Each leaves to what is below what it does not reflect.
 
-use super::bsdf::Bsdf;
-use super::closure::{BsdfFeatures, Facets, Lobe, Reflection, Sheen};
+use super::bsdf::{Bsdf, Changes};
+use super::closure::{AllFeatures, BsdfFeatures, Facets, Lobe, Normals, Reflection, Sheen};
 use super::dielectrics::Dielectrics;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
@@ -47,6 +47,21 @@ pub struct Layers<'a> {
     pub fibres: Option<Fibres>,
 }
 
+impl Layers<'_> {
+    /// The share of light from below that they let through to a viewer, as a colour: of what the base emits.
+    pub fn transmittance(&self, normal: Vec3, wo: Vec3) -> Vec3 {
+        let normals = Normals {
+            geometric: normal,
+            curved: normal,
+            smooth: normal,
+            shading: normal,
+        };
+        let mut above = Bsdf::<AllFeatures>::new(normals, wo, false, Changes::NONE);
+        let (rest, tint) = above.add_layers(1.0, self, normal);
+        tint * rest
+    }
+}
+
 /// Layers of less weight are not there, as in Cycles.
 const LEAST_WEIGHT: f32 = 1e-5;
 
@@ -61,6 +76,22 @@ impl<K: BsdfFeatures> Bsdf<K> {
         tables: &Dielectrics,
         (normal, tangent): (Vec3, Option<Vec3>),
     ) {
+        let (rest, tint) = self.add_layers(weight, layers, normal);
+        if rest <= 0.0 {
+            return;
+        }
+        if tint == Vec3::ONE {
+            self.add_principled(rest, p, tables, (normal, tangent));
+            return;
+        }
+        let changes = self.changes();
+        let mut below = Self::new(*self.normals(), self.wo(), self.is_inside(), changes);
+        below.add_principled(rest, p, tables, (normal, tangent));
+        self.add_all(&below, tint);
+    }
+
+    /// Adds what lies over a base: what is left to it, and the colour of what comes from it to the viewer.
+    fn add_layers(&mut self, weight: f32, layers: &Layers<'_>, normal: Vec3) -> (f32, Vec3) {
         let coat = layers.coat.as_ref().filter(|c| c.weight > LEAST_WEIGHT);
         let fibres = layers.fibres.filter(|f| f.weight > LEAST_WEIGHT);
         let mut rest = weight;
@@ -72,23 +103,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
             rest *= self.add_fibres(rest, fibres, normal);
         }
         let Some(coat) = coat else {
-            self.add_principled(rest, p, tables, (normal, tangent));
-            return;
+            return (rest, Vec3::ONE);
         };
-        let cos;
-        (rest, cos) = self.add_coat(rest, coat);
-        if rest <= 0.0 {
-            return;
-        }
-        let tint = through(coat, cos);
-        if tint == Vec3::ONE {
-            self.add_principled(rest, p, tables, (normal, tangent));
-            return;
-        }
-        let changes = self.changes();
-        let mut below = Self::new(*self.normals(), self.wo(), self.is_inside(), changes);
-        below.add_principled(rest, p, tables, (normal, tangent));
-        self.add_all(&below, tint);
+        let (rest, cos) = self.add_coat(rest, coat);
+        (rest, through(coat, cos))
     }
 
     /// Adds fibres; the share of what is left to what lies below.
@@ -159,3 +177,7 @@ fn through(coat: &Coat<'_>, cos: f32) -> Vec3 {
     let way = 1.0 / (1.0 - sine).sqrt().max(1e-6);
     Vec3::ONE.lerp(coat.tint.powf(way), coat.weight)
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/shading/layers.rs"]
+mod tests;

@@ -1,16 +1,16 @@
 //! Materials with their textures and tables prepared.
 
 use super::Options;
+use super::covered::{self, layers_at};
 use crate::effects::{self, Effect};
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::{PathDepth, PlaceInput};
 use crate::scene::graph::node::{glass, principled};
 use crate::scene::graph::{Distribution, Graph, PrincipledSummary, SimpleBsdf, TangentKind};
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
-use crate::shading::layers::{Coat, Fibres, Layers};
 use crate::shading::program::{
-    Evaluation, Known, LayerRoots, Place, Program, Programs, Root, Shader, Source, VolumeProgram,
-    Weighted, compile, parameters, reflected,
+    Known, Place, Program, Programs, Root, Shader, Source, VolumeProgram, Weighted, compile,
+    parameters, reflected,
 };
 use crate::shading::simple::SimpleValues;
 use crate::shading::tables::Rows;
@@ -53,6 +53,8 @@ pub struct PreparedMaterial {
     space: WorkingSpace,
     /// Of the coats of those.
     coats: Vec<Option<Arc<Dielectrics>>>,
+    /// Of the coats over what is emitted.
+    emission_coats: Vec<Option<Arc<Dielectrics>>>,
 }
 
 /// Makes each raster once.
@@ -66,14 +68,14 @@ pub struct Preparer {
 
 /// Bits of the index and of the specular factor, whether a texture varies that, whether the coat and the solid are read, and
 /// for which roughnesses.
-type Key = (u32, u32, bool, (bool, bool), Rows);
+pub(super) type Key = (u32, u32, bool, (bool, bool), Rows);
 
 /// So many tables are kept for the next world.
 const KEPT: usize = 64;
 
 /// Tables for a material. They take milliseconds to make and depend on nothing else, so that a program that renders one
 /// scene after the other makes them once.
-fn tables_of(key: Key, make: impl FnOnce() -> Dielectrics) -> Arc<Dielectrics> {
+pub(super) fn tables_of(key: Key, make: impl FnOnce() -> Dielectrics) -> Arc<Dielectrics> {
     static TABLES: Mutex<BTreeMap<Key, Arc<Dielectrics>>> = Mutex::new(BTreeMap::new());
     let locked = || TABLES.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(tables) = locked().get(&key) {
@@ -96,6 +98,11 @@ impl Preparer {
             roughens,
             ..Self::default()
         }
+    }
+
+    /// Whether surfaces may be made rougher than their materials say.
+    pub(super) fn roughens(&self) -> bool {
+        self.roughens
     }
 
     /// Whether the tables of a material's coat and of its solid are read: smooth surfaces need none, nor does what is covered
@@ -190,20 +197,7 @@ impl Preparer {
             Shader::Principled {
                 layers: Some(layers),
                 ..
-            } => {
-                let coat = layers.coat.as_ref()?;
-                let number = |root: &Root| root.constant().map(|c| c.x);
-                let (roughness, ior) = (number(&coat.roughness), number(&coat.ior).unwrap_or(1.5));
-                let rows = Rows::between(
-                    roughness.unwrap_or(0.0),
-                    roughness.filter(|_| !self.roughens).unwrap_or(1.0),
-                );
-                let needs = (ior > 1.0, false);
-                let key = (ior.to_bits(), 1f32.to_bits(), false, needs, rows);
-                Some(tables_of(key, || {
-                    Dielectrics::needed(ior, 1.0, false, needs, rows)
-                }))
-            }
+            } => self.coat(layers),
             _ => None,
         };
         shaders.iter().map(|w| tables(&w.shader)).collect()
@@ -262,7 +256,7 @@ impl Preparer {
         let mut solids = summary.principled.iter().filter(|p| p.transmits());
         PreparedMaterial {
             base,
-            emission: programs.emitted.constant().unwrap_or(summary.emission),
+            emission: programs.emission.constant().unwrap_or(summary.emission),
             unlit: summary.unlit,
             translucent: summary.is_translucent(),
             // Paths take note of where they enter a medium.
@@ -280,6 +274,12 @@ impl Preparer {
             bumps_below: walks.any(|shader| shader.normal().is_some()),
             space: known.space,
             coats: self.coats(&programs.shaders),
+            emission_coats: programs
+                .emission
+                .covered
+                .iter()
+                .map(|covered| self.coat(&covered.layers))
+                .collect(),
             programs,
         }
     }
@@ -410,7 +410,7 @@ impl PreparedMaterial {
         let opacity = opacity.iter().map(|opacity| &opacity.program);
         let normal = normal.iter().map(|(program, _)| program);
         let aovs = aovs.iter().map(|aovs| &aovs.program);
-        let both = [surface, emission].into_iter();
+        let both = [surface, &emission.program].into_iter();
         both.chain(opacity).chain(normal).chain(aovs)
     }
 
@@ -480,7 +480,8 @@ impl PreparedMaterial {
                             None => bsdf.add_principled(weight, &p, tables, frame),
                             Some(layers) => {
                                 let normals = (normal, &side as &dyn Fn(Vec3) -> Vec3);
-                                let layers = self.layers(number, layers, normals, at);
+                                let coat = self.coats.get(number).and_then(Option::as_deref);
+                                let layers = layers_at(layers, coat, normals, at);
                                 bsdf.add_layered(weight, (&p, &layers), tables, frame);
                             }
                         }
@@ -522,37 +523,6 @@ impl PreparedMaterial {
         });
     }
 
-    /// What lies over the base of one of its shaders.
-    fn layers<P: Place>(
-        &self,
-        shader: usize,
-        roots: &LayerRoots,
-        (normal, side): (Vec3, &dyn Fn(Vec3) -> Vec3),
-        at: &mut Evaluation<'_, P>,
-    ) -> Layers<'_> {
-        let tables = self.coats.get(shader).and_then(|tables| tables.as_deref());
-        let coat = roots.coat.as_ref().zip(tables).map(|(coat, tables)| Coat {
-            weight: at.number(&coat.weight),
-            roughness: at.number(&coat.roughness).clamp(0.0, 1.0),
-            ior: at.number(&coat.ior).max(1.0),
-            tint: reflected(at.color(&coat.tint)),
-            normal: match &coat.normal {
-                Some(map) => side(at.color(map)),
-                None => normal,
-            },
-            tables,
-        });
-        let fibres = roots
-            .fibres
-            .as_ref()
-            .map(|[weight, roughness, tint]| Fibres {
-                weight: at.number(weight),
-                roughness: at.number(roughness),
-                tint: reflected(at.color(tint)),
-            });
-        Layers { coat, fibres }
-    }
-
     /// What the material says where it has no textures.
     #[inline]
     pub fn constant_parameters(&self) -> &Principled {
@@ -568,7 +538,11 @@ impl PreparedMaterial {
     }
 
     fn asked(&self) -> impl Iterator<Item = PlaceInput> {
-        self.programs().flat_map(Program::place_inputs)
+        // What covers a light keeps more of it the more it is seen from the side.
+        let covers = !self.programs.emission.covered.is_empty();
+        let looks = covers.then_some(PlaceInput::Incoming);
+        let asked = self.programs().flat_map(Program::place_inputs);
+        asked.chain(looks)
     }
 
     /// The normal outside that takes the place of the surface's own, if it has one.
@@ -625,19 +599,20 @@ impl PreparedMaterial {
 
     /// Whether [`Self::emitted`] looks at the place.
     pub fn emission_varies(&self) -> bool {
-        !self.programs.emission.is_constant()
+        self.programs.emission.constant().is_none()
     }
 
     /// Emitted radiance at a point.
     #[inline]
     pub fn emitted(&self, at: &impl Place) -> Vec3 {
-        if self.programs.emission.is_constant() {
+        let emission = &self.programs.emission;
+        if emission.program.is_constant() && emission.covered.is_empty() {
             return self.emission;
         }
-        let Programs {
-            emission, emitted, ..
-        } = &self.programs;
-        emission.at(at, |at| at.color(emitted))
+        if !emission.covered.is_empty() {
+            return covered::emitted(emission, &self.emission_coats, at);
+        }
+        emission.program.at(at, |at| at.color(&emission.open))
     }
 
     /// Adds what it tells passes of the scene's own at a point.

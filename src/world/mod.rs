@@ -2,6 +2,7 @@
 
 mod asking;
 mod camera;
+mod covered;
 mod displacement;
 mod geometry;
 mod insides;

@@ -58,14 +58,12 @@ impl Shine {
 
 impl LightProgram for Shine {
     fn emitted(&self, at: &ShinePoint) -> Vec3 {
-        let Programs {
-            emission, emitted, ..
-        } = &self.programs;
+        let emission = &self.programs.emission;
         let place = ShinePlace {
             facts: &self.facts,
             at,
         };
-        emission.at(&place, |at| at.color(emitted))
+        emission.program.at(&place, |at| at.color(&emission.open))
     }
 }
 

@@ -277,6 +277,22 @@ class Parity(Beside):
         s.alone("sheen over coat", "BsdfPrincipled", Base_Color=RED, Sheen_Weight=0.7, Coat_Weight=0.6, Coat_Roughness=0.4, Roughness=0.6)
         self.compare(s)
 
+    def test_what_shines_below_layers(self):
+        """Coats and sheens keep a part of what the base emits, by the angle of view."""
+        self.SAMPLES = 64
+        s = Shaders()
+        light = {"Base_Color": (0, 0, 0, 1), "Emission_Color": GOLD, "Emission_Strength": 2.0}
+        for roughness in (0.0, 0.3, 0.8):
+            s.alone(f"coat {roughness}", "BsdfPrincipled", Coat_Weight=1.0, Coat_Roughness=roughness, Coat_IOR=1.8, **light)
+            s.alone(f"sheen {roughness}", "BsdfPrincipled", Sheen_Weight=1.0, Sheen_Roughness=roughness, Sheen_Tint=RED, **light)
+        s.alone("tinted coat", "BsdfPrincipled", Coat_Weight=0.7, Coat_Tint=BLUE, **light)
+        s.alone("coat by noise", "BsdfPrincipled", Coat_Weight="TexNoise", Coat_Tint=BLUE, **light)
+        s.alone("both", "BsdfPrincipled", Coat_Weight=0.6, Coat_Tint=BLUE, Sheen_Weight=0.5, **light)
+        both = ("BsdfPrincipled", None, {"Coat_Weight": 1.0, "Coat_Tint": RED, **light})
+        s.mixed("mixed", 0.4, both, ("BsdfDiffuse", None, {"Color": RED}))
+        s.alone("metal", "BsdfPrincipled", Coat_Weight=1.0, Coat_Tint=RED, Metallic=1.0, **light)
+        self.compare(s)
+
 
 if __name__ == "__main__":
     unittest.main()

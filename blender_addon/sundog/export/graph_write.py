@@ -147,11 +147,6 @@ class GraphWriter:
                 self.result.findings.append((APPROXIMATED, "Christensen-Burley is rendered as a random walk", "subsurface"))
         if inputs.get("Thin Film Thickness", 0.0) != 0.0 and bpy.app.version < (5, 0, 0):
             self.result.findings.append((APPROXIMATED, OLD_FILM, "thin-film"))
-        emitted = inputs.get("Emission Color", (0.0, 0.0, 0.0))
-        is_black = isinstance(emitted, tuple) and not any(emitted[:3])
-        is_shining = inputs.get("Emission Strength", 0.0) != 0.0 and not is_black
-        if is_principled and is_shining and any(inputs.get(f"{layer} Weight", 0.0) != 0.0 for layer in ("Coat", "Sheen")):
-            self.result.findings.append((APPROXIMATED, "a coat or sheen takes nothing from the emission below it"))
         ior = inputs.get("IOR")
         if is_principled and isinstance(ior, float) and ior < 1:
             self.result.findings.append((APPROXIMATED, "an index of refraction below 1 is rendered as 1"))

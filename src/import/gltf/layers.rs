@@ -116,16 +116,6 @@ pub(super) fn read_khr<'v>(
         let name = &material.name;
         material.sheen = sheen(extension, (owner, name), images, diagnostics)?;
     }
-    if (material.coat.is_some() || material.sheen.is_some()) && material.emission != [0.0; 3] {
-        diagnostics.report_effect(
-            Effect::Coat,
-            "emission-below-layers",
-            Verdict::Approximated,
-            "emission below a coat or sheen",
-            Subject::Material(material.name.clone()),
-            "the layers take nothing from it",
-        );
-    }
     Ok(())
 }
 

@@ -1,13 +1,13 @@
 //! From graphs to programs.
 
 use super::aovs::aovs;
+use super::emission::emission_of;
 use super::shader::{roots_of, shader};
 use super::{Call, Height, Opacity, Operand, Operation, Program, Programs, Root, Weighted};
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::bump;
 use crate::scene::graph::node::{
-    emission, image_texture, math, mix, mix_shader, normal_map, principled, separate, tangent,
-    transparent,
+    image_texture, math, mix, mix_shader, normal_map, separate, tangent, transparent,
 };
 use crate::scene::graph::{
     self, Blend, Facts, Function, Graph, Input, Lane, Link, MathOperation, NodeKind, Range,
@@ -357,7 +357,7 @@ impl<'a, S: Source> Compiler<'a, S> {
     }
 
     /// Arithmetic of colours, done at once where both are known.
-    fn blend(&mut self, blend: Blend, a: Operand, b: Operand) -> Operand {
+    pub(super) fn blend(&mut self, blend: Blend, a: Operand, b: Operand) -> Operand {
         match (blend, a, b) {
             (_, Operand::Constant(a), Operand::Constant(b)) => {
                 let color = blend.of(1.0, a.truncate(), b.truncate());
@@ -451,7 +451,7 @@ impl<'a, S: Source> Compiler<'a, S> {
     }
 
     /// The leaves that are not transparent, with their shares of what does not pass straight on.
-    fn body(&mut self) -> Vec<(usize, Operand)> {
+    pub(super) fn body(&mut self) -> Vec<(usize, Operand)> {
         let graph = self.graph;
         let clear = |(at, _): &(usize, Operand)| graph.nodes[*at].kind == NodeKind::TransparentBsdf;
         let leaves = self.leaves(graph.body());
@@ -631,48 +631,19 @@ fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
     })
 }
 
-fn emission(graph: &Graph, source: &mut impl Source) -> (Program, Root) {
-    let mut heights = 0;
-    let mut compiler = Compiler::new(graph, source, &mut heights);
-    let mut sum = Operand::Constant(Vec4::W);
-    for (at, weight) in compiler.body() {
-        let node = &graph.nodes[at];
-        let (color, strength) = match node.kind {
-            NodeKind::PrincipledBsdf { .. } => {
-                (principled::EMISSION_COLOR, principled::EMISSION_STRENGTH)
-            }
-            NodeKind::Emission => (emission::COLOR, emission::STRENGTH),
-            _ => continue,
-        };
-        let is_black = |socket: usize| node.inputs[socket] == Input::float(0.0);
-        if is_black(color) || is_black(strength) {
-            continue;
-        }
-        let color = compiler.input(at, color);
-        let strength = compiler.input(at, strength);
-        let light = compiler.blend(Blend::Multiply, color, strength);
-        let part = compiler.blend(Blend::Multiply, light, weight);
-        sum = compiler.blend(Blend::Add, sum, part);
-    }
-    let mut emitted = root(sum);
-    let program = compiler.finish(&mut [&mut emitted]);
-    (program, emitted)
-}
-
 /// Compiles a material's graph. It is folded first: what is known is no operation.
 pub fn compile(graph: &Graph, mut known: Known, source: &mut impl Source) -> Programs {
     let mut folded = graph.clone();
     graph::fold(&mut folded, &mut known);
     let (surface, shaders) = surface(&folded, known.space, source);
     let opacity = opacity(&folded, source);
-    let (emission, emitted) = emission(&folded, source);
+    let emission = emission_of(&folded, source);
     let normal = folded.normal.map(|link| program_of(&folded, link, source));
     Programs {
         surface,
         shaders,
         opacity,
         emission,
-        emitted,
         normal: normal.filter(|(program, _)| !program.is_constant()),
         aovs: aovs(&folded, source),
     }

@@ -7,6 +7,7 @@
 mod aovs;
 mod call;
 mod compile;
+mod emission;
 mod projection;
 mod shader;
 mod volume;
@@ -14,12 +15,13 @@ mod volume;
 pub use aovs::Aovs;
 pub use call::{Call, Height};
 pub use compile::{Known, Source, compile, displacement};
+pub use emission::{Covered, Emission};
+pub use shader::parameters;
 pub use volume::VolumeProgram;
 
 use super::texture::PreparedTexture;
 use crate::math::luminance;
 use crate::scene::graph::function::{DisplacementSpace, PlaceInput, Space, Transformed};
-use crate::scene::graph::node::principled;
 use crate::scene::graph::{
     Blend, Distribution, Function, ImageProjection, Lane, MathOperation, NormalSpace, SimpleBsdf,
     TangentKind,
@@ -629,50 +631,6 @@ impl Shader {
     }
 }
 
-/// A number between 0 and 1; what is not a number stays so.
-#[inline]
-fn share(value: f32) -> f32 {
-    value.clamp(0.0, 1.0)
-}
-
-/// The sockets of a Principled BSDF at a place. Below metal nothing is read that is not seen.
-#[inline]
-pub fn parameters<P: Place>(
-    base: &Principled,
-    linked: &[(usize, Root)],
-    at: &mut Evaluation<'_, P>,
-) -> Principled {
-    let mut p = *base;
-    for (socket, root) in linked {
-        match *socket {
-            principled::METALLIC => p.metallic = share(at.number(root)),
-            principled::BASE_COLOR => p.base_color = reflected(at.color(root)),
-            principled::ROUGHNESS => p.roughness = share(at.number(root)),
-            principled::ANISOTROPIC => p.anisotropy = share(at.number(root)),
-            principled::ANISOTROPIC_ROTATION => p.anisotropy_rotation = at.number(root),
-            principled::SPECULAR_TINT if p.edge_tint => {
-                p.specular_color = reflected(at.color(root));
-            }
-            principled::THIN_FILM_THICKNESS => p.film.thickness = at.number(root),
-            principled::THIN_FILM_IOR => p.film.ior = at.number(root).max(1e-5),
-            _ if p.metallic >= 1.0 => {}
-            principled::IOR => p.ior = at.number(root).max(1.0),
-            principled::SPECULAR_IOR_LEVEL => p.specular = 2.0 * at.number(root).max(0.0),
-            principled::SPECULAR_TINT => p.specular_color = reflected(at.color(root)),
-            principled::TRANSMISSION_WEIGHT => p.transmission = share(at.number(root)),
-            principled::DIFFUSE_ROUGHNESS => p.diffuse_roughness = share(at.number(root)),
-            principled::SUBSURFACE_WEIGHT => p.subsurface = share(at.number(root)),
-            principled::SUBSURFACE_ANISOTROPY => p.subsurface_anisotropy = at.number(root),
-            principled::SUBSURFACE_COLOR => p.subsurface_color = reflected(at.color(root)),
-            principled::SUBSURFACE_RADIUS => p.subsurface_radius = at.color(root),
-            principled::SUBSURFACE_SCALE => p.subsurface_scale = at.number(root),
-            principled::SUBSURFACE_IOR => p.skin_ior = at.number(root),
-            _ => {}
-        }
-    }
-    p
-}
-
 /// The light that passes straight on, and the share that does not.
 #[derive(Clone, Debug)]
 pub struct Opacity {
@@ -693,10 +651,8 @@ pub struct Programs {
     pub shaders: Vec<Weighted>,
     /// Where light passes straight on.
     pub opacity: Option<Opacity>,
-    /// Operations of what is emitted.
-    pub emission: Program,
-    /// Emitted radiance, of what does not pass straight on.
-    pub emitted: Root,
+    /// What is emitted.
+    pub emission: Emission,
     /// The normal outside in the place of the surface's own, if it has one.
     pub normal: Option<(Program, Root)>,
     /// What is told to passes of the scene's own, if anything is.

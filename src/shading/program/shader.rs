@@ -1,7 +1,9 @@
 //! The shaders of a graph, with the registers that their sockets are read from.
 
 use super::compile::{Compiler, ONE, Source, ZERO, root};
-use super::{CoatRoots, LayerRoots, Operand, Operation, Root, Shader, Weighted};
+use super::{
+    CoatRoots, Evaluation, LayerRoots, Operand, Operation, Place, Root, Shader, Weighted, reflected,
+};
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::node::{diffuse, glossy, principled};
 use crate::scene::graph::{Graph, Input, Lane, NodeKind, SimpleBsdf, SocketKind, TangentKind};
@@ -126,7 +128,10 @@ fn simple<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, bsdf: SimpleBsdf
 }
 
 /// What lies over a Principled BSDF.
-fn layers<S: Source>(compiler: &mut Compiler<'_, S>, at: usize) -> Option<Box<LayerRoots>> {
+pub(super) fn layers<S: Source>(
+    compiler: &mut Compiler<'_, S>,
+    at: usize,
+) -> Option<Box<LayerRoots>> {
     use principled::{
         COAT_IOR, COAT_NORMAL, COAT_ROUGHNESS, COAT_TINT, COAT_WEIGHT, SHEEN_ROUGHNESS, SHEEN_TINT,
         SHEEN_WEIGHT,
@@ -199,6 +204,50 @@ pub(super) fn shader<S: Source>(
         },
         _ => return None,
     })
+}
+
+/// A number between 0 and 1; what is not a number stays so.
+#[inline]
+fn share(value: f32) -> f32 {
+    value.clamp(0.0, 1.0)
+}
+
+/// The sockets of a Principled BSDF at a place. Below metal nothing is read that is not seen.
+#[inline]
+pub fn parameters<P: Place>(
+    base: &Principled,
+    linked: &[(usize, Root)],
+    at: &mut Evaluation<'_, P>,
+) -> Principled {
+    let mut p = *base;
+    for (socket, root) in linked {
+        match *socket {
+            principled::METALLIC => p.metallic = share(at.number(root)),
+            principled::BASE_COLOR => p.base_color = reflected(at.color(root)),
+            principled::ROUGHNESS => p.roughness = share(at.number(root)),
+            principled::ANISOTROPIC => p.anisotropy = share(at.number(root)),
+            principled::ANISOTROPIC_ROTATION => p.anisotropy_rotation = at.number(root),
+            principled::SPECULAR_TINT if p.edge_tint => {
+                p.specular_color = reflected(at.color(root));
+            }
+            principled::THIN_FILM_THICKNESS => p.film.thickness = at.number(root),
+            principled::THIN_FILM_IOR => p.film.ior = at.number(root).max(1e-5),
+            _ if p.metallic >= 1.0 => {}
+            principled::IOR => p.ior = at.number(root).max(1.0),
+            principled::SPECULAR_IOR_LEVEL => p.specular = 2.0 * at.number(root).max(0.0),
+            principled::SPECULAR_TINT => p.specular_color = reflected(at.color(root)),
+            principled::TRANSMISSION_WEIGHT => p.transmission = share(at.number(root)),
+            principled::DIFFUSE_ROUGHNESS => p.diffuse_roughness = share(at.number(root)),
+            principled::SUBSURFACE_WEIGHT => p.subsurface = share(at.number(root)),
+            principled::SUBSURFACE_ANISOTROPY => p.subsurface_anisotropy = at.number(root),
+            principled::SUBSURFACE_COLOR => p.subsurface_color = reflected(at.color(root)),
+            principled::SUBSURFACE_RADIUS => p.subsurface_radius = at.color(root),
+            principled::SUBSURFACE_SCALE => p.subsurface_scale = at.number(root),
+            principled::SUBSURFACE_IOR => p.skin_ior = at.number(root),
+            _ => {}
+        }
+    }
+    p
 }
 
 /// What the program has to compute for a shader.

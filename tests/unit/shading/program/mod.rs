@@ -141,11 +141,11 @@ fn a_constant_material_has_no_operations() {
         PLAIN,
         &[],
     );
-    assert!(programs.surface.is_empty() && programs.emission.is_empty());
+    assert!(programs.surface.is_empty() && programs.emission.program.is_empty());
     let p = parameters_of(&programs, &Here::default());
     assert_eq!(p.base_color, Vec3::new(0.1, 0.2, 0.3));
     assert_eq!((p.metallic, p.roughness, p.specular), (0.25, 0.75, 0.6));
-    assert_eq!(programs.emitted.constant(), Some(Vec3::new(3.0, 2.0, 1.0)));
+    assert_eq!(programs.emission.constant(), Some(Vec3::new(3.0, 2.0, 1.0)));
     let opacity = programs.opacity.unwrap();
     assert!(opacity.program.is_empty());
     assert_eq!(opacity.rest.constant(), Some(Vec3::splat(0.4)));
@@ -244,8 +244,8 @@ fn an_unlit_surface_shines_with_its_colour() {
     };
     let programs = compiled(m, COLORED, &[[0.5, -1.0, 1.0, 1.0]]);
     assert!(programs.shaders.is_empty() && programs.opacity.is_none());
-    let emitted = |at: &mut Evaluation<'_, Here>| at.color(&programs.emitted);
-    let light = programs.emission.at(&Here::default(), emitted);
+    let emitted = |at: &mut Evaluation<'_, Here>| at.color(&programs.emission.open);
+    let light = programs.emission.program.at(&Here::default(), emitted);
     assert_eq!(light, Vec3::new(0.5, -1.0, 0.5));
 }
 
@@ -295,7 +295,7 @@ fn mixes_and_sums_of_shaders_are_a_list_with_weights() {
         panic!("{programs:?}");
     };
     assert_eq!(roughness.constant(), Some(Vec3::splat(0.125)));
-    let emitted = programs.emitted.constant();
+    let emitted = programs.emission.constant();
     assert_eq!(emitted, Some(Vec3::new(4.0, 2.0, 1.0)));
     let opacity = programs.opacity.unwrap();
     let passes = opacity.transmittance.constant();

@@ -1,0 +1,91 @@
+//! What graphs emit: of each shader by its share, below a Principled BSDF's sheen and coat.
+
+use super::compile::{Compiler, root};
+use super::shader::layers;
+use super::{LayerRoots, Operand, Program, Root, Source};
+use crate::scene::graph::node::{emission, principled};
+use crate::scene::graph::{Blend, Graph, Input, NodeKind};
+use glam::Vec4;
+
+/// What shines below layers that keep a part of the light.
+#[derive(Clone, Debug)]
+pub struct Covered {
+    /// The light without them.
+    pub light: Root,
+    /// The normal map of the shader, if it has one.
+    pub normal: Option<Root>,
+    /// What lies over it.
+    pub layers: Box<LayerRoots>,
+}
+
+impl Covered {
+    fn roots(&mut self) -> impl Iterator<Item = &mut Root> {
+        let own = [&mut self.light].into_iter().chain(&mut self.normal);
+        own.chain(self.layers.roots())
+    }
+}
+
+/// Operations of what is emitted.
+#[derive(Clone, Debug)]
+pub struct Emission {
+    /// All of them.
+    pub program: Program,
+    /// Emitted radiance of what nothing covers, as far as it does not pass straight on.
+    pub open: Root,
+    /// The rest.
+    pub covered: Vec<Covered>,
+}
+
+impl Emission {
+    /// The emitted radiance, if it is the same everywhere.
+    pub fn constant(&self) -> Option<glam::Vec3> {
+        self.open.constant().filter(|_| self.covered.is_empty())
+    }
+}
+
+pub(super) fn emission_of(graph: &Graph, source: &mut impl Source) -> Emission {
+    let mut heights = 0;
+    let mut compiler = Compiler::new(graph, source, &mut heights);
+    let mut open = Operand::Constant(Vec4::W);
+    let mut covered = Vec::new();
+    for (at, weight) in compiler.body() {
+        let node = &graph.nodes[at];
+        let is_principled = matches!(node.kind, NodeKind::PrincipledBsdf { .. });
+        let (color, strength) = match node.kind {
+            _ if is_principled => (principled::EMISSION_COLOR, principled::EMISSION_STRENGTH),
+            NodeKind::Emission => (emission::COLOR, emission::STRENGTH),
+            _ => continue,
+        };
+        let is_black = |socket: usize| node.inputs[socket] == Input::float(0.0);
+        if is_black(color) || is_black(strength) {
+            continue;
+        }
+        let color = compiler.input(at, color);
+        let strength = compiler.input(at, strength);
+        let light = compiler.blend(Blend::Multiply, color, strength);
+        let part = compiler.blend(Blend::Multiply, light, weight);
+        let layers = if is_principled {
+            layers(&mut compiler, at)
+        } else {
+            None
+        };
+        match layers {
+            Some(layers) => covered.push(Covered {
+                light: root(part),
+                normal: (node.inputs[principled::NORMAL] != Input::None)
+                    .then(|| root(compiler.input(at, principled::NORMAL))),
+                layers,
+            }),
+            None => open = compiler.blend(Blend::Add, open, part),
+        }
+    }
+    let mut open = root(open);
+    let mut roots: Vec<&mut Root> = covered.iter_mut().flat_map(Covered::roots).collect();
+    roots.push(&mut open);
+    let program = compiler.finish(&mut roots);
+    Emission {
+        program,
+        open,
+        covered,
+    }
+}

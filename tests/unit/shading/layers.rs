@@ -1,0 +1,70 @@
+use super::*;
+
+fn coat(tables: &Dielectrics, weight: f32, tint: Vec3) -> Layers<'_> {
+    let coat = Coat {
+        weight,
+        roughness: 0.0,
+        ior: 1.5,
+        tint,
+        normal: Vec3::Z,
+        tables,
+    };
+    Layers {
+        coat: Some(coat),
+        fibres: None,
+    }
+}
+
+/// A smooth coat keeps its Fresnel reflectance, and colours the rest by the way in it.
+#[test]
+fn light_from_below_a_coat_is_what_fresnel_leaves() {
+    let tables = Dielectrics::needed(
+        1.5,
+        1.0,
+        false,
+        (true, false),
+        crate::shading::tables::Rows::ALL,
+    );
+    let tint = Vec3::new(1.0, 0.5, 0.25);
+    // Four roundings of numbers below 1.
+    let tolerance = 4.0 * f32::EPSILON;
+    for (weight, cos) in [(1.0f32, 1.0f32), (0.5, 1.0), (1.0, 0.5), (1.0, 0.1)] {
+        let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let reflected = fresnel::dielectric(cos, 1.5).reflectance;
+        let left = 1.0 - weight * reflected;
+        let clear = coat(&tables, weight, Vec3::ONE).transmittance(Vec3::Z, wo);
+        assert!(
+            (clear - Vec3::splat(left)).abs().max_element() <= tolerance,
+            "{clear} {left}"
+        );
+        let way = 1.0 / (1.0 - (1.0 - cos * cos) / 2.25).sqrt();
+        let colored = coat(&tables, weight, tint).transmittance(Vec3::Z, wo);
+        let expected = Vec3::ONE.lerp(tint.powf(way), weight) * left;
+        assert!(
+            (colored - expected).abs().max_element() <= 4.0 * tolerance,
+            "{colored} {expected}"
+        );
+    }
+    let nothing = Layers::default().transmittance(Vec3::Z, Vec3::Z);
+    assert_eq!(nothing, Vec3::ONE);
+}
+
+/// Fibres keep their albedo.
+#[test]
+fn light_from_below_fibres_is_what_their_albedo_leaves() {
+    let fibres = Fibres {
+        weight: 0.8,
+        roughness: 0.5,
+        tint: Vec3::new(0.2, 1.0, 0.5),
+    };
+    let layers = Layers {
+        coat: None,
+        fibres: Some(fibres),
+    };
+    let wo = Vec3::new(0.8, 0.0, 0.6);
+    let albedo = Sheen::new(fibres.tint * fibres.weight, 0.5, Vec3::Z, wo)
+        .map_or(Vec3::ZERO, |lobe| lobe.albedo());
+    assert!(albedo.max_element() > 0.01);
+    let left = layers.transmittance(Vec3::Z, wo);
+    assert_eq!(left, Vec3::splat(1.0 - albedo.max_element()));
+}
