@@ -265,6 +265,8 @@ fn what_is_not_gltf_is_refused() {
     assert!(error(b"\x89PNG\r\n\x1a\n").contains("neither GLB nor JSON"));
     assert!(error(b"{\"asset\":{\"version\":\"1.0\"}}").contains("version is 1.0"));
     assert!(error(b"{}").contains("asset.version"));
+    let newer = b"{\"asset\":{\"version\":\"2.0\",\"minVersion\":\"2.1\"}}";
+    assert!(error(newer).contains("asks for glTF 2.1"));
     assert!(
         error("[".repeat(1 << 16).as_bytes()).contains("neither GLB nor JSON"),
         "deep nesting"

@@ -66,6 +66,31 @@ fn jpeg_is_read() {
     }
 }
 
+/// BMP, TIFF and Targa keep all codes; GIF has a palette, which four colours fit.
+#[test]
+fn bmp_tiff_targa_and_gif_are_read() {
+    let codes = [10u8, 20, 30, 250, 5, 0, 0, 255, 128, 7, 7, 7];
+    let picture =
+        image::DynamicImage::from(image::RgbImage::from_raw(2, 2, codes.to_vec()).unwrap());
+    for format in [
+        image::ImageFormat::Bmp,
+        image::ImageFormat::Tiff,
+        image::ImageFormat::Tga,
+        image::ImageFormat::Gif,
+    ] {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, format).unwrap();
+        let read = decode_image(&bytes.into_inner(), "small").unwrap();
+        assert_eq!((read.width, read.height), (2, 2), "{format:?}");
+        let Pixels::U8(values) = &read.pixels else {
+            panic!("{format:?}")
+        };
+        let texels = values.chunks(read.channels as usize);
+        let colors: Vec<u8> = texels.flat_map(|texel| texel[..3].to_vec()).collect();
+        assert_eq!(colors, codes, "{format:?}");
+    }
+}
+
 // --- Radiance HDR ---
 
 /// A flat (not run-length encoded) Radiance picture of RGBE texels.
@@ -391,6 +416,10 @@ fn damaged_pictures_never_panic() {
         image::ImageFormat::Jpeg,
         image::ImageFormat::WebP,
         image::ImageFormat::Hdr,
+        image::ImageFormat::Gif,
+        image::ImageFormat::Bmp,
+        image::ImageFormat::Tiff,
+        image::ImageFormat::Tga,
     ] {
         let picture = if format == image::ImageFormat::Hdr {
             picture.to_rgb32f().into()

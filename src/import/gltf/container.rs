@@ -80,6 +80,12 @@ impl Document {
             }
             None => return Err(not_gltf("it has no asset.version".into())),
         }
+        let least = value.pointer("/asset/minVersion").and_then(Value::as_str);
+        if let Some(least) = least.filter(|v| *v != "2.0" && *v != "2") {
+            return Err(not_gltf(format!(
+                "it asks for glTF {least} at least, and 2.0 is what is read; export it again as glTF 2.0"
+            )));
+        }
         let graph = Graph::parse(&value)
             .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
         let nodes = NodeJson::check_all(&value)

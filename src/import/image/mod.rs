@@ -62,6 +62,10 @@ pub(crate) enum Format {
     Hdr,
     Exr,
     Ktx2,
+    Gif,
+    Bmp,
+    Tiff,
+    Tga,
     /// Known, but not read.
     Unsupported(&'static str),
     Unknown,
@@ -89,14 +93,61 @@ pub(crate) fn sniff(bytes: &[u8]) -> Format {
     } else if at(4, b"ftypavif") || at(4, b"ftypavis") {
         Format::Unsupported("AVIF")
     } else if at(0, b"GIF8") {
-        Format::Unsupported("GIF")
+        Format::Gif
     } else if at(0, b"BM") {
-        Format::Unsupported("BMP")
+        Format::Bmp
     } else if at(0, b"II*\0") || at(0, b"MM\0*") {
-        Format::Unsupported("TIFF")
+        Format::Tiff
+    } else if bytes.ends_with(b"TRUEVISION-XFILE.\0") || is_tga_header(bytes) {
+        Format::Tga
     } else {
         Format::Unknown
     }
+}
+
+/// Whether a file begins as a Targa image does. Files of the format's first version have no signature: all of the header's
+/// fields have to be legal (Truevision, *TGA File Format Specification*, 2.0, fields 2 to 5).
+fn is_tga_header(bytes: &[u8]) -> bool {
+    let Some(
+        &[
+            _,
+            map,
+            kind,
+            _,
+            _,
+            _,
+            _,
+            map_depth,
+            _,
+            _,
+            _,
+            _,
+            width0,
+            width1,
+            height0,
+            height1,
+            depth,
+            descriptor,
+        ],
+    ) = bytes.first_chunk()
+    else {
+        return false;
+    };
+    let is_mapped = matches!(kind, 1 | 9);
+    let is_legal_map = if is_mapped {
+        map == 1 && matches!(map_depth, 15 | 16 | 24 | 32)
+    } else {
+        map <= 1
+    };
+    let is_legal_depth = match kind {
+        1 | 9 => matches!(depth, 8 | 16),
+        2 | 10 => matches!(depth, 15 | 16 | 24 | 32),
+        3 | 11 => matches!(depth, 8 | 16),
+        _ => false,
+    };
+    let is_empty = [width0, width1] == [0; 2] || [height0, height1] == [0; 2];
+    // The highest bits of the descriptor have to be 0.
+    is_legal_map && is_legal_depth && !is_empty && descriptor & 0xc0 == 0
 }
 
 /// Reads an image in the precision of the file: 8 and 16 bit stay as they are, HDR becomes `f32`.
@@ -288,6 +339,10 @@ fn reader(bytes: &[u8]) -> ImageReader<Cursor<&[u8]>> {
         Format::Png => image::ImageFormat::Png,
         Format::WebP => image::ImageFormat::WebP,
         Format::Hdr => image::ImageFormat::Hdr,
+        Format::Gif => image::ImageFormat::Gif,
+        Format::Bmp => image::ImageFormat::Bmp,
+        Format::Tiff => image::ImageFormat::Tiff,
+        Format::Tga => image::ImageFormat::Tga,
         _ => image::ImageFormat::Jpeg,
     };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
