@@ -3,7 +3,7 @@
 //! Museth, *VDB: High-Resolution Sparse Volumes with Dynamic Topology*, 2013. Between points values are interpolated as Cycles does:
 //! linearly, or by cubic B-splines.
 
-use glam::{DAffine3, IVec3, Vec3, Vec4};
+use glam::{DAffine3, I64Vec3, IVec3, Vec3, Vec4};
 use half::f16;
 use std::sync::Arc;
 
@@ -17,6 +17,8 @@ const REGION: i32 = 7;
 const LEAVES: usize = 1 << (3 * (REGION - LEAF));
 /// So many regions stand in a table with a place for each; more are searched.
 const MOST_IN_TABLE: i64 = 1 << 20;
+/// Of boxes with more points along a side it is said what all of a grid has.
+const MOST_ASKED: i64 = 256;
 /// Of a slot: it has one value for all its points, with a number.
 const TILE: u32 = 1 << 31;
 
@@ -63,6 +65,8 @@ pub struct Grid {
     values: Values,
     /// Least and greatest value of each leaf, by channel.
     ranges: Vec<f32>,
+    /// The same of everything.
+    whole: (Vec4, Vec4),
     leaves: u32,
 }
 
@@ -119,7 +123,8 @@ impl Regions {
             return;
         }
         let size = high.as_i64vec3() - low.as_i64vec3() + 1;
-        if size.element_product() > MOST_IN_TABLE || size.max_element() > MOST_IN_TABLE {
+        // The first, so that the product is a number.
+        if size.max_element() > MOST_IN_TABLE || size.element_product() > MOST_IN_TABLE {
             return;
         }
         let count = size.as_ivec3();
@@ -167,6 +172,7 @@ impl Grid {
                 Values::Single(Vec::new())
             },
             ranges: Vec::new(),
+            whole: (background, background),
             leaves: 0,
         }
     }
@@ -305,6 +311,7 @@ impl Grid {
     }
 
     fn tile(&mut self, value: Vec4) -> u32 {
+        self.widen(value, value);
         if self.tiles.last() != Some(&value) {
             self.tiles.push(value);
         }
@@ -329,6 +336,21 @@ impl Grid {
         self.ranges.try_reserve_exact(ranges).map_err(failed)
     }
 
+    fn widen(&mut self, least: Vec4, most: Vec4) {
+        self.whole = (self.whole.0.min(least), self.whole.1.max(most));
+    }
+
+    /// Least and greatest values of a leaf, by its number.
+    fn range_of(&self, leaf: usize) -> (Vec4, Vec4) {
+        let at = leaf * self.channels * 2;
+        let of = |channel: usize, end: usize| {
+            let channel = channel.min(self.channels - 1);
+            self.ranges[at + channel * 2 + end]
+        };
+        let end = |end| Vec4::new(of(0, end), of(1, end), of(2, end), of(3, end));
+        (end(0), end(1))
+    }
+
     /// The values of the next leaf.
     pub fn push_leaf(&mut self, values: &[f32]) {
         for channel in 0..self.channels {
@@ -338,6 +360,8 @@ impl Grid {
             self.ranges
                 .push(of().copied().fold(f32::NEG_INFINITY, f32::max));
         }
+        let (least, most) = self.range_of(self.ranges.len() / (2 * self.channels) - 1);
+        self.widen(least, most);
         match &mut self.values {
             Values::Single(into) => into.extend_from_slice(values),
             Values::Half(into) => into.extend(values.iter().map(|&v| f16::from_f32(v))),
@@ -458,7 +482,10 @@ impl Grid {
             take(self.background, self.background);
         }
         let (from, to) = (from.max(first), to.min(last));
-        let size = (to - from + 1).max(IVec3::ZERO).as_i64vec3();
+        let size = (to.as_i64vec3() - from.as_i64vec3() + 1).max(I64Vec3::ZERO);
+        if size.max_element() > MOST_ASKED {
+            return self.whole;
+        }
         if size.element_product() <= LEAF_POINTS as i64 {
             each(from, to, |point| take(self.value(point), self.value(point)));
         } else {
@@ -466,14 +493,8 @@ impl Grid {
                 match self.find(leaf << LEAF) {
                     Found::Constant(value) => take(value, value),
                     Found::Leaf(start) => {
-                        let at = start / LEAF_POINTS * self.channels * 2;
-                        let of = |channel: usize, end: usize| {
-                            let channel = channel.min(self.channels - 1);
-                            self.ranges[at + channel * 2 + end]
-                        };
-                        let both = [0, 1]
-                            .map(|end| Vec4::new(of(0, end), of(1, end), of(2, end), of(3, end)));
-                        take(both[0], both[1]);
+                        let (a, b) = self.range_of(start / LEAF_POINTS);
+                        take(a, b);
                     }
                 }
             });

@@ -11,6 +11,8 @@ const ZIP: u32 = 1;
 const ACTIVE_MASK: u32 = 2;
 const BLOSC: u32 = 4;
 
+/// Nodes are at most so many points away.
+const FARTHEST: i32 = 1 << 30;
 /// Boxes of 4096³ points with one value that is not the background.
 const MOST_ROOT_TILES: u32 = 64;
 
@@ -74,7 +76,12 @@ fn mask(source: &mut Source, bits: usize) -> Result<Mask, VdbError> {
 
 fn coordinate(source: &mut Source) -> Result<IVec3, VdbError> {
     let mut next = || source.bytes().map(i32::from_le_bytes);
-    Ok(IVec3::new(next()?, next()?, next()?))
+    let found = IVec3::new(next()?, next()?, next()?);
+    // All points of its node have numbers then.
+    if found.cmplt(IVec3::splat(-FARTHEST)).any() || found.cmpgt(IVec3::splat(FARTHEST)).any() {
+        return Err(VdbError::Damaged("a node of it is too far away"));
+    }
+    Ok(found)
 }
 
 impl Packed {
