@@ -74,6 +74,7 @@ groups! {
     place_and_scale: "place and scale",
     self_intersection_and_gaps: "self-intersection and gaps",
     materials: "materials",
+    media: "media",
     sampling_and_sums: "sampling and sums",
     transforms: "transforms",
     interfaces: "interfaces",

@@ -10,6 +10,7 @@ mod error;
 mod gltf;
 mod guard;
 mod image;
+mod vdb;
 
 pub use error::ImportError;
 pub use image::{ExrLayer, ImageFailure, colors, decode_colors, decode_image, read_exr};

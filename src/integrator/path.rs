@@ -113,8 +113,8 @@ struct Beside {
     /// The media around it, and how often they have scattered it.
     within: Within,
     scattered_in_media: u32,
-    /// A medium scatters it before it meets what was found, so far from where its ray begins.
-    scattered: Option<f32>,
+    /// A medium scatters it before it meets what was found.
+    scattered: Option<media::Event>,
     /// How far from its surface the ray begins: that way leads through a medium, too.
     skipped: f32,
 }
@@ -195,9 +195,9 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     let mut lobes_left_out = 0;
     while walk.next_surface(&mut found) {
         if E::EVERYTHING
-            && let Some(distance) = walk.beside.scattered.take()
+            && let Some(scattered) = walk.beside.scattered.take()
         {
-            if !walk.scatter(distance) {
+            if !walk.scatter(scattered) {
                 break;
             }
             continue;

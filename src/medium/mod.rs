@@ -2,11 +2,13 @@
 //!
 //! Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th edition, chapters 11 and 14.
 
+mod equiangular;
 pub mod particles;
 mod phase;
 pub mod tracking;
 pub mod walk;
 
+pub use equiangular::Equiangular;
 pub use phase::{Lobe, Phase};
 
 use glam::Vec3;
@@ -91,9 +93,8 @@ impl Medium {
         )
     }
 
-    /// Draws where light of a throughput is scattered on the way to a distance. One channel's free path is drawn, by what it
-    /// scatters, and all of them count by the balance heuristic.
-    pub fn fly(&self, throughput: Vec3, distance: f32, u: f32) -> Flight {
+    /// Shares of the channels by whose free paths light of a throughput is scattered; none where it is not.
+    fn shares(&self, throughput: Vec3) -> Option<Vec3> {
         let Self {
             extinction,
             scattering,
@@ -106,10 +107,27 @@ impl Medium {
         );
         let shares = (throughput * albedo).max(Vec3::ZERO);
         let sum = shares.element_sum();
-        if sum <= 0.0 || sum.is_nan() {
+        (sum > 0.0 && sum.is_finite()).then(|| shares / sum)
+    }
+
+    /// Density by which [`Self::fly`] scatters light of a throughput at a distance, 1/m.
+    pub fn density(&self, throughput: Vec3, distance: f32) -> f32 {
+        let passed = transmittance(self.extinction, distance);
+        let shares = self.shares(throughput).unwrap_or_default();
+        (shares * self.extinction * passed).element_sum()
+    }
+
+    /// Draws where light of a throughput is scattered on the way to a distance. One channel's free path is drawn, by what it
+    /// scatters, and all of them count by the balance heuristic.
+    pub fn fly(&self, throughput: Vec3, distance: f32, u: f32) -> Flight {
+        let Self {
+            extinction,
+            scattering,
+            ..
+        } = *self;
+        let Some(shares) = self.shares(throughput) else {
             return Flight::Through(transmittance(extinction, distance));
-        }
-        let shares = shares / sum;
+        };
         // The number that chooses the channel is stretched for the path.
         let (channel, low) = match u {
             u if u < shares.x => (0, 0.0),

@@ -80,9 +80,26 @@ pub fn widening(low: Vec3, high: Vec3, count: u32, reach: f32) -> [Box<[f32]>; 3
     })
 }
 
+/// What is known of a medium in a box.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Bound {
+    /// The greatest extinction that was found.
+    pub extinction: f32,
+    /// Whether it shines.
+    pub emits: bool,
+    /// It depends on what was looked at alone: its neighbours say nothing of it …
+    pub by_range: bool,
+    /// … and it is the same everywhere in it.
+    pub settled: bool,
+}
+
 impl Majorants {
-    /// Asks for what is at points of each cell between planes. Beyond them there is nothing.
-    pub fn new(planes: [Box<[f32]>; 3], local: impl Fn(Vec3) -> Local + Sync) -> Self {
+    /// Asks for what is at points of each cell between planes, and for what is known of all of it. Beyond them there is nothing.
+    pub fn new(
+        planes: [Box<[f32]>; 3],
+        local: impl Fn(Vec3) -> Local + Sync,
+        range: impl Fn(Vec3, Vec3) -> Option<Bound> + Sync,
+    ) -> Self {
         let made = Self {
             planes,
             values: Vec::new(),
@@ -96,7 +113,11 @@ impl Majorants {
         let bound_at = |number: i32| {
             let cell = cell(number);
             let (corner, opposite) = (made.plane(cell), made.plane(cell + 1));
-            let (mut most, mut emits) = (0.0f32, false);
+            let known = range(corner, opposite);
+            if let Some(known) = known.filter(|known| known.settled) {
+                return known;
+            }
+            let mut bound = known.unwrap_or_default();
             for point in 0..POINTS.pow(3) {
                 let bits = [
                     point % POINTS,
@@ -114,24 +135,34 @@ impl Majorants {
                 let extinction = local.extinction.max_element();
                 // What is no number bounds nothing; the path meets it, and it is counted there.
                 if extinction.is_finite() {
-                    most = most.max(extinction);
+                    bound.extinction = bound.extinction.max(extinction);
                 }
-                emits |= local.emission != Vec3::ZERO;
+                bound.emits |= local.emission != Vec3::ZERO;
             }
-            (most, emits)
+            bound
         };
-        let found: Vec<(f32, bool)> = (0..cells).into_par_iter().map(bound_at).collect();
-        let greatest = found.iter().map(|found| found.0).fold(0.0, f32::max);
-        let emits = found.iter().any(|found| found.1);
+        let found: Vec<Bound> = (0..cells).into_par_iter().map(bound_at).collect();
+        let greatest = found
+            .iter()
+            .map(|found| found.extinction)
+            .fold(0.0, f32::max);
+        let emits = found.iter().any(|found| found.emits);
         let floor = if emits { rate } else { 0.0 }.max(greatest * LEAST_SHARE);
         let with_neighbours = |number: i32| {
+            let own = found[number as usize];
+            if own.settled {
+                return own.extinction.max(if own.emits { rate } else { 0.0 });
+            }
+            if own.by_range {
+                return own.extinction.max(floor);
+            }
             let cell = cell(number);
             let (from, to) = ((cell - 1).max(IVec3::ZERO), (cell + 1).min(count - 1));
             let mut most = floor;
             for z in from.z..=to.z {
                 for y in from.y..=to.y {
                     for x in from.x..=to.x {
-                        most = most.max(found[made.number(IVec3::new(x, y, z))].0);
+                        most = most.max(found[made.number(IVec3::new(x, y, z))].extinction);
                     }
                 }
             }

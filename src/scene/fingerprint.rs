@@ -65,6 +65,15 @@ pub fn fingerprint(scene: &Scene) -> String {
                 normals.map(bytemuck::cast_slice).unwrap_or_default(),
             );
         }
+        if let Some(grids) = &mesh.grids {
+            block("grids", &[u8::from(grids.density_by_object)]);
+            for grid in &grids.by_number {
+                block("grid", &[]);
+                if let Some(grid) = grid {
+                    grid.digest(|bytes| block("values", bytes));
+                }
+            }
+        }
         block("triangles", bytemuck::cast_slice(&mesh.triangles));
         block("material", format!("{:?}", mesh.material).as_bytes());
         if mesh.material_label.index != 0.0 {

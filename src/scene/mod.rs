@@ -13,6 +13,7 @@ mod fingerprint;
 mod flat;
 mod flatten;
 pub mod graph;
+mod grid;
 mod inventory;
 mod left_out;
 mod links;
@@ -31,6 +32,7 @@ pub use camera::{Aperture, Camera, Projection, SphericalStereo, Window};
 pub use diagnostics::{Diagnostic, Diagnostics, Subject, Verdict};
 pub use effect::Effect;
 pub use fingerprint::fingerprint;
+pub use grid::{Grid, Grids, Interpolation, LEAF_POINTS, NoMemory};
 pub use inventory::{BoundsInfo, Inventory};
 pub use left_out::LeftOut;
 pub use links::{LightGrouping, Links};
@@ -156,6 +158,8 @@ pub struct Mesh {
     pub material_label: MaterialLabel,
     /// What it is a part of, if its vertices are to be displaced together with those of other parts.
     pub part: Option<Part>,
+    /// Grids of what fills it, in its own (Blender's) axes.
+    pub grids: Option<Arc<Grids>>,
 }
 
 /// What passes tell of a material.

@@ -9,6 +9,7 @@
 pub mod kit;
 pub mod light_leaks;
 mod materials;
+pub mod media;
 pub mod place;
 pub mod still_life;
 mod sums;
@@ -73,6 +74,10 @@ pub static GROUPS: &[Group] = &[
     Group {
         name: "materials",
         cases: materials::CASES,
+    },
+    Group {
+        name: "media",
+        cases: media::CASES,
     },
     Group {
         name: "sampling and sums",

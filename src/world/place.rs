@@ -449,6 +449,8 @@ impl Place for HitPoint<'_> {
                 let value = facts.info.values.get(n as usize);
                 value.map_or(Vec4::ZERO, |value| Vec4::from(*value))
             }
+            // It is inside of what has surfaces.
+            PlaceInput::Grid { otherwise, .. } => number(otherwise),
             PlaceInput::VertexColor => self.color(),
             PlaceInput::Attribute(n) => {
                 let values = self.mesh.attributes.get(n as usize);

@@ -4,13 +4,14 @@ use super::material::Preparer;
 use super::view::{from_blender, to_blender};
 use crate::math::float::Affine;
 use crate::medium::particles::{Draine, FournierForand, droplets};
-use crate::medium::tracking::{Local, Majorants, even, widening};
+use crate::medium::tracking::{Bound, Local, Majorants, even, widening};
 use crate::medium::{Lobe, Phase};
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::{Graph, NormalSpace};
-use crate::scene::{self, Instance, Mesh, ObjectInfo, Scene, TextureSpace};
+use crate::scene::{self, Grid, Instance, Mesh, ObjectInfo, Scene, TextureSpace};
 use crate::shading::program::{Openness, Place, VolumeProgram};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
+use std::sync::Arc;
 
 /// A medium that varies.
 #[derive(Debug)]
@@ -28,6 +29,33 @@ struct Facts {
     origin: Vec3,
     /// Of an object.
     object: Option<ObjectAxes>,
+    /// Of what fills it, by their numbers.
+    grids: Vec<Option<PlacedGrid>>,
+    /// What volume shaders say is multiplied with this.
+    density: f32,
+}
+
+#[derive(Clone, Debug)]
+struct PlacedGrid {
+    grid: Arc<Grid>,
+    /// From places relative to the origin to the numbers of its points.
+    index_from_world: Affine,
+}
+
+impl PlacedGrid {
+    fn index(&self, point: Vec3) -> Vec3 {
+        self.index_from_world.vector(point) + self.index_from_world.translation
+    }
+
+    /// Around a box: its corner and the opposite one among the grid's points.
+    fn bounds(&self, (low, high): (Vec3, Vec3)) -> (Vec3, Vec3) {
+        let corners = (0..8).map(|i| {
+            let side = |bit: i32| ((i >> bit) & 1) as f32;
+            self.index(low + (high - low) * Vec3::new(side(0), side(1), side(2)))
+        });
+        let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        corners.fold(start, |(a, b), p| (a.min(p), b.max(p)))
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -88,6 +116,8 @@ impl Varying {
                 info: instance.info.clone(),
                 texture_space: mesh.texture_space,
             }),
+            grids: placed_grids(mesh, &back),
+            density: density(mesh, place),
         };
         // Where it goes while the shutter is open, too.
         let poses = std::iter::once(place).chain(&instance.motion);
@@ -102,6 +132,7 @@ impl Varying {
                 (low, high) = (low.min(p), high.max(p));
             }
         }
+        let cells = cells.max(cells_of(mesh).min(2 * cells));
         Self::new(scene, graph, facts, even(low, high, cells))
     }
 
@@ -115,6 +146,8 @@ impl Varying {
         let facts = Facts {
             origin: origin.as_vec3(),
             object: None,
+            grids: Vec::new(),
+            density: 1.0,
         };
         let planes = widening(low, high, CELLS[1].1, REACH);
         Self::new(scene, graph, facts, planes)
@@ -122,8 +155,9 @@ impl Varying {
 
     fn new(scene: &Scene, graph: &Graph, facts: Facts, planes: [Box<[f32]>; 3]) -> Self {
         let program = Preparer::default().volume(scene, graph);
-        let local = |point: Vec3| local(&program, &facts, point, None);
-        let majorants = Majorants::new(planes, local);
+        let local = |point: Vec3| local(&program, &facts, (point, &[]), None);
+        let range = |low: Vec3, high: Vec3| range(&program, &facts, (low, high));
+        let majorants = Majorants::new(planes, local, range);
         Self {
             program,
             facts,
@@ -133,8 +167,87 @@ impl Varying {
 
     /// What is at a point, relative to the origin; the lobes are added to those that are asked for.
     pub fn local(&self, point: Vec3, lobes: Option<&mut Vec<Lobe>>) -> Local {
-        local(&self.program, &self.facts, point, lobes)
+        local(&self.program, &self.facts, (point, &[]), lobes)
     }
+}
+
+fn placed_grids(mesh: &Mesh, object_from_world: &DAffine3) -> Vec<Option<PlacedGrid>> {
+    let grids = mesh.grids.iter().flat_map(|grids| &grids.by_number);
+    let placed = grids.map(|grid| {
+        let grid = grid.as_ref()?;
+        // Numbers of points go by Blender's axes, as meshes' own do.
+        let index_from_world = grid.object_from_index.inverse() * *object_from_world;
+        Some(PlacedGrid {
+            grid: grid.clone(),
+            index_from_world: Affine::from_f64(&index_from_world, DVec3::ZERO),
+        })
+    });
+    placed.collect()
+}
+
+/// As in Cycles: of volumes whose densities hold in the object's space, by how long its diagonal becomes.
+fn density(mesh: &Mesh, world_from_object: &DAffine3) -> f32 {
+    let by_object = mesh
+        .grids
+        .as_ref()
+        .is_some_and(|grids| grids.density_by_object);
+    let length = (world_from_object.matrix3 * DVec3::ONE.normalize()).length();
+    if by_object && length > 0.0 {
+        (1.0 / length) as f32
+    } else {
+        1.0
+    }
+}
+
+/// Points of a grid along a cell, about.
+const POINTS_OF_CELL: i32 = 4;
+
+/// Cells along each axis that a mesh's grids ask for.
+fn cells_of(mesh: &Mesh) -> u32 {
+    let grids = mesh.grids.iter().flat_map(|grids| grids.all());
+    let extents = grids.filter_map(|grid| {
+        let (low, high) = grid.active?;
+        Some(high.saturating_sub(low).max_element() / POINTS_OF_CELL)
+    });
+    extents.max().unwrap_or(0).max(0) as u32
+}
+
+/// Of grids' numbers, each one's least and greatest: what the program says of all of the ones, and of all of the others. Most
+/// shaders rise or fall with each of them.
+fn range(program: &VolumeProgram, facts: &Facts, (low, high): (Vec3, Vec3)) -> Option<Bound> {
+    if program.grids().is_empty() {
+        return None;
+    }
+    let middle = 0.5 * (low + high);
+    let (mut least, mut most) = (Vec::new(), Vec::new());
+    for &(number, how) in program.grids() {
+        if let Some(placed) = facts.grids.get(number as usize).and_then(Option::as_ref) {
+            let (from, to) = placed.bounds((low, high));
+            let (mut a, mut b) = placed.grid.range(from, to, how);
+            if placed.grid.channels() != 4 {
+                (a.w, b.w) = (1.0, 1.0);
+            }
+            least.push((number, a));
+            most.push((number, b));
+        }
+    }
+    let mut bound = Bound {
+        by_range: program.is_of_grids_alone(),
+        settled: program.is_of_grids_alone() && least == most,
+        ..Bound::default()
+    };
+    for given in [&least, &most] {
+        let found = local(program, facts, (middle, given), None);
+        let extinction = found.extinction.max_element();
+        if extinction.is_finite() {
+            bound.extinction = bound.extinction.max(extinction);
+        }
+        bound.emits |= found.emission != Vec3::ZERO;
+        if bound.settled {
+            break;
+        }
+    }
+    Some(bound)
 }
 
 /// What scatters, prepared: droplets are two kinds of lobes.
@@ -168,12 +281,16 @@ pub(super) fn lobes(coefficient: Vec3, of: scene::Phase) -> impl Iterator<Item =
 fn local(
     program: &VolumeProgram,
     facts: &Facts,
-    point: Vec3,
+    (point, given): (Vec3, &[(u32, Vec4)]),
     mut asked: Option<&mut Vec<Lobe>>,
 ) -> Local {
     let mut scattering = Vec3::ZERO;
-    let place = VolumePlace { facts, point };
-    let (absorption, emission) = program.at(&place, |coefficient, how| {
+    let place = VolumePlace {
+        facts,
+        point,
+        given,
+    };
+    let (absorption, emission) = program.at(&place, facts.density, |coefficient, how| {
         scattering += coefficient;
         if let Some(asked) = &mut asked {
             asked.extend(lobes(coefficient, how));
@@ -191,6 +308,8 @@ struct VolumePlace<'a> {
     facts: &'a Facts,
     /// Relative to the origin.
     point: Vec3,
+    /// What these grids are said to have there.
+    given: &'a [(u32, Vec4)],
 }
 
 impl VolumePlace<'_> {
@@ -248,6 +367,26 @@ impl Place for VolumePlace<'_> {
             PlaceInput::ObjectValue(n) => {
                 let value = object.and_then(|o| o.info.values.get(n as usize));
                 value.map_or(Vec4::ZERO, |value| Vec4::from(*value))
+            }
+            PlaceInput::Grid {
+                number: of,
+                interpolation,
+                otherwise,
+            } => {
+                let Some(placed) = self.facts.grids.get(of as usize).and_then(Option::as_ref)
+                else {
+                    return number(otherwise);
+                };
+                let given = self.given.iter().find(|given| given.0 == of);
+                let value = given.map_or_else(
+                    || placed.grid.sample(placed.index(self.point), interpolation),
+                    |given| given.1,
+                );
+                match value.w {
+                    // Colours are interpolated with their alpha in them.
+                    w if w > 1e-6 && w != 1.0 => (value.truncate() / w).extend(w),
+                    _ => value,
+                }
             }
             // What only surfaces and rays have.
             _ => Vec4::ZERO,

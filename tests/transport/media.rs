@@ -7,29 +7,11 @@ use sundog::scene::graph::{
     Function, Graph, MathOperation, Node, NodeKind, PhaseKind, VolumeShader,
 };
 use sundog::scene::validate::clean;
-use sundog::scene::{
-    AlphaMode, Diagnostics, LightKind, Medium, MetallicRoughness, Phase, Scatterer, Scene,
-};
+use sundog::scene::{Diagnostics, LightKind, Medium, MetallicRoughness, Phase, Scatterer, Scene};
 use sundog::selftest::kit::{
     camera, constant_environment, diffuse, glass, light, place, quad, sphere,
 };
-
-fn scattering(coefficient: [f32; 3], g: f32) -> Scatterer {
-    Scatterer {
-        coefficient,
-        phase: Phase::HenyeyGreenstein(g),
-    }
-}
-
-/// A boundary that no light minds, and what is inside.
-fn boundary(medium: Medium) -> MetallicRoughness {
-    MetallicRoughness {
-        alpha: 0.0,
-        alpha_mode: AlphaMode::Blend,
-        medium: Some(medium),
-        ..diffuse([0.0; 3])
-    }
-}
+use sundog::selftest::media::{add_slab, behind_a_slab, boundary, scattering};
 
 /// A ball of fog in a thin haze, over a floor, under a lamp and a sky.
 pub fn fog() -> Scene {
@@ -184,41 +166,6 @@ pub fn liquid() -> Scene {
     scene
 }
 
-/// The picture is filled by a wall that shines with 1, behind a slab of a thickness along the axis of a narrow camera.
-fn behind_a_slab(medium: Medium, thickness: f32) -> Scene {
-    let mut scene = Scene {
-        cameras: vec![camera(DVec3::new(0.0, 0.0, 4.0), 1e-3)],
-        ..Scene::default()
-    };
-    let wall = quad([-9.0, -9.0, -5.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
-    let shining = MetallicRoughness {
-        emission: [1.0; 3],
-        ..diffuse([0.0; 3])
-    };
-    place(&mut scene, wall, shining, &[DAffine3::IDENTITY]);
-    // Two sheets are a boundary as well: the front one is entered, the back one is left.
-    for (z, up) in [(0.0, 8.0f32), (-thickness, -8.0)] {
-        let sheet = quad([-4.0, -up / 2.0, z], [8.0, 0.0, 0.0], [0.0, up, 0.0]);
-        place(
-            &mut scene,
-            sheet,
-            boundary(medium.clone()),
-            &[DAffine3::IDENTITY],
-        );
-    }
-    // One object, as a mesh of both would be.
-    let [.., front, back] = &mut scene.meshes[..] else {
-        unreachable!("two sheets were placed");
-    };
-    let first = front.positions.len() as u32;
-    front.positions.append(&mut back.positions);
-    front
-        .triangles
-        .extend(back.triangles.drain(..).map(|t| t.map(|i| i + first)));
-    front.normals = None;
-    scene
-}
-
 /// What a slab lets through is exp(−σ d), and what it emits ε (1 − exp(−σ d))/σ.
 #[test]
 fn a_slab_takes_and_emits_by_its_thickness() {
@@ -318,4 +265,102 @@ fn haze_dims_lamps_by_both_ways() {
     );
     let inside = mean(&run(&scene, &small(4, 0)));
     assert!((inside / hazy - 1.0).abs() < 1e-4, "{inside} {hazy}");
+}
+
+/// Light of a point lamp that is scattered once in a medium without end, beside ∫ σ_s exp(−σ (t + r)) I/(4π r²) dt.
+#[test]
+fn single_scattering_of_a_point_lamp() {
+    let (scattered, absorbed, intensity) = (0.3f64, 0.2, 10.0);
+    for (beside, ahead) in [(0.05, 2.0), (1.0, 3.0), (0.3, -0.5)] {
+        let mut scene = Scene {
+            cameras: vec![camera(DVec3::ZERO, 1e-4)],
+            medium: Some(Medium {
+                absorption: [absorbed as f32; 3],
+                scatterers: vec![scattering([scattered as f32; 3], 0.0)],
+                ..Medium::default()
+            }),
+            ..Scene::default()
+        };
+        let point = LightKind::Point {
+            intensity: intensity as f32,
+            radius: 0.0,
+            soft_falloff: false,
+        };
+        let at = DAffine3::from_translation(DVec3::new(beside, 0.0, -ahead));
+        scene.lights.push(light("lamp", point, at));
+        let sigma = scattered + absorbed;
+        // Substituted by the angle at which the lamp sees the way: the integrand is smooth in it.
+        let (low, high) = ((-ahead / beside).atan(), std::f64::consts::FRAC_PI_2);
+        let steps = 100_000;
+        let width = (high - low) / f64::from(steps);
+        let part = |i: i32| {
+            let angle = low + (f64::from(i) + 0.5) * width;
+            let t = ahead + beside * angle.tan();
+            let r = beside / angle.cos();
+            (-sigma * (t + r)).exp() / beside
+        };
+        let sum: f64 = (0..steps).map(|i| part(i) * width).sum();
+        let expected = scattered * intensity / (4.0 * std::f64::consts::PI) * sum;
+        let settings = RenderSettings {
+            roulette: None,
+            bounces: 0,
+            ..small(64, 0)
+        };
+        let (found, variance) = estimate(&scene, &settings, 0..8);
+        // Of Student's distribution with 7 degrees of freedom: exceeded by chance once in 1000 times.
+        assert!(
+            (found - expected).abs() < 5.4 * variance.sqrt() + 1e-4 * expected,
+            "{beside} {ahead}: {found} ± {}, {expected}",
+            variance.sqrt()
+        );
+        // By angles the noise is small: by free paths alone it is ten times this, and more near the lamp.
+        assert!(
+            variance.sqrt() < 2e-3 * expected,
+            "{beside} {ahead}: {}",
+            variance.sqrt() / expected
+        );
+    }
+}
+
+/// A slab of two mean free paths, an albedo of 0.9 and g = 0.75, under light along its normal: van de Hulst (*Multiple Light Scattering*,
+/// 1980, table 35) has 0.09739 for what goes back and 0.66096 for what goes through. By reciprocity that is what a camera along the
+/// normal sees where light comes evenly from one side.
+#[test]
+fn a_slab_reflects_and_lets_through_by_van_de_hulsts_tables() {
+    let (back, through) = (0.09739, 0.66096);
+    let thickness = 1e-2f32;
+    let sigma = 2.0 / thickness;
+    let medium = Medium {
+        scatterers: vec![scattering([0.9 * sigma; 3], 0.75)],
+        absorption: [0.1 * sigma; 3],
+        ..Medium::default()
+    };
+    for (name, black, expected) in [("back", true, back), ("both", false, back + through)] {
+        let mut scene = Scene {
+            environment: constant_environment(1.0),
+            cameras: vec![camera(DVec3::new(0.0, 0.0, 4.0), 1e-3)],
+            ..Scene::default()
+        };
+        add_slab(&mut scene, medium.clone(), thickness);
+        if black {
+            let wall = quad(
+                [-400.0, -400.0, -0.02],
+                [800.0, 0.0, 0.0],
+                [0.0, 800.0, 0.0],
+            );
+            place(&mut scene, wall, diffuse([0.0; 3]), &[DAffine3::IDENTITY]);
+        }
+        let settings = RenderSettings {
+            roulette: None,
+            ..small(16, 200)
+        };
+        let (found, variance) = estimate(&scene, &settings, 0..8);
+        // The tables' last digit, and of Student's distribution with 7 degrees of freedom what chance exceeds once in 1000 times.
+        assert!(
+            (found - expected).abs() < 5.4 * variance.sqrt() + 1e-5,
+            "{name}: {found} ± {}, {expected}",
+            variance.sqrt()
+        );
+        assert!(variance.sqrt() < 1e-3, "{name}: {}", variance.sqrt());
+    }
 }

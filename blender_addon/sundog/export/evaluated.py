@@ -162,7 +162,7 @@ _IN_VOLUMES = {
     "ShaderNodeVolumeAbsorption": ALL,
     "ShaderNodeVolumeScatter": ALL,
     "ShaderNodeVolumeCoefficients": ALL,
-    "ShaderNodeVolumePrincipled": Rule(constant=("Blackbody Intensity",)),
+    "ShaderNodeVolumePrincipled": ALL,
     "ShaderNodeTexCoord": Rule(outputs=frozenset({"Generated", "Object"})),
     "ShaderNodeNewGeometry": Rule(outputs=frozenset({"Position"})),
 }
@@ -176,6 +176,8 @@ _NOT_IN_VOLUMES = {
     "ShaderNodeVectorDisplacement"}
 } - {"ShaderNodeObjectInfo", "ShaderNodeParticleInfo"}  # fmt: skip
 VOLUME = {kind: rule for kind, rule in {**EVALUATED, **_IN_VOLUMES}.items() if kind not in _NOT_IN_VOLUMES}
+# What is filled by grids.
+VOLUME_OF_GRIDS = {**VOLUME, "ShaderNodeAttribute": ALL, "ShaderNodeVolumeInfo": ALL}
 VOLUME_OF_WORLD = {kind: rule for kind, rule in VOLUME.items() if kind not in {"ShaderNodeObjectInfo", "ShaderNodeParticleInfo"}}
 
 # What is not evaluated for all that it is not a property of its own.

@@ -124,6 +124,8 @@ class Walk:
         self.displacement_method = "BUMP"
         # Sentences on sockets whose values are no numbers; whether a circle of links was cut.
         self.not_finite, self.is_cut = [], False
+        # Whether what is filled has grids of its own.
+        self.has_grids = False
         self._known = {}
         self._pictures = {}
         walker.met_invalid = False
@@ -154,9 +156,6 @@ class Walk:
             self.volume = found
             self._walk(found.use)
         self._object()
-        for use in self.uses:
-            if use.node.bl_idname == "ShaderNodeVolumePrincipled" and use.inputs.get("Blackbody Intensity", 0.0) != 0.0:
-                self.objections.append("light of a temperature")
 
     def read_aovs(self, owner, kinds):
         """Walks from the AOV Outputs of a tree, by the kinds of the view layer's AOVs."""
@@ -307,6 +306,8 @@ class Walk:
         if node.type == "ATTRIBUTE" and node.attribute_type == "VIEW_LAYER":
             value = object_info.attribute_of(self.layer, node.attribute_name) if self.layer else None
             return _part(value or (0.0, 0.0, 0.0, 0.0), socket.identifier)
+        if node.type == "VOLUME_INFO" and self.has_grids:
+            return None
         # Meshes are none of these, and no path has come through a portal.
         if node.type in {"HAIR_INFO", "POINT_INFO", "VOLUME_INFO"} or (node.type, socket.identifier) == ("LIGHT_PATH", "Portal Depth"):
             return zero

@@ -19,6 +19,9 @@ from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 # Cycles before 5.0 has other colours, and no films on metals.
 OLD_FILM = "the thin film is rendered as Blender 5 does"
 
+# Of a black body, over π, as Cycles scales it: W·m⁻²·K⁻⁴.
+STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
+
 # As Cycles tabulates ramps and curves (from 4.4 on): so many entries, the last one at the end of the range.
 TABLE_SIZE = 257
 
@@ -37,6 +40,21 @@ class Written:
         self.findings = []
 
 
+class GridReads:
+    """The grids that a tree may read: `names` of those that there are, all `numbers` (names, to which more is added), and whether
+    values between points are found by cubic splines."""
+
+    def __init__(self, names, numbers, cubic):
+        self.names, self.numbers, self.cubic = names, numbers, cubic
+
+    def value(self, name, kind, otherwise=0.0, drawn=False):
+        """What a node has in `values` for an output that reads a grid."""
+        if name not in self.numbers:
+            self.numbers.append(name)
+        interpolation = "drawn" if drawn else "cubic" if self.cubic else "linear"
+        return {"grid": self.numbers.index(name), "kind": kind, "interpolation": interpolation, "otherwise": otherwise}
+
+
 class GraphWriter:
     """Writes the graph of one material."""
 
@@ -46,6 +64,8 @@ class GraphWriter:
         a sky is computed, and may stop it by raising."""
         self.document, self.cache, self.report = document, cache, report
         self.uvs, self.color, self.values = uvs, color, values
+        # The GridReads of what is filled by grids.
+        self.grids = None
         self.result = Written()
         # Attributes by name: the number of components that some node reads.
         self._widths = {}
@@ -93,7 +113,7 @@ class GraphWriter:
 
         for use in walk.uses:
             inputs = {i: link(v) if isinstance(v, Link) else short(v) for i, v in use.inputs.items()}
-            made = _in_other_words(use, inputs)
+            made = _in_other_words(use, inputs, self.grids)
             if made is not None:
                 first = len(nodes)
                 entries, self._renamed[use] = made(first)
@@ -181,7 +201,7 @@ class GraphWriter:
         if kind == "ShaderNodeNewGeometry":
             self._widths.update({geometry.COMPUTED[o]: 1 for o in use.outputs if o in geometry.COMPUTED})
         name = _attribute_of(use.node)
-        if name is not None:
+        if name is not None and self.grids is None:
             # Of an attribute with two components Cycles takes the first for its number, and the mean of all others.
             width = 4 if "Alpha" in use.outputs else 1 if use.outputs == {"Fac"} else 3
             self._widths[name] = max(width, self._widths.get(name, 0))
@@ -193,7 +213,7 @@ class GraphWriter:
         node, kind = use.node, use.node.bl_idname
         found = {}
         name = _attribute_of(node)
-        if name is not None:
+        if name is not None and self.grids is None:
             numbers = [n for n, _ in self.result.attributes]
             found["attribute"] = "COLOR_0" if self._is_color(name) else f"_SUNDOG_{numbers.index(name)}"
         values = self._values(use)
@@ -226,6 +246,11 @@ class GraphWriter:
         found = {}
         numbers = [n for n, _ in self.result.attributes]
         for output in sorted(use.outputs):
+            name = _grid_of(use.node, output) if self.grids is not None else None
+            if name is not None:
+                kind = {"Color": "color", "Alpha": "alpha"}.get(output, "vector")
+                found[output] = self.grids.value(name, kind)
+                continue
             if use.node.bl_idname == "ShaderNodeNewGeometry" and output in geometry.COMPUTED:
                 found[output] = {"attribute": f"_SUNDOG_{numbers.index(geometry.COMPUTED[output])}"}
             asked = object_info.asked(use.node, output)
@@ -420,14 +445,19 @@ def emitting(owner, rules, document, cache, findings, report=None):
     return written.extension, None
 
 
-def filling(owner, rules, document, cache, values, layer=None):
-    """(the Written of what fills the meshes of a material or the world, None), or (None, why that cannot be)."""
+def filling(owner, rules, document, cache, asked, layer=None):
+    """(the Written of what fills the meshes of a material or the world, None), or (None, why that cannot be). `asked`: what
+    objects are asked for, and the GridReads of what is filled by grids."""
+    values, grids = asked
     try:
         walk = Walk(Walker(), rules, layer)
+        walk.has_grids = grids is not None
         walk.read_volume(owner)
         if walk.objections or walk.volume is None:
             return None, ", ".join(walk.objections) or "it is no shader"
-        written = GraphWriter(document, cache, [], None, values).write_volume(walk)
+        writer = GraphWriter(document, cache, [], None, values)
+        writer.grids = grids
+        written = writer.write_volume(walk)
     except (
         images.ImageError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError,
     ) as error:  # fmt: skip
@@ -462,9 +492,11 @@ def aovs_of(owner, kinds, findings, table=None, layer=None):
 # Nodes that others stand for
 
 
-def _in_other_words(use, inputs):
+def _in_other_words(use, inputs, grids=None):
     """Of a node that others stand for: what makes these, given the number of the first, and the output of the last; or None."""
     kind = use.node.bl_idname
+    if kind == "ShaderNodeVolumePrincipled":
+        return lambda first: (_principled_volume(use, inputs, grids, first), "Volume")
     if kind == "ShaderNodeBlackbody":
         return lambda first: (_blackbody(inputs["Temperature"], first), "Color")
     if kind == "ShaderNodeWavelength":
@@ -517,6 +549,66 @@ def _wavelength(nanometres, first):
         _maths("GREATER_THAN", nanometres, wavelength.FIRST - wavelength.STEP),
         lighter,
     ]
+
+
+def _vector_maths(operation, **inputs):
+    return {"type": "ShaderNodeVectorMath", "properties": {"operation": operation}, "inputs": inputs}
+
+
+def _principled_volume(use, inputs, grids, first):
+    """A Principled Volume: its density, colour and temperature multiplied with the object's grids, and light of a temperature
+    (Cycles' svm_node_principled_volume) among its emission."""
+    node, nodes, inputs = use.node, [], dict(inputs)
+
+    def add(entry, output="Value"):
+        nodes.append(entry)
+        return {"node": first + len(nodes) - 1, "output": output}
+
+    def grid(name, output, kind, drawn=False):
+        value = grids.value(name, kind, 1.0, drawn)
+        return add({"type": "ShaderNodeAttribute", "properties": {"values": {output: value}}}, output)
+
+    def is_there(name):
+        return grids is not None and name in grids.names
+
+    names = {socket.identifier: socket.default_value for socket in node.inputs if socket.type == "STRING"}
+    density, color, temperature = (names.get(f"{what} Attribute", "") for what in ("Density", "Color", "Temperature"))
+    if is_there(density):
+        inputs["Density"] = add(_maths("MULTIPLY", inputs.get("Density", 1.0), grid(density, "Fac", "vector")))
+    if is_there(color):
+        plain = _plain_color(inputs.get("Color", [0.5, 0.5, 0.5]))
+        inputs["Color"] = add(_vector_maths("MULTIPLY", Vector=plain, Vector_001=grid(color, "Vector", "vector")), "Vector")
+    share = inputs.get("Blackbody Intensity", 0.0)
+    if isinstance(share, dict) or share > 0:
+        heat = inputs.get("Temperature", 1000.0)
+        if is_there(temperature):
+            found = add(_maths("MAXIMUM", grid(temperature, "Fac", "vector", drawn=True), 0.0))
+            heat = add(_maths("MULTIPLY", heat, found))
+        heat = add(_maths("MAXIMUM", heat, 0.0))
+        square = add(_maths("MULTIPLY", heat, heat))
+        fourth = add(_maths("MULTIPLY", square, square))
+        more = add(_maths("MULTIPLY", add(_maths("SUBTRACT", fourth, 1.0)), share))
+        strength = add(_maths("MULTIPLY", add(_maths("ADD", more, 1.0)), STEFAN_BOLTZMANN))
+        nodes += _blackbody(heat, first + len(nodes))
+        glow = {"node": first + len(nodes) - 1, "output": "Color"}
+        tinted = add(_vector_maths("MULTIPLY", Vector=glow, Vector_001=_plain_color(inputs.get("Blackbody Tint", [1.0, 1.0, 1.0]))), "Vector")
+        light = add(_vector_maths("SCALE", Vector=tinted, Scale=strength), "Vector")
+        own = _plain_color(inputs.get("Emission Color", [1.0, 1.0, 1.0]))
+        emitted = add(_vector_maths("SCALE", Vector=own, Scale=inputs.get("Emission Strength", 0.0)), "Vector")
+        inputs["Emission Color"] = add(_vector_maths("ADD", Vector=emitted, Vector_001=light), "Vector")
+        inputs["Emission Strength"] = 1.0
+    left = {"Blackbody Intensity", "Blackbody Tint", "Temperature", *names}
+    kept = {name: v for name, v in inputs.items() if name not in left}
+    entry = {"type": node.bl_idname, "inputs": kept}
+    if node.name:
+        entry["name"] = node.name
+    nodes.append(entry)
+    return nodes
+
+
+def _plain_color(value):
+    """Without the alpha."""
+    return value[:3] if isinstance(value, list) else value
 
 
 def _product(node, inputs, first):
@@ -579,6 +671,13 @@ def _attribute_of(node):
     if node.bl_idname == "ShaderNodeAttribute" and node.attribute_type == "GEOMETRY":
         return node.attribute_name
     return None
+
+
+def _grid_of(node, output):
+    """The name of the grid that a node's output reads, or None."""
+    if node.bl_idname == "ShaderNodeVolumeInfo":
+        return output.lower()
+    return _attribute_of(node)
 
 
 @functools.cache

@@ -48,17 +48,23 @@ class Writer:
         self.writes_indices = False
         # The kinds of the view layer's AOVs by their names.
         self.aovs = {}
+        # Names of the grids that node trees read of what fills objects, by number.
+        self.grids = []
         self._known = {}
 
-    def material(self, material):
-        """The Exported of an evaluated material, or of no material at all."""
-        key = material.original.as_pointer() if material is not None else None
+    def material(self, material, grids=None):
+        """The Exported of an evaluated material, or of no material at all; `grids` has the names of those of an object that is
+        filled by it."""
+        key = (material.original.as_pointer() if material is not None else None, None if grids is None else tuple(sorted(grids)))
         if key not in self._known:
-            self._known[key] = self._write(material)
+            self._known[key] = self._write(material, grids)
         return self._known[key]
 
-    def _write(self, material):
+    def _write(self, material, grids):
         reader = Reader(self.walker)
+        if grids is not None:
+            cubic = getattr(getattr(material, "cycles", None), "volume_interpolation", "LINEAR") == "CUBIC"
+            reader.grids = graph_write.GridReads(frozenset(grids), self.grids, cubic)
         if material is None:
             grey = Const(numpy.full(3, 0.8))
             # What Cycles shows without a material: diffuse up to 4.5, a Principled BSDF from 5.0.

@@ -9,9 +9,9 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, images, lights, linking, materials, motion, object_info, views, visibility
+from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, motion, object_info, views, visibility
 from . import world as worlds
-from .verdicts import APPROXIMATED, EXACT, LOST
+from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
 # glTF's axes are Y up: (x, y, z) of Blender is (x, z, -y). A permutation with a sign: exact.
 TO_GLTF = numpy.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
@@ -26,7 +26,6 @@ INSTANCING_ERROR = 1e-6
 TELL_EVERY = 0.1
 
 LEFT_OUT = {
-    "VOLUME": "volumes",
     "CURVES": "hair curves",
     "POINTCLOUD": "point clouds",
 }
@@ -108,11 +107,12 @@ class Exporter:
         if kind == "LIGHT":
             self._light(instance, shown)
             return
+        if kind == "VOLUME" and self._is_switched_off(kind):
+            return
         if kind in LEFT_OUT and self._is_switched_off(kind):
             return
         if kind in LEFT_OUT:
-            effect = "media" if kind == "VOLUME" else None
-            self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out", effect)
+            self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out")
             return
         if kind in GREASE_PENCIL:
             # Before 4.3 view layers had no switch for it.
@@ -120,12 +120,12 @@ class Exporter:
                 self.verdicts.add("object", shown.name, EXACT, "Blender draws its Grease Pencil over the picture, as over Cycles'")
             return
         self._hair(instance, shown)
-        if kind != "MESH":
+        if kind not in {"MESH", "VOLUME"}:
             # Curves, surfaces, texts and metaballs come a second time, as the meshes they amount to.
             return
         if self._culling.leaves_out(shown, instance.matrix_world):
             return
-        if not self.view_layer.use_solid:
+        if kind == "MESH" and not self.view_layer.use_solid:
             # As Cycles: lamps and the world stay.
             return
         mesh = self._mesh(shown)
@@ -189,13 +189,39 @@ class Exporter:
         """Index of the glTF mesh of an evaluated object, or None."""
         mesh = shown.data
         slots = [slot.material for slot in shown.material_slots] or list(mesh.materials)
+        domain = grids.domain_of(shown) if shown.type == "MESH" else None
+        if domain is not None and self._is_switched_off("VOLUME"):
+            return None
         override = self._override("material")
         if override is not None:
             slots = [override] * max(len(slots), 1)
         key = (mesh.as_pointer(), tuple(m.original.as_pointer() if m is not None else 0 for m in slots))
         if key not in self._meshes:
-            self._meshes[key] = self._read_mesh(shown, slots or [None])
+            filled = shown.type == "VOLUME" or domain is not None
+            read = self._read_filled if filled else self._read_mesh
+            self._meshes[key] = read(shown, slots or [None])
         return self._meshes[key]
+
+    def _read_filled(self, shown, slots):
+        """A box with the grids of a Volume object or a domain of smoke."""
+        findings = []
+        domain = grids.domain_of(shown) if shown.type == "MESH" else None
+        if domain is None:
+            filled = grids.of_volume(shown, self.cache, findings)
+        else:
+            filled = grids.of_domain(shown, domain, shown.data, self.scene, self.cache)
+        self.verdicts.extend("object", shown.name, [Finding(*f, "media") for f in findings], untouched=False)
+        if filled is None:
+            return None
+        box = grids.box_mesh(filled)
+        try:
+            # Cycles takes the first material alone.
+            return self._write_mesh(box, slots[:1], shown.name, (None, None), filled)
+        except geometry.GeometryError as error:
+            self.verdicts.add("object", shown.name, LOST, f"it is left out: {error}")
+            return None
+        finally:
+            bpy.data.meshes.remove(box)
 
     def _dicing(self, shown):
         """How the object's triangles are divided by their size in the picture; None if they are not."""
@@ -229,12 +255,13 @@ class Exporter:
             self.verdicts.add("object", shown.name, LOST, "it is left out: there is not enough memory for it")
         return None
 
-    def _write_mesh(self, mesh, slots, name_of_object, changes):
+    def _write_mesh(self, mesh, slots, name_of_object, changes, filled=None):
         diced, steps = changes
         if not len(mesh.polygons):
             return None
         used = geometry.slots_in_use(mesh, len(slots))
-        exported = {slot: self.materials.material(slots[slot]) for slot in used}
+        names = None if filled is None else filled.names
+        exported = {slot: self.materials.material(slots[slot], names) for slot in used}
         for slot, material in exported.items():
             name = slots[slot].name_full if slots[slot] is not None else None
             if name is not None:
@@ -264,6 +291,9 @@ class Exporter:
                 described = {"generated": "_GENERATED"}
             else:
                 described = {"texture_space": geometry.texture_space(mesh)}
+            primitive["extensions"] = {self.document.uses("SUNDOG_mesh"): described}
+        for primitive in primitives if filled is not None else ():
+            described = {"texture_space": filled.space, **filled.described(self.document, self.materials.grids)}
             primitive["extensions"] = {self.document.uses("SUNDOG_mesh"): described}
         for primitive in primitives:
             if "_VERTEX" in primitive["attributes"]:

@@ -107,6 +107,8 @@ class Reader:
         self.findings = []
         # Those of them that hold for the node tree as well as for the surface that is made of it.
         self.lasting = []
+        # The graph_write.GridReads of what is filled by grids.
+        self.grids = None
         # What fills the meshes, as SUNDOG_material has it.
         self.volume = None
 

@@ -2,16 +2,12 @@
 """What fills meshes and space: what is the same everywhere as coefficients by metre, the rest as node trees. Cycles' formulas:
 docs/cycles.md."""
 
-import math
-
 import numpy
 
 from . import blackbody, evaluated, graph_write, nodes
 from .expressions import Const
 from .verdicts import LOST
 
-# Of a black body, over π, as Cycles scales it: W·m⁻²·K⁻⁴.
-STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
 # Cycles' limit of a mean cosine.
 MOST_ANISOTROPY = 0.999
 
@@ -41,7 +37,9 @@ class Varying:
         `place`: the document, the cache, and what objects are asked for."""
         document, cache, values = place
         table = evaluated.VOLUME if layer is not None else evaluated.VOLUME_OF_WORLD
-        written, why = graph_write.filling(owner, table, document, cache, values, layer)
+        if reader.grids is not None:
+            table = evaluated.VOLUME_OF_GRIDS
+        written, why = graph_write.filling(owner, table, document, cache, (values, reader.grids), layer)
         if written is None:
             reader.note_lasting(LOST, f"the volume ({self.label}) is left out: {why or self.why}", "media")
             return None, None
@@ -55,6 +53,8 @@ def read(reader, place):
     source = reader.walker.source(place)
     if not source.socket.is_output:
         return None
+    if reader.grids is not None:
+        return Varying(source.node.bl_label, "it cannot be told with its grids")
     try:
         found = _Sum(reader)
         found.add(source, 1.0)
@@ -158,6 +158,6 @@ class _Sum:
         share = self._number(source, "Blackbody Intensity")
         if share > 0:
             temperature = max(self._number(source, "Temperature", 1000.0), 0.0)
-            strength = STEFAN_BOLTZMANN * (1 - share + share * temperature**4)
+            strength = graph_write.STEFAN_BOLTZMANN * (1 - share + share * temperature**4)
             self.emission += weight * strength * self._color(source, "Blackbody Tint") * numpy.asarray(blackbody.color(temperature))[:3]
         self.emission += weight * self._color(source, "Emission Color") * self._number(source, "Emission Strength")

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use ::gltf::json;
 use base64::Engine as _;
@@ -15,6 +15,7 @@ use super::{draco, meshopt};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::error::{read_bytes, read_file};
+use crate::scene::Grid;
 
 /// A parsed file: its JSON in three readings, and its buffers.
 pub(super) struct Document {
@@ -37,6 +38,8 @@ pub(super) struct Document {
     buffers: Vec<Buffer>,
     /// The buffer views with compressed data, once they are needed.
     unpacked: Vec<OnceLock<Result<Vec<u8>, String>>>,
+    /// Grids of files that were read, by their names.
+    pub grids: Mutex<HashMap<(PathBuf, String), Arc<Grid>>>,
 }
 
 enum Buffer {
@@ -113,6 +116,7 @@ impl Document {
             bytes,
             buffers: Vec::new(),
             unpacked: Vec::new(),
+            grids: Mutex::default(),
         };
         document.load_buffers(binary)?;
         let views = document.core.buffer_views.len();

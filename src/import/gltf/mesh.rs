@@ -14,9 +14,11 @@ use super::schema::{SundogMaterial, TextureSpaceJson};
 use super::tangents;
 use crate::import::budget::Budget;
 use crate::scene::{
-    Diagnostics, Effect, MaterialId, MaterialLabel, Mesh, MeshStep, Part, TextureSpace, Verdict,
+    Diagnostics, Effect, Grids, MaterialId, MaterialLabel, Mesh, MeshStep, Part, TextureSpace,
+    Verdict,
 };
 use serde::Deserialize;
+use std::sync::Arc;
 
 /// What a primitive needs to know of its material.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +53,8 @@ pub(super) struct Attributes<'a> {
     pub vertices: Option<(usize, u32)>,
     /// The accessors of its vertices' positions, and of their normals, at steps of time.
     pub motion: Vec<(usize, Option<usize>)>,
+    /// Grids of what fills it.
+    pub grids: Option<Arc<Grids>>,
 }
 
 impl Attributes<'_> {
@@ -204,6 +208,7 @@ pub(super) fn load_primitive(
         material: material.id,
         material_label: material_label(document, attributes.primitive),
         part,
+        grids: attributes.grids.clone(),
     };
     drop_unused_vertices(&mut mesh);
     complete_for_material(&mut mesh, material, budget, diagnostics)?;

@@ -8,6 +8,7 @@ mod container;
 mod deform;
 mod draco;
 mod extensions;
+mod grids;
 mod image_spaces;
 mod khr_surfaces;
 mod layers;

@@ -187,8 +187,28 @@ pub(super) struct SundogMesh {
     pub vertices: Option<String>,
     #[serde(default)]
     pub motion: Vec<MeshStepJson>,
+    #[serde(default)]
+    pub grids: Vec<GridJson>,
+    #[serde(default)]
+    pub density_by_object: bool,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+/// A grid of what fills a mesh: one of an OpenVDB file, or an array.
+#[derive(Debug, Deserialize)]
+pub(super) struct GridJson {
+    /// The number that node trees have for it.
+    pub number: usize,
+    pub name: String,
+    /// The file.
+    pub uri: Option<String>,
+    /// Of the array.
+    pub accessor: Option<usize>,
+    #[serde(default)]
+    pub size: [i32; 3],
+    /// From the array's points to the object's space, by rows.
+    pub matrix: Option<[f64; 12]>,
 }
 
 /// The attributes that hold a mesh's vertices at a step of time.

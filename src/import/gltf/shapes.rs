@@ -12,7 +12,7 @@ use super::mesh::{Attributes, PrimitiveMaterial};
 use super::placement::matrix;
 use super::schema::SundogMesh;
 use super::walk::{Placed, Shaped};
-use super::{draco, extensions, mesh};
+use super::{draco, extensions, grids, mesh};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::scene::validate::Dropped;
@@ -156,7 +156,7 @@ fn load_mesh(
             ],
             diagnostics,
         );
-        let mut motion = Vec::new();
+        let (mut motion, mut grids) = (Vec::new(), None);
         let (texture_space, generated, vertices) = match document.extension(&pointer, "SUNDOG_mesh")
         {
             None => (None, None, None),
@@ -170,6 +170,8 @@ fn load_mesh(
                     usize::try_from(document.value.pointer(&place)?.as_u64()?).ok()
                 };
                 let vertices = named(&extension.vertices).zip(u32::try_from(index).ok());
+                let told = (&*extension.grids, extension.density_by_object);
+                grids = grids::load(document, told, &object, budget, diagnostics)?;
                 for step in extension.motion {
                     let position = named(&Some(step.position));
                     let position = position
@@ -213,6 +215,7 @@ fn load_mesh(
             generated,
             vertices,
             motion,
+            grids,
         };
         let material = primitive.material.map(|m| m.value());
         let none = PrimitiveMaterial {

@@ -5,15 +5,26 @@ use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Lit, Record, Step};
 use crate::math::average;
-use crate::medium::{Flight, Medium, transmittance};
+use crate::medium::{Equiangular, Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
 use crate::world::{Draws, Hit, RayKind, Sender, Way, Within, World};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Tells the numbers of flights from those of opacity.
 const FLIGHT: u32 = 0x_f119_47ed;
 /// Tells the numbers of light that a ray meets from those of its flight.
 const FOUND: u32 = 0x_0f0d_2b97;
+
+/// Tells the numbers of points on lights, by which a way is divided, from others.
+const PIVOT: u32 = 0x_3c6e_f372;
+
+/// Where a medium scatters a path: how far from where its ray begins, and the share that sampled lights have there. The rest of
+/// their light is looked for elsewhere on the way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Event {
+    distance: f32,
+    share: f32,
+}
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// Share of light that comes from a distance along the ray through what is around.
@@ -37,7 +48,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// scattered before.
     #[cold]
     #[inline(never)]
-    pub(super) fn fly(&mut self, far: f32) -> Option<f32> {
+    pub(super) fn fly(&mut self, far: f32) -> Option<Event> {
         if self.beside.within.varies {
             return self.fly_through_what_varies(far);
         }
@@ -59,10 +70,17 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             let found = self.throughput * emitted;
             self.light.add_found(self.settings, found, self.bounce);
         }
+        let by_angle = self.add_light_on_the_way(length);
         match flight {
             Flight::Scattered(t, weight) => {
+                let medium = &self.beside.within.medium;
+                let by_way = medium.density(self.throughput, t);
+                let share = by_angle.map_or(1.0, |angle| by_way / (by_way + angle.density(t)));
                 self.throughput *= weight;
-                Some(t + self.span.0)
+                Some(Event {
+                    distance: t + self.span.0 - self.beside.skipped,
+                    share,
+                })
             }
             Flight::Through(weight) => {
                 self.throughput *= weight;
@@ -72,7 +90,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// The same where the media vary.
-    fn fly_through_what_varies(&mut self, far: f32) -> Option<f32> {
+    fn fly_through_what_varies(&mut self, far: f32) -> Option<Event> {
         let way = Way {
             origin: self.origin,
             direction: self.direction,
@@ -89,13 +107,64 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         match flight {
             Flight::Scattered(t, weight) => {
                 self.throughput *= weight;
-                Some(t)
+                Some(Event {
+                    distance: t,
+                    share: 1.0,
+                })
             }
             Flight::Through(weight) => {
                 self.throughput *= weight;
                 None
             }
         }
+    }
+
+    /// Adds light of a sampled light that a medium scatters somewhere on a way of a length, wherever the path itself goes on. Where is
+    /// drawn by the angles at which a point on some light sees the way. Both that place and the one where the path is scattered count
+    /// by the balance heuristic, whose densities are of the distance: given the point, lights are sampled alike in both.
+    fn add_light_on_the_way(&mut self, length: f32) -> Option<Equiangular> {
+        let (world, bounce) = (self.world, self.bounce);
+        let medium = &self.beside.within.medium;
+        if self.last || medium.scattering == Vec3::ZERO || world.lights.is_empty() {
+            return None;
+        }
+        let key = self.sampler.key(Dimension::Opacity, bounce);
+        let number = |which: u32| hashed(key, PIVOT.wrapping_add(which), self.passed);
+        let before = self.beside.previous.at;
+        let start = self.span.0 - self.beside.skipped;
+        // Lights are chosen as they are seen from the middle of what the path sees of the way.
+        let seen = length.min(medium.extinction.max_element().recip());
+        let place = |t: f32| self.origin + self.direction * (start + t);
+        let (middle, ray) = (place(0.5 * seen), (place(0.0), self.direction));
+        let at = &mut self.beside.previous.at;
+        if world.lights.is_linked() {
+            let object = self.beside.within.last_entered();
+            at.receiver = object.map_or(0, |object| world.lights.receiver(object));
+        }
+        at.bounces = bounce;
+        world.lights.context_into(at, middle, None);
+        let of_light = world
+            .lights
+            .sample(at, number(0), Vec2::new(number(1), number(2)));
+        let pivot = of_light.and_then(|(light, _)| light.target);
+        let angle = pivot.and_then(|pivot| Equiangular::new(ray, length, pivot));
+        if let Some(angle) = angle {
+            let u = self.sampler.single(Dimension::Roulette, bounce);
+            let turned = (u + number(3) * self.passed.min(1) as f32).fract();
+            let t = angle.sample(turned);
+            let medium = &self.beside.within.medium;
+            let density = angle.density(t) + medium.density(self.throughput, t);
+            let weight = medium.scattering * transmittance(medium.extinction, t) / density;
+            if t.is_finite() && weight.is_finite() && weight != Vec3::ZERO {
+                let point = ray.0 + self.direction * t;
+                world
+                    .lights
+                    .context_into(&mut self.beside.previous.at, point, None);
+                self.add_light_in_medium(point, None, weight);
+            }
+        }
+        self.beside.previous.at = before;
+        angle
     }
 
     /// The path goes to the other side of a surface.
@@ -109,7 +178,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// Light that falls on a point of a medium and is scattered there, and the way on; whether the path goes on.
     #[cold]
     #[inline(never)]
-    pub(super) fn scatter(&mut self, distance: f32) -> bool {
+    pub(super) fn scatter(&mut self, Event { distance, share }: Event) -> bool {
         if self.bounce >= self.settings.roulette && !self.survives() {
             self.end(End::Roulette);
             return false;
@@ -125,7 +194,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         at.bounces = self.bounce;
         let within = &self.beside.within;
         let there = within.varies.then(|| self.world.medium_at(within, point));
-        self.add_light_in_medium(point, there.as_ref());
+        self.add_light_in_medium(point, there.as_ref(), Vec3::splat(share));
         let u = self.sampler.triple(Dimension::Bsdf, self.bounce);
         let medium = there.as_ref().unwrap_or(&self.beside.within.medium);
         let onward = medium.scatter(self.direction, u);
@@ -155,8 +224,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         true
     }
 
-    /// Adds the light of a sampled light at a point of a medium: of this one, where it varies.
-    fn add_light_in_medium(&mut self, point: Vec3, there: Option<&Medium>) {
+    /// Adds the light of a sampled light at a point of a medium, with a weight: of this one, where it varies.
+    fn add_light_in_medium(&mut self, point: Vec3, there: Option<&Medium>, weight: Vec3) {
         let (world, settings, bounce) = (self.world, self.settings, self.bounce);
         if world.lights.is_empty() {
             return;
@@ -214,7 +283,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if bounce == 0 {
             self.light.sink.first_in_medium();
         }
-        let found = self.throughput * weighted * arriving * share;
+        let found = self.throughput * weight * weighted * arriving * share;
         let kept = self.light.add_scattered(settings, found, bounce);
         let group = || world.lights.group(world.lights.source(drawn));
         self.light.sink.grouped(kept, group);

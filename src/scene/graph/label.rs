@@ -89,7 +89,9 @@ impl PlaceInput {
             | Self::MaterialIndex(_)
             | Self::ObjectRandom => "Object Info",
             Self::ViewVector | Self::ViewDepth | Self::ViewDistance => "Camera Data",
-            Self::VertexColor | Self::Attribute(_) | Self::ObjectValue(_) => "Attribute",
+            Self::VertexColor | Self::Attribute(_) | Self::ObjectValue(_) | Self::Grid { .. } => {
+                "Attribute"
+            }
             Self::RadialTangent(_) | Self::UvTangent => "Tangent",
             Self::IsRay(_)
             | Self::IsSingularRay

@@ -2,11 +2,12 @@
 
 use super::compile::{Compiler, Source, root};
 use super::{Evaluation, Known, Place, Program, Root};
-use crate::scene::Phase;
+use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{
     emission, principled_volume, volume_absorption, volume_coefficients, volume_scatter,
 };
 use crate::scene::graph::{self, Graph, NodeKind, PhaseKind, VolumeShader};
+use crate::scene::{Interpolation, Phase};
 use glam::Vec3;
 
 /// The shaders of a volume.
@@ -14,6 +15,10 @@ use glam::Vec3;
 pub struct VolumeProgram {
     program: Program,
     parts: Vec<Part>,
+    /// The grids that it reads.
+    grids: Vec<(u32, Interpolation)>,
+    /// Whether nothing else of the place counts.
+    of_grids_alone: bool,
 }
 
 /// A shader with its share of the whole.
@@ -59,16 +64,59 @@ impl VolumeProgram {
         });
         let mut roots: Vec<&mut Root> = roots.collect();
         let program = compiler.finish(&mut roots);
-        Self { program, parts }
+        let (mut grids, mut of_grids_alone) = (Vec::new(), true);
+        for input in program.place_inputs() {
+            match input {
+                PlaceInput::Grid {
+                    number,
+                    interpolation,
+                    ..
+                } if !grids.contains(&(number, interpolation)) => {
+                    grids.push((number, interpolation));
+                }
+                PlaceInput::Grid { .. }
+                | PlaceInput::ObjectLocation
+                | PlaceInput::ObjectColor
+                | PlaceInput::ObjectAlpha
+                | PlaceInput::ObjectIndex
+                | PlaceInput::ObjectRandom
+                | PlaceInput::ObjectValue(_)
+                | PlaceInput::MaterialIndex(_) => {}
+                _ => of_grids_alone = false,
+            }
+        }
+        Self {
+            program,
+            parts,
+            of_grids_alone: of_grids_alone && !grids.is_empty(),
+            grids,
+        }
+    }
+
+    /// The grids that it reads, by their numbers, each with how.
+    pub fn grids(&self) -> &[(u32, Interpolation)] {
+        &self.grids
+    }
+
+    /// Whether it depends on the place by these alone.
+    pub fn is_of_grids_alone(&self) -> bool {
+        self.of_grids_alone
     }
 
     /// What is taken, 1/m, and emitted, W·sr⁻¹·m⁻³, at a place; `scatterer` gets what is scattered, 1/m, and how.
-    pub fn at<P: Place>(&self, place: &P, mut scatterer: impl FnMut(Vec3, Phase)) -> (Vec3, Vec3) {
+    /// `density`: what all is multiplied with that volume shaders say.
+    pub fn at<P: Place>(
+        &self,
+        place: &P,
+        density: f32,
+        mut scatterer: impl FnMut(Vec3, Phase),
+    ) -> (Vec3, Vec3) {
         self.program.at(place, |at| {
             let (mut absorption, mut emission) = (Vec3::ZERO, Vec3::ZERO);
             for part in &self.parts {
                 let weight = at.number(&part.weight);
                 if weight > 0.0 {
+                    let weight = weight * part.shader.map_or(1.0, |_| density);
                     let (taken, emitted) = part.at(weight, at, &mut scatterer);
                     absorption += taken;
                     emission += emitted;

@@ -18,9 +18,8 @@ const LENGTH: f32 = 2.0;
 /// Bounds by a share of what is there.
 fn grid(share: f32, emission: f32) -> Majorants {
     let corners = (Vec3::new(0.0, -1.0, -1.0), Vec3::new(LENGTH, 1.0, 1.0));
-    Majorants::new(even(corners.0, corners.1, 8), |at| {
-        local(at, SLOPE * share, 0.5, emission)
-    })
+    let there = |at| local(at, SLOPE * share, 0.5, emission);
+    Majorants::new(even(corners.0, corners.1, 8), there, |_, _| None)
 }
 
 fn draws(sample: u32) -> impl FnMut() -> f32 {
@@ -175,7 +174,7 @@ fn extremes_end_and_stay_finite() {
             scattering: Vec3::splat(density),
             emission: Vec3::ZERO,
         };
-        let grid = Majorants::new(widening(Vec3::ZERO, Vec3::ONE, 4, 1.0), thick);
+        let grid = Majorants::new(widening(Vec3::ZERO, Vec3::ONE, 4, 1.0), thick, |_, _| None);
         let (from, direction) = (Vec3::new(0.5, 0.5, -1.0), Vec3::Z);
         let shares = estimate(1000, |sample| {
             let mut marches = [grid.along(from, direction, 0.0)];

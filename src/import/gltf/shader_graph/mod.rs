@@ -16,7 +16,7 @@ use crate::scene::graph::function::{PlaceInput, bump};
 use crate::scene::graph::{
     AovOutput, Function, Graph, Input, Link, Node, NodeKind, SocketKind, node,
 };
-use crate::scene::{Aov, Diagnostics, Subject, Verdict};
+use crate::scene::{Aov, Diagnostics, Interpolation, Subject, Verdict};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::{BTreeSet, HashMap};
@@ -535,7 +535,20 @@ impl Reader<'_, '_, '_> {
         };
         let attribute = value.get("attribute").and_then(Value::as_str);
         let object = value.get("object").and_then(Value::as_u64);
+        let grid = value.get("grid").and_then(Value::as_u64);
         let input = match (attribute, object) {
+            _ if let Some(number) = grid => PlaceInput::Grid {
+                number: u32::try_from(number).unwrap_or(u32::MAX),
+                interpolation: match value.get("interpolation").and_then(Value::as_str) {
+                    Some("cubic") => Interpolation::Cubic,
+                    Some("drawn") => Interpolation::Drawn,
+                    _ => Interpolation::Linear,
+                },
+                otherwise: value
+                    .get("otherwise")
+                    .and_then(Value::as_f64)
+                    .unwrap_or(0.0) as f32,
+            },
             (Some(name), _) => shader::attribute(node, name)?,
             (_, Some(number)) => PlaceInput::ObjectValue(number as u32),
             _ => return Err(Refusal::of(node, output).into()),

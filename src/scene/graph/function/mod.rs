@@ -114,6 +114,15 @@ pub enum PlaceInput {
     UvTangent,
     /// A value that each object has for itself, by its number.
     ObjectValue(u32),
+    /// A grid of what fills the object, by its number.
+    Grid {
+        /// Of [`crate::scene::Grids`].
+        number: u32,
+        /// Between its points.
+        interpolation: crate::scene::Interpolation,
+        /// All its numbers where the object has no such grid.
+        otherwise: f32,
+    },
     /// A colour of the vertices: those of COLOR_0.
     VertexColor,
     /// An attribute of the vertices, by its number.
@@ -314,6 +323,7 @@ impl Function {
                 | PlaceInput::RayLength => &[(Float, Lane::One(0))],
                 PlaceInput::ObjectColor
                 | PlaceInput::ObjectValue(_)
+                | PlaceInput::Grid { .. }
                 | PlaceInput::VertexColor
                 | PlaceInput::Attribute(_) => &[
                     (Color, Lane::Rgb),
