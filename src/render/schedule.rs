@@ -16,7 +16,7 @@ use super::{
 };
 use crate::effects;
 use crate::film::error::ErrorEstimate;
-use crate::film::{Pass, Passes, Picture};
+use crate::film::{Bands, Pass, Passes, Picture};
 use crate::math::LUMINANCE;
 use crate::scene::{Scene, fingerprint};
 use glam::DVec3;
@@ -43,6 +43,10 @@ const SAVE_AGAIN: u32 = 8;
 const MOST_GROWN: f64 = 20.0;
 /// With Cycles' noise threshold the error is estimated when there are so many times the samples.
 const WORTH_A_LOOK: f64 = 1.2;
+/// The halves of a picture are denoised from so many samples on …
+const DENOISED_FROM: f64 = 8.0;
+/// … and again when there are so many times the samples, as that takes long.
+const DENOISED_AGAIN: f64 = 1.4;
 /// At most this long between two reports of progress.
 const REPORT: Duration = Duration::from_millis(200);
 
@@ -149,6 +153,7 @@ pub(super) fn run(
         trace_begun: Instant::now(),
         traced: Mutex::new(Duration::ZERO),
         error: Mutex::new(None),
+        denoised: Mutex::default(),
         known: Mutex::default(),
         forecast: Mutex::default(),
         passes: AtomicU64::new(0),
@@ -183,7 +188,7 @@ pub(super) fn run(
         scene_hash: run.scene_hash.clone(),
         picture: if keeps { of(&film) } else { Picture::default() },
         replicate: (keeps && error.is_some() && run.can_tell_seen_error(stop))
-            .then(|| of(&film.replicate())),
+            .then(|| of(&film.replicate(false))),
         luminance_variances: (keeps && settings.passes.has(Pass::NoisyImage))
             .then(|| film.luminance_variances())
             .flatten(),
@@ -249,6 +254,8 @@ struct Run<'a> {
     traced: Mutex<Duration>,
     /// The estimate after the last whole pass.
     error: Mutex<Option<ErrorEstimate>>,
+    /// The error of the denoised picture, and the mean of the samples when it was told.
+    denoised: Mutex<(Option<f64>, f64)>,
     /// What is known of the passes that have ended …
     known: Mutex<Vec<Known>>,
     /// … and what follows.
@@ -448,6 +455,19 @@ impl Run<'_> {
         *locked(&self.forecast) = Forecast::of(&known);
         drop(known);
         self.observer.whole_pass(self.film, &passed);
+        self.judge_denoised(&passed);
+    }
+
+    /// Asks for the error of the denoised picture, if there is a target for it.
+    fn judge_denoised(&self, passed: &Passed) {
+        let mut denoised = locked(&self.denoised);
+        let due = (DENOISED_AGAIN * denoised.1).max(DENOISED_FROM);
+        if self.settings.denoised_target > 0.0 && passed.error.is_some() && passed.samples >= due {
+            let halves = [false, true].map(|second| self.film.replicate(second));
+            let halves = [&halves[0] as &dyn Bands, &halves[1]];
+            let error = self.observer.denoised_error(self.film, halves, passed);
+            *denoised = (error, passed.samples);
+        }
     }
 
     /// Says how many samples each pixel is to have at the end of the next pass; or why there is none.
@@ -459,6 +479,12 @@ impl Run<'_> {
             && error.error <= settings.error_target
         {
             return Err(Stop::Error);
+        }
+        if let (Some(error), _) = *locked(&self.denoised)
+            && settings.denoised_target > 0.0
+            && error <= settings.denoised_target
+        {
+            return Err(Stop::DenoisedError);
         }
         let least = self.samples().least;
         let mut most = settings.samples;

@@ -81,6 +81,9 @@ pub struct RenderEffort {
     /// samples happen to agree stops too soon.
     #[arg(long, value_name = "TARGET", value_parser = values::share, conflicts_with = "pixel_error")]
     pub noise_threshold: Option<f64>,
+    /// With `--denoise`: stop when the denoised picture looks as near to the truth as this, for example 0.02.
+    #[arg(long, value_name = "TARGET", value_parser = values::share, requires = "denoise")]
+    pub denoised_error: Option<f64>,
     /// With `--noise-threshold`: samples of each pixel before it may stop, as Cycles' Min Samples.
     ///
     /// If not given or 0, the threshold says it, as in Cycles: 64 for 0.01, and 32 for 0.1.
