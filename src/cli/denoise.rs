@@ -64,7 +64,9 @@ pub fn check_passes<'a>(
     layers: impl Iterator<Item = &'a str> + Clone,
 ) -> Result<(), Failure> {
     let chosen = denoiser.settings().beside.of(layers);
-    chosen.map(|_| ()).map_err(|error| Failure::usage(error.to_string()))
+    chosen
+        .map(|_| ())
+        .map_err(|error| Failure::usage(error.to_string()))
 }
 
 /// Denoises what was rendered.

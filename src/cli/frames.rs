@@ -111,9 +111,13 @@ impl Observer for Watcher<'_> {
         halves: [&dyn Bands; 2],
         passed: &Passed,
     ) -> Option<f64> {
-        match self.outputs.denoised_error(film, halves, passed.samples, &|| self.cancelled()) {
+        match self
+            .outputs
+            .denoised_error(film, halves, passed.samples, &|| self.cancelled())
+        {
             Ok(error) => {
-                self.reporter.tell(&json!({ "event": "denoised_error", "error": error }));
+                self.reporter
+                    .tell(&json!({ "event": "denoised_error", "error": error }));
                 *locked(&self.denoised) = error;
                 error.and_then(|error| error.flip)
             }

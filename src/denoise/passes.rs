@@ -100,7 +100,10 @@ impl std::str::FromStr for Choice {
         if text == "all" {
             return Ok(Self::All);
         }
-        let names = text.split(',').map(str::trim).filter(|name| !name.is_empty());
+        let names = text
+            .split(',')
+            .map(str::trim)
+            .filter(|name| !name.is_empty());
         Ok(Self::Named(names.map(String::from).collect()))
     }
 }

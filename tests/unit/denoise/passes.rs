@@ -10,14 +10,19 @@ const LAYERS: [&str; 6] = [
 ];
 
 fn chosen(choice: &Choice) -> Result<Vec<&'static str>, String> {
-    choice.of(LAYERS.into_iter()).map_err(|error| error.to_string())
+    choice
+        .of(LAYERS.into_iter())
+        .map_err(|error| error.to_string())
 }
 
 #[test]
 fn light_alone_is_chosen() {
     assert_eq!(chosen(&Choice::AsCycles).unwrap(), ["Shadow Catcher"]);
     let all = chosen(&"all".parse().unwrap()).unwrap();
-    assert_eq!(all, ["DiffDir", "GlossInd", "Shadow Catcher", "Combined_key"]);
+    assert_eq!(
+        all,
+        ["DiffDir", "GlossInd", "Shadow Catcher", "Combined_key"]
+    );
     let named = chosen(&"Combined_key, DiffDir".parse().unwrap()).unwrap();
     assert_eq!(named, ["DiffDir", "Shadow Catcher", "Combined_key"]);
 }
