@@ -44,7 +44,20 @@ def arguments(scene, layer, abilities, warn):
             result += [f"--denoise-{flag}", word]
     if scene.sundog.denoising_keep_energy:
         result += ["--denoise-keep-energy"]
+    # "all" of a picture without passes of light is none.
+    if scene.sundog.denoising_passes:
+        result += flag_if_known("denoise-passes", ["all"], abilities, warn)
+    if scene.sundog.denoised_error_target > 0:
+        result += flag_if_known("denoised-error", [f"{scene.sundog.denoised_error_target:.6g}"], abilities, warn)
     return result
+
+
+def flag_if_known(flag, values, abilities, warn):
+    """A flag with its values, or a warning that the program is too old for it."""
+    if abilities.has(flag):
+        return [f"--{flag}", *values]
+    warn(f"sundog {abilities.version} does not know --{flag}: it renders without")
+    return []
 
 
 def environment():
