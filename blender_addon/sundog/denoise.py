@@ -76,6 +76,12 @@ def blenders_library():
     return folder if os.path.isfile(os.path.join(folder, LIBRARY)) else None
 
 
+def error_words(found):
+    """How far the denoised picture looks from the truth, from the program's report; "" if nobody has asked."""
+    error = (found or {}).get("error")
+    return f"denoised FLIP {error['flip']:.4f} ({error['low']:.4f} to {error['high']:.4f}), by both halves" if error else ""
+
+
 def words(found):
     """What denoising did to the brightness, from the program's report; "" if nothing is known."""
     shift = (found or {}).get("shift")

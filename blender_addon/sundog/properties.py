@@ -106,7 +106,8 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
     )
     denoised_error_target: FloatProperty(
         name="Denoised Error",
-        description="DENOISED_ERROR_WORDS",
+        description="Stop when the denoised picture looks as near to the truth as this (mean FLIP, as shown); 0 for no target. Told by both"
+        " halves of the samples, denoised each by itself: what the denoiser guesses wrong in both alike is in it as a mean over scenes alone",
         default=0.0, min=0.0, soft_max=0.5, precision=4, step=0.1,
     )
     use_animated_seed: BoolProperty(name="Animate Seed", description="Other random numbers in each frame", default=False)

@@ -119,7 +119,7 @@ impl Observer for Watcher<'_> {
                 self.reporter
                     .tell(&json!({ "event": "denoised_error", "error": error }));
                 *locked(&self.denoised) = error;
-                error.and_then(|error| error.flip)
+                error.map(|error| error.flip)
             }
             // It will fail again at the end, and be told then.
             Err(_) => None,

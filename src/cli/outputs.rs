@@ -3,7 +3,7 @@
 use super::progress::Reporter;
 use super::view::View;
 use super::{Failure, args, console};
-use crate::denoise::{Denoiser, HalvesError, halves};
+use crate::denoise::{Denoiser, HalvesError};
 use crate::film::{Bands, Picture};
 use crate::measure;
 use crate::output::{self, Format, Metadata, exr};
@@ -96,7 +96,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// How far the picture would be from the truth once it is denoised, by both halves of its samples. `None` where nothing can
+    /// How far the picture would look from the truth once it is denoised, by both halves of its samples. `None` where nothing can
     /// be told.
     ///
     /// # Errors
@@ -117,13 +117,8 @@ impl Outputs {
         let picture = Picture::collect(film);
         let denoised = denoiser.halves(&picture, noisy, cancelled);
         let denoised = denoised.map_err(|error| Failure::new(error.to_string()))?;
-        let flip = flip(view, &denoised[0], &denoised[1])?;
-        let error = halves::compare(noisy, [&denoised[0], &denoised[1]]);
-        Ok(error.map(|error| HalvesError {
-            flip: Some(flip),
-            samples,
-            ..error
-        }))
+        let between = flip(view, &denoised[0], &denoised[1])?;
+        Ok(Some(HalvesError::new(between, samples)))
     }
 
     /// Writes all files.

@@ -1,72 +1,54 @@
-//! How far a denoised picture is from the truth, told by the two halves of its samples.
+//! How far a denoised picture looks from the truth, told by the two halves of its samples.
 //!
-//! Both halves are denoised, each by itself. With a and b the noisy halves, which are independent and unbiased, and A and B what
-//! the denoiser makes of them, the squared error of A has the expectation of (A − b)² without the variance of b, for A knows
-//! nothing of b; a wrong guess counts as noise does. With (a − b)² / 2 for that variance, and the same the other way round, a
-//! pixel tells (A² + B²) / 2 − A b − B a + a b: so noisy, and of either sign, that it is good for means over many pixels alone.
-//! (Dual buffers: Rousselle, Knaus and Zwicker, *Adaptive Rendering with Non-Local Means Filtering*, 2012, §5.)
+//! Both halves are denoised, each by itself, with the guides of the whole. FLIP between them, as they are shown, is in proportion
+//! to FLIP between the denoised picture and the truth: the one has the noise that the denoiser leaves of two pictures with half of
+//! the samples, the other what it leaves of one with all of them, and what it guesses wrong. The factor is measured
+//! (docs/notes/accuracy.md). A wrong guess that both halves share is in none of their differences.
 
-use super::shift::BLOCK;
-use crate::film::Picture;
-use crate::math::float::REL_MSE_OFFSET;
+use crate::math::float::TWO_SIDED_95;
 use serde::Serialize;
 
-/// What both halves say of each other.
+/// FLIP of a denoised picture over FLIP between its denoised halves: the geometric mean over scenes, samples and seeds …
+const OF_HALVES: f64 = 0.84;
+/// … and the standard deviation of its logarithm.
+const DEVIATION: f64 = 0.14;
+
+/// The estimated error of a denoised picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct HalvesError {
-    /// relMSE of a denoised half, its wrong guesses counted; below 0 where noise makes it so.
-    pub half: f64,
-    /// Standard deviation of it, by how blocks of the picture differ.
-    pub deviation: f64,
-    /// Half of the relMSE between the denoised halves: the error of one of them without what both guess wrong.
-    pub noise: f64,
-    /// FLIP between the denoised halves as they are shown.
-    pub flip: Option<f64>,
-    /// Mean samples a pixel.
+    /// Mean FLIP between the denoised picture and the truth, as they are shown.
+    pub flip: f64,
+    /// It lies above this …
+    pub low: f64,
+    /// … and below this, in 95 of 100 pictures.
+    pub high: f64,
+    /// FLIP between the denoised halves.
+    pub between_halves: f64,
+    /// Mean samples a pixel when they were looked at.
     pub samples: f64,
 }
 
-/// Compares the noisy halves with the denoised ones; pictures whose first layer is RGBA. `None` of an empty picture.
-pub fn compare(noisy: [&Picture; 2], denoised: [&Picture; 2]) -> Option<HalvesError> {
-    let (width, height) = (noisy[0].width as usize, noisy[0].height as usize);
-    let block = BLOCK as usize;
-    let across = width.div_ceil(block);
-    let mut blocks = vec![[0.0; 3]; across * height.div_ceil(block)];
-    let layers = [noisy[0], noisy[1], denoised[0], denoised[1]].map(Picture::colors);
-    let [a, b, c, d] = layers;
-    for (index, (((a, b), c), d)) in a.zip(b).zip(c).zip(d).enumerate() {
-        let place = index / width / block * across + index % width / block;
-        let sums = &mut blocks[place];
-        for channel in 0..3 {
-            let of = |pixel: [f32; 4]| f64::from(pixel[channel]);
-            let (a, b, c, d) = (of(a), of(b), of(c), of(d));
-            let mean = (c + d) / 2.0;
-            let scale = 1.0 / (3.0 * (mean * mean + REL_MSE_OFFSET));
-            sums[0] += scale * ((c * c + d * d) / 2.0 - c * b - d * a + a * b);
-            sums[1] += scale * (c - d) * (c - d) / 2.0;
+impl HalvesError {
+    /// From FLIP between the denoised halves of a picture with so many samples.
+    pub fn new(between_halves: f64, samples: f64) -> Self {
+        let flip = OF_HALVES * between_halves;
+        let factor = (TWO_SIDED_95 * DEVIATION).exp();
+        Self {
+            flip,
+            low: flip / factor,
+            high: (flip * factor).min(1.0),
+            between_halves,
+            samples,
         }
-        sums[2] += 1.0;
     }
-    let pixels: f64 = blocks.iter().map(|block| block[2]).sum();
-    if pixels == 0.0 {
-        return None;
+
+    /// As a part of a sentence.
+    pub fn words(&self) -> String {
+        let Self {
+            flip, low, high, ..
+        } = self;
+        format!("as shown FLIP of the denoised picture {flip:.4} ({low:.4} to {high:.4})")
     }
-    let mean = |i: usize| blocks.iter().map(|block| block[i]).sum::<f64>() / pixels;
-    let half = mean(0);
-    // Of sums over blocks that count as much as they have pixels.
-    let count = blocks.len() as f64;
-    let spread = blocks
-        .iter()
-        .map(|block| (block[0] - half * block[2]).powi(2))
-        .sum::<f64>();
-    let deviation = (spread * count / (count - 1.0).max(1.0)).sqrt() / pixels;
-    Some(HalvesError {
-        half,
-        deviation,
-        noise: mean(1),
-        flip: None,
-        samples: 0.0,
-    })
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod catchers;
+mod denoised;
 mod estimate;
 mod forecast;
 pub mod labels;
