@@ -1,9 +1,10 @@
 //! Pictures denoised by the real library, and the features that guide it.
 
 use glam::{DAffine3, DVec3};
+use std::sync::Mutex;
 use sundog::denoise::{Denoiser, Places, Settings};
-use sundog::film::{Layer, Pass, Passes, Picture};
-use sundog::render::{RenderSettings, Rendering, Silent, render};
+use sundog::film::{Bands, Layer, Pass, Passes, Picture};
+use sundog::render::{Event, Observer, Passed, RenderSettings, Rendering, Silent, Stop, render};
 use sundog::scene::{MetallicRoughness, Scene};
 use sundog::selftest::kit;
 
@@ -145,6 +146,117 @@ fn a_denoised_picture_is_nearer_to_the_truth_and_the_noisy_one_stays() {
         after_kept < before / 2.0,
         "relMSE {before} became {after_kept}"
     );
+}
+
+/// Passes of light by their own guides: nearer to the truth, and the noisy ones beside them as they were.
+#[test]
+fn passes_are_denoised_on_request_and_stay_beside_as_they_were() {
+    let light = [
+        Pass::DiffuseDirect,
+        Pass::DiffuseIndirect,
+        Pass::GlossyIndirect,
+    ];
+    let own = Settings {
+        beside: "DiffDir,DiffInd,GlossInd".parse().unwrap(),
+        ..Settings::default()
+    };
+    let wanted = light
+        .iter()
+        .fold(Passes::COMBINED, |all, pass| all.with(*pass));
+    let wanted = wanted.with(Pass::Depth);
+    let reference = rendered(256, 7, wanted).picture;
+    let noisy = rendered(16, 0, own.passes(wanted)).picture;
+    let mut picture = noisy.clone();
+    let report = denoiser(own)
+        .denoise(&mut picture, None, &|| false)
+        .unwrap();
+    assert_eq!(report.passes, ["DiffDir", "DiffInd", "GlossInd"]);
+    for pass in light {
+        let name = format!("Noisy {}", pass.name());
+        let beside = picture
+            .layers
+            .iter()
+            .find(|layer| layer.name == name)
+            .unwrap();
+        assert_eq!(bits(&beside.data), bits(&layer(&noisy, pass).data));
+        let off = |of: &Picture| -> f64 {
+            let pairs = layer(of, pass)
+                .data
+                .iter()
+                .zip(&layer(&reference, pass).data);
+            pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum()
+        };
+        let (before, after) = (off(&noisy), off(&picture));
+        // Light over the colour of edges, of which few samples know anything, makes most of the error.
+        assert!(after < 0.9 * before, "{name}: {before} became {after}");
+    }
+    for same in [Pass::Depth, Pass::DenoisingAlbedo] {
+        assert_eq!(
+            bits(&layer(&noisy, same).data),
+            bits(&layer(&picture, same).data)
+        );
+    }
+}
+
+/// Says that the error is the reciprocal of the samples, and keeps what it was shown.
+#[derive(Default)]
+struct Watching(Mutex<Vec<(f64, f64)>>);
+
+impl Observer for Watching {
+    fn event(&self, _: &Event) {}
+    fn cancelled(&self) -> bool {
+        false
+    }
+    fn denoised_error(
+        &self,
+        film: &dyn Bands,
+        halves: [&dyn Bands; 2],
+        passed: &Passed,
+    ) -> Option<f64> {
+        let [whole, first, second] = [film, halves[0], halves[1]].map(Picture::collect);
+        let sides = kit::colors(&first).zip(kit::colors(&second));
+        let pixels = kit::colors(&whole).zip(sides);
+        let off = pixels.map(|(whole, (first, second))| {
+            let mean = |c: usize| (first[c] + second[c]) / 2.0;
+            (0..3)
+                .map(|c| (mean(c) - whole[c]).abs())
+                .fold(0.0, f64::max)
+        });
+        let off = off.fold(0.0, f64::max);
+        self.0.lock().unwrap().push((passed.samples, off));
+        Some(1.0 / passed.samples)
+    }
+}
+
+/// It is asked from 8 samples on, when there are enough new ones, and shown two halves whose mean is the picture.
+#[test]
+fn a_render_stops_at_the_error_of_the_denoised_picture() {
+    let with_target = |denoised_target: f64| RenderSettings {
+        width: 16,
+        height: 16,
+        denoised_target,
+        ..settings(512, Passes::COMBINED)
+    };
+    let watching = Watching::default();
+    let rendering = render(&cornell(), &with_target(1.0 / 100.0), &watching).unwrap();
+    assert_eq!(rendering.statistics.stop, Stop::DenoisedError);
+    let shown = watching.0.into_inner().unwrap();
+    let samples: Vec<_> = shown.iter().map(|(samples, _)| *samples).collect();
+    assert_eq!(samples, [8.0, 16.0, 32.0, 64.0, 128.0]);
+    assert!(shown.iter().all(|(_, off)| *off < 1e-4), "{shown:?}");
+    // Without a target nobody is asked.
+    let watching = Watching::default();
+    let rendering = render(
+        &cornell(),
+        &RenderSettings {
+            samples: 16,
+            ..with_target(0.0)
+        },
+        &watching,
+    )
+    .unwrap();
+    assert_eq!(rendering.statistics.stop, Stop::Samples);
+    assert!(watching.0.into_inner().unwrap().is_empty());
 }
 
 /// The floor that a mirror and a sphere of glass show is the floor to a denoiser.

@@ -1,6 +1,7 @@
 //! Files in, scenes out: what glTF and image files become, and that no bytes whatever make the
 //! program panic, hang or eat memory.
 
+mod animation;
 mod blender;
 mod broken;
 mod compressed;

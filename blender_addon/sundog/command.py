@@ -3,6 +3,7 @@
 
 import numpy
 
+from .denoise import flag_if_known
 from .export.camera import picture_size
 from .passes import names
 from .properties import noise_threshold
@@ -80,26 +81,19 @@ def arguments(scene, layer, abilities, warn):
         ("pixel-error", 0.0 if threshold else settings.pixel_error_target),
     ):
         if target > 0:
-            result += _if_known(flag, [f"{target:.6g}"], abilities, warn)
+            result += flag_if_known(flag, [f"{target:.6g}"], abilities, warn)
     if threshold and settings.adaptive_min_samples and abilities.has("min-samples"):
         result += ["--min-samples", str(settings.adaptive_min_samples)]
     if settings.film_exposure != 1:
-        result += _if_known("film-exposure", [f"{settings.film_exposure:.6g}"], abilities, warn)
+        result += flag_if_known("film-exposure", [f"{settings.film_exposure:.6g}"], abilities, warn)
     caustics = _CAUSTICS[settings.caustics_reflective, settings.caustics_refractive]
     if caustics != "all":
-        result += _if_known("caustics", [caustics], abilities, warn)
+        result += flag_if_known("caustics", [caustics], abilities, warn)
     if layer.sundog.use_centre_passes:
-        result += _if_known("centre-passes", [], abilities, warn)
+        result += flag_if_known("centre-passes", [], abilities, warn)
     if render.film_transparent:
-        result += _if_known("transparent", [], abilities, warn)
+        result += flag_if_known("transparent", [], abilities, warn)
     return result
-
-
-def _if_known(flag, values, abilities, warn):
-    if abilities.has(flag):
-        return [f"--{flag}", *values]
-    warn(f"sundog {abilities.version} does not know --{flag}: it renders without")
-    return []
 
 
 _FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}

@@ -44,7 +44,20 @@ def arguments(scene, layer, abilities, warn):
             result += [f"--denoise-{flag}", word]
     if scene.sundog.denoising_keep_energy:
         result += ["--denoise-keep-energy"]
+    # "all" of a picture without passes of light is none.
+    if scene.sundog.denoising_passes:
+        result += flag_if_known("denoise-passes", ["all"], abilities, warn)
+    if scene.sundog.denoised_error_target > 0:
+        result += flag_if_known("denoised-error", [f"{scene.sundog.denoised_error_target:.6g}"], abilities, warn)
     return result
+
+
+def flag_if_known(flag, values, abilities, warn):
+    """A flag with its values, or a warning that the program is too old for it."""
+    if abilities.has(flag):
+        return [f"--{flag}", *values]
+    warn(f"sundog {abilities.version} does not know --{flag}: it renders without")
+    return []
 
 
 def environment():
@@ -61,6 +74,12 @@ def blenders_library():
     # The folder of the version lies beside that of the libraries.
     folder = os.path.join(os.path.dirname(data), "lib") if data else ""
     return folder if os.path.isfile(os.path.join(folder, LIBRARY)) else None
+
+
+def error_words(found):
+    """How far the denoised picture looks from the truth, from the program's report; "" if nobody has asked."""
+    error = (found or {}).get("error")
+    return f"denoised FLIP {error['flip']:.4f} ({error['low']:.4f} to {error['high']:.4f}), by both halves" if error else ""
 
 
 def words(found):

@@ -58,6 +58,14 @@ _PASSES = (
 # There whenever the picture is denoised, as in Cycles.
 NOISY = Pass(None, "Noisy Image", "Noisy Image", "RGBA", "COLOR")
 
+# Passes that are denoised on request; that of shadow catchers ever is, as in Cycles.
+CATCHER = "Shadow Catcher"
+LIGHT = (
+    "AO", "DiffDir", "DiffInd", "GlossDir", "GlossInd", "TransDir", "TransInd", "VolumeDir", "VolumeInd", "Emit", "Env",
+)  # fmt: skip
+# The switch of a pass that comes with another, which the program is not asked for.
+BESIDE = "beside"
+
 PASSES = tuple(
     Pass(switch, program, name if bpy.app.version >= (5, 0, 0) else program, channels, kind)
     for switch, program, name, channels, kind in _PASSES
@@ -70,6 +78,9 @@ UNKNOWN = {
     "use_pass_subsurface_indirect": "Subsurface Indirect",
     "use_pass_subsurface_color": "Subsurface Color",
 }
+
+# What Cycles 5.2 stores for denoisers besides.
+STORED = ("Denoising Roughness", "Denoising Specular Albedo") if bpy.app.version >= (5, 2, 0) else ()
 
 
 def _is_on(view_layer, switches):
@@ -92,7 +103,22 @@ def wanted(scene, view_layer):
     on = [p for p in PASSES if _is_on(view_layer, p.switch)]
     kept = [p for p in on if not (p.program.startswith("Crypto") and p.program.endswith(more))]
     own = [_aov(aov) for aov in view_layer.aovs if aov.is_valid]
-    return [COMBINED] + noisy + kept + own + light_groups(view_layer)
+    found = kept + own + light_groups(view_layer)
+    return [COMBINED] + noisy + found + [_noisy(p) for p in denoised(scene, view_layer, found)]
+
+
+def denoised(scene, view_layer, found):
+    """Those of some passes that are denoised beside the picture."""
+    if not denoise.is_on(scene, view_layer):
+        return []
+    group = f"{COMBINED.program}_"
+    light = [p for p in found if p.switch != AOV and (p.program in LIGHT or p.program.startswith(group))]
+    catchers = [p for p in found if p.switch != AOV and p.program == CATCHER]
+    return catchers + (light if scene.sundog.denoising_passes else [])
+
+
+def _noisy(p):
+    return Pass(BESIDE, f"Noisy {p.program}", f"Noisy {p.name}", p.channels, p.kind)
 
 
 def light_groups(view_layer):
@@ -107,8 +133,8 @@ def _aov(aov):
 
 
 def names(passes):
-    """What the program calls some passes: all AOVs together have one name."""
-    return [p.program for p in passes if p.switch != AOV] + [AOV] * any(p.switch == AOV for p in passes)
+    """What the program is asked for: all AOVs together have one name, and noisy passes come with the denoised ones."""
+    return [p.program for p in passes if p.switch not in {AOV, BESIDE}] + [AOV] * any(p.switch == AOV for p in passes)
 
 
 def matte_parts(view_layer):
@@ -119,6 +145,8 @@ def matte_parts(view_layer):
 def left_out(view_layer):
     """Names of the passes that a view layer asks for and Sundog does not have."""
     names = [name for switch, name in UNKNOWN.items() if _is_on(view_layer, switch)]
+    if _is_on(view_layer, "cycles.denoising_store_passes"):
+        names += STORED
     levels = 2 * MATTE_PARTS
     if view_layer.pass_cryptomatte_depth > levels and any(_is_on(view_layer, f"use_pass_cryptomatte_{kind.lower()}") for kind in MATTES):
         names.append(f"Cryptomatte levels beyond {levels}")

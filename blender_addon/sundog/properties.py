@@ -100,6 +100,16 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
         name="Keep Brightness", default=False,
         description="Give back the brightness that denoising moved: of blocks as far as it is certain, of the whole exactly",
     )
+    denoising_passes: BoolProperty(
+        name="Passes", default=False,
+        description="Denoise the passes of light as well, light groups too; each stays beside as it was, as Noisy and its name",
+    )
+    denoised_error_target: FloatProperty(
+        name="Denoised Error",
+        description="Stop when the denoised picture looks as near to the truth as this (mean FLIP, as shown); 0 for no target. Told by both"
+        " halves of the samples, denoised each by itself: what the denoiser guesses wrong in both alike is in it as a mean over scenes alone",
+        default=0.0, min=0.0, soft_max=0.5, precision=4, step=0.1,
+    )
     use_animated_seed: BoolProperty(name="Animate Seed", description="Other random numbers in each frame", default=False)
 
 

@@ -136,6 +136,9 @@ def summary(record):
     shift = denoise.words(record["denoised"])
     if shift:
         words.append(f"denoised: {shift}")
+    error = denoise.error_words(record["denoised"])
+    if error:
+        words.append(error)
     if "stopped" in record:
         words.append("stopped by the user")
     return ", ".join(words)

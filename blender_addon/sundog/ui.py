@@ -119,12 +119,14 @@ class SUNDOG_RENDER_PT_denoising(_Buttons, Panel):
         column = layout.column()
         column.active = denoise.is_on(scene, context.view_layer)
         column.prop(scene.sundog, "denoising_keep_energy")
+        column.prop(scene.sundog, "denoising_passes")
+        column.prop(scene.sundog, "denoised_error_target")
         if hasattr(scene, "cycles"):
             for name in ("denoising_input_passes", "denoising_prefilter", "denoising_quality"):
                 prop(column, scene.cycles, name)
-        shift = denoise.words(records.last_statistics().get("denoised"))
-        if shift:
-            for part in shift.split(", "):
+        found = records.last_statistics().get("denoised")
+        for part in denoise.words(found).split(", ") + [denoise.error_words(found)]:
+            if part:
                 layout.label(text=f"Last render: {part}")
 
 

@@ -363,6 +363,11 @@ impl Camera {
         }
     }
 
+    /// Against the view axis.
+    pub fn backward(&self) -> Vec3 {
+        self.z
+    }
+
     /// How far from the camera a point is for Blender's mist: along the view axis of parallel rays alone.
     pub fn distance(&self, point: Vec3) -> f32 {
         match (&self.distant, self.lens) {

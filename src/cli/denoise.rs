@@ -30,6 +30,7 @@ pub fn find(
         guides: flags.denoise_guides,
         quality: flags.denoise_quality,
         keep_energy: flags.denoise_keep_energy,
+        beside: flags.denoise_passes.clone().unwrap_or_default(),
         threads: threads.unwrap_or(0) as usize,
     };
     match Denoiser::find(settings, &Places::of_this_process()) {
@@ -52,6 +53,20 @@ fn or_noisy<T>(
     }
     reporter.warn(&format!("the picture stays noisy: {}", failure.message));
     Ok(None)
+}
+
+/// Makes sure that a picture with these layers has the passes that are to be denoised.
+///
+/// # Errors
+/// It lacks one.
+pub fn check_passes<'a>(
+    denoiser: &Denoiser,
+    layers: impl Iterator<Item = &'a str> + Clone,
+) -> Result<(), Failure> {
+    let chosen = denoiser.settings().beside.of(layers);
+    chosen
+        .map(|_| ())
+        .map_err(|error| Failure::usage(error.to_string()))
 }
 
 /// Denoises what was rendered.

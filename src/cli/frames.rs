@@ -4,9 +4,12 @@ use super::checkpoint::Checkpoint;
 use super::outputs::Outputs;
 use super::progress::Reporter;
 use super::{console, interrupt};
+use crate::denoise::HalvesError;
 use crate::film::Bands;
 use crate::output::{Frames, tev::Viewer};
-use crate::render::{self, Event, Observer, OutputTime};
+use crate::render::{self, Event, Observer, OutputTime, Passed};
+use serde_json::json;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Tells what happens, writes frames if there is a folder for them, and tells a viewer if there is one.
 pub struct Watcher<'a> {
@@ -20,6 +23,13 @@ pub struct Watcher<'a> {
     pub checkpoint: Option<&'a Checkpoint>,
     /// Files to be written at the end.
     pub outputs: &'a Outputs,
+    /// What the halves of the picture said last of its error once it is denoised.
+    pub denoised: Mutex<Option<HalvesError>>,
+}
+
+/// Nothing panics while it holds the value.
+pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Watcher<'_> {
@@ -93,6 +103,27 @@ impl Observer for Watcher<'_> {
             time.blank += frame;
         }
         time
+    }
+
+    fn denoised_error(
+        &self,
+        film: &dyn Bands,
+        halves: [&dyn Bands; 2],
+        passed: &Passed,
+    ) -> Option<f64> {
+        match self
+            .outputs
+            .denoised_error(film, halves, passed.samples, &|| self.cancelled())
+        {
+            Ok(error) => {
+                self.reporter
+                    .tell(&json!({ "event": "denoised_error", "error": error }));
+                *locked(&self.denoised) = error;
+                error.map(|error| error.flip)
+            }
+            // It will fail again at the end, and be told then.
+            Err(_) => None,
+        }
     }
 
     fn wants_state(&self, last: bool) -> bool {

@@ -3,7 +3,7 @@
 use super::progress::Reporter;
 use super::view::View;
 use super::{Failure, args, console};
-use crate::denoise::Denoiser;
+use crate::denoise::{Denoiser, HalvesError};
 use crate::film::{Bands, Picture};
 use crate::measure;
 use crate::output::{self, Format, Metadata, exr};
@@ -21,6 +21,8 @@ pub struct Outputs {
     view: Option<View>,
     /// What the picture goes through before.
     pub denoiser: Option<Denoiser>,
+    /// How the halves of a picture are looked at, if no files are.
+    judging: Option<View>,
 }
 
 impl Outputs {
@@ -73,7 +75,50 @@ impl Outputs {
             },
             view,
             denoiser: None,
+            judging: None,
         })
+    }
+
+    /// Denoised halves will be looked at, also where no file is shown.
+    ///
+    /// # Errors
+    /// There is no such view.
+    pub fn judge(
+        &mut self,
+        view: &args::View,
+        wishes: &ColorManagement,
+        reporter: &Reporter,
+    ) -> Result<(), Failure> {
+        if self.view.is_none() {
+            let warn = |warning: &str| reporter.warn(warning);
+            self.judging = Some(View::new(view, wishes, &warn)?);
+        }
+        Ok(())
+    }
+
+    /// How far the picture would look from the truth once it is denoised, by both halves of its samples. `None` where nothing can
+    /// be told.
+    ///
+    /// # Errors
+    /// The denoiser or the view fails, or it was cancelled.
+    pub fn denoised_error(
+        &self,
+        film: &dyn Bands,
+        halves: [&dyn Bands; 2],
+        samples: f64,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<HalvesError>, Failure> {
+        let view = self.view.as_ref().or(self.judging.as_ref());
+        let (Some(denoiser), Some(view)) = (&self.denoiser, view) else {
+            return Ok(None);
+        };
+        let noisy = halves.map(Picture::collect);
+        let noisy = [&noisy[0], &noisy[1]];
+        let picture = Picture::collect(film);
+        let denoised = denoiser.halves(&picture, noisy, cancelled);
+        let denoised = denoised.map_err(|error| Failure::new(error.to_string()))?;
+        let between = flip(view, &denoised[0], &denoised[1])?;
+        Ok(Some(HalvesError::new(between, samples)))
     }
 
     /// Writes all files.

@@ -3,7 +3,7 @@
 use super::args::{MAX_SAMPLES, Render, RenderEffort};
 use super::checkpoint::Checkpoint;
 use super::exit::{EXIT_INTERRUPTED, EXIT_OK};
-use super::frames::Watcher;
+use super::frames::{Watcher, locked};
 use super::outputs::Outputs;
 use super::progress::Reporter;
 use super::scene_file::{self, SceneFile};
@@ -19,6 +19,7 @@ use crate::render::{
 use crate::scene::{Scene, fingerprint};
 use serde_json::json;
 use std::path::Path;
+use std::sync::Mutex;
 use std::time::Duration;
 
 /// Runs the command.
@@ -53,10 +54,16 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
     let mut settings = args.settings(path, scene)?;
     if let Some(denoiser) = &denoiser {
         settings.passes = denoiser.settings().passes(settings.passes);
+        let groups = crate::film::group_layers(&scene.light_groups);
+        let layers: Vec<_> = settings.passes.layers().chain(groups).collect();
+        denoise::check_passes(denoiser, layers.iter().map(|layer| layer.0.as_str()))?;
     }
     // What goes nowhere but to a checkpoint is denoised when it is joined.
     let is_seen = !outputs.files.is_empty() || asked.frames.is_some() || asked.tev.is_some();
     outputs.denoiser = denoiser.filter(|_| is_seen);
+    if settings.denoised_target > 0.0 {
+        outputs.judge(&args.view, &scene.color_management, &reporter)?;
+    }
     memory::check_render(&settings, scene)?;
     let region = settings.region();
     let frames = asked.frames.as_ref().map(|folder| {
@@ -84,6 +91,7 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         viewer: viewer.as_ref(),
         checkpoint: checkpoint.as_ref(),
         outputs: &outputs,
+        denoised: Mutex::default(),
     };
     if let Some(saved) = &saved {
         reporter.say(&format!(
@@ -117,6 +125,9 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         Some(_) if cancelled => reporter.warn(denoise::INTERRUPTED),
         Some(denoiser) => {
             denoised = denoise::apply(&args.denoising, denoiser, &mut rendering, &reporter);
+            if let Ok(Some(report)) = &mut denoised {
+                report.error = *locked(&watcher.denoised);
+            }
             cancelled = watcher.cancelled();
         }
         None => {}
@@ -223,6 +234,7 @@ impl Render {
             time_limit: self.effort.time,
             error_target: self.effort.error.unwrap_or(0.0),
             pixel_error_target: self.effort.pixel_error.unwrap_or(0.0),
+            denoised_target: self.effort.denoised_error.unwrap_or(0.0),
             noise_threshold: self.effort.noise_threshold(),
             passes: self.passes.passes,
             mist: self.passes.mist,
@@ -246,7 +258,8 @@ impl RenderEffort {
     /// Number of the first sample, and how many there are.
     fn samples(&self) -> Result<(u32, u32), Failure> {
         let by_pixel = self.pixel_error.is_some() || self.noise_threshold.is_some();
-        let open_ended = self.time.is_some() || self.error.is_some() || by_pixel;
+        let by_error = self.error.is_some() || self.denoised_error.is_some();
+        let open_ended = self.time.is_some() || by_error || by_pixel;
         match (&self.sample_range, self.samples) {
             (Some(_), Some(_)) => Err(Failure::usage(
                 "--sample-range says itself how many samples there are; leave --samples out",

@@ -18,7 +18,7 @@ fn end_line(
     seen_error: Option<f64>,
     denoised: Option<&Report>,
 ) -> String {
-    // A denoised picture has another error, which nothing tells.
+    // A denoised picture has another error, which is told only where its halves were looked at.
     let of = denoised.map_or("", |_| " of the noisy picture");
     let seconds = statistics.trace.as_secs_f64();
     let mut line = format!(
@@ -54,6 +54,13 @@ fn end_line(
         let shift = report.shift.as_ref();
         let shift = shift.map_or("brightness shift unknown".into(), Shift::words);
         line.push_str(&format!("; denoised in {time}, {shift}"));
+        if let Some(error) = &report.error {
+            line.push_str(&format!(", {}", error.words()));
+            // The clock or a person may have ended it since.
+            if error.samples < statistics.mean_samples {
+                line.push_str(&format!(" after {:.0} samples", error.samples));
+            }
+        }
     }
     if statistics.non_finite > 0 {
         line.push_str(&format!(

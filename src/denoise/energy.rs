@@ -27,17 +27,22 @@ pub fn give_back(pair: &Pair, denoised: &mut [f32]) {
             *value = (f64::from(*value) * factor) as f32;
         }
     }
-    for channel in 0..3 {
+    give_back_means(pair.noisy, denoised, 4);
+}
+
+/// Restores the mean of each of the first three of so many channels.
+pub fn give_back_means(noisy: &[f32], denoised: &mut [f32], channels: usize) {
+    for channel in 0..channels.min(3) {
         let mean = |data: &[f32]| -> f64 {
             data.iter()
                 .skip(channel)
-                .step_by(4)
+                .step_by(channels)
                 .map(|&v| f64::from(v))
                 .sum()
         };
-        let (wanted, is) = (mean(pair.noisy), mean(denoised));
+        let (wanted, is) = (mean(noisy), mean(denoised));
         if wanted > 0.0 && is > 0.0 {
-            for value in denoised.iter_mut().skip(channel).step_by(4) {
+            for value in denoised.iter_mut().skip(channel).step_by(channels) {
                 *value = (f64::from(*value) * (wanted / is)) as f32;
             }
         }

@@ -5,14 +5,21 @@
 //! loses it. How much is measured against the noisy picture, whose mean is right ([`shift`]), and can be given back ([`energy`]).
 
 pub mod energy;
+mod guided;
+pub mod halves;
 mod library;
+pub mod passes;
 pub mod shift;
 
+pub use halves::HalvesError;
 pub use library::{NotFound, Places};
+pub use passes::Choice;
 pub use shift::Shift;
 
-use crate::ffi::oidn::{Device, Filter, Image, Library, OidnError, Role};
+use crate::ffi::oidn::{Library, OidnError, Role};
 use crate::film::{Layer, Pass, Passes, Picture};
+use guided::Guided;
+use passes::{Albedo, albedo_in, noisy_name};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -60,7 +67,7 @@ impl Guides {
 }
 
 /// How a picture is denoised.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Settings {
     /// Noise in the guides.
     pub prefilter: Prefilter,
@@ -70,6 +77,9 @@ pub struct Settings {
     pub quality: Quality,
     /// Brightness is given back ([`energy`]).
     pub keep_energy: bool,
+    /// Passes that are denoised beside the picture.
+    #[serde(skip)]
+    pub beside: Choice,
     /// Threads; 0 for all.
     #[serde(skip)]
     pub threads: usize,
@@ -98,6 +108,17 @@ pub enum DenoiseError {
     /// The same of parts that are to be joined.
     #[error("the parts have no pass {0} to be denoised by; render each of them with --denoise")]
     Parts(&'static str),
+    /// A pass that is to be denoised is not there, or is none of light.
+    #[error(
+        "--denoise-passes names {wanted}, which the picture has not as a pass of light; those that it has: {}; --passes asks for more",
+        if able.is_empty() { "none" } else { able }
+    )]
+    NoSuchPass {
+        /// Its name.
+        wanted: String,
+        /// Those that can be denoised.
+        able: String,
+    },
 }
 
 /// What was done to a picture.
@@ -110,8 +131,13 @@ pub struct Report {
     pub settings: Settings,
     /// Time that it took.
     pub time: Duration,
+    /// Passes that were denoised beside the picture.
+    pub passes: Vec<String>,
     /// What it did to the brightness; not known where the noise is not.
     pub shift: Option<Shift>,
+    /// How far the denoised picture is from the truth, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<HalvesError>,
 }
 
 /// Denoises pictures.
@@ -168,39 +194,10 @@ impl Denoiser {
         let begun = Instant::now();
         let size = (picture.width, picture.height);
         let noisy = layer(picture, Pass::NoisyImage)?;
-        let device = Device::new(&self.library, self.settings.threads)?;
-        let run = |images: &[(Role, Image)], out: &mut [f32], channels, hdr| {
-            let filter = Filter {
-                hdr,
-                clean_guides: self.settings.prefilter != Prefilter::Fast,
-                quality: self.settings.quality,
-            };
-            device.run(size, images, (out, channels), filter, cancelled)
-        };
-        // Denoised guides, where they are denoised first.
-        let mut clean = Vec::new();
-        let guides = self.settings.guides.passes();
-        if self.settings.prefilter == Prefilter::Accurate {
-            for (pass, role) in guides {
-                let guide = layer(picture, *pass)?;
-                let mut out = vec![0.0; guide.data.len()];
-                run(
-                    &[(*role, image(guide))],
-                    &mut out,
-                    guide.channels.len(),
-                    false,
-                )?;
-                clean.push(out);
-            }
-        }
-        let mut images = vec![(Role::Color, image(noisy))];
-        for (index, (pass, role)) in guides.iter().enumerate() {
-            let guide = image(layer(picture, *pass)?);
-            let data = clean.get(index).map_or(guide.data, Vec::as_slice);
-            images.push((*role, Image { data, ..guide }));
-        }
-        let mut denoised = noisy.data.clone();
-        run(&images, &mut denoised, noisy.channels.len(), true)?;
+        let guided = Guided::new(&self.library, &self.settings, picture, cancelled)?;
+        let mut denoised = guided.light(&noisy.data, noisy.channels.len(), Albedo::IsInIt)?;
+        let beside = self.beside(picture, &guided)?;
+        drop(guided);
         let pair = shift::Pair {
             size,
             noisy: &noisy.data,
@@ -210,15 +207,80 @@ impl Denoiser {
             energy::give_back(&pair, &mut denoised);
         }
         let shift = pair.shift(&denoised);
+        let mut names = Vec::new();
+        for (index, data) in beside {
+            let layer = &mut picture.layers[index];
+            let noisy = Layer {
+                name: noisy_name(&layer.name),
+                channels: layer.channels.clone(),
+                data: std::mem::replace(&mut layer.data, data),
+            };
+            names.push(layer.name.clone());
+            picture.layers.push(noisy);
+        }
         if let Some(first) = picture.layers.first_mut() {
             first.data = denoised;
         }
         Ok(Report {
             library: self.library.version(),
-            settings: self.settings,
+            settings: self.settings.clone(),
             time: begun.elapsed(),
+            passes: names,
             shift,
+            error: None,
         })
+    }
+
+    /// The passes that are denoised beside the picture, by the numbers of their layers.
+    fn beside(
+        &self,
+        picture: &Picture,
+        guided: &Guided,
+    ) -> Result<Vec<(usize, Vec<f32>)>, DenoiseError> {
+        let names = picture.layers.iter().map(|layer| layer.name.as_str());
+        let chosen = self.settings.beside.of(names)?;
+        let mut denoised = Vec::new();
+        for (index, layer) in picture.layers.iter().enumerate() {
+            let Some(albedo) = albedo_in(&layer.name) else {
+                continue;
+            };
+            if !chosen.contains(&layer.name.as_str()) {
+                continue;
+            }
+            let channels = layer.channels.len();
+            let mut light = guided.light(&layer.data, channels, albedo)?;
+            // The noise of its pixels is not known, so that of blocks is not: the mean alone is certain.
+            if self.settings.keep_energy {
+                energy::give_back_means(&layer.data, &mut light, channels);
+            }
+            denoised.push((index, light));
+        }
+        Ok(denoised)
+    }
+
+    /// Both halves of a picture's samples, denoised each by itself with the guides of `picture`.
+    ///
+    /// # Errors
+    /// As [`denoise`](Self::denoise).
+    pub fn halves(
+        &self,
+        picture: &Picture,
+        halves: [&Picture; 2],
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<[Picture; 2], DenoiseError> {
+        let guided = Guided::new(&self.library, &self.settings, picture, cancelled)?;
+        let denoised = |half: &Picture| {
+            let noisy = layer(half, Pass::Combined)?;
+            let data = guided.light(&noisy.data, noisy.channels.len(), Albedo::IsInIt)?;
+            Ok::<_, DenoiseError>(Picture {
+                layers: vec![Layer {
+                    data,
+                    ..noisy.clone()
+                }],
+                ..*half
+            })
+        };
+        Ok([denoised(halves[0])?, denoised(halves[1])?])
     }
 }
 
@@ -227,13 +289,6 @@ fn layer(picture: &Picture, pass: Pass) -> Result<&Layer, DenoiseError> {
     let mut layers = picture.layers.iter();
     let found = layers.find(|layer| layer.name == pass.name());
     found.ok_or(DenoiseError::Pass(pass.name()))
-}
-
-fn image(layer: &Layer) -> Image<'_> {
-    Image {
-        data: &layer.data,
-        channels: layer.channels.len(),
-    }
 }
 
 #[cfg(test)]

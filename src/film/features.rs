@@ -103,6 +103,16 @@ impl PathFeatures {
         };
     }
 
+    /// A medium scatters the path. Cycles takes that for diffuse, with a normal toward the camera (`film_write_denoising_features_volume`).
+    #[inline]
+    pub fn scatter(&mut self, albedo: Vec3, toward_camera: Vec3) {
+        if self.is_followed() {
+            self.albedo += self.throughput * albedo;
+            self.normal += toward_camera;
+            self.throughput = Vec3::ZERO;
+        }
+    }
+
     /// A ray has found something that shines: its light counts as albedo.
     #[inline]
     pub fn shine(&mut self, light: Vec3) {

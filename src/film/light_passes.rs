@@ -19,6 +19,9 @@ pub trait PassSink {
     /// The first scattering is in a medium.
     #[inline(always)]
     fn first_in_medium(&mut self) {}
+    /// A medium with an albedo scatters the path; and what points toward the camera.
+    #[inline(always)]
+    fn scatter(&mut self, _albedo: impl FnOnce() -> Vec3, _toward_camera: impl FnOnce() -> Vec3) {}
     /// Light by way of that surface; `indirect`: by way of others too.
     fn scattered(&mut self, light: Vec3, indirect: bool);
     /// Light of a surface that shines, straight to the camera.
@@ -228,6 +231,11 @@ impl PassSink for PathPasses {
     #[inline]
     fn surface(&mut self, features: impl FnOnce() -> SurfaceFeatures) {
         self.features.surface(features);
+    }
+
+    #[inline]
+    fn scatter(&mut self, albedo: impl FnOnce() -> Vec3, toward_camera: impl FnOnce() -> Vec3) {
+        self.features.scatter(albedo(), toward_camera());
     }
 
     #[inline]

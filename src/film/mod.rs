@@ -12,7 +12,7 @@ pub mod pixel;
 pub mod sum;
 
 pub use extract::Extract;
-pub use passes::{Pass, Passes, group_layers};
+pub use passes::{Pass, Passes, TABLE, group_layer_prefix, group_layers};
 
 use rayon::prelude::*;
 use std::ops::Range;

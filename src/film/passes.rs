@@ -358,9 +358,14 @@ impl Pass {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Passes(u64);
 
+/// What the names of the layers of light groups begin with.
+pub fn group_layer_prefix() -> String {
+    format!("{}_", Pass::Combined.name())
+}
+
 /// Names and channels of the layers of light groups, as Cycles calls them.
 pub fn group_layers(groups: &[String]) -> impl Iterator<Item = (String, String)> {
-    let name = |group| format!("{}_{group}", Pass::Combined.name());
+    let name = |group| format!("{}{group}", group_layer_prefix());
     groups.iter().map(move |group| (name(group), "RGB".into()))
 }
 

@@ -20,7 +20,7 @@ const OPAQUE: f32 = 0.5;
 /// Sums of motion vectors: to before, from after, and how many there are.
 pub const VECTOR_SUMS: usize = 5;
 /// Surfaces that a ray passes at the most.
-const MOST_PASSED: u32 = 1024;
+pub(super) const MOST_PASSED: u32 = 1024;
 
 /// Adds what a ray of the camera is told to the sums of its pixel; the rays that it took.
 pub fn add_aovs(

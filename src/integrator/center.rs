@@ -1,11 +1,14 @@
-//! What passes of data hold of the ray through a pixel's middle.
+//! What the ray through a pixel's middle meets: depth, position and indices, and other passes of data on request.
 
-use super::path::first_hit;
+use super::aovs::MOST_PASSED;
+use super::path::{Tinted, tinted};
 use crate::camera::CameraRay;
 use crate::effects::General;
 use crate::film::objects::FirstObject;
-use crate::sampler::Sampler;
-use crate::world::{Asking, RayKind, Sender, World};
+use crate::film::pixel::CenterSample;
+use crate::math::float::RAY_START;
+use crate::sampler::{Dimension, Sampler};
+use crate::world::{Asking, Hit, RayKind, Sender, World};
 use glam::{Vec2, Vec3};
 
 /// The surface that it meets.
@@ -21,7 +24,7 @@ pub struct Center {
 
 /// What a ray of the camera meets.
 pub fn center(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<Center> {
-    let hit = first_hit(world, sampler, ray)?;
+    let (origin, hit) = first_hit(world, sampler, ray)?;
     let sender = Sender {
         near: ray.near,
         time: ray.time,
@@ -29,7 +32,7 @@ pub fn center(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<Cente
     };
     let mut moment = None;
     let asking = Asking::of(&sender, ray.direction, &hit);
-    let surface = world.surface::<General>(&hit, ray.origin, asking, &mut moment);
+    let surface = world.surface::<General>(&hit, origin, asking, &mut moment);
     Some(Center {
         normal: surface.normals.shading,
         uv: world.texture_coordinates(&hit),
@@ -38,5 +41,47 @@ pub fn center(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<Cente
             weight: 1.0,
             distance: world.camera.distance(surface.point.point),
         },
+    })
+}
+
+/// What a ray of the camera meets; a holdout counts as nothing, as in Cycles.
+fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<(Vec3, Hit)> {
+    let (mut origin, mut span) = (ray.origin, (ray.near, ray.far));
+    let mut sender = Sender {
+        time: ray.time,
+        near: ray.near,
+        ..RayKind::Camera.into()
+    };
+    for passed in 0..MOST_PASSED {
+        let key = || sampler.key(Dimension::Opacity, 0);
+        let hit = world.intersect::<General>(origin, ray.direction, span, sender, key)?;
+        if world.is_holdout(&hit) {
+            return None;
+        }
+        if !world.is_tinted() {
+            return Some((origin, hit));
+        }
+        let asking = Asking::of(&sender, ray.direction, &hit);
+        let place = (sampler, 0, passed);
+        match tinted::<General>(world, &hit, (origin, asking), place) {
+            Tinted::Stops(_) => return Some((origin, hit)),
+            Tinted::Passes(_, next, _) => {
+                sender.walked += hit.distance;
+                (origin, span) = (next, (RAY_START, f32::INFINITY));
+            }
+        }
+    }
+    None
+}
+
+/// The same as passes tell of it, and its object's number.
+pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> (CenterSample, Option<u32>) {
+    first_hit(world, sampler, ray).map_or((CenterSample::default(), None), |(origin, hit)| {
+        let point = origin + ray.direction * hit.distance;
+        let center = CenterSample {
+            depth: world.camera.depth(point),
+            position: (world.origin + point.as_dvec3()).as_vec3(),
+        };
+        (center, Some(hit.object()))
     })
 }

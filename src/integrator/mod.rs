@@ -9,8 +9,8 @@ mod record;
 mod settings;
 
 pub use aovs::{VECTOR_SUMS, add_aovs};
-pub use center::{Center, center};
-pub use path::{Path, behind, meet, trace, trace_with_passes};
+pub use center::{Center, center, meet};
+pub use path::{Path, behind, trace, trace_with_passes};
 pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step, first_fault};
 pub use settings::PathSettings;
 

@@ -6,17 +6,19 @@ mod below;
 mod media;
 mod onward;
 
+pub(super) use onward::{Tinted, tinted};
+
 use super::accumulator::Accumulator;
 use super::direct::Vertex;
 use super::record::{End, Record, Scattered, Step};
 use super::settings::PathSettings;
 use crate::camera::CameraRay;
-use crate::effects::{Features, General};
+use crate::effects::Features;
 use crate::film::catchers::Split;
 use crate::film::features::SurfaceFeatures;
 use crate::film::light_passes::{NoPasses, PassSink};
 use crate::film::objects::FirstObject;
-use crate::film::pixel::{CenterSample, FirstHit};
+use crate::film::pixel::FirstHit;
 use crate::light::{LightSampleContext, Shadows};
 use crate::math::average;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit};
@@ -651,32 +653,4 @@ pub fn behind(world: &World, settings: &PathSettings, ray: &CameraRay) -> Vec3 {
     let lights = &world.lights;
     lights.environment_le(&at, ray.direction, seen_by, &mut add);
     light
-}
-
-/// What a ray of the camera meets; a holdout counts as nothing, as in Cycles.
-pub(super) fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<Hit> {
-    let key = || sampler.key(Dimension::Opacity, 0);
-    let hit = world.intersect::<General>(
-        ray.origin,
-        ray.direction,
-        (ray.near, ray.far),
-        Sender {
-            time: ray.time,
-            ..RayKind::Camera.into()
-        },
-        key,
-    );
-    hit.filter(|hit| !world.is_holdout(hit))
-}
-
-/// The same as passes tell of it, and its object's number.
-pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> (CenterSample, Option<u32>) {
-    first_hit(world, sampler, ray).map_or((CenterSample::default(), None), |hit| {
-        let point = ray.origin + ray.direction * hit.distance;
-        let center = CenterSample {
-            depth: world.camera.depth(point),
-            position: (world.origin + point.as_dvec3()).as_vec3(),
-        };
-        (center, Some(hit.object()))
-    })
 }

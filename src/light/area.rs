@@ -214,7 +214,8 @@ impl Area {
         matches!(self.spread, Spread::Parallel)
     }
 
-    fn area(&self) -> f32 {
+    /// Its area in world space.
+    pub fn area(&self) -> f32 {
         match self.outline {
             Outline::Rectangle => 4.0 * self.half.x * self.half.y,
             Outline::Ellipse => PI as f32 * self.half.x * self.half.y,

@@ -66,6 +66,24 @@ impl Light {
         if power <= 0.0 { None } else { Some(made) }
     }
 
+    /// The light of an environment with the openings of a scene, relative to an origin.
+    #[must_use]
+    pub fn with_portals(self, portals: &[scene::Portal], origin: DVec3) -> Self {
+        let Self::Environment(environment) = self else {
+            return self;
+        };
+        let areas = portals.iter().filter_map(|portal| {
+            let place = DAffine3 {
+                translation: portal.world_from_portal.translation - origin,
+                ..portal.world_from_portal
+            };
+            let ellipse = portal.shape == AreaShape::Ellipse;
+            let full = std::f32::consts::PI;
+            Area::new(&place, portal.size, ellipse, Vec3::ONE, false, full)
+        });
+        Self::Environment(Box::new(environment.with_portals(areas.collect())))
+    }
+
     /// From an environment that a program computes. `None` if nothing shines.
     pub fn computed(
         environment: &scene::Environment,

@@ -182,7 +182,7 @@ impl Light {
                 })
             }
             Self::Environment(environment) => {
-                let d = environment.sample(u);
+                let d = environment.sample_from(at, u)?;
                 let radiance = environment.emitted(d.wi, LookingRay::sampling(at.bounces));
                 Some(LightSample::with_density(d.wi, radiance, d.pdf, None))
             }
@@ -215,7 +215,7 @@ impl Light {
             Self::Triangle(triangle) => triangle.pdf_li(at, on),
             Self::Rectangle(rectangle) => rectangle.pdf_li(at, on),
             Self::Sun(sun) => sun.pdf_li(),
-            Self::Environment(environment) => environment.pdf_li(on),
+            Self::Environment(environment) => environment.pdf_from(at, wi, on),
             Self::Computed(light) => light.plain().pdf_li(at, wi, on),
         }
     }

@@ -17,6 +17,7 @@ pub mod kinds;
 pub mod lamp;
 pub mod light_sampler;
 pub mod linking;
+pub mod portal;
 pub mod program;
 pub mod quad;
 pub mod rectangle;

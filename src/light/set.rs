@@ -233,7 +233,8 @@ impl LightSet {
             return;
         }
         for sky in &mut self.infinite {
-            let even = matches!(&sky.light, Light::Environment(sky) if sky.is_constant());
+            // Toward openings they do not.
+            let even = matches!(&sky.light, Light::Environment(sky) if sky.is_constant() && !sky.has_portals());
             if even && !sky.rules.shines_through() {
                 sky.estimate = 0.0;
             }

@@ -69,6 +69,15 @@ impl Medium {
         self.lobes.extend_from_slice(&other.lobes);
     }
 
+    /// Share of what it takes from light that it scatters.
+    pub fn albedo(&self) -> Vec3 {
+        let share = |i: usize| match self.extinction[i] {
+            extinction if extinction > 0.0 => self.scattering[i] / extinction,
+            _ => 0.0,
+        };
+        Vec3::new(share(0), share(1), share(2))
+    }
+
     /// Whether light crosses it as if there were nothing.
     #[inline]
     pub fn is_clear(&self) -> bool {

@@ -156,7 +156,7 @@ impl Merged {
         let clamps = header.clamped != [0.0; 2];
         Rendering {
             picture: Picture::collect(&film),
-            replicate: error.map(|_| Picture::collect(&film.replicate())),
+            replicate: error.map(|_| Picture::collect(&film.replicate(false))),
             luminance_variances: (passes.has(Pass::NoisyImage))
                 .then(|| film.luminance_variances())
                 .flatten(),

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod catchers;
+mod denoised;
 mod estimate;
 mod forecast;
 pub mod labels;
@@ -121,6 +122,16 @@ pub trait Observer: Sync {
     /// A pass over the whole picture has ended. `film` has all passes. The render waits; called by a thread of
     /// its pool, while [`event`](Self::event) may be called by another.
     fn whole_pass(&self, _film: &dyn Bands, _passed: &Passed) {}
+    /// With a target for the denoised picture, after whole passes: how far it would be from the truth by the two halves of its
+    /// samples, whose pictures are these. `film` has all passes.
+    fn denoised_error(
+        &self,
+        _film: &dyn Bands,
+        _halves: [&dyn Bands; 2],
+        _passed: &Passed,
+    ) -> Option<f64> {
+        None
+    }
     /// With a time limit, early, and some times again where there is much time: how long it will take to write what is
     /// wanted of the picture, and to tell the error of what one sees of it (which takes `replicate`).
     fn time_for_output(&self, _film: &dyn Bands) -> OutputTime {
@@ -179,6 +190,8 @@ pub enum Stop {
     PixelError,
     /// Every pixel is below the noise threshold.
     NoiseThreshold,
+    /// The estimated error of the denoised picture is below the target.
+    DenoisedError,
     /// The observer said so.
     Cancelled,
 }

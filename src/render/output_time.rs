@@ -48,6 +48,28 @@ impl OutputTime {
     }
 }
 
+/// Compressing what has samples takes at most so many times as long as what is blank (measured: 2000 MB/s to 105 MB/s on a busy
+/// machine).
+const MOST_GROWN: f64 = 20.0;
+
+/// How long the state takes to write.
+#[derive(Clone, Copy)]
+pub(super) struct Saving {
+    pub time: Duration,
+    /// Samples that each pixel had at least.
+    pub samples: u32,
+    /// Share of the picture with samples.
+    pub share: f64,
+}
+
+impl Saving {
+    /// What it takes when so much of the picture has samples: at most in proportion, for what is blank takes time as well.
+    pub fn at(self, share: f64) -> Duration {
+        let grown = share / self.share.max(f64::MIN_POSITIVE);
+        self.time.mul_f64(grown.clamp(1.0, MOST_GROWN))
+    }
+}
+
 #[cfg(test)]
 #[path = "../../tests/unit/render/output_time.rs"]
 mod tests;

@@ -233,7 +233,6 @@ impl Prepared {
             kernel: self.kernel,
             camera_ray: self.world.camera.ray_maker(),
             middle: settings.passes.need_middle(),
-            center: settings.center_passes,
             vectors: settings.passes.has(Pass::Vector),
             costs: settings.passes.has(Pass::Cost),
             mist: settings.mist,

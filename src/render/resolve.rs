@@ -45,8 +45,8 @@ pub struct Film<'a> {
     size: (u32, u32),
     /// The camera's axes as Cycles has them: it looks along +Z.
     axes: DMat3,
-    /// `Combined` is the picture of the first replicate alone.
-    replicate: bool,
+    /// `Combined` is the picture of one replicate alone: of the second one?
+    replicate: Option<bool>,
 }
 
 impl<'a> Film<'a> {
@@ -85,7 +85,7 @@ impl<'a> Film<'a> {
             region,
             passes,
             axes,
-            replicate: false,
+            replicate: None,
         }
     }
 
@@ -160,10 +160,10 @@ impl<'a> Film<'a> {
         Some(variances)
     }
 
-    /// The picture of the first replicate alone.
-    pub fn replicate(&self) -> Self {
+    /// The picture of the first replicate alone, or of the second.
+    pub fn replicate(&self, second: bool) -> Self {
         Self {
-            replicate: true,
+            replicate: Some(second),
             ..self.with(Passes::COMBINED)
         }
     }
@@ -346,11 +346,11 @@ impl TileInBand<'_> {
         }
     }
 
-    fn resolve(&self, pass: Pass, axes: &DMat3, replicate: bool, layer: &mut [f32]) {
+    fn resolve(&self, pass: Pass, axes: &DMat3, replicate: Option<bool>, layer: &mut [f32]) {
         let color = |v: DVec3| v.as_vec3().to_array();
         match pass {
             Pass::Combined | Pass::NoisyImage => self.put_at(layer, |index, p, scale| {
-                let alone = replicate.then(|| p.replicate(false)).flatten();
+                let alone = replicate.and_then(|second| p.replicate(second));
                 let mean = || p.radiance.total() * scale;
                 // Exactly 1 where every sample is part of the picture.
                 let alpha = 1.0 - f64::from(p.transparent) * scale;

@@ -2,8 +2,10 @@
 
 use super::adaptive;
 use super::catchers::has_catchers;
+use super::denoised::DenoisedRule;
 use super::estimate::estimate;
 use super::labels;
+use super::output_time::Saving;
 use super::prepare::{self, Prepared};
 use super::resolve::Film;
 use super::saved::{Saved, State, Traced};
@@ -38,9 +40,6 @@ const TRY_SHARE: u32 = 30;
 /// The state is tried out again when pixels have so many times the samples: sums get harder to compress, and what is blank is
 /// easier than anything.
 const SAVE_AGAIN: u32 = 8;
-/// Compressing what has samples takes at most so many times as long as what is blank (measured: 2000 MB/s to 105 MB/s on a busy
-/// machine).
-const MOST_GROWN: f64 = 20.0;
 /// With Cycles' noise threshold the error is estimated when there are so many times the samples.
 const WORTH_A_LOOK: f64 = 1.2;
 /// At most this long between two reports of progress.
@@ -149,6 +148,7 @@ pub(super) fn run(
         trace_begun: Instant::now(),
         traced: Mutex::new(Duration::ZERO),
         error: Mutex::new(None),
+        denoised: DenoisedRule::new(settings.denoised_target),
         known: Mutex::default(),
         forecast: Mutex::default(),
         passes: AtomicU64::new(0),
@@ -183,7 +183,7 @@ pub(super) fn run(
         scene_hash: run.scene_hash.clone(),
         picture: if keeps { of(&film) } else { Picture::default() },
         replicate: (keeps && error.is_some() && run.can_tell_seen_error(stop))
-            .then(|| of(&film.replicate())),
+            .then(|| of(&film.replicate(false))),
         luminance_variances: (keeps && settings.passes.has(Pass::NoisyImage))
             .then(|| film.luminance_variances())
             .flatten(),
@@ -249,6 +249,8 @@ struct Run<'a> {
     traced: Mutex<Duration>,
     /// The estimate after the last whole pass.
     error: Mutex<Option<ErrorEstimate>>,
+    /// What is told of the denoised picture.
+    denoised: DenoisedRule,
     /// What is known of the passes that have ended …
     known: Mutex<Vec<Known>>,
     /// … and what follows.
@@ -290,24 +292,6 @@ struct SetOnDrop<'a>(&'a AtomicBool);
 impl Drop for SetOnDrop<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Release);
-    }
-}
-
-/// How long the state takes to write.
-#[derive(Clone, Copy)]
-struct Saving {
-    time: Duration,
-    /// Samples that each pixel had at least.
-    samples: u32,
-    /// Share of the picture with samples.
-    share: f64,
-}
-
-impl Saving {
-    /// What it takes when so much of the picture has samples: at most in proportion, for what is blank takes time as well.
-    fn at(self, share: f64) -> Duration {
-        let grown = share / self.share.max(f64::MIN_POSITIVE);
-        self.time.mul_f64(grown.clamp(1.0, MOST_GROWN))
     }
 }
 
@@ -448,6 +432,10 @@ impl Run<'_> {
         *locked(&self.forecast) = Forecast::of(&known);
         drop(known);
         self.observer.whole_pass(self.film, &passed);
+        // Two pictures are denoised for it: the output's time has one of them in it.
+        let output = locked(&self.reserve).map_or(Duration::ZERO, |reserve| reserve.time);
+        let time = self.time_left().map(|left| (left, 2 * output));
+        self.denoised.judge(self.film, self.observer, &passed, time);
     }
 
     /// Says how many samples each pixel is to have at the end of the next pass; or why there is none.
@@ -459,6 +447,9 @@ impl Run<'_> {
             && error.error <= settings.error_target
         {
             return Err(Stop::Error);
+        }
+        if self.denoised.is_met() {
+            return Err(Stop::DenoisedError);
         }
         let least = self.samples().least;
         let mut most = settings.samples;

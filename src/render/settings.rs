@@ -19,6 +19,10 @@ fn is_blenders_distance(distance: &f32) -> bool {
     *distance == AO_DISTANCE
 }
 
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
+}
+
 /// Settings of a render.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderSettings {
@@ -67,6 +71,9 @@ pub struct RenderSettings {
     pub error_target: f64,
     /// Take samples where the error is larger than this, and stop when it is nowhere; 0 for no such target.
     pub pixel_error_target: f64,
+    /// Stop when what the observer says of the denoised picture is below this; 0 for no such target.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub denoised_target: f64,
     /// Stop pixels as Cycles' noise threshold does; `None` for all samples everywhere. Not beside a target for each pixel.
     pub noise_threshold: Option<NoiseThreshold>,
     /// The part of the picture that is rendered; `None` for all of it.
@@ -119,6 +126,7 @@ impl Default for RenderSettings {
             center_passes: false,
             error_target: 0.0,
             pixel_error_target: 0.0,
+            denoised_target: 0.0,
             noise_threshold: None,
             region: None,
             camera: None,

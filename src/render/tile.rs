@@ -8,7 +8,7 @@ use crate::film::light_passes::PixelPasses;
 use crate::film::objects::PixelObjects;
 use crate::film::pixel::Pixel;
 use crate::film::{Pass, Passes};
-use crate::integrator::VECTOR_SUMS;
+use crate::integrator::{Center, VECTOR_SUMS};
 use crate::scene::Aov;
 use crate::scene::Scene;
 use glam::DVec3;
@@ -48,6 +48,9 @@ pub struct Tile {
     pub errors: Vec<f32>,
     /// What adaptive sampling decides by; empty without it.
     pub deciding: Vec<f32>,
+    /// What the rays through the middles of pixels have met, if passes of data are theirs: `None` before they were traced. Empty
+    /// where nothing asks. No part of a state: whoever goes on from one traces them once more.
+    pub centers: Vec<Option<Option<Center>>>,
     /// Luminance that clamping took from direct and indirect light, row by row: summed in their order, whichever thread
     /// is done first.
     pub clamped: Vec<[f64; 2]>,
@@ -73,6 +76,8 @@ pub struct Scanline {
     /// As those of [`Tile`].
     pub halves: Vec<DVec3>,
     /// As those of [`Tile`].
+    pub centers: Vec<Option<Option<Center>>>,
+    /// As those of [`Tile`].
     pub clamped: [f64; 2],
 }
 
@@ -93,7 +98,8 @@ impl Tile {
             groups: self.groups[self.groups_of(place.clone())].to_vec(),
             aovs: self.aovs[self.aovs_of(&place)].to_vec(),
             costs: self.costs.get(place.clone()).unwrap_or(&[]).to_vec(),
-            halves: self.halves.get(place).unwrap_or(&[]).to_vec(),
+            halves: self.halves.get(place.clone()).unwrap_or(&[]).to_vec(),
+            centers: self.centers.get(place).unwrap_or(&[]).to_vec(),
             clamped: self.clamped[row as usize],
         })
     }
@@ -118,8 +124,11 @@ impl Tile {
         if let Some(costs) = self.costs.get_mut(place.clone()) {
             costs.copy_from_slice(&done.costs);
         }
-        if let Some(halves) = self.halves.get_mut(place) {
+        if let Some(halves) = self.halves.get_mut(place.clone()) {
             halves.copy_from_slice(&done.halves);
+        }
+        if let Some(centers) = self.centers.get_mut(place) {
+            centers.copy_from_slice(&done.centers);
         }
         self.clamped[row as usize] = done.clamped;
     }
@@ -185,6 +194,8 @@ pub struct Kept {
     pub costs: bool,
     /// Radiance of half of the samples.
     pub halves: bool,
+    /// What the rays through the middles of pixels have met.
+    pub centers: bool,
 }
 
 impl Kept {
@@ -203,6 +214,7 @@ impl Kept {
             groups,
             aovs: catcher_sums(catchers) + Aov::floats(shown(passes, aovs)) + vector_sums(passes),
             costs: passes.has(Pass::Cost),
+            centers: false,
         }
     }
 
@@ -210,7 +222,10 @@ impl Kept {
     pub fn of_render(settings: &RenderSettings, scene: &Scene) -> Self {
         let catchers = has_catchers(scene, settings);
         let own = (scene.light_groups.len(), &scene.aovs[..], catchers);
-        Self::of(settings.passes, own, settings.noise_threshold.is_some())
+        Self {
+            centers: settings.center_passes,
+            ..Self::of(settings.passes, own, settings.noise_threshold.is_some())
+        }
     }
 
     /// Bytes of a pixel that is kept so.
@@ -224,6 +239,7 @@ impl Kept {
             + self.aovs * size_of::<f64>()
             + of(self.costs, size_of::<u64>())
             + of(self.halves, size_of::<DVec3>())
+            + of(self.centers, size_of::<Option<Option<Center>>>())
     }
 }
 
@@ -251,6 +267,7 @@ pub fn tiles(region: Region, kept: Kept) -> Vec<Mutex<Tile>> {
                 aovs: vec![0.0; kept.aovs * pixels],
                 costs: vec![0; if kept.costs { pixels } else { 0 }],
                 halves: vec![DVec3::ZERO; if kept.halves { pixels } else { 0 }],
+                centers: vec![None; if kept.centers { pixels } else { 0 }],
                 errors: Vec::new(),
                 deciding: Vec::new(),
                 clamped: vec![[0.0; 2]; height as usize],

@@ -72,8 +72,6 @@ pub struct Job<'a> {
     pub camera_ray: RayMaker,
     /// The ray through the middle of each pixel is asked for.
     pub middle: bool,
-    /// Passes of data are those of that ray alone.
-    pub center: bool,
     /// Motion vectors are asked for.
     pub vectors: bool,
     /// The time that each pixel takes is asked for.
@@ -147,9 +145,11 @@ impl Job<'_> {
                 }
                 rays += 1;
             }
-            // The same ray for all samples.
-            let center = self.center.then(|| self.center(x, y));
-            rays += u64::from(self.center);
+            // The same ray for all samples: it is traced for the first of them.
+            let center = row.centers.get_mut(index).map(|met| {
+                rays += u64::from(met.is_none());
+                *met.get_or_insert_with(|| self.center(x, y))
+            });
             for _ in 0..wanted {
                 let number = self.first_sample + pixel.samples;
                 let own = &mut row.aovs[index * each..(index + 1) * each];

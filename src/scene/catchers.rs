@@ -78,6 +78,7 @@ impl Scene {
             images: self.images.clone(),
             lights: lights.cloned().collect(),
             environment: self.environment.clone(),
+            portals: self.portals.clone(),
             // What fills space is no part of the photograph.
             medium: None,
             cameras: self.cameras.clone(),

@@ -123,6 +123,9 @@ pub fn fingerprint(scene: &Scene) -> String {
         let aovs = (&scene.aovs, &scene.world_aovs);
         block("aovs", format!("{aovs:?}").as_bytes());
     }
+    if !scene.portals.is_empty() {
+        block("portals", format!("{:?}", scene.portals).as_bytes());
+    }
     // The rest is small; its debugging form has every field.
     if let Some(medium) = &scene.medium {
         block("medium", format!("{medium:?}").as_bytes());

@@ -82,6 +82,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Light from all around, at infinity.
     pub environment: Option<Environment>,
+    /// Openings through which that is looked for.
+    pub portals: Vec<Portal>,
     /// What fills all space.
     pub medium: Option<Medium>,
     /// Cameras in file order; may be empty.
@@ -434,6 +436,20 @@ pub struct Environment {
     pub links: Links,
     /// A node tree in the image's place.
     pub graph: Option<Box<WorldGraph>>,
+}
+
+/// An opening in the XY plane about its origin through which the environment shines along -Z: a hint for light sampling, which
+/// changes the noise alone (Cycles' "Portal").
+#[derive(Clone, Debug, PartialEq)]
+pub struct Portal {
+    /// Name of the node in the file.
+    pub name: String,
+    /// Its outline.
+    pub shape: AreaShape,
+    /// Full extents along X and Y before the transform, metres.
+    pub size: [f32; 2],
+    /// Its own space to world space.
+    pub world_from_portal: DAffine3,
 }
 
 /// The node tree of a world.

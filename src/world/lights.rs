@@ -199,6 +199,7 @@ pub(super) fn prepare(
     {
         // Shadows are no choice of the world's.
         let seen = environment.visibility.with(RayKind::Shadow);
+        let made = made.with_portals(&scene.portals, origin);
         builder.add_environment(made, Rules::new(seen, u32::MAX, by_kind));
     }
     builder.build(effects.contains(Effect::LightTree), device)

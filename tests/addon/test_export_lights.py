@@ -116,8 +116,12 @@ class Numbers(kit.ExportTest):
     def test_portal(self):
         data = self.light("AREA")
         data.cycles.is_portal = True
+        data.shape, data.size, data.size_y, data.energy = "RECTANGLE", 2.0, 3.0, 500.0
         found = self.export()
-        self.assertEqual(found.nodes("light"), [])
+        (node,) = found.nodes("light")
+        self.assertEqual(
+            node["extensions"]["SUNDOG_light"], {"type": "portal", "name": "light", "shape": "rectangle", "size": [2.0, 3.0]}
+        )
         self.assertEqual(found.verdict("light", "light")["verdict"], "exact")
 
     def test_temperature_and_exposure(self):

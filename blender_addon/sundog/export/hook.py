@@ -78,6 +78,8 @@ class glTF2ExportUserExtension:
         findings = []
         light = self._evaluated(shown.data)
         if lights.is_portal(light):
+            # The exporter turns the nodes of all lights to glTF's -Z.
+            self._add(node, "SUNDOG_light", lights.describe_portal(light, shown.name))
             return
         content = lights.describe(light, findings)
         seen = lights.ray_visibility(light, [shown])

@@ -132,9 +132,23 @@ def energy(light):
 
 
 def is_portal(light):
-    """Whether it is no light but a hint to Cycles' sampling."""
+    """Whether it shines with nothing of its own: an opening through which the world is looked for."""
     cycles = getattr(light, "cycles", None)
     return light.type == "AREA" and bool(getattr(cycles, "is_portal", False))
+
+
+def describe_portal(light, name):
+    """The SUNDOG_light object of a portal, which changes the noise alone."""
+    return {"type": "portal", "name": name, **_outline(light)}
+
+
+def _outline(light):
+    """Shape and size of an area light."""
+    square = light.shape in {"SQUARE", "DISK"}
+    return {
+        "shape": "ellipse" if light.shape in {"DISK", "ELLIPSE"} else "rectangle",
+        "size": [float(light.size), float(light.size if square else light.size_y)],
+    }
 
 
 def casts_shadow(light):
@@ -173,13 +187,11 @@ def describe(light, findings, document=None, cache=None):
         result["strength"] = _list(color * irradiance)
         result["angle"] = angle
     else:
-        square = light.shape in {"SQUARE", "DISK"}
         result["type"] = "area"
         result["strength"] = _list(color)
         result["power"] = watts
         result["normalize"] = normalized
-        result["shape"] = "ellipse" if light.shape in {"DISK", "ELLIPSE"} else "rectangle"
-        result["size"] = [float(light.size), float(light.size if square else light.size_y)]
+        result.update(_outline(light))
         result["spread"] = float(getattr(light, "spread", math.pi))
     cycles = getattr(light, "cycles", None)
     if cycles is not None:

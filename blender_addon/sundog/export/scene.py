@@ -369,6 +369,9 @@ class Exporter:
         findings = []
         if lights.is_portal(light):
             self.verdicts.extend("light", shown.name, findings)
+            described = lights.describe_portal(light, shown.name)
+            node = {"name": shown.name, "matrix": node_matrix(instance.matrix_world)}
+            self.document.add_node({**node, "extensions": {self.document.uses("SUNDOG_light"): described}})
             return
         described = lights.describe(light, findings, self.document, self.cache)
         parent = instance.parent if instance.is_instance else None

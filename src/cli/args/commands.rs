@@ -81,6 +81,13 @@ pub struct RenderEffort {
     /// samples happen to agree stops too soon.
     #[arg(long, value_name = "TARGET", value_parser = values::share, conflicts_with = "pixel_error")]
     pub noise_threshold: Option<f64>,
+    /// With `--denoise`: stop when the denoised picture looks as near to the truth as this: mean FLIP as shown, for example 0.03.
+    ///
+    /// From 8 samples on both halves of the samples are denoised now and then, each by itself; FLIP between them says how far the
+    /// denoised picture is from the truth. What the denoiser guesses wrong in both halves alike is in no difference between them:
+    /// the factor that stands for it is a mean over scenes (docs/accuracy.md). 0.1 is plainly noisy, 0.02 hardly seen.
+    #[arg(long, value_name = "TARGET", value_parser = values::share, requires = "denoise")]
+    pub denoised_error: Option<f64>,
     /// With `--noise-threshold`: samples of each pixel before it may stop, as Cycles' Min Samples.
     ///
     /// If not given or 0, the threshold says it, as in Cycles: 64 for 0.01, and 32 for 0.1.

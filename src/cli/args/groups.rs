@@ -4,7 +4,7 @@ use super::values::{self, Kinds, words};
 use super::values::{Color, MAX_BOUNCES, Roulette};
 use super::words::*;
 use crate::color::Depth;
-use crate::denoise::{Guides, Prefilter, Quality};
+use crate::denoise::{Choice, Guides, Prefilter, Quality};
 use crate::film::Passes;
 use crate::film::objects::Mist;
 use crate::import::{LightUnits, Transmission};
@@ -253,6 +253,12 @@ pub struct Denoising {
     /// Give back the brightness that denoising moved: of blocks as far as it is certain, of the whole exactly.
     #[arg(long, requires = "denoise")]
     pub denoise_keep_energy: bool,
+    /// Passes of light that are denoised as well: their names with commas between them, or `all` for each that can be.
+    ///
+    /// Of those that the picture has: DiffDir to TransInd without colours, VolumeDir, VolumeInd, Emit, Env, AO, and light groups as
+    /// Combined_GROUP. Each stays beside as it was, as Noisy and its name. Shadow Catcher always is, as in Cycles.
+    #[arg(long, value_name = "LIST", requires = "denoise")]
+    pub denoise_passes: Option<Choice>,
     /// Where the denoiser is missing or fails, warn and keep the noisy picture.
     #[arg(long, requires = "denoise")]
     pub denoise_optional: bool,

@@ -9,7 +9,7 @@ use super::extensions::report_property;
 use super::schema::{LightJson, SpotJson, SundogLight};
 use crate::import::{ImportOptions, LightUnits};
 use crate::scene::{
-    AreaShape, Diagnostics, Effect, Light, LightKind, Mesh, Scene, Verdict, Visibility,
+    AreaShape, Diagnostics, Effect, Light, LightKind, Mesh, Portal, Scene, Verdict, Visibility,
 };
 
 /// Lumens a watt of Blender's exporter (`PBR_WATTS_TO_LUMENS`): 555 nm light, as in the definition
@@ -83,6 +83,42 @@ pub(super) fn load_light(
         max_bounces: sundog.max_bounces.unwrap_or(Light::MAX_BOUNCES),
         links: sundog.links.links(),
         graph: None,
+    })
+}
+
+/// What a node's `SUNDOG_light` is that shines with nothing of its own.
+pub(super) const PORTAL: &str = "portal";
+
+/// The portal of a node; `None` (with a diagnostic) for what is none.
+pub(super) fn load_portal(
+    light: &SundogLight,
+    node: &str,
+    world_from_portal: DAffine3,
+    diagnostics: &mut Diagnostics,
+) -> Option<Portal> {
+    let name = light.name.clone().unwrap_or_else(|| node.into());
+    let size = light.size.unwrap_or([1.0; 2]).map(|side| side as f32);
+    let shape = match light.shape.as_deref() {
+        None | Some("rectangle") => Some(AreaShape::Rectangle),
+        Some("ellipse") => Some(AreaShape::Ellipse),
+        Some(_) => None,
+    };
+    let is_sound = size.iter().all(|side| side.is_finite() && *side > 0.0);
+    let shape = shape.filter(|_| is_sound && world_from_portal.is_finite());
+    if shape.is_none() {
+        diagnostics.report(
+            "portal",
+            Verdict::Exact,
+            "portals of no size or of an unknown shape",
+            &name,
+            "left out: they change the noise alone",
+        );
+    }
+    Some(Portal {
+        name,
+        shape: shape?,
+        size,
+        world_from_portal,
     })
 }
 

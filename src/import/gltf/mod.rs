@@ -70,6 +70,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         worlds: HashMap::new(),
         placed: Vec::new(),
         lights: Vec::new(),
+        portals: Vec::new(),
         open_units: Vec::new(),
         light_graphs: Vec::new(),
         cameras: Vec::new(),
@@ -81,6 +82,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         scene: scene_index,
         mut placed,
         mut lights,
+        portals,
         open_units,
         light_graphs,
         cameras,
@@ -191,6 +193,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         world_aovs: world_aovs.map(Box::new),
         images,
         lights,
+        portals,
         cameras,
         ..Scene::default()
     };

@@ -5,13 +5,13 @@ use std::collections::HashMap;
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::container::Document;
-use super::lights::OpenUnits;
+use super::lights::{OpenUnits, PORTAL};
 use super::placement::{local_transform, matrix, report_rotation, rotation};
 use super::schema::{self, InstancingJson, NodeJson};
 use super::{accessor, camera, extensions, lights};
 use crate::import::budget::Budget;
 use crate::import::{ImportError, ImportOptions};
-use crate::scene::{Camera, Diagnostics, Instance, Light, ObjectInfo, Verdict, Visibility};
+use crate::scene::{Camera, Diagnostics, Instance, Light, ObjectInfo, Portal, Verdict, Visibility};
 
 /// A mesh in one shape: meshes with a skin or with weights of their node's own cannot be shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -52,6 +52,7 @@ pub(super) struct Walk<'a> {
     pub(super) worlds: HashMap<usize, DAffine3>,
     pub(super) placed: Vec<Placed>,
     pub(super) lights: Vec<Light>,
+    pub(super) portals: Vec<Portal>,
     pub(super) open_units: Vec<OpenUnits>,
     /// Node trees of lights, by the lights' numbers.
     pub(super) light_graphs: Vec<(usize, serde_json::Value)>,
@@ -273,7 +274,12 @@ impl Walk<'_> {
             }
             self.lights.extend(light);
         }
-        if let Some(area) = &node.extensions.area {
+        if let Some(area) = &node.extensions.area
+            && area.kind.as_deref() == Some(PORTAL)
+        {
+            let portal = lights::load_portal(area, name, world, self.diagnostics);
+            self.portals.extend(portal);
+        } else if let Some(area) = &node.extensions.area {
             let light = lights::load_area(area, name, world, self.diagnostics);
             if let (Some(graph), Some(_)) = (&area.shader_graph, &light) {
                 self.light_graphs.push((self.lights.len(), graph.clone()));

@@ -206,6 +206,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if self.bounce == 0 {
             self.light.sink.first_in_medium();
         }
+        let camera = &self.world.camera;
+        self.light
+            .sink
+            .scatter(|| medium.albedo(), || camera.backward());
         self.throughput *= value / pdf;
         (self.origin, self.direction, self.span) = (point, onward, (0.0, f32::INFINITY));
         let beside = &mut *self.beside;

@@ -12,7 +12,7 @@ use crate::world::{Asking, Hit, Intersection, RayKind, Sender, Source, Way, Worl
 use glam::Vec3;
 
 /// What becomes of a path at a surface that tints what passes straight on.
-enum Tinted {
+pub(in crate::integrator) enum Tinted {
     /// It stops there, with a weight.
     Stops(Vec3),
     /// It goes on with a weight, from there, so far from the surface.
@@ -307,7 +307,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
 /// Decides whether a path passes a surface that tints what passes straight on. The choice is by the mean of the channels.
 #[cold]
 #[inline(never)]
-fn tinted<E: Features>(
+pub(in crate::integrator) fn tinted<E: Features>(
     world: &World,
     hit: &Hit,
     (origin, asking): (Vec3, Asking),

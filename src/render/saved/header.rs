@@ -164,6 +164,8 @@ impl Header {
                 + Aov::floats(&self.aovs)
                 + if self.vectors { VECTOR_SUMS } else { 0 },
             halves: self.halves,
+            // Whoever goes on traces them once more.
+            centers: false,
         }
     }
 

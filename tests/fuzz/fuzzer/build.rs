@@ -4,12 +4,14 @@
 use super::rng::Rng;
 use glam::{DAffine3, DMat3, DVec3, EulerRot};
 use serde_json::Value;
+use sundog::film::{Pass, Passes};
 use sundog::math::panorama::Panorama;
 use sundog::render::{BounceLimits, LightSampling, RenderSettings};
+use sundog::scene::graph::{AovOutput, SocketKind};
 use sundog::scene::{
-    AlphaMode, Aperture, AreaShape, Camera, Environment, Image, ImageAlpha, ImageId, Light,
-    LightKind, Mesh, MeshStep, MetallicRoughness, NormalTexture, Projection, RayKind, Sampler,
-    Scene, SphericalStereo, Texture, TextureFilter, UvTransform, Visibility, Wrap,
+    AlphaMode, Aov, Aperture, AreaShape, Camera, Environment, Image, ImageAlpha, ImageId, Light,
+    LightKind, Mesh, MeshStep, MetallicRoughness, NormalTexture, Portal, Projection, RayKind,
+    Sampler, Scene, SphericalStereo, Texture, TextureFilter, UvTransform, Visibility, Wrap,
 };
 use sundog::selftest::kit::{camera as pinhole, place, quad, sphere};
 
@@ -97,6 +99,12 @@ pub fn scene(recipe: &Value) -> Scene {
     if let Some(seed) = recipe["links"].as_u64() {
         link(&mut scene, seed);
     }
+    if let Some(seed) = recipe["portals"].as_u64() {
+        open(&mut scene, seed, &world);
+    }
+    if let Some(seed) = recipe["aovs"].as_u64() {
+        tell(&mut scene, seed);
+    }
     if let Some(seed) = recipe["catchers"].as_u64() {
         let mut rng = Rng::new(seed);
         for instance in &mut scene.instances {
@@ -107,6 +115,52 @@ pub fn scene(recipe: &Value) -> Scene {
         }
     }
     scene
+}
+
+/// Openings about the middle, of any size and shape, some of them none.
+fn open(scene: &mut Scene, seed: u64, world: &DAffine3) {
+    let mut rng = Rng::new(seed);
+    for number in 0..1 + rng.below(3) {
+        let mut around = |size: f64| size * (2.0 * rng.unit() - 1.0);
+        let at = DVec3::new(around(2.0), around(2.0), around(2.0));
+        let turn = DAffine3::from_rotation_x(around(3.0)) * DAffine3::from_rotation_y(around(3.0));
+        let place = *world * DAffine3::from_translation(at) * turn;
+        scene.portals.push(Portal {
+            name: format!("portal {number}"),
+            shape: rng.pick(&[AreaShape::Rectangle, AreaShape::Ellipse]),
+            size: [(); 2].map(|()| rng.pick(&[0.0, 1e-6, 0.5, 2.0, 1e6])),
+            world_from_portal: place,
+        });
+    }
+}
+
+/// Two passes of the scene's own, a colour and a number, which materials tell what some of their sockets have.
+fn tell(scene: &mut Scene, seed: u64) {
+    let mut rng = Rng::new(seed);
+    for (name, is_color) in [("mine", true), ("other", false)] {
+        scene.aovs.push(Aov {
+            name: name.into(),
+            is_color,
+        });
+    }
+    for material in &mut scene.materials {
+        let graph = &mut material.graph;
+        let inputs = graph.nodes.iter().flat_map(|node| &node.inputs);
+        let links = inputs.filter_map(|input| input.link());
+        let colors = links.filter(|link| graph.gives(*link).0 == SocketKind::Color);
+        let colors: Vec<_> = colors.collect();
+        if !colors.is_empty() && rng.chance(0.8) {
+            // The color has four floats, and the number the one after them.
+            for (first, is_color) in [(0, true), (4, false)] {
+                let value = Some(rng.pick(&colors));
+                graph.aovs.push(AovOutput {
+                    first,
+                    is_color,
+                    value,
+                });
+            }
+        }
+    }
 }
 
 /// Puts things into sets, and links what may shine to some of them.
@@ -541,6 +595,10 @@ pub fn settings(recipe: &Value) -> RenderSettings {
         cull_backfaces: is(of, "cull"),
         transparent_film: is(of, "transparent_film"),
         center_passes: is(recipe, "centre_passes"),
+        passes: match recipe["aovs"].is_u64() {
+            true => Passes::default().with(Pass::Aov),
+            false => Passes::default(),
+        },
         ..RenderSettings::default()
     }
 }

@@ -57,6 +57,20 @@ pub fn draw(rng: &mut Rng) -> Value {
             recipe["eye"] = json!(rng.pick(&[-0.1, 0.5, 1e6]));
         }
     }
+    if !furnace && rng.chance(0.2) {
+        recipe["portals"] = json!(rng.below(1 << 16));
+    }
+    if rng.chance(0.2) {
+        recipe["aovs"] = json!(rng.below(1 << 16));
+    }
+    // Links of what moves and of faces in the same place, which are rare together.
+    if recipe["links"].is_u64() && rng.chance(0.4) {
+        let shapes = ["twins", "sheets", "box", "sphere"];
+        for thing in recipe["things"].as_array_mut().into_iter().flatten() {
+            thing["shape"] = json!(rng.pick(&shapes));
+            thing[rng.pick(&["motion", "deformation"])] = json!(rng.below(1 << 16));
+        }
+    }
     recipe
 }
 
