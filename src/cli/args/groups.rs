@@ -45,7 +45,7 @@ pub struct Import {
     /// Nodes, skins and weights of morph targets. In files of Blender's exporter frame 0 is at 0 seconds, unless
     /// "Set all glTF Animation starting at 0" was ticked.
     #[arg(long, value_name = "NUMBER[@RATE]", value_parser = values::frame, allow_hyphen_values = true)]
-    pub frame: Option<f64>,
+    pub frame: Option<values::Frame>,
     /// The same by seconds.
     #[arg(long, value_name = "SECONDS", conflicts_with = "frame", number = -1e6..=1e6)]
     pub seconds: Option<f64>,
