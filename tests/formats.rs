@@ -11,3 +11,4 @@ mod images;
 mod khr_materials;
 mod kit;
 mod sundog;
+mod usd;

@@ -211,6 +211,10 @@ impl Resolver for Files {
             refused.damaged.push((path, fault.clone()));
             return Err(Error::other(fault));
         }
+        if bytes.starts_with(b"#usda") {
+            let bytes = super::text::readable(&bytes).into_owned();
+            return Ok(Box::new(Cursor::new(bytes)));
+        }
         Ok(Box::new(Cursor::new(bytes)))
     }
 

@@ -1,8 +1,9 @@
 //! Prims with a surface become triangle meshes, one for each material.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
 
-use openusd::sdf::{Path, Specifier};
+use openusd::sdf::{Path, Specifier, Value};
 
 use super::binding;
 use super::materials::Materials;
@@ -23,9 +24,20 @@ pub(super) struct Shapes<'a> {
     /// The meshes of each shape.
     pub list: Vec<Vec<MeshId>>,
     /// Shapes of prims in prototypes, by all that makes them.
-    known: HashMap<(String, Vec<usize>, usize), Option<usize>>,
+    known: HashMap<(String, Vec<usize>, usize), Known>,
+    /// Shapes without points, so far.
+    primitives: usize,
     budget: Budget,
 }
+
+/// A shape, if there is one, and what keeps the place in memory of its key taken.
+struct Known {
+    shape: Option<usize>,
+    _above: Rc<BTreeMap<String, Value>>,
+}
+
+/// More shapes without points than this are rounded with fewer corners.
+const FINE: usize = 200;
 
 /// Prims that have a surface or fill space, but are not rendered, and what they are.
 const LOST: [(&str, &str); 11] = [
@@ -51,6 +63,7 @@ impl<'a> Shapes<'a> {
             meshes: Vec::new(),
             list: Vec::new(),
             known: HashMap::new(),
+            primitives: 0,
             // Binary layers keep lists of numbers compressed.
             budget: Budget::for_geometry(bytes, bytes as u64),
         }
@@ -90,15 +103,11 @@ impl<'a> Shapes<'a> {
             .iter()
             .map(|path| self.materials.of(path.as_ref(), has_colors, diagnostics))
             .collect();
-        let prototype = self.source.told(prim.path(), prim.prim.prim_in_prototype());
-        let key = prototype.flatten().map(|prototype| {
-            let primvars = std::rc::Rc::as_ptr(&inherited.primvars) as usize;
-            (prototype.path().to_string(), materials.clone(), primvars)
-        });
-        if let Some(key) = &key
-            && let Some(shape) = self.known.get(key)
-        {
-            return Ok(*shape);
+        let from_above = &inherited.primvars_above;
+        let place = Rc::as_ptr(from_above) as usize;
+        let key = (self.made_of(prim, kind), materials.clone(), place);
+        if let Some(known) = self.known.get(&key) {
+            return Ok(known.shape);
         }
         let built = self.build(
             prim,
@@ -119,10 +128,25 @@ impl<'a> Shapes<'a> {
             self.list.push((first..first + count).map(id).collect());
             self.list.len() - 1
         });
-        if let Some(key) = key {
-            self.known.insert(key, shape);
-        }
+        let _above = from_above.clone();
+        self.known.insert(key, Known { shape, _above });
         Ok(shape)
+    }
+
+    /// All that a prim is made of: the places in layers that its values come from. Where two have the same, one shape is enough.
+    fn made_of(&self, prim: &View, kind: &str) -> String {
+        if kind == "Mesh" {
+            let stack = self.source.told(prim.path(), prim.prim.prim_stack());
+            return format!("{:?}", stack.unwrap_or_default());
+        }
+        // Shapes without points are what their numbers say.
+        let mut names: Vec<&String> = prim.names.iter().collect();
+        names.retain(|name| {
+            primitives::NUMBERS.contains(&&***name) || name.starts_with("primvars:")
+        });
+        names.sort();
+        let numbers: Vec<_> = names.iter().map(|name| (name, prim.value(name))).collect();
+        format!("{kind} {numbers:?}")
     }
 
     /// Parts of a mesh with materials of their own.
@@ -168,13 +192,16 @@ impl<'a> Shapes<'a> {
         let polygons = if kind == "Mesh" {
             read(prim, diagnostics)
         } else {
-            primitives::polygons(prim, kind, diagnostics)
+            self.primitives += 1;
+            primitives::polygons(prim, kind, self.primitives <= FINE, diagnostics)
         };
         let Some(mut polygons) = polygons else {
             return Ok(Vec::new());
         };
         // Positions, normals, coordinates and triangles of each corner, some of them twice.
-        self.budget.take(polygons.corners.len() as u64, 200)?;
+        if kind == "Mesh" {
+            self.budget.take(polygons.corners.len() as u64, 200)?;
+        }
         let wanted = materials.iter().flat_map(|m| self.materials.primvars(*m));
         for name in wanted.collect::<std::collections::BTreeSet<_>>() {
             let mut found = primvar(prim, inherited, &name, &polygons, diagnostics);

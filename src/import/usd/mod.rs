@@ -19,6 +19,7 @@ mod preview;
 mod primitives;
 mod source;
 mod subdivide;
+mod text;
 mod textures;
 mod transform;
 mod triangles;

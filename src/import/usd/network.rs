@@ -227,8 +227,9 @@ impl<'m> Network<'m> {
     pub(super) fn asset(&mut self, shader: &View, input: &str) -> Option<(String, String)> {
         let source = self.source?;
         match self.find(shader, input) {
-            Found::Value(Value::AssetPath(asset)) => {
-                source.place(&asset, &shader.property(&format!("inputs:{input}"))?)
+            Found::Value(value) => {
+                let at = shader.property(&format!("inputs:{input}"))?;
+                source.place(&value::asset(&value)?, &at)
             }
             _ => None,
         }

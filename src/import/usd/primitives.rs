@@ -20,10 +20,23 @@ pub(super) const KINDS: [&str; 8] = [
     "Plane",
 ];
 
+/// What says how they are.
+pub(super) const NUMBERS: [&str; 9] = [
+    "radius",
+    "height",
+    "size",
+    "width",
+    "length",
+    "axis",
+    "radiusTop",
+    "radiusBottom",
+    "doubleSided",
+];
+
 /// Corners about an axis: what is round is off by 1 − cos(π/128), 0.03 % of its radius.
 const AROUND: u32 = 128;
-/// Steps from pole to pole.
-const RINGS: u32 = 64;
+/// The same where there are very many: 0.5 %.
+const AROUND_COARSE: u32 = 32;
 
 /// A shape with normals, and coordinates once around and from bottom to top.
 struct Builder {
@@ -32,6 +45,7 @@ struct Builder {
     st: Vec<f32>,
     /// The axis of what is round: 0, 1, 2 for X, Y, Z.
     axis: usize,
+    around: u32,
 }
 
 /// A place on a profile that is turned about the axis.
@@ -44,8 +58,9 @@ struct Ring {
 }
 
 impl Builder {
-    fn new(axis: usize) -> Self {
+    fn new(axis: usize, around: u32) -> Self {
         Self {
+            around,
             polygons: Polygons::new(Vec::new()),
             normals: Vec::new(),
             st: Vec::new(),
@@ -75,10 +90,10 @@ impl Builder {
         let mut rows: Vec<Vec<u32>> = Vec::new();
         for (step, ring) in profile.iter().enumerate() {
             let v = step as f64 / (profile.len() - 1) as f64;
-            let row = (0..=AROUND).map(|i| {
-                let u = f64::from(i) / f64::from(AROUND);
+            let row = (0..=self.around).map(|i| {
+                let u = f64::from(i) / f64::from(self.around);
                 // The last one stands where the first one does, to the bit.
-                let angle = if i == AROUND { 0.0 } else { TAU * u };
+                let angle = if i == self.around { 0.0 } else { TAU * u };
                 let (sin, cos) = angle.sin_cos();
                 let at = DVec3::new(ring.radius * cos, ring.radius * sin, ring.height);
                 let [out, up] = ring.normal;
@@ -89,7 +104,7 @@ impl Builder {
         for (step, pair) in rows.windows(2).enumerate() {
             let [low, high] = pair else { continue };
             let closed = |at: usize| profile[at].radius == 0.0;
-            for i in 0..AROUND as usize {
+            for i in 0..self.around as usize {
                 match (closed(step), closed(step + 1)) {
                     (true, true) => {}
                     (true, false) => self.polygons.face(&[low[i], high[i + 1], high[i]]),
@@ -106,9 +121,9 @@ impl Builder {
     /// A flat end across the axis.
     fn lid(&mut self, radius: f64, height: f64, up: f64) {
         let normal = DVec3::Z * up;
-        let mut ring: Vec<u32> = (0..AROUND)
+        let mut ring: Vec<u32> = (0..self.around)
             .map(|i| {
-                let (sin, cos) = (TAU * f64::from(i) / f64::from(AROUND)).sin_cos();
+                let (sin, cos) = (TAU * f64::from(i) / f64::from(self.around)).sin_cos();
                 let at = DVec3::new(radius * cos, radius * sin, height);
                 self.point(at, normal, [0.5 + 0.5 * cos, 0.5 + 0.5 * sin])
             })
@@ -143,9 +158,9 @@ impl Builder {
 }
 
 /// An arc of a profile about a height, from an angle below the horizon to one above it.
-fn arc(radius: f64, height: f64, from: f64, to: f64) -> Vec<Ring> {
+fn arc(rings: u32, radius: f64, height: f64, from: f64, to: f64) -> Vec<Ring> {
     let ring = |step: u32| {
-        let angle = from + (to - from) * f64::from(step) / f64::from(RINGS);
+        let angle = from + (to - from) * f64::from(step) / f64::from(rings);
         let (sin, cos) = angle.sin_cos();
         // Poles are on the axis, exactly.
         let cos = if (angle.abs() - 0.5 * PI).abs() < 1e-12 {
@@ -159,23 +174,30 @@ fn arc(radius: f64, height: f64, from: f64, to: f64) -> Vec<Ring> {
             normal: [cos, sin],
         }
     };
-    (0..=RINGS).map(ring).collect()
+    (0..=rings).map(ring).collect()
 }
 
 /// The polygons of a shape.
-pub(super) fn polygons(prim: &View, kind: &str, diagnostics: &mut Diagnostics) -> Option<Polygons> {
+pub(super) fn polygons(
+    prim: &View,
+    kind: &str,
+    fine: bool,
+    diagnostics: &mut Diagnostics,
+) -> Option<Polygons> {
+    let around = if fine { AROUND } else { AROUND_COARSE };
+    let rings = around / 2;
     let number = |name: &str, fallback: f64| prim.number(name).unwrap_or(fallback);
     let axis = match prim.word("axis").as_deref() {
         Some("X") => 0,
         Some("Y") => 1,
         _ => 2,
     };
-    let mut builder = Builder::new(axis);
+    let mut builder = Builder::new(axis, around);
     let half = 0.5 * PI;
     match kind {
         "Sphere" => {
             builder.axis = 2;
-            builder.turn(&arc(number("radius", 1.0), 0.0, -half, half));
+            builder.turn(&arc(rings, number("radius", 1.0), 0.0, -half, half));
         }
         "Cube" => {
             builder.axis = 2;
@@ -256,8 +278,8 @@ pub(super) fn polygons(prim: &View, kind: &str, diagnostics: &mut Diagnostics) -
                 normal,
             };
             if capsule {
-                builder.turn(&arc(bottom, -h, -half, 0.0));
-                builder.turn(&arc(top, h, 0.0, half));
+                builder.turn(&arc(rings, bottom, -h, -half, 0.0));
+                builder.turn(&arc(rings, top, h, 0.0, half));
             } else {
                 builder.lid(bottom, -h, -1.0);
                 builder.lid(top, h, 1.0);
@@ -274,7 +296,7 @@ pub(super) type Tube = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>);
 
 /// The side of a cylinder along X.
 pub(super) fn tube(radius: f64, length: f64) -> Tube {
-    let mut builder = Builder::new(0);
+    let mut builder = Builder::new(0, AROUND);
     let ring = |height| Ring {
         radius,
         height,

@@ -233,9 +233,7 @@ impl View<'_> {
 
     /// Where the file of an asset attribute lies, and how the layer calls it.
     pub(super) fn asset(&self, name: &str) -> Option<(String, String)> {
-        let Value::AssetPath(asset) = self.value(name)? else {
-            return None;
-        };
+        let asset = value::asset(&self.value(name)?)?;
         self.source.place(&asset, &self.property(name)?)
     }
 }

@@ -9,8 +9,8 @@ use super::polygons::{Corner, Interpolation, Layer, Polygons};
 use super::source::View;
 
 /// A surface is divided until it has so many faces, but not more often than [`MOST_LEVELS`] times.
-const ENOUGH_FACES: usize = 200_000;
-const MOST_LEVELS: u32 = 3;
+const ENOUGH_FACES: usize = 50_000;
+const MOST_LEVELS: u32 = 4;
 /// No more than so many faces, whatever the cage has.
 const MOST_FACES: usize = 8_000_000;
 

@@ -1,7 +1,7 @@
 //! Values of a stage as numbers, words and lists of ours, whatever precision they were written in.
 
 use glam::{DMat4, DQuat};
-use openusd::sdf::Value;
+use openusd::sdf::{AssetPath, Value};
 
 /// A number.
 pub(super) fn number(value: &Value) -> Option<f64> {
@@ -36,6 +36,15 @@ pub(super) fn word(value: &Value) -> Option<String> {
         Value::AssetPath(v) => v.as_str().to_owned(),
         _ => return None,
     })
+}
+
+/// The path of a file. Samples over time come as words.
+pub(super) fn asset(value: &Value) -> Option<AssetPath> {
+    match value {
+        Value::AssetPath(asset) => Some(asset.clone()),
+        Value::String(path) => Some(AssetPath::new(path.as_str())),
+        _ => None,
+    }
 }
 
 /// Words.

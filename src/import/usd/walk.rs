@@ -64,6 +64,8 @@ pub(super) struct Inherited {
     rendered: bool,
     /// Constant primvars.
     pub primvars: Rc<BTreeMap<String, Value>>,
+    /// Those of what the prim stands below.
+    pub primvars_above: Rc<BTreeMap<String, Value>>,
     /// Blender's name of the object.
     object: Option<Rc<str>>,
     depth: usize,
@@ -77,6 +79,7 @@ impl Inherited {
             bindings: None,
             rendered: true,
             primvars: Rc::default(),
+            primvars_above: Rc::default(),
             object: None,
             depth: 0,
         }
@@ -210,6 +213,7 @@ impl<'a, 'd> Walk<'a, 'd> {
         let local = transform::local(prim, self.diagnostics);
         let mut inherited = above.clone();
         inherited.depth += 1;
+        inherited.primvars_above = above.primvars.clone();
         inherited.matrix = if local.resets {
             local.matrix
         } else {
