@@ -62,9 +62,13 @@ fn places(imported: &Imported) -> Vec<DVec3> {
 
 #[test]
 fn the_up_axis_and_the_unit_are_the_files() {
-    let body = format!("def Mesh \"m\" {{ double3 xformOp:translate = (100, 200, 300)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n{SQUARE} }}");
+    let body = format!(
+        "def Mesh \"m\" {{ double3 xformOp:translate = (100, 200, 300)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n{SQUARE} }}"
+    );
     let body = body.replace("{ double3", "{\n double3");
-    let stage = Stage::with(&format!("#usda 1.0\n(\n upAxis = \"Z\"\n metersPerUnit = 0.01\n)\n{body}\n"));
+    let stage = Stage::with(&format!(
+        "#usda 1.0\n(\n upAxis = \"Z\"\n metersPerUnit = 0.01\n)\n{body}\n"
+    ));
     let at = places(&stage.load())[0];
     assert!((at - DVec3::new(1.0, 3.0, -2.0)).length() < 1e-12, "{at}");
 }
@@ -87,7 +91,10 @@ fn transforms_stack_reset_and_invert() {
     ));
     let at = places(&stage.load());
     // (0, 0, -5) turned about Y by 90° is (-5, 0, 0).
-    assert!((at[0] - DVec3::new(-4.0, 0.0, 5.0)).length() < 1e-12, "{at:?}");
+    assert!(
+        (at[0] - DVec3::new(-4.0, 0.0, 5.0)).length() < 1e-12,
+        "{at:?}"
+    );
     assert_eq!(at[1], DVec3::new(0.0, 7.0, 0.0));
 }
 
@@ -244,7 +251,10 @@ fn point_instancers_place_turn_scale_and_hide() {
     let at = places(&stage.load());
     assert_eq!(at.len(), 3);
     // Moved by (1, 0, 0) first, which is twice as far along Y then.
-    assert!((at[1] - DVec3::new(1.0, 2.0, 0.0)).length() < 1e-3, "{at:?}");
+    assert!(
+        (at[1] - DVec3::new(1.0, 2.0, 0.0)).length() < 1e-3,
+        "{at:?}"
+    );
     assert_eq!(at[2].x, 3.0);
 }
 
@@ -276,12 +286,19 @@ fn values_of_every_interpolation_reach_their_corners() {
     assert_eq!(mesh.positions.len(), 6);
     for (face, triangle) in mesh.triangles.iter().enumerate() {
         for corner in triangle {
-            let expected = if face == 0 { [1.0, 0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0, 1.0] };
+            let expected = if face == 0 {
+                [1.0, 0.0, 0.0, 1.0]
+            } else {
+                [0.0, 1.0, 0.0, 1.0]
+            };
             assert_eq!(colors[*corner as usize], expected);
         }
     }
     // Seen clockwise from the front, so the other way round here.
-    assert_eq!(mesh.positions[mesh.triangles[0][0] as usize], [1.0, 1.0, 0.0]);
+    assert_eq!(
+        mesh.positions[mesh.triangles[0][0] as usize],
+        [1.0, 1.0, 0.0]
+    );
 }
 
 #[test]
@@ -403,21 +420,35 @@ def RenderSettings "settings" {
 "#,
     );
     let scene = stage.load().scene;
-    let LightKind::Point { intensity, radius, .. } = scene.lights[0].kind else {
+    let LightKind::Point {
+        intensity, radius, ..
+    } = scene.lights[0].kind
+    else {
         panic!("{:?}", scene.lights[0].kind);
     };
     // A radiance of 10 from a sphere of 10 cm.
     assert!((intensity - 10.0 * std::f32::consts::PI * 0.01).abs() < 1e-5);
     assert!((radius - 0.1).abs() < 1e-7);
-    assert_eq!(scene.lights[1].kind, LightKind::Sun { irradiance: 3.0, angle: 0.0 });
+    assert_eq!(
+        scene.lights[1].kind,
+        LightKind::Sun {
+            irradiance: 3.0,
+            angle: 0.0
+        }
+    );
     let camera = &scene.cameras[0];
-    let Projection::Perspective { vertical_fov, .. } = camera.projection else { panic!() };
+    let Projection::Perspective { vertical_fov, .. } = camera.projection else {
+        panic!()
+    };
     assert!((vertical_fov - 2.0 * (0.24f64).atan()).abs() < 1e-12);
     assert!((camera.clip_near - 0.1).abs() < 1e-12);
     let lens = camera.aperture.unwrap();
     // 50 mm at f/2 has a radius of 12.5 mm.
     assert!((lens.radius - 0.0125).abs() < 1e-12 && (lens.focus_distance - 2.0).abs() < 1e-12);
-    assert_eq!((scene.render.width, scene.render.height), (Some(300), Some(200)));
+    assert_eq!(
+        (scene.render.width, scene.render.height),
+        (Some(300), Some(200))
+    );
 }
 
 #[test]
@@ -426,8 +457,15 @@ fn frames_are_time_codes() {
         "#usda 1.0\n(\n upAxis = \"Y\"\n metersPerUnit = 1\n startTimeCode = 1\n endTimeCode = 11\n timeCodesPerSecond = 10\n)\ndef Mesh \"m\" {{\n double3 xformOp:translate.timeSamples = {{\n 1: (1, 0, 0),\n 11: (11, 0, 0),\n }}\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n{SQUARE}}}\n"
     ));
     let at = |time: Option<(f64, Option<f64>)>| {
-        let animation = time.map(|(seconds, frame)| AnimationTime { name: None, seconds, frame });
-        let options = ImportOptions { animation, ..ImportOptions::default() };
+        let animation = time.map(|(seconds, frame)| AnimationTime {
+            name: None,
+            seconds,
+            frame,
+        });
+        let options = ImportOptions {
+            animation,
+            ..ImportOptions::default()
+        };
         places(&stage.try_load(&options).unwrap())[0].x
     };
     assert_eq!(at(None), 1.0);
@@ -437,16 +475,35 @@ fn frames_are_time_codes() {
 
 #[test]
 fn damage_is_one_sentence() {
-    for text in ["", "#usda 1.0\ndef Mesh \"m\" {", "#usda 1.0\n\u{0}", "PXR-USDC", "#usda 9.0\n"] {
+    for text in [
+        "",
+        "#usda 1.0\ndef Mesh \"m\" {",
+        "#usda 1.0\n\u{0}",
+        "PXR-USDC",
+        "#usda 9.0\n",
+    ] {
         let stage = Stage::with(text);
-        let error = stage.try_load(&ImportOptions::default()).unwrap_err().to_string();
-        assert!(error.contains("root.usda") && error.lines().count() == 1, "{error}");
+        let error = stage
+            .try_load(&ImportOptions::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("root.usda") && error.lines().count() == 1,
+            "{error}"
+        );
     }
     let deep = format!("#usda 1.0\n{}", "def \"a\" {\n".repeat(100_000));
-    let error = Stage::with(&deep).try_load(&ImportOptions::default()).unwrap_err();
+    let error = Stage::with(&deep)
+        .try_load(&ImportOptions::default())
+        .unwrap_err();
     assert!(error.to_string().contains("nested"), "{error}");
     let missing = import::load(Path::new("/nowhere/none.usdc"), &ImportOptions::default());
-    assert!(missing.unwrap_err().to_string().contains("there is no such file"));
+    assert!(
+        missing
+            .unwrap_err()
+            .to_string()
+            .contains("there is no such file")
+    );
 }
 
 #[test]
@@ -472,7 +529,9 @@ fn what_lies_outside_of_the_folder_is_refused() {
 fn a_package_is_read_and_a_packed_one_refused() {
     use std::io::Write;
     use zip::write::SimpleFileOptions;
-    let root = format!("#usda 1.0\n(\n upAxis = \"Y\"\n metersPerUnit = 1\n)\ndef \"a\" (\n references = @part.usda@\n)\n{{\n}}\n");
+    let root = format!(
+        "#usda 1.0\n(\n upAxis = \"Y\"\n metersPerUnit = 1\n)\ndef \"a\" (\n references = @part.usda@\n)\n{{\n}}\n"
+    );
     let part = format!("#usda 1.0\n(\n defaultPrim = \"p\"\n)\ndef Mesh \"p\" {{\n{SQUARE}}}\n");
     let pack = |method| {
         let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));

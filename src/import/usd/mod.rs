@@ -114,7 +114,9 @@ fn blender_version(source: &Source) -> Option<u32> {
 fn load_here(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
     let mut diagnostics = Diagnostics::default();
     let source = Source::open(path, options)?;
-    let variants = variants::choose(&source, options.variant.as_deref())?;
+    if let Some(wanted) = &options.variant {
+        variants::choose(&source, wanted)?;
+    }
     let frame = frame(&source);
     let shapes = Shapes::new(&source, Materials::new(&source));
     let mut walk = Walk::new(&source, shapes, &mut diagnostics);
@@ -183,7 +185,7 @@ fn load_here(path: &Path, options: &ImportOptions) -> Result<Imported, ImportErr
     scene.tell_of_catchers(&mut diagnostics);
     Ok(Imported {
         scene,
-        variants,
+        variants: variants::names(&source),
         diagnostics,
     })
 }

@@ -147,7 +147,7 @@ pub(super) fn readable(text: &[u8]) -> Cow<'_, [u8]> {
                     replace(dot + 1, dot + 1, b"0");
                 }
             }
-            b if is_word(b) || b >= 0x80 => {
+            b if (is_word(b) && b != b':') || b >= 0x80 => {
                 while at < text.len() && (is_word(text[at]) || text[at] >= 0x80) {
                     at += 1;
                 }

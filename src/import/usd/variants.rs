@@ -8,11 +8,26 @@ use std::collections::BTreeMap;
 /// More prims than this are not asked for variants.
 const MOST_ASKED: usize = 100_000;
 
-/// Makes the wanted selection, `set=name`, and lists those that can be made.
-pub(super) fn choose(source: &Source, wanted: Option<&str>) -> Result<Vec<String>, ImportError> {
-    let sets = sets(source);
+/// Those that can be selected, as `set=name`.
+pub(super) fn names(source: &Source) -> Vec<String> {
+    let has_some = source.stage.layer_identifiers().iter().any(|layer| {
+        let Some(layer) = source.stage.layer(layer) else {
+            return false;
+        };
+        let data = layer.data();
+        let is_set = |path| data.spec_type(path) == Some(sdf::SpecType::VariantSet);
+        data.spec_paths().iter().any(is_set)
+    });
+    if has_some {
+        listed(&sets(source))
+    } else {
+        Vec::new()
+    }
+}
+
+fn listed(sets: &[(Path, String, Vec<String>)]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
-    for (_, set, variants) in &sets {
+    for (_, set, variants) in sets {
         for variant in variants {
             let name = format!("{set}={variant}");
             if !names.contains(&name) {
@@ -20,9 +35,13 @@ pub(super) fn choose(source: &Source, wanted: Option<&str>) -> Result<Vec<String
             }
         }
     }
-    let Some(wanted) = wanted else {
-        return Ok(names);
-    };
+    names
+}
+
+/// Makes the wanted selections: `set=name`, with commas between them.
+pub(super) fn choose(source: &Source, wanted: &str) -> Result<(), ImportError> {
+    let sets = sets(source);
+    let names = listed(&sets);
     for wish in wanted.split(',') {
         let (set, variant) = match wish.split_once('=') {
             Some((set, variant)) => (Some(set.trim()), variant.trim()),
@@ -47,7 +66,7 @@ pub(super) fn choose(source: &Source, wanted: Option<&str>) -> Result<Vec<String
             select(source, path, set, variant)?;
         }
     }
-    Ok(names)
+    Ok(())
 }
 
 /// Selects a variant in the root layer, as it is in memory.

@@ -196,13 +196,16 @@ impl<'a, 'd> Walk<'a, 'd> {
         }
         self.tell_of_draw_mode(&prim);
         let instance = self.source.told(path, prim.prim.is_instance());
-        if instance == Some(true)
-            && let Some(Some(prototype)) = self.source.told(path, prim.prim.prototype())
-        {
+        if instance == Some(true) {
+            // What it is composed of besides its own words, which count for the instance alone.
+            let stack = self.source.told(path, prim.prim.prim_stack());
+            let mut stack = stack.unwrap_or_default();
+            stack.retain(|(_, site)| site != path);
+            let prototype = format!("{stack:?}");
             let mut at_origin = inherited.clone();
             at_origin.matrix = DAffine3::IDENTITY;
             at_origin.absolute = false;
-            let found = self.prototype(prototype.to_string(), path, false, at_origin)?;
+            let found = self.prototype(prototype, path, false, at_origin)?;
             return self.push_all(&found, &inherited.matrix, inherited.absolute, items);
         }
         self.children(path, &inherited, items)

@@ -25,7 +25,13 @@ fn what_can_be_in_it_is_read() {
 
 #[test]
 fn what_cannot_be_in_it_is_a_fault() {
-    for name in [b"STRINGS".as_slice(), b"TOKENS", b"FIELDS", b"PATHS", b"SPECS", b"FIELDSETS"] {
+    for name in [
+        b"STRINGS".as_slice(),
+        b"TOKENS",
+        b"PATHS",
+        b"SPECS",
+        b"FIELDSETS",
+    ] {
         assert!(fault(&file(name, 1 << 40, 64)).is_some());
     }
 }

@@ -55,7 +55,12 @@ fn sharp_edges_keep_a_cube() {
 
 #[test]
 fn a_flat_sheet_with_corners_stays_the_same_size() {
-    let mut sheet = Polygons::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
+    let mut sheet = Polygons::new(vec![
+        [0.0; 3],
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 1.0, 0.0],
+    ]);
     sheet.face(&[0, 1, 2, 3]);
     let uv = [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0];
     sheet.primvars.insert(
@@ -72,7 +77,10 @@ fn a_flat_sheet_with_corners_stays_the_same_size() {
         ..Wishes::default()
     };
     apply(&mut sheet, &mut vec![0], &wishes);
-    assert_eq!(&sheet.points[..4], &[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(
+        &sheet.points[..4],
+        &[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
+    );
     // Coordinates follow, as they lie in a line.
     let layer = &sheet.primvars["st"];
     assert_eq!(layer.values.len(), 2 * sheet.corners.len());

@@ -42,7 +42,10 @@ fn an_arrow_of_four_corners_is_cut_at_its_inner_corner() {
         ];
         points.rotate_left(turn);
         let triangles = cut(&points);
-        assert!(triangles.iter().all(|t| area(&points, &[*t]) > 0.0), "{turn}");
+        assert!(
+            triangles.iter().all(|t| area(&points, &[*t]) > 0.0),
+            "{turn}"
+        );
         assert!((area(&points, &triangles) - 1.0).abs() < 1e-6);
     }
 }

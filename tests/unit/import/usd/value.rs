@@ -3,7 +3,12 @@ use openusd::gf;
 
 #[test]
 fn numbers_of_all_precisions_are_numbers() {
-    for value in [Value::Int(3), Value::Float(3.0), Value::Double(3.0), Value::Uchar(3)] {
+    for value in [
+        Value::Int(3),
+        Value::Float(3.0),
+        Value::Double(3.0),
+        Value::Uchar(3),
+    ] {
         assert_eq!(number(&value), Some(3.0));
     }
     assert_eq!(number(&Value::String("3".into())), None);
@@ -13,7 +18,10 @@ fn numbers_of_all_precisions_are_numbers() {
 #[test]
 fn doubles_keep_their_precision() {
     let fine = 1.0 + 1e-12;
-    assert_eq!(vector::<3>(&Value::vec3d(fine, 2.0, 3.0)), Some([fine, 2.0, 3.0]));
+    assert_eq!(
+        vector::<3>(&Value::vec3d(fine, 2.0, 3.0)),
+        Some([fine, 2.0, 3.0])
+    );
     assert_eq!(vector::<2>(&Value::vec3f(1.0, 2.0, 3.0)), Some([1.0, 2.0]));
     assert_eq!(vector::<3>(&Value::vec2f(1.0, 2.0)), None);
 }
