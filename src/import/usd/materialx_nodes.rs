@@ -85,6 +85,21 @@ pub(super) fn node(network: &mut Network, shader: &View, name: &str, output: &st
                 ..mixed(network, fg, bg, factor)
             }
         }
+        _ => return parts_and_choices(network, shader, operation, (output, size)),
+    })
+}
+
+/// Nodes that take numbers apart, put them together, bring them elsewhere or choose between them.
+fn parts_and_choices(
+    network: &mut Network,
+    shader: &View,
+    operation: &str,
+    (output, size): (&str, u8),
+) -> Option<Term> {
+    let input = |network: &mut Network, name: &str, fallback: f32| {
+        network.input_or(shader, name, Term::number(fallback))
+    };
+    Some(match operation {
         "separate2" | "separate3" | "separate4" => {
             let term = network.input(shader, "in")?;
             let channels = [

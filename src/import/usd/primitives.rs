@@ -234,7 +234,7 @@ pub(super) fn polygons(
         }
         "Cone" => {
             let (r, h) = (number("radius", 1.0), 0.5 * number("height", 2.0));
-            let slope = (2.0 * h).hypot(r);
+            let slope = glam::DVec2::new(2.0 * h, r).length();
             let normal = if slope > 0.0 {
                 [2.0 * h / slope, r / slope]
             } else {
@@ -266,7 +266,7 @@ pub(super) fn polygons(
                     "the ends meet the side at their widest",
                 );
             }
-            let slope = (2.0 * h).hypot(bottom - top);
+            let slope = glam::DVec2::new(2.0 * h, bottom - top).length();
             let normal = if slope > 0.0 {
                 [2.0 * h / slope, (bottom - top) / slope]
             } else {

@@ -152,16 +152,8 @@ pub(super) fn readable(text: &[u8]) -> Cow<'_, [u8]> {
                     at += 1;
                 }
                 let found = &text[start..at];
-                let declares = matches!(word, b"def" | b"over" | b"class");
-                let mut next = text[at..].iter().skip_while(|b| matches!(b, b' ' | b'\t'));
-                let follows = next
-                    .next()
-                    .is_some_and(|b| b.is_ascii_alphabetic() || matches!(b, b'_' | b'['));
-                if follows && !declares {
-                    let new = TYPES.iter().find(|(old, _)| old.as_bytes() == found);
-                    if let Some((_, new)) = new {
-                        replace(start, at, new.as_bytes());
-                    }
+                if let Some(new) = renamed(found, word, &text[at..]) {
+                    replace(start, at, new.as_bytes());
                 }
                 word = found;
                 last = b'a';
@@ -181,6 +173,19 @@ pub(super) fn readable(text: &[u8]) -> Cow<'_, [u8]> {
     }
     out.extend(&text[copied..]);
     out.into()
+}
+
+/// The new name of a type, where a word stands in a type's place: before a name, and not after `def`.
+fn renamed(found: &[u8], before: &[u8], after: &[u8]) -> Option<&'static str> {
+    if matches!(before, b"def" | b"over" | b"class") {
+        return None;
+    }
+    let next = after.iter().find(|b| !matches!(b, b' ' | b'\t'))?;
+    if !(next.is_ascii_alphabetic() || matches!(next, b'_' | b'[')) {
+        return None;
+    }
+    let known = TYPES.iter().find(|(old, _)| old.as_bytes() == found);
+    known.map(|(_, new)| *new)
 }
 
 /// The end of a number.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use earcut::Earcut;
 use glam::{DVec3, Vec3};
 
-use super::materials::Materials;
+use super::materials::{Materials, Needs};
 use super::polygons::{Corner, Layer, Polygons};
 use crate::import::gltf::tangents;
 use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, TextureSpace, Verdict};
@@ -46,25 +46,7 @@ impl Triangles {
         layers.extend(uvs.iter().chain(&attributes).flatten());
         layers.extend(colors.iter().chain(&opacity));
 
-        let mut corners: Vec<Corner> = Vec::new();
-        let mut cutter = Cutter::default();
-        for &face in faces {
-            if polygons.hole.get(face) == Some(&true) {
-                continue;
-            }
-            let (start, count) = (self.starts[face], polygons.counts[face]);
-            let ring = &polygons.corners[start..start + count];
-            for mut triangle in cutter.cut(&polygons.points, ring) {
-                if polygons.left_handed {
-                    triangle.reverse();
-                }
-                corners.extend(triangle.map(|at| Corner {
-                    face,
-                    number: start + at,
-                    point: ring[at],
-                }));
-            }
-        }
+        let corners = self.corners(polygons, faces);
         if corners.is_empty() {
             return None;
         }
@@ -140,21 +122,50 @@ impl Triangles {
                 );
             }
         }
-        for (set, has) in has_uvs.iter().enumerate() {
-            if !has {
-                diagnostics.report(
-                    "texture-without-uv",
-                    Verdict::Approximated,
-                    format!(
-                        "texture on meshes without the coordinates \"{}\"",
-                        needs.uvs[set]
-                    ),
-                    name,
-                    "its texel at (0, 0) is shown everywhere",
-                );
+        tell_of_coordinates(&has_uvs, needs, name, diagnostics);
+        Some(mesh)
+    }
+
+    /// The corners of the triangles of some faces.
+    fn corners(&self, polygons: &Polygons, faces: &[usize]) -> Vec<Corner> {
+        let mut corners: Vec<Corner> = Vec::new();
+        let mut cutter = Cutter::default();
+        for &face in faces {
+            if polygons.hole.get(face) == Some(&true) {
+                continue;
+            }
+            let (start, count) = (self.starts[face], polygons.counts[face]);
+            let ring = &polygons.corners[start..start + count];
+            for mut triangle in cutter.cut(&polygons.points, ring) {
+                if polygons.left_handed {
+                    triangle.reverse();
+                }
+                corners.extend(triangle.map(|at| Corner {
+                    face,
+                    number: start + at,
+                    point: ring[at],
+                }));
             }
         }
-        Some(mesh)
+        corners
+    }
+}
+
+/// Names the coordinates that textures lie by and the mesh does not have.
+fn tell_of_coordinates(has_uvs: &[bool], needs: &Needs, name: &str, diagnostics: &mut Diagnostics) {
+    for (set, has) in has_uvs.iter().enumerate() {
+        if !has {
+            diagnostics.report(
+                "texture-without-uv",
+                Verdict::Approximated,
+                format!(
+                    "texture on meshes without the coordinates \"{}\"",
+                    needs.uvs[set]
+                ),
+                name,
+                "its texel at (0, 0) is shown everywhere",
+            );
+        }
     }
 }
 
