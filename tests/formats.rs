@@ -12,3 +12,4 @@ mod images;
 mod khr_materials;
 mod kit;
 mod sundog;
+mod usd;

@@ -94,7 +94,8 @@ impl SceneFile {
 impl Import {
     /// The time at which an animation poses the file, if the flags name one.
     fn animation_time(&self) -> Result<Option<AnimationTime>, Failure> {
-        let seconds = self.seconds.or(self.frame);
+        let frame = self.frame.filter(|_| self.seconds.is_none());
+        let seconds = self.seconds.or(frame.map(|frame| frame.seconds));
         if self.animation.is_some() && seconds.is_none() {
             return Err(Failure::usage(
                 "--animation needs a time; give --frame NUMBER or --seconds TIME",
@@ -103,6 +104,7 @@ impl Import {
         Ok(seconds.map(|seconds| AnimationTime {
             name: self.animation.clone(),
             seconds,
+            frame: frame.and_then(|frame| frame.number),
         }))
     }
 }

@@ -64,6 +64,14 @@ pub enum ImportError {
         /// What is wrong with it.
         reason: String,
     },
+    /// The file is no USD stage, or only part of one.
+    #[error("{file} is not a USD file that can be read: {reason}")]
+    NotUsd {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The file contradicts itself or the format.
     #[error("{file}: {object}: {problem}")]
     Malformed {

@@ -10,6 +10,7 @@ mod error;
 mod gltf;
 mod guard;
 mod image;
+mod usd;
 mod vdb;
 
 pub use error::ImportError;
@@ -55,6 +56,8 @@ pub struct AnimationTime {
     pub name: Option<String>,
     /// Since it began.
     pub seconds: f64,
+    /// The frame, if that is what was asked for: USD counts time in them.
+    pub frame: Option<f64>,
 }
 
 /// What the light intensities of a glTF file mean, named as in Blender's exporter.
@@ -109,18 +112,25 @@ pub struct Imported {
     pub diagnostics: Diagnostics,
 }
 
-/// Reads a scene file (`.glb` or `.gltf`; told apart by content, not by name).
+/// Reads a scene file: USD by its ending or content, otherwise glTF (`.glb` or `.gltf`, told apart by content).
 ///
 /// # Errors
 /// The file or one that it names cannot be read, is malformed, or demands what Sundog cannot do.
 pub fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let mut imported = gltf::load(path, options)?;
+    let mut imported = if usd::is_usd(path) {
+        usd::load(path, options)?
+    } else {
+        gltf::load(path, options)?
+    };
     scene::validate::clean(&mut imported.scene, &mut imported.diagnostics);
     Ok(imported)
 }
 
 /// Where the files would be that a scene file names: its buffers and images. None for a file that cannot be read.
 pub fn named_files(path: &Path) -> Vec<std::path::PathBuf> {
+    if usd::is_usd(path) {
+        return Vec::new();
+    }
     gltf::named_files(path)
 }
 

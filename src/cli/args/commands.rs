@@ -16,7 +16,7 @@ use std::time::Duration;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Files")]
 pub struct RenderFiles {
-    /// The scene: a .glb or .gltf file, as Blender exports it.
+    /// The scene: a .glb or .gltf file as Blender exports it, or USD: .usda, .usdc, .usd, .usdz.
     #[arg(id = "SCENE", value_name = "SCENE")]
     pub scene: PathBuf,
     /// Where the picture goes: .exr, .png or .jpg; may be given more than once.
@@ -176,7 +176,7 @@ pub struct Merge {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Files")]
 pub struct Info {
-    /// The scene: a .glb or .gltf file, as Blender exports it.
+    /// The scene: a .glb or .gltf file as Blender exports it, or USD: .usda, .usdc, .usd, .usdz.
     #[arg(id = "SCENE", value_name = "SCENE")]
     pub scene: PathBuf,
     #[command(flatten)]
@@ -233,7 +233,7 @@ pub struct CostQuestion {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Files")]
 pub struct Cost {
-    /// The scene: a .glb or .gltf file, as Blender exports it.
+    /// The scene: a .glb or .gltf file as Blender exports it, or USD: .usda, .usdc, .usd, .usdz.
     #[arg(id = "SCENE", value_name = "SCENE")]
     pub scene: PathBuf,
     /// Where the numbers go: .json or .csv; may be given more than once.
@@ -324,7 +324,7 @@ pub struct ConvergeEffort {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Files")]
 pub struct Converge {
-    /// The scene: a .glb or .gltf file, as Blender exports it.
+    /// The scene: a .glb or .gltf file as Blender exports it, or USD: .usda, .usdc, .usd, .usdz.
     #[arg(id = "SCENE", value_name = "SCENE")]
     pub scene: PathBuf,
     /// Where the answer goes: a folder for everything, or a file that ends in .html, .json, .csv, .svg or .png; may

@@ -26,8 +26,10 @@ pub struct Import {
     /// The glTF scene to load, where the file has more than one.
     #[arg(long = "scene", value_name = "NAME|INDEX")]
     pub scene_name: Option<String>,
-    /// The variant whose materials are shown, where the file has variants; its default materials if not given.
-    #[arg(long, value_name = "NAME")]
+    /// The variant that is shown, where the file has variants; its own choice if not given.
+    ///
+    /// In glTF a name; in USD a set and a name, as in shape=round, with commas between several.
+    #[arg(long, value_name = "[SET=]NAME")]
     pub variant: Option<String>,
     /// What the light intensities of the file mean: the "Lighting Mode" it was exported with.
     #[arg(long, value_name = "UNITS", value_parser = words(&LIGHT_UNITS), default_value = "auto")]
@@ -43,9 +45,9 @@ pub struct Import {
     /// The frame at which an animation of the file poses it: a number, at Blender's 24 frames a second or at others, such as 12@30.
     ///
     /// Nodes, skins and weights of morph targets. In files of Blender's exporter frame 0 is at 0 seconds, unless
-    /// "Set all glTF Animation starting at 0" was ticked.
+    /// "Set all glTF Animation starting at 0" was ticked. In USD a number without a rate is a time code of the stage.
     #[arg(long, value_name = "NUMBER[@RATE]", value_parser = values::frame, allow_hyphen_values = true)]
-    pub frame: Option<f64>,
+    pub frame: Option<values::Frame>,
     /// The same by seconds.
     #[arg(long, value_name = "SECONDS", conflicts_with = "frame", number = -1e6..=1e6)]
     pub seconds: Option<f64>,

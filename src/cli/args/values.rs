@@ -219,17 +219,30 @@ pub fn mist(text: &str) -> Result<Mist, String> {
 /// Frames a second of a new file of Blender's.
 const FRAME_RATE: f64 = 24.0;
 
-/// A frame's time in seconds: its number, and after `@` how many there are in a second.
-pub fn frame(text: &str) -> Result<f64, String> {
+/// A frame of an animation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Its time.
+    pub seconds: f64,
+    /// Its number, where no rate was given with it.
+    pub number: Option<f64>,
+}
+
+/// A frame: its number, and after `@` how many there are in a second.
+pub fn frame(text: &str) -> Result<Frame, String> {
     let (number, rate) = match text.split_once('@') {
         Some((number, rate)) => (number, rate.trim().parse().ok()),
         None => (text, Some(FRAME_RATE)),
     };
+    let bare = !text.contains('@');
     let number: Option<f64> = number.trim().parse().ok();
     number
         .zip(rate)
         .filter(|(number, rate)| number.is_finite() && rate.is_finite() && *rate > 0.0)
-        .map(|(number, rate)| number / rate)
+        .map(|(number, rate)| Frame {
+            seconds: number / rate,
+            number: bare.then_some(number),
+        })
         .ok_or_else(|| "expected a number, or a number and frames a second, such as 12@30".into())
 }
 

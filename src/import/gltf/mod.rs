@@ -24,7 +24,7 @@ mod scene_extension;
 mod schema;
 mod shader_graph;
 mod shapes;
-mod tangents;
+pub(super) mod tangents;
 mod textures;
 mod variants;
 mod walk;

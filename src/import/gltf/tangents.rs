@@ -57,7 +57,7 @@ impl Geometry for Corners<'_> {
 ///
 /// MikkTSpace works on single corners; afterwards corners of the same vertex with the same tangent
 /// become one vertex again. All indices of the mesh must be in range.
-pub(super) fn compute(mesh: &mut Mesh, uv_set: usize) {
+pub(in crate::import) fn compute(mesh: &mut Mesh, uv_set: usize) {
     let mut corners = Corners {
         mesh,
         uv_set,

@@ -1,0 +1,273 @@
+//! The materials that a stage's meshes show.
+
+use std::collections::{BTreeSet, HashMap};
+
+use openusd::sdf::Path;
+
+use super::network::Network;
+use super::source::Source;
+use super::textures::Images;
+use super::{materialx, preview};
+use crate::scene::graph::node::{emission, principled};
+use crate::scene::graph::{Graph, Input, Node, NodeKind};
+use crate::scene::{Diagnostics, Material, MaterialLabel, Verdict};
+
+/// What a material wants of the meshes that have it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Needs {
+    /// Texture coordinates, by their primvars' names.
+    pub uvs: Vec<String>,
+    /// Other primvars.
+    pub attributes: Vec<String>,
+    /// What stands for those that a mesh does not have.
+    pub fallbacks: Vec<[f32; 4]>,
+    /// The display colour.
+    pub colors: bool,
+    /// The set of texture coordinates that tangents follow.
+    pub tangents: Option<usize>,
+}
+
+/// Materials and what they want.
+pub(super) struct Materials<'a> {
+    source: &'a Source,
+    pub list: Vec<Material>,
+    needs: Vec<Needs>,
+    labels: Vec<MaterialLabel>,
+    /// By their paths; of what has none, by whether it has colours.
+    known: HashMap<Result<String, bool>, usize>,
+    pub images: Images,
+}
+
+impl<'a> Materials<'a> {
+    pub(super) fn new(source: &'a Source) -> Self {
+        Self {
+            source,
+            list: Vec::new(),
+            needs: Vec::new(),
+            labels: Vec::new(),
+            known: HashMap::new(),
+            images: Images::default(),
+        }
+    }
+
+    /// The number of the material at a path, or of that for what has none.
+    pub(super) fn of(
+        &mut self,
+        path: Option<&Path>,
+        has_colors: bool,
+        diagnostics: &mut Diagnostics,
+    ) -> usize {
+        let key = path.map(ToString::to_string).ok_or(has_colors);
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let loaded = path.and_then(|path| self.load(path, diagnostics));
+        let (material, needs, label) = match loaded {
+            Some((material, needs)) => {
+                let name = material.name.as_str().into();
+                let label = MaterialLabel {
+                    name: Some(name),
+                    index: 0.0,
+                };
+                (material, needs, label)
+            }
+            None if path.is_some() => return self.of(None, has_colors, diagnostics),
+            None => {
+                let (material, needs) = self.bare(has_colors);
+                (material, needs, MaterialLabel::default())
+            }
+        };
+        self.add(key, material, needs, label)
+    }
+
+    fn add(
+        &mut self,
+        key: Result<String, bool>,
+        material: Material,
+        needs: Needs,
+        label: MaterialLabel,
+    ) -> usize {
+        self.list.push(material);
+        self.needs.push(needs);
+        self.labels.push(label);
+        self.known.insert(key, self.list.len() - 1);
+        self.list.len() - 1
+    }
+
+    /// A material that does nothing but shine with a radiance.
+    pub(super) fn shining(&mut self, name: &str, radiance: [f32; 3]) -> usize {
+        let mut graph = Graph::default();
+        let shining = Node::new(NodeKind::Emission).with(emission::COLOR, radiance);
+        graph.surface = Some(graph.add(shining));
+        let material = Material {
+            name: name.into(),
+            graph,
+            double_sided: false,
+            medium: None,
+        };
+        let key = Ok(format!("light {}", self.list.len()));
+        self.add(key, material, Needs::default(), MaterialLabel::default())
+    }
+
+    pub(super) fn needs(&self, material: usize) -> &Needs {
+        &self.needs[material]
+    }
+
+    pub(super) fn label(&self, material: usize) -> MaterialLabel {
+        self.labels[material].clone()
+    }
+
+    /// Names of all primvars that a material asks for.
+    pub(super) fn primvars(&self, material: usize) -> BTreeSet<String> {
+        let needs = &self.needs[material];
+        let mut names: BTreeSet<String> =
+            needs.uvs.iter().chain(&needs.attributes).cloned().collect();
+        if needs.colors {
+            names.extend(["displayColor".into(), "displayOpacity".into()]);
+        }
+        names
+    }
+
+    /// Whether a primvar is asked for as texture coordinates.
+    pub(super) fn is_uv(&self, materials: &[usize], name: &str) -> bool {
+        let mut needs = materials.iter().map(|m| &self.needs[*m]);
+        needs.any(|needs| needs.uvs.iter().any(|uv| uv == name))
+    }
+
+    /// What is shown where no material is bound: the display colour, or grey.
+    fn bare(&self, has_colors: bool) -> (Material, Needs) {
+        let version = super::blender_version(self.source);
+        let mut network = Network::bare();
+        let color = if has_colors {
+            Input::Link(network.graph.add(Node::new(NodeKind::ColorAttribute)))
+        } else if version.is_some() {
+            Input::float(0.8)
+        } else {
+            // Hydra's own fallback.
+            Input::float(0.5)
+        };
+        let plain = version.is_some_and(|version| version < 5);
+        let node = preview::principled()
+            .with(principled::BASE_COLOR, color)
+            .with(principled::ROUGHNESS, if plain { 1.0 } else { 0.5 })
+            .with(
+                principled::SPECULAR_IOR_LEVEL,
+                if plain { 0.0 } else { 0.5 },
+            );
+        let shader = network.graph.add(node);
+        let alpha = match color {
+            Input::Link(link) => Input::Link(crate::scene::graph::Link { output: 1, ..link }),
+            _ => Input::float(1.0),
+        };
+        network.graph.surface = Some(preview::seen_through(&mut network.graph, shader, alpha));
+        let needs = Needs {
+            colors: has_colors,
+            ..Needs::default()
+        };
+        let material = Material {
+            name: "(no material)".into(),
+            graph: network.graph,
+            double_sided: true,
+            medium: None,
+        };
+        (material, needs)
+    }
+
+    fn load(&mut self, path: &Path, diagnostics: &mut Diagnostics) -> Option<(Material, Needs)> {
+        let prim = self.source.view(path);
+        let name = prim.name();
+        if prim.kind() != "Material" {
+            diagnostics.report(
+                "usd-binding",
+                Verdict::Lost,
+                "bindings to materials that do not exist",
+                path.to_string(),
+                "rendered as without a material",
+            );
+            return None;
+        }
+        let mut reasons = Vec::new();
+        for output in ["outputs:mtlx:surface", "outputs:surface"] {
+            if !prim.has(output) {
+                continue;
+            }
+            let mut told = Diagnostics::default();
+            let mut network = Network::new(self.source, &mut self.images, &mut told, &name);
+            let Some((shader, _)) = network.shader(&prim, output) else {
+                continue;
+            };
+            let shader = self.source.view(&shader);
+            let id = shader.word("info:id").unwrap_or_default();
+            let surface = if matches!(
+                &*id,
+                "UsdPreviewSurface" | "ND_UsdPreviewSurface_surfaceshader"
+            ) {
+                Some(preview::surface(&mut network, &shader))
+            } else {
+                materialx::surface(&mut network, &shader, &id)
+            };
+            let complete = network.complete;
+            let (mut graph, needs) = (network.graph, network.needs);
+            // A network that is not known in all its parts is worse than another of the same material.
+            if output == "outputs:mtlx:surface" && !complete && prim.has("outputs:surface") {
+                reasons.push(told);
+                continue;
+            }
+            let Some(surface) = surface else {
+                reasons.push(told);
+                continue;
+            };
+            diagnostics.append(told);
+            graph.surface = Some(surface);
+            graph.prune();
+            if prim.has("outputs:volume") && network_connected(self.source, &prim, "outputs:volume")
+            {
+                lose(
+                    diagnostics,
+                    "volumes of materials",
+                    &name,
+                    "only the surface is rendered",
+                );
+            }
+            let material = Material {
+                name,
+                graph,
+                double_sided: true,
+                medium: None,
+            };
+            return Some((material, needs));
+        }
+        reasons
+            .into_iter()
+            .for_each(|told| diagnostics.append(told));
+        let other = prim.names.iter().find(|n| n.ends_with(":surface"));
+        let what = match other {
+            Some(name) => format!("materials that no known shader is connected to ({name})"),
+            None => "materials without a surface".into(),
+        };
+        lose(diagnostics, what, &name, "rendered as without a material");
+        None
+    }
+}
+
+fn network_connected(source: &Source, prim: &super::source::View, name: &str) -> bool {
+    let connections = prim.prim.attribute(name).connections();
+    source
+        .told(prim.path(), connections)
+        .is_some_and(|c| !c.is_empty())
+}
+
+pub(super) fn lose(
+    diagnostics: &mut Diagnostics,
+    what: impl Into<String>,
+    material: &str,
+    instead: &str,
+) {
+    diagnostics.report(
+        "usd-material",
+        Verdict::Lost,
+        what,
+        crate::scene::Subject::Material(material.into()),
+        instead,
+    );
+}

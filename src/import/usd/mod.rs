@@ -1,0 +1,400 @@
+//! Universal Scene Description (`.usda`, `.usdc`, `.usd`, `.usdz`).
+//!
+//! The crate `openusd` parses the layers and composes them; what the stage says becomes a scene here.
+
+mod binding;
+mod blackbody;
+mod camera;
+mod crate_file;
+mod files;
+mod geometry;
+mod lights;
+mod materials;
+mod materialx;
+mod materialx_nodes;
+mod network;
+mod placing;
+mod polygons;
+mod preview;
+mod primitives;
+mod source;
+mod subdivide;
+mod text;
+mod textures;
+mod transform;
+mod triangles;
+mod value;
+mod variants;
+mod walk;
+
+use std::path::Path;
+
+use glam::{DAffine3, DMat3};
+
+use self::geometry::Shapes;
+use self::materials::Materials;
+use self::placing::{Frame, Placed};
+use self::source::Source;
+use self::walk::{Item, Thing, Walk};
+use super::guard::guarded;
+use super::{ImportError, ImportOptions, Imported};
+use crate::math::primaries::WorkingSpace;
+use crate::scene::{
+    Camera, Diagnostics, Environment, ImageId, Instance, Links, MaterialId, MeshId, ObjectInfo,
+    RenderDefaults, Scene, Verdict, Visibility,
+};
+
+/// Parsers and composition call themselves for what stands inside of what: for files that go deep on purpose.
+const STACK: usize = 512 << 20;
+
+/// Whether a file's name or its first bytes say that it is USD.
+pub(super) fn is_usd(path: &Path) -> bool {
+    let ending = path
+        .extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default();
+    if ["usd", "usda", "usdc", "usdz"]
+        .iter()
+        .any(|e| ending.eq_ignore_ascii_case(e))
+    {
+        return true;
+    }
+    let mut start = [0u8; 8];
+    let read = std::fs::metadata(path)
+        .ok()
+        .filter(std::fs::Metadata::is_file)
+        .and_then(|_| std::fs::File::open(path).ok())
+        .and_then(|mut file| std::io::Read::read_exact(&mut file, &mut start).ok());
+    read.is_some() && (start.starts_with(b"#usda") || start.starts_with(b"PXR-USDC"))
+}
+
+/// Reads a file; the result has not been through [`crate::scene::validate::clean`] yet.
+pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let work = || {
+        let mut problem = None;
+        let guarded = guarded(|| {
+            load_here(path, options).map_err(|error| {
+                problem = Some(error);
+                String::new()
+            })
+        });
+        guarded.map_err(|reason| {
+            problem.unwrap_or_else(|| ImportError::NotUsd {
+                file: path.display().to_string(),
+                reason,
+            })
+        })
+    };
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK);
+        let joined = match thread.spawn_scoped(scope, work) {
+            Ok(handle) => handle.join().ok(),
+            // Without so much room it has to do with what there is.
+            Err(_) => None,
+        };
+        joined.unwrap_or_else(|| {
+            Err(ImportError::NotUsd {
+                file: path.display().to_string(),
+                reason: "there is not enough memory to read it".into(),
+            })
+        })
+    })
+}
+
+/// The version of Blender that a stage was written by, if it was.
+fn blender_version(source: &Source) -> Option<u32> {
+    let doc = source
+        .metadata("documentation")
+        .or_else(|| source.metadata("comment"));
+    let doc = value::word(&doc?)?;
+    let version = doc.split("Blender v").nth(1)?;
+    version.split('.').next()?.parse().ok()
+}
+
+fn load_here(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let mut diagnostics = Diagnostics::default();
+    let source = Source::open(path, options)?;
+    if let Some(wanted) = &options.variant {
+        variants::choose(&source, wanted)?;
+    }
+    let frame = frame(&source);
+    let shapes = Shapes::new(&source, Materials::new(&source));
+    let mut walk = Walk::new(&source, shapes, &mut diagnostics);
+    let items = walk.run()?;
+    let Walk {
+        shapes,
+        lamps,
+        cameras,
+        camera_paths,
+        settings,
+        ..
+    } = walk;
+    let Shapes {
+        materials,
+        meshes,
+        list,
+        ..
+    } = shapes;
+    let mut assembly = Assembly {
+        scene: Scene {
+            generator: source
+                .metadata("documentation")
+                .as_ref()
+                .and_then(value::word)
+                .filter(|doc| doc.contains("Blender v")),
+            meshes,
+            ..Scene::default()
+        },
+        materials,
+        frame,
+        source: &source,
+        options,
+        domes: 0,
+        chosen: Vec::new(),
+    };
+    for item in &items {
+        assembly.place(
+            item,
+            (&list, &lamps, &cameras),
+            &camera_paths,
+            &mut diagnostics,
+        )?;
+    }
+    let Assembly {
+        mut scene,
+        materials,
+        chosen,
+        ..
+    } = assembly;
+    let mut list = materials.list;
+    let environment = scene.environment.as_ref().and_then(|e| e.image);
+    let of_world = environment.is_some().then(|| scene.images.remove(0));
+    scene.images = materials.images.decode(&mut list, &mut diagnostics);
+    if let (Some(image), Some(environment)) = (of_world, &mut scene.environment) {
+        environment.image = Some(ImageId(scene.images.len() as u32));
+        scene.images.push(image);
+    }
+    scene.materials = list;
+    render_settings(
+        &source,
+        &settings,
+        (&chosen, &mut scene.cameras),
+        &mut scene.render,
+    );
+    report_file(&source, &mut diagnostics)?;
+    scene.tell_of_catchers(&mut diagnostics);
+    Ok(Imported {
+        scene,
+        variants: variants::names(&source),
+        diagnostics,
+    })
+}
+
+/// The stage's axes and unit.
+fn frame(source: &Source) -> Frame {
+    let unit = source
+        .metadata("metersPerUnit")
+        .as_ref()
+        .and_then(value::number);
+    // What a file that says nothing means.
+    let unit = unit.filter(|u| u.is_finite() && *u > 0.0).unwrap_or(0.01);
+    let axis = source.metadata("upAxis").as_ref().and_then(value::word);
+    let z_up = axis.as_deref() == Some("Z");
+    let turn = if z_up {
+        DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2)
+    } else {
+        DMat3::IDENTITY
+    };
+    // Sines of right angles are not quite 1 or 0.
+    let turn = DMat3::from_cols_array(&turn.to_cols_array().map(f64::round));
+    Frame {
+        ours_from_stage: DAffine3::from_mat3(turn * DMat3::from_diagonal(glam::DVec3::splat(unit))),
+        meters_per_unit: unit,
+        z_up,
+    }
+}
+
+/// A scene that is being put together.
+struct Assembly<'a> {
+    scene: Scene,
+    materials: Materials<'a>,
+    frame: Frame,
+    source: &'a Source,
+    options: &'a ImportOptions,
+    domes: usize,
+    /// Paths of the scene's cameras.
+    chosen: Vec<String>,
+}
+
+impl Assembly<'_> {
+    fn place(
+        &mut self,
+        item: &Item,
+        (list, lamps, cameras): (&[Vec<MeshId>], &[lights::Lamp], &[Camera]),
+        camera_paths: &[String],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), ImportError> {
+        let world = self.frame.ours_from_stage * item.matrix;
+        match item.thing {
+            Thing::Shape(shape) => {
+                for mesh in list.get(shape).into_iter().flatten() {
+                    self.instance(&item.name, *mesh, world);
+                }
+            }
+            Thing::Camera(camera) => {
+                let placed = camera::placed(&cameras[camera], world, self.frame.meters_per_unit);
+                self.scene.cameras.push(placed);
+                self.chosen.push(camera_paths[camera].clone());
+            }
+            Thing::Lamp(lamp) => {
+                let lamp = &lamps[lamp];
+                match placing::place(lamp, &item.matrix, &self.frame) {
+                    Placed::Light(light) => self.scene.lights.push(*light),
+                    Placed::Mesh(mut mesh, radiance) => {
+                        let material = self.materials.shining(&lamp.name, radiance);
+                        mesh.material = Some(MaterialId(material as u32));
+                        let id = MeshId(self.scene.meshes.len() as u32);
+                        self.scene.meshes.push(*mesh);
+                        self.instance(&item.name, id, world);
+                    }
+                    Placed::Dome { radiance, turn } => {
+                        self.dome(lamp, radiance, turn, diagnostics)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn instance(&mut self, name: &str, mesh: MeshId, world: DAffine3) {
+        self.scene.instances.push(Instance {
+            name: name.into(),
+            mesh,
+            world_from_object: world,
+            motion: Vec::new(),
+            visibility: Visibility::ALL,
+            holdout: false,
+            info: ObjectInfo::default(),
+        });
+    }
+
+    fn dome(
+        &mut self,
+        lamp: &lights::Lamp,
+        radiance: [f64; 3],
+        turn: DMat3,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), ImportError> {
+        if self.options.without_world {
+            return Ok(());
+        }
+        self.domes += 1;
+        if self.domes > 1 {
+            diagnostics.report(
+                "usd-domes",
+                Verdict::Lost,
+                "second and further dome lights",
+                &*lamp.path,
+                "left out: the first one lights the scene",
+            );
+            return Ok(());
+        }
+        let lights::Shape::Dome(dome) = &lamp.shape else {
+            return Ok(());
+        };
+        let mut image = None;
+        if let Some((place, called)) = &dome.image {
+            let told = match self.source.files.read(place) {
+                Ok(bytes) => {
+                    let space = (WorkingSpace::default(), false);
+                    let file = &self.source.file;
+                    super::environment_image(&bytes, file, called, space, diagnostics)
+                        .map_err(|error| error.to_string())
+                }
+                Err(reason) => Err(format!("image \"{called}\" that cannot be read ({reason})")),
+            };
+            match told {
+                Ok(found) => {
+                    self.scene.images.push(found);
+                    image = Some(ImageId(0));
+                }
+                Err(what) => {
+                    diagnostics.report(
+                        "image-lost",
+                        Verdict::Lost,
+                        what,
+                        &*lamp.path,
+                        "the dome light is left out",
+                    );
+                    return Ok(());
+                }
+            }
+        }
+        self.scene.environment = Some(Environment {
+            image,
+            radiance: radiance.map(|v| v as f32),
+            rotation: turn,
+            visibility: Visibility::ALL,
+            links: Links::default(),
+            graph: None,
+        });
+        Ok(())
+    }
+}
+
+/// What the stage says of the picture. Its camera is the first.
+fn render_settings(
+    source: &Source,
+    prims: &[openusd::sdf::Path],
+    (paths, cameras): (&[String], &mut Vec<Camera>),
+    render: &mut RenderDefaults,
+) {
+    let named = source
+        .metadata("renderSettingsPrimPath")
+        .as_ref()
+        .and_then(value::word);
+    let mut prims: Vec<_> = prims.iter().collect();
+    // Products override settings, and the settings that the stage names come before others.
+    prims.sort_by_key(|path| Some(path.to_string()) != named);
+    let mut wanted = None;
+    for path in prims.iter().rev() {
+        let prim = source.view(path);
+        wanted = camera::settings(&prim, render).or(wanted);
+    }
+    let place = wanted.and_then(|wanted| paths.iter().position(|path| *path == wanted));
+    if let Some(place) = place {
+        cameras[..=place].rotate_right(1);
+    }
+}
+
+/// What concerns the file as a whole.
+fn report_file(source: &Source, diagnostics: &mut Diagnostics) -> Result<(), ImportError> {
+    source.report(diagnostics);
+    let refused = source.files.take_refused();
+    if let Some(needed) = refused.outside.into_iter().next() {
+        return Err(ImportError::Outside {
+            file: source.file.clone(),
+            object: "the stage".into(),
+            needed,
+        });
+    }
+    for (path, reason) in refused.damaged {
+        diagnostics.report(
+            "usd-layer",
+            Verdict::Lost,
+            format!("layer that cannot be read ({reason})"),
+            path,
+            "left out",
+        );
+    }
+    if source.metadata("metersPerUnit").is_none() {
+        diagnostics.report(
+            "usd-unit",
+            Verdict::Exact,
+            "stage that does not say its unit",
+            "",
+            "a unit is a centimetre, as USD has it",
+        );
+    }
+    Ok(())
+}

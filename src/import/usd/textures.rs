@@ -1,0 +1,189 @@
+//! Images that materials name.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::source::Source;
+use crate::import::budget::Budget;
+use crate::import::image::{self, Format};
+use crate::scene::graph::Graph;
+use crate::scene::{Diagnostics, Image, ImageId, Material, Verdict};
+
+/// The images of a stage, to be decoded together.
+#[derive(Default)]
+pub(super) struct Images {
+    pending: Vec<(String, Vec<u8>)>,
+    /// By where they are; none for what cannot be had.
+    known: HashMap<String, Option<ImageId>>,
+    srgb: Vec<bool>,
+}
+
+impl Images {
+    /// The image of a file; if there is none, that is told.
+    pub(super) fn get(
+        &mut self,
+        source: &Source,
+        (place, called): (&str, &str),
+        owner: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<ImageId> {
+        if let Some(known) = self.known.get(place) {
+            return *known;
+        }
+        let read = source
+            .files
+            .read(place)
+            .and_then(|bytes| match image::sniff(&bytes) {
+                Format::Unsupported(kind) => {
+                    Err(format!("it is a {kind} image, which is not read"))
+                }
+                Format::Unknown => Err("it is an image of an unknown kind".into()),
+                _ => Ok(bytes),
+            });
+        let id = match read {
+            Ok(bytes) => {
+                self.srgb.push(is_display(&bytes));
+                self.pending.push((called.to_owned(), bytes));
+                Some(ImageId(self.pending.len() as u32 - 1))
+            }
+            Err(reason) => {
+                lose(diagnostics, called, &reason, owner);
+                None
+            }
+        };
+        self.known.insert(place.to_owned(), id);
+        id
+    }
+
+    /// The images of a path with `<UDIM>` in it, by their numbers.
+    pub(super) fn tiles(
+        &mut self,
+        source: &Source,
+        (place, called): (&str, &str),
+        owner: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Vec<(u32, ImageId)> {
+        let (before, after) = place.split_once("<UDIM>").unwrap_or((place, ""));
+        let slash = before.rfind(['/', '[']).map_or(0, |at| at + 1);
+        let start = &before[slash..];
+        let end = after.trim_end_matches(']');
+        let number = |name: &String| {
+            let middle = name.strip_prefix(start)?.strip_suffix(end)?;
+            let is_number = middle.len() == 4 && middle.bytes().all(|b| b.is_ascii_digit());
+            middle
+                .parse()
+                .ok()
+                .filter(|n: &u32| is_number && *n >= 1001)
+        };
+        let mut numbers: Vec<u32> = source
+            .files
+            .siblings(place)
+            .iter()
+            .filter_map(number)
+            .collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        if numbers.is_empty() {
+            lose(
+                diagnostics,
+                called,
+                "there is no file of any of its tiles",
+                owner,
+            );
+        }
+        let one = numbers.into_iter().filter_map(|number| {
+            let path = place.replace("<UDIM>", &number.to_string());
+            let called = called.replace("<UDIM>", &number.to_string());
+            Some((
+                number,
+                self.get(source, (&path, &called), owner, diagnostics)?,
+            ))
+        });
+        one.collect()
+    }
+
+    /// Whether a file that does not say so is taken as encoded for displays.
+    pub(super) fn is_srgb(&self, id: ImageId) -> bool {
+        self.srgb.get(id.0 as usize) == Some(&true)
+    }
+
+    /// Decodes all images, side by side. What cannot be decoded is told, and cut out when the scene is validated.
+    pub(super) fn decode(
+        self,
+        materials: &mut [Material],
+        diagnostics: &mut Diagnostics,
+    ) -> Vec<Image> {
+        let bytes = self.pending.iter().map(|(_, bytes)| bytes.len()).sum();
+        let budget = Budget::for_image(bytes);
+        let sizes: Vec<_> = self
+            .pending
+            .iter()
+            .map(|(_, bytes)| image::check_size(bytes, &budget))
+            .collect();
+        let decoded: Vec<_> = self
+            .pending
+            .into_par_iter()
+            .zip(sizes)
+            .map(|((name, bytes), size)| {
+                let image = size.and_then(|()| image::decode_checked(&bytes, &name));
+                image.map_err(|reason| (name, reason.to_string()))
+            })
+            .collect();
+        let mut images = Vec::new();
+        let mut places = Vec::new();
+        for image in decoded {
+            match image {
+                Ok(image) => {
+                    places.push(ImageId(images.len() as u32));
+                    images.push(image);
+                }
+                Err((name, reason)) => {
+                    lose(diagnostics, &name, &reason, "");
+                    places.push(ImageId(u32::MAX));
+                }
+            }
+        }
+        let graphs = materials.iter_mut().map(|m| &mut m.graph);
+        for texture in graphs.flat_map(Graph::textures_mut) {
+            let place = places.get(texture.image.0 as usize);
+            texture.image = place.copied().unwrap_or(ImageId(u32::MAX));
+        }
+        images
+    }
+}
+
+fn lose(diagnostics: &mut Diagnostics, called: &str, reason: &str, owner: &str) {
+    diagnostics.report(
+        "image-lost",
+        Verdict::Lost,
+        format!("image \"{called}\" that cannot be read ({reason})"),
+        owner,
+        "its textures show their fallback",
+    );
+}
+
+/// 8 bits a channel and colours: what UsdUVTexture's "auto" takes as sRGB, where the file says nothing of its own.
+fn is_display(bytes: &[u8]) -> bool {
+    match image::sniff(bytes) {
+        // Bits a sample and the kind of colour, in the first chunk.
+        Format::Png => bytes.get(24) == Some(&8) && bytes.get(25).is_some_and(|kind| kind & 2 != 0),
+        Format::Jpeg => jpeg_components(bytes).is_none_or(|count| count >= 3),
+        Format::WebP => true,
+        _ => false,
+    }
+}
+
+/// Components of a JPEG, from its frame header.
+fn jpeg_components(bytes: &[u8]) -> Option<u8> {
+    let mut at = 2;
+    loop {
+        let [0xff, kind, high, low] = *bytes.get(at..at + 4)? else {
+            return None;
+        };
+        if matches!(kind, 0xc0..=0xcf) && !matches!(kind, 0xc4 | 0xc8 | 0xcc) {
+            return bytes.get(at + 9).copied();
+        }
+        at += 2 + usize::from(u16::from_be_bytes([high, low]));
+    }
+}

@@ -1,0 +1,501 @@
+//! The walk over a stage's prims: what they place, and where.
+
+use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
+
+use glam::{DAffine3, DQuat};
+use openusd::sdf::{Path, Specifier, Value};
+
+use super::binding::{self, Bindings};
+use super::geometry::Shapes;
+use super::lights::{self, Lamp};
+use super::source::{Source, View};
+use super::{camera, transform, value};
+use crate::import::ImportError;
+use crate::scene::{Camera, Diagnostics, Verdict};
+
+/// More placed copies than this would be an accident: each takes memory in the renderer.
+pub(super) const MOST_PLACED: usize = 1 << 24;
+/// Prims below prims: no scene is deeper.
+const DEEPEST: usize = 1000;
+
+/// What is placed.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Thing {
+    /// Meshes of one prim.
+    Shape(usize),
+    /// A lamp.
+    Lamp(usize),
+    /// A camera.
+    Camera(usize),
+}
+
+/// Something in its place.
+#[derive(Clone, Debug)]
+pub(super) struct Item {
+    pub thing: Thing,
+    pub name: Rc<str>,
+    pub matrix: DAffine3,
+    /// It stands there whatever is done to what it is a part of.
+    absolute: bool,
+}
+
+impl Item {
+    fn moved(&self, by: &DAffine3) -> Self {
+        let matrix = if self.absolute {
+            self.matrix
+        } else {
+            *by * self.matrix
+        };
+        Self {
+            matrix,
+            ..self.clone()
+        }
+    }
+}
+
+/// What prims have from those they stand below.
+#[derive(Clone)]
+pub(super) struct Inherited {
+    pub matrix: DAffine3,
+    absolute: bool,
+    pub bindings: Bindings,
+    /// It is for the picture, and not for previews or tools.
+    rendered: bool,
+    /// Constant primvars.
+    pub primvars: Rc<BTreeMap<String, Value>>,
+    /// Those of what the prim stands below.
+    pub primvars_above: Rc<BTreeMap<String, Value>>,
+    /// Blender's name of the object.
+    object: Option<Rc<str>>,
+    depth: usize,
+}
+
+impl Inherited {
+    fn nothing() -> Self {
+        Self {
+            matrix: DAffine3::IDENTITY,
+            absolute: false,
+            bindings: None,
+            rendered: true,
+            primvars: Rc::default(),
+            primvars_above: Rc::default(),
+            object: None,
+            depth: 0,
+        }
+    }
+}
+
+/// Places in memory of what a prototype has from above: the same ones mean the same.
+#[derive(PartialEq, Eq, Hash)]
+struct Key {
+    prototype: String,
+    bindings: usize,
+    primvars: usize,
+    rendered: bool,
+    object: Option<Rc<str>>,
+}
+
+/// Items of a prototype, and what keeps the places in memory of its key taken.
+struct Prototype {
+    items: Rc<Vec<Item>>,
+    _kept: (Bindings, Rc<BTreeMap<String, Value>>),
+}
+
+/// The walk.
+pub(super) struct Walk<'a, 'd> {
+    pub source: &'a Source,
+    pub diagnostics: &'d mut Diagnostics,
+    pub shapes: Shapes<'a>,
+    pub lamps: Vec<Lamp>,
+    pub cameras: Vec<Camera>,
+    /// The stage's cameras by their paths, for render settings.
+    pub camera_paths: Vec<String>,
+    /// Paths of prims with settings of renders.
+    pub settings: Vec<Path>,
+    prototypes: HashMap<Key, Prototype>,
+    /// Prototypes that are being walked: they cannot be parts of themselves.
+    open: Vec<String>,
+}
+
+impl<'a, 'd> Walk<'a, 'd> {
+    pub(super) fn new(
+        source: &'a Source,
+        shapes: Shapes<'a>,
+        diagnostics: &'d mut Diagnostics,
+    ) -> Self {
+        Self {
+            source,
+            diagnostics,
+            shapes,
+            lamps: Vec::new(),
+            cameras: Vec::new(),
+            camera_paths: Vec::new(),
+            settings: Vec::new(),
+            prototypes: HashMap::new(),
+            open: Vec::new(),
+        }
+    }
+
+    /// Walks all of the stage.
+    pub(super) fn run(&mut self) -> Result<Vec<Item>, ImportError> {
+        let mut items = Vec::new();
+        self.children(&Path::abs_root(), &Inherited::nothing(), &mut items)?;
+        Ok(items)
+    }
+
+    fn children(
+        &mut self,
+        parent: &Path,
+        inherited: &Inherited,
+        items: &mut Vec<Item>,
+    ) -> Result<(), ImportError> {
+        let children = self.source.stage.prim(parent.clone()).children();
+        for child in self.source.told(parent, children).unwrap_or_default() {
+            let path = child.path();
+            let defined = self.source.told(path, child.specifier()).flatten();
+            let active = self.source.told(path, child.is_active());
+            if defined == Some(Specifier::Def) && active == Some(true) {
+                self.visit(path, inherited, items)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What a prim places, with all below it.
+    fn visit(
+        &mut self,
+        path: &Path,
+        above: &Inherited,
+        items: &mut Vec<Item>,
+    ) -> Result<(), ImportError> {
+        if above.depth > DEEPEST {
+            self.diagnostics.report(
+                "usd-depth",
+                Verdict::Lost,
+                format!("prims more than {DEEPEST} levels deep"),
+                path.to_string(),
+                "left out",
+            );
+            return Ok(());
+        }
+        let prim = self.source.view(path);
+        let kind = prim.kind();
+        if matches!(&*kind, "Material" | "Shader" | "NodeGraph" | "GeomSubset") {
+            return Ok(());
+        }
+        if prim.word("visibility").as_deref() == Some("invisible") {
+            return Ok(());
+        }
+        let inherited = self.below(&prim, above);
+        match &*kind {
+            "PointInstancer" => return self.point_instances(&prim, &inherited, items),
+            "RenderSettings" | "RenderProduct" => self.settings.push(path.clone()),
+            _ if inherited.rendered => self.place(&prim, &kind, &inherited, items)?,
+            _ => {}
+        }
+        self.tell_of_draw_mode(&prim);
+        let instance = self.source.told(path, prim.prim.is_instance());
+        if instance == Some(true) {
+            // What it is composed of besides its own words, which count for the instance alone.
+            let stack = self.source.told(path, prim.prim.prim_stack());
+            let mut stack = stack.unwrap_or_default();
+            stack.retain(|(_, site)| site != path);
+            let prototype = format!("{stack:?}");
+            let mut at_origin = inherited.clone();
+            at_origin.matrix = DAffine3::IDENTITY;
+            at_origin.absolute = false;
+            let found = self.prototype(prototype, path, false, at_origin)?;
+            return self.push_all(&found, &inherited.matrix, inherited.absolute, items);
+        }
+        self.children(path, &inherited, items)
+    }
+
+    /// What a prim hands down.
+    fn below(&mut self, prim: &View, above: &Inherited) -> Inherited {
+        let local = transform::local(prim, self.diagnostics);
+        let mut inherited = above.clone();
+        inherited.depth += 1;
+        inherited.primvars_above = above.primvars.clone();
+        inherited.matrix = if local.resets {
+            local.matrix
+        } else {
+            above.matrix * local.matrix
+        };
+        inherited.absolute |= local.resets;
+        inherited.bindings = binding::below(self.source, &above.bindings, prim);
+        match prim.word("purpose").as_deref() {
+            Some("default" | "render") => inherited.rendered = true,
+            Some(purpose @ ("proxy" | "guide")) => {
+                inherited.rendered = false;
+                self.diagnostics.report(
+                    "usd-purpose",
+                    Verdict::Exact,
+                    format!("prims of the purpose \"{purpose}\""),
+                    prim.path().to_string(),
+                    "not in the picture: they stand for others, or guide the eye",
+                );
+            }
+            _ => {}
+        }
+        let named = prim.word("userProperties:blender:object_name");
+        if let Some(name) = named {
+            inherited.object = Some(name.into());
+        }
+        let mut constant: Vec<&String> = prim.names.iter().collect();
+        constant.retain(|name| {
+            name.starts_with("primvars:")
+                && !name.ends_with(":indices")
+                && matches!(
+                    prim.property_word(name, "interpolation").as_deref(),
+                    None | Some("constant")
+                )
+        });
+        if !constant.is_empty() {
+            let mut primvars = BTreeMap::clone(&inherited.primvars);
+            for name in constant {
+                if let Some(value) = prim.value(name) {
+                    primvars.insert(name["primvars:".len()..].to_owned(), value);
+                }
+            }
+            inherited.primvars = Rc::new(primvars);
+        }
+        inherited
+    }
+
+    /// Places what the prim itself is.
+    fn place(
+        &mut self,
+        prim: &View,
+        kind: &str,
+        inherited: &Inherited,
+        items: &mut Vec<Item>,
+    ) -> Result<(), ImportError> {
+        let name: Rc<str> = match &inherited.object {
+            Some(name) => name.clone(),
+            None => prim.name().into(),
+        };
+        let thing = if kind == "Camera" {
+            let camera = camera::load(prim, &name, self.source, self.diagnostics);
+            self.cameras.push(camera);
+            self.camera_paths.push(prim.path().to_string());
+            Some(Thing::Camera(self.cameras.len() - 1))
+        } else if lights::is_light(prim, kind) {
+            let lamp = lights::load(prim, kind, &name, self.source, self.diagnostics);
+            lamp.map(|lamp| {
+                self.lamps.push(lamp);
+                Thing::Lamp(self.lamps.len() - 1)
+            })
+        } else {
+            let shape = self
+                .shapes
+                .load(prim, kind, inherited, &name, self.diagnostics)?;
+            shape.map(Thing::Shape)
+        };
+        let Some(thing) = thing else {
+            return Ok(());
+        };
+        self.push(
+            Item {
+                thing,
+                name,
+                matrix: inherited.matrix,
+                absolute: inherited.absolute,
+            },
+            items,
+        )
+    }
+
+    fn push(&self, item: Item, items: &mut Vec<Item>) -> Result<(), ImportError> {
+        if items.len() >= MOST_PLACED {
+            return Err(ImportError::malformed(
+                &self.source.file,
+                "the stage",
+                format!("it places more than {MOST_PLACED} meshes and lights"),
+            ));
+        }
+        items.push(item);
+        Ok(())
+    }
+
+    fn push_all(
+        &self,
+        found: &[Item],
+        matrix: &DAffine3,
+        absolute: bool,
+        items: &mut Vec<Item>,
+    ) -> Result<(), ImportError> {
+        for item in found {
+            let mut moved = item.moved(matrix);
+            moved.absolute |= absolute;
+            self.push(moved, items)?;
+        }
+        Ok(())
+    }
+
+    /// What a prototype places, the first time as it is found at `path`. `whole`: the prim there is part of it.
+    fn prototype(
+        &mut self,
+        prototype: String,
+        path: &Path,
+        whole: bool,
+        inherited: Inherited,
+    ) -> Result<Rc<Vec<Item>>, ImportError> {
+        let bindings = inherited.bindings.as_ref();
+        let key = Key {
+            prototype: prototype.clone(),
+            bindings: bindings.map_or(0, |level| Rc::as_ptr(level) as usize),
+            primvars: Rc::as_ptr(&inherited.primvars) as usize,
+            rendered: inherited.rendered,
+            object: inherited.object.clone(),
+        };
+        if let Some(known) = self.prototypes.get(&key) {
+            return Ok(known.items.clone());
+        }
+        if self.open.contains(&prototype) {
+            self.diagnostics.report(
+                "usd-cycle",
+                Verdict::Lost,
+                "instances of themselves",
+                path.to_string(),
+                "left out",
+            );
+            return Ok(Rc::default());
+        }
+        self.open.push(prototype);
+        let mut items = Vec::new();
+        if whole {
+            self.visit(path, &inherited, &mut items)?;
+        } else {
+            self.children(path, &inherited, &mut items)?;
+        }
+        self.open.pop();
+        let items = Rc::new(items);
+        let _kept = (inherited.bindings, inherited.primvars);
+        let known = Prototype {
+            items: items.clone(),
+            _kept,
+        };
+        self.prototypes.insert(key, known);
+        Ok(items)
+    }
+
+    /// The instances of a point instancer.
+    fn point_instances(
+        &mut self,
+        prim: &View,
+        inherited: &Inherited,
+        items: &mut Vec<Item>,
+    ) -> Result<(), ImportError> {
+        let path = prim.path().clone();
+        let positions = prim.value("positions").as_ref().and_then(value::points);
+        let (Some(positions), Some(indices)) = (positions, prim.integers("protoIndices")) else {
+            return Ok(());
+        };
+        let turns = prim
+            .value_of(&["orientationsf", "orientations"])
+            .as_ref()
+            .and_then(value::rotations);
+        let scales = prim.value("scales").as_ref().and_then(value::points);
+        let hidden = self.hidden(prim, indices.len());
+        let mut prototypes = Vec::new();
+        for target in prim.targets("prototypes") {
+            let mut from = inherited.clone();
+            from.matrix = DAffine3::IDENTITY;
+            from.absolute = false;
+            from.object = None;
+            from.bindings = self.bindings_above(&target);
+            let found = self.prototype(target.to_string(), &target, true, from)?;
+            prototypes.push(found);
+        }
+        if prim.has("primvars:displayColor") {
+            self.diagnostics.report(
+                "usd-instance-colour",
+                Verdict::Lost,
+                "colours of the instances of point instancers",
+                path.to_string(),
+                "each instance looks as its prototype",
+            );
+        }
+        if positions.len() != indices.len() {
+            self.diagnostics.report(
+                "usd-instances",
+                Verdict::Lost,
+                "point instancer with other numbers of positions and of prototypes",
+                path.to_string(),
+                "as many are placed as have both",
+            );
+        }
+        for (at, (position, index)) in positions.iter().zip(&indices).enumerate() {
+            if hidden.get(at) == Some(&true) {
+                continue;
+            }
+            let turn = turns.as_ref().and_then(|turns| turns.get(at));
+            let scale = scales.as_ref().and_then(|scales| scales.get(at));
+            let local = transform::of_instance(
+                *position,
+                turn.copied().unwrap_or(DQuat::IDENTITY),
+                scale.copied().unwrap_or([1.0; 3]),
+            );
+            let prototype = usize::try_from(*index).ok().and_then(|i| prototypes.get(i));
+            let Some(found) = prototype.cloned() else {
+                self.diagnostics.report(
+                    "usd-instances",
+                    Verdict::Lost,
+                    "instances of prototypes that do not exist",
+                    path.to_string(),
+                    "left out",
+                );
+                continue;
+            };
+            self.push_all(
+                &found,
+                &(inherited.matrix * local),
+                inherited.absolute,
+                items,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Which instances are not to be seen.
+    fn hidden(&self, prim: &View, count: usize) -> Vec<bool> {
+        let invisible = prim.integers("invisibleIds").unwrap_or_default();
+        if invisible.is_empty() {
+            return Vec::new();
+        }
+        let invisible: std::collections::HashSet<i64> = invisible.into_iter().collect();
+        let ids = prim.integers("ids");
+        let id = |at: usize| match &ids {
+            Some(ids) => ids.get(at).copied(),
+            None => i64::try_from(at).ok(),
+        };
+        (0..count)
+            .map(|at| id(at).is_some_and(|id| invisible.contains(&id)))
+            .collect()
+    }
+
+    /// Bindings of all that a prim stands below.
+    fn bindings_above(&self, path: &Path) -> Bindings {
+        let mut above: Vec<Path> = path.ancestors_below_root().skip(1).collect();
+        above.reverse();
+        let start: Bindings = None;
+        above.iter().fold(start, |bindings, path| {
+            binding::below(self.source, &bindings, &self.source.view(path))
+        })
+    }
+
+    fn tell_of_draw_mode(&mut self, prim: &View) {
+        if let Some(mode) = prim.word("model:drawMode")
+            && !matches!(&*mode, "default" | "inherited")
+        {
+            self.diagnostics.report(
+                "usd-draw-mode",
+                Verdict::Approximated,
+                format!("models that are to be drawn as \"{mode}\""),
+                prim.path().to_string(),
+                "their full geometry is rendered",
+            );
+        }
+    }
+}

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene by USD and by glTF: the same light, as Blender's own exporters write both."""
+
+import os
+import subprocess
+
+import bpy
+import numpy
+
+import exr
+import export_kit as kit
+from engine_kit import EngineTest
+
+WIDTH, HEIGHT = 96, 64
+
+
+class SameLight(EngineTest):
+    """Lamps of each kind that plain glTF knows."""
+
+    def luminance(self, path, *extra):
+        out = f"{path}.exr"
+        command = [self.program, "render", path, "-o", out, "--quiet", "--samples", "64", "--exr-compression", "none"]
+        subprocess.run([*command, "--width", str(WIDTH), "--height", str(HEIGHT), *extra], check=True)
+        picture = exr.passes(exr.read(out))["Combined"][..., :3].astype(float)
+        return float((picture @ numpy.array([0.2126, 0.7152, 0.0722])).mean())
+
+    def test_lamps(self):
+        self.scene.render.resolution_x, self.scene.render.resolution_y = WIDTH, HEIGHT
+        lamp = next(o for o in bpy.data.objects if o.type == "LIGHT")
+        for kind, energy in (("POINT", 300.0), ("SPOT", 500.0), ("SUN", 3.0)):
+            lamp.data.type = kind
+            light = lamp.data
+            light.energy = energy
+            if kind == "SUN":
+                light.angle = 0.0
+            else:
+                light.shadow_soft_size = 0.0
+            paths = {name: os.path.join(self.folder, f"{kind}.{name}") for name in ("usdc", "usda", "glb")}
+            with kit.quiet():
+                bpy.ops.wm.usd_export(filepath=paths["usdc"])
+                bpy.ops.wm.usd_export(filepath=paths["usda"], generate_materialx_network=True)
+                bpy.ops.export_scene.gltf(filepath=paths["glb"], export_cameras=True, export_lights=True)
+            theirs = self.luminance(paths["glb"], "--light-units", "standard")
+            self.assertGreater(theirs, 0.0)
+            for name in ("usdc", "usda"):
+                ours = self.luminance(paths[name])
+                print(f"{kind} by {name}: {ours:.5f}, by glTF {theirs:.5f}", flush=True)
+                # Both have the same samples; what differs is the order of triangles, and rounding of the place of the lamp.
+                self.assertLess(abs(ours / theirs - 1.0), 0.01)
