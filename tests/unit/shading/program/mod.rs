@@ -1,7 +1,9 @@
 use super::*;
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::{self, PlaceInput, Space, Transformed};
-use crate::scene::graph::node::{diffuse, emission, glossy, math, mix_shader, transparent};
+use crate::scene::graph::node::{
+    diffuse, emission, glossy, math, mix_shader, principled, transparent,
+};
 use crate::scene::graph::{Distribution, Graph, Input, Link, Node, NodeKind};
 use crate::scene::{
     AlphaMode, Image, ImageId, ImageUse, Material, MetallicRoughness, NormalTexture, Texture,
