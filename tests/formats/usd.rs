@@ -228,6 +228,45 @@ fn instances_share_their_meshes() {
     assert_eq!(at[3], DVec3::new(3.0, 1.0, 0.0));
 }
 
+/// `Outer` has an instance in it, and is an instance itself.
+#[test]
+fn instances_in_instances_are_there() {
+    let stage = Stage::new(&format!(
+        r#"class Xform "proto" {{
+    def Mesh "m" {{
+{SQUARE}    }}
+}}
+class Xform "outer" {{
+    def Xform "in" (
+        instanceable = true
+        inherits = </proto>
+    )
+    {{
+        double3 xformOp:translate = (0, 1, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+}}
+def Xform "a" (
+    instanceable = true
+    inherits = </outer>
+)
+{{
+}}
+def Xform "b" (
+    instanceable = true
+    inherits = </outer>
+)
+{{
+    double3 xformOp:translate = (5, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
+"#
+    ));
+    let imported = stage.load();
+    assert_eq!(places(&imported), [DVec3::Y, DVec3::new(5.0, 1.0, 0.0)]);
+    assert_eq!(imported.scene.meshes.len(), 1);
+}
+
 #[test]
 fn point_instancers_place_turn_scale_and_hide() {
     let stage = Stage::new(&format!(

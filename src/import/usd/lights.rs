@@ -166,6 +166,16 @@ pub(super) fn load(
         let warm = blackbody::rec709(kelvin);
         color = [0, 1, 2].map(|i| color[i] * warm[i]);
     }
+    let shaping = shaping(prim, diagnostics);
+    if matches!(shape, Shape::Cylinder { .. }) && shaping != Shaping::default() {
+        diagnostics.report(
+            "light-shaping",
+            Verdict::Lost,
+            "cones of cylinder lights",
+            &*path,
+            "they shine to all sides",
+        );
+    }
     Some(Lamp {
         name: name.into(),
         path,
@@ -173,7 +183,7 @@ pub(super) fn load(
         color: color.map(|c| if c.is_finite() { c.max(0.0) } else { 0.0 }),
         strength: (number("intensity", intensity) * number("exposure", 0.0).exp2()).max(0.0),
         normalize: truth("normalize") == Some(true),
-        shaping: shaping(prim, diagnostics),
+        shaping,
         shadows: value("shadow:enable")
             .as_ref()
             .and_then(super::value::truth)

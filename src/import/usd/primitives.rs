@@ -217,13 +217,7 @@ pub(super) fn polygons(
         "Plane" => {
             let (x, y) = (0.5 * number("width", 2.0), 0.5 * number("length", 2.0));
             // For an axis X its width is along Z; for Y along X.
-            let (x, y) = if axis == 0 {
-                (y, x)
-            } else if axis == 1 {
-                (y, x)
-            } else {
-                (x, y)
-            };
+            let (x, y) = if axis < 2 { (y, x) } else { (x, y) };
             let corner = |a: f64, b: f64| DVec3::new(a * x, b * y, 0.0);
             builder.quad([
                 corner(-1.0, -1.0),

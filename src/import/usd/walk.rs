@@ -202,6 +202,10 @@ impl<'a, 'd> Walk<'a, 'd> {
             let mut stack = stack.unwrap_or_default();
             stack.retain(|(_, site)| site != path);
             let prototype = format!("{stack:?}");
+            // An instance inside of an instance has its parts in the prototype of the outer one alone.
+            let inside = self.source.told(path, prim.prim.prim_in_prototype());
+            let inside = inside.flatten().map(|prim| prim.path().clone());
+            let path = inside.as_ref().unwrap_or(path);
             let mut at_origin = inherited.clone();
             at_origin.matrix = DAffine3::IDENTITY;
             at_origin.absolute = false;
