@@ -115,6 +115,8 @@ struct Beside {
     /// The media around it, and how often they have scattered it.
     within: Within,
     scattered_in_media: u32,
+    /// The number after the last bounce on whose way the sampler's own number for flights was taken.
+    flown: u32,
     /// A medium scatters it before it meets what was found.
     scattered: Option<media::Event>,
     /// How far from its surface the ray begins: that way leads through a medium, too.
@@ -185,6 +187,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         time: camera_ray.time,
         within: Within::default(),
         scattered_in_media: 0,
+        flown: 0,
         scattered: None,
         skipped: 0.0,
     };

@@ -4,7 +4,7 @@ docs/cycles.md."""
 
 import numpy
 
-from . import blackbody, evaluated, graph_write, nodes
+from . import blackbody, evaluated, graph_write, nodes, stand_ins
 from .expressions import Const
 from .verdicts import LOST
 
@@ -158,6 +158,6 @@ class _Sum:
         share = self._number(source, "Blackbody Intensity")
         if share > 0:
             temperature = max(self._number(source, "Temperature", 1000.0), 0.0)
-            strength = graph_write.STEFAN_BOLTZMANN * (1 - share + share * temperature**4)
+            strength = stand_ins.STEFAN_BOLTZMANN * (1 - share + share * temperature**4)
             self.emission += weight * strength * self._color(source, "Blackbody Tint") * numpy.asarray(blackbody.color(temperature))[:3]
         self.emission += weight * self._color(source, "Emission Color") * self._number(source, "Emission Strength")

@@ -15,6 +15,8 @@ const FLIGHT: u32 = 0x_f119_47ed;
 /// Tells the numbers of light that a ray meets from those of its flight.
 const FOUND: u32 = 0x_0f0d_2b97;
 
+/// The golden ratio's fraction: numbers so far apart fill each other's gaps.
+const GOLDEN: f32 = 0.618_034;
 /// Tells the numbers of points on lights, by which a way is divided, from others.
 const PIVOT: u32 = 0x_3c6e_f372;
 
@@ -58,19 +60,26 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
         let length = far - self.span.0 + self.beside.skipped;
         let emitted = medium.emitted(length);
-        let flight = if self.last {
-            // No scattering counts any more.
-            Flight::Through(transmittance(medium.extinction, length))
+        // What it takes and scatters nowhere needs no number.
+        let scatters = !self.last && medium.scattering != Vec3::ZERO;
+        let u = if scatters { self.flight_number() } else { 0.0 };
+        let medium = &self.beside.within.medium;
+        let flight = if scatters {
+            medium.fly(self.throughput, length, u)
         } else {
-            let key = self.sampler.key(Dimension::Opacity, self.bounce);
-            medium.fly(self.throughput, length, hashed(key, FLIGHT, self.passed))
+            Flight::Through(transmittance(medium.extinction, length))
         };
         // What all space emits has no end.
         if emitted != Vec3::ZERO && emitted.is_finite() {
             let found = self.throughput * emitted;
             self.light.add_found(self.settings, found, self.bounce);
         }
-        let by_angle = self.add_light_on_the_way(length);
+        let by_angle = if scatters {
+            // Another one of the same stratum: both places are looked at by themselves.
+            self.add_light_on_the_way(length, (u + GOLDEN).fract())
+        } else {
+            None
+        };
         match flight {
             Flight::Scattered(t, weight) => {
                 let medium = &self.beside.within.medium;
@@ -89,6 +98,17 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
     }
 
+    /// A number for where a medium scatters the path: on the first such way after a scattering one that is spread evenly over the
+    /// samples of the pixel, while roulette has no use for it.
+    fn flight_number(&mut self) -> f32 {
+        if self.bounce < self.settings.roulette && self.beside.flown <= self.bounce {
+            self.beside.flown = self.bounce + 1;
+            return self.sampler.single(Dimension::Roulette, self.bounce);
+        }
+        let key = self.sampler.key(Dimension::Opacity, self.bounce);
+        hashed(key, FLIGHT, self.passed)
+    }
+
     /// The same where the media vary.
     fn fly_through_what_varies(&mut self, far: f32) -> Option<Event> {
         let way = Way {
@@ -97,7 +117,12 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             span: (self.span.0 - self.beside.skipped, far),
         };
         let key = self.sampler.key(Dimension::Opacity, self.bounce);
-        let draws = Draws::new(key, FLIGHT ^ self.passed);
+        let first = if self.last {
+            None
+        } else {
+            Some(self.flight_number())
+        };
+        let draws = Draws::beginning(key, FLIGHT ^ self.passed, first);
         let light = (self.throughput, !self.last);
         let (flight, emitted) = self.world.fly(&self.beside.within, &way, light, draws);
         if emitted != Vec3::ZERO && emitted.is_finite() {
@@ -122,10 +147,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// Adds light of a sampled light that a medium scatters somewhere on a way of a length, wherever the path itself goes on. Where is
     /// drawn by the angles at which a point on some light sees the way. Both that place and the one where the path is scattered count
     /// by the balance heuristic, whose densities are of the distance: given the point, lights are sampled alike in both.
-    fn add_light_on_the_way(&mut self, length: f32) -> Option<Equiangular> {
+    fn add_light_on_the_way(&mut self, length: f32, u: f32) -> Option<Equiangular> {
         let (world, bounce) = (self.world, self.bounce);
         let medium = &self.beside.within.medium;
-        if self.last || medium.scattering == Vec3::ZERO || world.lights.is_empty() {
+        if world.lights.is_empty() {
             return None;
         }
         let key = self.sampler.key(Dimension::Opacity, bounce);
@@ -149,9 +174,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let pivot = of_light.and_then(|(light, _)| light.target);
         let angle = pivot.and_then(|pivot| Equiangular::new(ray, length, pivot));
         if let Some(angle) = angle {
-            let u = self.sampler.single(Dimension::Roulette, bounce);
-            let turned = (u + number(3) * self.passed.min(1) as f32).fract();
-            let t = angle.sample(turned);
+            let t = angle.sample(u);
             let medium = &self.beside.within.medium;
             let density = angle.density(t) + medium.density(self.throughput, t);
             let weight = medium.scattering * transmittance(medium.extinction, t) / density;
