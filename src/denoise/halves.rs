@@ -9,9 +9,9 @@ use crate::math::float::TWO_SIDED_95;
 use serde::Serialize;
 
 /// FLIP of a denoised picture over FLIP between its denoised halves: the geometric mean over scenes, samples and seeds …
-const OF_HALVES: f64 = 0.84;
+const OF_HALVES: f64 = 0.85;
 /// … and the standard deviation of its logarithm.
-const DEVIATION: f64 = 0.14;
+const DEVIATION: f64 = 0.15;
 
 /// The estimated error of a denoised picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

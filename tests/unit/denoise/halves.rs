@@ -9,7 +9,7 @@ fn the_interval_is_about_the_estimate_and_flip_is_1_at_most() {
     let none = HalvesError::new(0.0, 8.0);
     assert_eq!((none.flip, none.low, none.high), (0.0, 0.0, 0.0));
     assert!(
-        error.words().contains("0.0420 (0.0319 to 0.0553)"),
+        error.words().contains("0.0425 (0.0317 to 0.0570)"),
         "{}",
         error.words()
     );
