@@ -28,6 +28,7 @@ fn at(file: &Builder, seconds: f64) -> Imported {
         animation: Some(AnimationTime {
             name: None,
             seconds,
+            frame: None,
         }),
         ..ImportOptions::default()
     };
@@ -135,6 +136,7 @@ fn a_spline_without_tangents_is_an_error() {
         animation: Some(AnimationTime {
             name: Some("go".into()),
             seconds: 0.5,
+            frame: None,
         }),
         ..ImportOptions::default()
     };
