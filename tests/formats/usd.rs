@@ -568,14 +568,12 @@ fn what_lies_outside_of_the_folder_is_refused() {
 fn a_package_is_read_and_a_packed_one_refused() {
     use std::io::Write;
     use zip::write::SimpleFileOptions;
-    let root = format!(
-        "#usda 1.0\n(\n upAxis = \"Y\"\n metersPerUnit = 1\n)\ndef \"a\" (\n references = @part.usda@\n)\n{{\n}}\n"
-    );
+    let root = "#usda 1.0\n(\n upAxis = \"Y\"\n metersPerUnit = 1\n)\ndef \"a\" (\n references = @part.usda@\n)\n{\n}\n";
     let part = format!("#usda 1.0\n(\n defaultPrim = \"p\"\n)\ndef Mesh \"p\" {{\n{SQUARE}}}\n");
     let pack = |method| {
         let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
         let options = SimpleFileOptions::default().compression_method(method);
-        for (name, text) in [("root.usda", &root), ("part.usda", &part)] {
+        for (name, text) in [("root.usda", root), ("part.usda", &part)] {
             archive.start_file(name, options).unwrap();
             archive.write_all(text.as_bytes()).unwrap();
         }
