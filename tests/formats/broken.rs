@@ -163,7 +163,6 @@ fn the_rich_file_is_whole() {
         [
             "animation",
             "charlie-sheen",
-            "emission-below-layers",
             "light-range",
             "light-units",
             "skin",
