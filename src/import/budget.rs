@@ -12,6 +12,9 @@ pub(crate) struct Budget {
 
 /// Any file may ask for this much geometry (zero-filled accessors take no bytes in a file).
 const FREE_GEOMETRY: u64 = 64 << 20;
+/// Any composed stage may ask for this much: references and variants place one mesh many times, each with materials of its
+/// own, and surfaces are subdivided.
+const FREE_COMPOSED: u64 = 2 << 30;
 /// Any file may ask for this much in texels: an 8K image of one colour is small in a file.
 const FREE_TEXELS: u64 = 512 << 20;
 /// Geometry per input byte. The most that an honest file makes of a byte is an index byte that
@@ -35,6 +38,14 @@ impl Budget {
             FREE_GEOMETRY
                 .saturating_add(GEOMETRY_PER_BYTE.saturating_mul(plain))
                 .saturating_add(GEOMETRY_PER_PACKED_BYTE.saturating_mul(packed)),
+        )
+    }
+
+    /// For the geometry of a stage composed of layers with so many bytes, whose lists of numbers are compressed.
+    pub(crate) fn for_stage(input_bytes: usize) -> Self {
+        Self::new(
+            FREE_COMPOSED
+                .saturating_add(GEOMETRY_PER_PACKED_BYTE.saturating_mul(input_bytes as u64)),
         )
     }
 

@@ -16,9 +16,12 @@ pub struct Origin {
 /// Middle and radius of all that has a place; `None` where there is nothing.
 pub type Extent = Option<(DVec3, f64)>;
 
-/// Middle and radius of all that has a place in a scene.
+/// Middle and radius of all that has a place in a scene. A medium of all space is everywhere: no camera is far from it, and
+/// rays go through it from the camera on.
 pub fn extent(scene: &Scene) -> Extent {
-    bounds(scene).map(|(low, high)| ((low + high) * 0.5, (high - low).length() * 0.5))
+    bounds(scene)
+        .filter(|_| scene.medium.is_none())
+        .map(|(low, high)| ((low + high) * 0.5, (high - low).length() * 0.5))
 }
 
 /// Whether a camera is far away from all there is.

@@ -288,9 +288,6 @@ fn single_scattering_of_a_point_lamp() {
         };
         let at = DAffine3::from_translation(DVec3::new(beside, 0.0, -ahead));
         scene.lights.push(light("lamp", point, at));
-        // Behind the camera: a scene of a lamp alone is small and far away, so that rays would begin before it only.
-        let black = quad([-9.0, -9.0, 5.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
-        place(&mut scene, black, diffuse([0.0; 3]), &[DAffine3::IDENTITY]);
         let sigma = scattered + absorbed;
         // Substituted by the angle at which the lamp sees the way: the integrand is smooth in it.
         let (low, high) = ((-ahead / beside).atan(), std::f64::consts::FRAC_PI_2);

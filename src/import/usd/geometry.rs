@@ -64,8 +64,7 @@ impl<'a> Shapes<'a> {
             list: Vec::new(),
             known: HashMap::new(),
             primitives: 0,
-            // Binary layers keep lists of numbers compressed.
-            budget: Budget::for_geometry(bytes, bytes as u64),
+            budget: Budget::for_stage(bytes),
         }
     }
 

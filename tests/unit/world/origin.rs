@@ -1,4 +1,5 @@
 use super::*;
+use crate::scene::Medium;
 use crate::selftest::kit::{camera, diffuse, place, sphere};
 use glam::DAffine3;
 
@@ -18,4 +19,10 @@ fn the_origin_is_the_camera_unless_it_is_far_from_all() {
     let (_, radius) = origin.distant.unwrap();
     assert!((radius - 3f64.sqrt()).abs() < 1e-5, "{radius}");
     assert!((origin.at - middle).length() < 1e-6);
+    // Haze of all space begins at the camera.
+    scene.medium = Some(Medium::default());
+    let far = middle + DVec3::Z * 1e5;
+    let origin = Origin::new(&scene, &camera(far, 1.0));
+    assert!(origin.distant.is_none());
+    assert_eq!(origin.at, far);
 }
