@@ -50,7 +50,7 @@ class Shown(kit.ExportTest):
         """As in Cycles: lamps and the world stay. Curves and volumes that it leaves out are not lost."""
         self.link("cube", kit.cube())
         self.link("lamp", bpy.data.lights.new("lamp", "POINT"))
-        self.link("smoke", bpy.data.volumes.new("smoke"))
+        self.link("smoke", bpy.data.volumes.new("smoke")).data.filepath = "/nowhere/smoke.vdb"
         layer = bpy.context.view_layer
         layer.use_solid, layer.use_volumes = False, False
         found = self.export()
@@ -343,12 +343,13 @@ class Left(kit.ExportTest):
         self.assertEqual(found.verdict("object", "nowhere")["verdict"], "lost")
 
     def test_volumes_hair_and_points(self):
-        self.link("cloud", bpy.data.volumes.new("cloud"))
+        self.link("cloud", bpy.data.volumes.new("cloud")).data.filepath = "/nowhere/cloud.vdb"
+        self.link("nothing", bpy.data.volumes.new("nothing"))
         self.link("fur", bpy.data.hair_curves.new("fur"))
         self.link("thing", kit.cube())
         found = self.export()
         self.assertEqual(found.names(), ["thing"])
-        self.assertIn("volumes are left out", found.verdict("object", "cloud")["detail"])
+        self.assertIn("it is left out", found.verdict("object", "cloud")["detail"])
         self.assertIn("hair curves are left out", found.verdict("object", "fur")["detail"])
         self.assertEqual([found.verdict("object", name)["effects"] for name in ("cloud", "fur")], [["media"], []])
 

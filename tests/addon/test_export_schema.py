@@ -22,6 +22,7 @@ class Schema(kit.ExportTest):
         """A file with every extension in it."""
         for kind in ("POINT", "SPOT", "SUN", "AREA"):
             self.link(kind, bpy.data.lights.new(kind, kind))
+        self.link("opening", bpy.data.lights.new("opening", "AREA")).data.cycles.is_portal = True
         made = self.link("cube", kit.cube(), visible_camera=False)
         made.data.materials.append(kit.material("m", Coat_Weight=1.0, Sheen_Weight=1.0, Subsurface_Weight=1.0, Anisotropic=0.5, Thin_Film_Thickness=300))
         self.camera.data.dof.use_dof = True
@@ -46,7 +47,7 @@ class Schema(kit.ExportTest):
     def test_every_extension_is_in_the_file_and_valid(self):
         root = self.everything()
         used = {name for name in root["extensionsUsed"] if name.startswith("SUNDOG_")}
-        known = {re.sub("_(punctual|area)$", "", name) for name in schema_check.schema()["$defs"] if name.startswith("SUNDOG_")}
+        known = {re.sub("_(punctual|area|portal)$", "", name) for name in schema_check.schema()["$defs"] if name.startswith("SUNDOG_")}
         self.assertEqual(used, known)
         self.assertEqual(list(schema_check.errors(root, schema_check.schema())), [])
         told = [m["extensions"]["SUNDOG_material"].get("volume", {}).get("graph") for m in root["materials"]]
