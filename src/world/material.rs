@@ -606,11 +606,11 @@ impl PreparedMaterial {
     #[inline]
     pub fn emitted(&self, at: &impl Place) -> Vec3 {
         let emission = &self.programs.emission;
-        if emission.program.is_constant() && emission.covered.is_empty() {
-            return self.emission;
-        }
         if !emission.covered.is_empty() {
             return covered::emitted(emission, &self.emission_coats, at);
+        }
+        if emission.program.is_constant() {
+            return self.emission;
         }
         emission.program.at(at, |at| at.color(&emission.open))
     }

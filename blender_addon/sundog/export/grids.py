@@ -86,7 +86,7 @@ def _file(shown, grids, cache):
         if not grids.save(filepath=path):
             return None
         with open(path, "rb") as file:
-            digest = hashlib.file_digest(file, "blake2b").hexdigest()[:32] if hasattr(hashlib, "file_digest") else _digest(file)
+            digest = hashlib.file_digest(file, "blake2b").hexdigest()[:32]
         kept = os.path.join(cache, f"volume-{digest}.vdb")
         os.replace(path, kept)
     except (OSError, RuntimeError):
@@ -96,13 +96,6 @@ def _file(shown, grids, cache):
 
 def _is_made(data):
     return bool(getattr(data, "is_runtime_data", False)) and not data.filepath
-
-
-def _digest(file):
-    state = hashlib.blake2b()
-    while part := file.read(1 << 20):
-        state.update(part)
-    return state.hexdigest()[:32]
 
 
 def of_domain(shown, settings, mesh, scene, cache):

@@ -57,6 +57,22 @@ struct Ring {
     normal: [f64; 2],
 }
 
+/// The straight side between the radii of both ends, half the height from the middle.
+fn straight_side(bottom: f64, top: f64, half_height: f64) -> [Ring; 2] {
+    let slope = glam::DVec2::new(2.0 * half_height, bottom - top).length();
+    let normal = if slope > 0.0 {
+        [2.0 * half_height / slope, (bottom - top) / slope]
+    } else {
+        [1.0, 0.0]
+    };
+    let ring = |radius, height| Ring {
+        radius,
+        height,
+        normal,
+    };
+    [ring(bottom, -half_height), ring(top, half_height)]
+}
+
 impl Builder {
     fn new(axis: usize, around: u32) -> Self {
         Self {
@@ -228,18 +244,7 @@ pub(super) fn polygons(
         }
         "Cone" => {
             let (r, h) = (number("radius", 1.0), 0.5 * number("height", 2.0));
-            let slope = glam::DVec2::new(2.0 * h, r).length();
-            let normal = if slope > 0.0 {
-                [2.0 * h / slope, r / slope]
-            } else {
-                [1.0, 0.0]
-            };
-            let ring = |radius, height| Ring {
-                radius,
-                height,
-                normal,
-            };
-            builder.turn(&[ring(r, -h), ring(0.0, h)]);
+            builder.turn(&straight_side(r, 0.0, h));
             builder.lid(r, -h, -1.0);
         }
         "Cylinder" | "Cylinder_1" | "Capsule" | "Capsule_1" => {
@@ -260,17 +265,6 @@ pub(super) fn polygons(
                     "the ends meet the side at their widest",
                 );
             }
-            let slope = glam::DVec2::new(2.0 * h, bottom - top).length();
-            let normal = if slope > 0.0 {
-                [2.0 * h / slope, (bottom - top) / slope]
-            } else {
-                [1.0, 0.0]
-            };
-            let ring = |radius, height| Ring {
-                radius,
-                height,
-                normal,
-            };
             if capsule {
                 builder.turn(&arc(rings, bottom, -h, -half, 0.0));
                 builder.turn(&arc(rings, top, h, 0.0, half));
@@ -278,7 +272,7 @@ pub(super) fn polygons(
                 builder.lid(bottom, -h, -1.0);
                 builder.lid(top, h, 1.0);
             }
-            builder.turn(&[ring(bottom, -h), ring(top, h)]);
+            builder.turn(&straight_side(bottom, top, h));
         }
         _ => return None,
     }

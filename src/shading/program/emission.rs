@@ -64,12 +64,8 @@ pub(super) fn emission_of(graph: &Graph, source: &mut impl Source) -> Emission {
         let strength = compiler.input(at, strength);
         let light = compiler.blend(Blend::Multiply, color, strength);
         let part = compiler.blend(Blend::Multiply, light, weight);
-        let layers = if is_principled {
-            layers(&mut compiler, at)
-        } else {
-            None
-        };
-        match layers {
+        let layers = is_principled.then(|| layers(&mut compiler, at));
+        match layers.flatten() {
             Some(layers) => covered.push(Covered {
                 light: root(part),
                 normal: (node.inputs[principled::NORMAL] != Input::None)
