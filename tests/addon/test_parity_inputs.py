@@ -323,6 +323,40 @@ class Inputs(Patches):
         self.compare(t.materials, 1024, error=1e-3, make=make)
 
 
+class WithoutMaps(Patches):
+    """Tangents of meshes that have no UV map."""
+
+    def bare(self, number, rows):
+        """A patch without a map, that lies beside its origin and above it."""
+        mesh = patch(f"patch {number}")
+        mesh.uv_layers.remove(mesh.uv_layers[0])
+        for vertex in mesh.vertices:
+            vertex.co.x += 0.7
+            vertex.co.z += 0.3
+        made = self.place(number, rows, mesh, rotation_euler=(0, 0, 0))
+        made.location.x -= 0.7
+        return made
+
+    def test_tangents(self):
+        t = Trees()
+        t.shown("the tangent itself", "Tangent", "Tangent", direction_type="UV_MAP")
+        for strength in (0.5, 1.0):
+            tree, node = t.shown(f"normal map of strength {strength}", "NormalMap", "Normal", {"Strength": strength})
+            # Bounded, so that no normal points below the surface.
+            half = linked(tree, "VectorMath", 0, node.inputs["Color"], operation="MULTIPLY_ADD")
+            half.inputs[1].default_value, half.inputs[2].default_value = (0.5, 0.5, 0.4), (0.25, 0.25, 0.6)
+            pattern = linked(tree, "TexNoise", "Color", half.inputs[0])
+            pattern.inputs["Scale"].default_value = 3
+        tree, node = t.shown("a constant", "NormalMap", "Normal", {"Color": (0.7, 0.4, 0.9, 1)})
+        tree, node = t.shown("of a map that is not there", "NormalMap", "Normal", {"Color": (0.7, 0.4, 0.9, 1)}, uv_map="none")
+        # What reads the map itself finds zero, beside tangents that are there.
+        tree, node = t.shown("a map that is not there", "NormalMap", "Normal")
+        pattern = linked(tree, "TexNoise", "Color", node.inputs["Color"])
+        tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["UV"], pattern.inputs["Vector"])
+        self.ortho()
+        self.compare(t.materials, make=self.bare, error=1e-4)
+
+
 class Rays(Patches):
     """Nodes that ask what is around a place."""
 

@@ -87,11 +87,25 @@ def material_indices(mesh):
     return found if found is not None and found.any() else None
 
 
+# Stands for the name of the UV map that is active for rendering, where tangents follow a sphere in a mesh without any map.
+OR_SPHERE = ""
+
+
 def uv_layer(mesh, name):
-    """The UV map of that name; of None, the one that is active for rendering."""
-    if name is not None:
+    """The UV map of that name; of None or OR_SPHERE, the one that is active for rendering."""
+    if name:
         return mesh.uv_layers.get(name)
     return next((layer for layer in mesh.uv_layers if layer.active_render), None)
+
+
+def on_sphere(positions):
+    """Coordinates of points on a sphere about the origin, as Cycles maps them."""
+    x, y, z = positions.T
+    length = numpy.linalg.norm(positions, axis=1)
+    away = length > 0
+    u = numpy.where(away & ((x != 0) | (y != 0)), 0.5 - numpy.arctan2(x, y) / (2 * numpy.pi), 0)
+    v = numpy.where(away, 1 - numpy.arccos(numpy.clip(z / numpy.where(away, length, 1), -1, 1)) / numpy.pi, 0)
+    return numpy.stack([u, v], axis=1).astype(numpy.float32)
 
 
 _FIELDS = {
@@ -199,12 +213,15 @@ class Raw:
             self.normals = _read(mesh.vertex_normals, "vector", numpy.float32, 3)
         elif self.domain == "CORNER":
             self.normals = _read(mesh.corner_normals, "vector", numpy.float32, 3)
-        uv_names = sorted({name for d in demands.values() for name in d.uvs}, key=lambda n: n or "")
+        uv_names = sorted({name for d in demands.values() for name in d.uvs}, key=lambda n: (n is None, n or ""))
         self.uvs = {}
         for name in uv_names:
             layer = uv_layer(mesh, name)
             if layer is not None:
                 self.uvs[name] = _read(layer.uv, "vector", numpy.float32, 2)
+            elif name == OR_SPHERE:
+                if not mesh.uv_layers:
+                    self.uvs[name] = on_sphere(self.positions)[self.corner_vertices]
             elif (found := _color(mesh, name, 3) if name else None) is not None:
                 # Coordinates by an attribute: those of geometry nodes may be of any kind. Images see the first two.
                 domain, values = found
@@ -223,7 +240,7 @@ class Raw:
             "domain": self.domain,
             "polygons": polygons,
             "demands": {str(k): d.key() for k, d in demands.items()},
-            "uvs": [n or "" for n in self.uvs],
+            "uvs": list(self.uvs),
             "colors": [[n, w, domain] for (n, w), (domain, _) in self.colors.items()],
             "diced": diced and diced.key(),
             "steps": len(self.steps),

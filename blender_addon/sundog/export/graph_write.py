@@ -59,6 +59,8 @@ class GraphWriter:
         a sky is computed, and may stop it by raising."""
         self.document, self.cache, self.report = document, cache, report
         self.uvs, self.color, self.values = uvs, color, values
+        # Whether some mesh with the material has no UV map, so that Cycles' tangents follow a sphere.
+        self.bare = False
         # The GridReads of what is filled by grids.
         self.grids = None
         self.result = Written()
@@ -259,18 +261,20 @@ class GraphWriter:
             found[output] = {"object": number, "kind": kind}
         return found
 
-    @staticmethod
-    def _uv_map(use):
-        """The name of the UV map that a node reads (None for the active one); False if it reads none."""
+    def _uv_map(self, use):
+        """The name of the UV map that a node reads (None or geometry.OR_SPHERE for the active one); False if it reads none."""
         node, kind = use.node, use.node.bl_idname
         if getattr(node, "from_instancer", False):
             return False
-        if kind == "ShaderNodeUVMap" or (kind == "ShaderNodeNormalMap" and node.space == "TANGENT"):
+        active_tangents = geometry.OR_SPHERE if self.bare else None
+        if kind == "ShaderNodeUVMap":
             return node.uv_map or None
+        if kind == "ShaderNodeNormalMap" and node.space == "TANGENT":
+            return node.uv_map or active_tangents
         if kind == "ShaderNodeTangent" and node.direction_type == "UV_MAP":
-            return node.uv_map or None
+            return node.uv_map or active_tangents
         if kind == "ShaderNodeVectorDisplacement" and node.space == "TANGENT":
-            return None
+            return active_tangents
         if kind == "ShaderNodeTexCoord" and "UV" in use.outputs:
             return None
         if kind == "ShaderNodeTexImage" and "Vector" not in use.inputs:

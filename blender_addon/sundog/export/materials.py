@@ -7,8 +7,10 @@ render thread. It also takes the nearest image of a tree whatever lies between. 
 here, and what is not exact is told.
 """
 
+import functools
 import math
 
+import bpy
 import numpy
 
 from . import geometry, graph, graph_write, images, nodes, volumes
@@ -158,11 +160,21 @@ class Writer:
             informed, values = informed or filled.informed, values | filled.values
         return Exported(index, demand, reader.findings, informed, values)
 
+    @functools.cached_property
+    def _bare(self):
+        """Materials of meshes that have no UV map."""
+        meshes = [thing for thing in bpy.data.objects if thing.type in {"MESH", "META"}]
+        bare = [thing for thing in meshes if not getattr(thing.data, "uv_layers", None)]
+        return {slot.material for thing in bare for slot in thing.material_slots if slot.material is not None}
+
     def _graph(self, material, reader, uvs, color):
         """The Written of a material's node tree, if that says more than the flattened material; replaces the findings then."""
-        flat = all(f.verdict == EXACT for f in reader.findings)
         if not graph.ENABLED or material is None or nodes.tree_of(material) is None:
             return None
+        is_bare = material.original in self._bare
+        if is_bare and any(node.bl_idname == "ShaderNodeNormalMap" for node in nodes.tree_of(material).nodes):
+            reader.note(APPROXIMATED, "the normal map has no tangents where meshes have no UV map")
+        flat = all(f.verdict == EXACT for f in reader.findings)
         lost = []
         aovs = graph_write.aovs_of(material, self.aovs, lost, layer=self.layer)
         reader.findings += lost
@@ -181,7 +193,9 @@ class Writer:
                     walk = None
             if walk is None and aovs is None:
                 return None
-            written = graph_write.GraphWriter(self.document, self.cache, uvs, color, self.values).write(walk, material, aovs)
+            writer = graph_write.GraphWriter(self.document, self.cache, uvs, color, self.values)
+            writer.bare = is_bare
+            written = writer.write(walk, material, aovs)
             if walk is None:
                 return written
         except (images.ImageError, RecursionError, MemoryError, KeyError, IndexError, AttributeError, TypeError, ValueError) as error:

@@ -57,7 +57,13 @@ impl Geometry for Corners<'_> {
 ///
 /// MikkTSpace works on single corners; afterwards corners of the same vertex with the same tangent
 /// become one vertex again. All indices of the mesh must be in range.
+///
+/// A set of one point gives no tangents: normals stay as they are. The add-on writes such sets for maps that a mesh does not
+/// have, which Cycles treats so.
 pub(in crate::import) fn compute(mesh: &mut Mesh, uv_set: usize) {
+    if mesh.uvs[uv_set].windows(2).all(|two| two[0] == two[1]) {
+        return;
+    }
     let mut corners = Corners {
         mesh,
         uv_set,
