@@ -329,16 +329,16 @@ fn files() -> Vec<Vec<u8>> {
     files
 }
 
-/// Damage is an error or another picture, never a panic: each byte in turn replaced by values that
-/// make sizes and counts large or negative, and each file cut off at many lengths.
-#[test]
-fn damaged_files_are_errors() {
+/// Damage is an error or another picture, never a panic: bytes in turn replaced by values that make sizes and counts large or
+/// negative, and each file cut off at many lengths. Beyond the header, each `step`th byte.
+fn damage(step: usize) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
     let mut read = 0;
     for file in files() {
         assert!(file.len() > 100, "there is no file to damage");
-        for index in 0..file.len() {
+        let header = file.len().min(400);
+        for index in (0..header).chain((header..file.len()).step_by(step)) {
             for value in [0x7f, 0xff] {
                 let mut damaged = file.clone();
                 damaged[index] = value;
@@ -346,10 +346,24 @@ fn damaged_files_are_errors() {
                 read += usize::from(load(&path, None).is_ok());
             }
         }
-        for length in (0..file.len()).step_by(5) {
+        for length in (0..file.len()).step_by(5 * step) {
             std::fs::write(&path, &file[..length]).unwrap();
             let _ = load(&path, None);
         }
     }
     assert!(read > 0);
+}
+
+/// `long` damages every byte.
+#[test]
+fn damaged_files_are_errors() {
+    damage(7);
+}
+
+mod long {
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn files_with_any_damaged_byte_are_errors() {
+        super::damage(1);
+    }
 }
