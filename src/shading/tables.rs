@@ -448,10 +448,19 @@ fn cosine_of_blend(blend: f32, eta: f32) -> f32 {
     0.5 * (low + high)
 }
 
+/// The index by which a layer leaves light to what it covers. As in Cycles it is not below 1: of a layer that is thinner than
+/// what lies outside, the base gets the light that total reflection keeps, too.
+#[inline]
+pub fn covering(eta: f32) -> f32 {
+    eta.max(1.0 / eta)
+}
+
 impl Dielectric {
-    /// Tabulates for an index of refraction (above or below 1).
+    /// Tabulates for an index of refraction; of one below 1 the cosine is that of its inverse ([`covering`]).
     pub fn new(ior: f32, rows: Rows) -> Self {
         let quadrature = Quadrature::get();
+        let average_of = ior;
+        let ior = covering(ior);
         let effective_cosine = Table::tabulate(rows, |cos, alpha| {
             let (all, reflected) =
                 quadrature.reflection(&View::new(cos, alpha), |c| smooth_blend(c, ior));
@@ -461,7 +470,7 @@ impl Dielectric {
         let average_blend = (0..n)
             .map(|k| {
                 let mu = (k as f32 + 0.5) / n as f32;
-                2.0 * mu * smooth_blend(mu, ior) / n as f32
+                2.0 * mu * smooth_blend(mu, average_of) / n as f32
             })
             .sum();
         Self {

@@ -13,10 +13,12 @@ use crate::shading::program::{
     parameters, reflected,
 };
 use crate::shading::simple::SimpleValues;
-use crate::shading::tables::Rows;
+use crate::shading::tables::{self, Rows};
 use crate::shading::texture::{PreparedTexture, Raster};
 use crate::shading::thin_film::Film;
-use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled, ggx, turned};
+use crate::shading::{
+    Bsdf, BsdfFeatures, Dielectrics, Principled, ggx, least_mean_roughness, turned,
+};
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -125,14 +127,20 @@ impl Preparer {
         linked: &[(usize, Root)],
     ) -> Arc<Dielectrics> {
         let is_linked = |socket: usize| linked.iter().any(|(of, _)| *of == socket);
-        let (ior, specular) = p.map_or((1.5, 1.0), |p| (p.ior.1, p.specular.1));
+        let (mut ior, specular) = p.map_or((1.5, 1.0), |p| (p.ior.1, p.specular.1));
+        if let Some(p) = p.filter(|_| is_linked(principled::IOR)) {
+            // One table stands for all. Bounds that nothing comes near say little.
+            let [low, high] = [p.ior.0, p.ior.1].map(|end| tables::covering(end).clamp(1.1, 2.5));
+            ior = (low * high).sqrt();
+        }
         let needs = p.map_or((false, false), |p| self.tables_needed(p));
         let textured = needs.0 && is_linked(principled::SPECULAR_IOR_LEVEL);
         // Images of floats may hold more than 1.
         let rough = is_linked(principled::ROUGHNESS);
         let roughness = p.map_or(1.0, |p| p.roughness.1);
+        let least = p.map_or(1.0, |p| least_mean_roughness(roughness, p.anisotropy));
         let rows = Rows::between(
-            if rough { 0.0 } else { roughness },
+            if rough { 0.0 } else { least },
             if rough || self.roughens {
                 1.0
             } else {
@@ -307,6 +315,7 @@ fn summary_of(base: &Principled, linked: &[(usize, Root)]) -> PrincipledSummary 
         base_color: base.base_color,
         metallic: range(principled::METALLIC, base.metallic, 1.0),
         roughness: range(principled::ROUGHNESS, base.roughness, 1.0),
+        anisotropy: range(principled::ANISOTROPIC, base.anisotropy, 1.0).1,
         ior: (base.ior, base.ior),
         specular: range(principled::SPECULAR_IOR_LEVEL, base.specular, 2.0),
         transmission: range(principled::TRANSMISSION_WEIGHT, base.transmission, 1.0),

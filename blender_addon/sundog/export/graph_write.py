@@ -164,9 +164,6 @@ class GraphWriter:
                 self.result.findings.append((APPROXIMATED, "Christensen-Burley is rendered as a random walk", "subsurface"))
         if inputs.get("Thin Film Thickness", 0.0) != 0.0 and bpy.app.version < (5, 0, 0):
             self.result.findings.append((APPROXIMATED, OLD_FILM, "thin-film"))
-        ior = inputs.get("IOR")
-        if is_principled and isinstance(ior, float) and ior < 1:
-            self.result.findings.append((APPROXIMATED, "an index of refraction below 1 is rendered as 1"))
         if kind == "ShaderNodeBevel" and use.node.samples < 8:
             words = "the few rays of a Bevel lie otherwise: its normals differ by about 1 % (8 samples agree)"
             self.result.findings.append((APPROXIMATED, words))

@@ -78,8 +78,8 @@ impl Legal {
         infinite: 1.0,
         ..Self::within(0.0, 100.0, 0.0)
     };
-    /// KHR_materials_ior: 0 stands for a reflectance of 1 at all angles, otherwise at least 1.
-    const IOR: Self = Self::within(1.0, LARGEST, 1.5);
+    /// KHR_materials_ior: 0 stands for a reflectance of 1 at all angles. Below 1 light goes from what is denser outside.
+    const IOR: Self = Self::within(1e-4, LARGEST, 1.5);
 
     /// An index of refraction of what lies on something.
     const INDEX: Self = Self {
@@ -679,7 +679,8 @@ mod tests {
             [0.0, 1.0, 0.0, 2.0, 100.0]
         );
         let ior = principled::SOCKETS[principled::IOR].legal;
-        assert_eq!([0.0, 0.5, 2.0].map(|v| ior.nearest(v)), [0.0, 1.0, 2.0]);
+        let nearest = [0.0, 1e-6, 0.5, 2.0].map(|v| ior.nearest(v));
+        assert_eq!(nearest, [0.0, 1e-4, 0.5, 2.0]);
     }
 
     #[test]

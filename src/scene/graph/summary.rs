@@ -74,6 +74,8 @@ pub struct PrincipledSummary {
     pub metallic: (f32, f32),
     /// Roughness.
     pub roughness: (f32, f32),
+    /// The most that it is anisotropic, 0..=1.
+    pub anisotropy: f32,
     /// Index of refraction.
     pub ior: (f32, f32),
     /// Scales the dielectric's reflectance at normal incidence: twice the specular IOR level.
@@ -348,6 +350,7 @@ impl Graph {
                         base_color: color(principled::BASE_COLOR),
                         metallic: range(principled::METALLIC).number(),
                         roughness: range(principled::ROUGHNESS).number(),
+                        anisotropy: range(principled::ANISOTROPIC).number().1,
                         ior: range(principled::IOR).number(),
                         specular: (2.0 * level.0, 2.0 * level.1),
                         transmission: range(principled::TRANSMISSION_WEIGHT).number(),

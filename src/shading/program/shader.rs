@@ -233,7 +233,7 @@ pub fn parameters<P: Place>(
             principled::THIN_FILM_THICKNESS => p.film.thickness = at.number(root),
             principled::THIN_FILM_IOR => p.film.ior = at.number(root).max(1e-5),
             _ if p.metallic >= 1.0 => {}
-            principled::IOR => p.ior = at.number(root).max(1.0),
+            principled::IOR => p.ior = at.number(root).max(1e-4),
             principled::SPECULAR_IOR_LEVEL => p.specular = 2.0 * at.number(root).max(0.0),
             principled::SPECULAR_TINT => p.specular_color = reflected(at.color(root)),
             principled::TRANSMISSION_WEIGHT => p.transmission = share(at.number(root)),

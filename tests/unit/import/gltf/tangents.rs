@@ -50,10 +50,22 @@ fn mirrored_texture_coordinates_split_vertices_and_flip_the_sign() {
 fn flat_meshes_and_degenerate_coordinates_get_unit_tangents() {
     let mut mesh = quad();
     mesh.normals = None;
-    mesh.uvs[0] = vec![[0.5, 0.5]; 4];
+    // One point for the corners of one triangle.
+    let [a, b, c] = mesh.triangles[0].map(|corner| corner as usize);
+    let uvs = &mut mesh.uvs[0];
+    (uvs[b], uvs[c]) = (uvs[a], uvs[a]);
     compute(&mut mesh, 0);
     for t in mesh.tangents.as_ref().unwrap() {
         let length = (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt();
         assert!((length - 1.0).abs() < 1e-6 && t[3].abs() == 1.0, "{t:?}");
     }
+}
+
+/// As of a map that the mesh does not have: normals stay.
+#[test]
+fn one_point_for_all_corners_gives_no_tangents() {
+    let mut mesh = quad();
+    mesh.uvs[0] = vec![[0.0, 1.0]; 4];
+    compute(&mut mesh, 0);
+    assert!(mesh.tangents.is_none());
 }

@@ -273,7 +273,7 @@ fn links_that_go_nowhere_and_numbers_that_mean_nothing_are_mended() {
     let inputs = &last(&graph).inputs;
     assert_eq!(inputs[principled::METALLIC], Input::float(0.0));
     assert_eq!(inputs[principled::ROUGHNESS], Input::float(0.5));
-    assert_eq!(inputs[principled::IOR], Input::float(1.0));
+    assert_eq!(inputs[principled::IOR], Input::float(0.5));
     // The factor of a base colour is brought into the range of base colours.
     let product = graph.node(inputs[principled::BASE_COLOR].link().unwrap());
     assert_eq!(product.inputs[mix::A], Input::Value([0.0, 0.0, 1.0]));
