@@ -199,8 +199,7 @@ impl HitPoint<'_> {
                 .geometric_normal::<General>(self.mesh, self.triangle);
             let n = to_blender(self.side(normal));
             let view = to_blender(self.asking.direction).normalize_or_zero();
-            let (parallel, angle) = self.facts().map_or((0.0, 0.0), |facts| facts.view.pixel);
-            let pixel = parallel + self.asking.distance * self.asking.direction.length() * angle;
+            let pixel = self.pixel();
             let seen = across(n).map(|t| (t - view * t.dot(view)).length() * pixel);
             width *= 0.5 * (seen[0] + seen[1]);
         }

@@ -136,6 +136,16 @@ impl HitPoint<'_> {
         self.entry.facts.as_deref()
     }
 
+    /// The size of a pixel of the picture here, metres; 0 where nothing is known of who looks.
+    pub(super) fn pixel(&self) -> f32 {
+        let asking = &self.asking;
+        let along = asking.distance * asking.direction.length();
+        let view = self.facts().map(|facts| &facts.view);
+        view.map_or(0.0, |v| {
+            v.pixel_at(asking.direction, along, asking.depth > 0)
+        })
+    }
+
     /// The corners in the mesh's space: the world's, relative to the origin, where it is placed once.
     fn mesh_corners(&self) -> [Vec3; 3] {
         let before = self
@@ -540,13 +550,10 @@ impl Place for HitPoint<'_> {
                     .geometric_normal::<General>(self.mesh, self.triangle),
             ),
         );
-        let (parallel, angle) = self.facts().map_or((0.0, 0.0), |facts| facts.view.pixel);
-        let along = self.asking.distance * self.asking.direction.length();
+        let pixel = self.pixel();
         // A step that the floats of the point cannot tell apart gives no slope: 2⁻¹² of its coordinates leaves 11 bits.
         let least = self.in_world().abs().max_element() * f32::EPSILON * 2048.0;
-        let size = ((parallel + along * angle) * pixels)
-            .max(least)
-            .max(f32::MIN_POSITIVE.sqrt());
+        let size = (pixel * pixels).max(least).max(f32::MIN_POSITIVE.sqrt());
         // What curves within a step makes slopes hang on where the step goes: as in Cycles.
         let steps = across(n).map(|step| step * size);
         if self.undisplaced.is_none() {

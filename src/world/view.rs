@@ -20,8 +20,10 @@ pub fn from_blender(v: Vec3) -> Vec3 {
 pub struct View {
     /// From places relative to the origin, in glTF's axes, to the camera's: it looks along +Z, as in Cycles.
     pub camera: Affine,
-    /// A pixel's height, metres: this at the camera, and so much more for each metre from it.
-    pub pixel: (f32, f32),
+    /// A pixel's height in the middle of the picture, metres: this at the camera, and so much more for each metre from it.
+    pixel: (f32, f32),
+    /// A pixel's width over its height.
+    pixel_aspect: f32,
     /// How the picture is seen.
     frame: Frame,
 }
@@ -159,6 +161,24 @@ impl View {
         self.frame.at(p)
     }
 
+    /// The size of a pixel, metres, where a ray of a unit direction (glTF's axes) has come so far; the mean of width and height,
+    /// as Cycles has it. Towards the edges pixels are smaller: a step e in the plane of perspective pictures turns a direction
+    /// d by the part of e across d, times cos θ. Rays that were scattered have the pixel of the middle.
+    pub fn pixel_at(&self, direction: Vec3, along: f32, is_scattered: bool) -> f32 {
+        let (parallel, angle) = self.pixel;
+        if is_scattered || angle == 0.0 {
+            return parallel + along * angle;
+        }
+        let d = self.camera.vector(direction).normalize_or(Vec3::Z);
+        let across = |part: f32| (1.0 - part * part).max(0.0).sqrt();
+        let share = match self.frame {
+            Frame::Perspective(_) => d.z.max(0.0) * 0.5 * (across(d.x) + across(d.y)),
+            Frame::Equirectangular(_) => 0.5 * (1.0 + self.pixel_aspect * across(d.y)),
+            Frame::Orthographic(_) | Frame::Panorama(..) => 1.0,
+        };
+        parallel + along * angle * share
+    }
+
     /// That of a world's camera.
     pub fn new(camera: &Camera, (aspect, rows): (f64, u32), origin: DVec3) -> Self {
         let to_camera = camera.world_from_camera.inverse();
@@ -179,9 +199,17 @@ impl View {
             Projection::Panorama { kind, .. } => (0.0, f64::from(kind.height())),
         };
         let rows = f64::from(rows.max(1));
+        let pixel_aspect = match camera.projection {
+            Projection::Equirectangular {
+                longitude,
+                latitude,
+            } => (longitude[1] - longitude[0]).abs() / (aspect * (latitude[1] - latitude[0]).abs()),
+            _ => 1.0,
+        };
         Self {
             camera: Affine::from_f64(&flipped, DVec3::ZERO),
             pixel: ((parallel / rows) as f32, (angle / rows) as f32),
+            pixel_aspect: pixel_aspect as f32,
             frame: Frame::new(camera, aspect),
         }
     }

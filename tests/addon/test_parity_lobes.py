@@ -221,6 +221,16 @@ class Parity(Beside):
         s.alone("index by noise", "BsdfPrincipled", Base_Color=BLUE, IOR="TexNoise", Roughness=0.4)
         self.compare(s, suns=False)
 
+    def test_colours_in_place_of_shaders(self):
+        """They shine."""
+        s = Shaders()
+        matte = ("BsdfDiffuse", {}, {"Color": RED})
+        for kind, output in (("TexNoise", "Color"), ("TexVoronoi", "Distance"), ("NewGeometry", "Normal")):
+            tree, surface = s.tree(f"{kind} alone")
+            tree.links.new(tree.nodes.new(f"ShaderNode{kind}").outputs[output], surface)
+            s.mixed(f"{kind} and matte", 0.4, matte, (kind, {}, {}))
+        self.compare(s)
+
     def test_other_distributions(self):
         """Beckmann's and Ashikhmin's."""
         s = Shaders()

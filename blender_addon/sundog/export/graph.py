@@ -236,14 +236,18 @@ class Walk:
         if not found.is_output or place.node.mute or place.node.type in HOLLOW:
             # A shader's socket that nothing feeds.
             return None
-        through = None
-        if socket.type != "SHADER":
-            if found.type == "SHADER":
+        if found.type == "SHADER":
+            if socket.type != "SHADER":
                 return None if _is_implicit(socket) else self._finite(socket, _numbers(socket, socket.type))
-            through = _through([*reversed(kinds), socket.type])
-            if through == "nothing":
-                return self._fixed(socket, found, self._along(0.0, ["VALUE", socket.type]))
-        return Link(self._use(place), found.identifier, through)
+            return Link(self._use(place), found.identifier)
+        # A colour where a shader is asked for shines.
+        shines = socket.type == "SHADER"
+        kind = "RGBA" if shines else socket.type
+        through = _through([*reversed(kinds), kind])
+        if through == "nothing":
+            return self._fixed(socket, found, self._along(0.0, ["VALUE", kind]))
+        link = Link(self._use(place), found.identifier, through)
+        return self._made("ShaderNodeEmission", "Emission", {"Color": link, "Strength": 1.0}) if shines else link
 
     def _use(self, place):
         node = place.node
