@@ -702,7 +702,7 @@ class Reader:
         node, name = source.node, source.socket.name
         if node.type == "UVMAP" and not getattr(node, "from_instancer", False):
             return node.uv_map or None, transform
-        if node.type == "TEX_COORD" and name == "UV":
+        if node.type == "TEX_COORD" and name == "UV" and not node.from_instancer:
             return None, transform
         if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY" and name in {"Vector", "Color"}:
             return node.attribute_name or None, transform
