@@ -18,7 +18,12 @@ pub struct Dielectric {
 /// for η near 1.
 #[inline]
 pub fn dielectric(cos_i: f32, eta: f32) -> Dielectric {
-    let c = cos_i.clamp(0.0, 1.0);
+    of_cosine(cos_i.clamp(0.0, 1.0), eta)
+}
+
+/// The same formula for any c ≥ 0, as Blender's nodes have it for normals that are longer than 1.
+#[inline]
+pub fn of_cosine(c: f32, eta: f32) -> Dielectric {
     let less = (eta - 1.0) * (eta + 1.0);
     let g2 = less + c * c;
     if g2 <= 0.0 {

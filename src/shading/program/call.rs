@@ -179,10 +179,10 @@ impl<P: Place> Evaluation<'_, P> {
         let behind = place.input(PlaceInput::Backfacing).x != 0.0;
         let number = inputs[0].x;
         match function {
-            Function::Fresnel => fresnel::dielectric(cos.abs(), index(number, behind)).reflectance,
+            Function::Fresnel => fresnel::of_cosine(cos.abs(), index(number, behind)).reflectance,
             Function::LayerFresnel => {
                 let ior = index(1.0 - number, !behind);
-                fresnel::dielectric(cos.abs(), ior).reflectance
+                fresnel::of_cosine(cos.abs(), ior).reflectance
             }
             _ => {
                 let blend = number.clamp(0.0, 1.0 - 1e-5);
