@@ -17,7 +17,8 @@ pub mod kinds;
 pub mod lamp;
 pub mod light_sampler;
 pub mod linking;
-pub mod portal;
+pub mod pivot;
+mod portal;
 pub mod program;
 pub mod quad;
 pub mod rectangle;
@@ -31,6 +32,7 @@ pub mod triangle;
 pub use groups::LightGroups;
 pub use kinds::{Light, LightSample, LightSampleContext};
 pub use linking::Linking;
+pub use pivot::Pivot;
 pub use rules::Rules;
 pub use set::{Drawn, LightSet, LightSetBuilder, Shadows, Source};
 

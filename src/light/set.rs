@@ -7,6 +7,7 @@ use super::groups::LightGroups;
 use super::kinds::{Groups, Light, LightSample, LightSampleContext};
 use super::light_sampler::LightSampler;
 use super::linking::Linking;
+use super::pivot::Pivot;
 use super::program::LookingRay;
 use super::rules::Rules;
 use crate::ffi::embree::{Device, EmbreeError};
@@ -251,6 +252,11 @@ impl LightSet {
         self.sampler.is_empty() && self.infinite.is_empty()
     }
 
+    /// Whether there are none at infinity but points: what a ray finds behind everything is black.
+    pub fn are_all_near(&self) -> bool {
+        self.infinite.iter().all(|other| !other.light.is_sized())
+    }
+
     /// A point that is to be lit.
     #[inline]
     pub fn context(&self, point: Vec3, normal: Option<Vec3>) -> LightSampleContext {
@@ -409,6 +415,20 @@ impl LightSet {
             Drawn::Infinite(i) => &self.infinite[i as usize].light,
         };
         Some((light.sample_li(at, u)?.chosen(p)?, drawn))
+    }
+
+    /// Draws a light for places along a ray (direction of length 1) up to an end: as it is seen from a point. None where it is at
+    /// infinity, or shines on nothing there.
+    pub fn pivot(
+        &self,
+        at: &LightSampleContext,
+        u: f32,
+        (ray, end): ((Vec3, Vec3), f32),
+    ) -> Option<Pivot> {
+        match self.draw(at, u)?.0 {
+            Drawn::Finite(number) => self.lights[number as usize].bounds()?.pivot(ray, end),
+            Drawn::Infinite(_) => None,
+        }
     }
 
     /// Draws a light, with its probability.

@@ -4,11 +4,12 @@ use super::Walk;
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Lit, Record, Step};
+use crate::light::Pivot;
 use crate::math::average;
 use crate::medium::{Equiangular, Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
 use crate::world::{Draws, Hit, RayKind, Sender, Way, Within, World};
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 /// Tells the numbers of flights from those of opacity.
 const FLIGHT: u32 = 0x_f119_47ed;
@@ -17,15 +18,21 @@ const FOUND: u32 = 0x_0f0d_2b97;
 
 /// The golden ratio's fraction: numbers so far apart fill each other's gaps.
 const GOLDEN: f32 = 0.618_034;
-/// Tells the numbers of points on lights, by which a way is divided, from others.
-const PIVOT: u32 = 0x_3c6e_f372;
 
-/// Where a medium scatters a path: how far from where its ray begins, and the share that sampled lights have there. The rest of
-/// their light is looked for elsewhere on the way.
+/// What the last ray of a path is worth that a medium has scattered, where all lights are sampled: only what of their light the phase
+/// function finds is left for it.
+const LAST_WORTH: f32 = 0.25;
+/// Of the radius of a light's bounds: a square of side a has an area of a² and about the light of a ball of this radius.
+const SMALLER: f32 = 0.7;
+/// The greatest share of the places at which light is looked for that lie by the angles about a light.
+const MOST_BY_ANGLE: f32 = 0.75;
+
+/// Where a medium scatters a path: how far from where its ray begins, and whether light that is scattered on the way there has been
+/// looked for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     distance: f32,
-    share: f32,
+    is_lit: bool,
 }
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
@@ -47,10 +54,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// Goes through what is around to the end of the ray, where light has been looked for already; says how far it came if it is
-    /// scattered before.
+    /// scattered before. `is_end`: nothing else is there.
     #[cold]
     #[inline(never)]
-    pub(super) fn fly(&mut self, far: f32) -> Option<Event> {
+    pub(super) fn fly(&mut self, far: f32, is_end: bool) -> Option<Event> {
         if self.beside.within.varies {
             return self.fly_through_what_varies(far);
         }
@@ -63,38 +70,58 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         // What it takes and scatters nowhere needs no number.
         let scatters = !self.last && medium.scattering != Vec3::ZERO;
         let u = if scatters { self.flight_number() } else { 0.0 };
-        let medium = &self.beside.within.medium;
-        let flight = if scatters {
-            medium.fly(self.throughput, length, u)
-        } else {
-            Flight::Through(transmittance(medium.extinction, length))
-        };
         // What all space emits has no end.
         if emitted != Vec3::ZERO && emitted.is_finite() {
             let found = self.throughput * emitted;
             self.light.add_found(self.settings, found, self.bounce);
         }
-        let by_angle = if scatters {
-            // Another one of the same stratum: both places are looked at by themselves.
-            self.add_light_on_the_way(length, (u + GOLDEN).fract())
+        let flight = if scatters {
+            // Another one of the same stratum: the place and the way on are chosen by themselves.
+            self.add_light_on_the_way(length, (u + GOLDEN).fract());
+            let worth = if is_end {
+                f32::INFINITY
+            } else {
+                self.worth_of_scattering()
+            };
+            let medium = &self.beside.within.medium;
+            medium.fly(self.throughput, length, worth, u)
         } else {
-            None
+            let medium = &self.beside.within.medium;
+            Flight::Through(transmittance(medium.extinction, length))
         };
         match flight {
             Flight::Scattered(t, weight) => {
-                let medium = &self.beside.within.medium;
-                let by_way = medium.density(self.throughput, t);
-                let share = by_angle.map_or(1.0, |angle| by_way / (by_way + angle.density(t)));
                 self.throughput *= weight;
                 Some(Event {
                     distance: t + self.span.0 - self.beside.skipped,
-                    share,
+                    is_lit: true,
                 })
             }
             Flight::Through(weight) => {
                 self.throughput *= weight;
                 None
             }
+        }
+    }
+
+    /// What comes to the path if it is scattered, for what comes to it otherwise: a guess that only changes the noise. Light of lamps
+    /// is looked for on the way.
+    fn worth_of_scattering(&self) -> f32 {
+        let light = self.throughput.max(Vec3::ZERO);
+        let scattered = light * self.beside.within.medium.albedo();
+        let albedo = scattered.element_sum() / light.element_sum();
+        let is_last = self.bounce + 1 > self.settings.bounces
+            || self.beside.scattered_in_media + 1 > self.settings.volume_limit;
+        let share = if is_last && self.world.lights.are_all_near() {
+            LAST_WORTH
+        } else {
+            1.0
+        };
+        // Free of rounding where all is scattered.
+        if albedo > 1.0 - 1e-6 || !albedo.is_finite() {
+            share
+        } else {
+            (albedo * share).max(1e-3)
         }
     }
 
@@ -134,7 +161,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 self.throughput *= weight;
                 Some(Event {
                     distance: t,
-                    share: 1.0,
+                    is_lit: false,
                 })
             }
             Flight::Through(weight) => {
@@ -145,16 +172,15 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// Adds light of a sampled light that a medium scatters somewhere on a way of a length, wherever the path itself goes on. Where is
-    /// drawn by the angles at which a point on some light sees the way. Both that place and the one where the path is scattered count
-    /// by the balance heuristic, whose densities are of the distance: given the point, lights are sampled alike in both.
-    fn add_light_on_the_way(&mut self, length: f32, u: f32) -> Option<Equiangular> {
+    /// drawn by the angles at which some light sees the way, or by what scatters there; a place counts by the density of both together.
+    /// Given that light, the lights are sampled alike for both, by the number that chose it: so that it is the same one most often.
+    fn add_light_on_the_way(&mut self, length: f32, u: f32) {
         let (world, bounce) = (self.world, self.bounce);
         let medium = &self.beside.within.medium;
         if world.lights.is_empty() {
-            return None;
+            return;
         }
-        let key = self.sampler.key(Dimension::Opacity, bounce);
-        let number = |which: u32| hashed(key, PIVOT.wrapping_add(which), self.passed);
+        let number = self.sampler.triple(Dimension::Light, bounce).z;
         let before = self.beside.previous.at;
         let start = self.span.0 - self.beside.skipped;
         // Lights are chosen as they are seen from the middle of what the path sees of the way.
@@ -168,26 +194,40 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
         at.bounces = bounce;
         world.lights.context_into(at, middle, None);
-        let of_light = world
-            .lights
-            .sample(at, number(0), Vec2::new(number(1), number(2)));
-        let pivot = of_light.and_then(|(light, _)| light.target);
-        let angle = pivot.and_then(|pivot| Equiangular::new(ray, length, pivot));
-        if let Some(angle) = angle {
-            let t = angle.sample(u);
-            let medium = &self.beside.within.medium;
-            let density = angle.density(t) + medium.density(self.throughput, t);
+        let pivot = world.lights.pivot(at, number, (ray, length));
+        let angle = pivot.and_then(|Pivot { center, radius, lit }| {
+            let around = (center, SMALLER * radius);
+            let angle = Equiangular::new((place(lit.0), ray.1), lit.1 - lit.0, around)?;
+            Some((angle, lit.0))
+        });
+        // By angle where the light is near for what is seen, by what scatters where it is far.
+        let by_angle = angle.map_or(0.0, |(angle, _)| {
+            (seen / (seen + angle.height())).min(MOST_BY_ANGLE)
+        });
+        let medium = &self.beside.within.medium;
+        let place = match angle {
+            Some((angle, from)) if u < by_angle => {
+                let t = angle.sample(u / by_angle);
+                Some((from + t, angle.density(t)))
+            }
+            _ => {
+                let u = (u - by_angle) / (1.0 - by_angle);
+                let t = medium.distance(self.throughput, length, u);
+                t.map(|t| (t, angle.map_or(0.0, |(angle, from)| angle.density(t - from))))
+            }
+        };
+        if let Some((t, density)) = place.filter(|(t, _)| t.is_finite()) {
+            let by_distance = medium.distance_density(self.throughput, length, t);
+            let density = by_angle * density + (1.0 - by_angle) * by_distance;
             let weight = medium.scattering * transmittance(medium.extinction, t) / density;
-            if t.is_finite() && weight.is_finite() && weight != Vec3::ZERO {
+            if weight.is_finite() && weight != Vec3::ZERO {
                 let point = ray.0 + self.direction * t;
-                world
-                    .lights
-                    .context_into(&mut self.beside.previous.at, point, None);
+                let at = &mut self.beside.previous.at;
+                world.lights.context_into(at, point, None);
                 self.add_light_in_medium(point, None, weight);
             }
         }
         self.beside.previous.at = before;
-        angle
     }
 
     /// The path goes to the other side of a surface.
@@ -201,7 +241,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// Light that falls on a point of a medium and is scattered there, and the way on; whether the path goes on.
     #[cold]
     #[inline(never)]
-    pub(super) fn scatter(&mut self, Event { distance, share }: Event) -> bool {
+    pub(super) fn scatter(&mut self, Event { distance, is_lit }: Event) -> bool {
         if self.bounce >= self.settings.roulette && !self.survives() {
             self.end(End::Roulette);
             return false;
@@ -217,7 +257,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         at.bounces = self.bounce;
         let within = &self.beside.within;
         let there = within.varies.then(|| self.world.medium_at(within, point));
-        self.add_light_in_medium(point, there.as_ref(), Vec3::splat(share));
+        if !is_lit {
+            self.add_light_in_medium(point, there.as_ref(), Vec3::ONE);
+        }
         let u = self.sampler.triple(Dimension::Bsdf, self.bounce);
         let medium = there.as_ref().unwrap_or(&self.beside.within.medium);
         let onward = medium.scatter(self.direction, u);
@@ -316,13 +358,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.light.sink.grouped(kept, group);
     }
 
-    /// Whether the ray is scattered before its end.
+    /// Whether the ray is scattered before its end; `is_end`: nothing is there.
     #[inline(always)]
-    pub(super) fn scattered(&mut self, far: f32) -> bool {
+    pub(super) fn scattered(&mut self, far: f32, is_end: bool) -> bool {
         if !E::EVERYTHING || !self.world.has_media() {
             return false;
         }
-        self.beside.scattered = self.fly(far);
+        self.beside.scattered = self.fly(far, is_end);
         self.beside.scattered.is_some()
     }
 }
