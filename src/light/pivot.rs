@@ -15,6 +15,29 @@ pub struct Pivot {
     pub lit: (f32, f32),
 }
 
+/// Of the radius of a light's bounds: a square of side a has an area of a² and about the light of a ball of this radius.
+const SMALLER: f32 = 0.7;
+
+impl Pivot {
+    /// The radius of a ball that sheds as much light.
+    pub fn ball(&self) -> f32 {
+        SMALLER * self.radius
+    }
+
+    /// The inverse square of the distance to the light, summed over the part of a ray that it shines on: what lies further than what
+    /// is `seen` of it counts less and less.
+    pub fn falls_on(&self, (origin, direction): (Vec3, Vec3), seen: f32) -> f32 {
+        let to = self.center - origin;
+        let nearest = to.dot(direction);
+        let height = to.cross(direction).length().hypot(self.ball());
+        let (from, to) = self.lit;
+        let angle = |t: f32| ((t - nearest) / height).atan();
+        let height = height.max(f32::MIN_POSITIVE);
+        let dimmed = (-nearest.clamp(from, to) / seen).exp();
+        (angle(to) - angle(from)).max(0.0) / height * dimmed.max(1e-3)
+    }
+}
+
 impl LightBounds {
     /// The light for a ray (direction of length 1) up to an end, which may be infinite. None where it shines on nothing of that.
     pub fn pivot(&self, ray: (Vec3, Vec3), end: f32) -> Option<Pivot> {

@@ -19,6 +19,8 @@ use std::sync::Arc;
 /// The way between two surfaces, in f64.
 #[derive(Default)]
 pub struct Passage {
+    /// How far it is from there to the next surface, if that has been found in f64.
+    pub way: Option<f32>,
     /// Where the ray begins, if it leaves an interface that may have another close by.
     start: Option<Start>,
 }
@@ -39,11 +41,16 @@ struct Meeting {
     distance: f64,
     /// What that may be off.
     error: f64,
+    /// The distance is one in f64, from where the ray truly begins.
+    exact: bool,
 }
 
 /// Roundings of f64 on the way from corners to the distance along a ray: differences, cross product, scalar products and
 /// quotient are twelve in a row at most; as many more for the start, which was such a distance times a direction.
 const ROUNDINGS: f64 = 24.0;
+
+/// So many faces of an object are asked whether another one is close.
+const MOST_FACES: usize = 1 << 18;
 
 /// Interfaces are asked for within so many times the bound of a point: one for its own error, one for that of the other
 /// surface, and one for where Embree has the two along its ray.
@@ -117,6 +124,7 @@ impl World {
         kind: RayKind,
     ) -> Option<Hit> {
         let start = passage.start.take();
+        passage.way = None;
         let (from, d) = (
             start.as_ref().map_or(origin.as_dvec3(), |start| start.at),
             direction.as_dvec3(),
@@ -172,6 +180,7 @@ impl World {
                 within: true,
                 distance: f64::from(hit.distance),
                 error: 0.0,
+                exact: false,
             }),
             None => {}
         }
@@ -200,6 +209,7 @@ impl World {
             .filter(|m| m.distance - m.error <= end)
             .min_by_key(|m| (m.hit.object(), m.hit.primitive))
             .unwrap_or(nearest);
+        passage.way = first.exact.then_some(first.distance as f32);
         let chosen = met.filter(|hit| is_same(hit, &first.hit));
         let hit = chosen.unwrap_or(first.hit);
         if self.is_close(&hit) {
@@ -222,8 +232,44 @@ impl World {
         !self.geometry.close.is_empty()
     }
 
-    fn is_close(&self, hit: &Hit) -> bool {
+    pub(super) fn is_close(&self, hit: &Hit) -> bool {
         self.geometry.close[hit.object() as usize]
+    }
+
+    /// Whether somewhere another face of a filled object lies within the errors of a point in the middle of a face: a ray that goes on
+    /// behind the one would begin beyond the other. (Of more faces than [`MOST_FACES`] some are asked, evenly.)
+    pub(super) fn is_thin(&self, object: u32) -> bool {
+        let entry = &self.geometry.entries[object as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        let faces = mesh.triangles.triangles().len();
+        (0..faces)
+            .step_by(faces.div_ceil(MOST_FACES).max(1))
+            .any(|face| {
+                let (u, v) = (1.0 / 3.0, 1.0 / 3.0);
+                let at: BoundedPoint = entry.point::<General>(mesh, face as u32, u, v);
+                let normal = entry.geometric_normal::<General>(mesh, face as u32);
+                let beyond = (float::ray_origin(at, normal) - at.point).length() * REACH;
+                let mut any = false;
+                let query = Ray {
+                    origin: (at.point - normal * beyond).to_array(),
+                    direction: normal.to_array(),
+                    near: 0.0,
+                    far: 2.0 * beyond,
+                    mask: u32::MAX,
+                    time: 0.0,
+                };
+                self.geometry.embree.visit(&query, |other| {
+                    any |= other.object() == object && other.primitive != face as u32;
+                });
+                any
+            })
+    }
+
+    /// Where a ray meets the plane of a triangle, in f64.
+    pub(super) fn exact_distance(&self, hit: &Hit, (from, d): (DVec3, DVec3)) -> f64 {
+        let [a, b, c] = self.exact_corners(hit);
+        let normal = (b - a).cross(c - a);
+        normal.dot(a - from) / normal.dot(d)
     }
 
     /// Interfaces within the errors of the point of a hit, but not its own triangle.
@@ -279,6 +325,7 @@ impl World {
                 within: u.min(v).min(1.0 - u - v) >= 0.0,
                 distance,
                 error,
+                exact: true,
             }
         })
     }

@@ -189,6 +189,16 @@ impl World {
             }
         });
         let fills_objects = of_objects.iter().any(Option::is_some);
+        if fills_objects {
+            let is_filled = |object: &usize| of_objects[*object].is_some();
+            let filled = (0..of_objects.len()).filter(is_filled);
+            let thin: Vec<usize> = filled.filter(|&o| self.is_thin(o as u32)).collect();
+            let close = &mut self.geometry.close;
+            if !thin.is_empty() {
+                close.resize(of_objects.len(), false);
+            }
+            thin.into_iter().for_each(|object| close[object] = true);
+        }
         if everywhere.is_some() || fills_objects {
             self.media = Some(Box::new(Media {
                 of_objects,
@@ -270,7 +280,7 @@ impl World {
         (origin, direction): (Vec3, Vec3),
         far: f32,
         time: f32,
-    ) -> Vec<(f32, u32, bool)> {
+    ) -> Vec<(f64, u32, bool)> {
         let mut found = Vec::new();
         if !self.media.as_ref().is_some_and(|media| media.fills_objects) {
             return found;
@@ -280,9 +290,15 @@ impl World {
             mask: RayKind::Shadow.bit(),
             ..shadow_ray((origin, direction), far, time)
         };
+        let exact = (origin.as_dvec3(), direction.as_dvec3());
         self.geometry.embree.visit(&ray, |hit| {
             if self.is_filled(hit) {
-                found.push((hit.distance, hit.object(), self.leaves(hit, direction)));
+                // The faces of a shell may be nearer to each other than steps of f32 are there.
+                let is_thin = self.has_close_interfaces() && self.is_close(hit);
+                let distance = is_thin.then(|| self.exact_distance(hit, exact));
+                let distance = distance.filter(|distance| distance.is_finite());
+                let distance = distance.unwrap_or(f64::from(hit.distance));
+                found.push((distance, hit.object(), self.leaves(hit, direction)));
             }
         });
         found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
@@ -437,7 +453,7 @@ impl World {
         };
         let scale = way.length();
         let mut draws = Draws::new(key, SHADOW ^ way.x.to_bits());
-        let (mut depth, mut from, mut share) = (Vec3::ZERO, 0.0, Vec3::ONE);
+        let (mut depth, mut from, mut share) = (Vec3::ZERO, 0.0f64, Vec3::ONE);
         let mut around = within.clone();
         let along = |from: f32, to: f32| Way {
             origin,
@@ -446,9 +462,9 @@ impl World {
         };
         for (distance, object, leaves) in self.crossings((origin, way), far, time) {
             if around.varies {
-                share *= self.share(&around, &along(from, distance), &mut draws);
+                share *= self.share(&around, &along(from as f32, distance as f32), &mut draws);
             } else {
-                depth += around.medium.extinction * ((distance - from) * scale);
+                depth += around.medium.extinction * ((distance - from) as f32 * scale);
             }
             from = distance;
             if enter_or_leave(&mut around.objects, object, leaves) {
@@ -456,9 +472,10 @@ impl World {
             }
         }
         if around.varies {
-            share *= self.share(&around, &along(from, far), &mut draws);
+            share *= self.share(&around, &along(from as f32, far), &mut draws);
         } else {
-            share *= transmittance(around.medium.extinction, (far - from) * scale);
+            let rest = (f64::from(far) - from) as f32;
+            share *= transmittance(around.medium.extinction, rest * scale);
         }
         share * transmittance(depth, 1.0)
     }

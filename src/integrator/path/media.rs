@@ -4,7 +4,7 @@ use super::Walk;
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Lit, Record, Step};
-use crate::light::Pivot;
+use crate::light::{Along, Drawn, LightSample, Pivot};
 use crate::math::average;
 use crate::medium::{Equiangular, Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
@@ -22,8 +22,6 @@ const GOLDEN: f32 = 0.618_034;
 /// What the last ray of a path is worth that a medium has scattered, where all lights are sampled: only what of their light the phase
 /// function finds is left for it.
 const LAST_WORTH: f32 = 0.25;
-/// Of the radius of a light's bounds: a square of side a has an area of a² and about the light of a ball of this radius.
-const SMALLER: f32 = 0.7;
 /// The greatest share of the places at which light is looked for that lie by the angles about a light.
 const MOST_BY_ANGLE: f32 = 0.75;
 
@@ -61,14 +59,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if self.beside.within.varies {
             return self.fly_through_what_varies(far);
         }
-        let medium = &self.beside.within.medium;
-        if medium.is_clear() {
+        if self.beside.within.medium.is_clear() {
             return None;
         }
-        let length = far - self.span.0 + self.beside.skipped;
-        let emitted = medium.emitted(length);
+        let length = self.length(far);
+        let emitted = self.beside.within.medium.emitted(length);
         // What it takes and scatters nowhere needs no number.
-        let scatters = !self.last && medium.scattering != Vec3::ZERO;
+        let scatters = !self.last && self.beside.within.medium.scattering != Vec3::ZERO;
         let u = if scatters { self.flight_number() } else { 0.0 };
         // What all space emits has no end.
         if emitted != Vec3::ZERO && emitted.is_finite() {
@@ -125,6 +122,12 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
     }
 
+    /// How far it is to where the ray ends: in f64, where faces are nearer to each other than f32 tells.
+    fn length(&mut self, far: f32) -> f32 {
+        let exact = self.beside.passage.way.take();
+        exact.unwrap_or(far - self.span.0 + self.beside.skipped)
+    }
+
     /// A number for where a medium scatters the path: on the first such way after a scattering one that is spread evenly over the
     /// samples of the pixel, while roulette has no use for it.
     fn flight_number(&mut self) -> f32 {
@@ -138,10 +141,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
 
     /// The same where the media vary.
     fn fly_through_what_varies(&mut self, far: f32) -> Option<Event> {
+        let start = self.span.0 - self.beside.skipped;
         let way = Way {
             origin: self.origin,
             direction: self.direction,
-            span: (self.span.0 - self.beside.skipped, far),
+            span: (start, start + self.length(far)),
         };
         let key = self.sampler.key(Dimension::Opacity, self.bounce);
         let first = if self.last {
@@ -172,15 +176,14 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// Adds light of a sampled light that a medium scatters somewhere on a way of a length, wherever the path itself goes on. Where is
-    /// drawn by the angles at which some light sees the way, or by what scatters there; a place counts by the density of both together.
-    /// Given that light, the lights are sampled alike for both, by the number that chose it: so that it is the same one most often.
+    /// drawn by the angles at which a light sees the way, or by what scatters there; a place counts by the density of both together.
     fn add_light_on_the_way(&mut self, length: f32, u: f32) {
         let (world, bounce) = (self.world, self.bounce);
         let medium = &self.beside.within.medium;
         if world.lights.is_empty() {
             return;
         }
-        let number = self.sampler.triple(Dimension::Light, bounce).z;
+        let numbers = self.sampler.triple(Dimension::Light, bounce);
         let before = self.beside.previous.at;
         let start = self.span.0 - self.beside.skipped;
         // Lights are chosen as they are seen from the middle of what the path sees of the way.
@@ -194,40 +197,52 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
         at.bounces = bounce;
         world.lights.context_into(at, middle, None);
-        let pivot = world.lights.pivot(at, number, (ray, length));
-        let angle = pivot.and_then(|Pivot { center, radius, lit }| {
-            let around = (center, SMALLER * radius);
-            let angle = Equiangular::new((place(lit.0), ray.1), lit.1 - lit.0, around)?;
-            Some((angle, lit.0))
-        });
-        // By angle where the light is near for what is seen, by what scatters where it is far.
-        let by_angle = angle.map_or(0.0, |(angle, _)| {
-            (seen / (seen + angle.height())).min(MOST_BY_ANGLE)
-        });
-        let medium = &self.beside.within.medium;
-        let place = match angle {
-            Some((angle, from)) if u < by_angle => {
-                let t = angle.sample(u / by_angle);
-                Some((from + t, angle.density(t)))
-            }
-            _ => {
-                let u = (u - by_angle) / (1.0 - by_angle);
-                let t = medium.distance(self.throughput, length, u);
-                t.map(|t| (t, angle.map_or(0.0, |(angle, from)| angle.density(t - from))))
-            }
-        };
-        if let Some((t, density)) = place.filter(|(t, _)| t.is_finite()) {
-            let by_distance = medium.distance_density(self.throughput, length, t);
-            let density = by_angle * density + (1.0 - by_angle) * by_distance;
-            let weight = medium.scattering * transmittance(medium.extinction, t) / density;
-            if weight.is_finite() && weight != Vec3::ZERO {
-                let point = ray.0 + self.direction * t;
-                let at = &mut self.beside.previous.at;
-                world.lights.context_into(at, point, None);
-                self.add_light_in_medium(point, None, weight);
+        let along = world.lights.along(at, numbers.z, (ray, length, seen));
+        if let Some(along) = along
+            && let Some((t, weight)) = self.place_on_the_way(&along, (ray, length, seen), u)
+            && t.is_finite()
+            && weight.is_finite()
+            && weight != Vec3::ZERO
+        {
+            let point = ray.0 + self.direction * t;
+            let at = &mut self.beside.previous.at;
+            world.lights.context_into(at, point, None);
+            let drawn = (along.drawn, along.probability);
+            let light = world.lights.sample_drawn(at, drawn, numbers.truncate());
+            if let Some(light) = light {
+                self.add_light_in_medium(point, None, weight, (light, along.drawn), numbers);
             }
         }
         self.beside.previous.at = before;
+    }
+
+    /// A place at which light of a light is looked for on a way of a length, with what is scattered there over its density.
+    fn place_on_the_way(
+        &self,
+        Along { pivot, .. }: &Along,
+        ((origin, direction), length, seen): ((Vec3, Vec3), f32, f32),
+        u: f32,
+    ) -> Option<(f32, Vec3)> {
+        let medium = &self.beside.within.medium;
+        let (from, to) = pivot.map_or((0.0, length), |pivot| pivot.lit);
+        let (before, way) = (transmittance(medium.extinction, from), to - from);
+        let angle = pivot.and_then(|pivot: Pivot| {
+            let ray = (origin + direction * from, direction);
+            Equiangular::new(ray, way, (pivot.center, pivot.ball()))
+        });
+        // By angle where the light is near for what is seen, by what scatters where it is far.
+        let by_angle = angle.map_or(0.0, |angle| {
+            (seen / (seen + angle.height())).min(MOST_BY_ANGLE)
+        });
+        let light = self.throughput * before;
+        let t = match angle {
+            Some(angle) if u < by_angle => angle.sample(u / by_angle),
+            _ => medium.distance(light, way, (u - by_angle) / (1.0 - by_angle))?,
+        };
+        let density = by_angle * angle.map_or(0.0, |angle| angle.density(t))
+            + (1.0 - by_angle) * medium.distance_density(light, way, t);
+        let scattered = medium.scattering * before * transmittance(medium.extinction, t);
+        Some((from + t, scattered / density))
     }
 
     /// The path goes to the other side of a surface.
@@ -257,8 +272,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         at.bounces = self.bounce;
         let within = &self.beside.within;
         let there = within.varies.then(|| self.world.medium_at(within, point));
-        if !is_lit {
-            self.add_light_in_medium(point, there.as_ref(), Vec3::ONE);
+        if !is_lit && !self.world.lights.is_empty() {
+            let numbers = self.sampler.triple(Dimension::Light, self.bounce);
+            let at = &self.beside.previous.at;
+            let drawn = self.world.lights.sample(at, numbers.z, numbers.truncate());
+            if let Some(drawn) = drawn {
+                self.add_light_in_medium(point, there.as_ref(), Vec3::ONE, drawn, numbers);
+            }
         }
         let u = self.sampler.triple(Dimension::Bsdf, self.bounce);
         let medium = there.as_ref().unwrap_or(&self.beside.within.medium);
@@ -294,16 +314,15 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// Adds the light of a sampled light at a point of a medium, with a weight: of this one, where it varies.
-    fn add_light_in_medium(&mut self, point: Vec3, there: Option<&Medium>, weight: Vec3) {
+    fn add_light_in_medium(
+        &mut self,
+        point: Vec3,
+        there: Option<&Medium>,
+        weight: Vec3,
+        (light, drawn): (LightSample, Drawn),
+        numbers: Vec3,
+    ) {
         let (world, settings, bounce) = (self.world, self.settings, self.bounce);
-        if world.lights.is_empty() {
-            return;
-        }
-        let at = &self.beside.previous.at;
-        let u = self.sampler.triple(Dimension::Light, bounce);
-        let Some((light, drawn)) = world.lights.sample(at, u.z, u.truncate()) else {
-            return;
-        };
         let rules = world.lights.rules(drawn);
         if bounce > rules.max_bounces || !rules.visibility.sees(RayKind::Volume) {
             return;
@@ -347,7 +366,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 weighted,
                 share: Some(average(share)),
             }),
-            numbers: u,
+            numbers,
         });
         if bounce == 0 {
             self.light.sink.first_in_medium();
