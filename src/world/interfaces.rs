@@ -49,8 +49,18 @@ struct Meeting {
 /// quotient are twelve in a row at most; as many more for the start, which was such a distance times a direction.
 const ROUNDINGS: f64 = 24.0;
 
-/// So many faces of an object are asked whether another one is close.
-const MOST_FACES: usize = 1 << 18;
+/// So many faces of an object are asked whether another one is close …
+const MOST_FACES: usize = 1 << 16;
+/// … at these points: near its corners, near the middles of its edges, and in its middle.
+const ASKED: [(f32, f32); 7] = [
+    (0.33, 0.33),
+    (0.02, 0.02),
+    (0.96, 0.02),
+    (0.02, 0.96),
+    (0.49, 0.02),
+    (0.02, 0.49),
+    (0.49, 0.49),
+];
 
 /// Interfaces are asked for within so many times the bound of a point: one for its own error, one for that of the other
 /// surface, and one for where Embree has the two along its ray.
@@ -196,7 +206,7 @@ impl World {
             let object = m.hit.object();
             m.within || (own != Some(object) && !on_it.contains(&object))
         });
-        // Surfaces in one place are one: that of the first object, whichever Embree finds.
+        // Surfaces in one place are one: that of the first object, whichever Embree finds. What only bounds a medium comes last.
         let Some(nearest) = meetings
             .iter()
             .min_by(|a, b| a.distance.total_cmp(&b.distance))
@@ -207,7 +217,13 @@ impl World {
         let first = meetings
             .iter()
             .filter(|m| m.distance - m.error <= end)
-            .min_by_key(|m| (m.hit.object(), m.hit.primitive))
+            .min_by_key(|m| {
+                let object = m.hit.object();
+                let mesh = self.geometry.entries[object as usize].mesh;
+                let material = self.geometry.meshes[mesh as usize].material;
+                let only_bounds = self.materials[material as usize].is_tinted;
+                (only_bounds, object, m.hit.primitive)
+            })
             .unwrap_or(nearest);
         passage.way = first.exact.then_some(first.distance as f32);
         let chosen = met.filter(|hit| is_same(hit, &first.hit));
@@ -226,6 +242,25 @@ impl World {
         Some(hit)
     }
 
+    /// Faces of filled objects that lie in the place of a hit which a ray has come to: it crosses them as well.
+    pub(super) fn in_its_place(&self, passage: &Passage, hit: &Hit, d: DVec3) -> Vec<Hit> {
+        let Some(start) = passage.start.as_ref().filter(|s| is_same(&s.left, hit)) else {
+            return Vec::new();
+        };
+        let is_there = |other: &&Hit| {
+            let [a, b, c] = self.exact_corners(other);
+            let normal = (b - a).cross(c - a);
+            let sizes = start.at.abs() + a.abs() + (b - a).abs() + (c - a).abs();
+            let error = ROUNDINGS * 0.5 * f64::EPSILON * normal.abs().dot(sizes);
+            normal.dot(a - start.at).abs() <= error && normal.dot(d) != 0.0
+        };
+        let mut found: Vec<Hit> = start.close.iter().filter(is_there).copied().collect();
+        // An object is crossed once, also at an edge of its faces.
+        found.retain(|other| other.object() != hit.object());
+        found.dedup_by_key(|other| other.object());
+        found
+    }
+
     /// Whether interfaces have to be put in order.
     #[inline]
     pub fn has_close_interfaces(&self) -> bool {
@@ -236,16 +271,17 @@ impl World {
         self.geometry.close[hit.object() as usize]
     }
 
-    /// Whether somewhere another face of a filled object lies within the errors of a point in the middle of a face: a ray that goes on
-    /// behind the one would begin beyond the other. (Of more faces than [`MOST_FACES`] some are asked, evenly.)
-    pub(super) fn is_thin(&self, object: u32) -> bool {
+    /// Whether somewhere another face of filled objects lies within the errors of a point of a face of this one: a ray that goes on
+    /// behind the one would begin beyond the other. Some points of each face are asked; of more faces than [`MOST_FACES`] some,
+    /// evenly.
+    pub(super) fn has_faces_close(&self, object: u32, is_filled: impl Fn(u32) -> bool) -> bool {
         let entry = &self.geometry.entries[object as usize];
         let mesh = &self.geometry.meshes[entry.mesh as usize];
         let faces = mesh.triangles.triangles().len();
         (0..faces)
             .step_by(faces.div_ceil(MOST_FACES).max(1))
-            .any(|face| {
-                let (u, v) = (1.0 / 3.0, 1.0 / 3.0);
+            .flat_map(|face| ASKED.map(|place| (face, place)))
+            .any(|(face, (u, v))| {
                 let at: BoundedPoint = entry.point::<General>(mesh, face as u32, u, v);
                 let normal = entry.geometric_normal::<General>(mesh, face as u32);
                 let beyond = (float::ray_origin(at, normal) - at.point).length() * REACH;
@@ -259,7 +295,8 @@ impl World {
                     time: 0.0,
                 };
                 self.geometry.embree.visit(&query, |other| {
-                    any |= other.object() == object && other.primitive != face as u32;
+                    let own = (other.object(), other.primitive) == (object, face as u32);
+                    any |= !own && is_filled(other.object());
                 });
                 any
             })

@@ -3,7 +3,7 @@
 use super::geometry::MeshInstance;
 use super::passing::shadow_ray;
 use super::varying::{self, Varying};
-use super::{Hit, World};
+use super::{Hit, Passage, World};
 use crate::effects::{Effect, General};
 use crate::ffi::embree::Ray;
 use crate::light::emissive::Eye;
@@ -190,14 +190,18 @@ impl World {
         });
         let fills_objects = of_objects.iter().any(Option::is_some);
         if fills_objects {
-            let is_filled = |object: &usize| of_objects[*object].is_some();
-            let filled = (0..of_objects.len()).filter(is_filled);
-            let thin: Vec<usize> = filled.filter(|&o| self.is_thin(o as u32)).collect();
+            let is_filled = |object: u32| of_objects[object as usize].is_some();
+            let filled = (0..of_objects.len() as u32).filter(|&object| is_filled(object));
+            let thin: Vec<u32> = filled
+                .filter(|&object| self.has_faces_close(object, is_filled))
+                .collect();
             let close = &mut self.geometry.close;
             if !thin.is_empty() {
                 close.resize(of_objects.len(), false);
             }
-            thin.into_iter().for_each(|object| close[object] = true);
+            for object in thin {
+                close[object as usize] = true;
+            }
         }
         if everywhere.is_some() || fills_objects {
             self.media = Some(Box::new(Media {
@@ -433,6 +437,20 @@ impl World {
             )
         {
             self.sum_up(within);
+        }
+    }
+
+    /// A path crosses what lies in the place of a hit as well.
+    #[cold]
+    #[inline(never)]
+    pub fn cross_in_its_place(
+        &self,
+        within: &mut Within,
+        passage: &Passage,
+        (hit, direction): (&Hit, Vec3),
+    ) {
+        for other in self.in_its_place(passage, hit, direction.as_dvec3()) {
+            self.cross(within, &other, direction);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Media on the way of a path: what they take and add, and where they scatter it.
 
-use super::Walk;
+use super::{Beside, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Lit, Record, Step};
@@ -250,6 +250,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     pub(super) fn cross(&mut self, hit: &Hit, direction: Vec3) {
         if E::EVERYTHING && self.world.has_media() {
             self.world.cross(&mut self.beside.within, hit, direction);
+            if self.world.has_close_interfaces() {
+                let Beside {
+                    within, passage, ..
+                } = &mut *self.beside;
+                self.world
+                    .cross_in_its_place(within, passage, (hit, direction));
+            }
         }
     }
 
