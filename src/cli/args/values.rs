@@ -26,7 +26,8 @@ pub type SampleRange = Range<u32>;
 
 /// A number of bytes, with K, M, G or T behind it for powers of 1024.
 pub fn size(text: &str) -> Result<u64, String> {
-    let expected = || "expected a number of bytes, or one with K, M, G or T, such as 500M".to_owned();
+    let expected =
+        || "expected a number of bytes, or one with K, M, G or T, such as 500M".to_owned();
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let shift = match text[digits.len()..].to_ascii_uppercase().as_str() {
         "" | "B" => 0,

@@ -108,7 +108,9 @@ fn dense(document: &Document, json: &GridJson, budget: &Budget) -> Result<Grid, 
     let bytes = 2 * 4 * values.len() as u64;
     if document.grid_budget.take(bytes, 1).is_err() {
         let (needed, left) = (bytes >> 20, document.grid_budget.left() >> 20);
-        return Err(format!("it takes about {needed} MiB of memory, and grids may take {left} more (--max-memory)"));
+        return Err(format!(
+            "it takes about {needed} MiB of memory, and grids may take {left} more (--max-memory)"
+        ));
     }
     let shape = (channels as usize, size);
     Grid::dense(&*json.name, shape, bytemuck::cast_slice(&values), place).map_err(|bytes| {

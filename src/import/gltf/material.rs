@@ -382,7 +382,8 @@ fn volume_scatter(
 ) {
     const NAME: &str = "KHR_materials_volume_scatter";
     if !options.scatter {
-        let instead = "the inside does not scatter; --gltf-scatter reads the draft of the extension";
+        let instead =
+            "the inside does not scatter; --gltf-scatter reads the draft of the extension";
         let (code, verdict) = ("unsupported-material", Verdict::Lost);
         diagnostics.report_effect(Effect::Media, code, verdict, NAME, owner, instead);
         return;

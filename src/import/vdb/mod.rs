@@ -187,7 +187,13 @@ pub(crate) fn read(path: &Path, name: &str, budget: &Budget) -> Result<Grid, Vdb
     let tree = shared.and_then(|parent| entries.iter().find(|e| e.name == *parent));
     let tree = tree.unwrap_or(entry);
     let (compression, half, _) = start(&mut source, tree)?;
-    tree::read(&mut source, tree, (compression, half), name, (place, budget))
+    tree::read(
+        &mut source,
+        tree,
+        (compression, half),
+        name,
+        (place, budget),
+    )
 }
 
 /// What comes before a grid's tree: how it is packed, whether by halves, and where it is.
