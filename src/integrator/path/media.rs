@@ -8,7 +8,7 @@ use crate::light::{Along, Drawn, LightSample, Pivot};
 use crate::math::average;
 use crate::medium::{Equiangular, Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
-use crate::world::{Draws, Hit, RayKind, Sender, Way, Within, World};
+use crate::world::{Draws, Hit, Passage, RayKind, Sender, Way, Within, World};
 use glam::Vec3;
 
 /// Tells the numbers of flights from those of opacity.
@@ -306,6 +306,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         (self.origin, self.direction, self.span) = (point, onward, (0.0, f32::INFINITY));
         let beside = &mut *self.beside;
         (beside.walked, beside.near, beside.skipped) = (0.0, 0.0, 0.0);
+        // It begins at no surface.
+        beside.passage = Passage::default();
         let previous = &mut beside.previous;
         (previous.pdf, previous.only_bsdf, previous.delta) = (pdf, false, false);
         previous.kind = RayKind::Volume;
