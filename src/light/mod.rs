@@ -18,7 +18,7 @@ pub mod lamp;
 pub mod light_sampler;
 pub mod linking;
 pub mod pivot;
-mod portal;
+pub mod portal;
 pub mod program;
 pub mod quad;
 pub mod rectangle;

@@ -1,7 +1,7 @@
 //! A light as a ray through a medium sees it: what places along the ray are chosen by.
 
 use super::estimate::LightBounds;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_PI_2;
 
 /// Where a light is, and which part of a ray it may shine on.
@@ -29,7 +29,7 @@ impl Pivot {
     pub fn falls_on(&self, (origin, direction): (Vec3, Vec3), seen: f32) -> f32 {
         let to = self.center - origin;
         let nearest = to.dot(direction);
-        let height = to.cross(direction).length().hypot(self.ball());
+        let height = Vec2::new(to.cross(direction).length(), self.ball()).length();
         let (from, to) = self.lit;
         let angle = |t: f32| ((t - nearest) / height).atan();
         let height = height.max(f32::MIN_POSITIVE);

@@ -3,7 +3,7 @@
 //! Kulla and Fajardo, *Importance Sampling Techniques for Path Tracing in Participating Media*, 2012: the density has the inverse
 //! square of the distance to that point in it, as the light of a lamp there has.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_PI_2;
 
 /// Distances from 0 to an end, which may be infinite.
@@ -29,7 +29,7 @@ impl Equiangular {
         let to = point - origin;
         let nearest = to.dot(direction);
         // Not by a difference of squares, which cancels.
-        let height = to.cross(direction).length().hypot(radius);
+        let height = Vec2::new(to.cross(direction).length(), radius).length();
         let angle = if end.is_finite() {
             // Between the ways to both ends: differences of arcs would cancel where the point is far away.
             (height * end).atan2(height * height - nearest * (end - nearest))
