@@ -5,6 +5,7 @@ use super::progress::Reporter;
 use super::{Failure, console};
 use crate::import::{self, AnimationTime, ImportOptions};
 use crate::math::words::counted;
+use crate::render::memory;
 use crate::scene::{Diagnostics, Environment, LeftOut, Scene, Verdict, Visibility, simplify};
 use crate::world;
 use glam::{DMat3, DVec3};
@@ -46,6 +47,8 @@ pub fn load_all(
         without_world: environment.is_given()?,
         allow_outside: import.allow_outside,
         animation: import.animation_time()?,
+        scatter: import.gltf_scatter,
+        grid_memory: Some(import.grid_memory.unwrap_or_else(memory::free)),
     };
     let mut imported =
         import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;

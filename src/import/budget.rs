@@ -54,6 +54,11 @@ impl Budget {
         Self::new(FREE_TEXELS + TEXELS_PER_BYTE.saturating_mul(input_bytes as u64))
     }
 
+    /// For grids of volumes, by what the user or the machine allows.
+    pub(crate) fn for_grids(allowed: Option<u64>) -> Self {
+        Self::new(allowed.unwrap_or(u64::MAX))
+    }
+
     /// What may still be taken.
     pub(crate) fn left(&self) -> u64 {
         self.left.load(Ordering::Relaxed)

@@ -47,6 +47,10 @@ pub struct ImportOptions {
     pub allow_outside: bool,
     /// The time at which an animation of the file poses it; `None` is the pose that the file has without.
     pub animation: Option<AnimationTime>,
+    /// Reads glTF's KHR_materials_volume_scatter, a draft.
+    pub scatter: bool,
+    /// What the grids of volumes may take, bytes; `None` is no limit.
+    pub grid_memory: Option<u64>,
 }
 
 /// A time of an animation.

@@ -24,7 +24,7 @@ impl Angle {
         cos: -1.0,
     };
 
-    fn radians(self) -> f32 {
+    pub(super) fn radians(self) -> f32 {
         // Most often it is one of these, and an arc tangent takes as long as all else of a union.
         if self == Self::ZERO {
             0.0

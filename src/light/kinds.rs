@@ -146,6 +146,17 @@ impl LightSample {
         self.arriving / self.divisor
     }
 
+    /// The same, of a light that was chosen with a probability, and would be with another one where the density is asked for.
+    #[inline]
+    pub(super) fn chosen_elsewhere(self, probability: f32, here: f32) -> Option<Self> {
+        let divisor = self.divisor * probability;
+        (divisor > 0.0).then_some(Self {
+            divisor,
+            pdf: self.pdf * here,
+            ..self
+        })
+    }
+
     /// The same, of a light that was chosen with a probability. `None` where the density is 0 by underflow.
     #[inline]
     pub(super) fn chosen(self, probability: f32) -> Option<Self> {

@@ -17,6 +17,7 @@ pub mod kinds;
 pub mod lamp;
 pub mod light_sampler;
 pub mod linking;
+pub mod pivot;
 pub mod portal;
 pub mod program;
 pub mod quad;
@@ -31,8 +32,9 @@ pub mod triangle;
 pub use groups::LightGroups;
 pub use kinds::{Light, LightSample, LightSampleContext};
 pub use linking::Linking;
+pub use pivot::Pivot;
 pub use rules::Rules;
-pub use set::{Drawn, LightSet, LightSetBuilder, Shadows, Source};
+pub use set::{Along, Drawn, LightSet, LightSetBuilder, Shadows, Source};
 
 use glam::Vec3;
 

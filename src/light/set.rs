@@ -1,5 +1,9 @@
 //! All lights of a scene, and which of them to sample.
 
+mod along;
+
+pub use along::Along;
+
 use super::emissive::{EmissiveMesh, EmissiveTriangles, Eye, Twins};
 use super::estimate::{Angle, LightBounds, MOST};
 use super::finder::Finder;
@@ -249,6 +253,11 @@ impl LightSet {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.sampler.is_empty() && self.infinite.is_empty()
+    }
+
+    /// Whether there are none at infinity but points: what a ray finds behind everything is black.
+    pub fn are_all_near(&self) -> bool {
+        self.infinite.iter().all(|other| !other.light.is_sized())
     }
 
     /// A point that is to be lit.

@@ -40,6 +40,16 @@ pub fn floor(x: f32) -> (i64, f32) {
     (i64::from(below), x - below as f32)
 }
 
+/// Albedo of a single scattering in a half space that gives back a colour altogether, with a mean cosine of scatterings: d'Eon,
+/// *A Hitchhiker's Guide to Multiple Scattering*, eq. 53.7; Kulla and Conty, *Revisiting Physically Based Shading at Imageworks*, 2017.
+pub fn single_scattering_albedo(color: Vec3, g: f32) -> Vec3 {
+    let root = 9.59217 + color * 41.6808 + color * color * 17.7126;
+    let root = Vec3::new(root.x.sqrt(), root.y.sqrt(), root.z.sqrt());
+    let s = color * 4.20863 - root + 4.09712;
+    let s2 = s * s;
+    (1.0 - s2) / (1.0 - g * s2)
+}
+
 /// Linear interpolation that is exact at both ends.
 pub fn mix(a: f32, b: f32, t: f32) -> f32 {
     a * (1.0 - t) + b * t

@@ -3,7 +3,7 @@
 //! Kulla and Fajardo, *Importance Sampling Techniques for Path Tracing in Participating Media*, 2012: the density has the inverse
 //! square of the distance to that point in it, as the light of a lamp there has.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_PI_2;
 
 /// Distances from 0 to an end, which may be infinite.
@@ -19,12 +19,17 @@ pub struct Equiangular {
 }
 
 impl Equiangular {
-    /// Along a ray (direction of length 1) by a point; none where that lies on the ray, as far as f32 tells.
-    pub fn new((origin, direction): (Vec3, Vec3), end: f32, point: Vec3) -> Option<Self> {
+    /// Along a ray (direction of length 1) by a point, or by something around it: light of a lamp of a radius falls off no steeper
+    /// than that of a point which is further away by it. None where a point lies on the ray, as far as f32 tells.
+    pub fn new(
+        (origin, direction): (Vec3, Vec3),
+        end: f32,
+        (point, radius): (Vec3, f32),
+    ) -> Option<Self> {
         let to = point - origin;
         let nearest = to.dot(direction);
         // Not by a difference of squares, which cancels.
-        let height = to.cross(direction).length();
+        let height = Vec2::new(to.cross(direction).length(), radius).length();
         let angle = if end.is_finite() {
             // Between the ways to both ends: differences of arcs would cancel where the point is far away.
             (height * end).atan2(height * height - nearest * (end - nearest))
@@ -40,6 +45,11 @@ impl Equiangular {
         })
     }
 
+    /// How near the ray comes to the point.
+    pub fn height(&self) -> f32 {
+        self.height
+    }
+
     /// The distance of a number from 0 to 1.
     pub fn sample(&self, u: f32) -> f32 {
         let Self {
@@ -53,6 +63,9 @@ impl Equiangular {
 
     /// Density of a distance, 1/m.
     pub fn density(&self, t: f32) -> f32 {
+        if !(0.0..=self.end).contains(&t) {
+            return 0.0;
+        }
         let off = t - self.nearest;
         self.height / (self.angle * (self.height * self.height + off * off))
     }

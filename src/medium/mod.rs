@@ -119,16 +119,44 @@ impl Medium {
         (sum > 0.0 && sum.is_finite()).then(|| shares / sum)
     }
 
-    /// Density by which [`Self::fly`] scatters light of a throughput at a distance, 1/m.
-    pub fn density(&self, throughput: Vec3, distance: f32) -> f32 {
-        let passed = transmittance(self.extinction, distance);
+    /// A distance at which light of a throughput is scattered on the way to another, with its density among these, 1/m. One channel's
+    /// free path is drawn, by what it scatters on that way, and all of them count.
+    pub fn distance(&self, throughput: Vec3, end: f32, u: f32) -> Option<f32> {
+        let shares = self.shares(throughput)? * self.taken(end);
+        let sum = shares.element_sum();
+        let (channel, u) = chosen((sum > 0.0).then(|| shares / sum)?, u);
+        let taken = self.taken(end)[channel];
+        let t = -(-u * taken).ln_1p() / self.extinction[channel];
+        t.is_finite().then(|| t.min(end))
+    }
+
+    /// The density of [`Self::distance`] at one, 1/m.
+    pub fn distance_density(&self, throughput: Vec3, end: f32, t: f32) -> f32 {
         let shares = self.shares(throughput).unwrap_or_default();
-        (shares * self.extinction * passed).element_sum()
+        let sum = (shares * self.taken(end)).element_sum();
+        let density = (shares * self.extinction * transmittance(self.extinction, t)).element_sum();
+        if sum > 0.0 { density / sum } else { 0.0 }
+    }
+
+    /// Share that it takes on a distance, without cancellation where it is thin.
+    fn taken(&self, distance: f32) -> Vec3 {
+        let share = |sigma: f32| {
+            if sigma > 0.0 {
+                -(-sigma * distance).exp_m1()
+            } else {
+                0.0
+            }
+        };
+        let Vec3 { x, y, z } = self.extinction;
+        Vec3::new(share(x), share(y), share(z))
     }
 
     /// Draws where light of a throughput is scattered on the way to a distance. One channel's free path is drawn, by what it
     /// scatters, and all of them count by the balance heuristic.
-    pub fn fly(&self, throughput: Vec3, distance: f32, u: f32) -> Flight {
+    ///
+    /// `worth`: what comes to a path that is scattered, for what comes to one that is not. It only changes how often the one and
+    /// the other is drawn; with 1 it is as often as light is.
+    pub fn fly(&self, throughput: Vec3, distance: f32, worth: f32, u: f32) -> Flight {
         let Self {
             extinction,
             scattering,
@@ -137,23 +165,40 @@ impl Medium {
         let Some(shares) = self.shares(throughput) else {
             return Flight::Through(transmittance(extinction, distance));
         };
-        // The number that chooses the channel is stretched for the path.
-        let (channel, low) = match u {
-            u if u < shares.x => (0, 0.0),
-            u if u < shares.x + shares.y || shares.z <= 0.0 => (1, shares.x),
-            _ => (2, shares.x + shares.y),
+        let (channel, u) = chosen(shares, u);
+        let (taken, passed) = (self.taken(distance), transmittance(extinction, distance));
+        // How much oftener than light a path is scattered.
+        let often = if worth == 1.0 {
+            Vec3::ONE
+        } else if worth == f32::INFINITY {
+            Vec3::select(taken.cmpgt(Vec3::ZERO), taken.recip(), Vec3::ZERO)
+        } else {
+            worth / (taken * worth + passed)
         };
-        let u = ((u - low) / shares[channel]).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
-        let t = -(-u).ln_1p() / extinction[channel];
+        let t = -(-u / often[channel]).ln_1p() / extinction[channel];
         if t < distance {
             let passed = transmittance(extinction, t);
-            let pdf = (shares * extinction * passed).element_sum();
+            let pdf = (shares * often * extinction * passed).element_sum();
             Flight::Scattered(t, scattering * passed / pdf)
-        } else {
-            let passed = transmittance(extinction, distance);
+        } else if worth == 1.0 {
             Flight::Through(passed / (shares * passed).element_sum())
+        } else {
+            // What is left of 1, as passed / (taken · worth + passed).
+            let goes_on = passed * often / worth;
+            Flight::Through(passed / (shares * goes_on).element_sum())
         }
     }
+}
+
+/// The channel that a number chooses by shares, and the number stretched for what follows.
+fn chosen(shares: Vec3, u: f32) -> (usize, f32) {
+    let (channel, low) = match u {
+        u if u < shares.x => (0, 0.0),
+        u if u < shares.x + shares.y || shares.z <= 0.0 => (1, shares.x),
+        _ => (2, shares.x + shares.y),
+    };
+    let u = (u - low) / shares[channel];
+    (channel, u.clamp(0.0, 1.0 - f32::EPSILON / 2.0))
 }
 
 #[cfg(test)]

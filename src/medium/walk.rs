@@ -8,6 +8,7 @@
 //! the balance heuristic.
 
 use super::phase::{Phase, turned};
+use crate::math::single_scattering_albedo;
 use glam::Vec3;
 use std::f32::consts::TAU;
 
@@ -59,11 +60,7 @@ impl Inside {
                 fit.albedo(color.z),
             )
         } else {
-            let root = 9.59217 + color * 41.6808 + color * color * 17.7126;
-            let root = Vec3::new(root.x.sqrt(), root.y.sqrt(), root.z.sqrt());
-            let s = color * 4.20863 - root + 4.09712;
-            let s2 = s * s;
-            (1.0 - s2) / (1.0 - g * s2)
+            single_scattering_albedo(color, g)
         };
         let albedo = albedo.clamp(Vec3::ZERO, Vec3::splat(MOST_ALBEDO));
         let raised = albedo.max(Vec3::splat(LEAST_ALBEDO));

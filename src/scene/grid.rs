@@ -318,17 +318,23 @@ impl Grid {
         (self.tiles.len() - 1) as u32 | TILE
     }
 
+    /// Bytes that the values of all its leaves take.
+    pub fn bytes_of_leaves(&self) -> u64 {
+        let size = match self.values {
+            Values::Half(_) => 2,
+            Values::Single(_) => 4,
+        };
+        let leaf = (LEAF_POINTS * size + 2 * 4) * self.channels;
+        u64::from(self.leaves) * leaf as u64
+    }
+
     /// Makes place for the leaves' values.
     pub fn finish_topology(&mut self) -> Result<(), NoMemory> {
         self.regions.finish();
         let count = self.leaves as usize * LEAF_POINTS * self.channels;
         let ranges = self.leaves as usize * self.channels * 2;
-        let size = if matches!(self.values, Values::Half(_)) {
-            2
-        } else {
-            4
-        };
-        let failed = |_| NoMemory((count * size + ranges * 4) as u64);
+        let bytes = self.bytes_of_leaves();
+        let failed = |_| NoMemory(bytes);
         match &mut self.values {
             Values::Single(values) => values.try_reserve_exact(count).map_err(failed)?,
             Values::Half(values) => values.try_reserve_exact(count).map_err(failed)?,

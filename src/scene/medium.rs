@@ -2,6 +2,8 @@
 
 use super::Effect;
 use super::graph::Graph;
+use crate::math::single_scattering_albedo;
+use glam::Vec3;
 
 /// A medium: what it takes, scatters and emits over a metre.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -61,6 +63,23 @@ impl Medium {
         Self {
             absorption: color.map(coefficient),
             ..Self::default()
+        }
+    }
+
+    /// The same, but that it scatters what it takes, with a mean cosine, so that a thick one gives back a colour.
+    #[must_use]
+    pub fn scattering_back(self, color: [f32; 3], g: f32) -> Self {
+        let albedo = single_scattering_albedo(color.map(|c| c.clamp(0.0, 1.0)).into(), g);
+        let albedo = albedo.clamp(Vec3::ZERO, Vec3::ONE);
+        let extinction = Vec3::from(self.absorption);
+        let scatterer = Scatterer {
+            coefficient: (extinction * albedo).into(),
+            phase: Phase::HenyeyGreenstein(g),
+        };
+        Self {
+            absorption: (extinction * (Vec3::ONE - albedo)).into(),
+            scatterers: vec![scatterer],
+            ..self
         }
     }
 

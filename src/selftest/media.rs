@@ -13,7 +13,7 @@ use glam::{DAffine3, DVec3};
 pub const CASES: &[Case] = &[
     Case {
         name: "thick-and-thin-media",
-        about: "Slabs of 1e-9 to 1e6 mean free paths, and one of 1e-5 m in a room of 1e3 m: what they let through and emit is analytic.",
+        about: "Slabs of 1e-9 to 1e6 mean free paths, and of 1e-5 and 1e-6 m in a room of 1e3 m: what they let through and emit is analytic.",
         run: thick_and_thin,
     },
     Case {
@@ -25,6 +25,11 @@ pub const CASES: &[Case] = &[
         name: "media-at-any-scale",
         about: "A ball of fog with a core, from 2^-20 to 2^20 times its size: the same bits; and 1e5 m away: the same picture.",
         run: scales,
+    },
+    Case {
+        name: "media-that-meet",
+        about: "Two slabs that absorb: nested, overlapping, with faces in one place, touching, and open ones. The depths of both add up.",
+        run: meeting,
     },
     Case {
         name: "camera-on-a-boundary",
@@ -70,15 +75,92 @@ pub fn behind_a_slab(medium: Medium, thickness: f32) -> Scene {
 /// Adds a slab of 8 by 8 m below the plane of X and Y.
 pub fn add_slab(scene: &mut Scene, medium: Medium, thickness: f32) {
     // Two sheets are a boundary as well: the front one is entered, the back one is left.
-    let mut front = quad([-4.0, -4.0, 0.0], [8.0, 0.0, 0.0], [0.0, 8.0, 0.0]);
-    let back = quad([-4.0, 4.0, -thickness], [8.0, 0.0, 0.0], [0.0, -8.0, 0.0]);
+    add_sheets(scene, medium, [Some(0.0), Some(-thickness)]);
+}
+
+/// Adds an object of sheets of 8 by 8 m at places along Z: one that faces up, and one that faces down.
+fn add_sheets(scene: &mut Scene, medium: Medium, [front, back]: [Option<f32>; 2]) {
+    let front = front.map(|z| quad([-4.0, -4.0, z], [8.0, 0.0, 0.0], [0.0, 8.0, 0.0]));
+    let back = back.map(|z| quad([-4.0, 4.0, z], [8.0, 0.0, 0.0], [0.0, -8.0, 0.0]));
+    let mut sheets = front.into_iter().chain(back);
+    let Some(mut both) = sheets.next() else {
+        return;
+    };
     // One object, as a mesh of both would be.
-    let first = front.positions.len() as u32;
-    front.positions.extend(back.positions);
-    let triangles = back.triangles.iter().map(|t| t.map(|i| i + first));
-    front.triangles.extend(triangles);
-    front.normals = None;
-    place(scene, front, boundary(medium), &[DAffine3::IDENTITY]);
+    for other in sheets {
+        let first = both.positions.len() as u32;
+        both.positions.extend(other.positions);
+        let triangles = other.triangles.iter().map(|t| t.map(|i| i + first));
+        both.triangles.extend(triangles);
+    }
+    both.normals = None;
+    place(scene, both, boundary(medium), &[DAffine3::IDENTITY]);
+}
+
+/// What two objects bound, 1/m: where their sheets are along Z, and how far light goes through each of them before a wall at −5.
+fn meeting(_: Effort) -> Result<Vec<Finding>, RenderError> {
+    const SIGMA: [f32; 2] = [0.3, 0.7];
+    let slab = |from: f32, to: f32| [Some(from), Some(to)];
+    let cases = [
+        (
+            "one in the other",
+            [slab(0.0, -2.0), slab(-0.5, -1.0)],
+            [2.0, 0.5],
+        ),
+        (
+            "two that overlap",
+            [slab(0.0, -2.0), slab(-1.0, -3.0)],
+            [2.0, 2.0],
+        ),
+        (
+            "two in one place",
+            [slab(0.0, -2.0), slab(0.0, -2.0)],
+            [2.0, 2.0],
+        ),
+        (
+            "two with one front",
+            [slab(0.0, -2.0), slab(0.0, -1.0)],
+            [2.0, 1.0],
+        ),
+        (
+            "two with one back",
+            [slab(-1.0, -2.0), slab(0.0, -2.0)],
+            [1.0, 2.0],
+        ),
+        (
+            "two that touch",
+            [slab(0.0, -2.0), slab(-2.0, -3.0)],
+            [2.0, 1.0],
+        ),
+        (
+            "one that is entered and never left",
+            [[Some(0.0), None], slab(-1.0, -2.0)],
+            [5.0, 1.0],
+        ),
+        (
+            "one that is left and never entered",
+            [[None, Some(0.0)], slab(-1.0, -2.0)],
+            [0.0, 1.0],
+        ),
+    ];
+    let mut bench = Bench::default();
+    let mut findings = Vec::new();
+    for (name, sheets, ways) in cases {
+        let mut scene = behind_a_slab(Medium::default(), 1.0);
+        scene.instances.truncate(1);
+        for (sheets, sigma) in sheets.into_iter().zip(SIGMA) {
+            let medium = Medium {
+                absorption: [sigma; 3],
+                ..Medium::default()
+            };
+            add_sheets(&mut scene, medium, sheets);
+        }
+        let found = mean(&bench.render(&scene, &small(4, 4))?.picture);
+        let depth = f64::from(SIGMA[0]) * ways[0] + f64::from(SIGMA[1]) * ways[1];
+        let quantity = format!("share that is let through by {name}");
+        findings.push(Finding::new(quantity, (-depth).exp(), found, 1e-5));
+    }
+    Ok(bench.with(findings))
 }
 
 fn thick_and_thin(_: Effort) -> Result<Vec<Finding>, RenderError> {
@@ -91,6 +173,7 @@ fn thick_and_thin(_: Effort) -> Result<Vec<Finding>, RenderError> {
         (80.0, 1.0),
         (1e6, 1.0),
         (1e5, 1e-5),
+        (1e5, 1e-6),
     ] {
         let medium = Medium {
             absorption: [sigma; 3],
@@ -115,23 +198,26 @@ fn thick_and_thin(_: Effort) -> Result<Vec<Finding>, RenderError> {
         let quantity = format!("share that is let through, {sigma:e}/m, {thickness:e} m");
         findings.push(Finding::new(quantity, through, found, bound));
     }
-    // The same shell before a wall 1e3 m away.
-    let thin = Medium {
-        absorption: [1e4; 3],
-        ..Medium::default()
-    };
-    let mut scene = behind_a_slab(thin, 1e-5);
-    if let Some(wall) = scene.instances.first_mut() {
-        wall.world_from_object = DAffine3::from_scale(DVec3::splat(200.0));
+    // Shells before a wall 1e3 m away: the faces of the thinner one are two steps of f32 from each other.
+    for (sigma, thickness) in [(1e4, 1e-5), (1e5, 1e-6)] {
+        let thin = Medium {
+            absorption: [sigma; 3],
+            ..Medium::default()
+        };
+        let mut scene = behind_a_slab(thin, thickness);
+        if let Some(wall) = scene.instances.first_mut() {
+            wall.world_from_object = DAffine3::from_scale(DVec3::splat(200.0));
+        }
+        let found = mean(&bench.render(&scene, &small(4, 4))?.picture);
+        // Of each face half a step, 2.4e-7 m, at the distance of the camera.
+        let bound = f64::from(f32::EPSILON) * 4.0 * f64::from(sigma);
+        findings.push(Finding::new(
+            format!("share that a shell of {thickness:e} m lets through in a room of 1e3 m"),
+            (-0.1f64).exp(),
+            found,
+            bound,
+        ));
     }
-    let found = mean(&bench.render(&scene, &small(4, 4))?.picture);
-    let bound = f64::from(f32::EPSILON) * 8.0 * 1e4;
-    findings.push(Finding::new(
-        "share that a shell of 1e-5 m lets through in a room of 1e3 m",
-        (-0.1f64).exp(),
-        found,
-        bound,
-    ));
     Ok(bench.with(findings))
 }
 

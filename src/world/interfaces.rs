@@ -19,6 +19,8 @@ use std::sync::Arc;
 /// The way between two surfaces, in f64.
 #[derive(Default)]
 pub struct Passage {
+    /// How far it is from there to the next surface, if that has been found in f64.
+    pub way: Option<f32>,
     /// Where the ray begins, if it leaves an interface that may have another close by.
     start: Option<Start>,
 }
@@ -39,11 +41,26 @@ struct Meeting {
     distance: f64,
     /// What that may be off.
     error: f64,
+    /// The distance is one in f64, from where the ray truly begins.
+    exact: bool,
 }
 
 /// Roundings of f64 on the way from corners to the distance along a ray: differences, cross product, scalar products and
 /// quotient are twelve in a row at most; as many more for the start, which was such a distance times a direction.
 const ROUNDINGS: f64 = 24.0;
+
+/// So many faces of an object are asked whether another one is close …
+const MOST_FACES: usize = 1 << 16;
+/// … at these points: near its corners, near the middles of its edges, and in its middle.
+const ASKED: [(f32, f32); 7] = [
+    (0.33, 0.33),
+    (0.02, 0.02),
+    (0.96, 0.02),
+    (0.02, 0.96),
+    (0.49, 0.02),
+    (0.02, 0.49),
+    (0.49, 0.49),
+];
 
 /// Interfaces are asked for within so many times the bound of a point: one for its own error, one for that of the other
 /// surface, and one for where Embree has the two along its ray.
@@ -117,6 +134,7 @@ impl World {
         kind: RayKind,
     ) -> Option<Hit> {
         let start = passage.start.take();
+        passage.way = None;
         let (from, d) = (
             start.as_ref().map_or(origin.as_dvec3(), |start| start.at),
             direction.as_dvec3(),
@@ -172,6 +190,7 @@ impl World {
                 within: true,
                 distance: f64::from(hit.distance),
                 error: 0.0,
+                exact: false,
             }),
             None => {}
         }
@@ -187,7 +206,7 @@ impl World {
             let object = m.hit.object();
             m.within || (own != Some(object) && !on_it.contains(&object))
         });
-        // Surfaces in one place are one: that of the first object, whichever Embree finds.
+        // Surfaces in one place are one: that of the first object, whichever Embree finds. What only bounds a medium comes last.
         let Some(nearest) = meetings
             .iter()
             .min_by(|a, b| a.distance.total_cmp(&b.distance))
@@ -198,8 +217,15 @@ impl World {
         let first = meetings
             .iter()
             .filter(|m| m.distance - m.error <= end)
-            .min_by_key(|m| (m.hit.object(), m.hit.primitive))
+            .min_by_key(|m| {
+                let object = m.hit.object();
+                let mesh = self.geometry.entries[object as usize].mesh;
+                let material = self.geometry.meshes[mesh as usize].material;
+                let only_bounds = self.materials[material as usize].is_tinted;
+                (only_bounds, object, m.hit.primitive)
+            })
             .unwrap_or(nearest);
+        passage.way = first.exact.then_some(first.distance as f32);
         let chosen = met.filter(|hit| is_same(hit, &first.hit));
         let hit = chosen.unwrap_or(first.hit);
         if self.is_close(&hit) {
@@ -216,14 +242,71 @@ impl World {
         Some(hit)
     }
 
+    /// Faces of filled objects that lie in the place of a hit which a ray has come to: it crosses them as well.
+    pub(super) fn in_its_place(&self, passage: &Passage, hit: &Hit, d: DVec3) -> Vec<Hit> {
+        let Some(start) = passage.start.as_ref().filter(|s| is_same(&s.left, hit)) else {
+            return Vec::new();
+        };
+        let is_there = |other: &&Hit| {
+            let [a, b, c] = self.exact_corners(other);
+            let normal = (b - a).cross(c - a);
+            let sizes = start.at.abs() + a.abs() + (b - a).abs() + (c - a).abs();
+            let error = ROUNDINGS * 0.5 * f64::EPSILON * normal.abs().dot(sizes);
+            normal.dot(a - start.at).abs() <= error && normal.dot(d) != 0.0
+        };
+        let mut found: Vec<Hit> = start.close.iter().filter(is_there).copied().collect();
+        // An object is crossed once, also at an edge of its faces.
+        found.retain(|other| other.object() != hit.object());
+        found.dedup_by_key(|other| other.object());
+        found
+    }
+
     /// Whether interfaces have to be put in order.
     #[inline]
     pub fn has_close_interfaces(&self) -> bool {
         !self.geometry.close.is_empty()
     }
 
-    fn is_close(&self, hit: &Hit) -> bool {
+    pub(super) fn is_close(&self, hit: &Hit) -> bool {
         self.geometry.close[hit.object() as usize]
+    }
+
+    /// Whether somewhere another face of filled objects lies within the errors of a point of a face of this one: a ray that goes on
+    /// behind the one would begin beyond the other. Some points of each face are asked; of more faces than [`MOST_FACES`] some,
+    /// evenly.
+    pub(super) fn has_faces_close(&self, object: u32, is_filled: impl Fn(u32) -> bool) -> bool {
+        let entry = &self.geometry.entries[object as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        let faces = mesh.triangles.triangles().len();
+        (0..faces)
+            .step_by(faces.div_ceil(MOST_FACES).max(1))
+            .flat_map(|face| ASKED.map(|place| (face, place)))
+            .any(|(face, (u, v))| {
+                let at: BoundedPoint = entry.point::<General>(mesh, face as u32, u, v);
+                let normal = entry.geometric_normal::<General>(mesh, face as u32);
+                let beyond = (float::ray_origin(at, normal) - at.point).length() * REACH;
+                let mut any = false;
+                let query = Ray {
+                    origin: (at.point - normal * beyond).to_array(),
+                    direction: normal.to_array(),
+                    near: 0.0,
+                    far: 2.0 * beyond,
+                    mask: u32::MAX,
+                    time: 0.0,
+                };
+                self.geometry.embree.visit(&query, |other| {
+                    let own = (other.object(), other.primitive) == (object, face as u32);
+                    any |= !own && is_filled(other.object());
+                });
+                any
+            })
+    }
+
+    /// Where a ray meets the plane of a triangle, in f64.
+    pub(super) fn exact_distance(&self, hit: &Hit, (from, d): (DVec3, DVec3)) -> f64 {
+        let [a, b, c] = self.exact_corners(hit);
+        let normal = (b - a).cross(c - a);
+        normal.dot(a - from) / normal.dot(d)
     }
 
     /// Interfaces within the errors of the point of a hit, but not its own triangle.
@@ -279,6 +362,7 @@ impl World {
                 within: u.min(v).min(1.0 - u - v) >= 0.0,
                 distance,
                 error,
+                exact: true,
             }
         })
     }

@@ -3,7 +3,7 @@
 use super::geometry::MeshInstance;
 use super::passing::shadow_ray;
 use super::varying::{self, Varying};
-use super::{Hit, World};
+use super::{Hit, Passage, World};
 use crate::effects::{Effect, General};
 use crate::ffi::embree::Ray;
 use crate::light::emissive::Eye;
@@ -189,6 +189,20 @@ impl World {
             }
         });
         let fills_objects = of_objects.iter().any(Option::is_some);
+        if fills_objects {
+            let is_filled = |object: u32| of_objects[object as usize].is_some();
+            let filled = (0..of_objects.len() as u32).filter(|&object| is_filled(object));
+            let thin: Vec<u32> = filled
+                .filter(|&object| self.has_faces_close(object, is_filled))
+                .collect();
+            let close = &mut self.geometry.close;
+            if !thin.is_empty() {
+                close.resize(of_objects.len(), false);
+            }
+            for object in thin {
+                close[object as usize] = true;
+            }
+        }
         if everywhere.is_some() || fills_objects {
             self.media = Some(Box::new(Media {
                 of_objects,
@@ -270,7 +284,7 @@ impl World {
         (origin, direction): (Vec3, Vec3),
         far: f32,
         time: f32,
-    ) -> Vec<(f32, u32, bool)> {
+    ) -> Vec<(f64, u32, bool)> {
         let mut found = Vec::new();
         if !self.media.as_ref().is_some_and(|media| media.fills_objects) {
             return found;
@@ -280,9 +294,15 @@ impl World {
             mask: RayKind::Shadow.bit(),
             ..shadow_ray((origin, direction), far, time)
         };
+        let exact = (origin.as_dvec3(), direction.as_dvec3());
         self.geometry.embree.visit(&ray, |hit| {
             if self.is_filled(hit) {
-                found.push((hit.distance, hit.object(), self.leaves(hit, direction)));
+                // The faces of a shell may be nearer to each other than steps of f32 are there.
+                let is_thin = self.has_close_interfaces() && self.is_close(hit);
+                let distance = is_thin.then(|| self.exact_distance(hit, exact));
+                let distance = distance.filter(|distance| distance.is_finite());
+                let distance = distance.unwrap_or(f64::from(hit.distance));
+                found.push((distance, hit.object(), self.leaves(hit, direction)));
             }
         });
         found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
@@ -420,6 +440,20 @@ impl World {
         }
     }
 
+    /// A path crosses what lies in the place of a hit as well.
+    #[cold]
+    #[inline(never)]
+    pub fn cross_in_its_place(
+        &self,
+        within: &mut Within,
+        passage: &Passage,
+        (hit, direction): (&Hit, Vec3),
+    ) {
+        for other in self.in_its_place(passage, hit, direction.as_dvec3()) {
+            self.cross(within, &other, direction);
+        }
+    }
+
     /// Share of light that media let through from a target to where a ray begins, or from infinity; `key` for the numbers of what
     /// varies.
     #[cold]
@@ -437,7 +471,7 @@ impl World {
         };
         let scale = way.length();
         let mut draws = Draws::new(key, SHADOW ^ way.x.to_bits());
-        let (mut depth, mut from, mut share) = (Vec3::ZERO, 0.0, Vec3::ONE);
+        let (mut depth, mut from, mut share) = (Vec3::ZERO, 0.0f64, Vec3::ONE);
         let mut around = within.clone();
         let along = |from: f32, to: f32| Way {
             origin,
@@ -446,9 +480,9 @@ impl World {
         };
         for (distance, object, leaves) in self.crossings((origin, way), far, time) {
             if around.varies {
-                share *= self.share(&around, &along(from, distance), &mut draws);
+                share *= self.share(&around, &along(from as f32, distance as f32), &mut draws);
             } else {
-                depth += around.medium.extinction * ((distance - from) * scale);
+                depth += around.medium.extinction * ((distance - from) as f32 * scale);
             }
             from = distance;
             if enter_or_leave(&mut around.objects, object, leaves) {
@@ -456,9 +490,10 @@ impl World {
             }
         }
         if around.varies {
-            share *= self.share(&around, &along(from, far), &mut draws);
+            share *= self.share(&around, &along(from as f32, far), &mut draws);
         } else {
-            share *= transmittance(around.medium.extinction, (far - from) * scale);
+            let rest = (f64::from(far) - from) as f32;
+            share *= transmittance(around.medium.extinction, rest * scale);
         }
         share * transmittance(depth, 1.0)
     }

@@ -713,6 +713,50 @@ fn transmission_is_solid_or_thin_by_generator_volume_and_option() {
     }
 }
 
+/// A draft, behind a switch: what is taken on the way is scattered as far as the colour says.
+#[test]
+fn solids_scatter_by_the_draft_where_it_is_asked_for() {
+    let mut file = Builder::square();
+    file.json["materials"][0] = json!({ "extensions": {
+        "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+        "KHR_materials_volume": { "thicknessFactor": 0.5, "attenuationDistance": 2.0, "attenuationColor": [0.5, 0.5, 0.5] },
+        "KHR_materials_volume_scatter": { "multiscatterColorFactor": [1.0, 0.5, 0.0], "scatterAnisotropy": 0.3 }
+    } });
+    let imported = file.load();
+    assert_eq!(codes(&imported), ["unsupported-material"]);
+    let medium = imported.scene.materials[0].medium.clone().unwrap();
+    assert!(medium.scatterers.is_empty());
+    let options = ImportOptions {
+        scatter: true,
+        ..ImportOptions::default()
+    };
+    let scatters = |file: &Builder| {
+        let imported = file.load_with(&options).unwrap();
+        assert!(imported.diagnostics.is_empty());
+        imported.scene.materials[0].medium.clone().unwrap()
+    };
+    let found = scatters(&file);
+    let [scatterer] = &found.scatterers[..] else {
+        panic!("{found:?}");
+    };
+    assert_eq!(scatterer.phase, sundog::scene::Phase::HenyeyGreenstein(0.3));
+    let extinction = std::f32::consts::LN_2 / 2.0;
+    for channel in 0..3 {
+        let sum = found.absorption[channel] + scatterer.coefficient[channel];
+        assert!((sum / extinction - 1.0).abs() < 1e-6, "{found:?}");
+    }
+    // White scatters all, black nothing, and the middle what d'Eon's equation 53.7 says: s = 0.2971 for 0.5.
+    let albedo = scatterer.coefficient.map(|c| c / extinction);
+    let s2 = 0.297_1_f32.powi(2);
+    let known = [1.0, (1.0 - s2) / (1.0 - 0.3 * s2), 0.0];
+    for (found, known) in albedo.into_iter().zip(known) {
+        assert!((found - known).abs() < 2e-3, "{albedo:?}");
+    }
+    let scatter = &mut file.json["materials"][0]["extensions"]["KHR_materials_volume_scatter"];
+    *scatter = json!({ "multiscatterColor": [1.0, 0.5, 0.0], "scatterAnisotropy": 0.3 });
+    assert_eq!(scatters(&file), found, "as drafts before had it");
+}
+
 #[test]
 fn meshes_without_a_material_look_as_in_the_blender_that_wrote_them() {
     let mut file = Builder::triangle();

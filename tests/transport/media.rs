@@ -322,6 +322,87 @@ fn single_scattering_of_a_point_lamp() {
     }
 }
 
+/// Lamps of all kinds, the one lights the way where the others do not: together they shed what they shed one by one, which is found
+/// along the way as by the phase function alone, where that finds them.
+#[test]
+fn lamps_along_a_way_add_up() {
+    let down = |at: DVec3| {
+        let turned = glam::DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+        DAffine3::from_mat3_translation(turned, at)
+    };
+    let spot = LightKind::Spot {
+        intensity: 30.0,
+        radius: 0.05,
+        soft_falloff: false,
+        half_angle: 0.3,
+        blend: 0.2,
+    };
+    let area = LightKind::Area {
+        shape: sundog::scene::AreaShape::Rectangle,
+        size: [0.8, 0.3],
+        power: 20.0,
+        normalize: true,
+        spread: std::f32::consts::PI,
+    };
+    let point = LightKind::Point {
+        intensity: 2.0,
+        radius: 0.1,
+        soft_falloff: false,
+    };
+    let lamps = [
+        (spot, down(DVec3::new(0.1, 1.5, -2.0))),
+        // Above the way, and below it with its back.
+        (area, down(DVec3::new(0.0, 0.4, -4.0))),
+        (area, down(DVec3::new(0.0, -0.5, -5.0))),
+        (point, down(DVec3::new(-0.4, -0.2, -1.0))),
+    ];
+    let scene_of = |shining: &[(LightKind, DAffine3)]| {
+        let mut scene = Scene {
+            cameras: vec![camera(DVec3::ZERO, 1e-2)],
+            medium: Some(Medium {
+                absorption: [0.1; 3],
+                scatterers: vec![scattering([0.2, 0.3, 0.4], 0.5)],
+                ..Medium::default()
+            }),
+            ..Scene::default()
+        };
+        for &(kind, at) in shining {
+            scene.lights.push(light("lamp", kind, at));
+        }
+        scene
+    };
+    let settings = RenderSettings {
+        roulette: None,
+        bounces: 2,
+        ..small(64, 2)
+    };
+    let (together, variance) = estimate(&scene_of(&lamps), &settings, 0..8);
+    let (mut sum, mut spread) = (0.0, variance);
+    for lamp in lamps {
+        let (one, variance) = estimate(&scene_of(&[lamp]), &settings, 0..8);
+        (sum, spread) = (sum + one, spread + variance);
+    }
+    let off = (together - sum).abs();
+    assert!(
+        off < 5.4 * spread.sqrt(),
+        "{together} {sum} ± {}",
+        spread.sqrt()
+    );
+    let blind = RenderSettings {
+        light_sampling: sundog::render::LightSampling::Bsdf,
+        ..RenderSettings {
+            samples: 512,
+            ..settings
+        }
+    };
+    let (found, more) = estimate(&scene_of(&lamps), &blind, 0..8);
+    let error = (variance + more).sqrt();
+    assert!(
+        (found - together).abs() < 5.4 * error,
+        "{found} {together} ± {error}"
+    );
+}
+
 /// A slab of two mean free paths, an albedo of 0.9 and g = 0.75, under light along its normal: van de Hulst (*Multiple Light Scattering*,
 /// 1980, table 35) has 0.09739 for what goes back and 0.66096 for what goes through. By reciprocity that is what a camera along the
 /// normal sees where light comes evenly from one side.

@@ -60,6 +60,16 @@ pub struct Import {
     /// anything that you can read.
     #[arg(long)]
     pub allow_outside: bool,
+    /// Read KHR_materials_volume_scatter, as far as its draft goes: what fills a solid scatters light.
+    ///
+    /// The extension is not ratified and may change. Without the flag such solids only absorb, which is told.
+    #[arg(long)]
+    pub gltf_scatter: bool,
+    /// The most memory that the grids of volumes may take, such as 4G or 500M; what is free if not given.
+    ///
+    /// A grid that would take more is not read, which is told, and is empty.
+    #[arg(long = "max-memory", value_name = "SIZE", value_parser = values::size)]
+    pub grid_memory: Option<u64>,
 }
 
 /// How a scene that is rendered is read.

@@ -24,6 +24,28 @@ pub type Sample = (u32, u32, u32);
 /// From, and the one after the last.
 pub type SampleRange = Range<u32>;
 
+/// A number of bytes, with K, M, G or T behind it for powers of 1024.
+pub fn size(text: &str) -> Result<u64, String> {
+    let expected =
+        || "expected a number of bytes, or one with K, M, G or T, such as 500M".to_owned();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let shift = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" | "B" => 0,
+        "K" | "KB" | "KIB" => 10,
+        "M" | "MB" | "MIB" => 20,
+        "G" | "GB" | "GIB" => 30,
+        "T" | "TB" | "TIB" => 40,
+        _ => return Err(expected()),
+    };
+    let number: f64 = digits.trim().parse().map_err(|_| expected())?;
+    let bytes = number * (1u64 << shift) as f64;
+    if (0.0..1e18).contains(&bytes) {
+        Ok(bytes as u64)
+    } else {
+        Err(expected())
+    }
+}
+
 /// The bounds of a whole number, for the list of flags.
 #[derive(Clone, Debug)]
 pub struct Whole(pub RangeInclusive<u32>);

@@ -40,6 +40,8 @@ pub(super) struct Document {
     unpacked: Vec<OnceLock<Result<Vec<u8>, String>>>,
     /// Grids of files that were read, by their names.
     pub grids: Mutex<HashMap<(PathBuf, String), Arc<Grid>>>,
+    /// What they may take.
+    pub grid_budget: Budget,
 }
 
 enum Buffer {
@@ -117,6 +119,7 @@ impl Document {
             buffers: Vec::new(),
             unpacked: Vec::new(),
             grids: Mutex::default(),
+            grid_budget: Budget::for_grids(None),
         };
         document.load_buffers(binary)?;
         let views = document.core.buffer_views.len();

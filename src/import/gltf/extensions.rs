@@ -168,7 +168,6 @@ pub(super) fn report_material(
             positive("dispersion", 0.0),
             "all wavelengths refract alike",
         ),
-        "KHR_materials_volume_scatter" => (Effect::Media, true, "the inside does not scatter"),
         "KHR_materials_subsurface" => (
             Effect::Subsurface,
             true,

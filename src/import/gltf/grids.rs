@@ -68,7 +68,7 @@ fn load_one(
     if let Some(grid) = known.and_then(|known| known.get(&key).cloned()) {
         return Ok(Ok(grid));
     }
-    let read = vdb::read(&key.0, &json.name).map(Arc::new);
+    let read = vdb::read(&key.0, &json.name, &document.grid_budget).map(Arc::new);
     if let (Ok(grid), Ok(mut known)) = (&read, document.grids.lock()) {
         known.insert(key.clone(), grid.clone());
     }
@@ -103,6 +103,14 @@ fn dense(document: &Document, json: &GridJson, budget: &Budget) -> Result<Grid, 
     };
     if !place.is_finite() || place.matrix3.determinant() == 0.0 {
         return Err("it has no extent".into());
+    }
+    // Half of its leaves may be half empty.
+    let bytes = 2 * 4 * values.len() as u64;
+    if document.grid_budget.take(bytes, 1).is_err() {
+        let (needed, left) = (bytes >> 20, document.grid_budget.left() >> 20);
+        return Err(format!(
+            "it takes about {needed} MiB of memory, and grids may take {left} more (--max-memory)"
+        ));
     }
     let shape = (channels as usize, size);
     Grid::dense(&*json.name, shape, bytemuck::cast_slice(&values), place).map_err(|bytes| {

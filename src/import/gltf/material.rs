@@ -170,6 +170,9 @@ pub(super) fn load_material(
         &mut material,
         diagnostics,
     );
+    if let Some(scatter) = at("/extensions/KHR_materials_volume_scatter") {
+        volume_scatter(scatter, options, &owner, &mut material, diagnostics);
+    }
     if let Some(extension) = at("/extensions/SUNDOG_material") {
         let extension = SundogMaterial::deserialize(extension).map_err(|problem| {
             malformed(format!("its SUNDOG_material cannot be read: {problem}"))
@@ -370,6 +373,40 @@ fn volume(
     }
 }
 
+/// Reads how the inside scatters, as far as the draft of KHR_materials_volume_scatter goes: by the colour that a thick one gives back
+/// ("multiscatterColor" in older files) and the mean cosine.
+fn volume_scatter(
+    scatter: &Value,
+    options: &ImportOptions,
+    owner: &str,
+    material: &mut MetallicRoughness,
+    diagnostics: &mut Diagnostics,
+) {
+    const NAME: &str = "KHR_materials_volume_scatter";
+    if !options.scatter {
+        let instead =
+            "the inside does not scatter; --gltf-scatter reads the draft of the extension";
+        let (code, verdict) = ("unsupported-material", Verdict::Lost);
+        diagnostics.report_effect(Effect::Media, code, verdict, NAME, owner, instead);
+        return;
+    }
+    let key = ["multiscatterColorFactor", "multiscatterColor"];
+    let given = key.iter().find_map(|key| scatter.get(*key)?.as_array());
+    let channel = |i: usize| given.and_then(|given| given.get(i)?.as_f64());
+    let color = [0, 1, 2].map(|i| channel(i).unwrap_or(0.0) as f32);
+    let g = scatter.get("scatterAnisotropy").and_then(Value::as_f64);
+    let g = (g.unwrap_or(0.0) as f32).clamp(-0.999, 0.999);
+    if scatter.get("multiscatterColorTexture").is_some() {
+        let instead = "the inside is the same everywhere, by the factor";
+        let (code, verdict) = ("scatter-texture", Verdict::Lost);
+        let what = "multiscatterColorTexture";
+        diagnostics.report_effect(Effect::Media, code, verdict, what, owner, instead);
+    }
+    if let Some(medium) = material.medium.take() {
+        material.medium = Some(medium.scattering_back(color, g));
+    }
+}
+
 fn report_unrendered(extensions: Option<&Value>, material: &str, diagnostics: &mut Diagnostics) {
     let Some(Value::Object(extensions)) = extensions else {
         return;
@@ -388,6 +425,7 @@ fn report_unrendered(extensions: Option<&Value>, material: &str, diagnostics: &m
             | "KHR_materials_transmission"
             | "KHR_materials_unlit"
             | "KHR_materials_volume"
+            | "KHR_materials_volume_scatter"
             | "SUNDOG_material"
             | "SUNDOG_shader_graph" => {}
             _ => extensions::report_material(name, value, material, diagnostics),

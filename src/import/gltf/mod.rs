@@ -39,6 +39,7 @@ use self::container::Document;
 use self::material_list::Materials;
 use self::shapes::{load_meshes, poses};
 use self::walk::{Shaped, Walk};
+use super::budget::Budget;
 use super::{ImportError, ImportOptions, Imported};
 use crate::scene::{Diagnostics, Effect, Instance, MeshId, Scene, Verdict};
 
@@ -50,6 +51,7 @@ const MOST_INSTANCES: usize = 1 << 26;
 /// Reads a file; the result has not been through [`crate::scene::validate::clean`] yet.
 pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
     let mut document = Document::open(path, options.allow_outside)?;
+    document.grid_budget = Budget::for_grids(options.grid_memory);
     extensions::check_required(&document)?;
     let variants = variants::names(&document)?;
     if let Some(wanted) = &options.variant {

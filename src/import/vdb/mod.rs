@@ -5,6 +5,7 @@
 mod blosc;
 mod tree;
 
+use crate::import::budget::Budget;
 use crate::scene::Grid;
 use glam::{DAffine3, DMat3, DVec3};
 use std::fs::File;
@@ -32,6 +33,14 @@ pub(crate) enum VdbError {
     NoSuchGrid { grid: String, there: String },
     #[error("its grid \"{grid}\" takes {mebibytes} MiB of memory, and there is not so much")]
     NoMemory { grid: String, mebibytes: u64 },
+    #[error(
+        "its grid \"{grid}\" takes {mebibytes} MiB of memory, and grids may take {left} more (--max-memory)"
+    )]
+    TooLarge {
+        grid: String,
+        mebibytes: u64,
+        left: u64,
+    },
 }
 
 /// "VDB ", backwards.
@@ -131,8 +140,8 @@ impl Entry {
     }
 }
 
-/// Reads a grid of a file by its name.
-pub(crate) fn read(path: &Path, name: &str) -> Result<Grid, VdbError> {
+/// Reads a grid of a file by its name, if the budget has room for it: that is known before its values are read.
+pub(crate) fn read(path: &Path, name: &str, budget: &Budget) -> Result<Grid, VdbError> {
     let file = File::open(path)?;
     let left = file.metadata()?.len();
     let mut source = Source {
@@ -178,7 +187,13 @@ pub(crate) fn read(path: &Path, name: &str) -> Result<Grid, VdbError> {
     let tree = shared.and_then(|parent| entries.iter().find(|e| e.name == *parent));
     let tree = tree.unwrap_or(entry);
     let (compression, half, _) = start(&mut source, tree)?;
-    tree::read(&mut source, tree, (compression, half), name, place)
+    tree::read(
+        &mut source,
+        tree,
+        (compression, half),
+        name,
+        (place, budget),
+    )
 }
 
 /// What comes before a grid's tree: how it is packed, whether by halves, and where it is.

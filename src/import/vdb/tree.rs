@@ -1,6 +1,7 @@
 //! The tree of a grid in an OpenVDB file: a root, nodes of 32³ and 16³, leaves of 8³.
 
 use super::{Entry, Source, VdbError, blosc};
+use crate::import::budget::Budget;
 use crate::scene::{Grid, LEAF_POINTS};
 use glam::{DAffine3, IVec3, Vec4};
 use half::f16;
@@ -246,7 +247,7 @@ pub(super) fn read(
     entry: &Entry,
     (compression, half): (u32, bool),
     name: &str,
-    place: DAffine3,
+    (place, budget): (DAffine3, &Budget),
 ) -> Result<Grid, VdbError> {
     let Some((number, channels)) = kind_of(&entry.kind) else {
         let words = entry.kind.strip_prefix("Tree_").unwrap_or(&entry.kind);
@@ -313,6 +314,14 @@ pub(super) fn read(
         grid: name.into(),
         mebibytes: bytes.0 >> 20,
     };
+    let bytes = grid.bytes_of_leaves();
+    if budget.take(bytes, 1).is_err() {
+        return Err(VdbError::TooLarge {
+            grid: name.into(),
+            mebibytes: bytes >> 20,
+            left: budget.left() >> 20,
+        });
+    }
     grid.finish_topology().map_err(no_memory)?;
     source.go_to(entry.blocks)?;
     for _ in 0..leaves {

@@ -11,7 +11,7 @@ use crate::medium::walk::{Inside, Mapping, Numbers, Start, walk};
 use crate::sampler::{Dimension, Sampler, hashed};
 use crate::shading::closure::Below;
 use crate::shading::{Changes, Normals};
-use crate::world::{Asking, Hit, Surface};
+use crate::world::{Asking, Hit, Passage, Surface};
 use glam::Vec3;
 
 /// Tells the numbers of walks from those of the vertices.
@@ -119,6 +119,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     fn come_out(&mut self, hit: &Hit, (origin, inwards): (Vec3, Vec3)) -> bool {
         let world = self.world;
         (self.origin, self.direction) = (origin, inwards);
+        // It has not come from where it went below.
+        self.beside.passage = Passage::default();
         let asking = Asking::of(&self.sender(), inwards, hit);
         let mut moment = None;
         let surface = world.surface::<E>(hit, origin, asking, &mut moment);

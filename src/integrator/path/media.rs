@@ -1,14 +1,15 @@
 //! Media on the way of a path: what they take and add, and where they scatter it.
 
-use super::Walk;
+use super::{Beside, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Lit, Record, Step};
+use crate::light::{Along, Drawn, LightSample, Pivot};
 use crate::math::average;
 use crate::medium::{Equiangular, Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
-use crate::world::{Draws, Hit, RayKind, Sender, Way, Within, World};
-use glam::{Vec2, Vec3};
+use crate::world::{Draws, Hit, Passage, RayKind, Sender, Way, Within, World};
+use glam::Vec3;
 
 /// Tells the numbers of flights from those of opacity.
 const FLIGHT: u32 = 0x_f119_47ed;
@@ -17,15 +18,19 @@ const FOUND: u32 = 0x_0f0d_2b97;
 
 /// The golden ratio's fraction: numbers so far apart fill each other's gaps.
 const GOLDEN: f32 = 0.618_034;
-/// Tells the numbers of points on lights, by which a way is divided, from others.
-const PIVOT: u32 = 0x_3c6e_f372;
 
-/// Where a medium scatters a path: how far from where its ray begins, and the share that sampled lights have there. The rest of
-/// their light is looked for elsewhere on the way.
+/// What the last ray of a path is worth that a medium has scattered, where all lights are sampled: only what of their light the phase
+/// function finds is left for it.
+const LAST_WORTH: f32 = 0.25;
+/// The greatest share of the places at which light is looked for that lie by the angles about a light.
+const MOST_BY_ANGLE: f32 = 0.75;
+
+/// Where a medium scatters a path: how far from where its ray begins, and whether light that is scattered on the way there has been
+/// looked for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     distance: f32,
-    share: f32,
+    is_lit: bool,
 }
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
@@ -47,48 +52,46 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// Goes through what is around to the end of the ray, where light has been looked for already; says how far it came if it is
-    /// scattered before.
+    /// scattered before. `is_end`: nothing else is there.
     #[cold]
     #[inline(never)]
-    pub(super) fn fly(&mut self, far: f32) -> Option<Event> {
+    pub(super) fn fly(&mut self, far: f32, is_end: bool) -> Option<Event> {
         if self.beside.within.varies {
             return self.fly_through_what_varies(far);
         }
-        let medium = &self.beside.within.medium;
-        if medium.is_clear() {
+        if self.beside.within.medium.is_clear() {
             return None;
         }
-        let length = far - self.span.0 + self.beside.skipped;
-        let emitted = medium.emitted(length);
+        let length = self.length(far);
+        let emitted = self.beside.within.medium.emitted(length);
         // What it takes and scatters nowhere needs no number.
-        let scatters = !self.last && medium.scattering != Vec3::ZERO;
+        let scatters = !self.last && self.beside.within.medium.scattering != Vec3::ZERO;
         let u = if scatters { self.flight_number() } else { 0.0 };
-        let medium = &self.beside.within.medium;
-        let flight = if scatters {
-            medium.fly(self.throughput, length, u)
-        } else {
-            Flight::Through(transmittance(medium.extinction, length))
-        };
         // What all space emits has no end.
         if emitted != Vec3::ZERO && emitted.is_finite() {
             let found = self.throughput * emitted;
             self.light.add_found(self.settings, found, self.bounce);
         }
-        let by_angle = if scatters {
-            // Another one of the same stratum: both places are looked at by themselves.
-            self.add_light_on_the_way(length, (u + GOLDEN).fract())
+        let flight = if scatters {
+            // Another one of the same stratum: the place and the way on are chosen by themselves.
+            self.add_light_on_the_way(length, (u + GOLDEN).fract());
+            let worth = if is_end {
+                f32::INFINITY
+            } else {
+                self.worth_of_scattering()
+            };
+            let medium = &self.beside.within.medium;
+            medium.fly(self.throughput, length, worth, u)
         } else {
-            None
+            let medium = &self.beside.within.medium;
+            Flight::Through(transmittance(medium.extinction, length))
         };
         match flight {
             Flight::Scattered(t, weight) => {
-                let medium = &self.beside.within.medium;
-                let by_way = medium.density(self.throughput, t);
-                let share = by_angle.map_or(1.0, |angle| by_way / (by_way + angle.density(t)));
                 self.throughput *= weight;
                 Some(Event {
                     distance: t + self.span.0 - self.beside.skipped,
-                    share,
+                    is_lit: true,
                 })
             }
             Flight::Through(weight) => {
@@ -96,6 +99,33 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 None
             }
         }
+    }
+
+    /// What comes to the path if it is scattered, for what comes to it otherwise: a guess that only changes the noise. Light of lamps
+    /// is looked for on the way.
+    fn worth_of_scattering(&self) -> f32 {
+        let light = self.throughput.max(Vec3::ZERO);
+        let scattered = light * self.beside.within.medium.albedo();
+        let albedo = scattered.element_sum() / light.element_sum();
+        let is_last = self.bounce + 1 > self.settings.bounces
+            || self.beside.scattered_in_media + 1 > self.settings.volume_limit;
+        let share = if is_last && self.world.lights.are_all_near() {
+            LAST_WORTH
+        } else {
+            1.0
+        };
+        // Free of rounding where all is scattered.
+        if albedo > 1.0 - 1e-6 || !albedo.is_finite() {
+            share
+        } else {
+            (albedo * share).max(1e-3)
+        }
+    }
+
+    /// How far it is to where the ray ends: in f64, where faces are nearer to each other than f32 tells.
+    fn length(&mut self, far: f32) -> f32 {
+        let exact = self.beside.passage.way.take();
+        exact.unwrap_or(far - self.span.0 + self.beside.skipped)
     }
 
     /// A number for where a medium scatters the path: on the first such way after a scattering one that is spread evenly over the
@@ -111,10 +141,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
 
     /// The same where the media vary.
     fn fly_through_what_varies(&mut self, far: f32) -> Option<Event> {
+        let start = self.span.0 - self.beside.skipped;
         let way = Way {
             origin: self.origin,
             direction: self.direction,
-            span: (self.span.0 - self.beside.skipped, far),
+            span: (start, start + self.length(far)),
         };
         let key = self.sampler.key(Dimension::Opacity, self.bounce);
         let first = if self.last {
@@ -134,7 +165,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 self.throughput *= weight;
                 Some(Event {
                     distance: t,
-                    share: 1.0,
+                    is_lit: false,
                 })
             }
             Flight::Through(weight) => {
@@ -145,16 +176,14 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// Adds light of a sampled light that a medium scatters somewhere on a way of a length, wherever the path itself goes on. Where is
-    /// drawn by the angles at which a point on some light sees the way. Both that place and the one where the path is scattered count
-    /// by the balance heuristic, whose densities are of the distance: given the point, lights are sampled alike in both.
-    fn add_light_on_the_way(&mut self, length: f32, u: f32) -> Option<Equiangular> {
+    /// drawn by the angles at which a light sees the way, or by what scatters there; a place counts by the density of both together.
+    fn add_light_on_the_way(&mut self, length: f32, u: f32) {
         let (world, bounce) = (self.world, self.bounce);
         let medium = &self.beside.within.medium;
         if world.lights.is_empty() {
-            return None;
+            return;
         }
-        let key = self.sampler.key(Dimension::Opacity, bounce);
-        let number = |which: u32| hashed(key, PIVOT.wrapping_add(which), self.passed);
+        let numbers = self.sampler.triple(Dimension::Light, bounce);
         let before = self.beside.previous.at;
         let start = self.span.0 - self.beside.skipped;
         // Lights are chosen as they are seen from the middle of what the path sees of the way.
@@ -168,26 +197,52 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
         at.bounces = bounce;
         world.lights.context_into(at, middle, None);
-        let of_light = world
-            .lights
-            .sample(at, number(0), Vec2::new(number(1), number(2)));
-        let pivot = of_light.and_then(|(light, _)| light.target);
-        let angle = pivot.and_then(|pivot| Equiangular::new(ray, length, pivot));
-        if let Some(angle) = angle {
-            let t = angle.sample(u);
-            let medium = &self.beside.within.medium;
-            let density = angle.density(t) + medium.density(self.throughput, t);
-            let weight = medium.scattering * transmittance(medium.extinction, t) / density;
-            if t.is_finite() && weight.is_finite() && weight != Vec3::ZERO {
-                let point = ray.0 + self.direction * t;
-                world
-                    .lights
-                    .context_into(&mut self.beside.previous.at, point, None);
-                self.add_light_in_medium(point, None, weight);
+        let along = world.lights.along(at, numbers.z, (ray, length, seen));
+        if let Some(along) = along
+            && let Some((t, weight)) = self.place_on_the_way(&along, (ray, length, seen), u)
+            && t.is_finite()
+            && weight.is_finite()
+            && weight != Vec3::ZERO
+        {
+            let point = ray.0 + self.direction * t;
+            let at = &mut self.beside.previous.at;
+            world.lights.context_into(at, point, None);
+            let drawn = (along.drawn, along.probability);
+            let light = world.lights.sample_drawn(at, drawn, numbers.truncate());
+            if let Some(light) = light {
+                self.add_light_in_medium(point, None, weight, (light, along.drawn), numbers);
             }
         }
         self.beside.previous.at = before;
-        angle
+    }
+
+    /// A place at which light of a light is looked for on a way of a length, with what is scattered there over its density.
+    fn place_on_the_way(
+        &self,
+        Along { pivot, .. }: &Along,
+        ((origin, direction), length, seen): ((Vec3, Vec3), f32, f32),
+        u: f32,
+    ) -> Option<(f32, Vec3)> {
+        let medium = &self.beside.within.medium;
+        let (from, to) = pivot.map_or((0.0, length), |pivot| pivot.lit);
+        let (before, way) = (transmittance(medium.extinction, from), to - from);
+        let angle = pivot.and_then(|pivot: Pivot| {
+            let ray = (origin + direction * from, direction);
+            Equiangular::new(ray, way, (pivot.center, pivot.ball()))
+        });
+        // By angle where the light is near for what is seen, by what scatters where it is far.
+        let by_angle = angle.map_or(0.0, |angle| {
+            (seen / (seen + angle.height())).min(MOST_BY_ANGLE)
+        });
+        let light = self.throughput * before;
+        let t = match angle {
+            Some(angle) if u < by_angle => angle.sample(u / by_angle),
+            _ => medium.distance(light, way, (u - by_angle) / (1.0 - by_angle))?,
+        };
+        let density = by_angle * angle.map_or(0.0, |angle| angle.density(t))
+            + (1.0 - by_angle) * medium.distance_density(light, way, t);
+        let scattered = medium.scattering * before * transmittance(medium.extinction, t);
+        Some((from + t, scattered / density))
     }
 
     /// The path goes to the other side of a surface.
@@ -195,13 +250,20 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     pub(super) fn cross(&mut self, hit: &Hit, direction: Vec3) {
         if E::EVERYTHING && self.world.has_media() {
             self.world.cross(&mut self.beside.within, hit, direction);
+            if self.world.has_close_interfaces() {
+                let Beside {
+                    within, passage, ..
+                } = &mut *self.beside;
+                self.world
+                    .cross_in_its_place(within, passage, (hit, direction));
+            }
         }
     }
 
     /// Light that falls on a point of a medium and is scattered there, and the way on; whether the path goes on.
     #[cold]
     #[inline(never)]
-    pub(super) fn scatter(&mut self, Event { distance, share }: Event) -> bool {
+    pub(super) fn scatter(&mut self, Event { distance, is_lit }: Event) -> bool {
         if self.bounce >= self.settings.roulette && !self.survives() {
             self.end(End::Roulette);
             return false;
@@ -217,7 +279,14 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         at.bounces = self.bounce;
         let within = &self.beside.within;
         let there = within.varies.then(|| self.world.medium_at(within, point));
-        self.add_light_in_medium(point, there.as_ref(), Vec3::splat(share));
+        if !is_lit && !self.world.lights.is_empty() {
+            let numbers = self.sampler.triple(Dimension::Light, self.bounce);
+            let at = &self.beside.previous.at;
+            let drawn = self.world.lights.sample(at, numbers.z, numbers.truncate());
+            if let Some(drawn) = drawn {
+                self.add_light_in_medium(point, there.as_ref(), Vec3::ONE, drawn, numbers);
+            }
+        }
         let u = self.sampler.triple(Dimension::Bsdf, self.bounce);
         let medium = there.as_ref().unwrap_or(&self.beside.within.medium);
         let onward = medium.scatter(self.direction, u);
@@ -237,6 +306,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         (self.origin, self.direction, self.span) = (point, onward, (0.0, f32::INFINITY));
         let beside = &mut *self.beside;
         (beside.walked, beside.near, beside.skipped) = (0.0, 0.0, 0.0);
+        // It begins at no surface.
+        beside.passage = Passage::default();
         let previous = &mut beside.previous;
         (previous.pdf, previous.only_bsdf, previous.delta) = (pdf, false, false);
         previous.kind = RayKind::Volume;
@@ -252,16 +323,15 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// Adds the light of a sampled light at a point of a medium, with a weight: of this one, where it varies.
-    fn add_light_in_medium(&mut self, point: Vec3, there: Option<&Medium>, weight: Vec3) {
+    fn add_light_in_medium(
+        &mut self,
+        point: Vec3,
+        there: Option<&Medium>,
+        weight: Vec3,
+        (light, drawn): (LightSample, Drawn),
+        numbers: Vec3,
+    ) {
         let (world, settings, bounce) = (self.world, self.settings, self.bounce);
-        if world.lights.is_empty() {
-            return;
-        }
-        let at = &self.beside.previous.at;
-        let u = self.sampler.triple(Dimension::Light, bounce);
-        let Some((light, drawn)) = world.lights.sample(at, u.z, u.truncate()) else {
-            return;
-        };
         let rules = world.lights.rules(drawn);
         if bounce > rules.max_bounces || !rules.visibility.sees(RayKind::Volume) {
             return;
@@ -305,7 +375,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 weighted,
                 share: Some(average(share)),
             }),
-            numbers: u,
+            numbers,
         });
         if bounce == 0 {
             self.light.sink.first_in_medium();
@@ -316,13 +386,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.light.sink.grouped(kept, group);
     }
 
-    /// Whether the ray is scattered before its end.
+    /// Whether the ray is scattered before its end; `is_end`: nothing is there.
     #[inline(always)]
-    pub(super) fn scattered(&mut self, far: f32) -> bool {
+    pub(super) fn scattered(&mut self, far: f32, is_end: bool) -> bool {
         if !E::EVERYTHING || !self.world.has_media() {
             return false;
         }
-        self.beside.scattered = self.fly(far);
+        self.beside.scattered = self.fly(far, is_end);
         self.beside.scattered.is_some()
     }
 }

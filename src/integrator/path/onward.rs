@@ -95,7 +95,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if hit.is_none() {
             self.add_environment();
         }
-        if !again && lid_free && self.scattered(far) {
+        if !again && lid_free && self.scattered(far, hit.is_none()) {
             return true;
         }
         let Some(hit) = hit else {

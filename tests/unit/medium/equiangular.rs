@@ -13,7 +13,7 @@ const CASES: [(f32, f32, f32); 7] = [
 
 fn of((along, beside, end): (f32, f32, f32)) -> Equiangular {
     let point = Vec3::new(beside, 0.0, along);
-    Equiangular::new((Vec3::ZERO, Vec3::Z), end, point).expect("a point beside the ray")
+    Equiangular::new((Vec3::ZERO, Vec3::Z), end, (point, 0.0)).expect("a point beside the ray")
 }
 
 #[test]
@@ -56,9 +56,12 @@ fn densities_have_the_integral_one() {
 
 #[test]
 fn a_point_on_the_ray_is_none() {
-    assert_eq!(Equiangular::new((Vec3::ZERO, Vec3::Z), 1.0, Vec3::Z), None);
+    let on = |radius| Equiangular::new((Vec3::ZERO, Vec3::Z), 1.0, (Vec3::Z, radius));
+    assert_eq!(on(0.0), None);
+    // A lamp there is as far as it is large.
+    assert_eq!(on(0.5).map(|angle| angle.height()), Some(0.5));
     assert_eq!(
-        Equiangular::new((Vec3::ZERO, Vec3::Z), 1.0, Vec3::NAN),
+        Equiangular::new((Vec3::ZERO, Vec3::Z), 1.0, (Vec3::NAN, 0.0)),
         None
     );
 }

@@ -158,11 +158,14 @@ fn several_lobes_are_one_estimate() {
 fn flights_have_the_analytic_means() {
     let medium = sample();
     let throughput = Vec3::new(0.1, 2.0, 0.7);
-    for distance in [1e-3, 0.5, 4.0, f32::INFINITY] {
+    let cases = [1e-3, 0.5, 4.0, f32::INFINITY].map(|distance| (distance, 1.0));
+    // However often it is scattered.
+    let others = [(0.5, 0.25), (0.5, 3.0), (4.0, 1e-3), (0.5, f32::INFINITY)];
+    for (distance, worth) in cases.into_iter().chain(others) {
         let n = 1_000_000u32;
         let (mut through, mut scattered) = (glam::DVec3::ZERO, glam::DVec3::ZERO);
         for k in 0..n {
-            match medium.fly(throughput, distance, (k as f32 + 0.5) / n as f32) {
+            match medium.fly(throughput, distance, worth, (k as f32 + 0.5) / n as f32) {
                 Flight::Scattered(t, weight) => {
                     assert!(t >= 0.0 && t < distance);
                     scattered += weight.as_dvec3();
@@ -172,11 +175,38 @@ fn flights_have_the_analytic_means() {
         }
         let t = transmittance(medium.extinction, distance).as_dvec3();
         let albedo = (medium.scattering / medium.extinction).as_dvec3();
-        let off = (through / f64::from(n) - t).abs().max_element();
-        assert!(off < 2e-4, "{distance}: {off}");
+        if worth == f32::INFINITY {
+            assert!(through.max_element() < 1e-3 * f64::from(n));
+        } else {
+            let off = (through / f64::from(n) - t).abs().max_element();
+            assert!(off < 2e-4, "{distance}: {off}");
+        }
         let off = scattered / f64::from(n) - albedo * (1.0 - t);
         assert!(off.abs().max_element() < 2e-4, "{distance}: {off}");
     }
+}
+
+/// Distances among those on a way have the analytic mean of what is scattered, with no part that comes through.
+#[test]
+fn distances_have_the_analytic_means() {
+    let medium = sample();
+    let throughput = Vec3::new(0.1, 2.0, 0.7);
+    for end in [1e-6, 0.5, 4.0, f32::INFINITY] {
+        let n = 200_000u32;
+        let mut scattered = glam::DVec3::ZERO;
+        for k in 0..n {
+            let t = medium.distance(throughput, end, (k as f32 + 0.5) / n as f32);
+            let t = t.expect("it scatters");
+            assert!((0.0..=end).contains(&t), "{end}: {t}");
+            let passed = medium.scattering * transmittance(medium.extinction, t);
+            scattered += (passed / medium.distance_density(throughput, end, t)).as_dvec3();
+        }
+        let taken = medium.taken(end).as_dvec3();
+        let known = (medium.scattering / medium.extinction).as_dvec3() * taken;
+        let off = (scattered / f64::from(n) / known - 1.0).abs();
+        assert!(off.max_element() < 1e-3, "{end}: {off}");
+    }
+    assert_eq!(Medium::EMPTY.distance(Vec3::ONE, 1.0, 0.5), None);
 }
 
 /// Nothing cancels where a medium is thin, nothing overflows where it is thick.
@@ -197,6 +227,6 @@ fn emission_and_transmittance_hold_at_the_ends() {
     assert_eq!(of(0.0, 3.0), (6.0, 1.0));
     assert_eq!(of(0.0, f32::INFINITY).1, 1.0);
     assert_eq!(of(1e6, f32::INFINITY), (2e-6, 0.0));
-    let empty = Medium::EMPTY.fly(Vec3::ONE, f32::INFINITY, 0.5);
+    let empty = Medium::EMPTY.fly(Vec3::ONE, f32::INFINITY, 1.0, 0.5);
     assert_eq!(empty, Flight::Through(Vec3::ONE));
 }

@@ -78,6 +78,33 @@ fn transmittance_is_right_in_the_mean_whatever_the_bounds() {
     }
 }
 
+/// Steps between nothing and something that lie a cell away from where the bounds were taken: there the bound is the floor of empty
+/// cells, or one of nothing at all.
+#[test]
+fn bounds_that_are_a_cell_off_make_no_error() {
+    let step = |x: f32| {
+        let extinction = if (0.75..1.25).contains(&x) { 3.0 } else { 0.0 };
+        Local {
+            extinction: Vec3::splat(extinction),
+            ..Local::default()
+        }
+    };
+    let corners = (Vec3::new(0.0, -1.0, -1.0), Vec3::new(LENGTH, 1.0, 1.0));
+    let cell = LENGTH / 16.0;
+    for aside in [0.0, cell, -cell, 3.0 * cell] {
+        let there = |at: Vec3| step(at.x + aside);
+        let grid = Majorants::new(even(corners.0, corners.1, 16), there, |_, _| None);
+        let found = estimate(60_000, |sample| {
+            let mut marches = [grid.along(RAY.0, RAY.1, 0.0)];
+            ratio(&mut marches, 0.0, (0.0, 9.0), draws(sample), |t| {
+                step((RAY.0 + RAY.1 * t).x)
+            })
+        });
+        let known = Vec3::splat((-1.5f32).exp());
+        agrees(found, known, &format!("bounds {aside} aside"));
+    }
+}
+
 /// What comes through, what is scattered and what is emitted have known means, also over a medium that is even.
 #[test]
 fn flights_have_known_means() {

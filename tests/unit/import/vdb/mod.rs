@@ -1,6 +1,10 @@
 use super::*;
 use std::path::PathBuf;
 
+fn open(path: &Path, name: &str) -> Result<Grid, VdbError> {
+    read(path, name, &Budget::for_grids(None))
+}
+
 /// Two grids that OpenVDB 10 wrote by each of its packings, of 32 bits and of halves.
 const FILES: [&str; 3] = ["zip", "blosc", "blosc-half"];
 
@@ -25,7 +29,7 @@ use glam::{IVec3, Vec3};
 #[test]
 fn all_packings_give_what_was_written() {
     for file in FILES {
-        let grid = read(&path(file), "density").expect(file);
+        let grid = open(&path(file), "density").expect(file);
         assert_eq!(grid.channels(), 1, "{file}");
         assert_eq!(
             grid.active,
@@ -50,7 +54,7 @@ fn all_packings_give_what_was_written() {
 #[test]
 fn vectors_and_sheared_grids() {
     for file in FILES {
-        let grid = read(&path(file), "color").expect(file);
+        let grid = open(&path(file), "color").expect(file);
         assert_eq!(grid.channels(), 3, "{file}");
         let value = grid.value(IVec3::new(3, 1, 2)).truncate();
         assert_eq!(value, Vec3::new(3.0, 1.0, 1.0), "{file}");
@@ -66,16 +70,16 @@ fn vectors_and_sheared_grids() {
 
 #[test]
 fn words_for_what_is_not_there() {
-    let words = read(&path("zip"), "heat")
+    let words = open(&path("zip"), "heat")
         .expect_err("no such grid")
         .to_string();
     assert_eq!(words, "it has no grid \"heat\"; there are: density, color");
-    let words = read(&path("nothing"), "heat")
+    let words = open(&path("nothing"), "heat")
         .expect_err("no such file")
         .to_string();
     assert!(words.starts_with("it cannot be read: "), "{words}");
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
-    let words = read(&here, "heat").expect_err("another file").to_string();
+    let words = open(&here, "heat").expect_err("another file").to_string();
     assert_eq!(words, "it is no OpenVDB file");
 }
 
@@ -86,18 +90,34 @@ fn cut_and_changed_files_end_in_a_sentence() {
     let there = folder.path().join("broken.vdb");
     for cut in (0..whole.len()).step_by(1733) {
         std::fs::write(&there, &whole[..cut]).expect("a file");
-        assert!(read(&there, "density").is_err(), "{cut}");
+        assert!(open(&there, "density").is_err(), "{cut}");
     }
     // Whatever a changed byte makes of it: no panic, and no memory out of proportion.
-    for n in 0..200u32 {
+    let long = std::env::var_os("SUNDOG_LONG_TESTS").is_some();
+    for n in 0..if long { 6000u32 } else { 200 } {
         let at =
             (n.wrapping_mul(2_654_435_761) as usize) % if n % 2 == 0 { 900 } else { whole.len() };
         let mut changed = whole.clone();
         changed[at] ^= 1 << (n % 8);
-        changed[(at * 7) % whole.len()] = 255;
+        // Near the first, or anywhere.
+        let other = if n % 3 == 0 { at + 4 } else { at * 7 };
+        changed[other % whole.len()] = (n >> 3) as u8;
         std::fs::write(&there, &changed).expect("a file");
-        if let Ok(grid) = read(&there, "density") {
+        if let Ok(grid) = open(&there, "density") {
             assert!(grid.bytes() < 64 << 20, "{n}: {} bytes", grid.bytes());
         }
     }
+}
+
+#[test]
+fn grids_stay_within_what_is_allowed() {
+    let whole = open(&path("zip"), "density").expect("a grid");
+    let needed = whole.bytes_of_leaves();
+    let budget = Budget::for_grids(Some(needed + needed / 2));
+    assert!(read(&path("zip"), "density", &budget).is_ok());
+    // The second one would take more than is left.
+    let words = read(&path("zip"), "density", &budget).expect_err("too much");
+    let words = words.to_string();
+    assert!(words.contains("\"density\" takes"), "{words}");
+    assert!(words.ends_with("(--max-memory)"), "{words}");
 }

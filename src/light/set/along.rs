@@ -1,0 +1,111 @@
+//! Which light a ray through a medium looks for, and light of one that was chosen so.
+
+use super::{Drawn, Group, LightSet};
+use crate::light::estimate::MOST;
+use crate::light::kinds::{LightSample, LightSampleContext};
+use crate::light::pivot::Pivot;
+use arrayvec::ArrayVec;
+use glam::{Vec2, Vec3};
+
+/// Of up to so many lights each is looked at along a ray through a medium.
+const MOST_ALONG: usize = 16;
+
+/// A light that was drawn for places along a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Along {
+    /// Which.
+    pub drawn: Drawn,
+    /// With which probability.
+    pub probability: f32,
+    /// Where it is; none at infinity.
+    pub pivot: Option<Pivot>,
+}
+
+impl LightSet {
+    /// Draws a light for places along a ray (direction of length 1) up to an end, of which so much is `seen`. Among few lights by the
+    /// light that falls on all of them, without what is on the way; among many as they are seen from a point. None where none
+    /// shines on any of them.
+    pub fn along(
+        &self,
+        at: &LightSampleContext,
+        u: f32,
+        (ray, end, seen): ((Vec3, Vec3), f32, f32),
+    ) -> Option<Along> {
+        let pivot = |drawn: Drawn| match drawn {
+            Drawn::Finite(number) => self.lights[number as usize].bounds()?.pivot(ray, end),
+            Drawn::Infinite(_) => None,
+        };
+        let finite = self.lights.len();
+        let count = finite + self.infinite.len();
+        if count > MOST_ALONG || at.receiver != 0 {
+            let (drawn, probability) = self.draw(at, u)?;
+            let pivot = pivot(drawn);
+            let shines = pivot.is_some() || matches!(drawn, Drawn::Infinite(_));
+            return shines.then_some(Along {
+                drawn,
+                probability,
+                pivot,
+            });
+        }
+        let mut found: ArrayVec<(Drawn, f32, Option<Pivot>), MOST_ALONG> = ArrayVec::new();
+        for number in 0..finite as u32 {
+            let drawn = Drawn::Finite(number);
+            if let Some(pivot) = pivot(drawn) {
+                let bounds = self.lights[number as usize].bounds();
+                let intensity = bounds.map_or(0.0, |bounds| bounds.intensity);
+                found.push((drawn, intensity * pivot.falls_on(ray, seen), Some(pivot)));
+            }
+        }
+        for (i, other) in self.infinite.iter().enumerate() {
+            if other.estimate > 0.0 {
+                let drawn = Drawn::Infinite(i as u32);
+                found.push((drawn, other.estimate * seen.min(end), None));
+            }
+        }
+        found.retain(|(_, weight, _)| *weight > 0.0);
+        let sum: f32 = found.iter().map(|(_, weight, _)| weight.min(MOST)).sum();
+        // A part of it evenly, so that no estimate can starve a light.
+        let even = 0.2 / found.len() as f32;
+        let mut u = u;
+        let last = found.len().checked_sub(1)?;
+        for (i, (drawn, weight, pivot)) in found.into_iter().enumerate() {
+            let probability = 0.8 * weight.min(MOST) / sum + even;
+            if u < probability || i == last {
+                return probability.is_finite().then_some(Along {
+                    drawn,
+                    probability,
+                    pivot,
+                });
+            }
+            u -= probability;
+        }
+        None
+    }
+
+    /// Draws a direction to a light that was drawn with a probability elsewhere. The density that is told is the one of
+    /// [`Self::sample`] at the point, by which it counts beside what other techniques find.
+    pub fn sample_drawn(
+        &self,
+        at: &LightSampleContext,
+        (drawn, probability): (Drawn, f32),
+        u: Vec2,
+    ) -> Option<LightSample> {
+        let (light, here) = match drawn {
+            Drawn::Finite(number) => {
+                let sampler = self.sampler_for(at.receiver);
+                let p = sampler.probability(&at.pmf, at.place(), number);
+                let light = &self.lights[number as usize];
+                (light, p * self.group_probability(Group::Finite, at))
+            }
+            Drawn::Infinite(i) => {
+                let group = Group::Infinite(i as usize);
+                let light = &self.infinite[i as usize].light;
+                (light, self.group_probability(group, at))
+            }
+        };
+        if at.receiver != 0 && !self.reaches(self.source(drawn), at.receiver) {
+            return None;
+        }
+        light.sample_li(at, u)?.chosen_elsewhere(probability, here)
+    }
+}
