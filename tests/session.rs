@@ -49,6 +49,7 @@ fn lamp(x: f64) -> Light {
         },
         visibility: Visibility::ALL,
         max_bounces: 1024,
+        is_hit: true,
         links: Default::default(),
         graph: None,
     }

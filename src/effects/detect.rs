@@ -122,6 +122,7 @@ fn is_limited(light: &Light) -> bool {
     limits_paths(light.visibility)
         || !light.visibility.sees(RayKind::Shadow)
         || light.max_bounces < Light::MAX_BOUNCES
+        || !light.is_hit
 }
 
 fn shines(light: &Light) -> bool {

@@ -233,7 +233,7 @@ impl<E: Features> Vertex<'_, E> {
         samples: f32,
         beyond: bool,
     ) -> (Vec3, Vec3) {
-        let delta = light.delta || rules.shines_through();
+        let delta = light.delta || rules.only_sampled();
         let part = |kind, part: Vec3, pdf| {
             if rules.visibility.sees(kind) {
                 part * self

@@ -9,6 +9,8 @@ pub struct Rules {
     pub visibility: Visibility,
     /// Paths with more bounces do not see it.
     pub max_bounces: u32,
+    /// Whether scattered rays find it.
+    pub is_hit: bool,
 }
 
 impl Rules {
@@ -16,14 +18,20 @@ impl Rules {
     pub const NONE: Self = Self {
         visibility: Visibility::ALL,
         max_bounces: u32::MAX,
+        is_hit: true,
     };
 
     /// `by_kind`: kinds of rays are told apart; otherwise only the camera's are.
-    pub fn new(visibility: Visibility, max_bounces: u32, by_kind: bool) -> Self {
+    pub fn new(
+        visibility: Visibility,
+        (max_bounces, is_hit): (u32, bool),
+        by_kind: bool,
+    ) -> Self {
         if by_kind {
             Self {
                 visibility,
                 max_bounces,
+                is_hit,
             }
         } else if visibility.sees(RayKind::Camera) {
             Self::NONE
@@ -46,10 +54,17 @@ impl Rules {
     /// Whether a ray that left after so many bounces sees it.
     #[inline]
     pub fn allow(&self, kind: RayKind, bounces: u32) -> bool {
-        self.visibility.sees(kind) && bounces <= self.max_bounces
+        let is_found = self.is_hit || kind == RayKind::Camera;
+        is_found && self.visibility.sees(kind) && bounces <= self.max_bounces
     }
 
-    /// Whether light sampling is the only way to find it: its light passes what stops a ray.
+    /// Whether light sampling is the only way to find it.
+    #[inline]
+    pub fn only_sampled(&self) -> bool {
+        !self.is_hit || self.shines_through()
+    }
+
+    /// Whether its light passes what stops a ray, so that light sampling is the only way to find it.
     #[inline]
     pub fn shines_through(&self) -> bool {
         !self.visibility.sees(RayKind::Shadow)

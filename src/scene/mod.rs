@@ -330,6 +330,8 @@ pub struct Light {
     pub visibility: Visibility,
     /// Paths with more bounces do not see it.
     pub max_bounces: u32,
+    /// Whether scattered rays find it, as mirrors need; otherwise light samples alone do (Cycles' "Multiple Importance").
+    pub is_hit: bool,
     /// What it belongs to.
     pub links: Links,
     /// A node tree that emits: its light is what this one is multiplied with.

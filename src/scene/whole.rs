@@ -228,6 +228,7 @@ mod tests {
                 world_from_light: DAffine3::IDENTITY,
                 visibility: Visibility::ALL,
                 max_bounces: Light::MAX_BOUNCES,
+                is_hit: true,
                 links: Default::default(),
                 graph: None,
             }];

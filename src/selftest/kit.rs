@@ -43,6 +43,7 @@ pub fn light(name: &str, kind: LightKind, world_from_light: DAffine3) -> Light {
         world_from_light,
         visibility: Visibility::ALL,
         max_bounces: Light::MAX_BOUNCES,
+        is_hit: true,
         links: Default::default(),
         graph: None,
     }

@@ -166,7 +166,8 @@ pub(super) fn prepare(
             && let Some(made) = Light::from_scene(light, origin)
         {
             let made = with_tree(scene, light, made, (origin, view));
-            let rules = Rules::new(light.visibility, light.max_bounces, by_kind);
+            let limits = (light.max_bounces, light.is_hit);
+            let rules = Rules::new(light.visibility, limits, by_kind);
             builder.add(made, rules, number as u32);
         }
     }
@@ -200,7 +201,7 @@ pub(super) fn prepare(
         // Shadows are no choice of the world's.
         let seen = environment.visibility.with(RayKind::Shadow);
         let made = made.with_portals(&scene.portals, origin);
-        builder.add_environment(made, Rules::new(seen, u32::MAX, by_kind));
+        builder.add_environment(made, Rules::new(seen, (u32::MAX, true), by_kind));
     }
     builder.build(effects.contains(Effect::LightTree), device)
 }

@@ -81,6 +81,7 @@ pub(super) fn load_light(
         world_from_light,
         visibility,
         max_bounces: sundog.max_bounces.unwrap_or(Light::MAX_BOUNCES),
+        is_hit: sundog.mis.unwrap_or(true),
         links: sundog.links.links(),
         graph: None,
     })
@@ -172,6 +173,7 @@ pub(super) fn load_area(
         world_from_light,
         visibility,
         max_bounces: light.max_bounces.unwrap_or(Light::MAX_BOUNCES),
+        is_hit: light.mis.unwrap_or(true),
         links: light.links.links(),
         graph: None,
     })

@@ -488,8 +488,7 @@ pub(super) struct SundogLight {
     pub max_bounces: Option<u32>,
     #[serde(flatten)]
     pub links: LinksJson,
-    /// Cycles' switch; has no effect.
-    #[allow(dead_code)]
+    /// Whether scattered rays find it.
     pub mis: Option<bool>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,

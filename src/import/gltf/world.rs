@@ -132,6 +132,7 @@ fn sun(
         world_from_light: DAffine3::from_quat(turn),
         visibility,
         max_bounces: Light::MAX_BOUNCES,
+        is_hit: true,
         links,
         graph: None,
     })

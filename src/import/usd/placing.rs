@@ -114,6 +114,7 @@ pub(super) fn place(lamp: &Lamp, matrix: &DAffine3, frame: &Frame) -> Placed {
         world_from_light: frame.ours_from_stage * *matrix,
         visibility,
         max_bounces: Light::MAX_BOUNCES,
+        is_hit: true,
         links: Links::default(),
         graph: graph(&shaped).map(Box::new),
     }))

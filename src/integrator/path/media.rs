@@ -339,7 +339,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let within = &self.beside.within;
         let medium = there.unwrap_or(&within.medium);
         let (value, pdf) = medium.phase(self.direction.dot(light.wi));
-        let delta = light.delta || rules.shines_through();
+        let delta = light.delta || rules.only_sampled();
         let weighted = value * settings.weight_of_sampled(light.pdf, delta, pdf);
         let arriving = light.contribution();
         let mut sender = Sender {

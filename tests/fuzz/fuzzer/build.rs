@@ -488,6 +488,7 @@ fn light(of: &Value, scale: f64, world: &DAffine3) -> Light {
         world_from_light: *world * local(of),
         visibility: visibility(of),
         max_bounces: n(of, "max_bounces", f64::from(Light::MAX_BOUNCES)) as u32,
+        is_hit: n(of, "is_hit", 1.0) != 0.0,
         links: Default::default(),
         graph: None,
     }

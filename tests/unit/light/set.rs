@@ -150,7 +150,7 @@ fn sources_are_known_by_their_numbers_in_the_scene() {
 /// Rays see what the rules allow, and light that passes surfaces is for light sampling alone.
 #[test]
 fn rules_decide_what_rays_find() {
-    let rules = |visibility, max_bounces| Rules::new(visibility, max_bounces, true);
+    let rules = |visibility, max_bounces| Rules::new(visibility, (max_bounces, true), true);
     let without = |kind| Visibility::ALL.without(kind);
     let seen = |rules: Rules, kind, bounces| {
         let mut builder = LightSetBuilder::new(eye(), false, Default::default());
@@ -212,6 +212,6 @@ fn an_even_sky_beside_other_lights_has_no_light_samples() {
     let (sky, found) = pdf(false, Rules::NONE);
     assert!(sky && found[0] > 0.0, "{found:?}");
     // Light that passes surfaces has no other way.
-    let through = Rules::new(Visibility::ALL.without(RayKind::Shadow), u32::MAX, true);
+    let through = Rules::new(Visibility::ALL.without(RayKind::Shadow), (u32::MAX, true), true);
     assert_eq!(pdf(true, through), (true, vec![f32::INFINITY]));
 }

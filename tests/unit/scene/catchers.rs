@@ -34,6 +34,7 @@ fn scene() -> Scene {
         world_from_light: DAffine3::IDENTITY,
         visibility: Visibility::ALL,
         max_bounces: Light::MAX_BOUNCES,
+        is_hit: true,
         links: Links {
             shadow_catcher,
             ..Links::default()

@@ -110,6 +110,7 @@ fn lamps_in_the_plane_of_a_face_are_found() {
         world_from_light: DAffine3::from_translation(DVec3::new(x, 0.0, z)),
         visibility: Visibility::ALL,
         max_bounces: 1024,
+        is_hit: true,
         links: Default::default(),
         graph: None,
     };

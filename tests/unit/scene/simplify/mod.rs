@@ -257,6 +257,7 @@ fn what_no_ray_sees_is_gone() {
         world_from_light: DAffine3::IDENTITY,
         visibility: Visibility::ALL,
         max_bounces: 4,
+        is_hit: true,
         links: Default::default(),
         graph: None,
     };
