@@ -409,6 +409,10 @@ fn lobes(p: &PrincipledSummary) -> impl Iterator<Item = Effect> {
         (Effect::Diffuse, over_base && colored),
         (Effect::Gloss, over_base && reflects),
         (kind_of_glass(p), p.transmits()),
+        (
+            Effect::Dispersion,
+            p.disperses && p.transmits() && !p.thin_wall,
+        ),
     ]
     .into_iter()
     .filter_map(|(effect, there)| there.then_some(effect))

@@ -447,6 +447,8 @@ pub struct Surface<'a> {
     pub dielectrics: &'a Dielectrics,
     /// In place of the parameters: what has other shaders than one Principled BSDF.
     pub mixed: Option<Mixed<'a>>,
+    /// Its index of refraction depends on the wavelength.
+    pub disperses: bool,
 }
 
 impl Surface<'_> {
@@ -482,7 +484,9 @@ impl Mixed<'_> {
             n if self.inside => -n,
             n => n,
         };
-        self.material.add_shaders(&self.place, side, bsdf);
+        let wavelength = self.place.asking.past.wavelength;
+        let place = (&self.place, wavelength);
+        self.material.add_shaders(place, side, bsdf);
     }
 }
 
@@ -547,6 +551,10 @@ pub fn surface<'a, E: Features>(
                 shading = side(normal);
             }
         }
+        if material.disperses() {
+            let p = varying.unwrap_or(*material.constant_parameters());
+            varying = Some(p.seen_in(asking.past.wavelength));
+        }
         mixed = material.is_mixed().then_some(Mixed {
             material,
             place,
@@ -575,6 +583,7 @@ pub fn surface<'a, E: Features>(
         varying,
         dielectrics: &material.dielectrics,
         mixed,
+        disperses: E::EVERYTHING && material.disperses(),
     }
 }
 

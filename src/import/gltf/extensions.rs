@@ -151,27 +151,17 @@ pub(super) fn report_others(
     }
 }
 
-/// Reports an extension of a material that is not rendered, if it changes the picture by value.
+/// Reports an extension of a material that is not rendered.
 pub(super) fn report_material(
     name: &str,
-    value: &Value,
     material: &str,
     diagnostics: &mut Diagnostics,
 ) {
     let owner = Subject::Material(material.into());
-    let number =
-        |key: &str, default: f64| value.get(key).and_then(Value::as_f64).unwrap_or(default);
-    let positive = |key: &str, default: f64| number(key, default) > 0.0;
-    let (effect, there, instead) = match name {
-        "KHR_materials_dispersion" => (
-            Effect::Dispersion,
-            positive("dispersion", 0.0),
-            "all wavelengths refract alike",
-        ),
-        "KHR_materials_volume_scatter" => (Effect::Media, true, "the inside does not scatter"),
+    let (effect, instead) = match name {
+        "KHR_materials_volume_scatter" => (Effect::Media, "the inside does not scatter"),
         "KHR_materials_subsurface" => (
             Effect::Subsurface,
-            true,
             "rendered without subsurface scattering",
         ),
         "KHR_xmp" | "KHR_xmp_json_ld" => {
@@ -185,8 +175,6 @@ pub(super) fn report_material(
         }
         _ => return report_unknown(diagnostics, name, owner),
     };
-    if there {
-        let (code, verdict) = ("unsupported-material", Verdict::Lost);
-        diagnostics.report_effect(effect, code, verdict, name, owner, instead);
-    }
+    let (code, verdict) = ("unsupported-material", Verdict::Lost);
+    diagnostics.report_effect(effect, code, verdict, name, owner, instead);
 }

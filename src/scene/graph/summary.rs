@@ -80,6 +80,8 @@ pub struct PrincipledSummary {
     pub specular: (f32, f32),
     /// Transmission weight.
     pub transmission: (f32, f32),
+    /// Its index of refraction depends on the wavelength.
+    pub disperses: bool,
     /// Sheets instead of solids.
     pub thin_wall: bool,
 }
@@ -351,6 +353,7 @@ impl Graph {
                         ior: range(principled::IOR).number(),
                         specular: (2.0 * level.0, 2.0 * level.1),
                         transmission: range(principled::TRANSMISSION_WEIGHT).number(),
+                        disperses: range(principled::DISPERSION).number().1 > 0.0,
                         thin_wall,
                     });
                 }
