@@ -28,6 +28,7 @@ pub(super) mod tangents;
 mod textures;
 mod variants;
 mod walk;
+mod words;
 mod world;
 
 use std::collections::{BTreeSet, HashMap};
@@ -52,12 +53,13 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     let mut document = Document::open(path, options.allow_outside)?;
     extensions::check_required(&document)?;
     let variants = variants::names(&document)?;
-    if let Some(wanted) = &options.variant {
-        variants::choose(&mut document, &variants, wanted)?;
-    }
     let mut diagnostics = Diagnostics::default();
+    // First, as it reads the file's JSON anew.
     if let Some(time) = &options.animation {
         animation::pose(&mut document, time, &mut diagnostics)?;
+    }
+    if let Some(wanted) = &options.variant {
+        variants::choose(&mut document, &variants, wanted)?;
     }
 
     let mut walk = Walk {

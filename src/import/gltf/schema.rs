@@ -2,6 +2,7 @@
 
 use super::camera_schema::CameraJson;
 use super::medium::MediumJson;
+use super::words;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -587,7 +588,7 @@ fn optional<'de, T: Deserialize<'de>>(
         None | Some(Value::Null) => Ok(None),
         Some(part) => T::deserialize(part)
             .map(Some)
-            .map_err(|e| format!("{}: {e}", &pointer[1..])),
+            .map_err(|e| format!("{}: {}", &pointer[1..], words::plain(&e))),
     }
 }
 
@@ -609,7 +610,11 @@ fn each<'de, T: Deserialize<'de>>(
         Some(_) => return Err(format!("{} is not a list", &pointer[1..])),
     };
     for (i, item) in items.iter().enumerate() {
-        take(T::deserialize(item).map_err(|e| format!("{} {i}: {e}", &pointer[1..]))?);
+        take(T::deserialize(item).map_err(|e| {
+            let name = item.get("name").and_then(Value::as_str);
+            let name = name.map_or_else(String::new, |name| format!(" of \"{name}\""));
+            format!("{}[{i}]{name}: {}", &pointer[1..], words::plain(&e))
+        })?);
     }
     Ok(items.len())
 }

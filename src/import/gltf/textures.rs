@@ -124,7 +124,10 @@ impl<'a> Images<'a> {
         let extensions = json.and_then(|j| j.get("extensions"));
         let transform = match extensions.and_then(|e| e.get("KHR_texture_transform")) {
             Some(value) => TransformJson::deserialize(value)
-                .map_err(|e| broken(format!("its KHR_texture_transform cannot be read ({e})")))?,
+                .map_err(|e| {
+                    let why = super::words::plain(&e);
+                    broken(format!("its KHR_texture_transform cannot be read ({why})"))
+                })?,
             None => TransformJson::default(),
         };
         if let Some(Value::Object(extensions)) = extensions {
