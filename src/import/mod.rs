@@ -9,6 +9,7 @@ mod budget;
 mod error;
 mod gltf;
 mod guard;
+mod ies;
 mod image;
 mod usd;
 mod vdb;

@@ -200,7 +200,9 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         wavelength: 0.0,
         counts: None,
     };
-    if E::EVERYTHING && let Some(spectrum) = world.spectrum() {
+    if E::EVERYTHING
+        && let Some(spectrum) = world.spectrum()
+    {
         let drawn = spectrum.sample(sampler.beside(WAVELENGTH).single(Dimension::Filter, 0));
         (beside.wavelength, beside.counts) = (drawn.nanometres, Some(drawn.weight));
     }

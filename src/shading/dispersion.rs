@@ -24,7 +24,9 @@ const D_LINE: f32 = 587.56;
 pub fn index_at(ior: f32, dispersion: f32, wavelength: f32) -> f32 {
     let over_abbe = dispersion / 20.0;
     let curve = 523_655.0 / (wavelength * wavelength) - 1.5168;
-    ((ior - 1.0).max(0.0) * over_abbe).mul_add(curve, ior).max(1.0)
+    ((ior - 1.0).max(0.0) * over_abbe)
+        .mul_add(curve, ior)
+        .max(1.0)
 }
 
 /// What the primaries of a space see of each wavelength.

@@ -258,12 +258,6 @@ fn index_types_and_primitive_modes() {
         file.load().scene.meshes[0].triangles,
         [[1, 2, 0], [2, 3, 0]]
     );
-    for mode in 0..4 {
-        file.json["meshes"][0]["primitives"][0]["mode"] = json!(mode);
-        let imported = file.load();
-        assert!(imported.scene.meshes.is_empty());
-        assert_eq!(codes(&imported), ["not-triangles"]);
-    }
 }
 
 #[test]
@@ -810,7 +804,7 @@ fn other_features_are_named() {
 #[test]
 fn extensions_that_move_the_data_are_one_clear_error() {
     for (extension, remedy) in [
-        ("EXT_texture_avif", "PNG, JPEG, WebP or KTX2"),
+        ("KHR_accessor_float64", "export it from there"),
         ("ACME_everything_else", "without it"),
     ] {
         let mut file = Builder::triangle();

@@ -233,8 +233,9 @@ impl SamplerJson {
         };
         if times.is_empty() || !fits || width * times.len() * parts != values.len() {
             let (keys, numbers) = (times.len(), values.len());
+            let what = if path.is_empty() { place } else { path };
             return Err(format!(
-                "a sampler has {keys} times, and {numbers} numbers for {place}"
+                "a sampler has {keys} times, and {numbers} numbers for {what}"
             ));
         }
         let part = |key: usize, part: usize| &values[(key * parts + part) * width..][..width];

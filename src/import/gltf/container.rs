@@ -404,7 +404,9 @@ fn in_another_case(path: &Path) -> Option<String> {
         return None;
     }
     let wanted = path.file_name()?.to_str()?.to_lowercase();
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
     let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
     let mut names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     names.find(|name| name.to_lowercase() == wanted)

@@ -169,18 +169,13 @@ pub(super) fn report_others(
 }
 
 /// Reports an extension of a material that is not rendered.
-pub(super) fn report_material(
-    name: &str,
-    material: &str,
-    diagnostics: &mut Diagnostics,
-) {
+pub(super) fn report_material(name: &str, material: &str, diagnostics: &mut Diagnostics) {
     let owner = Subject::Material(material.into());
     let (effect, instead) = match name {
         "KHR_materials_volume_scatter" => (Effect::Media, "the inside does not scatter"),
-        "KHR_materials_subsurface" => (
-            Effect::Subsurface,
-            "rendered without subsurface scattering",
-        ),
+        "KHR_materials_subsurface" => {
+            (Effect::Subsurface, "rendered without subsurface scattering")
+        }
         name if changes_no_picture(name) => {
             let instead = "has no effect on the picture";
             return diagnostics.report("metadata", Verdict::Exact, name, owner, instead);

@@ -36,7 +36,8 @@ impl Default for AnisotropyKhr {
 }
 
 pub(super) fn read<T: DeserializeOwned>(value: &Value, name: &str) -> Result<T, String> {
-    T::deserialize(value).map_err(|problem| format!("its {name} cannot be read: {}", words::plain(&problem)))
+    T::deserialize(value)
+        .map_err(|problem| format!("its {name} cannot be read: {}", words::plain(&problem)))
 }
 
 pub(super) fn texture(

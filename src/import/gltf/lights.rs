@@ -14,7 +14,7 @@ use crate::scene::{
 
 /// Lumens a watt of Blender's exporter (`PBR_WATTS_TO_LUMENS`): 555 nm light, as in the definition
 /// of the candela.
-const LUMENS_PER_WATT: f64 = 683.0;
+pub(super) const LUMENS_PER_WATT: f64 = 683.0;
 
 /// The light of a node; `None` (with a diagnostic) for a kind that does not exist.
 pub(super) fn load_light(

@@ -1,6 +1,7 @@
 //! The parts of a glTF file that are read in f64 or that the `gltf` crate has no schema for.
 
 use super::camera_schema::CameraJson;
+use super::ies_lights::IesJson;
 use super::medium::MediumJson;
 use super::words;
 use serde::Deserialize;
@@ -347,6 +348,8 @@ pub(super) struct NodeExtensions {
     pub light: Option<LightReference>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub instancing: Option<InstancingJson>,
+    #[serde(rename = "EXT_lights_ies")]
+    pub ies: Option<IesJson>,
     #[serde(rename = "KHR_node_visibility")]
     pub visibility: Option<VisibilityJson>,
     #[serde(rename = "SUNDOG_light")]

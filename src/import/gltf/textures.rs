@@ -123,11 +123,10 @@ impl<'a> Images<'a> {
         };
         let extensions = json.and_then(|j| j.get("extensions"));
         let transform = match extensions.and_then(|e| e.get("KHR_texture_transform")) {
-            Some(value) => TransformJson::deserialize(value)
-                .map_err(|e| {
-                    let why = super::words::plain(&e);
-                    broken(format!("its KHR_texture_transform cannot be read ({why})"))
-                })?,
+            Some(value) => TransformJson::deserialize(value).map_err(|e| {
+                let why = super::words::plain(&e);
+                broken(format!("its KHR_texture_transform cannot be read ({why})"))
+            })?,
             None => TransformJson::default(),
         };
         if let Some(Value::Object(extensions)) = extensions {
@@ -329,19 +328,25 @@ impl<'a> Images<'a> {
         owner: &str,
     ) -> Result<Result<scene::Image, String>, ImportError> {
         let document = self.document;
-        let uri = document.core.images.get(index).and_then(|i| i.uri.as_ref());
-        let Some(uri) = uri else {
-            return Ok(Err(format!("image {index}, which is no file")));
+        let image = document.core.images.get(index);
+        let named = format!("image {index}");
+        let (bytes, name) = match image.map(|image| (&image.uri, &image.buffer_view)) {
+            Some((Some(uri), _)) => match document.resolve(uri, owner) {
+                Ok(bytes) if uri.starts_with("data:") => (bytes, named),
+                Ok(bytes) => (bytes, uri.clone()),
+                Err(ImportError::MissingPart { needed, reason, .. }) => {
+                    return Ok(Err(format!("{needed}, which cannot be read: {reason}")));
+                }
+                Err(error) => return Err(error),
+            },
+            Some((None, Some(view))) => match document.view(view.value()) {
+                Ok((bytes, _)) => (bytes.to_vec(), named),
+                Err(problem) => return Ok(Err(format!("{named}: {problem}"))),
+            },
+            _ => return Ok(Err(format!("{named}, which is not in the file"))),
         };
-        let bytes = match document.resolve(uri, owner) {
-            Ok(bytes) => bytes,
-            Err(ImportError::MissingPart { needed, reason, .. }) => {
-                return Ok(Err(format!("{needed}, which cannot be read: {reason}")));
-            }
-            Err(error) => return Err(error),
-        };
-        let decoded = image::decode_image(&bytes, uri);
-        Ok(decoded.map_err(|reason| format!("{uri}, which cannot be decoded: {reason}")))
+        let decoded = image::decode_image(&bytes, &name);
+        Ok(decoded.map_err(|reason| format!("{name}, which cannot be decoded: {reason}")))
     }
 
     /// Decodes all images, in parallel. Textures of those that cannot be decoded are taken from the materials, and told.

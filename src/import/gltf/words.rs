@@ -58,7 +58,15 @@ pub(super) fn plain(error: &impl Display) -> String {
 
 /// What was found, by `serde`'s name for it.
 fn in_words(found: &str) -> String {
-    let of = |head: &str| Some(found.strip_prefix(head)?.trim().trim_matches('`').to_owned());
+    let of = |head: &str| {
+        Some(
+            found
+                .strip_prefix(head)?
+                .trim()
+                .trim_matches('`')
+                .to_owned(),
+        )
+    };
     if let Some(text) = of("string ") {
         format!("the text {text}")
     } else if let Some(number) = of("integer ").or_else(|| of("floating point ")) {

@@ -618,8 +618,8 @@ impl Shader {
             return false;
         };
         let mut sockets = linked.iter().map(|(socket, _)| *socket);
-        let transmits = base.transmission > 0.0
-            || sockets.any(|socket| socket == TRANSMISSION_WEIGHT);
+        let transmits =
+            base.transmission > 0.0 || sockets.any(|socket| socket == TRANSMISSION_WEIGHT);
         base.dispersion > 0.0 && transmits && !base.thin_walled
     }
 
