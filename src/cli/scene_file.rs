@@ -45,6 +45,7 @@ pub fn load_all(
         variant: import.variant.clone(),
         without_world: environment.is_given()?,
         allow_outside: import.allow_outside,
+        image_bytes: import.max_image_memory,
         animation: import.animation_time()?,
     };
     let mut imported =

@@ -368,3 +368,66 @@ fn corners_that_do_not_exist_are_told() {
     let imported = file.load();
     assert_eq!(found(&imported, "empty-mesh")[0].verdict, Verdict::Lost);
 }
+
+/// Khronos' TextureLinearInterpolationTest: between black and white lies half of the light, except where the file is made of
+/// what Cycles renders, which interpolates the codes.
+#[test]
+fn between_texels_light_is_mixed_as_the_file_has_it() {
+    let mut file = Builder::square();
+    let texture = file
+        .png_texture(image::RgbImage::from_fn(2, 1, |x, _| image::Rgb([255 * x as u8; 3])).into());
+    file.json["materials"][0] = json!({
+        "extensions": { "KHR_materials_unlit": {} },
+        "pbrMetallicRoughness": { "baseColorTexture": { "index": texture } } });
+    let middle = |file: &Builder| {
+        let mut scene = file.load().scene;
+        let mut seen = camera(glam::DVec3::new(0.5, 0.5, 1.0), 1e-3);
+        seen.clip_near = 0.0;
+        scene.cameras = vec![seen];
+        let settings = RenderSettings {
+            width: 1,
+            height: 1,
+            samples: 4,
+            threads: Some(1),
+            ..RenderSettings::default()
+        };
+        let picture = render(&scene, &settings, &Silent).unwrap().picture;
+        colors(&picture).next().unwrap()[1]
+    };
+    // A thousandth of the square is a five-hundredth of the way between the texels.
+    let other = middle(&file);
+    assert!((other - 0.5).abs() < 4e-3, "{other}");
+    file.json["asset"]["generator"] = json!(super::kit::BLENDER_4_5);
+    let blender = middle(&file);
+    assert!((blender - 0.214).abs() < 4e-3, "{blender}");
+}
+
+/// Blender's exporter writes powers of lamps as numbers, if it is told to ("Raw"), for which suns of a few lux stand beside lamps of
+/// a hundred candela.
+#[test]
+fn a_sun_weaker_than_dusk_says_that_numbers_are_no_lux() {
+    let mut file = Builder::triangle();
+    file.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.2.41");
+    file.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([
+        { "type": "directional", "intensity": 3 }, { "type": "point", "intensity": 100 }]);
+    for light in 0..2 {
+        let lamp = json!({ "extensions": { "KHR_lights_punctual": { "light": light } } });
+        file.push("nodes", lamp);
+    }
+    file.json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    let imported = file.load();
+    assert!(
+        matches!(imported.scene.lights[0].kind, LightKind::Sun { irradiance, .. } if irradiance == 3.0)
+    );
+    assert_eq!(
+        found(&imported, "light-units")[0].verdict,
+        Verdict::Approximated
+    );
+    // As the exporter writes it by default, the same scene is read in lux.
+    let lights = &mut file.json["extensions"]["KHR_lights_punctual"]["lights"];
+    (lights[0]["intensity"], lights[1]["intensity"]) = (json!(2049), json!(5435.141));
+    let imported = file.load();
+    assert!(
+        matches!(imported.scene.lights[0].kind, LightKind::Sun { irradiance, .. } if irradiance == 3.0)
+    );
+}

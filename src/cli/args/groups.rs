@@ -60,6 +60,12 @@ pub struct Import {
     /// anything that you can read.
     #[arg(long)]
     pub allow_outside: bool,
+    /// What the images of a glTF scene may take of memory together, such as 512M or 4G.
+    ///
+    /// Where they would take more, the largest are read with half as many pixels along each side, and so on; each is named
+    /// with the size that is left. Fine patterns in them get blurred. Without it all are read as they are.
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    pub max_image_memory: Option<u64>,
 }
 
 /// How a scene that is rendered is read.

@@ -138,6 +138,25 @@ pub fn sample_range(text: &str) -> Result<SampleRange, String> {
     ends.ok_or_else(|| "expected two whole numbers A..B with A < B, such as 0..64".into())
 }
 
+/// `4G`, `512M`, `1.5GiB`, `100000`: binary multiples.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let lower = text.trim().to_lowercase();
+    let number = lower.trim_end_matches("ib").trim_end_matches('b');
+    let (number, factor) = match number.strip_suffix(['k', 'm', 'g', 't']) {
+        Some(rest) => {
+            let unit = number.chars().last().and_then(|c| "kmgt".find(c));
+            (rest, 1024f64.powi(unit.map_or(0, |at| at as i32 + 1)))
+        }
+        None => (number, 1.0),
+    };
+    let count = number.trim().parse::<f64>().ok();
+    let count = count.map(|n| n * factor);
+    // Whole numbers of bytes, of which `as` keeps all.
+    let count = count.filter(|n| n.is_finite() && *n >= 1.0 && *n < 1e18);
+    let count = count.map(|n| n as u64);
+    count.ok_or_else(|| "expected a number of bytes such as 512M or 4G".into())
+}
+
 /// `90`, `90s`, `1.5m`, `1h30m`.
 pub fn duration(text: &str) -> Result<Duration, String> {
     let seconds = seconds(text).filter(|&seconds| seconds > 0.0 && seconds <= MAX_SECONDS);

@@ -347,6 +347,12 @@ impl Document {
         rest.split('.').next()?.parse().ok()
     }
 
+    /// Whether the file was made of what Cycles renders: by Blender's exporter or by Sundog's add-on.
+    pub(super) fn is_as_cycles_shows(&self) -> bool {
+        let generator = self.core.asset.generator.as_deref().unwrap_or_default();
+        self.blender_version().is_some() || generator.starts_with("Sundog add-on for Blender")
+    }
+
     /// An extension object of the JSON object at a pointer such as `/materials/3`.
     pub(super) fn extension(&self, pointer: &str, name: &str) -> Option<&Value> {
         self.value.pointer(pointer)?.get("extensions")?.get(name)

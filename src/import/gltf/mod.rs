@@ -159,10 +159,12 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         )?;
         materials.graphs.push(graph);
     }
-    let (images, conversions) =
-        materials
-            .images
-            .decode(&mut materials.list, &mut materials.graphs, &mut diagnostics);
+    let (images, conversions) = materials.images.decode(
+        &mut materials.list,
+        &mut materials.graphs,
+        options.image_bytes,
+        &mut diagnostics,
+    );
     let mut of_others = materials.graphs.split_off(of_materials).into_iter();
     let material_aovs: Vec<_> = of_others.by_ref().take(of_materials).collect();
     let world_aovs = of_others.next().flatten();

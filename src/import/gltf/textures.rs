@@ -107,13 +107,16 @@ impl<'a> Images<'a> {
                     ))
                 })?;
                 let weighted = self.is_weighted(number, owner, diagnostics);
-                let mut sampler = read_sampler(sampler);
+                let mut sampler = read_sampler(sampler, self.document.is_as_cycles_shows());
                 if weighted.map_err(broken)? {
                     sampler.alpha = ImageAlpha::WEIGHTED;
                 }
                 sampler
             }
-            None => Sampler::default(),
+            None => Sampler {
+                filter: linear(self.document.is_as_cycles_shows()),
+                ..Sampler::default()
+            },
         };
         let Some(source) = self.choose_source(index, texture, owner, diagnostics) else {
             return Ok(None);
@@ -354,6 +357,7 @@ impl<'a> Images<'a> {
         self,
         materials: &mut [MetallicRoughness],
         graphs: &mut [Option<Graph>],
+        most_bytes: Option<u64>,
         diagnostics: &mut Diagnostics,
     ) -> (Vec<scene::Image>, Vec<(ImageId, Conversion)>) {
         // Views that lie over each other do not make the file larger than it is.
@@ -370,17 +374,37 @@ impl<'a> Images<'a> {
         let sizes: Vec<_> = self
             .pending
             .iter()
-            .map(|pending| image::check_size(&pending.bytes, &budget))
+            .map(|pending| image::checked_size(&pending.bytes, &budget))
             .collect();
+        let known = sizes
+            .iter()
+            .map(|size| *size.as_ref().unwrap_or(&(0, 0, 0)));
+        let known: Vec<_> = known.collect();
+        let levels = image::halvings(&known, most_bytes.unwrap_or(u64::MAX));
+        for ((pending, level), (width, height, _)) in self.pending.iter().zip(&levels).zip(known) {
+            if *level > 0 {
+                let [w, h] = [width, height].map(|side| (side >> level).max(1));
+                diagnostics.report(
+                    "image-reduced",
+                    Verdict::Approximated,
+                    "images that take more memory than --max-image-memory allows",
+                    format!(
+                        "image \"{}\" ({width} × {height} to {w} × {h})",
+                        pending.name
+                    ),
+                    "rendered with fewer pixels, each the mean of those that it was",
+                );
+            }
+        }
         let decoded: Vec<_> = self
             .pending
             .into_par_iter()
             .zip(sizes)
-            .map(|(pending, size)| {
-                let image =
-                    size.and_then(|()| image::decode_checked(&pending.bytes, &pending.name));
+            .zip(levels)
+            .map(|((pending, size), level)| {
+                let image = size.and_then(|_| image::decode_checked(&pending.bytes, &pending.name));
                 match image {
-                    Ok(image) => Ok((image, pending.conversion)),
+                    Ok(image) => Ok((image::reduced(image, level), pending.conversion)),
                     Err(reason) => Err((pending.name, reason)),
                 }
             })
@@ -457,7 +481,16 @@ fn renumber(material: &mut MetallicRoughness, places: &[Option<ImageId>]) {
     });
 }
 
-fn read_sampler(sampler: &json::texture::Sampler) -> Sampler {
+/// Between texels: of a file that shows what Cycles does as there, otherwise as glTF has it.
+fn linear(as_cycles: bool) -> TextureFilter {
+    if as_cycles {
+        TextureFilter::Linear
+    } else {
+        TextureFilter::LinearLight
+    }
+}
+
+fn read_sampler(sampler: &json::texture::Sampler, as_cycles: bool) -> Sampler {
     let wrap = |mode: Checked<WrappingMode>| match mode {
         Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
         Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
@@ -468,7 +501,7 @@ fn read_sampler(sampler: &json::texture::Sampler) -> Sampler {
         wrap_v: wrap(sampler.wrap_t),
         filter: match sampler.mag_filter {
             Some(Checked::Valid(MagFilter::Nearest)) => TextureFilter::Nearest,
-            _ => TextureFilter::Linear,
+            _ => linear(as_cycles),
         },
         alpha: ImageAlpha::ChannelPacked,
     }

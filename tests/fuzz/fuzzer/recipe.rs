@@ -124,7 +124,8 @@ fn material(rng: &mut Rng, furnace: bool) -> Value {
     });
     if rng.chance(0.5) {
         material["ior"] = rng.ior();
-        if rng.chance(0.2) {
+        // Each path is of one colour then: no furnace is even.
+        if !furnace && rng.chance(0.2) {
             material["dispersion"] = json!(rng.pick(&[0.1, 1.0, 5.0]));
         }
     }
