@@ -19,7 +19,7 @@ import bpy
 import numpy
 from mathutils import Vector
 
-WIDTH, HEIGHT, SAMPLES, COLUMNS = 160, 120, 24, 3
+WIDTH, HEIGHT, COLUMNS = 160, 120, 3
 
 
 def described(program, path):
@@ -31,8 +31,8 @@ def has_light(told):
     return bool(told["lights"] or told["environment"])
 
 
-def with_sundog(program, path, out, light):
-    command = [program, "render", path, "-o", out, "--width", str(WIDTH), "--height", str(HEIGHT), "--samples", str(SAMPLES),
+def with_sundog(program, path, out, light, samples):
+    command = [program, "render", path, "-o", out, "--width", str(WIDTH), "--height", str(HEIGHT), "--samples", str(samples),
                "--view", "Standard", "--quiet"]
     begun = time.monotonic()
     done = subprocess.run(command + (["--environment", light] if light else []), capture_output=True, text=True)
@@ -68,7 +68,7 @@ def framed(told):
     scene.camera = thing
 
 
-def with_cycles(out, light):
+def with_cycles(out, light, samples):
     scene = bpy.context.scene
     scene.world = bpy.data.worlds.new("world")
     scene.world.use_nodes = True
@@ -80,7 +80,9 @@ def with_cycles(out, light):
         picture.image = bpy.data.images.load(str(light))
         scene.world.node_tree.links.new(background.inputs["Color"], picture.outputs["Color"])
     scene.render.engine = "CYCLES"
-    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = SAMPLES, False, False
+    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = samples, False, False
+    scene.cycles.sample_clamp_indirect, scene.cycles.blur_glossy = 0, 0
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = scene.cycles.transmission_bounces = 64
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = WIDTH, HEIGHT, 100
     scene.view_settings.view_transform = "Standard"
     scene.render.filepath, scene.render.image_settings.file_format = str(out), "PNG"
@@ -104,6 +106,7 @@ def main():
     parser.add_argument("out", type=Path)
     parser.add_argument("--program", default="target/release/sundog")
     parser.add_argument("--only", nargs="*")
+    parser.add_argument("--samples", type=int, default=24)
     options = parser.parse_args()
     hdr = options.scenes / "hdri-open" / "studio_small_05_1k.hdr"
     files = []
@@ -119,13 +122,13 @@ def main():
             row, what = [], "Sundog refuses it"
             if told is not None:
                 light = None if has_light(told) else hdr
-                took, errors = with_sundog(options.program, path, ours, light)
+                took, errors = with_sundog(options.program, path, ours, light, options.samples)
                 what = errors.splitlines()[-1] if errors and not ours.exists() else ""
                 row.append(f"{took:.1f}")
                 try:
                     row.append(f"{imported(path):.1f}")
                     framed(told)
-                    row.append(f"{with_cycles(theirs, light):.1f}")
+                    row.append(f"{with_cycles(theirs, light, options.samples):.1f}")
                 except RuntimeError as error:
                     what = " ".join(str(error).split())[:120]
             both = [pixels(ours), pixels(theirs)]

@@ -272,7 +272,7 @@ impl Preparer {
             single_sided: !m.double_sided,
             dielectrics: self.dielectrics(p, linked),
             mixed: self.mixed(&programs.shaders),
-            disperses: programs.shaders.iter().any(|w| w.shader.disperses()),
+            disperses: summary.principled.iter().any(|p| p.spreads_colors()),
             goes_below: walks.clone().next().is_some(),
             bumps_below: walks.any(|shader| shader.normal().is_some()),
             space: known.space,

@@ -8,6 +8,7 @@ mod geometry;
 mod insides;
 mod interfaces;
 mod lids;
+mod lift;
 mod lights;
 mod linked;
 mod material;
@@ -432,7 +433,7 @@ impl World {
         let mut moment = None;
         let object = self.object_at::<General>(hit, &mut moment);
         let normal = surface.normals.geometric;
-        let lift = geometry::lift(object, hit, normal);
+        let lift = lift::lift(object, hit, normal);
         // What is not above the error of the point is no height.
         if lift.dot(normal) <= normal.abs().dot(surface.point.error) {
             return None;

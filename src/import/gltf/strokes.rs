@@ -149,9 +149,10 @@ fn bounds(mesh: &Mesh) -> Option<[DVec3; 2]> {
     })
 }
 
-/// A sphere's directions and triangles: an octahedron, an icosahedron, or that with each side in four.
+/// A sphere's directions and triangles: an octahedron, an icosahedron, or that with each side in four. They shine, so that each
+/// triangle is a lamp: the more points, the fewer.
 fn ball(points: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    if points > 1 << 20 {
+    if points > 10_000 {
         let axes = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
         let sides = (0..8u32).map(|side| {
             let [x, y, z] = [0, 1, 2].map(|axis| axis + 3 * (side >> axis & 1));
@@ -194,7 +195,7 @@ fn ball(points: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
             }
         }
     }
-    if points > 20_000 {
+    if points > 1000 {
         return (corners, sides);
     }
     let mut halves = std::collections::HashMap::new();

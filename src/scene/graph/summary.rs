@@ -101,6 +101,11 @@ impl PrincipledSummary {
     pub fn transmits(&self) -> bool {
         self.transmission.1 > 0.0 && !self.is_metal_everywhere()
     }
+
+    /// Whether some of it is solid glass whose index of refraction depends on the wavelength.
+    pub fn spreads_colors(&self) -> bool {
+        self.disperses && self.transmits() && !self.thin_wall
+    }
 }
 
 /// What a surface is.

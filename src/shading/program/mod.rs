@@ -22,7 +22,6 @@ pub use volume::VolumeProgram;
 use super::texture::PreparedTexture;
 use crate::math::luminance;
 use crate::scene::graph::function::{DisplacementSpace, PlaceInput, Space, Transformed};
-use crate::scene::graph::node::principled::TRANSMISSION_WEIGHT;
 use crate::scene::graph::{
     Blend, Distribution, Function, ImageProjection, Lane, MathOperation, NormalSpace, SimpleBsdf,
     TangentKind,
@@ -610,17 +609,6 @@ impl Shader {
             | Self::Glossy { normal, .. }
             | Self::Simple { normal, .. } => normal.as_ref(),
         }
-    }
-
-    /// Whether it is solid glass whose index of refraction depends on the wavelength.
-    pub fn disperses(&self) -> bool {
-        let Self::Principled { base, linked, .. } = self else {
-            return false;
-        };
-        let mut sockets = linked.iter().map(|(socket, _)| *socket);
-        let transmits =
-            base.transmission > 0.0 || sockets.any(|socket| socket == TRANSMISSION_WEIGHT);
-        base.dispersion > 0.0 && transmits && !base.thin_walled
     }
 
     /// Whether light goes on below it.

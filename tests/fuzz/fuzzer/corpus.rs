@@ -83,10 +83,11 @@ pub fn subjects(folder: &Path) -> Vec<Subject> {
 /// Bytes with some damage.
 pub fn damage(rng: &mut Rng, bytes: &[u8], kind: &str) -> Vec<u8> {
     let is_json = kind == "gltf" || bytes.starts_with(b"glTF");
-    if is_json && rng.chance(0.7) {
-        if let Some(done) = damaged_tree(rng, bytes) {
-            return done;
-        }
+    if is_json
+        && rng.chance(0.7)
+        && let Some(done) = damaged_tree(rng, bytes)
+    {
+        return done;
     }
     let mut bytes = bytes.to_vec();
     for _ in 0..1 + rng.below(6) {
