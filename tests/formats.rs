@@ -5,6 +5,7 @@ mod animation;
 mod blender;
 mod broken;
 mod compressed;
+mod extensions;
 mod features;
 mod foreign;
 mod hostile;

@@ -6,6 +6,7 @@ mod catchers;
 mod center;
 mod closed_lamps;
 mod coincident;
+mod dispersion;
 mod forecast;
 mod linking;
 mod media;

@@ -46,9 +46,10 @@ pub fn load_all(
         variant: import.variant.clone(),
         without_world: environment.is_given()?,
         allow_outside: import.allow_outside,
+        image_bytes: import.max_memory,
         animation: import.animation_time()?,
         scatter: import.gltf_scatter,
-        grid_memory: Some(import.grid_memory.unwrap_or_else(memory::free)),
+        grid_memory: Some(import.max_memory.unwrap_or_else(memory::free)),
     };
     let mut imported =
         import::load(path, &options).map_err(|error| Failure::new(error.to_string()))?;

@@ -410,6 +410,7 @@ fn lobes(p: &PrincipledSummary) -> impl Iterator<Item = Effect> {
         (Effect::Diffuse, over_base && colored),
         (Effect::Gloss, over_base && reflects),
         (kind_of_glass(p), p.transmits()),
+        (Effect::Dispersion, p.spreads_colors()),
     ]
     .into_iter()
     .filter_map(|(effect, there)| there.then_some(effect))

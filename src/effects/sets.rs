@@ -46,6 +46,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::Sheen
         | Effect::DiffuseTransmission
         | Effect::ThinFilm
+        | Effect::Dispersion
         | Effect::Subsurface
         | Effect::CoincidentFaces
         | Effect::ShadowCatcher

@@ -49,7 +49,7 @@ pub const COUNT: usize = Effect::COUNT;
 /// The one table of effects.
 #[rustfmt::skip]
 pub const TABLE: [EffectRow; COUNT] = {
-    use Decided::{Absent, Branch, Kernels, Preparation, Settings};
+    use Decided::{Branch, Kernels, Preparation, Settings};
     use Effect as E;
     [
         line(E::BaseColorTexture, Kernels, ["images for the base colour and opacity", "a used material has one, not the same everywhere, and a colour that is not black"]),
@@ -111,7 +111,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::ThinFilm, Kernels, ["interference of a thin film", "a placed material has a film whose thickness is not 0"]),
         line(E::Subsurface, Kernels, ["light that goes on below the surface", "a placed material has a Subsurface Scattering node, or a subsurface weight above 0 that is no thin wall's"]),
         line(E::DiffuseTransmission, Kernels, ["light that is scattered through a sheet", "a placed material has a Translucent BSDF, light below the surface of a thin wall, or diffuse transmission"]),
-        line(E::Dispersion, Absent, ["an index of refraction by wavelength", "the importer meets one that is not 0"]),
+        line(E::Dispersion, Kernels, ["an index of refraction by wavelength", "a placed material is solid glass whose dispersion is not 0"]),
         line(E::Absorption, Kernels, ["light that is taken by the way through a solid", "a placed material or the world has a volume that absorbs and does nothing else"]),
         line(E::Media, Kernels, ["fog and what else scatters or emits light between surfaces", "a placed material or the world has a volume that does"]),
         line(E::MotionBlur, Kernels, ["things that move while the shutter is open", "a placed object, its vertices or the camera that renders does"]),

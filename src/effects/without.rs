@@ -95,6 +95,9 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
         {
             without(principled::TRANSMISSION_WEIGHT);
         }
+        if !set.contains(Effect::Dispersion) {
+            without(principled::DISPERSION);
+        }
         if !set.contains(Effect::DiffuseRoughness) {
             without(principled::DIFFUSE_ROUGHNESS);
         }

@@ -9,6 +9,7 @@ mod budget;
 mod error;
 mod gltf;
 mod guard;
+mod ies;
 mod image;
 mod usd;
 mod vdb;
@@ -45,6 +46,8 @@ pub struct ImportOptions {
     pub cycles: Option<CyclesVersion>,
     /// Reads files, too, that the scene names and that do not lie in its folder (or below it).
     pub allow_outside: bool,
+    /// Images of glTF files together take no more than so many bytes: larger ones are read with fewer pixels.
+    pub image_bytes: Option<u64>,
     /// The time at which an animation of the file poses it; `None` is the pose that the file has without.
     pub animation: Option<AnimationTime>,
     /// Reads glTF's KHR_materials_volume_scatter, a draft.

@@ -28,6 +28,9 @@ use crate::world::{Asking, Hit, Passage, Past, RayKind, Sender, Source, Surface,
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
 
+/// Tells the number of a path's wavelength from all others.
+const WAVELENGTH: u32 = 0x_7a3c_19e5;
+
 /// What a path brings back.
 #[derive(Clone, Copy, Debug)]
 pub struct Path {
@@ -121,6 +124,10 @@ struct Beside {
     scattered: Option<media::Event>,
     /// How far from its surface the ray begins: that way leads through a medium, too.
     skipped: f32,
+    /// Nanometres; 0 where no index of refraction depends on it.
+    wavelength: f32,
+    /// What the path counts from the first such surface on.
+    counts: Option<Vec3>,
 }
 
 /// A path on its way.
@@ -190,7 +197,15 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         flown: 0,
         scattered: None,
         skipped: 0.0,
+        wavelength: 0.0,
+        counts: None,
     };
+    if E::EVERYTHING
+        && let Some(spectrum) = world.spectrum()
+    {
+        let drawn = spectrum.sample(sampler.beside(WAVELENGTH).single(Dimension::Filter, 0));
+        (beside.wavelength, beside.counts) = (drawn.nanometres, Some(drawn.weight));
+    }
     if E::EVERYTHING && world.has_media() {
         beside.within = world.media_at_camera();
     }
@@ -215,6 +230,9 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let Some(parameters) = walk.goes_on(&surface) else {
             break;
         };
+        if E::EVERYTHING && surface.disperses {
+            walk.disperse();
+        }
         // Lobes are added in place: a BSDF is too large to be handed over.
         let mut bsdf = walk.bare(&surface);
         let normal = surface.normals.shading;
@@ -351,6 +369,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             reflected: self.bounce > 0 && previous.kind != RayKind::Transmission,
             // As in Cycles.
             blurry: self.min_pdf < 8.0,
+            wavelength: self.beside.wavelength,
             numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
         }
     }
@@ -475,6 +494,14 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     #[inline(always)]
     fn has_diffused(&self) -> bool {
         E::EVERYTHING && self.beside.scatterings[Scattering::Diffuse as usize] > 0
+    }
+
+    /// Becomes light of one wavelength, if it is not yet.
+    #[inline]
+    fn disperse(&mut self) {
+        if let Some(counts) = self.beside.counts.take() {
+            self.throughput *= counts;
+        }
     }
 
     /// A surface without lobes, as the path sees it.

@@ -170,9 +170,11 @@ pub enum Wrap {
 /// Between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum TextureFilter {
-    /// Bilinear.
+    /// Bilinear, of encoded colours before they are decoded, as in Cycles.
     #[default]
     Linear,
+    /// Bilinear, of colours that are decoded, as glTF has it (specification 3.9.2).
+    LinearLight,
     /// The nearest texel.
     Nearest,
     /// Cubic B-splines, which smooth: 4 × 4 texels.

@@ -35,6 +35,8 @@ pub struct MetallicRoughness {
     pub emission_texture: Option<Texture>,
     /// Index of refraction of the dielectric.
     pub ior: f32,
+    /// 20 over the Abbe number (KHR_materials_dispersion); 0: the index is the same for all wavelengths.
+    pub dispersion: f32,
     /// Scales the dielectric's reflectance at normal incidence (KHR_materials_specular
     /// `specularFactor`; Blender's specular IOR level is half of it).
     pub specular: f32,
@@ -98,6 +100,7 @@ impl Default for MetallicRoughness {
             emission: [0.0; 3],
             emission_texture: None,
             ior: 1.5,
+            dispersion: 0.0,
             specular: 1.0,
             specular_texture: None,
             specular_color: [1.0; 3],

@@ -3,6 +3,7 @@
 pub mod bsdf;
 pub mod closure;
 pub mod dielectrics;
+pub mod dispersion;
 pub mod fresnel;
 pub mod ggx;
 pub mod layers;

@@ -8,6 +8,7 @@ use super::closure::{
     rough_diffuse,
 };
 use super::dielectrics::{Dielectrics, layer_ior};
+use super::dispersion::index_at;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
 use super::tables::{LutCoordinate, Reflection as Albedos, covering};
@@ -28,6 +29,8 @@ pub struct Principled {
     pub roughness: f32,
     /// Index of refraction of the solid.
     pub ior: f32,
+    /// How much of it depends on the wavelength: 20 over the Abbe number.
+    pub dispersion: f32,
     /// Scales the reflectance at normal incidence.
     pub specular: f32,
     /// Tints the reflectance at normal incidence.
@@ -74,6 +77,7 @@ impl Default for Principled {
             metallic: 0.0,
             roughness: 0.5,
             ior: 1.5,
+            dispersion: 0.0,
             specular: 1.0,
             specular_color: Vec3::ONE,
             edge_tint: true,
@@ -92,6 +96,21 @@ impl Default for Principled {
             anisotropy: 0.0,
             anisotropy_rotation: 0.0,
             film: Film::NONE,
+        }
+    }
+}
+
+impl Principled {
+    /// As light of a wavelength sees it (nanometres; 0: as light of all colours does).
+    #[inline]
+    pub fn seen_in(self, wavelength: f32) -> Self {
+        if wavelength <= 0.0 || self.dispersion <= 0.0 || self.thin_walled {
+            return self;
+        }
+        let ior = fresnel::bounded_ior(self.ior);
+        Self {
+            ior: index_at(ior, self.dispersion, wavelength),
+            ..self
         }
     }
 }

@@ -2,10 +2,11 @@
 
 use crate::math::floor;
 use crate::math::primaries::WorkingSpace;
+use crate::math::srgb;
 use crate::scene::texel::{decoded, from_u8, from_u16, rgba};
 use crate::scene::{Image, ImageAlpha, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
 use glam::{Mat3, Vec2, Vec4};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// An image as textures read it: shared by all textures that refer to it.
 #[derive(Debug)]
@@ -81,6 +82,8 @@ pub struct PreparedTexture {
     sampler: Sampler,
     /// sRGB-encoded values.
     encoded: bool,
+    /// They are decoded before they are interpolated.
+    light: bool,
     /// From linear Rec.709 to the scene's space, for encoded colours of a scene in another one.
     to_scene: Option<Mat3>,
     /// Which coordinates.
@@ -120,7 +123,12 @@ impl PreparedTexture {
         }
         // KHR_texture_transform: translation · rotation · scale, rotation with [cos, sin; −sin, cos].
         let encoded = raster.pixels.is_encoded(usage);
+        let light = sampler.filter == TextureFilter::LinearLight;
+        if light {
+            sampler.filter = TextureFilter::Linear;
+        }
         Self {
+            light: light && encoded && !sampler.alpha.divides(),
             raster,
             sampler,
             encoded,
@@ -136,7 +144,7 @@ impl PreparedTexture {
     }
 
     /// The value at texture coordinates; colours linear. Interpolation comes before decoding, as
-    /// in Cycles (which keeps 8-bit images encoded too).
+    /// in Cycles (which keeps 8-bit images encoded too), unless the filter is of light.
     #[inline]
     pub fn read(&self, uv: Vec2) -> Vec4 {
         self.read_from(Origin::Upper, self.a * uv.x + self.b * uv.y + self.c)
@@ -155,6 +163,19 @@ impl PreparedTexture {
         // The kind of the numbers is looked at once for all texels.
         let value = match &self.raster.pixels {
             _ if self.is_special() => self.weighted_sum(origin, uv),
+            Pixels::U8(p) if self.light => {
+                let codes = srgb_codes();
+                let texel = |at| {
+                    let light = rgba(&p[..], channels, at, |code| codes[usize::from(code)]);
+                    let alpha = rgba(&p[..], channels, at, from_u8).w;
+                    light.truncate().extend(alpha)
+                };
+                self.interpolated((origin, uv), texel, mix)
+            }
+            Pixels::U16(p) if self.light => {
+                let texel = |at| decoded(rgba(&p[..], channels, at, from_u16));
+                self.interpolated((origin, uv), texel, mix)
+            }
             Pixels::U8(p) => {
                 let texel = |at| rgba(&p[..], channels, at, from_u8);
                 self.interpolated((origin, uv), texel, mix)
@@ -176,7 +197,12 @@ impl PreparedTexture {
         if !self.encoded {
             return value;
         }
-        let value = decoded(value);
+        // Texels of special filters are never decoded before.
+        let value = if self.light && !self.is_special() {
+            value
+        } else {
+            decoded(value)
+        };
         match &self.to_scene {
             None => value,
             Some(matrix) => (*matrix * value.truncate()).extend(value.w),
@@ -311,6 +337,12 @@ impl PreparedTexture {
         }
         (taps, 4)
     }
+}
+
+/// What the codes of sRGB stand for.
+fn srgb_codes() -> &'static [f32; 256] {
+    static CODES: OnceLock<[f32; 256]> = OnceLock::new();
+    CODES.get_or_init(|| std::array::from_fn(|code| srgb::decode(from_u8(code as u8))))
 }
 
 /// The texel at any place along an axis of `n` texels.

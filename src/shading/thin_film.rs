@@ -282,12 +282,12 @@ impl Reflectance for Filmed {
 }
 
 /// Wavelength of the first entry, and between entries (nanometres).
-const FIRST: f64 = 380.0;
-const STEP: f64 = 5.0;
+pub(super) const FIRST: f64 = 380.0;
+pub(super) const STEP: f64 = 5.0;
 
 /// The colour-matching functions of the CIE's standard observer of 1931 (CIE 018:2019, table 6; x, y and z).
 #[rustfmt::skip]
-static CIE_1931: [[f64; 3]; 81] = [
+pub(super) static CIE_1931: [[f64; 3]; 81] = [
     [0.001368, 0.000039, 0.00645],
     [0.002236, 0.000064, 0.01055],
     [0.004243, 0.00012, 0.02005],

@@ -59,7 +59,7 @@ impl From<RayKind> for Sender {
 }
 
 /// The way that a path has come, as far as programs ask about it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Past {
     /// Surfaces that have scattered it diffusely, by facets, or through themselves, and that it has passed straight on.
     pub depths: [u8; 4],
@@ -69,6 +69,8 @@ pub struct Past {
     pub reflected: bool,
     /// It has been scattered into a wide range of directions.
     pub blurry: bool,
+    /// Nanometres, where some surface's index of refraction depends on it; 0 otherwise.
+    pub wavelength: f32,
     /// For random numbers, with the number of the bounce, where somebody asks for any.
     pub numbers: Option<(Sampler, u32)>,
 }

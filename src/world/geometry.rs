@@ -314,7 +314,7 @@ impl MeshInstance {
     }
 
     #[inline]
-    fn normal<E: Features>(&self, n: Vec3) -> Vec3 {
+    pub(super) fn normal<E: Features>(&self, n: Vec3) -> Vec3 {
         match self.placement::<E>() {
             None => n,
             Some(p) => p.normal[0] * n.x + p.normal[1] * n.y + p.normal[2] * n.z,
@@ -387,7 +387,7 @@ impl MeshInstance {
 
     /// A direction of the mesh in world space.
     #[inline]
-    fn vector<E: Features>(&self, v: Vec3) -> Vec3 {
+    pub(super) fn vector<E: Features>(&self, v: Vec3) -> Vec3 {
         match self.placement::<E>() {
             None => v,
             Some(p) => p.world_from_object.vector(v),
@@ -447,6 +447,8 @@ pub struct Surface<'a> {
     pub dielectrics: &'a Dielectrics,
     /// In place of the parameters: what has other shaders than one Principled BSDF.
     pub mixed: Option<Mixed<'a>>,
+    /// Its index of refraction depends on the wavelength.
+    pub disperses: bool,
 }
 
 impl Surface<'_> {
@@ -482,7 +484,9 @@ impl Mixed<'_> {
             n if self.inside => -n,
             n => n,
         };
-        self.material.add_shaders(&self.place, side, bsdf);
+        let wavelength = self.place.asking.past.wavelength;
+        let place = (&self.place, wavelength);
+        self.material.add_shaders(place, side, bsdf);
     }
 }
 
@@ -547,6 +551,10 @@ pub fn surface<'a, E: Features>(
                 shading = side(normal);
             }
         }
+        if material.disperses() {
+            let p = varying.unwrap_or(*material.constant_parameters());
+            varying = Some(p.seen_in(asking.past.wavelength));
+        }
         mixed = material.is_mixed().then_some(Mixed {
             material,
             place,
@@ -575,41 +583,7 @@ pub fn surface<'a, E: Features>(
         varying,
         dielectrics: &material.dielectrics,
         mixed,
-    }
-}
-
-/// From a point of a triangle to the curved surface that its vertex normals tell of: the mean, weighted by the barycentric
-/// coordinates, of where the point is projected to on the tangent planes of the corners, as far as it lies below them
-/// (Hanika, *Hacking the Shadow Terminator*; Boubekeur and Alexa, *Phong Tessellation*, 2008). `side`: the triangle's
-/// normal on the side that counts. 0 where there are no normals, or the surface is hollow.
-pub fn lift(
-    (entry, mesh, triangle): (&MeshInstance, &MeshData, u32),
-    hit: &Hit,
-    side: Vec3,
-) -> Vec3 {
-    let Some(normals) = &mesh.normals else {
-        return Vec3::ZERO;
-    };
-    let at = entry.at(mesh, (triangle, hit.u, hit.v), Asking::along(Vec3::ZERO));
-    let sign = if entry.normal::<General>(at.vector(normals)).dot(side) < 0.0 {
-        -1.0
-    } else {
-        1.0
-    };
-    let [a, b, c] = mesh.corners(triangle);
-    let (to_b, to_c) = (b - a, c - a);
-    // The point from each corner, without the corners' own size.
-    let from_a = to_b * hit.u + to_c * hit.v;
-    let offsets = [from_a, from_a - to_b, from_a - to_c];
-    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-    let mut lift = Vec3::ZERO;
-    for ((corner, offset), weight) in at.corners.into_iter().zip(offsets).zip(weights) {
-        let n = Vec3::from(normals[corner as usize]) * sign;
-        lift -= n * (weight * offset.dot(n).min(0.0));
-    }
-    match &entry.instance {
-        None => lift,
-        Some(placement) => placement.world_from_object.vector(lift),
+        disperses: E::EVERYTHING && material.disperses(),
     }
 }
 

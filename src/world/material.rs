@@ -47,6 +47,8 @@ pub struct PreparedMaterial {
     pub dielectrics: Arc<Dielectrics>,
     /// By shader, where it is not one Principled BSDF.
     mixed: Vec<Arc<Dielectrics>>,
+    /// Its index of refraction depends on the wavelength.
+    disperses: bool,
     /// Light goes on below it.
     goes_below: bool,
     /// What goes on there has a normal of its own.
@@ -278,6 +280,7 @@ impl Preparer {
             single_sided: !m.double_sided,
             dielectrics: self.dielectrics(p, linked),
             mixed: self.mixed(&programs.shaders),
+            disperses: summary.principled.iter().any(|p| p.spreads_colors()),
             goes_below: walks.clone().next().is_some(),
             bumps_below: walks.any(|shader| shader.normal().is_some()),
             space: known.space,
@@ -319,6 +322,7 @@ fn summary_of(base: &Principled, linked: &[(usize, Root)]) -> PrincipledSummary 
         ior: (base.ior, base.ior),
         specular: range(principled::SPECULAR_IOR_LEVEL, base.specular, 2.0),
         transmission: range(principled::TRANSMISSION_WEIGHT, base.transmission, 1.0),
+        disperses: base.dispersion > 0.0,
         thin_wall: base.thin_walled,
     }
 }
@@ -329,6 +333,7 @@ const MATTE: Principled = Principled {
     metallic: 0.0,
     roughness: 1.0,
     ior: 1.5,
+    dispersion: 0.0,
     specular: 0.0,
     specular_color: Vec3::ONE,
     edge_tint: false,
@@ -382,6 +387,12 @@ impl PreparedMaterial {
     /// with all: below metal there is no glass.
     pub fn is_opaque(&self) -> bool {
         !self.translucent && !self.lets_through
+    }
+
+    /// Whether its index of refraction depends on the wavelength.
+    #[inline]
+    pub fn disperses(&self) -> bool {
+        self.disperses
     }
 
     /// Whether light goes on below it somewhere.
@@ -457,10 +468,11 @@ impl PreparedMaterial {
         !self.mixed.is_empty()
     }
 
-    /// Adds the lobes of its shaders. `side` makes a shader's normal of that of its map, which is 0 where there is none.
+    /// Adds the lobes of its shaders for a wavelength. `side` makes a shader's normal of that of its map, which is 0 where
+    /// there is none.
     pub fn add_shaders<K: BsdfFeatures>(
         &self,
-        place: &impl Place,
+        (place, wavelength): (&impl Place, f32),
         side: impl Fn(Vec3) -> Vec3,
         bsdf: &mut Bsdf<K>,
     ) {
@@ -483,7 +495,7 @@ impl PreparedMaterial {
                         layers,
                         ..
                     } => {
-                        let p = parameters(base, linked, at);
+                        let p = parameters(base, linked, at).seen_in(wavelength);
                         let frame = (normal, tangent);
                         match layers {
                             None => bsdf.add_principled(weight, &p, tables, frame),

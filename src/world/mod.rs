@@ -8,6 +8,7 @@ mod geometry;
 mod insides;
 mod interfaces;
 mod lids;
+mod lift;
 mod lights;
 mod linked;
 mod material;
@@ -43,6 +44,7 @@ use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
 use crate::shading::Normals;
+use crate::shading::dispersion::Spectrum;
 use crate::shading::program::Place;
 use asking::Around;
 use enumset::EnumSet;
@@ -85,6 +87,8 @@ pub struct World {
     /// See [`Ablation::origin`].
     naive_origin: bool,
     cull_backfaces: bool,
+    /// The wavelengths that paths are of, where some index of refraction depends on them.
+    spectrum: Option<&'static Spectrum>,
     /// Paths take the kinds of scattering apart, as some kinds of rays see less than others.
     pub by_kind: bool,
     /// See [`Ablation::terminator`].
@@ -204,6 +208,7 @@ impl World {
         )?;
         let view = (origin, distant);
         let mut made = Self {
+            spectrum: spectrum(scene, &materials),
             aovs: aovs_around(scene, options, origin),
             views: views(scene, options, origin),
             geometry,
@@ -306,6 +311,7 @@ impl World {
         self.by_kind =
             options.effects.contains(Effect::RayVisibility) && effects::tells_rays_apart(scene);
         if let Some(made) = made {
+            self.spectrum = spectrum(scene, &made);
             self.materials = made;
         }
         if let Some(geometry) = geometry {
@@ -320,6 +326,11 @@ impl World {
         }
         self.fill_camera(options.camera);
         Ok(stale)
+    }
+
+    /// The wavelengths that paths are of, where some index of refraction depends on them.
+    pub fn spectrum(&self) -> Option<&'static Spectrum> {
+        self.spectrum
     }
 
     /// Whether the origin stays where it is for a camera.
@@ -422,7 +433,7 @@ impl World {
         let mut moment = None;
         let object = self.object_at::<General>(hit, &mut moment);
         let normal = surface.normals.geometric;
-        let lift = geometry::lift(object, hit, normal);
+        let lift = lift::lift(object, hit, normal);
         // What is not above the error of the point is no height.
         if lift.dot(normal) <= normal.abs().dot(surface.point.error) {
             return None;
@@ -484,6 +495,12 @@ impl World {
             self.traces().then_some(self),
         )
     }
+}
+
+/// The wavelengths that paths are of, where some index of refraction depends on them.
+fn spectrum(scene: &Scene, materials: &[Arc<PreparedMaterial>]) -> Option<&'static Spectrum> {
+    let disperses = materials.iter().any(|material| material.disperses());
+    disperses.then(|| Spectrum::of(scene.color_management.working_space))
 }
 
 /// The pictures before and after, where they are asked for and the file has some.

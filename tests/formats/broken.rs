@@ -273,7 +273,7 @@ fn what_is_not_gltf_is_refused() {
     assert!(error(b"glTF\x01\0\0\0\x14\0\0\0").contains("version is 1"));
     let mut file = Builder::triangle();
     file.json["nodes"][0]["mesh"] = json!(-1);
-    assert!(file.error().contains("nodes 0"), "the place is named");
+    assert!(file.error().contains("nodes[0]"), "the place is named");
 }
 
 #[test]

@@ -258,12 +258,6 @@ fn index_types_and_primitive_modes() {
         file.load().scene.meshes[0].triangles,
         [[1, 2, 0], [2, 3, 0]]
     );
-    for mode in 0..4 {
-        file.json["meshes"][0]["primitives"][0]["mode"] = json!(mode);
-        let imported = file.load();
-        assert!(imported.scene.meshes.is_empty());
-        assert_eq!(codes(&imported), ["not-triangles"]);
-    }
 }
 
 #[test]
@@ -801,7 +795,7 @@ fn unsupported_material_extensions_are_named_once_and_only_if_they_do_something(
         extensions["ACME_glitter"] = json!({});
     }
     let imported = file.load();
-    assert_eq!(imported.diagnostics.iter().count(), 3);
+    assert_eq!(imported.diagnostics.iter().count(), 2);
     for message in imported.diagnostics.iter() {
         assert_eq!(
             (message.count, message.verdict),
@@ -813,7 +807,7 @@ fn unsupported_material_extensions_are_named_once_and_only_if_they_do_something(
     let effects = imported.diagnostics.iter().filter_map(|m| m.effect);
     assert_eq!(
         effects.collect::<enumset::EnumSet<_>>(),
-        Effect::Dispersion | Effect::Subsurface
+        enumset::EnumSet::only(Effect::Subsurface)
     );
     let unknown = found(&imported, "unknown-extension");
     assert_eq!(unknown.len(), 1);
@@ -823,7 +817,7 @@ fn unsupported_material_extensions_are_named_once_and_only_if_they_do_something(
     );
     // Demanded material extensions do not stop the import.
     file.json["extensionsRequired"] = json!(["KHR_materials_dispersion"]);
-    assert_eq!(file.load().diagnostics.iter().count(), 3);
+    assert_eq!(file.load().diagnostics.iter().count(), 2);
 }
 
 #[test]
@@ -854,7 +848,7 @@ fn other_features_are_named() {
 #[test]
 fn extensions_that_move_the_data_are_one_clear_error() {
     for (extension, remedy) in [
-        ("EXT_texture_avif", "PNG, JPEG, WebP or KTX2"),
+        ("KHR_accessor_float64", "export it from there"),
         ("ACME_everything_else", "without it"),
     ] {
         let mut file = Builder::triangle();

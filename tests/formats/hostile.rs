@@ -28,7 +28,7 @@ fn whole_numbers_may_have_a_fraction_of_zero() {
     assert_eq!(imported.scene.meshes[0].triangles.len(), 2);
     // A half is no number of an object.
     file.json["nodes"][0]["mesh"] = json!(0.5);
-    assert!(file.error().contains("nodes 0"));
+    assert!(file.error().contains("nodes[0]"));
 }
 
 #[test]

@@ -551,3 +551,28 @@ fn every_compression_is_read_as_openexr_reads_it() {
         }
     }
 }
+
+/// Halves until all images fit, tells which, and keeps what is the same everywhere.
+#[test]
+fn images_beyond_what_they_may_take_get_smaller() {
+    let mut file = super::kit::Builder::square();
+    let noise =
+        image::RgbImage::from_fn(64, 32, |x, y| image::Rgb([(x * 7 + y * 13) as u8, 9, 200]));
+    let texture = file.png_texture(noise.into());
+    file.json["materials"][0]["pbrMetallicRoughness"] =
+        serde_json::json!({ "baseColorTexture": { "index": texture } });
+    let size = |most: Option<u64>| {
+        let options = sundog::import::ImportOptions {
+            image_bytes: most,
+            ..Default::default()
+        };
+        let imported = file.load_with(&options).unwrap();
+        let image = &imported.scene.images[0];
+        let told = super::kit::found(&imported, "image-reduced").len();
+        ((image.width, image.height), told)
+    };
+    assert_eq!(size(None), ((64, 32), 0));
+    assert_eq!(size(Some(3 * 64 * 32)), ((64, 32), 0));
+    assert_eq!(size(Some(3 * 64 * 32 - 1)), ((32, 16), 1));
+    assert_eq!(size(Some(100)), ((8, 4), 1));
+}

@@ -65,11 +65,13 @@ pub struct Import {
     /// The extension is not ratified and may change. Without the flag such solids only absorb, which is told.
     #[arg(long)]
     pub gltf_scatter: bool,
-    /// The most memory that the grids of volumes may take, such as 4G or 500M; what is free if not given.
+    /// The most memory that the images of a glTF scene may take, and the most for the grids of volumes, such as 4G or 500M.
     ///
-    /// A grid that would take more is not read, which is told, and is empty.
-    #[arg(long = "max-memory", value_name = "SIZE", value_parser = values::size)]
-    pub grid_memory: Option<u64>,
+    /// Where images would take more, the largest are read with half as many pixels along each side, and so on; each is named
+    /// with the size that is left. Fine patterns in them get blurred. A grid that would take more is not read, which is told,
+    /// and is empty. If not given, images are read as they are, and grids may take what is free.
+    #[arg(long, value_name = "SIZE", value_parser = values::size)]
+    pub max_memory: Option<u64>,
 }
 
 /// How a scene that is rendered is read.

@@ -2,6 +2,7 @@
 
 use super::accessor;
 use super::container::Document;
+use super::words;
 use crate::import::{AnimationTime, ImportError};
 use crate::scene::{Diagnostics, Effect, Verdict};
 use glam::{DQuat, DVec4};
@@ -26,6 +27,19 @@ struct ChannelJson {
 struct TargetJson {
     node: Option<usize>,
     path: String,
+    #[serde(default)]
+    extensions: TargetExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+struct TargetExtensions {
+    #[serde(rename = "KHR_animation_pointer")]
+    pointer: Option<PointerJson>,
+}
+
+#[derive(Debug, Deserialize)]
+struct PointerJson {
+    pointer: String,
 }
 
 #[derive(Debug, Deserialize)]
@@ -79,38 +93,22 @@ pub(super) fn pose(
     let owner = format!("animation \"{}\"", names[number]);
     let broken = |problem: String| malformed(owner.clone(), problem);
     let animation = AnimationJson::deserialize(list[number])
-        .map_err(|problem| broken(format!("it cannot be read: {problem}")))?;
-    let mut posed: Vec<(usize, String, Vec<f64>)> = Vec::new();
+        .map_err(|problem| broken(format!("it cannot be read: {}", words::plain(&problem))))?;
+    let mut posed: Vec<(String, Vec<f64>)> = Vec::new();
+    let lose = |why: &str, diagnostics: &mut Diagnostics| {
+        diagnostics.report_effect(
+            Effect::MotionBlur,
+            "animation-channel",
+            Verdict::Lost,
+            format!("a channel of an animation: {why}"),
+            names[number].clone(),
+            "it stands still",
+        );
+    };
     for channel in &animation.channels {
-        let path = &*channel.target.path;
-        let node = channel.target.node;
-        let has_matrix = |node: usize| {
-            let node = document
-                .value
-                .get("nodes")
-                .and_then(|nodes| nodes.get(node));
-            node.is_some_and(|node| node.get("matrix").is_some())
-        };
-        let why = match (path, node) {
-            ("translation" | "rotation" | "scale", Some(node)) if has_matrix(node) => {
-                "it moves a node that has a matrix"
-            }
-            ("translation" | "rotation" | "scale" | "weights", Some(_)) => "",
-            ("pointer", _) => "it moves other things than nodes (KHR_animation_pointer)",
-            _ => "it moves what glTF has no name for",
-        };
+        let (place, why) = target(document, &channel.target);
         if !why.is_empty() {
-            let what = format!("a channel of an animation: {why}");
-            let effect = Effect::MotionBlur;
-            let instead = "it stands still";
-            diagnostics.report_effect(
-                effect,
-                "animation-channel",
-                Verdict::Lost,
-                what,
-                names[number].clone(),
-                instead,
-            );
+            lose(why, diagnostics);
             continue;
         }
         let sampler = animation
@@ -118,36 +116,111 @@ pub(super) fn pose(
             .get(channel.sampler)
             .ok_or_else(|| broken(format!("it has no sampler {}", channel.sampler)))?;
         let value = sampler
-            .at(document, wanted.seconds, path)
+            .at(document, wanted.seconds, &place)
             .map_err(&broken)?;
-        let Some(node) = node.filter(|node| *node < document.nodes) else {
-            return Err(broken("it moves a node which does not exist".into()));
-        };
-        posed.push((node, path.to_owned(), value));
-    }
-    for (node, path, value) in posed {
-        let place = document
-            .value
-            .get_mut("nodes")
-            .and_then(|nodes| nodes.get_mut(node));
-        if let Some(Value::Object(node)) = place {
-            node.insert(path, json!(value));
+        if let Some(node) = channel.target.node.filter(|node| *node >= document.nodes) {
+            return Err(broken(format!(
+                "it moves node {node}, which does not exist"
+            )));
         }
+        posed.push((place, value));
+    }
+    let mut value = document.value.clone();
+    for (place, numbers) in &posed {
+        if !set(&mut value, place, numbers) {
+            lose("it moves what the file does not have", diagnostics);
+        }
+    }
+    if !posed.is_empty() && document.replace(value).is_err() {
+        lose("it makes of something what it cannot be", diagnostics);
     }
     Ok(())
 }
 
+/// Where what a channel moves stands in the JSON, and why it cannot be moved.
+fn target(document: &Document, target: &TargetJson) -> (String, &'static str) {
+    let has_matrix = |node: usize| {
+        let node = document
+            .value
+            .get("nodes")
+            .and_then(|nodes| nodes.get(node));
+        node.is_some_and(|node| node.get("matrix").is_some())
+    };
+    match (&*target.path, target.node, &target.extensions.pointer) {
+        ("translation" | "rotation" | "scale", Some(node), _) if has_matrix(node) => {
+            (String::new(), "it moves a node that has a matrix")
+        }
+        (path @ ("translation" | "rotation" | "scale" | "weights"), Some(node), _) => {
+            (format!("/nodes/{node}/{path}"), "")
+        }
+        ("pointer", _, Some(PointerJson { pointer })) => {
+            let mut lists = ["nodes", "materials", "cameras", "meshes", "extensions"].iter();
+            let within = pointer.split('/').nth(1).unwrap_or_default();
+            match lists.any(|list| *list == within) {
+                true => (pointer.clone(), ""),
+                false => (String::new(), "it moves what has no motion"),
+            }
+        }
+        _ => (String::new(), "it moves what glTF has no name for"),
+    }
+}
+
+/// Puts numbers where a JSON pointer leads; whether there is such a place.
+fn set(value: &mut Value, place: &str, numbers: &[f64]) -> bool {
+    let Some((parent, name)) = place.rsplit_once('/') else {
+        return false;
+    };
+    let name = name.replace("~1", "/").replace("~0", "~");
+    let Some(parent) = value.pointer_mut(parent) else {
+        return false;
+    };
+    let there = match parent {
+        Value::Object(fields) => fields.get(&name),
+        Value::Array(items) => name.parse().ok().and_then(|at: usize| items.get(at)),
+        _ => None,
+    };
+    let is_list = matches!(there, Some(Value::Array(_))) || name == "weights";
+    // The one thing that is no number, and may be left out.
+    let is_switch = matches!(there, Some(Value::Bool(_))) || name == "visible";
+    let new = match numbers {
+        [one] if is_switch => json!(*one != 0.0),
+        [one] if !is_list => json!(one),
+        many => json!(many),
+    };
+    match parent {
+        Value::Object(fields) => {
+            fields.insert(name, new);
+            true
+        }
+        Value::Array(items) => match name.parse().ok().and_then(|at: usize| items.get_mut(at)) {
+            Some(item) => {
+                *item = new;
+                true
+            }
+            None => false,
+        },
+        _ => false,
+    }
+}
+
 impl SamplerJson {
     /// The value at a time: that of the first key before it, and of the last one after it.
-    fn at(&self, document: &Document, seconds: f64, path: &str) -> Result<Vec<f64>, String> {
+    ///
+    /// `place` is the JSON pointer of what it moves.
+    fn at(&self, document: &Document, seconds: f64, place: &str) -> Result<Vec<f64>, String> {
         let budget = &document.budget;
         let times = accessor::read::<1>(document, self.input, budget)?;
-        let values: Vec<f64> = match path {
-            "translation" | "scale" => {
-                accessor::read::<3>(document, self.output, budget)?.into_flattened()
-            }
-            "rotation" => accessor::read::<4>(document, self.output, budget)?.into_flattened(),
-            _ => accessor::read::<1>(document, self.output, budget)?.into_flattened(),
+        let path = place.rsplit('/').next().unwrap_or_default();
+        let of_node = place.starts_with("/nodes/") && place.matches('/').count() == 3;
+        let path = if of_node { path } else { "" };
+        let output = self.output;
+        let components = accessor::components(accessor::shape(document, output)?.kind);
+        let values: Vec<f64> = match components {
+            1 => accessor::read::<1>(document, output, budget)?.into_flattened(),
+            2 => accessor::read::<2>(document, output, budget)?.into_flattened(),
+            3 => accessor::read::<3>(document, output, budget)?.into_flattened(),
+            4 => accessor::read::<4>(document, output, budget)?.into_flattened(),
+            _ => return Err("it moves something by matrices".into()),
         };
         // Of a cubic spline each key has three: the tangent before it, the value, and the tangent after it.
         let cubic = self.interpolation == Interpolation::CubicSpline;
@@ -160,8 +233,9 @@ impl SamplerJson {
         };
         if times.is_empty() || !fits || width * times.len() * parts != values.len() {
             let (keys, numbers) = (times.len(), values.len());
+            let what = if path.is_empty() { place } else { path };
             return Err(format!(
-                "a sampler has {keys} times, and {numbers} numbers for {path}"
+                "a sampler has {keys} times, and {numbers} numbers for {what}"
             ));
         }
         let part = |key: usize, part: usize| &values[(key * parts + part) * width..][..width];
@@ -177,7 +251,7 @@ impl SamplerJson {
         } else {
             1.0
         };
-        let is_rotation = path == "rotation";
+        let is_rotation = path == "rotation" || place.ends_with("/rotation") && width == 4;
         if cubic {
             let (t2, t3) = (t * t, t * t * t);
             let weights = [

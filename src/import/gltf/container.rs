@@ -11,7 +11,7 @@ use serde::Deserialize as _;
 use serde_json::{Map, Value};
 
 use super::schema::{Graph, NodeJson};
-use super::{draco, meshopt};
+use super::{draco, meshopt, words};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::error::{read_bytes, read_file};
@@ -72,8 +72,10 @@ impl Document {
         if text.iter().all(u8::is_ascii_whitespace) {
             return Err(not_gltf("it is empty".into()));
         }
-        let mut value: Value = serde_json::from_slice(text)
-            .map_err(|e| not_gltf(format!("it is neither GLB nor JSON ({e})")))?;
+        let mut value: Value = serde_json::from_slice(text).map_err(|e| {
+            let plain = || format!("it is neither GLB nor JSON ({e})");
+            not_gltf(words::mistaken(&bytes).map_or_else(plain, str::to_owned))
+        })?;
         tidy(&mut value);
         let version = value.pointer("/asset/version").and_then(Value::as_str);
         match version {
@@ -91,20 +93,8 @@ impl Document {
                 "it asks for glTF {least} at least, and 2.0 is what is read; export it again as glTF 2.0"
             )));
         }
-        let graph = Graph::parse(&value)
+        let (graph, nodes, core) = readings(&value)
             .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
-        let nodes = NodeJson::check_all(&value)
-            .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
-        let core = core_json(&value);
-        check_indices(&core, "")
-            .map_err(|e| not_gltf(format!("its JSON does not follow the format ({e})")))?;
-        let core: json::Root = serde_path_to_error::deserialize(core).map_err(|e| {
-            let object = named(&value, &e.path().to_string());
-            let problem = e.inner();
-            not_gltf(format!(
-                "its JSON does not follow the format ({object}: {problem})"
-            ))
-        })?;
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let mut document = Self {
             file,
@@ -126,6 +116,14 @@ impl Document {
         document.unpacked.resize_with(views, OnceLock::new);
         document.budget = Budget::for_geometry(document.input_bytes(), document.packed_bytes());
         Ok(document)
+    }
+
+    /// Puts other JSON in the place of the file's own, of which the buffers are the same. An error leaves it as it was.
+    pub(super) fn replace(&mut self, mut value: Value) -> Result<(), String> {
+        tidy(&mut value);
+        (self.graph, self.nodes, self.core) = readings(&value)?;
+        self.value = value;
+        Ok(())
     }
 
     fn load_buffers(&mut self, binary: Option<Range<usize>>) -> Result<(), ImportError> {
@@ -276,12 +274,22 @@ impl Document {
 
     /// A file that [`Self::locate`] found.
     pub(super) fn read(&self, path: &Path, object: &str) -> Result<Vec<u8>, ImportError> {
-        read_bytes(path).map_err(|reason| ImportError::MissingPart {
+        let missing = |reason: String| ImportError::MissingPart {
             file: self.file.clone(),
             object: object.into(),
             needed: path.display().to_string(),
             reason,
-        })
+        };
+        let bytes = read_bytes(path).map_err(|reason| match in_another_case(path) {
+            Some(there) => missing(format!(
+                "{reason}, but there is \"{there}\": capitals and small letters count"
+            )),
+            None => missing(reason),
+        })?;
+        match words::mistaken(&bytes) {
+            Some(reason) => Err(missing(reason.to_owned())),
+            None => Ok(bytes),
+        }
     }
 
     /// What a URI leads to: `data:` or a file in the scene's folder.
@@ -342,6 +350,12 @@ impl Document {
         rest.split('.').next()?.parse().ok()
     }
 
+    /// Whether the file was made of what Cycles renders: by Blender's exporter or by Sundog's add-on.
+    pub(super) fn is_as_cycles_shows(&self) -> bool {
+        let generator = self.core.asset.generator.as_deref().unwrap_or_default();
+        self.blender_version().is_some() || generator.starts_with("Sundog add-on for Blender")
+    }
+
     /// An extension object of the JSON object at a pointer such as `/materials/3`.
     pub(super) fn extension(&self, pointer: &str, name: &str) -> Option<&Value> {
         self.value.pointer(pointer)?.get("extensions")?.get(name)
@@ -391,6 +405,20 @@ pub(in crate::import) fn inside(
     } else {
         Err(path)
     }
+}
+
+/// A file beside one that is not there, of the same name but for capitals.
+fn in_another_case(path: &Path) -> Option<String> {
+    if path.exists() {
+        return None;
+    }
+    let wanted = path.file_name()?.to_str()?.to_lowercase();
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
+    let mut names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    names.find(|name| name.to_lowercase() == wanted)
 }
 
 pub(super) fn strip_scheme<'a>(uri: &'a str, scheme: &str) -> Option<&'a str> {
@@ -485,6 +513,19 @@ fn split_glb(bytes: &[u8]) -> Result<(Range<usize>, Option<Range<usize>>), Strin
 
 const JSON_CHUNK: u32 = 0x4E4F_534A;
 const BINARY_CHUNK: u32 = 0x004E_4942;
+
+/// The JSON as cameras, lights and scenes, as a number of nodes, and by the `gltf` crate's schema.
+fn readings(value: &Value) -> Result<(Graph, usize, json::Root), String> {
+    let graph = Graph::parse(value)?;
+    let nodes = NodeJson::check_all(value)?;
+    let core = core_json(value);
+    check_indices(&core, "")?;
+    let core = serde_path_to_error::deserialize(core).map_err(|e| {
+        let object = named(value, &e.path().to_string());
+        format!("{object}: {}", words::plain(e.inner()))
+    })?;
+    Ok((graph, nodes, core))
+}
 
 /// The part of the JSON that goes through the `gltf` crate's schema.
 ///

@@ -8,10 +8,11 @@ use crate::scene::{Diagnostics, Effect, Subject, Verdict};
 
 /// What a file may demand (`extensionsRequired`) without being refused.
 ///
-/// The KHR_materials_* that are not rendered are allowed too: the picture is near to the one meant,
-/// and a diagnostic says what is missing. Extensions that change where the data lie are not.
+/// The KHR_materials_* that are not rendered are allowed too, and kinds of images that are not read: the picture is near to
+/// the one meant, and a diagnostic says what is missing. Extensions that change where the data lie are not.
 fn may_be_required(name: &str) -> bool {
     name.starts_with("KHR_materials_")
+        || changes_no_picture(name)
         || matches!(
             name,
             "KHR_lights_punctual"
@@ -25,8 +26,11 @@ fn may_be_required(name: &str) -> bool {
                 | "KHR_texture_basisu"
                 | "KHR_node_visibility"
                 | "KHR_animation_pointer"
-                | "KHR_xmp"
-                | "KHR_xmp_json_ld"
+                | "EXT_texture_avif"
+                | "MSFT_texture_dds"
+                | "MSFT_lod"
+                | "EXT_lights_image_based"
+                | "EXT_lights_ies"
                 | "SUNDOG_light"
                 | "SUNDOG_object"
                 | "SUNDOG_scene"
@@ -38,20 +42,40 @@ fn may_be_required(name: &str) -> bool {
         )
 }
 
+/// Extensions that tell of anything but what is seen: metadata, physics, sound, what may be clicked.
+fn changes_no_picture(name: &str) -> bool {
+    const STARTS: [&str; 5] = ["OMI_", "VRMC_", "KHR_physics", "KHR_audio", "MSFT_packing"];
+    STARTS.iter().any(|start| name.starts_with(start))
+        || matches!(
+            name,
+            "KHR_xmp"
+                | "KHR_xmp_json_ld"
+                | "KHR_interactivity"
+                | "KHR_implicit_shapes"
+                | "KHR_node_selectability"
+                | "KHR_node_hoverability"
+                | "KHR_node_grabbability"
+                | "EXT_structural_metadata"
+                | "EXT_feature_metadata"
+                | "EXT_mesh_features"
+                | "EXT_instance_features"
+                | "EXT_mesh_manifold"
+                | "AGI_articulations"
+                | "AGI_stk_metadata"
+                | "CESIUM_primitive_outline"
+                | "FB_geometry_metadata"
+                | "GODOT_single_root"
+                | "VRM"
+        )
+}
+
 /// Refuses a file that cannot be understood, with the way out.
 pub(super) fn check_required(document: &Document) -> Result<(), ImportError> {
     for name in &document.graph.extensions_required {
         if may_be_required(name) {
             continue;
         }
-        let remedy = match name.as_str() {
-            "EXT_texture_avif" | "MSFT_texture_dds" => {
-                "get or make a copy of the file with PNG, JPEG, WebP or KTX2 textures"
-            }
-            _ => {
-                "get a copy of the file without it, or open the file in a program that has it and export it from there"
-            }
-        };
+        let remedy = "get a copy of the file without it, or open the file in a program that has it and export it from there";
         return Err(ImportError::Unsupported {
             file: document.file.clone(),
             extension: name.clone(),
@@ -118,12 +142,12 @@ pub(super) fn report_others(
     };
     for name in extensions.keys().filter(|n| !handled.contains(&n.as_str())) {
         match name.as_str() {
-            "KHR_xmp" | "KHR_xmp_json_ld" => diagnostics.report(
+            name if changes_no_picture(name) => diagnostics.report(
                 "metadata",
                 Verdict::Exact,
-                name.clone(),
+                name,
                 owner,
-                "metadata; has no effect on the picture",
+                "has no effect on the picture",
             ),
             "KHR_materials_variants" => diagnostics.report(
                 "variants",
@@ -139,53 +163,24 @@ pub(super) fn report_others(
                 owner,
                 "the highest level of detail is used",
             ),
-            "EXT_lights_image_based" => diagnostics.report(
-                "image-based-light",
-                Verdict::Lost,
-                name.clone(),
-                owner,
-                "left out: light the scene with --environment",
-            ),
             _ => report_unknown(diagnostics, name, owner),
         }
     }
 }
 
-/// Reports an extension of a material that is not rendered, if it changes the picture by value.
-pub(super) fn report_material(
-    name: &str,
-    value: &Value,
-    material: &str,
-    diagnostics: &mut Diagnostics,
-) {
+/// Reports an extension of a material that is not rendered.
+pub(super) fn report_material(name: &str, material: &str, diagnostics: &mut Diagnostics) {
     let owner = Subject::Material(material.into());
-    let number =
-        |key: &str, default: f64| value.get(key).and_then(Value::as_f64).unwrap_or(default);
-    let positive = |key: &str, default: f64| number(key, default) > 0.0;
-    let (effect, there, instead) = match name {
-        "KHR_materials_dispersion" => (
-            Effect::Dispersion,
-            positive("dispersion", 0.0),
-            "all wavelengths refract alike",
-        ),
-        "KHR_materials_subsurface" => (
-            Effect::Subsurface,
-            true,
-            "rendered without subsurface scattering",
-        ),
-        "KHR_xmp" | "KHR_xmp_json_ld" => {
-            return diagnostics.report(
-                "metadata",
-                Verdict::Exact,
-                name,
-                owner,
-                "metadata; has no effect on the picture",
-            );
+    let (effect, instead) = match name {
+        "KHR_materials_subsurface" => {
+            (Effect::Subsurface, "rendered without subsurface scattering")
+        }
+        name if changes_no_picture(name) => {
+            let instead = "has no effect on the picture";
+            return diagnostics.report("metadata", Verdict::Exact, name, owner, instead);
         }
         _ => return report_unknown(diagnostics, name, owner),
     };
-    if there {
-        let (code, verdict) = ("unsupported-material", Verdict::Lost);
-        diagnostics.report_effect(effect, code, verdict, name, owner, instead);
-    }
+    let (code, verdict) = ("unsupported-material", Verdict::Lost);
+    diagnostics.report_effect(effect, code, verdict, name, owner, instead);
 }

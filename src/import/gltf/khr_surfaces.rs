@@ -1,4 +1,4 @@
-//! Specular and glossiness, thin films and diffuse transmission, from the KHR_materials_* that the `gltf` crate does not read.
+//! Specular and glossiness, thin films, dispersion and diffuse transmission, from the KHR_materials_* that the `gltf` crate does not read.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -65,6 +65,12 @@ impl Default for IridescenceKhr {
             iridescence_thickness_texture: None,
         }
     }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct DispersionKhr {
+    dispersion: f32,
 }
 
 #[derive(Deserialize)]
@@ -141,6 +147,10 @@ pub(super) fn read_khr<'v>(
         && let Some(extension) = at("/extensions/KHR_materials_iridescence")
     {
         material.iridescence = iridescence(extension, owner, images, diagnostics)?;
+    }
+    if let Some(extension) = at("/extensions/KHR_materials_dispersion") {
+        let khr: DispersionKhr = read(extension, "KHR_materials_dispersion")?;
+        material.dispersion = khr.dispersion;
     }
     if let Some(extension) = at("/extensions/KHR_materials_diffuse_transmission") {
         material.diffuse_transmission =

@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::extensions::report_property;
 use super::schema::{AnisotropyJson, BsdfJson, BsdfKindJson, CoatJson, SheenJson, TangentJson};
 use super::textures::Images;
+use super::words;
 use crate::scene::graph::{
     Distribution, Input, Node, NodeKind, SimpleBsdf, SocketKind, TangentKind,
 };
@@ -35,7 +36,8 @@ impl Default for AnisotropyKhr {
 }
 
 pub(super) fn read<T: DeserializeOwned>(value: &Value, name: &str) -> Result<T, String> {
-    T::deserialize(value).map_err(|problem| format!("its {name} cannot be read: {problem}"))
+    T::deserialize(value)
+        .map_err(|problem| format!("its {name} cannot be read: {}", words::plain(&problem)))
 }
 
 pub(super) fn texture(

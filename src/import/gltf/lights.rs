@@ -14,7 +14,7 @@ use crate::scene::{
 
 /// Lumens a watt of Blender's exporter (`PBR_WATTS_TO_LUMENS`): 555 nm light, as in the definition
 /// of the candela.
-const LUMENS_PER_WATT: f64 = 683.0;
+pub(super) const LUMENS_PER_WATT: f64 = 683.0;
 
 /// The light of a node; `None` (with a diagnostic) for a kind that does not exist.
 pub(super) fn load_light(
@@ -64,6 +64,23 @@ pub(super) fn load_light(
             return None;
         }
     };
+    // The strength of an Emission node is 1 unless somebody changes it. (Measured with 4.5.15; 5.2.3 writes the sun's own.)
+    let without_own = (light.intensity - LUMENS_PER_WATT).abs() < 1e-3;
+    if light.kind == "directional"
+        && without_own
+        && sundog.strength.is_none()
+        && document
+            .blender_version()
+            .is_some_and(|version| version < 5)
+    {
+        diagnostics.report(
+            "sun-with-nodes",
+            Verdict::Approximated,
+            "sun of 683 lx, which is what Blender's exporter writes for any sun with nodes",
+            &name,
+            "it shines with 1 W/m²; Sundog's own export has its strength",
+        );
+    }
     if light.range.is_some_and(f64::is_finite) {
         diagnostics.report(
             "light-range",
@@ -272,13 +289,25 @@ pub(super) fn choose_units(open: &[OpenUnits], scene: &mut Scene, diagnostics: &
     }
     let lux = illuminance(open, scene);
     let (least, why) = least_lux(scene.generator.as_deref().unwrap_or_default());
-    let (factor, read, other) = if lux >= least {
+    // A sun of fewer lux would be less than what is left of it at dusk, beside lamps that are to be seen.
+    let suns = open.iter().filter(|lamp| {
+        let light = scene.lights.get(lamp.light);
+        light.is_some_and(|light| matches!(light.kind, LightKind::Sun { .. }))
+    });
+    let brightest_sun = suns.map(|lamp| lamp.intensity).fold(0.0, f64::max);
+    let weak_sun = lux >= least && brightest_sun > 0.0 && brightest_sun < least;
+    let (factor, read, other) = if lux >= least && !weak_sun {
         let factor = LUMENS_PER_WATT.recip();
         (factor, "as lux and candela (\"standard\")", "unitless")
     } else {
         (1.0, "as W/m² and W/sr (\"unitless\")", "standard")
     };
-    let doubtful = (lux / least).ln().abs() < DOUBT.ln();
+    let doubtful = (lux / least).ln().abs() < DOUBT.ln() || weak_sun;
+    let why = if weak_sun {
+        "its brightest sun would be weaker than dusk"
+    } else {
+        why
+    };
     let (verdict, doubt) = if doubtful {
         (Verdict::Approximated, ", though the other may be meant")
     } else {

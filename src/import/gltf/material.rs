@@ -411,11 +411,12 @@ fn report_unrendered(extensions: Option<&Value>, material: &str, diagnostics: &m
     let Some(Value::Object(extensions)) = extensions else {
         return;
     };
-    for (name, value) in extensions {
+    for name in extensions.keys() {
         match name.as_str() {
             "KHR_materials_anisotropy"
             | "KHR_materials_clearcoat"
             | "KHR_materials_diffuse_transmission"
+            | "KHR_materials_dispersion"
             | "KHR_materials_iridescence"
             | "KHR_materials_pbrSpecularGlossiness"
             | "KHR_materials_sheen"
@@ -428,7 +429,7 @@ fn report_unrendered(extensions: Option<&Value>, material: &str, diagnostics: &m
             | "KHR_materials_volume_scatter"
             | "SUNDOG_material"
             | "SUNDOG_shader_graph" => {}
-            _ => extensions::report_material(name, value, material, diagnostics),
+            _ => extensions::report_material(name, material, diagnostics),
         }
     }
 }

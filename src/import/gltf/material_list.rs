@@ -1,5 +1,7 @@
 //! The materials of a scene, and what its meshes have to know of them.
 
+use ::gltf::json::mesh::{Mode, Primitive, Semantic};
+use ::gltf::json::validation::Checked;
 use serde::Deserialize;
 use std::collections::{BTreeSet, HashMap};
 
@@ -25,9 +27,21 @@ pub(super) struct Materials<'a> {
     pub(super) aovs: Vec<Option<Graph>>,
     /// Which of them are holdouts.
     pub(super) holdouts: Vec<bool>,
-    /// By glTF material index (or none).
-    pub(super) by_primitive: HashMap<Option<usize>, PrimitiveMaterial>,
+    pub(super) by_primitive: HashMap<MaterialKey, PrimitiveMaterial>,
     pub(super) images: Images<'a>,
+}
+
+/// A glTF material index (or none), and whether what it is of is drawn without light.
+pub(super) type MaterialKey = (Option<usize>, bool);
+
+/// The material of a primitive. Points and lines without normals show their colour (specification 3.9.6).
+pub(super) fn key(primitive: &Primitive) -> MaterialKey {
+    let surfaces = [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan];
+    let is_surface = matches!(primitive.mode, Checked::Valid(mode) if surfaces.contains(&mode));
+    let lit = primitive
+        .attributes
+        .contains_key(&Checked::Valid(Semantic::Normals));
+    (primitive.material.map(|m| m.value()), !is_surface && !lit)
 }
 
 impl<'a> Materials<'a> {
@@ -38,14 +52,14 @@ impl<'a> Materials<'a> {
         options: &ImportOptions,
         diagnostics: &mut Diagnostics,
     ) -> Result<Self, ImportError> {
-        let mut used: BTreeSet<Option<usize>> = BTreeSet::new();
+        let mut used: BTreeSet<MaterialKey> = BTreeSet::new();
         let mut bare: Option<String> = None;
         for &index in used_meshes {
             let Some(mesh) = document.core.meshes.get(index) else {
                 continue;
             };
             for primitive in &mesh.primitives {
-                used.insert(primitive.material.map(|m| m.value()));
+                used.insert(key(primitive));
                 if primitive.material.is_none() {
                     bare.get_or_insert_with(|| mesh_name(document, index));
                 }
@@ -57,7 +71,8 @@ impl<'a> Materials<'a> {
         let mut holdouts = Vec::new();
         let mut all_aovs = Vec::new();
         let mut by_primitive = HashMap::new();
-        for index in used {
+        for at in used {
+            let (index, drawn) = at;
             let mut material = match index {
                 Some(index) => Some(material::load_material(
                     document,
@@ -66,6 +81,10 @@ impl<'a> Materials<'a> {
                     &mut images,
                     diagnostics,
                 )?),
+                None if drawn => Some(MetallicRoughness {
+                    name: "(points and lines)".into(),
+                    ..MetallicRoughness::default()
+                }),
                 None => material::without_material(document).inspect(|_| {
                     diagnostics.report(
                         "no-material",
@@ -76,6 +95,9 @@ impl<'a> Materials<'a> {
                     );
                 }),
             };
+            if let (true, Some(m)) = (drawn, &mut material) {
+                m.unlit = true;
+            }
             let graph = match (index, &material) {
                 (Some(index), Some(m)) => {
                     let which = (index, &*m.name);
@@ -143,7 +165,7 @@ impl<'a> Materials<'a> {
                 MaterialId((list.len() - 1) as u32)
             });
             by_primitive.insert(
-                index,
+                at,
                 PrimitiveMaterial {
                     id,
                     tangents,

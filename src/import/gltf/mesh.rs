@@ -11,6 +11,7 @@ use super::deform::{self, Pose};
 use super::draco::Decoded;
 
 use super::schema::{SundogMaterial, TextureSpaceJson};
+use super::strokes::Stroke;
 use super::tangents;
 use crate::import::budget::Budget;
 use crate::scene::{
@@ -76,8 +77,16 @@ pub(super) const MOST_ATTRIBUTES: usize = 64;
 /// More texture coordinate sets than this no material of ours refers to.
 const UV_SETS: u32 = 8;
 
-/// Reads one primitive, and says how many triangles it left out because their corners do not exist;
-/// `None` if there is nothing to render (which a diagnostic tells).
+/// A primitive that was read.
+pub(super) struct Loaded {
+    pub mesh: Mesh,
+    /// Triangles that were left out because their corners do not exist.
+    pub dropped: usize,
+    /// It has no surface yet.
+    pub stroke: Option<Stroke>,
+}
+
+/// Reads one primitive; `None` if there is nothing to render (which a diagnostic tells).
 pub(super) fn load_primitive(
     document: &Document,
     name: &str,
@@ -86,26 +95,11 @@ pub(super) fn load_primitive(
     pose: &Pose,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
-) -> Result<Option<(Mesh, usize)>, String> {
+) -> Result<Option<Loaded>, String> {
     let primitive = attributes.primitive;
     let Checked::Valid(mode) = primitive.mode else {
         return Err("its primitive mode is none that glTF knows".into());
     };
-    let without_surface = match mode {
-        Mode::Points => Some("points"),
-        Mode::Lines | Mode::LineLoop | Mode::LineStrip => Some("lines"),
-        _ => None,
-    };
-    if let Some(feature) = without_surface {
-        diagnostics.report(
-            "not-triangles",
-            Verdict::Lost,
-            feature,
-            name,
-            "left out: they have no surface",
-        );
-        return Ok(None);
-    }
     let shape = read_shape(document, name, attributes, pose, budget, diagnostics)?;
     let Some((positions, normals, mut tangents)) = shape else {
         return Ok(None);
@@ -170,15 +164,18 @@ pub(super) fn load_primitive(
         );
     }
 
-    let (triangles, dropped) = read_triangles(document, attributes, mode, count, budget)?;
-    if triangles.is_empty() {
-        diagnostics.report(
-            "empty-mesh",
-            Verdict::Exact,
-            "mesh without triangles",
-            name,
-            "left out",
-        );
+    let corners = read_corners(document, attributes, count, budget)?;
+    let stroke = Stroke::new(mode, &corners, count).filter(|_| attributes.decoded.is_none());
+    let (triangles, dropped) = match &stroke {
+        Some(_) => (Vec::new(), 0),
+        None => triangles(attributes, mode, (corners, count), budget)?,
+    };
+    if triangles.is_empty() && stroke.is_none() {
+        let (verdict, feature) = match dropped {
+            0 => (Verdict::Exact, "mesh without triangles"),
+            _ => (Verdict::Lost, "mesh of corners that do not exist"),
+        };
+        diagnostics.report("empty-mesh", verdict, feature, name, "left out");
         return Ok(None);
     }
 
@@ -210,9 +207,19 @@ pub(super) fn load_primitive(
         part,
         grids: attributes.grids.clone(),
     };
-    drop_unused_vertices(&mut mesh);
-    complete_for_material(&mut mesh, material, budget, diagnostics)?;
-    Ok(Some((mesh, dropped)))
+    if stroke.is_none() {
+        drop_unused_vertices(&mut mesh);
+        complete_for_material(&mut mesh, material, budget, diagnostics)?;
+    } else {
+        // Their surfaces have none.
+        (mesh.tangents, mesh.radial, mesh.generated) = (None, None, None);
+        mesh.motion.clear();
+    }
+    Ok(Some(Loaded {
+        mesh,
+        dropped,
+        stroke,
+    }))
 }
 
 /// Where its vertices are at steps of time.
@@ -331,21 +338,14 @@ fn limited(
     colors
 }
 
-/// The triangles of a primitive, and how many were left out because their corners do not exist.
-fn read_triangles(
+/// The corners of a primitive, in the order of the file.
+fn read_corners(
     document: &Document,
     attributes: &Attributes,
-    mode: Mode,
     count: u32,
     budget: &Budget,
-) -> Result<(Vec<[u32; 3]>, usize), String> {
-    // A compressed stream holds triangles, whatever the mode.
-    let mode = if attributes.decoded.is_some() {
-        Mode::Triangles
-    } else {
-        mode
-    };
-    let corners = match (&attributes.decoded, &attributes.primitive.indices) {
+) -> Result<Vec<u32>, String> {
+    Ok(match (&attributes.decoded, &attributes.primitive.indices) {
         (Some(decoded), _) => {
             budget.take(decoded.corners.len() as u64, 4)?;
             decoded.corners.clone()
@@ -355,6 +355,21 @@ fn read_triangles(
             budget.take(u64::from(count), 4)?;
             (0..count).collect()
         }
+    })
+}
+
+/// The triangles of corners, and how many were left out because their corners do not exist.
+fn triangles(
+    attributes: &Attributes,
+    mode: Mode,
+    (corners, count): (Vec<u32>, u32),
+    budget: &Budget,
+) -> Result<(Vec<[u32; 3]>, usize), String> {
+    // A compressed stream holds triangles, whatever the mode.
+    let mode = if attributes.decoded.is_some() {
+        Mode::Triangles
+    } else {
+        mode
     };
     budget.take(
         corners.len() as u64,

@@ -5,10 +5,12 @@ mod animation;
 mod camera;
 mod camera_schema;
 mod container;
+mod cube_light;
 mod deform;
 mod draco;
 mod extensions;
 mod grids;
+mod ies_lights;
 mod image_spaces;
 mod khr_surfaces;
 mod layers;
@@ -24,10 +26,12 @@ mod scene_extension;
 mod schema;
 mod shader_graph;
 mod shapes;
+mod strokes;
 pub(super) mod tangents;
 mod textures;
 mod variants;
 mod walk;
+mod words;
 mod world;
 
 use std::collections::{BTreeSet, HashMap};
@@ -54,12 +58,13 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     document.grid_budget = Budget::for_grids(options.grid_memory);
     extensions::check_required(&document)?;
     let variants = variants::names(&document)?;
-    if let Some(wanted) = &options.variant {
-        variants::choose(&mut document, &variants, wanted)?;
-    }
     let mut diagnostics = Diagnostics::default();
+    // First, as it reads the file's JSON anew.
     if let Some(time) = &options.animation {
         animation::pose(&mut document, time, &mut diagnostics)?;
+    }
+    if let Some(wanted) = &options.variant {
+        variants::choose(&mut document, &variants, wanted)?;
     }
 
     let mut walk = Walk {
@@ -156,10 +161,12 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         )?;
         materials.graphs.push(graph);
     }
-    let (images, conversions) =
-        materials
-            .images
-            .decode(&mut materials.list, &mut materials.graphs, &mut diagnostics);
+    let (images, conversions) = materials.images.decode(
+        &mut materials.list,
+        &mut materials.graphs,
+        options.image_bytes,
+        &mut diagnostics,
+    );
     let mut of_others = materials.graphs.split_off(of_materials).into_iter();
     let material_aovs: Vec<_> = of_others.by_ref().take(of_materials).collect();
     let world_aovs = of_others.next().flatten();
@@ -200,13 +207,14 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         ..Scene::default()
     };
     let mut ids: HashMap<Shaped, Vec<MeshId>> = HashMap::new();
+    let mut strokes = Vec::new();
     for (index, primitives) in meshes {
         let list = ids.entry(index).or_default();
-        for mesh in primitives {
-            list.push(MeshId(
-                u32::try_from(scene.meshes.len()).unwrap_or(u32::MAX),
-            ));
-            scene.meshes.push(mesh);
+        for primitive in primitives {
+            let id = MeshId(u32::try_from(scene.meshes.len()).unwrap_or(u32::MAX));
+            list.push(id);
+            strokes.extend(primitive.stroke.map(|stroke| (id, stroke)));
+            scene.meshes.push(primitive.mesh);
         }
     }
     let is_holdout = |mesh: MeshId, scene: &Scene| {
@@ -234,6 +242,8 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             });
         }
     }
+    strokes::draw(&mut scene, strokes, &document.budget, &mut diagnostics)
+        .map_err(|problem| ImportError::malformed(&document.file, "points and lines", problem))?;
     lights::choose_units(&open_units, &mut scene, &mut diagnostics);
     if let Some(extension) = extension {
         let place = (path, options.allow_outside);
@@ -253,6 +263,9 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
             &mut diagnostics,
         )?;
     }
+    if world.is_none() && !options.without_world {
+        cube_light::load(&document, scene_index, &mut scene, &mut diagnostics)?;
+    }
     if let Some(medium) = &mut scene.medium {
         medium.varying = world_volume.map(Box::new);
     }
@@ -266,9 +279,14 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
 
 /// What concerns the file as a whole.
 fn report_whole_file(document: &Document, options: &ImportOptions, diagnostics: &mut Diagnostics) {
-    let handled = ["KHR_lights_punctual", "KHR_materials_variants"];
+    let handled = [
+        "KHR_lights_punctual",
+        cube_light::NAME,
+        ies_lights::NAME,
+        "KHR_materials_variants",
+    ];
     // Without a choice it is told what is shown.
-    let handled = &handled[..1 + usize::from(options.variant.is_some())];
+    let handled = &handled[..3 + usize::from(options.variant.is_some())];
     extensions::report_others(document, "", "the file", handled, diagnostics);
     if let Some(Value::Array(animations)) = document.value.get("animations")
         && options.animation.is_none()

@@ -1,7 +1,9 @@
 //! The parts of a glTF file that are read in f64 or that the `gltf` crate has no schema for.
 
 use super::camera_schema::CameraJson;
+use super::ies_lights::IesJson;
 use super::medium::MediumJson;
+use super::words;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -346,6 +348,8 @@ pub(super) struct NodeExtensions {
     pub light: Option<LightReference>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub instancing: Option<InstancingJson>,
+    #[serde(rename = "EXT_lights_ies")]
+    pub ies: Option<IesJson>,
     #[serde(rename = "KHR_node_visibility")]
     pub visibility: Option<VisibilityJson>,
     #[serde(rename = "SUNDOG_light")]
@@ -586,7 +590,7 @@ fn optional<'de, T: Deserialize<'de>>(
         None | Some(Value::Null) => Ok(None),
         Some(part) => T::deserialize(part)
             .map(Some)
-            .map_err(|e| format!("{}: {e}", &pointer[1..])),
+            .map_err(|e| format!("{}: {}", &pointer[1..], words::plain(&e))),
     }
 }
 
@@ -608,7 +612,11 @@ fn each<'de, T: Deserialize<'de>>(
         Some(_) => return Err(format!("{} is not a list", &pointer[1..])),
     };
     for (i, item) in items.iter().enumerate() {
-        take(T::deserialize(item).map_err(|e| format!("{} {i}: {e}", &pointer[1..]))?);
+        take(T::deserialize(item).map_err(|e| {
+            let name = item.get("name").and_then(Value::as_str);
+            let name = name.map_or_else(String::new, |name| format!(" of \"{name}\""));
+            format!("{}[{i}]{name}: {}", &pointer[1..], words::plain(&e))
+        })?);
     }
     Ok(items.len())
 }

@@ -8,7 +8,8 @@ use serde::Deserialize;
 
 use super::container::Document;
 use super::deform::Pose;
-use super::mesh::{Attributes, PrimitiveMaterial};
+use super::material_list::{MaterialKey, key};
+use super::mesh::{Attributes, Loaded, PrimitiveMaterial};
 use super::placement::matrix;
 use super::schema::SundogMesh;
 use super::walk::{Placed, Shaped};
@@ -16,7 +17,7 @@ use super::{draco, extensions, grids, mesh};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::scene::validate::Dropped;
-use crate::scene::{Diagnostics, Mesh, Verdict};
+use crate::scene::{Diagnostics, Verdict};
 
 pub(super) fn mesh_name(document: &Document, index: usize) -> String {
     let name = document.core.meshes.get(index).and_then(|m| m.name.clone());
@@ -92,10 +93,10 @@ pub(super) fn poses(
 pub(super) fn load_meshes(
     document: &Document,
     shapes: &BTreeMap<Shaped, Pose>,
-    materials: &HashMap<Option<usize>, PrimitiveMaterial>,
+    materials: &HashMap<MaterialKey, PrimitiveMaterial>,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<(Shaped, Vec<Mesh>)>, ImportError> {
+) -> Result<Vec<(Shaped, Vec<Loaded>)>, ImportError> {
     let loaded: Vec<Result<_, ImportError>> = shapes
         .par_iter()
         .map(|(&shape, pose)| {
@@ -109,13 +110,10 @@ pub(super) fn load_meshes(
     for result in loaded {
         let (shape, primitives, messages) = result?;
         diagnostics.append(messages);
-        for (mesh, triangles) in &primitives {
-            dropped.add(&mesh.name, *triangles);
+        for primitive in &primitives {
+            dropped.add(&primitive.mesh.name, primitive.dropped);
         }
-        meshes.push((
-            shape,
-            primitives.into_iter().map(|(mesh, _)| mesh).collect(),
-        ));
+        meshes.push((shape, primitives));
     }
     dropped.report_bad_indices(diagnostics);
     Ok(meshes)
@@ -125,10 +123,10 @@ fn load_mesh(
     document: &Document,
     index: usize,
     pose: &Pose,
-    materials: &HashMap<Option<usize>, PrimitiveMaterial>,
+    materials: &HashMap<MaterialKey, PrimitiveMaterial>,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<(Mesh, usize)>, ImportError> {
+) -> Result<Vec<Loaded>, ImportError> {
     let name = mesh_name(document, index);
     let object = format!("mesh \"{name}\"");
     let broken = |problem: String| ImportError::malformed(&document.file, &object, problem);
@@ -217,7 +215,7 @@ fn load_mesh(
             motion,
             grids,
         };
-        let material = primitive.material.map(|m| m.value());
+        let material = key(primitive);
         let none = PrimitiveMaterial {
             id: None,
             tangents: None,

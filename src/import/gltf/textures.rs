@@ -107,13 +107,16 @@ impl<'a> Images<'a> {
                     ))
                 })?;
                 let weighted = self.is_weighted(number, owner, diagnostics);
-                let mut sampler = read_sampler(sampler);
+                let mut sampler = read_sampler(sampler, self.document.is_as_cycles_shows());
                 if weighted.map_err(broken)? {
                     sampler.alpha = ImageAlpha::WEIGHTED;
                 }
                 sampler
             }
-            None => Sampler::default(),
+            None => Sampler {
+                filter: linear(self.document.is_as_cycles_shows()),
+                ..Sampler::default()
+            },
         };
         let Some(source) = self.choose_source(index, texture, owner, diagnostics) else {
             return Ok(None);
@@ -123,8 +126,10 @@ impl<'a> Images<'a> {
         };
         let extensions = json.and_then(|j| j.get("extensions"));
         let transform = match extensions.and_then(|e| e.get("KHR_texture_transform")) {
-            Some(value) => TransformJson::deserialize(value)
-                .map_err(|e| broken(format!("its KHR_texture_transform cannot be read ({e})")))?,
+            Some(value) => TransformJson::deserialize(value).map_err(|e| {
+                let why = super::words::plain(&e);
+                broken(format!("its KHR_texture_transform cannot be read ({why})"))
+            })?,
             None => TransformJson::default(),
         };
         if let Some(Value::Object(extensions)) = extensions {
@@ -326,19 +331,25 @@ impl<'a> Images<'a> {
         owner: &str,
     ) -> Result<Result<scene::Image, String>, ImportError> {
         let document = self.document;
-        let uri = document.core.images.get(index).and_then(|i| i.uri.as_ref());
-        let Some(uri) = uri else {
-            return Ok(Err(format!("image {index}, which is no file")));
+        let image = document.core.images.get(index);
+        let named = format!("image {index}");
+        let (bytes, name) = match image.map(|image| (&image.uri, &image.buffer_view)) {
+            Some((Some(uri), _)) => match document.resolve(uri, owner) {
+                Ok(bytes) if uri.starts_with("data:") => (bytes, named),
+                Ok(bytes) => (bytes, uri.clone()),
+                Err(ImportError::MissingPart { needed, reason, .. }) => {
+                    return Ok(Err(format!("{needed}, which cannot be read: {reason}")));
+                }
+                Err(error) => return Err(error),
+            },
+            Some((None, Some(view))) => match document.view(view.value()) {
+                Ok((bytes, _)) => (bytes.to_vec(), named),
+                Err(problem) => return Ok(Err(format!("{named}: {problem}"))),
+            },
+            _ => return Ok(Err(format!("{named}, which is not in the file"))),
         };
-        let bytes = match document.resolve(uri, owner) {
-            Ok(bytes) => bytes,
-            Err(ImportError::MissingPart { needed, reason, .. }) => {
-                return Ok(Err(format!("{needed}, which cannot be read: {reason}")));
-            }
-            Err(error) => return Err(error),
-        };
-        let decoded = image::decode_image(&bytes, uri);
-        Ok(decoded.map_err(|reason| format!("{uri}, which cannot be decoded: {reason}")))
+        let decoded = image::decode_image(&bytes, &name);
+        Ok(decoded.map_err(|reason| format!("{name}, which cannot be decoded: {reason}")))
     }
 
     /// Decodes all images, in parallel. Textures of those that cannot be decoded are taken from the materials, and told.
@@ -346,6 +357,7 @@ impl<'a> Images<'a> {
         self,
         materials: &mut [MetallicRoughness],
         graphs: &mut [Option<Graph>],
+        most_bytes: Option<u64>,
         diagnostics: &mut Diagnostics,
     ) -> (Vec<scene::Image>, Vec<(ImageId, Conversion)>) {
         // Views that lie over each other do not make the file larger than it is.
@@ -362,17 +374,37 @@ impl<'a> Images<'a> {
         let sizes: Vec<_> = self
             .pending
             .iter()
-            .map(|pending| image::check_size(&pending.bytes, &budget))
+            .map(|pending| image::checked_size(&pending.bytes, &budget))
             .collect();
+        let known = sizes
+            .iter()
+            .map(|size| *size.as_ref().unwrap_or(&(0, 0, 0)));
+        let known: Vec<_> = known.collect();
+        let levels = image::halvings(&known, most_bytes.unwrap_or(u64::MAX));
+        for ((pending, level), (width, height, _)) in self.pending.iter().zip(&levels).zip(known) {
+            if *level > 0 {
+                let [w, h] = [width, height].map(|side| (side >> level).max(1));
+                diagnostics.report(
+                    "image-reduced",
+                    Verdict::Approximated,
+                    "images that take more memory than --max-memory allows",
+                    format!(
+                        "image \"{}\" ({width} × {height} to {w} × {h})",
+                        pending.name
+                    ),
+                    "rendered with fewer pixels, each the mean of those that it was",
+                );
+            }
+        }
         let decoded: Vec<_> = self
             .pending
             .into_par_iter()
             .zip(sizes)
-            .map(|(pending, size)| {
-                let image =
-                    size.and_then(|()| image::decode_checked(&pending.bytes, &pending.name));
+            .zip(levels)
+            .map(|((pending, size), level)| {
+                let image = size.and_then(|_| image::decode_checked(&pending.bytes, &pending.name));
                 match image {
-                    Ok(image) => Ok((image, pending.conversion)),
+                    Ok(image) => Ok((image::reduced(image, level), pending.conversion)),
                     Err(reason) => Err((pending.name, reason)),
                 }
             })
@@ -449,7 +481,16 @@ fn renumber(material: &mut MetallicRoughness, places: &[Option<ImageId>]) {
     });
 }
 
-fn read_sampler(sampler: &json::texture::Sampler) -> Sampler {
+/// Between texels: of a file that shows what Cycles does as there, otherwise as glTF has it.
+fn linear(as_cycles: bool) -> TextureFilter {
+    if as_cycles {
+        TextureFilter::Linear
+    } else {
+        TextureFilter::LinearLight
+    }
+}
+
+fn read_sampler(sampler: &json::texture::Sampler, as_cycles: bool) -> Sampler {
     let wrap = |mode: Checked<WrappingMode>| match mode {
         Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
         Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
@@ -460,7 +501,7 @@ fn read_sampler(sampler: &json::texture::Sampler) -> Sampler {
         wrap_v: wrap(sampler.wrap_t),
         filter: match sampler.mag_filter {
             Some(Checked::Valid(MagFilter::Nearest)) => TextureFilter::Nearest,
-            _ => TextureFilter::Linear,
+            _ => linear(as_cycles),
         },
         alpha: ImageAlpha::ChannelPacked,
     }

@@ -8,7 +8,7 @@ use super::container::Document;
 use super::lights::{OpenUnits, PORTAL};
 use super::placement::{local_transform, matrix, report_rotation, rotation};
 use super::schema::{self, InstancingJson, NodeJson};
-use super::{accessor, camera, extensions, lights};
+use super::{accessor, camera, cube_light, extensions, ies_lights, lights};
 use crate::import::budget::Budget;
 use crate::import::{ImportError, ImportOptions};
 use crate::scene::{Camera, Diagnostics, Instance, Light, ObjectInfo, Portal, Verdict, Visibility};
@@ -157,7 +157,7 @@ impl Walk<'_> {
                     self.document,
                     &format!("/scenes/{index}"),
                     scene.name.as_deref().unwrap_or("scene"),
-                    &["SUNDOG_scene"],
+                    &["SUNDOG_scene", cube_light::NAME],
                     self.diagnostics,
                 );
                 Ok(scene.nodes.clone())
@@ -204,6 +204,7 @@ impl Walk<'_> {
             &format!("node \"{name}\""),
             &[
                 "KHR_lights_punctual",
+                ies_lights::NAME,
                 "EXT_mesh_gpu_instancing",
                 "KHR_node_visibility",
                 "SUNDOG_light",
@@ -273,6 +274,11 @@ impl Walk<'_> {
                     .extend(graph.map(|graph| (number, graph.clone())));
             }
             self.lights.extend(light);
+        }
+        if let Some(json) = &node.extensions.ies {
+            let place = (name, world);
+            let lamp = ies_lights::load(document, json, place, self.diagnostics)?;
+            self.lights.extend(lamp);
         }
         if let Some(area) = &node.extensions.area
             && area.kind.as_deref() == Some(PORTAL)

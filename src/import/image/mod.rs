@@ -4,6 +4,7 @@
 mod jpeg;
 mod ktx2;
 mod openexr;
+mod reduced;
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -17,6 +18,7 @@ use crate::math::srgb;
 use crate::scene::{Image, Pixels};
 
 pub use self::openexr::ExrLayer;
+pub(crate) use self::reduced::{halvings, reduced};
 
 /// Why an image cannot be decoded.
 #[derive(Debug, Error)]
@@ -283,6 +285,11 @@ pub fn read_exr(bytes: &[u8], layer: Option<&str>) -> Result<ExrLayer, ImageFail
 
 /// Reads only the header and charges the budget with what decoding will take.
 pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailure> {
+    checked_size(bytes, budget).map(drop)
+}
+
+/// The same, telling width, height and bytes a pixel.
+pub(crate) fn checked_size(bytes: &[u8], budget: &Budget) -> Result<(u64, u64, u64), ImageFailure> {
     let (width, height, pixel_bytes) = match sniff(bytes) {
         Format::Exr => {
             let (width, height) = openexr::dimensions(bytes, None)?;
@@ -302,7 +309,8 @@ pub(crate) fn check_size(bytes: &[u8], budget: &Budget) -> Result<(), ImageFailu
             )
         }
     };
-    check_pixels((width, height), pixel_bytes, budget)
+    check_pixels((width, height), pixel_bytes, budget)?;
+    Ok((width, height, pixel_bytes as u64))
 }
 
 fn check_pixels(

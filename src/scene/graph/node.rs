@@ -189,6 +189,7 @@ sockets! {
         SUBSURFACE_RADIUS: Vector "Subsurface Radius" = [1.0, 0.2, 0.1], Legal::positive(1.0);
         SUBSURFACE_SCALE: Float "Subsurface Scale" = [0.05; 3], Legal::positive(0.0);
         SUBSURFACE_IOR: Float "Subsurface IOR" = [1.4; 3], Legal::within(1.01, 3.8, 1.4);
+        DISPERSION: Float "Dispersion" = [0.0; 3], Legal::within(0.0, 1e4, 0.0);
     }
 }
 sockets! {

@@ -82,6 +82,8 @@ pub struct PrincipledSummary {
     pub specular: (f32, f32),
     /// Transmission weight.
     pub transmission: (f32, f32),
+    /// Its index of refraction depends on the wavelength.
+    pub disperses: bool,
     /// Sheets instead of solids.
     pub thin_wall: bool,
 }
@@ -100,6 +102,11 @@ impl PrincipledSummary {
     /// Whether some of it is glass.
     pub fn transmits(&self) -> bool {
         self.transmission.1 > 0.0 && !self.is_metal_everywhere()
+    }
+
+    /// Whether some of it is solid glass whose index of refraction depends on the wavelength.
+    pub fn spreads_colors(&self) -> bool {
+        self.disperses && self.transmits() && !self.thin_wall
     }
 }
 
@@ -354,6 +361,7 @@ impl Graph {
                         ior: range(principled::IOR).number(),
                         specular: (2.0 * level.0, 2.0 * level.1),
                         transmission: range(principled::TRANSMISSION_WEIGHT).number(),
+                        disperses: range(principled::DISPERSION).number().1 > 0.0,
                         thin_wall,
                     });
                 }

@@ -309,6 +309,7 @@ impl Builder {
             .with(principled::METALLIC, metallic)
             .with(principled::ROUGHNESS, roughness)
             .with(principled::IOR, m.ior)
+            .with(principled::DISPERSION, m.dispersion)
             .with(principled::DIFFUSE_ROUGHNESS, m.diffuse_roughness)
             .with(principled::ANISOTROPIC, anisotropy)
             .with(principled::ANISOTROPIC_ROTATION, rotation)

@@ -24,6 +24,7 @@ fn principled_numbers(graph: &Graph, at: usize, space: WorkingSpace) -> Principl
         metallic: color(principled::METALLIC).x,
         roughness: color(principled::ROUGHNESS).x,
         ior: color(principled::IOR).x,
+        dispersion: color(principled::DISPERSION).x,
         specular: 2.0 * color(principled::SPECULAR_IOR_LEVEL).x,
         specular_color: color(principled::SPECULAR_TINT),
         transmission: color(principled::TRANSMISSION_WEIGHT).x,

@@ -51,7 +51,7 @@ pub fn draw(rng: &mut Rng) -> Value {
     input
 }
 
-fn replacement(rng: &mut Rng) -> Value {
+pub(super) fn replacement(rng: &mut Rng) -> Value {
     match rng.below(14) {
         0 => Value::Null,
         1 => json!([]),
@@ -71,7 +71,7 @@ fn replacement(rng: &mut Rng) -> Value {
 }
 
 /// Pointers to all parts of a tree.
-fn nodes(value: &Value, at: String, found: &mut Vec<String>) {
+pub(super) fn nodes(value: &Value, at: String, found: &mut Vec<String>) {
     match value {
         Value::Array(items) => {
             for (i, item) in items.iter().enumerate() {

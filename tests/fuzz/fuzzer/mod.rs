@@ -5,6 +5,7 @@
 //! `tests/fuzz/main.rs` runs for as long as it is asked; what it finds is kept in `tests/fuzz/found/`, which a test replays.
 
 mod build;
+pub mod corpus;
 pub mod document;
 mod dull;
 mod equal;

@@ -124,6 +124,10 @@ fn material(rng: &mut Rng, furnace: bool) -> Value {
     });
     if rng.chance(0.5) {
         material["ior"] = rng.ior();
+        // Each path is of one colour then: no furnace is even.
+        if !furnace && rng.chance(0.2) {
+            material["dispersion"] = json!(rng.pick(&[0.1, 1.0, 5.0]));
+        }
     }
     if rng.chance(0.3) {
         material["specular"] = rng.specular();

@@ -10,11 +10,6 @@ fn names_and_sets_say_the_same() {
         Ok(Effect::Suns | Effect::Instances)
     );
     assert!(parse(&list(&["fog"])).unwrap_err().contains("rough-glass"));
-    assert!(
-        parse(&list(&["dispersion"]))
-            .unwrap_err()
-            .contains("not in the program yet")
-    );
     assert_eq!(names(ALPHA | Effect::Suns), ["alpha", "suns"]);
     assert_eq!(
         names(Effect::AlphaClip | Effect::PointLights),
