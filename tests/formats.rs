@@ -13,3 +13,5 @@ mod khr_materials;
 mod kit;
 mod sundog;
 mod usd;
+mod usd_lights;
+mod usd_shapes;

@@ -33,6 +33,8 @@ struct Inner {
     refused: RefCell<Refused>,
     /// Bytes that layers took.
     read: Cell<u64>,
+    /// The scene file, until it has been looked at: its first reader wants the variables in its head alone.
+    unseen: RefCell<Option<PathBuf>>,
 }
 
 impl Files {
@@ -46,6 +48,7 @@ impl Files {
                 folder: folder.filter(|_| !allow_outside),
                 refused: RefCell::default(),
                 read: Cell::new(0),
+                unseen: RefCell::new(Some(scene)),
             }),
         }
     }
@@ -211,7 +214,15 @@ impl Resolver for Files {
             refused.damaged.push((path, fault.clone()));
             return Err(Error::other(fault));
         }
+        let unseen = self.inner.unseen.take();
         if bytes.starts_with(b"#usda") {
+            if unseen.is_some_and(|scene| *scene == **resolved_path) {
+                self.inner.read.set(0);
+                if let Some(head) = super::text::head(&bytes) {
+                    let head = super::text::readable(head).into_owned();
+                    return Ok(Box::new(Cursor::new(head)));
+                }
+            }
             let bytes = super::text::readable(&bytes).into_owned();
             return Ok(Box::new(Cursor::new(bytes)));
         }

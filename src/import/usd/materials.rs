@@ -8,6 +8,7 @@ use super::network::Network;
 use super::source::Source;
 use super::textures::Images;
 use super::{materialx, preview};
+use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{emission, principled};
 use crate::scene::graph::{Graph, Input, Node, NodeKind};
 use crate::scene::{Diagnostics, Material, MaterialLabel, Verdict};
@@ -27,14 +28,25 @@ pub(super) struct Needs {
     pub tangents: Option<usize>,
 }
 
+/// Where the display colour of a prim stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Colored {
+    /// Nowhere.
+    Plain,
+    /// On its mesh.
+    Vertex,
+    /// On each instance of it.
+    Object,
+}
+
 /// Materials and what they want.
 pub(super) struct Materials<'a> {
     source: &'a Source,
     pub list: Vec<Material>,
     needs: Vec<Needs>,
     labels: Vec<MaterialLabel>,
-    /// By their paths; of what has none, by whether it has colours.
-    known: HashMap<Result<String, bool>, usize>,
+    /// By their paths; of what has none, by where it has colours.
+    known: HashMap<Result<String, Colored>, usize>,
     pub images: Images,
 }
 
@@ -54,7 +66,7 @@ impl<'a> Materials<'a> {
     pub(super) fn of(
         &mut self,
         path: Option<&Path>,
-        has_colors: bool,
+        has_colors: Colored,
         diagnostics: &mut Diagnostics,
     ) -> usize {
         let key = path.map(ToString::to_string).ok_or(has_colors);
@@ -82,7 +94,7 @@ impl<'a> Materials<'a> {
 
     fn add(
         &mut self,
-        key: Result<String, bool>,
+        key: Result<String, Colored>,
         material: Material,
         needs: Needs,
         label: MaterialLabel,
@@ -107,6 +119,11 @@ impl<'a> Materials<'a> {
         };
         let key = Ok(format!("light {}", self.list.len()));
         self.add(key, material, Needs::default(), MaterialLabel::default())
+    }
+
+    /// Whether a material shows the colours of objects.
+    pub(super) fn is_of_objects(&self, material: usize) -> bool {
+        self.known.get(&Err(Colored::Object)) == Some(&material)
     }
 
     pub(super) fn needs(&self, material: usize) -> &Needs {
@@ -135,11 +152,13 @@ impl<'a> Materials<'a> {
     }
 
     /// What is shown where no material is bound: the display colour, or grey.
-    fn bare(&self, has_colors: bool) -> (Material, Needs) {
+    fn bare(&self, has_colors: Colored) -> (Material, Needs) {
         let version = super::blender_version(self.source);
         let mut network = Network::bare();
-        let color = if has_colors {
+        let color = if has_colors == Colored::Vertex {
             Input::Link(network.graph.add(Node::new(NodeKind::ColorAttribute)))
+        } else if has_colors == Colored::Object {
+            Input::Link(network.place(PlaceInput::ObjectColor))
         } else if version.is_some() {
             Input::float(0.8)
         } else {
@@ -156,12 +175,15 @@ impl<'a> Materials<'a> {
             );
         let shader = network.graph.add(node);
         let alpha = match color {
+            Input::Link(_) if has_colors == Colored::Object => {
+                Input::Link(network.place(PlaceInput::ObjectAlpha))
+            }
             Input::Link(link) => Input::Link(crate::scene::graph::Link { output: 1, ..link }),
             _ => Input::float(1.0),
         };
         network.graph.surface = Some(preview::seen_through(&mut network.graph, shader, alpha));
         let needs = Needs {
-            colors: has_colors,
+            colors: has_colors == Colored::Vertex,
             ..Needs::default()
         };
         let material = Material {

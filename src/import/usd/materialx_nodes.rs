@@ -533,17 +533,8 @@ fn image(network: &mut Network, shader: &View, name: &str, operation: &str) -> O
         ..Sampler::default()
     };
     let space = shader.property_word("inputs:file", "colorSpace");
-    let usage = match space.as_deref() {
-        Some(
-            "srgb_texture"
-            | "sRGB"
-            | "srgb"
-            | "srgb_rec709_display"
-            | "srgb_rec709_scene"
-            | "srgb_displayp3",
-        ) => ImageUse::Color,
-        _ => ImageUse::Data,
-    };
+    let usage = space.and_then(|space| preview::color_space(&space));
+    let usage = usage.unwrap_or(ImageUse::Data);
     let file = network.asset(shader, "file");
     let term = file.and_then(|file| preview::image(network, file, (at.rgb, Some(usage)), sampler));
     let Some(term) = term else {

@@ -60,6 +60,43 @@ fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b':')
 }
 
+/// The layer's own fields, without its prims: all up to the bracket that closes them.
+pub(super) fn head(text: &[u8]) -> Option<&[u8]> {
+    let mut at = text.iter().position(|b| *b == b'\n')?;
+    let mut depth = 0usize;
+    while at < text.len() {
+        let rest = &text[at..];
+        match text[at] {
+            mark @ (b'"' | b'\'') => {
+                let marks = if rest.starts_with(&[mark; 3]) { 3 } else { 1 };
+                at = quoted(text, at, &rest[..marks], true);
+                continue;
+            }
+            b'@' => {
+                let marks = if rest.starts_with(b"@@@") { 3 } else { 1 };
+                at = quoted(text, at, &rest[..marks], false);
+                continue;
+            }
+            b'#' => {
+                at += rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
+                continue;
+            }
+            b'(' => depth += 1,
+            b')' => {
+                depth = depth.checked_sub(1)?;
+                if depth == 0 {
+                    return text.get(..=at);
+                }
+            }
+            // A prim, and no field stood before it.
+            byte if depth == 0 && !byte.is_ascii_whitespace() => return text.get(..at),
+            _ => {}
+        }
+        at += 1;
+    }
+    None
+}
+
 /// The text with numbers, types, versions and samples of paths that the parser knows.
 pub(super) fn readable(text: &[u8]) -> Cow<'_, [u8]> {
     let mut out: Vec<u8> = Vec::new();

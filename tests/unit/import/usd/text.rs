@@ -53,3 +53,16 @@ fn what_ends_too_early_ends_there() {
         let _ = read(text);
     }
 }
+
+#[test]
+fn the_head_ends_where_prims_begin() {
+    let of = |text: &'static str| head(text.as_bytes()).map(|h| std::str::from_utf8(h).unwrap());
+    let fields =
+        "#usda 1.0\n# )\n(\n doc = \"\"\"a ) b\"\"\"\n subLayers = [@a).usda@ (offset = 1)]\n)";
+    let whole = format!("{fields}\ndef \"a\" (\n)\n{{}}\n").leak();
+    assert_eq!(of(whole), Some(fields));
+    assert_eq!(of("#usda 1.0\n\ndef \"a\" {}"), Some("#usda 1.0\n\n"));
+    assert_eq!(of("#usda 1.0\n(\n"), None);
+    assert_eq!(of("#usda 1.0\n)"), None);
+    assert_eq!(of("#usda 1.0"), None);
+}
