@@ -14,4 +14,5 @@ mod kit;
 mod sundog;
 mod usd;
 mod usd_lights;
+mod usd_materials;
 mod usd_shapes;

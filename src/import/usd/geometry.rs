@@ -112,10 +112,10 @@ impl<'a> Shapes<'a> {
             );
         }
         let subsets = self.subsets(prim, kind);
-        let mut bound = vec![binding::material(&inherited.bindings, prim.path())];
+        let mut bound = vec![binding::materials(&inherited.bindings, prim.path())];
         for subset in &subsets {
             let bindings = binding::below(self.source, &inherited.bindings, &subset.prim());
-            bound.push(binding::material(&bindings, &subset.path));
+            bound.push(binding::materials(&bindings, &subset.path));
         }
         let own = kind != "Points" || !inherited.object_colors;
         let has_colors = if own && prim.has("primvars:displayColor") {
@@ -135,7 +135,7 @@ impl<'a> Shapes<'a> {
         let shaped = |number| Shaped { number, stands };
         let materials: Vec<usize> = bound
             .iter()
-            .map(|path| self.materials.of(path.as_ref(), has_colors, diagnostics))
+            .map(|paths| self.materials.of(paths, has_colors, diagnostics))
             .collect();
         let from_above = &inherited.primvars_above;
         let place = Rc::as_ptr(from_above) as usize;

@@ -1,6 +1,6 @@
 //! The materials that a stage's meshes show.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use openusd::sdf::Path;
 
@@ -47,6 +47,8 @@ pub(super) struct Materials<'a> {
     labels: Vec<MaterialLabel>,
     /// By their paths; of what has none, by where it has colours.
     known: HashMap<Result<String, Colored>, usize>,
+    /// Those without a known surface.
+    without: HashSet<Path>,
     pub images: Images,
 }
 
@@ -58,38 +60,48 @@ impl<'a> Materials<'a> {
             needs: Vec::new(),
             labels: Vec::new(),
             known: HashMap::new(),
+            without: HashSet::new(),
             images: Images::default(),
         }
     }
 
-    /// The number of the material at a path, or of that for what has none.
+    /// The number of the first material of some paths that has a known surface, or of that for what has none.
     pub(super) fn of(
         &mut self,
-        path: Option<&Path>,
+        paths: &[Path],
         has_colors: Colored,
         diagnostics: &mut Diagnostics,
     ) -> usize {
-        let key = path.map(ToString::to_string).ok_or(has_colors);
-        if let Some(known) = self.known.get(&key) {
-            return *known;
-        }
-        let loaded = path.and_then(|path| self.load(path, diagnostics));
-        let (material, needs, label) = match loaded {
-            Some((material, needs)) => {
+        let mut told = Diagnostics::default();
+        for path in paths {
+            let key = Ok(path.to_string());
+            if let Some(known) = self.known.get(&key) {
+                return *known;
+            }
+            // What has none is told once.
+            if self.without.contains(path) {
+                continue;
+            }
+            let mut own = Diagnostics::default();
+            if let Some((material, needs)) = self.load(path, &mut own) {
+                diagnostics.append(own);
                 let name = material.name.as_str().into();
                 let label = MaterialLabel {
                     name: Some(name),
                     index: 0.0,
                 };
-                (material, needs, label)
+                return self.add(key, material, needs, label);
             }
-            None if path.is_some() => return self.of(None, has_colors, diagnostics),
-            None => {
-                let (material, needs) = self.bare(has_colors);
-                (material, needs, MaterialLabel::default())
-            }
-        };
-        self.add(key, material, needs, label)
+            self.without.insert(path.clone());
+            told.append(own);
+        }
+        diagnostics.append(told);
+        let key = Err(has_colors);
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let (material, needs) = self.bare(has_colors);
+        self.add(key, material, needs, MaterialLabel::default())
     }
 
     fn add(
@@ -250,6 +262,16 @@ impl<'a> Materials<'a> {
                     &name,
                     "only the surface is rendered",
                 );
+            }
+            for output in ["outputs:mtlx:displacement", "outputs:displacement"] {
+                if prim.has(output) && network_connected(self.source, &prim, output) {
+                    lose(
+                        diagnostics,
+                        "displacement of materials",
+                        &name,
+                        "the surface stays where it is",
+                    );
+                }
             }
             let material = Material {
                 name,

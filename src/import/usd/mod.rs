@@ -16,6 +16,7 @@ mod lights;
 mod linking;
 mod materials;
 mod materialx;
+mod materialx_blends;
 mod materialx_nodes;
 mod named;
 mod network;

@@ -320,7 +320,7 @@ impl<'a, 'd> Walk<'a, 'd> {
         };
         let mut matrix = inherited.matrix;
         let thing = if kind == "Camera" {
-            let camera = camera::load(prim, &name, self.source, self.diagnostics);
+            let camera = camera::load(prim, &name, self.diagnostics);
             self.cameras.push(camera);
             self.camera_paths.push(prim.path().to_string());
             Some(Thing::Camera(self.cameras.len() - 1))
