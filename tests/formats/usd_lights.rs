@@ -139,7 +139,8 @@ fn disks_and_rectangles() {
     holds(&above("DiskLight", 0.0, &normalized), 2.0 / 1.25);
     // Four corners, each of a quarter (Howell's catalogue of configuration factors, B-4).
     let corner = |x: f64, y: f64| {
-        let of = |a: f64, b: f64| a / a.hypot(1.0) * (b / a.hypot(1.0)).atan();
+        let far = |a: f64| glam::DVec2::new(a, 1.0).length();
+        let of = |a: f64, b: f64| a / far(a) * (b / far(a)).atan();
         (of(x, y) + of(y, x)) / (2.0 * PI)
     };
     let expected = 2.0 * PI * 4.0 * corner(0.4, 0.7);

@@ -61,6 +61,8 @@ fn sections(bytes: &[u8]) -> Result<(), String> {
         };
         let end = start + size;
         let packed = match name {
+            // How long they are together stands before their block.
+            b"TOKENS" => blocks_fit(bytes, start + 16, 1, end),
             b"FIELDS" => blocks_fit(bytes, start + 8, 2, end),
             b"FIELDSETS" => blocks_fit(bytes, start + 8, 1, end),
             b"SPECS" => blocks_fit(bytes, start + 8, 3, end),

@@ -8,6 +8,8 @@ pub(super) const LZ4_GROWTH: u64 = 255;
 const DEEPEST: usize = 64;
 /// Looks at values for each byte of a file, at most; more are those of a circle, or of values that stand for very many.
 const PER_BYTE: u64 = 16;
+/// Looks at values in any file.
+const FREE: u64 = 1000;
 
 /// Where something ends; an error is whether that is harmless, as its parser finds the end of the file there.
 type Look = Result<u64, bool>;
@@ -86,7 +88,7 @@ impl<'a> Values<'a> {
 
     fn value(&mut self, word: u64, depth: usize) -> Look {
         self.looked += 1;
-        if depth > DEEPEST || self.looked > PER_BYTE.saturating_mul(self.length()) {
+        if depth > DEEPEST || self.looked > FREE + PER_BYTE.saturating_mul(self.length()) {
             return Err(false);
         }
         let (list, inlined, packed) = (word >> 63 == 1, word >> 62 & 1 == 1, word >> 61 & 1 == 1);

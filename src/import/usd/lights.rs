@@ -167,12 +167,12 @@ pub(super) fn load(
     report_rest(prim, diagnostics);
     let color = value("color").as_ref().and_then(super::value::vector::<3>);
     let mut color = color.unwrap_or([1.0; 3]);
-    if truth("enableColorTemperature") == Some(true)
-        && let Some(kelvin) = value("colorTemperature")
-            .as_ref()
-            .and_then(super::value::number)
-    {
-        let warm = blackbody::rec709(kelvin);
+    if truth("enableColorTemperature") == Some(true) {
+        let kelvin = value("colorTemperature");
+        let kelvin = kelvin.as_ref().and_then(super::value::number);
+        // Blender says so of all of its lamps, and gives a temperature to those alone that have one.
+        let kelvin = kelvin.or((!of_blender).then_some(6500.0));
+        let warm = kelvin.map_or([1.0; 3], blackbody::rec709);
         color = [0, 1, 2].map(|i| color[i] * warm[i]);
     }
     let shaping = shaping(prim);

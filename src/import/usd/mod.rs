@@ -51,7 +51,7 @@ use super::{ImportError, ImportOptions, Imported};
 use crate::math::primaries::WorkingSpace;
 use crate::scene::{
     Camera, Diagnostics, Environment, ImageId, ImageUse, Instance, Links, MaterialId, MeshId,
-    ObjectInfo, RenderDefaults, Scene, Verdict, Visibility,
+    ObjectInfo, RayKind, RenderDefaults, Scene, Verdict, Visibility,
 };
 
 /// Parsers and composition call themselves for what stands inside of what: for files that go deep on purpose.
@@ -284,6 +284,9 @@ impl Assembly<'_> {
                         let id = MeshId(self.scene.meshes.len() as u32);
                         self.scene.meshes.push(*mesh);
                         self.instance(item, id, world);
+                        let placed = self.scene.instances.last_mut();
+                        let unseen = Visibility::ALL.without(RayKind::Camera);
+                        placed.into_iter().for_each(|i| i.visibility = unseen);
                         Shines::Instance(self.scene.instances.len() - 1)
                     }
                     Placed::Dome { radiance, turn } => {

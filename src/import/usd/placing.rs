@@ -99,7 +99,8 @@ pub(super) fn place(
             )
         }
     };
-    let mut visibility = Visibility::ALL;
+    // As Blender has it for lamps, those that it imports too.
+    let mut visibility = Visibility::ALL.without(RayKind::Camera);
     if !lamp.shadows {
         visibility = visibility.without(RayKind::Shadow);
     }

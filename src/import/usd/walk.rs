@@ -184,8 +184,12 @@ impl<'a, 'd> Walk<'a, 'd> {
         for child in self.source.told(parent, children).unwrap_or_default() {
             let path = child.path();
             let defined = self.source.told(path, child.specifier()).flatten();
-            let active = self.source.told(path, child.is_active());
-            if defined == Some(Specifier::Def) && active == Some(true) {
+            // What it stands below is active, or this place would not be reached.
+            let active = self.source.stage.attribute(path.clone());
+            let active = self
+                .source
+                .told(path, active.get_metadata::<bool>("active"));
+            if defined == Some(Specifier::Def) && active != Some(Some(false)) {
                 self.visit(path, inherited, items)?;
             }
         }

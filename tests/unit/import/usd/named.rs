@@ -5,6 +5,7 @@ fn names_of(path: &Path) -> Vec<String> {
     let mut names: Vec<_> = named_files(path)
         .into_iter()
         .filter(|file| file.is_file())
+        .map(|file| file.components().collect::<PathBuf>())
         .map(|file| file.strip_prefix(folder).unwrap().display().to_string())
         .collect();
     names.sort();
