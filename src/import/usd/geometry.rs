@@ -213,7 +213,11 @@ impl<'a> Shapes<'a> {
             return format!("{:?}", stack.unwrap_or_default());
         }
         if kind == "Points" {
-            return kind.into();
+            // One sphere for all, with the colour that they have in common.
+            let colors = ["primvars:displayColor", "primvars:displayOpacity"];
+            let colors = colors.map(|name| value::floats(&prim.value(name)?));
+            let colors = colors.map(|found| found.filter(|(_, all)| all.len() <= 4));
+            return format!("{kind} {colors:?}");
         }
         // Shapes without points are what their numbers say.
         let mut names: Vec<&String> = prim.names.iter().collect();

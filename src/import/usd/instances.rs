@@ -37,7 +37,7 @@ pub(super) fn of_instancer(
         from.absolute = false;
         from.object = None;
         from.skin = Binding::default();
-        from.object_colors = !colors.is_empty();
+        from.object_colors |= !colors.is_empty();
         from.bindings = walk.bindings_above(&target);
         let found = walk.prototype(target.to_string(), &target, true, from)?;
         prototypes.push(found);

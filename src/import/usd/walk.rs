@@ -383,7 +383,8 @@ impl<'a, 'd> Walk<'a, 'd> {
             let mut moved = item.moved(matrix);
             moved.absolute |= absolute;
             moved.path = path.clone();
-            moved.color = color.or(moved.color);
+            // An inner instancer's own comes first.
+            moved.color = moved.color.or(color);
             self.push(moved, items)?;
         }
         Ok(())
