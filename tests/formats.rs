@@ -14,3 +14,6 @@ mod khr_materials;
 mod kit;
 mod sundog;
 mod usd;
+mod usd_lights;
+mod usd_materials;
+mod usd_shapes;

@@ -133,10 +133,10 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportErro
     Ok(imported)
 }
 
-/// Where the files would be that a scene file names: its buffers and images. None for a file that cannot be read.
+/// Where the files would be that a scene file names: its buffers, images and layers. None for a file that cannot be read.
 pub fn named_files(path: &Path) -> Vec<std::path::PathBuf> {
     if usd::is_usd(path) {
-        return Vec::new();
+        return usd::named_files(path);
     }
     gltf::named_files(path)
 }

@@ -3,6 +3,7 @@
 
 import os
 import subprocess
+import sys
 
 import bpy
 import numpy
@@ -50,3 +51,31 @@ class SameLight(EngineTest):
                 print(f"{kind} by {name}: {ours:.5f}, by glTF {theirs:.5f}", flush=True)
                 # Both have the same samples; what differs is the order of triangles, and rounding of the place of the lamp.
                 self.assertLess(abs(ours / theirs - 1.0), 0.01)
+
+
+class SamePicture(EngineTest):
+    """Scenes of the project's own, as Blender's exporters write them to glTF and to USD."""
+
+    def difference(self, one, other):
+        """relMSE of two pictures."""
+        done = subprocess.run([self.program, "compare", one, other], check=True, capture_output=True, text=True)
+        return next(float(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("relMSE"))
+
+    def test_box(self):
+        """The Cornell box: a mesh that shines, and diffuse walls."""
+        sys.path.insert(0, os.path.join(kit.PROJECT, "scenes"))
+        self.addCleanup(sys.path.pop, 0)
+        import build
+
+        with kit.quiet():
+            build.build("cornell", self.folder, True)
+            bpy.ops.wm.usd_export(filepath=os.path.join(self.folder, "cornell.usdc"), generate_materialx_network=True)
+        pictures = []
+        for kind in ("glb", "usdc"):
+            path = os.path.join(self.folder, f"cornell.{kind}")
+            command = [self.program, "render", path, "-o", f"{path}.exr", "--quiet", "--samples", "64"]
+            subprocess.run([*command, "--width", str(WIDTH), "--height", str(HEIGHT)], check=True)
+            pictures.append(f"{path}.exr")
+        found = self.difference(*pictures)
+        print(f"cornell by USD and by glTF: relMSE {found:.3g}", flush=True)
+        self.assertLess(found, 1e-4)

@@ -7,19 +7,19 @@ use sundog::import::{self, AnimationTime, ImportError, ImportOptions, Imported};
 use sundog::scene::{LightKind, Projection, Verdict};
 
 /// A folder with files in it.
-struct Stage {
+pub struct Stage {
     folder: tempfile::TempDir,
 }
 
 impl Stage {
     /// With a root layer: Y up, metres.
-    fn new(body: &str) -> Self {
+    pub fn new(body: &str) -> Self {
         Self::with(&format!(
             "#usda 1.0\n(\n    upAxis = \"Y\"\n    metersPerUnit = 1\n)\n{body}"
         ))
     }
 
-    fn with(text: &str) -> Self {
+    pub fn with(text: &str) -> Self {
         let stage = Self {
             folder: tempfile::tempdir().unwrap(),
         };
@@ -27,35 +27,39 @@ impl Stage {
         stage
     }
 
-    fn file(&self, name: &str, bytes: &[u8]) -> PathBuf {
+    pub fn file(&self, name: &str, bytes: &[u8]) -> PathBuf {
         let path = self.folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
         path
     }
 
-    fn try_load(&self, options: &ImportOptions) -> Result<Imported, ImportError> {
-        import::load(&self.folder.path().join("root.usda"), options)
+    pub fn try_load(&self, options: &ImportOptions) -> Result<Imported, ImportError> {
+        import::load(&self.path(), options)
     }
 
-    fn load(&self) -> Imported {
+    pub fn path(&self) -> PathBuf {
+        self.folder.path().join("root.usda")
+    }
+
+    pub fn load(&self) -> Imported {
         self.try_load(&ImportOptions::default()).unwrap()
     }
 }
 
 /// A unit square in the XY plane.
-const SQUARE: &str = r#"
+pub const SQUARE: &str = r#"
     int[] faceVertexCounts = [4]
     int[] faceVertexIndices = [0, 1, 2, 3]
     point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
     uniform token subdivisionScheme = "none"
 "#;
 
-fn told(imported: &Imported, code: &str) -> Option<Verdict> {
+pub fn told(imported: &Imported, code: &str) -> Option<Verdict> {
     let mut all = imported.diagnostics.iter();
     all.find(|d| d.code == code).map(|d| d.verdict)
 }
 
-fn places(imported: &Imported) -> Vec<DVec3> {
+pub fn places(imported: &Imported) -> Vec<DVec3> {
     let instances = imported.scene.instances.iter();
     instances.map(|i| i.world_from_object.translation).collect()
 }

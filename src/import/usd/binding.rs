@@ -77,9 +77,10 @@ pub(super) fn below(source: &Source, above: &Bindings, prim: &View) -> Bindings 
     Some(Rc::new(level))
 }
 
-/// The material that a prim shows.
-pub(super) fn material(bindings: &Bindings, prim: &Path) -> Option<Path> {
-    (0..PURPOSES.len()).find_map(|purpose| {
+/// The materials that a prim may show, the one that counts first: where it has no known surface, the next one is better than none.
+pub(super) fn materials(bindings: &Bindings, prim: &Path) -> Vec<Path> {
+    let mut all: Vec<Path> = Vec::new();
+    for purpose in 0..PURPOSES.len() {
         let mut winner: Option<&Bound> = None;
         let mut level = bindings.as_deref();
         while let Some(here) = level {
@@ -94,6 +95,8 @@ pub(super) fn material(bindings: &Bindings, prim: &Path) -> Option<Path> {
             }
             level = here.above.as_deref();
         }
-        winner.map(|bound| bound.material.clone())
-    })
+        let found = winner.map(|bound| bound.material.clone());
+        all.extend(found.filter(|path| !all.contains(path)));
+    }
+    all
 }

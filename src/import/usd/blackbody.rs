@@ -1,53 +1,56 @@
-//! The colour of what glows, for the temperatures of lights.
+//! The colour of what glows, for the temperatures of lights: as UsdLux defines it, by a spline through a table of its own.
 
-/// Colour-matching functions of the CIE 1931 observer at a wavelength in nanometres, by the fit of Wyman, Sloan and Shirley,
-/// "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013 (equation 4).
-fn observer(wavelength: f64) -> [f64; 3] {
-    let lobe = |middle: f64, below: f64, above: f64| {
-        let width = if wavelength < middle { below } else { above };
-        let t = (wavelength - middle) * width;
-        (-0.5 * t * t).exp()
-    };
-    [
-        0.362 * lobe(442.0, 0.0624, 0.0374) + 1.056 * lobe(599.8, 0.0264, 0.0323)
-            - 0.065 * lobe(501.1, 0.0490, 0.0382),
-        0.821 * lobe(568.8, 0.0213, 0.0247) + 0.286 * lobe(530.9, 0.0613, 0.0322),
-        1.217 * lobe(437.0, 0.0845, 0.0278) + 0.681 * lobe(459.0, 0.0385, 0.0725),
-    ]
-}
+/// Linear Rec.709 of what glows at 1000 K, 1500 K, … 10000 K, each by its largest component: what
+/// `UsdLux.BlackbodyTemperatureAsRgb` of usd-core 26.11 gives there.
+const GLOW: [[f64; 3]; 19] = [
+    [1.0, 0.027_490, 0.0],
+    [1.0, 0.149_664, 0.0],
+    [1.0, 0.256_644, 0.008_095],
+    [1.0, 0.372_033, 0.067_450],
+    [1.0, 0.476_725, 0.153_601],
+    [1.0, 0.570_376, 0.259_196],
+    [1.0, 0.653_480, 0.377_155],
+    [1.0, 0.726_878, 0.501_606],
+    [1.0, 0.791_543, 0.628_050],
+    [1.0, 0.848_462, 0.753_228],
+    [1.0, 0.898_581, 0.874_905],
+    [1.0, 0.942_771, 0.991_642],
+    [0.906_947, 0.890_456, 1.0],
+    [0.828_247, 0.841_838, 1.0],
+    [0.765_791, 0.801_896, 1.0],
+    [0.715_255, 0.768_579, 1.0],
+    [0.673_683, 0.740_423, 1.0],
+    [0.638_992, 0.716_359, 1.0],
+    [0.609_681, 0.695_588, 1.0],
+];
+/// Kelvin of the first, and between them.
+const FIRST: f64 = 1000.0;
+const STEP: f64 = 500.0;
+/// Weights of Rec.709 (ITU-R BT.709).
+const LUMA: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Planck's law without its constant factor.
-fn planck(wavelength: f64, kelvin: f64) -> f64 {
-    /// h·c/k in nanometre kelvins.
-    const SECOND: f64 = 1.438_776_877e7;
-    (wavelength / 560.0).powi(-5) / (SECOND / (wavelength * kelvin)).exp_m1()
-}
-
-/// Linear Rec.709 of luminance 1; what lies outside of it is brought to its border. USD reads temperatures from 1000 K to 10000 K.
+/// Linear Rec.709 of luminance 1. Below 1000 K and above 10000 K it stays as there.
 pub(super) fn rec709(kelvin: f64) -> [f64; 3] {
-    let kelvin = if kelvin.is_finite() {
-        kelvin.clamp(1000.0, 10_000.0)
-    } else {
-        6500.0
-    };
-    let mut xyz = [0.0; 3];
-    for step in 0..=94 {
-        let wavelength = 360.0 + 5.0 * f64::from(step);
-        let power = planck(wavelength, kelvin);
-        for (sum, weight) in xyz.iter_mut().zip(observer(wavelength)) {
-            *sum += power * weight;
-        }
-    }
-    let [x, y, z] = xyz.map(|v| v / xyz[1]);
-    // IEC 61966-2-1.
-    let rgb = [
-        3.2406 * x - 1.5372 * y - 0.4986 * z,
-        -0.9689 * x + 1.8758 * y + 0.0415 * z,
-        0.0557 * x - 0.2040 * y + 1.0570 * z,
+    let last = GLOW.len() - 1;
+    let kelvin = if kelvin.is_nan() { 6500.0 } else { kelvin };
+    let at = ((kelvin - FIRST) / STEP).clamp(0.0, last as f64);
+    let before = (at as usize).min(last - 1);
+    let t = at - before as f64;
+    // The curve of Catmull and Rom; the outermost values stand twice.
+    let [a, b, c, d] = [
+        before.saturating_sub(1),
+        before,
+        before + 1,
+        (before + 2).min(last),
     ];
-    let [r, g, b] = rgb.map(|v| v.max(0.0));
-    let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    [r, g, b].map(|v| v / luminance)
+    let rgb = [0, 1, 2].map(|i| {
+        let [a, b, c, d] = [a, b, c, d].map(|row| GLOW[row][i]);
+        let cubic = 3.0 * (b - c) + d - a;
+        let square = 2.0 * a - 5.0 * b + 4.0 * c - d;
+        b + 0.5 * t * (c - a + t * (square + t * cubic))
+    });
+    let luminance: f64 = rgb.iter().zip(LUMA).map(|(v, weight)| v * weight).sum();
+    rgb.map(|v| (v / luminance).max(0.0))
 }
 
 #[cfg(test)]

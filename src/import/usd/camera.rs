@@ -2,16 +2,11 @@
 
 use glam::DAffine3;
 
-use super::source::{Source, View};
+use super::source::View;
 use crate::scene::{Aperture, Camera, Diagnostics, Projection, RenderDefaults, Verdict, Window};
 
 /// A camera at the origin, its lengths still in the stage's units.
-pub(super) fn load(
-    prim: &View,
-    name: &str,
-    source: &Source,
-    diagnostics: &mut Diagnostics,
-) -> Camera {
+pub(super) fn load(prim: &View, name: &str, diagnostics: &mut Diagnostics) -> Camera {
     let number = |name: &str, fallback: f64| {
         prim.number(name)
             .filter(|v| v.is_finite())
@@ -86,7 +81,15 @@ pub(super) fn load(
             "nothing is clipped but what is too near or too far",
         );
     }
-    let _ = source;
+    if number("exposure", 0.0) != 0.0 {
+        diagnostics.report(
+            "usd-camera",
+            Verdict::Lost,
+            "exposure of cameras",
+            prim.path().to_string(),
+            "the picture is as bright as without; --exposure changes that",
+        );
+    }
     Camera {
         name: name.into(),
         world_from_camera: DAffine3::IDENTITY,

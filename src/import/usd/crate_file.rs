@@ -1,7 +1,7 @@
 //! A look at a binary layer before it is parsed: whether the sizes in it can be true.
 
-/// Largest growth of LZ4: a byte of a match's length stands for 255 bytes.
-const LZ4_GROWTH: u64 = 255;
+use super::crate_values::{LZ4_GROWTH, Values};
+
 /// Fields, paths and specs for each byte of a file, at most: those of like prims are packed to less than a byte each.
 const PER_BYTE: u64 = 8;
 
@@ -59,6 +59,22 @@ fn sections(bytes: &[u8]) -> Result<(), String> {
             }
             _ => false,
         };
+        let end = start + size;
+        let packed = match name {
+            // How long they are together stands before their block.
+            b"TOKENS" => blocks_fit(bytes, start + 16, 1, end),
+            b"FIELDS" => blocks_fit(bytes, start + 8, 2, end),
+            b"FIELDSETS" => blocks_fit(bytes, start + 8, 1, end),
+            b"SPECS" => blocks_fit(bytes, start + 8, 3, end),
+            // How many there are, and how many of them are packed.
+            b"PATHS" => {
+                let second = number(bytes, start + 8);
+                second.is_some_and(|c| c <= length.saturating_mul(PER_BYTE))
+                    && blocks_fit(bytes, start + 16, 3, end)
+            }
+            _ => true,
+        };
+        let too_many = too_many || !packed;
         if too_many || (name == b"FIELDS" && !values_fit(bytes, start, version)) {
             return Err("it claims more than can be in it: it is damaged".into());
         }
@@ -66,77 +82,69 @@ fn sections(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Bytes of an element of a list, by the number of its type.
-fn element(kind: u64) -> Option<u64> {
-    Some(match kind {
-        1 | 2 => 1,
-        7 => 2,
-        3 | 4 | 8 | 10..=12 | 21 => 4,
-        25 => 6,
-        5 | 6 | 9 | 18 | 20 | 22 | 29 | 56 => 8,
-        24 | 26 => 12,
-        17 | 19 | 28 | 30 => 16,
-        23 => 24,
-        13 | 16 | 27 => 32,
-        14 => 72,
-        15 => 128,
-        _ => return None,
-    })
+/// All words of a crate file, which paths of files are among; `None` where they cannot be read.
+pub(super) fn words(bytes: &[u8]) -> Option<Vec<String>> {
+    fault(bytes).is_none().then_some(())?;
+    let contents = number(bytes, 16)?;
+    let start = (0..number(bytes, contents)?.min(64)).find_map(|index| {
+        let entry = contents + 8 + index * 32;
+        let at = usize::try_from(entry).ok()?;
+        let name = bytes.get(at..at.checked_add(16)?)?;
+        (name.starts_with(b"TOKENS\0")).then(|| number(bytes, entry + 16))?
+    })?;
+    let unpacked = usize::try_from(number(bytes, start + 8)?).ok()?;
+    let at = usize::try_from(start + 24).ok()?;
+    let size = usize::try_from(number(bytes, start + 16)?).ok()?;
+    let packed = bytes.get(at..at.checked_add(size)?)?;
+    let plain = unpack(packed, unpacked)?;
+    let words = plain.split(|byte| *byte == 0);
+    Some(
+        words
+            .map(|w| String::from_utf8_lossy(w).into_owned())
+            .collect(),
+    )
 }
 
-/// Whether the lists that the fields of a file refer to can be as long as they say.
+/// Unpacks a block of LZ4, or several of them with their sizes.
+fn unpack(packed: &[u8], unpacked: usize) -> Option<Vec<u8>> {
+    let (chunks, mut rest) = packed.split_first()?;
+    if *chunks == 0 {
+        return lz4_flex::block::decompress(rest, unpacked).ok();
+    }
+    let mut all = Vec::new();
+    for _ in 0..*chunks {
+        let (size, after) = rest.split_first_chunk::<4>()?;
+        let (block, after) = after.split_at_checked(u32::from_le_bytes(*size) as usize)?;
+        let left = unpacked.checked_sub(all.len())?;
+        all.extend(lz4_flex::block::decompress(block, left).ok()?);
+        rest = after;
+    }
+    Some(all)
+}
+
+/// Whether the values that the fields of a file refer to can be what they say.
 fn values_fit(bytes: &[u8], section: u64, version: &[u8]) -> bool {
     let Some(fields) = fields(bytes, section) else {
         return false;
     };
-    let length = bytes.len() as u64;
+    let mut values = Values::new(bytes, version);
     let (words, _) = fields.as_chunks::<8>();
-    words.iter().all(|word| {
-        let word = u64::from_le_bytes(*word);
-        let (list, inlined, packed) = (word >> 63 == 1, word >> 62 & 1 == 1, word >> 61 & 1 == 1);
-        let (kind, at) = (word >> 48 & 0xff, word & 0xffff_ffff_ffff);
-        if inlined || at == 0 {
-            return true;
-        }
-        if list {
-            let Some(size) = element(kind) else {
-                return true;
-            };
-            // Before 0.5 a shape stands first, and before 0.7 counts have 32 bits.
-            let at = if version < [0, 5, 0].as_slice() {
-                at + 4
-            } else {
-                at
-            };
-            let mask = if version < [0, 7, 0].as_slice() {
-                0xffff_ffff
-            } else {
-                u64::MAX
-            };
-            let count = number(bytes, at).map(|c| c & mask);
-            let most = if packed {
-                length.saturating_mul(4 * LZ4_GROWTH)
-            } else {
-                length
-            };
-            return count.is_none_or(|c| c.saturating_mul(size) <= most);
-        }
-        let first = match kind {
-            // Which operations there are stands before the first of them.
-            32..=39 | 54 | 55 => number(bytes, at + 1),
-            31 | 40 | 41 | 45 | 48..=50 => number(bytes, at),
-            _ => None,
-        };
-        first.is_none_or(|count| {
-            count <= length || (matches!(kind, 32..=39 | 54 | 55) && is_bare(bytes, at))
-        })
-    })
+    words
+        .iter()
+        .all(|word| values.fits(u64::from_le_bytes(*word)))
 }
 
-/// Whether no operation stands in a list of them.
-fn is_bare(bytes: &[u8], at: u64) -> bool {
-    let header = usize::try_from(at).ok().and_then(|at| bytes.get(at));
-    header.is_none_or(|header| header & !1 == 0)
+/// Whether the packed blocks of a section end in it: so many behind each other, each with its size first.
+fn blocks_fit(bytes: &[u8], mut at: u64, blocks: usize, end: u64) -> bool {
+    for _ in 0..blocks {
+        let size = number(bytes, at);
+        let next = size.and_then(|size| at.checked_add(8)?.checked_add(size));
+        match next.filter(|next| *next <= end) {
+            Some(next) => at = next,
+            None => return false,
+        }
+    }
+    true
 }
 
 /// What the fields refer to, unpacked.

@@ -33,6 +33,8 @@ struct Inner {
     refused: RefCell<Refused>,
     /// Bytes that layers took.
     read: Cell<u64>,
+    /// The scene file, until it has been looked at: its first reader wants the variables in its head alone.
+    unseen: RefCell<Option<PathBuf>>,
 }
 
 impl Files {
@@ -46,6 +48,7 @@ impl Files {
                 folder: folder.filter(|_| !allow_outside),
                 refused: RefCell::default(),
                 read: Cell::new(0),
+                unseen: RefCell::new(Some(scene)),
             }),
         }
     }
@@ -128,6 +131,16 @@ impl Inner {
         inside
     }
 
+    /// Remembers that a layer is damaged, and how.
+    fn damaged(&self, layer: &ResolvedPath, fault: String) -> Error {
+        let path = layer.to_string_lossy().into_owned();
+        self.refused
+            .borrow_mut()
+            .damaged
+            .push((path, fault.clone()));
+        Error::other(fault)
+    }
+
     fn bytes(&self, resolved: &ResolvedPath) -> std::io::Result<Vec<u8>> {
         let path = resolved.to_string_lossy().into_owned();
         match ar::split_package_relative_path_outer(&path) {
@@ -206,14 +219,21 @@ impl Resolver for Files {
         let size = bytes.len() as u64;
         self.inner.read.set(self.inner.read.get() + size);
         if let Some(fault) = fault(&bytes) {
-            let path = resolved_path.to_string_lossy().into_owned();
-            let mut refused = self.inner.refused.borrow_mut();
-            refused.damaged.push((path, fault.clone()));
-            return Err(Error::other(fault));
+            return Err(self.inner.damaged(resolved_path, fault));
         }
+        let unseen = self.inner.unseen.take();
         if bytes.starts_with(b"#usda") {
-            let bytes = super::text::readable(&bytes).into_owned();
-            return Ok(Box::new(Cursor::new(bytes)));
+            let mut text = bytes.as_slice();
+            if unseen.is_some_and(|scene| *scene == **resolved_path)
+                && let Some(head) = super::text::head(text)
+            {
+                self.inner.read.set(0);
+                text = head;
+            }
+            return match super::text::readable(text) {
+                Ok(text) => Ok(Box::new(Cursor::new(text.into_owned()))),
+                Err(fault) => Err(self.inner.damaged(resolved_path, fault)),
+            };
         }
         Ok(Box::new(Cursor::new(bytes)))
     }

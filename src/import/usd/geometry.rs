@@ -3,15 +3,17 @@
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
+use glam::DAffine3;
 use openusd::sdf::{Path, Specifier, Value};
 
 use super::binding;
-use super::materials::Materials;
+use super::materials::{Colored, Materials};
 use super::polygons::{Interpolation, Layer, Polygons};
 use super::preview::DEFAULT_UV;
+use super::skeleton::{self, Pose, Skeletons};
 use super::source::{Source, View};
 use super::walk::Inherited;
-use super::{primitives, subdivide, triangles, value};
+use super::{curves, primitives, subdivide, triangles, value};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::scene::{Diagnostics, Mesh, MeshId, Verdict};
@@ -23,6 +25,9 @@ pub(super) struct Shapes<'a> {
     pub meshes: Vec<Mesh>,
     /// The meshes of each shape.
     pub list: Vec<Vec<MeshId>>,
+    /// Whether all of each have the colour of the object that they are.
+    coloured: Vec<bool>,
+    skeletons: Skeletons,
     /// Shapes of prims in prototypes, by all that makes them.
     known: HashMap<(String, Vec<usize>, usize), Known>,
     /// Shapes without points, so far.
@@ -36,15 +41,19 @@ struct Known {
     _above: Rc<BTreeMap<String, Value>>,
 }
 
+/// A shape, and where it stands if that is not where its prim does.
+pub(super) struct Shaped {
+    pub number: usize,
+    pub stands: Option<DAffine3>,
+}
+
 /// More shapes without points than this are rounded with fewer corners.
 const FINE: usize = 200;
 
 /// Prims that have a surface or fill space, but are not rendered, and what they are.
-const LOST: [(&str, &str); 11] = [
-    ("BasisCurves", "curves"),
+const LOST: [(&str, &str); 9] = [
     ("NurbsCurves", "curves"),
     ("HermiteCurves", "curves"),
-    ("Points", "points"),
     ("NurbsPatch", "NURBS patches"),
     ("TetMesh", "meshes of tetrahedra"),
     ("Volume", "volumes"),
@@ -62,6 +71,8 @@ impl<'a> Shapes<'a> {
             materials,
             meshes: Vec::new(),
             list: Vec::new(),
+            coloured: Vec::new(),
+            skeletons: Skeletons::default(),
             known: HashMap::new(),
             primitives: 0,
             budget: Budget::for_stage(bytes),
@@ -76,7 +87,7 @@ impl<'a> Shapes<'a> {
         inherited: &Inherited,
         name: &str,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Option<usize>, ImportError> {
+    ) -> Result<Option<Shaped>, ImportError> {
         if let Some((_, what)) = LOST.iter().find(|(of, _)| *of == kind) {
             diagnostics.report(
                 "usd-kind",
@@ -87,31 +98,59 @@ impl<'a> Shapes<'a> {
             );
             return Ok(None);
         }
-        if kind != "Mesh" && !primitives::KINDS.contains(&kind) {
+        let made = ["Mesh", "BasisCurves", "Points"].contains(&kind);
+        if !made && !primitives::KINDS.contains(&kind) {
             return Ok(None);
         }
+        if prim.has("inputs:intensity") {
+            diagnostics.report(
+                "light-kind",
+                Verdict::Lost,
+                "meshes that are lights (MeshLightAPI)",
+                prim.path().to_string(),
+                "rendered with their materials",
+            );
+        }
         let subsets = self.subsets(prim, kind);
-        let mut bound = vec![binding::material(&inherited.bindings, prim.path())];
+        let mut bound = vec![binding::materials(&inherited.bindings, prim.path())];
         for subset in &subsets {
             let bindings = binding::below(self.source, &inherited.bindings, &subset.prim());
-            bound.push(binding::material(&bindings, &subset.path));
+            bound.push(binding::materials(&bindings, &subset.path));
         }
-        let has_colors =
-            prim.has("primvars:displayColor") || inherited.primvars.contains_key("displayColor");
+        let own = kind != "Points" || !inherited.object_colors;
+        let has_colors = if own && prim.has("primvars:displayColor") {
+            Colored::Vertex
+        } else if inherited.object_colors {
+            Colored::Object
+        } else if inherited.primvars.contains_key("displayColor") {
+            Colored::Vertex
+        } else {
+            Colored::Plain
+        };
+        let pose = self.pose(prim, kind, inherited, diagnostics);
+        let hangs = pose
+            .as_ref()
+            .filter(|_| skeleton::hangs(prim, &inherited.primvars));
+        let stands = hangs.and_then(|pose| pose.place());
+        let shaped = |number| Shaped { number, stands };
         let materials: Vec<usize> = bound
             .iter()
-            .map(|path| self.materials.of(path.as_ref(), has_colors, diagnostics))
+            .map(|paths| self.materials.of(paths, has_colors, diagnostics))
             .collect();
         let from_above = &inherited.primvars_above;
         let place = Rc::as_ptr(from_above) as usize;
-        let key = (self.made_of(prim, kind), materials.clone(), place);
+        let mut made_of = self.made_of(prim, kind);
+        if pose.is_some() {
+            made_of += &inherited.skin.key();
+        }
+        let key = (made_of, materials.clone(), place);
         if let Some(known) = self.known.get(&key) {
-            return Ok(known.shape);
+            return Ok(known.shape.map(shaped));
         }
         let built = self.build(
             prim,
             kind,
-            inherited,
+            (inherited, pose.as_deref()),
             (&subsets, &materials),
             name,
             diagnostics,
@@ -125,18 +164,60 @@ impl<'a> Shapes<'a> {
             self.meshes.extend(meshes);
             let id = |at: usize| MeshId(u32::try_from(at).unwrap_or(u32::MAX));
             self.list.push((first..first + count).map(id).collect());
+            let by_object = |material: &usize| self.materials.is_of_objects(*material);
+            self.coloured.push(materials.iter().all(by_object));
             self.list.len() - 1
         });
         let _above = from_above.clone();
         self.known.insert(key, Known { shape, _above });
-        Ok(shape)
+        Ok(shape.map(shaped))
+    }
+
+    /// Whether a shape has the colour of the object that it is.
+    pub(super) fn is_coloured(&self, shape: usize) -> bool {
+        self.coloured.get(shape) == Some(&true)
+    }
+
+    /// The pose that a prim is brought into, if it is.
+    fn pose(
+        &mut self,
+        prim: &View,
+        kind: &str,
+        inherited: &Inherited,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Rc<Pose>> {
+        let hangs = skeleton::hangs(prim, &inherited.primvars);
+        if !hangs && !prim.has("skel:blendShapes") {
+            return None;
+        }
+        let pose = self
+            .skeletons
+            .pose(self.source, &inherited.skin, diagnostics)?;
+        if kind != "Mesh" {
+            diagnostics.report(
+                "usd-skeleton",
+                Verdict::Lost,
+                format!("skeletons of what is no mesh ({kind})"),
+                prim.path().to_string(),
+                "it has the shape that stands in the file",
+            );
+            return None;
+        }
+        Some(pose)
     }
 
     /// All that a prim is made of: the places in layers that its values come from. Where two have the same, one shape is enough.
     fn made_of(&self, prim: &View, kind: &str) -> String {
-        if kind == "Mesh" {
+        if matches!(kind, "Mesh" | "BasisCurves") {
             let stack = self.source.told(prim.path(), prim.prim.prim_stack());
             return format!("{:?}", stack.unwrap_or_default());
+        }
+        if kind == "Points" {
+            // One sphere for all, with the colour that they have in common.
+            let colors = ["primvars:displayColor", "primvars:displayOpacity"];
+            let colors = colors.map(|name| value::floats(&prim.value(name)?));
+            let colors = colors.map(|found| found.filter(|(_, all)| all.len() <= 4));
+            return format!("{kind} {colors:?}");
         }
         // Shapes without points are what their numbers say.
         let mut names: Vec<&String> = prim.names.iter().collect();
@@ -183,16 +264,30 @@ impl<'a> Shapes<'a> {
         &mut self,
         prim: &View,
         kind: &str,
-        inherited: &Inherited,
+        (inherited, pose): (&Inherited, Option<&Pose>),
         (subsets, materials): (&[Subset], &[usize]),
         name: &str,
         diagnostics: &mut Diagnostics,
     ) -> Result<Vec<Mesh>, String> {
-        let polygons = if kind == "Mesh" {
-            read(prim, diagnostics)
-        } else {
-            self.primitives += 1;
-            primitives::polygons(prim, kind, self.primitives <= FINE, diagnostics)
+        let mut strands = None;
+        let polygons = match kind {
+            "Mesh" => read(prim, diagnostics),
+            "BasisCurves" => {
+                let fits = |corners| self.budget.take(corners, 200).is_ok();
+                let made = curves::polygons(prim, fits, diagnostics);
+                made.map(|(polygons, of)| {
+                    strands = Some(of);
+                    polygons
+                })
+            }
+            _ => {
+                self.primitives += 1;
+                let (kind, fine) = match kind {
+                    "Points" => ("Sphere", false),
+                    _ => (kind, self.primitives <= FINE),
+                };
+                primitives::polygons(prim, kind, fine, diagnostics)
+            }
         };
         let Some(mut polygons) = polygons else {
             return Ok(Vec::new());
@@ -201,12 +296,22 @@ impl<'a> Shapes<'a> {
         if kind == "Mesh" {
             self.budget.take(polygons.corners.len() as u64, 200)?;
         }
+        if let Some(pose) = pose {
+            let above = &inherited.primvars;
+            pose.apply(self.source, prim, above, &mut polygons, diagnostics);
+        }
         let wanted = materials.iter().flat_map(|m| self.materials.primvars(*m));
         for name in wanted.collect::<std::collections::BTreeSet<_>>() {
-            let mut found = primvar(prim, inherited, &name, &polygons, diagnostics);
+            let mut find = |name: &str| match &strands {
+                Some(strands) if prim.has(&format!("primvars:{name}")) => {
+                    strands.layer(prim, &format!("primvars:{name}"))
+                }
+                _ => primvar(prim, inherited, name, &polygons, diagnostics),
+            };
+            let mut found = find(&name);
             // Blender calls the first coordinates "st" on the mesh, and by their own name in materials.
             if found.is_none() && self.materials.is_uv(materials, &name) {
-                found = primvar(prim, inherited, DEFAULT_UV, &polygons, diagnostics);
+                found = find(DEFAULT_UV);
             }
             if let Some(layer) = found {
                 polygons.primvars.insert(name, layer);

@@ -1,9 +1,12 @@
 //! UsdLux: what lamps say, before they are placed.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-use super::blackbody;
+use super::linking::Linked;
 use super::source::{Source, View};
+use super::{blackbody, ies};
+use crate::nodes::ies::IesProfile;
 use crate::scene::{Diagnostics, Verdict};
 
 /// A lamp in its own space, in the stage's units.
@@ -22,6 +25,12 @@ pub(super) struct Lamp {
     pub shaping: Shaping,
     /// Objects cast shadows in its light.
     pub shadows: bool,
+    /// What each direction is multiplied by.
+    pub ies: Option<Arc<IesProfile>>,
+    /// The image on a rectangle: where it is, and how the file calls it.
+    pub image: Option<(String, String)>,
+    /// What it is for.
+    pub linked: Linked,
     /// What Blender's own lamps have other than UsdLux says.
     pub of_blender: bool,
 }
@@ -154,24 +163,26 @@ pub(super) fn load(
             return None;
         }
     };
-    report_textures(prim, &shape, diagnostics);
+    let image = image(prim, &shape, diagnostics);
     report_rest(prim, diagnostics);
     let color = value("color").as_ref().and_then(super::value::vector::<3>);
     let mut color = color.unwrap_or([1.0; 3]);
-    if truth("enableColorTemperature") == Some(true)
-        && let Some(kelvin) = value("colorTemperature")
-            .as_ref()
-            .and_then(super::value::number)
-    {
-        let warm = blackbody::rec709(kelvin);
+    if truth("enableColorTemperature") == Some(true) {
+        let kelvin = value("colorTemperature");
+        let kelvin = kelvin.as_ref().and_then(super::value::number);
+        // Blender says so of all of its lamps, and gives a temperature to those alone that have one.
+        let kelvin = kelvin.or((!of_blender).then_some(6500.0));
+        let warm = kelvin.map_or([1.0; 3], blackbody::rec709);
         color = [0, 1, 2].map(|i| color[i] * warm[i]);
     }
-    let shaping = shaping(prim, diagnostics);
-    if matches!(shape, Shape::Cylinder { .. }) && shaping != Shaping::default() {
+    let shaping = shaping(prim);
+    let ies = profile(prim, source, diagnostics);
+    let shaped = shaping != Shaping::default() || ies.is_some();
+    if matches!(shape, Shape::Cylinder { .. }) && shaped {
         diagnostics.report(
             "light-shaping",
             Verdict::Lost,
-            "cones of cylinder lights",
+            "cones and IES profiles of cylinder lights",
             &*path,
             "they shine to all sides",
         );
@@ -184,6 +195,9 @@ pub(super) fn load(
         strength: (number("intensity", intensity) * number("exposure", 0.0).exp2()).max(0.0),
         normalize: truth("normalize") == Some(true),
         shaping,
+        ies,
+        image,
+        linked: Linked::of(prim, source, diagnostics),
         shadows: value("shadow:enable")
             .as_ref()
             .and_then(super::value::truth)
@@ -218,7 +232,7 @@ fn dome(prim: &View, kind: &str, diagnostics: &mut Diagnostics) -> Dome {
     }
 }
 
-fn shaping(prim: &View, diagnostics: &mut Diagnostics) -> Shaping {
+fn shaping(prim: &View) -> Shaping {
     let number = |name: &str| {
         let names = [format!("inputs:shaping:{name}"), format!("shaping:{name}")];
         let value = prim.value_of(&[&names[0], &names[1]]);
@@ -229,33 +243,65 @@ fn shaping(prim: &View, diagnostics: &mut Diagnostics) -> Shaping {
     };
     let half = number("cone:angle").unwrap_or(180.0).to_radians();
     let softness = number("cone:softness").unwrap_or(0.0).clamp(0.0, 1.0);
-    let ies = ["inputs:shaping:ies:file", "shaping:ies:file"];
-    if ies.iter().any(|name| prim.asset(name).is_some()) {
-        diagnostics.report(
-            "light-ies",
-            Verdict::Lost,
-            "IES profiles of lights",
-            prim.path().to_string(),
-            "the lights shine the same in all directions of theirs",
-        );
-    }
     Shaping {
         cone: (half < PI).then(|| (half.max(0.0), softness)),
         focus: number("focus").unwrap_or(0.0).max(0.0),
     }
 }
 
-fn report_textures(prim: &View, shape: &Shape, diagnostics: &mut Diagnostics) {
-    let textured = !matches!(shape, Shape::Dome(_));
-    if textured && prim.asset("inputs:texture:file").is_some() {
-        diagnostics.report(
-            "light-texture",
-            Verdict::Lost,
-            "images on area lights",
-            prim.path().to_string(),
-            "they shine in their colour",
-        );
+/// The profile of a light's IES file.
+fn profile(prim: &View, source: &Source, diagnostics: &mut Diagnostics) -> Option<Arc<IesProfile>> {
+    let of = |name: &str| {
+        [
+            format!("inputs:shaping:ies:{name}"),
+            format!("shaping:ies:{name}"),
+        ]
+    };
+    let (place, called) = of("file").iter().find_map(|name| prim.asset(name))?;
+    let value = |name: &str| {
+        let names = of(name);
+        prim.value_of(&[&names[0], &names[1]])
+    };
+    let scale = value("angleScale").as_ref().and_then(super::value::number);
+    let scale = scale.filter(|scale| scale.is_finite()).unwrap_or(0.0);
+    let normalize = value("normalize").as_ref().and_then(super::value::truth) == Some(true);
+    let profile = source
+        .files
+        .read(&place)
+        .and_then(|bytes| ies::profile(&String::from_utf8_lossy(&bytes), normalize, scale));
+    match profile {
+        Ok(profile) => Some(Arc::new(profile)),
+        Err(reason) => {
+            diagnostics.report(
+                "light-ies",
+                Verdict::Lost,
+                format!("IES profile \"{called}\" that cannot be read ({reason})"),
+                prim.path().to_string(),
+                "the light shines the same in all directions of its own",
+            );
+            None
+        }
     }
+}
+
+/// The image on a rectangle. On other shapes UsdLux has none.
+fn image(prim: &View, shape: &Shape, diagnostics: &mut Diagnostics) -> Option<(String, String)> {
+    if matches!(shape, Shape::Dome(_)) {
+        return None;
+    }
+    let image = prim.asset("inputs:texture:file");
+    let image = image.or_else(|| prim.asset("texture:file"))?;
+    if matches!(shape, Shape::Rect { .. }) {
+        return Some(image);
+    }
+    diagnostics.report(
+        "light-texture",
+        Verdict::Lost,
+        "images on lights that are no rectangles",
+        prim.path().to_string(),
+        "they shine in their colour",
+    );
+    None
 }
 
 /// What a light says, but is not rendered.
@@ -271,22 +317,6 @@ fn report_rest(prim: &View, diagnostics: &mut Diagnostics) {
                 format!("lights with a multiplier for {name} reflections"),
                 prim.path().to_string(),
                 "they light all alike",
-            );
-        }
-    }
-    let linked = |what: &str| {
-        let root = format!("collection:{what}:includeRoot");
-        let includes = format!("collection:{what}:includes");
-        prim.truth(&root) == Some(false) || !prim.targets(&includes).is_empty()
-    };
-    for (what, does) in [("lightLink", "light"), ("shadowLink", "cast shadows of")] {
-        if linked(what) {
-            diagnostics.report(
-                "light-linking",
-                Verdict::Lost,
-                format!("lights that {does} some objects only ({what})"),
-                prim.path().to_string(),
-                format!("they {does} all objects"),
             );
         }
     }

@@ -1,6 +1,6 @@
 //! The materials that a stage's meshes show.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use openusd::sdf::Path;
 
@@ -8,6 +8,7 @@ use super::network::Network;
 use super::source::Source;
 use super::textures::Images;
 use super::{materialx, preview};
+use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{emission, principled};
 use crate::scene::graph::{Graph, Input, Node, NodeKind};
 use crate::scene::{Diagnostics, Material, MaterialLabel, Verdict};
@@ -27,14 +28,27 @@ pub(super) struct Needs {
     pub tangents: Option<usize>,
 }
 
+/// Where the display colour of a prim stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Colored {
+    /// Nowhere.
+    Plain,
+    /// On its mesh.
+    Vertex,
+    /// On each instance of it.
+    Object,
+}
+
 /// Materials and what they want.
 pub(super) struct Materials<'a> {
     source: &'a Source,
     pub list: Vec<Material>,
     needs: Vec<Needs>,
     labels: Vec<MaterialLabel>,
-    /// By their paths; of what has none, by whether it has colours.
-    known: HashMap<Result<String, bool>, usize>,
+    /// By their paths; of what has none, by where it has colours.
+    known: HashMap<Result<String, Colored>, usize>,
+    /// Those without a known surface.
+    without: HashSet<Path>,
     pub images: Images,
 }
 
@@ -46,43 +60,53 @@ impl<'a> Materials<'a> {
             needs: Vec::new(),
             labels: Vec::new(),
             known: HashMap::new(),
+            without: HashSet::new(),
             images: Images::default(),
         }
     }
 
-    /// The number of the material at a path, or of that for what has none.
+    /// The number of the first material of some paths that has a known surface, or of that for what has none.
     pub(super) fn of(
         &mut self,
-        path: Option<&Path>,
-        has_colors: bool,
+        paths: &[Path],
+        has_colors: Colored,
         diagnostics: &mut Diagnostics,
     ) -> usize {
-        let key = path.map(ToString::to_string).ok_or(has_colors);
-        if let Some(known) = self.known.get(&key) {
-            return *known;
-        }
-        let loaded = path.and_then(|path| self.load(path, diagnostics));
-        let (material, needs, label) = match loaded {
-            Some((material, needs)) => {
+        let mut told = Diagnostics::default();
+        for path in paths {
+            let key = Ok(path.to_string());
+            if let Some(known) = self.known.get(&key) {
+                return *known;
+            }
+            // What has none is told once.
+            if self.without.contains(path) {
+                continue;
+            }
+            let mut own = Diagnostics::default();
+            if let Some((material, needs)) = self.load(path, &mut own) {
+                diagnostics.append(own);
                 let name = material.name.as_str().into();
                 let label = MaterialLabel {
                     name: Some(name),
                     index: 0.0,
                 };
-                (material, needs, label)
+                return self.add(key, material, needs, label);
             }
-            None if path.is_some() => return self.of(None, has_colors, diagnostics),
-            None => {
-                let (material, needs) = self.bare(has_colors);
-                (material, needs, MaterialLabel::default())
-            }
-        };
-        self.add(key, material, needs, label)
+            self.without.insert(path.clone());
+            told.append(own);
+        }
+        diagnostics.append(told);
+        let key = Err(has_colors);
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let (material, needs) = self.bare(has_colors);
+        self.add(key, material, needs, MaterialLabel::default())
     }
 
     fn add(
         &mut self,
-        key: Result<String, bool>,
+        key: Result<String, Colored>,
         material: Material,
         needs: Needs,
         label: MaterialLabel,
@@ -107,6 +131,11 @@ impl<'a> Materials<'a> {
         };
         let key = Ok(format!("light {}", self.list.len()));
         self.add(key, material, Needs::default(), MaterialLabel::default())
+    }
+
+    /// Whether a material shows the colours of objects.
+    pub(super) fn is_of_objects(&self, material: usize) -> bool {
+        self.known.get(&Err(Colored::Object)) == Some(&material)
     }
 
     pub(super) fn needs(&self, material: usize) -> &Needs {
@@ -135,11 +164,13 @@ impl<'a> Materials<'a> {
     }
 
     /// What is shown where no material is bound: the display colour, or grey.
-    fn bare(&self, has_colors: bool) -> (Material, Needs) {
+    fn bare(&self, has_colors: Colored) -> (Material, Needs) {
         let version = super::blender_version(self.source);
         let mut network = Network::bare();
-        let color = if has_colors {
+        let color = if has_colors == Colored::Vertex {
             Input::Link(network.graph.add(Node::new(NodeKind::ColorAttribute)))
+        } else if has_colors == Colored::Object {
+            Input::Link(network.place(PlaceInput::ObjectColor))
         } else if version.is_some() {
             Input::float(0.8)
         } else {
@@ -156,12 +187,15 @@ impl<'a> Materials<'a> {
             );
         let shader = network.graph.add(node);
         let alpha = match color {
+            Input::Link(_) if has_colors == Colored::Object => {
+                Input::Link(network.place(PlaceInput::ObjectAlpha))
+            }
             Input::Link(link) => Input::Link(crate::scene::graph::Link { output: 1, ..link }),
             _ => Input::float(1.0),
         };
         network.graph.surface = Some(preview::seen_through(&mut network.graph, shader, alpha));
         let needs = Needs {
-            colors: has_colors,
+            colors: has_colors == Colored::Vertex,
             ..Needs::default()
         };
         let material = Material {
@@ -228,6 +262,16 @@ impl<'a> Materials<'a> {
                     &name,
                     "only the surface is rendered",
                 );
+            }
+            for output in ["outputs:mtlx:displacement", "outputs:displacement"] {
+                if prim.has(output) && network_connected(self.source, &prim, output) {
+                    lose(
+                        diagnostics,
+                        "displacement of materials",
+                        &name,
+                        "the surface stays where it is",
+                    );
+                }
             }
             let material = Material {
                 name,

@@ -1,6 +1,7 @@
 //! MaterialX' standard nodes, as Blender's.
 
 use super::materialx::is_connected;
+use super::materialx_blends;
 use super::network::{Found, Network, Term};
 use super::preview::{self, DEFAULT_UV, each};
 use super::source::View;
@@ -215,7 +216,7 @@ fn parts_and_choices(
                 ..mixed(network, yes, no, is)
             }
         }
-        _ => return None,
+        _ => return materialx_blends::node(network, shader, operation, size),
     })
 }
 
@@ -386,6 +387,14 @@ fn remapped(network: &mut Network, shader: &View, operation: &str, size: u8) -> 
     })
 }
 
+/// The coordinates that a node is given, or those of the mesh.
+pub(super) fn coordinates(network: &mut Network, shader: &View) -> Term {
+    match network.input(shader, "texcoord") {
+        Some(at) => at,
+        None => uv(network, DEFAULT_UV),
+    }
+}
+
 fn uv(network: &mut Network, name: &str) -> Term {
     let set = network.uv_set(name);
     Term::link(network.place(PlaceInput::Uv(set)), 2)
@@ -433,10 +442,7 @@ fn turned(network: &mut Network, from: Term, amount: Term, axis: Term, size: u8)
 
 /// Moved, scaled and turned coordinates: (uv − pivot) / scale, turned back, − offset, + pivot.
 fn place2d(network: &mut Network, shader: &View) -> Term {
-    let from = match network.input(shader, "texcoord") {
-        Some(from) => from,
-        None => uv(network, DEFAULT_UV),
-    };
+    let from = coordinates(network, shader);
     let pivot = network.input_or(shader, "pivot", Term::color([0.0; 3]));
     let scale = network.input_or(shader, "scale", Term::color([1.0; 3]));
     let offset = network.input_or(shader, "offset", Term::color([0.0; 3]));
@@ -498,10 +504,7 @@ fn image(network: &mut Network, shader: &View, name: &str, operation: &str) -> O
         size,
         ..Term::number(0.0)
     });
-    let mut at = match network.input(shader, "texcoord") {
-        Some(at) => at,
-        None => uv(network, DEFAULT_UV),
-    };
+    let mut at = coordinates(network, shader);
     if operation == "tiledimage" {
         let tiling = network.input_or(shader, "uvtiling", Term::color([1.0; 3]));
         let offset = network.input_or(shader, "uvoffset", Term::color([0.0; 3]));
@@ -533,17 +536,8 @@ fn image(network: &mut Network, shader: &View, name: &str, operation: &str) -> O
         ..Sampler::default()
     };
     let space = shader.property_word("inputs:file", "colorSpace");
-    let usage = match space.as_deref() {
-        Some(
-            "srgb_texture"
-            | "sRGB"
-            | "srgb"
-            | "srgb_rec709_display"
-            | "srgb_rec709_scene"
-            | "srgb_displayp3",
-        ) => ImageUse::Color,
-        _ => ImageUse::Data,
-    };
+    let usage = space.and_then(|space| preview::color_space(&space));
+    let usage = usage.unwrap_or(ImageUse::Data);
     let file = network.asset(shader, "file");
     let term = file.and_then(|file| preview::image(network, file, (at.rgb, Some(usage)), sampler));
     let Some(term) = term else {

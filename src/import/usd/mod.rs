@@ -6,17 +6,25 @@ mod binding;
 mod blackbody;
 mod camera;
 mod crate_file;
+mod crate_values;
+mod curves;
 mod files;
 mod geometry;
+mod ies;
+mod instances;
 mod lights;
+mod linking;
 mod materials;
 mod materialx;
+mod materialx_blends;
 mod materialx_nodes;
+mod named;
 mod network;
 mod placing;
 mod polygons;
 mod preview;
 mod primitives;
+mod skeleton;
 mod source;
 mod subdivide;
 mod text;
@@ -27,11 +35,13 @@ mod value;
 mod variants;
 mod walk;
 
+pub(super) use self::named::named_files;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3};
 
 use self::geometry::Shapes;
+use self::linking::{Linked, Shines};
 use self::materials::Materials;
 use self::placing::{Frame, Placed};
 use self::source::Source;
@@ -40,8 +50,8 @@ use super::guard::guarded;
 use super::{ImportError, ImportOptions, Imported};
 use crate::math::primaries::WorkingSpace;
 use crate::scene::{
-    Camera, Diagnostics, Environment, ImageId, Instance, Links, MaterialId, MeshId, ObjectInfo,
-    RenderDefaults, Scene, Verdict, Visibility,
+    Camera, Diagnostics, Environment, ImageId, ImageUse, Instance, Links, MaterialId, MeshId,
+    ObjectInfo, RayKind, RenderDefaults, Scene, Verdict, Visibility,
 };
 
 /// Parsers and composition call themselves for what stands inside of what: for files that go deep on purpose.
@@ -151,6 +161,8 @@ fn load_here(path: &Path, options: &ImportOptions) -> Result<Imported, ImportErr
         options,
         domes: 0,
         chosen: Vec::new(),
+        linked: Vec::new(),
+        paths: Vec::new(),
     };
     for item in &items {
         assembly.place(
@@ -164,12 +176,20 @@ fn load_here(path: &Path, options: &ImportOptions) -> Result<Imported, ImportErr
         mut scene,
         materials,
         chosen,
+        linked,
+        paths,
         ..
     } = assembly;
     let mut list = materials.list;
     let environment = scene.environment.as_ref().and_then(|e| e.image);
     let of_world = environment.is_some().then(|| scene.images.remove(0));
-    scene.images = materials.images.decode(&mut list, &mut diagnostics);
+    linking::link(&mut scene, &linked, &paths, &mut diagnostics);
+    let of_lights = scene
+        .lights
+        .iter_mut()
+        .filter_map(|l| l.graph.as_deref_mut());
+    let graphs = list.iter_mut().map(|m| &mut m.graph).chain(of_lights);
+    scene.images = materials.images.decode(graphs, &mut diagnostics);
     if let (Some(image), Some(environment)) = (of_world, &mut scene.environment) {
         environment.image = Some(ImageId(scene.images.len() as u32));
         scene.images.push(image);
@@ -224,6 +244,10 @@ struct Assembly<'a> {
     domes: usize,
     /// Paths of the scene's cameras.
     chosen: Vec<String>,
+    /// Lamps that are not for all objects.
+    linked: Vec<(Shines, Linked)>,
+    /// Paths of the instances.
+    paths: Vec<openusd::sdf::Path>,
 }
 
 impl Assembly<'_> {
@@ -238,7 +262,7 @@ impl Assembly<'_> {
         match item.thing {
             Thing::Shape(shape) => {
                 for mesh in list.get(shape).into_iter().flatten() {
-                    self.instance(&item.name, *mesh, world);
+                    self.instance(item, *mesh, world);
                 }
             }
             Thing::Camera(camera) => {
@@ -248,33 +272,67 @@ impl Assembly<'_> {
             }
             Thing::Lamp(lamp) => {
                 let lamp = &lamps[lamp];
-                match placing::place(lamp, &item.matrix, &self.frame) {
-                    Placed::Light(light) => self.scene.lights.push(*light),
+                let image = self.image_on(lamp, diagnostics);
+                let shines = match placing::place(lamp, &item.matrix, image, &self.frame) {
+                    Placed::Light(light) => {
+                        self.scene.lights.push(*light);
+                        Shines::Light(self.scene.lights.len() - 1)
+                    }
                     Placed::Mesh(mut mesh, radiance) => {
                         let material = self.materials.shining(&lamp.name, radiance);
                         mesh.material = Some(MaterialId(material as u32));
                         let id = MeshId(self.scene.meshes.len() as u32);
                         self.scene.meshes.push(*mesh);
-                        self.instance(&item.name, id, world);
+                        self.instance(item, id, world);
+                        let placed = self.scene.instances.last_mut();
+                        let unseen = Visibility::ALL.without(RayKind::Camera);
+                        placed.into_iter().for_each(|i| i.visibility = unseen);
+                        Shines::Instance(self.scene.instances.len() - 1)
                     }
                     Placed::Dome { radiance, turn } => {
                         self.dome(lamp, radiance, turn, diagnostics)?;
+                        Shines::Environment
                     }
+                };
+                let counts = !matches!(shines, Shines::Environment) || self.domes == 1;
+                if counts && !lamp.linked.is_all() {
+                    self.linked.push((shines, lamp.linked.clone()));
                 }
             }
         }
         Ok(())
     }
 
-    fn instance(&mut self, name: &str, mesh: MeshId, world: DAffine3) {
+    /// The image that a lamp shows.
+    fn image_on(
+        &mut self,
+        lamp: &lights::Lamp,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<(ImageId, ImageUse)> {
+        let (place, called) = lamp.image.as_ref()?;
+        let images = &mut self.materials.images;
+        let id = images.get(self.source, (place, called), &lamp.path, diagnostics)?;
+        let usage = if images.is_srgb(id) {
+            ImageUse::Color
+        } else {
+            ImageUse::Data
+        };
+        Some((id, usage))
+    }
+
+    fn instance(&mut self, item: &Item, mesh: MeshId, world: DAffine3) {
+        self.paths.push(item.path.clone());
         self.scene.instances.push(Instance {
-            name: name.into(),
+            name: item.name.as_ref().into(),
             mesh,
             world_from_object: world,
             motion: Vec::new(),
             visibility: Visibility::ALL,
             holdout: false,
-            info: ObjectInfo::default(),
+            info: ObjectInfo {
+                color: item.color.unwrap_or([1.0; 4]),
+                ..ObjectInfo::default()
+            },
         });
     }
 

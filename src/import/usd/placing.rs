@@ -1,17 +1,23 @@
 //! Lamps in their places: radiance, units, and Blender's conventions undone.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::lights::{Lamp, Pole, Shape, Shaping};
 use super::primitives;
+use crate::nodes::ies::IesProfile;
 use crate::nodes::math::Math;
 use crate::nodes::range::RangeKind;
+use crate::nodes::vector_math::VectorMath;
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
-use crate::scene::graph::node::emission;
-use crate::scene::graph::{Function, Graph, Input, Link, Node, NodeKind};
-use crate::scene::{AreaShape, Light, LightKind, Links, Mesh, RayKind, Visibility};
+use crate::scene::graph::node::{emission, image_texture};
+use crate::scene::graph::{Function, Graph, ImageProjection, Input, Link, Node, NodeKind};
+use crate::scene::{
+    AreaShape, ImageId, ImageUse, Light, LightKind, Links, Mesh, RayKind, Sampler, Texture,
+    Visibility, Wrap,
+};
 
 /// The stage's axes and unit.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +40,13 @@ pub(super) enum Placed {
     },
 }
 
-/// Places a lamp; `matrix` is in the stage's space.
-pub(super) fn place(lamp: &Lamp, matrix: &DAffine3, frame: &Frame) -> Placed {
+/// Places a lamp; `matrix` is in the stage's space, `image` what it shows.
+pub(super) fn place(
+    lamp: &Lamp,
+    matrix: &DAffine3,
+    image: Option<(ImageId, ImageUse)>,
+    frame: &Frame,
+) -> Placed {
     let m = matrix.matrix3;
     // How much larger an area across the lamp's axis is in the stage than in its own space.
     let across = |a: DVec3, b: DVec3| (m * a).cross(m * b).length();
@@ -68,10 +79,11 @@ pub(super) fn place(lamp: &Lamp, matrix: &DAffine3, frame: &Frame) -> Placed {
         }
         Shape::Sphere { radius, point } => {
             let radius = radius * scale;
-            // A sphere of radiance L has the intensity L·π·r²; brought to its area 4π·r², a quarter. Points have no area to
-            // multiply with, and Blender's lamps without "Normalize" count as if they had a cross-section of 1.
+            // A sphere of radiance L has the intensity L·π·r²; brought to its area 4π·r², a quarter. Without a radius there is no
+            // area to multiply with, and Blender's lamps without "Normalize" count as if they had a cross-section of 1.
             let quarter = 0.25 * lamp.strength;
-            let intensity = if *point || lamp.normalize {
+            let bare = radius == 0.0 || (*point && lamp.of_blender);
+            let intensity = if bare || lamp.normalize {
                 quarter * unit * unit
             } else if lamp.of_blender {
                 quarter * PI * radius * radius * unit * unit
@@ -87,7 +99,8 @@ pub(super) fn place(lamp: &Lamp, matrix: &DAffine3, frame: &Frame) -> Placed {
             )
         }
     };
-    let mut visibility = Visibility::ALL;
+    // As Blender has it for lamps, those that it imports too.
+    let mut visibility = Visibility::ALL.without(RayKind::Camera);
     if !lamp.shadows {
         visibility = visibility.without(RayKind::Shadow);
     }
@@ -116,7 +129,7 @@ pub(super) fn place(lamp: &Lamp, matrix: &DAffine3, frame: &Frame) -> Placed {
         max_bounces: Light::MAX_BOUNCES,
         is_hit: true,
         links: Links::default(),
-        graph: graph(&shaped).map(Box::new),
+        graph: graph(&shaped, lamp.ies.as_ref(), image).map(Box::new),
     }))
 }
 
@@ -185,12 +198,17 @@ fn stronger(kind: LightKind, by: f32) -> LightKind {
 }
 
 /// What the shaping leaves of the light in each direction, θ from the axis: cos^focus, and 1 less the smooth step between
-/// the cone's inner and outer angle, as in USD's own renderer (hdEmbree).
-fn graph(shaping: &Shaping) -> Option<Graph> {
-    if shaping.cone.is_none() && shaping.focus == 0.0 {
+/// the cone's inner and outer angle, as in USD's own renderer (hdEmbree); times a profile and an image.
+fn graph(
+    shaping: &Shaping,
+    ies: Option<&Arc<IesProfile>>,
+    image: Option<(ImageId, ImageUse)>,
+) -> Option<Graph> {
+    if shaping.cone.is_none() && shaping.focus == 0.0 && ies.is_none() && image.is_none() {
         return None;
     }
     let mut graph = Graph::default();
+    let picture = image.map(|image| picture(&mut graph, image));
     let function = |f: Function| Node::new(NodeKind::Function(f));
     let math = |operation: Math| {
         function(Function::Math {
@@ -236,10 +254,43 @@ fn graph(shaping: &Shaping) -> Option<Graph> {
             .add(math(Math::Multiply).with(0, strength).with(1, open))
             .into();
     }
-    let shining = Node::new(NodeKind::Emission).with(emission::STRENGTH, strength);
+    if let Some(profile) = ies {
+        let profile = graph.add(function(Function::Ies(profile.clone())).with(0, way));
+        strength = graph
+            .add(math(Math::Multiply).with(0, strength).with(1, profile))
+            .into();
+    }
+    let mut shining = Node::new(NodeKind::Emission).with(emission::STRENGTH, strength);
+    if let Some(picture) = picture {
+        shining = shining.with(emission::COLOR, picture);
+    }
     let shining = graph.add(shining);
     graph.surface = Some(shining);
     Some(graph)
+}
+
+/// An image upright on a rectangle for who looks at its front: its left is on +X, its top on +Y.
+fn picture(graph: &mut Graph, (image, usage): (ImageId, ImageUse)) -> Link {
+    let function = |f: Function| Node::new(NodeKind::Function(f));
+    let at = graph.add(function(Function::Place(PlaceInput::Uv(0))));
+    let mirrored = function(Function::VectorMath(VectorMath::MultiplyAdd))
+        .with(0, at)
+        .with(1, [-1.0, 1.0, 1.0])
+        .with(2, [1.0, 0.0, 0.0]);
+    let mirrored = graph.add(mirrored);
+    let texture = Node::new(NodeKind::ImageTexture {
+        texture: Texture {
+            sampler: Sampler {
+                wrap_u: Wrap::Clamp,
+                wrap_v: Wrap::Clamp,
+                ..Sampler::default()
+            },
+            ..Texture::from(image)
+        },
+        usage,
+        projection: ImageProjection::Flat,
+    });
+    graph.add(texture.with(image_texture::VECTOR, mirrored))
 }
 
 /// The side of a cylinder along X.

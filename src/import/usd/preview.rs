@@ -263,7 +263,10 @@ fn texture(
     let usage = match space.as_deref() {
         Some("sRGB" | "srgb") => Some(ImageUse::Color),
         Some("raw" | "Raw" | "linear") => Some(ImageUse::Data),
-        _ => None,
+        // The path itself may say it.
+        _ => shader
+            .property_word("inputs:file", "colorSpace")
+            .and_then(|space| color_space(&space)),
     };
     let wrap = |word: Option<String>| match word.as_deref() {
         Some("clamp") => Wrap::Clamp,
@@ -324,6 +327,21 @@ fn texture(
         "rgba" => term,
         _ => Term { size: 3, ..term },
     })
+}
+
+/// What values of a colour space mean, if it is one of ours.
+pub(super) fn color_space(name: &str) -> Option<ImageUse> {
+    match name {
+        "sRGB"
+        | "srgb"
+        | "srgb_texture"
+        | "srgb_rec709_display"
+        | "srgb_rec709_scene"
+        | "srgb_displayp3" => Some(ImageUse::Color),
+        "raw" | "Raw" | "linear" | "data" | "identity" | "lin_rec709" | "lin_rec709_scene"
+        | "lin_srgb" => Some(ImageUse::Data),
+        _ => None,
+    }
 }
 
 /// An image at some coordinates; `usage` is none where the file itself decides.

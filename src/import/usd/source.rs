@@ -231,6 +231,12 @@ impl View<'_> {
         value::word(&value.ok().flatten()?)
     }
 
+    /// A number in the metadata of a property.
+    pub(super) fn property_number(&self, name: &str, key: &str) -> Option<f64> {
+        let value = self.prim.attribute(name).get_metadata::<Value>(key);
+        value::number(&value.ok().flatten()?)
+    }
+
     /// Where the file of an asset attribute lies, and how the layer calls it.
     pub(super) fn asset(&self, name: &str) -> Option<(String, String)> {
         let asset = value::asset(&self.value(name)?)?;

@@ -60,8 +60,65 @@ fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b':')
 }
 
-/// The text with numbers, types, versions and samples of paths that the parser knows.
-pub(super) fn readable(text: &[u8]) -> Cow<'_, [u8]> {
+/// The layer's own fields, without its prims: all up to the bracket that closes them.
+pub(super) fn head(text: &[u8]) -> Option<&[u8]> {
+    let mut at = text.iter().position(|b| *b == b'\n')?;
+    let mut depth = 0usize;
+    while at < text.len() {
+        let rest = &text[at..];
+        match text[at] {
+            mark @ (b'"' | b'\'') => {
+                let marks = if rest.starts_with(&[mark; 3]) { 3 } else { 1 };
+                at = quoted(text, at, &rest[..marks], true);
+                continue;
+            }
+            b'@' => {
+                let marks = if rest.starts_with(b"@@@") { 3 } else { 1 };
+                at = quoted(text, at, &rest[..marks], false);
+                continue;
+            }
+            b'#' => {
+                at += rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
+                continue;
+            }
+            b'(' => depth += 1,
+            b')' => {
+                depth = depth.checked_sub(1)?;
+                if depth == 0 {
+                    return text.get(..=at);
+                }
+            }
+            // A prim, and no field stood before it.
+            byte if depth == 0 && !byte.is_ascii_whitespace() => return text.get(..at),
+            _ => {}
+        }
+        at += 1;
+    }
+    None
+}
+
+/// Whether the way up from a path ends: of what is no path, the parser's parents may be the same again and again.
+fn has_a_root(path: &[u8]) -> bool {
+    let strange = |byte: &u8| byte.is_ascii_whitespace() || b"\"'()<@;".contains(byte);
+    if path.iter().any(strange) {
+        return false;
+    }
+    let path = std::str::from_utf8(path).ok();
+    let mut at = path.and_then(|path| openusd::sdf::Path::new(path).ok());
+    while let Some(here) = at {
+        at = here.parent();
+        if at
+            .as_ref()
+            .is_some_and(|up| up.as_str().len() >= here.as_str().len())
+        {
+            return false;
+        }
+    }
+    true
+}
+
+/// The text with numbers, types, versions and samples of paths that the parser knows. An error is why it must not be parsed.
+pub(super) fn readable(text: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     let mut out: Vec<u8> = Vec::new();
     // What has been copied so far.
     let mut copied = 0;
@@ -105,10 +162,11 @@ pub(super) fn readable(text: &[u8]) -> Cow<'_, [u8]> {
                 continue;
             }
             b'<' => {
-                at += rest
-                    .iter()
-                    .position(|b| *b == b'>')
-                    .map_or(1, |end| end + 1)
+                let end = rest.iter().position(|b| *b == b'>');
+                if end.is_some_and(|end| !has_a_root(&rest[1..end])) {
+                    return Err("it names a path that is none".into());
+                }
+                at += end.map_or(1, |end| end + 1);
             }
             b'@' => {
                 let marks: &[u8] = if rest.starts_with(b"@@@") {
@@ -169,10 +227,10 @@ pub(super) fn readable(text: &[u8]) -> Cow<'_, [u8]> {
         }
     }
     if copied == 0 && out.is_empty() {
-        return text.into();
+        return Ok(text.into());
     }
     out.extend(&text[copied..]);
-    out.into()
+    Ok(out.into())
 }
 
 /// The new name of a type, where a word stands in a type's place: before a name, and not after `def`.

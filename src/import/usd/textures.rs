@@ -8,7 +8,7 @@ use super::source::Source;
 use crate::import::budget::Budget;
 use crate::import::image::{self, Format};
 use crate::scene::graph::Graph;
-use crate::scene::{Diagnostics, Image, ImageId, Material, Verdict};
+use crate::scene::{Diagnostics, Image, ImageId, Verdict};
 
 /// The images of a stage, to be decoded together.
 #[derive(Default)]
@@ -109,9 +109,9 @@ impl Images {
     }
 
     /// Decodes all images, side by side. What cannot be decoded is told, and cut out when the scene is validated.
-    pub(super) fn decode(
+    pub(super) fn decode<'g>(
         self,
-        materials: &mut [Material],
+        graphs: impl Iterator<Item = &'g mut Graph>,
         diagnostics: &mut Diagnostics,
     ) -> Vec<Image> {
         let bytes = self.pending.iter().map(|(_, bytes)| bytes.len()).sum();
@@ -144,7 +144,6 @@ impl Images {
                 }
             }
         }
-        let graphs = materials.iter_mut().map(|m| &mut m.graph);
         for texture in graphs.flat_map(Graph::textures_mut) {
             let place = places.get(texture.image.0 as usize);
             texture.image = place.copied().unwrap_or(ImageId(u32::MAX));

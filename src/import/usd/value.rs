@@ -122,6 +122,14 @@ pub(super) fn matrix(value: &Value) -> Option<DMat4> {
     }
 }
 
+/// Matrices for columns.
+pub(super) fn matrices(value: &Value) -> Option<Vec<DMat4>> {
+    match value {
+        Value::Matrix4dVec(all) => Some(all.iter().map(|m| DMat4::from_cols_array(&m.0)).collect()),
+        _ => None,
+    }
+}
+
 /// Whole numbers.
 pub(super) fn integers(value: &Value) -> Option<Vec<i64>> {
     Some(match value {

@@ -3,14 +3,16 @@
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
-use glam::{DAffine3, DQuat};
+use glam::DAffine3;
 use openusd::sdf::{Path, Specifier, Value};
 
 use super::binding::{self, Bindings};
 use super::geometry::Shapes;
+use super::instances;
 use super::lights::{self, Lamp};
+use super::skeleton::Binding;
 use super::source::{Source, View};
-use super::{camera, transform, value};
+use super::{camera, transform};
 use crate::import::ImportError;
 use crate::scene::{Camera, Diagnostics, Verdict};
 
@@ -36,11 +38,32 @@ pub(super) struct Item {
     pub thing: Thing,
     pub name: Rc<str>,
     pub matrix: DAffine3,
+    /// The prim that it is, or the instance that it is a part of.
+    pub path: Path,
+    /// Colour and opacity of its own.
+    pub color: Option<[f32; 4]>,
     /// It stands there whatever is done to what it is a part of.
     absolute: bool,
 }
 
 impl Item {
+    /// A sphere of a Points prim.
+    pub(super) fn of_point(
+        (shape, name): (usize, Rc<str>),
+        inherited: &Inherited,
+        local: &DAffine3,
+        (path, color): (&Path, Option<[f32; 4]>),
+    ) -> Self {
+        Self {
+            thing: Thing::Shape(shape),
+            name,
+            matrix: inherited.matrix * *local,
+            path: path.clone(),
+            color,
+            absolute: inherited.absolute,
+        }
+    }
+
     fn moved(&self, by: &DAffine3) -> Self {
         let matrix = if self.absolute {
             self.matrix
@@ -58,8 +81,11 @@ impl Item {
 #[derive(Clone)]
 pub(super) struct Inherited {
     pub matrix: DAffine3,
-    absolute: bool,
+    pub absolute: bool,
     pub bindings: Bindings,
+    pub skin: Binding,
+    /// Instances have colours of their own, which are those of what has none.
+    pub object_colors: bool,
     /// It is for the picture, and not for previews or tools.
     rendered: bool,
     /// Constant primvars.
@@ -67,7 +93,7 @@ pub(super) struct Inherited {
     /// Those of what the prim stands below.
     pub primvars_above: Rc<BTreeMap<String, Value>>,
     /// Blender's name of the object.
-    object: Option<Rc<str>>,
+    pub object: Option<Rc<str>>,
     depth: usize,
 }
 
@@ -77,6 +103,8 @@ impl Inherited {
             matrix: DAffine3::IDENTITY,
             absolute: false,
             bindings: None,
+            skin: Binding::default(),
+            object_colors: false,
             rendered: true,
             primvars: Rc::default(),
             primvars_above: Rc::default(),
@@ -92,7 +120,9 @@ struct Key {
     prototype: String,
     bindings: usize,
     primvars: usize,
+    skin: String,
     rendered: bool,
+    object_colors: bool,
     object: Option<Rc<str>>,
 }
 
@@ -154,8 +184,12 @@ impl<'a, 'd> Walk<'a, 'd> {
         for child in self.source.told(parent, children).unwrap_or_default() {
             let path = child.path();
             let defined = self.source.told(path, child.specifier()).flatten();
-            let active = self.source.told(path, child.is_active());
-            if defined == Some(Specifier::Def) && active == Some(true) {
+            // What it stands below is active, or this place would not be reached.
+            let active = self.source.stage.attribute(path.clone());
+            let active = self
+                .source
+                .told(path, active.get_metadata::<bool>("active"));
+            if defined == Some(Specifier::Def) && active != Some(Some(false)) {
                 self.visit(path, inherited, items)?;
             }
         }
@@ -187,14 +221,20 @@ impl<'a, 'd> Walk<'a, 'd> {
         if prim.word("visibility").as_deref() == Some("invisible") {
             return Ok(());
         }
-        let inherited = self.below(&prim, above);
+        let inherited = self.below(&prim, &kind, above);
         match &*kind {
-            "PointInstancer" => return self.point_instances(&prim, &inherited, items),
+            "PointInstancer" => {
+                return instances::of_instancer(self, &prim, &inherited, items);
+            }
+            "Points" if inherited.rendered => {
+                instances::of_points(self, &prim, &inherited, items)?;
+            }
             "RenderSettings" | "RenderProduct" => self.settings.push(path.clone()),
             _ if inherited.rendered => self.place(&prim, &kind, &inherited, items)?,
             _ => {}
         }
         self.tell_of_draw_mode(&prim);
+        self.tell_of_color_space(&prim);
         let instance = self.source.told(path, prim.prim.is_instance());
         if instance == Some(true) {
             // What it is composed of besides its own words, which count for the instance alone.
@@ -205,18 +245,20 @@ impl<'a, 'd> Walk<'a, 'd> {
             // An instance inside of an instance has its parts in the prototype of the outer one alone.
             let inside = self.source.told(path, prim.prim.prim_in_prototype());
             let inside = inside.flatten().map(|prim| prim.path().clone());
-            let path = inside.as_ref().unwrap_or(path);
+            let inside = inside.as_ref().unwrap_or(path);
             let mut at_origin = inherited.clone();
+            at_origin.skin = inherited.skin.in_instance(path, inside, &inherited.matrix);
             at_origin.matrix = DAffine3::IDENTITY;
             at_origin.absolute = false;
-            let found = self.prototype(prototype, path, false, at_origin)?;
-            return self.push_all(&found, &inherited.matrix, inherited.absolute, items);
+            let found = self.prototype(prototype, inside, false, at_origin)?;
+            let place = (&inherited.matrix, inherited.absolute);
+            return self.push_all(&found, place, (path, None), items);
         }
         self.children(path, &inherited, items)
     }
 
     /// What a prim hands down.
-    fn below(&mut self, prim: &View, above: &Inherited) -> Inherited {
+    fn below(&mut self, prim: &View, kind: &str, above: &Inherited) -> Inherited {
         let local = transform::local(prim, self.diagnostics);
         let mut inherited = above.clone();
         inherited.depth += 1;
@@ -227,6 +269,7 @@ impl<'a, 'd> Walk<'a, 'd> {
             above.matrix * local.matrix
         };
         inherited.absolute |= local.resets;
+        inherited.skin = above.skin.below(prim, kind, &inherited.matrix);
         inherited.bindings = binding::below(self.source, &above.bindings, prim);
         match prim.word("purpose").as_deref() {
             Some("default" | "render") => inherited.rendered = true,
@@ -279,8 +322,9 @@ impl<'a, 'd> Walk<'a, 'd> {
             Some(name) => name.clone(),
             None => prim.name().into(),
         };
+        let mut matrix = inherited.matrix;
         let thing = if kind == "Camera" {
-            let camera = camera::load(prim, &name, self.source, self.diagnostics);
+            let camera = camera::load(prim, &name, self.diagnostics);
             self.cameras.push(camera);
             self.camera_paths.push(prim.path().to_string());
             Some(Thing::Camera(self.cameras.len() - 1))
@@ -294,7 +338,10 @@ impl<'a, 'd> Walk<'a, 'd> {
             let shape = self
                 .shapes
                 .load(prim, kind, inherited, &name, self.diagnostics)?;
-            shape.map(Thing::Shape)
+            // What hangs on a skeleton stands where that does.
+            let stands = shape.as_ref().and_then(|shape| shape.stands);
+            matrix = stands.unwrap_or(matrix);
+            shape.map(|shape| Thing::Shape(shape.number))
         };
         let Some(thing) = thing else {
             return Ok(());
@@ -303,14 +350,16 @@ impl<'a, 'd> Walk<'a, 'd> {
             Item {
                 thing,
                 name,
-                matrix: inherited.matrix,
+                matrix,
+                path: prim.path().clone(),
+                color: None,
                 absolute: inherited.absolute,
             },
             items,
         )
     }
 
-    fn push(&self, item: Item, items: &mut Vec<Item>) -> Result<(), ImportError> {
+    pub(super) fn push(&self, item: Item, items: &mut Vec<Item>) -> Result<(), ImportError> {
         if items.len() >= MOST_PLACED {
             return Err(ImportError::malformed(
                 &self.source.file,
@@ -322,23 +371,27 @@ impl<'a, 'd> Walk<'a, 'd> {
         Ok(())
     }
 
-    fn push_all(
+    /// Places what a prototype places, as parts of the prim at `path`.
+    pub(super) fn push_all(
         &self,
         found: &[Item],
-        matrix: &DAffine3,
-        absolute: bool,
+        (matrix, absolute): (&DAffine3, bool),
+        (path, color): (&Path, Option<[f32; 4]>),
         items: &mut Vec<Item>,
     ) -> Result<(), ImportError> {
         for item in found {
             let mut moved = item.moved(matrix);
             moved.absolute |= absolute;
+            moved.path = path.clone();
+            // An inner instancer's own comes first.
+            moved.color = moved.color.or(color);
             self.push(moved, items)?;
         }
         Ok(())
     }
 
     /// What a prototype places, the first time as it is found at `path`. `whole`: the prim there is part of it.
-    fn prototype(
+    pub(super) fn prototype(
         &mut self,
         prototype: String,
         path: &Path,
@@ -350,7 +403,9 @@ impl<'a, 'd> Walk<'a, 'd> {
             prototype: prototype.clone(),
             bindings: bindings.map_or(0, |level| Rc::as_ptr(level) as usize),
             primvars: Rc::as_ptr(&inherited.primvars) as usize,
+            skin: inherited.skin.key(),
             rendered: inherited.rendered,
+            object_colors: inherited.object_colors,
             object: inherited.object.clone(),
         };
         if let Some(known) = self.prototypes.get(&key) {
@@ -384,109 +439,31 @@ impl<'a, 'd> Walk<'a, 'd> {
         Ok(items)
     }
 
-    /// The instances of a point instancer.
-    fn point_instances(
-        &mut self,
-        prim: &View,
-        inherited: &Inherited,
-        items: &mut Vec<Item>,
-    ) -> Result<(), ImportError> {
-        let path = prim.path().clone();
-        let positions = prim.value("positions").as_ref().and_then(value::points);
-        let (Some(positions), Some(indices)) = (positions, prim.integers("protoIndices")) else {
-            return Ok(());
-        };
-        let turns = prim
-            .value_of(&["orientationsf", "orientations"])
-            .as_ref()
-            .and_then(value::rotations);
-        let scales = prim.value("scales").as_ref().and_then(value::points);
-        let hidden = self.hidden(prim, indices.len());
-        let mut prototypes = Vec::new();
-        for target in prim.targets("prototypes") {
-            let mut from = inherited.clone();
-            from.matrix = DAffine3::IDENTITY;
-            from.absolute = false;
-            from.object = None;
-            from.bindings = self.bindings_above(&target);
-            let found = self.prototype(target.to_string(), &target, true, from)?;
-            prototypes.push(found);
-        }
-        if prim.has("primvars:displayColor") {
-            self.diagnostics.report(
-                "usd-instance-colour",
-                Verdict::Lost,
-                "colours of the instances of point instancers",
-                path.to_string(),
-                "each instance looks as its prototype",
-            );
-        }
-        if positions.len() != indices.len() {
-            self.diagnostics.report(
-                "usd-instances",
-                Verdict::Lost,
-                "point instancer with other numbers of positions and of prototypes",
-                path.to_string(),
-                "as many are placed as have both",
-            );
-        }
-        for (at, (position, index)) in positions.iter().zip(&indices).enumerate() {
-            if hidden.get(at) == Some(&true) {
-                continue;
-            }
-            let turn = turns.as_ref().and_then(|turns| turns.get(at));
-            let scale = scales.as_ref().and_then(|scales| scales.get(at));
-            let local = transform::of_instance(
-                *position,
-                turn.copied().unwrap_or(DQuat::IDENTITY),
-                scale.copied().unwrap_or([1.0; 3]),
-            );
-            let prototype = usize::try_from(*index).ok().and_then(|i| prototypes.get(i));
-            let Some(found) = prototype.cloned() else {
-                self.diagnostics.report(
-                    "usd-instances",
-                    Verdict::Lost,
-                    "instances of prototypes that do not exist",
-                    path.to_string(),
-                    "left out",
-                );
-                continue;
-            };
-            self.push_all(
-                &found,
-                &(inherited.matrix * local),
-                inherited.absolute,
-                items,
-            )?;
-        }
-        Ok(())
-    }
-
-    /// Which instances are not to be seen.
-    fn hidden(&self, prim: &View, count: usize) -> Vec<bool> {
-        let invisible = prim.integers("invisibleIds").unwrap_or_default();
-        if invisible.is_empty() {
-            return Vec::new();
-        }
-        let invisible: std::collections::HashSet<i64> = invisible.into_iter().collect();
-        let ids = prim.integers("ids");
-        let id = |at: usize| match &ids {
-            Some(ids) => ids.get(at).copied(),
-            None => i64::try_from(at).ok(),
-        };
-        (0..count)
-            .map(|at| id(at).is_some_and(|id| invisible.contains(&id)))
-            .collect()
-    }
-
     /// Bindings of all that a prim stands below.
-    fn bindings_above(&self, path: &Path) -> Bindings {
+    pub(super) fn bindings_above(&self, path: &Path) -> Bindings {
         let mut above: Vec<Path> = path.ancestors_below_root().skip(1).collect();
         above.reverse();
         let start: Bindings = None;
         above.iter().fold(start, |bindings, path| {
             binding::below(self.source, &bindings, &self.source.view(path))
         })
+    }
+
+    /// Colours are linear Rec.709, as USD has them without a word.
+    fn tell_of_color_space(&mut self, prim: &View) {
+        for name in ["colorSpace:name", "renderingColorSpace"] {
+            let space = prim.word(name).unwrap_or_default();
+            let ours = ["", "lin_rec709", "lin_rec709_scene", "lin_srgb"];
+            if !ours.contains(&&*space) {
+                self.diagnostics.report(
+                    "usd-colour-space",
+                    Verdict::Approximated,
+                    format!("colours in the space \"{space}\""),
+                    prim.path().to_string(),
+                    "read as linear Rec.709",
+                );
+            }
+        }
     }
 
     fn tell_of_draw_mode(&mut self, prim: &View) {

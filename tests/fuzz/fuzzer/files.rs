@@ -1,4 +1,4 @@
-//! Damaged files through the importers: glTF as text and as binary, and images. No panic, no hang, no memory out of
+//! Damaged files through the importers: glTF as text and as binary, USD as text, binary and packed, and images. No panic, no hang, no memory out of
 //! proportion (who runs the fuzzer limits what the process may take), and what is read renders.
 
 use super::build::number;
@@ -16,7 +16,9 @@ use sundog::scene::Scene;
 use sundog::selftest::kit::camera;
 
 /// Kinds of files.
-const KINDS: [&str; 7] = ["gltf", "glb", "png", "jpg", "webp", "hdr", "exr"];
+const KINDS: [&str; 10] = [
+    "gltf", "glb", "png", "jpg", "webp", "hdr", "exr", "usda", "usdc", "usdz",
+];
 /// No file here takes so long, by far.
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -102,6 +104,10 @@ fn damaged_as(input: &Value, kind: &str) -> Vec<u8> {
     let mut bytes = match kind {
         "gltf" | "glb" => gltf(kind == "glb", input),
         "exr" => exr(),
+        // Curves, points, instancers, subdivision, lights; a skeleton with blend shapes.
+        "usda" => include_bytes!("../seeds/shapes.usda").to_vec(),
+        "usdc" => include_bytes!("../seeds/shapes.usdc").to_vec(),
+        "usdz" => include_bytes!("../seeds/skeleton.usdz").to_vec(),
         _ => picture(kind),
     };
     for change in input["bytes"].as_array().into_iter().flatten() {
@@ -166,10 +172,11 @@ pub fn import(path: &Path) -> Option<String> {
 
 /// The picture of a file; none of one that is refused or has no camera. An error is what is wrong.
 fn pictured(path: &Path) -> Result<Option<Picture>, String> {
-    let is_gltf = path
+    let scenes = ["gltf", "glb", "usda", "usdc", "usdz"];
+    let is_scene = path
         .extension()
-        .is_some_and(|extension| extension == "gltf" || extension == "glb");
-    let scene = if is_gltf {
+        .is_some_and(|extension| scenes.iter().any(|kind| extension == *kind));
+    let scene = if is_scene {
         load(path, &ImportOptions::default()).map(|imported| imported.scene)
     } else {
         let mut scene = Scene {

@@ -18,13 +18,16 @@ fn lamp(shape: Shape) -> Lamp {
         strength: 6.0,
         normalize: false,
         shaping: Shaping::default(),
+        ies: None,
+        image: None,
+        linked: Default::default(),
         shadows: true,
         of_blender: false,
     }
 }
 
 fn kind(lamp: &Lamp, matrix: DAffine3) -> LightKind {
-    match place(lamp, &matrix, &frame()) {
+    match place(lamp, &matrix, None, &frame()) {
         Placed::Light(light) => light.kind,
         _ => panic!("no light"),
     }
@@ -96,7 +99,7 @@ fn domes_stand_as_in_blender() {
         z_up: true,
         ..frame()
     };
-    let Placed::Dome { turn, .. } = place(&dome, &matrix, &upright) else {
+    let Placed::Dome { turn, .. } = place(&dome, &matrix, None, &upright) else {
         panic!()
     };
     assert!(
@@ -112,7 +115,7 @@ fn cylinders_become_meshes_of_the_same_radiance() {
         length: 2.0,
     });
     tube.normalize = true;
-    let Placed::Mesh(mesh, radiance) = place(&tube, &DAffine3::IDENTITY, &frame()) else {
+    let Placed::Mesh(mesh, radiance) = place(&tube, &DAffine3::IDENTITY, None, &frame()) else {
         panic!()
     };
     assert!(!mesh.triangles.is_empty());

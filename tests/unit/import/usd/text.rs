@@ -1,7 +1,7 @@
 use super::*;
 
 fn read(text: &str) -> String {
-    String::from_utf8(readable(text.as_bytes()).into_owned()).unwrap()
+    String::from_utf8(readable(text.as_bytes()).unwrap().into_owned()).unwrap()
 }
 
 #[test]
@@ -52,4 +52,35 @@ fn what_ends_too_early_ends_there() {
     for text in ["\"abc", "@", "@@@", "<", "/*", "'''a''", "1.", "\"\\"] {
         let _ = read(text);
     }
+}
+
+#[test]
+fn the_head_ends_where_prims_begin() {
+    let of = |text: &'static str| head(text.as_bytes()).map(|h| std::str::from_utf8(h).unwrap());
+    let fields =
+        "#usda 1.0\n# )\n(\n doc = \"\"\"a ) b\"\"\"\n subLayers = [@a).usda@ (offset = 1)]\n)";
+    let whole = format!("{fields}\ndef \"a\" (\n)\n{{}}\n").leak();
+    assert_eq!(of(whole), Some(fields));
+    assert_eq!(of("#usda 1.0\n\ndef \"a\" {}"), Some("#usda 1.0\n\n"));
+    assert_eq!(of("#usda 1.0\n(\n"), None);
+    assert_eq!(of("#usda 1.0\n)"), None);
+    assert_eq!(of("#usda 1.0"), None);
+}
+
+/// The paths between the marks of this text have no end upwards in the parser's eyes.
+#[test]
+fn paths_without_a_root_are_refused() {
+    let text = include_str!("../../../fuzz/found/path-without-a-root.usda");
+    assert!(readable(text.as_bytes()).is_err());
+    for path in [
+        "",
+        "/",
+        "/a/b{c=d}e.f:g",
+        "../a",
+        "/a.b[/c.d].e",
+        "/a.b c\nd.e",
+    ] {
+        let _ = has_a_root(path.as_bytes());
+    }
+    assert!(has_a_root(b"/World/mtl.outputs:surface") && has_a_root(b"../up.x"));
 }
