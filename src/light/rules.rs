@@ -22,11 +22,7 @@ impl Rules {
     };
 
     /// `by_kind`: kinds of rays are told apart; otherwise only the camera's are.
-    pub fn new(
-        visibility: Visibility,
-        (max_bounces, is_hit): (u32, bool),
-        by_kind: bool,
-    ) -> Self {
+    pub fn new(visibility: Visibility, (max_bounces, is_hit): (u32, bool), by_kind: bool) -> Self {
         if by_kind {
             Self {
                 visibility,

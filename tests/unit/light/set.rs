@@ -172,6 +172,11 @@ fn rules_decide_what_rays_find() {
     };
     let finite = |pdfs: Vec<f32>| pdfs.len() == 2 && pdfs.iter().all(|pdf| pdf.is_finite());
     assert!(finite(seen(Rules::NONE, RayKind::Diffuse, 7)));
+    // Without multiple importance, no scattered ray finds it, nor does one from a mirror.
+    let sampled = Rules::new(Visibility::ALL, (u32::MAX, false), true);
+    assert!(sampled.only_sampled());
+    assert!(seen(sampled, RayKind::Glossy, 1).is_empty());
+    assert_eq!(seen(sampled, RayKind::Camera, 0).len(), 2);
     let hidden = rules(without(RayKind::Diffuse), u32::MAX);
     assert!(seen(hidden, RayKind::Diffuse, 0).is_empty());
     assert!(finite(seen(hidden, RayKind::Glossy, 0)));
@@ -212,6 +217,10 @@ fn an_even_sky_beside_other_lights_has_no_light_samples() {
     let (sky, found) = pdf(false, Rules::NONE);
     assert!(sky && found[0] > 0.0, "{found:?}");
     // Light that passes surfaces has no other way.
-    let through = Rules::new(Visibility::ALL.without(RayKind::Shadow), (u32::MAX, true), true);
+    let through = Rules::new(
+        Visibility::ALL.without(RayKind::Shadow),
+        (u32::MAX, true),
+        true,
+    );
     assert_eq!(pdf(true, through), (true, vec![f32::INFINITY]));
 }

@@ -12,7 +12,7 @@ fn candela_are_multiplied_and_mirrored() {
     assert!((profile.of(Vec3::NEG_Z) - 100.0).abs() < 1e-4);
     // At the end itself it is 0, as in Cycles.
     assert!((profile.of(Vec3::new(1e-3, 0.0, 1.0)) - 50.0).abs() < 0.1);
-    let sides: Vec<f32> = [Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::NEG_Y]
+    let sides: Vec<f32> = [Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::new(1e-6, -1.0, 0.0)]
         .iter()
         .map(|d| profile.of(*d))
         .collect();
