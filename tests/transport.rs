@@ -704,8 +704,11 @@ fn lights_drawn_by_power_alone_give_the_same_light() {
 #[test]
 fn special_and_general_kernels_agree_bit_for_bit() {
     let mut covered = enumset::EnumSet::empty();
-    let caught = ("a shadow catcher", catchers::with_ball());
-    for (name, scene) in gallery().into_iter().chain([caught]) {
+    let more = [
+        ("a shadow catcher", catchers::with_ball()),
+        ("dispersion", dispersion::with_ball()),
+    ];
+    for (name, scene) in gallery().into_iter().chain(more) {
         let special = run(&scene, &small(8, 6));
         let general = run(
             &scene,

@@ -231,6 +231,43 @@ class Parity(Beside):
             s.mixed(f"{kind} and matte", 0.4, matte, (kind, {}, {}))
         self.compare(s)
 
+    def test_what_is_clear_in_mixes_and_sums(self):
+        """With what scatters and what shines, side by side and one in the other."""
+        s = Shaders()
+        matte, shine = ("BsdfDiffuse", {"Color": RED}), ("Emission", {"Color": BLUE})
+        for tint in ((1, 1, 1, 1), (0.9, 0.5, 0.3, 1)):
+            clear = ("BsdfTransparent", {"Color": tint})
+            nested = {
+                "clear and shine": ("add", clear, shine),
+                "holes and shine": ("add", ("mix", clear, matte), shine), "shine over holes": ("mix", ("mix", clear, matte), shine),
+                "matte over glow": ("mix", ("add", clear, shine), matte), "shine over veil": ("mix", ("add", clear, matte), shine),
+                "holes over holes": ("mix", clear, ("mix", clear, matte)),
+            }  # fmt: skip
+            for name, what in nested.items():
+                tree, surface = s.tree(f"{name} {tint[1]}")
+                noise = tree.nodes.new("ShaderNodeTexNoise")
+                noise.inputs["Scale"].default_value = 3
+
+                def made(what, depth=0):
+                    kind, *parts = what
+                    if kind not in {"add", "mix"}:
+                        return s.shader(tree, kind, {}, **parts[0]).outputs[0]
+                    node = tree.nodes.new("ShaderNodeAddShader" if kind == "add" else "ShaderNodeMixShader")
+                    if kind == "mix":
+                        # One that is 0 or 1, and one between.
+                        factor = tree.nodes.new("ShaderNodeMath")
+                        factor.operation = "MULTIPLY" if depth else "LESS_THAN"
+                        factor.inputs[1].default_value = 0.8 if depth else 0.5
+                        tree.links.new(noise.outputs[0], factor.inputs[0])
+                        tree.links.new(factor.outputs[0], node.inputs[0])
+                    sockets = [i for i in node.inputs if i.type == "SHADER"]
+                    for socket, part in zip(sockets, parts):
+                        tree.links.new(made(part, depth + 1), socket)
+                    return node.outputs[0]
+
+                tree.links.new(made(what), surface)
+        self.compare(s, suns=False)
+
     def test_other_distributions(self):
         """Beckmann's and Ashikhmin's."""
         s = Shaders()

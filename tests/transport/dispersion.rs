@@ -144,8 +144,8 @@ fn without_dispersion_no_bit_changes() {
     assert_eq!(none.layers[0].data, without.layers[0].data);
 }
 
-#[test]
-fn a_ball_in_even_light_stays_colourless() {
+/// A ball of glass that spreads colours, in even light.
+pub(super) fn with_ball() -> Scene {
     let mut scene = Scene {
         environment: constant_environment(0.5),
         cameras: vec![camera(DVec3::new(0.0, 0.0, 4.0), 0.7)],
@@ -153,6 +153,12 @@ fn a_ball_in_even_light_stays_colourless() {
     };
     let ball = DAffine3::IDENTITY;
     place(&mut scene, sphere(24, 0.0, true), glass(5.0), &[ball]);
+    scene
+}
+
+#[test]
+fn a_ball_in_even_light_stays_colourless() {
+    let scene = with_ball();
     let settings = RenderSettings {
         width: 8,
         height: 8,

@@ -277,6 +277,30 @@ impl Graph {
         }
     }
 
+    /// Whether a sum of shaders has what is transparent in it, so that the parts may come to more than 1.
+    pub fn adds_transparency(&self) -> bool {
+        let Some(surface) = self.surface else {
+            return false;
+        };
+        // Shaders stand before what they are part of. By node: whether it has a transparent part, and one in a sum.
+        let mut parts = vec![(false, false); surface.node as usize + 1];
+        for at in 0..parts.len() {
+            let node = &self.nodes[at];
+            let is_sum = node.kind == NodeKind::AddShader;
+            if node.kind == NodeKind::TransparentBsdf {
+                parts[at] = (true, false);
+            } else if is_sum || node.kind == NodeKind::MixShader {
+                let sides = &node.inputs[node.inputs.len() - 2..];
+                for link in sides.iter().filter_map(|input| input.link()) {
+                    let (clear, added) = parts[link.node as usize];
+                    parts[at].0 |= clear;
+                    parts[at].1 |= added || is_sum && clear;
+                }
+            }
+        }
+        parts[surface.node as usize].1
+    }
+
     fn opacity(&self, results: &[Range]) -> Opacity {
         let Some((at, clear_is_b, _)) = self.transparency() else {
             let clear = |node: &super::Node| node.kind == NodeKind::TransparentBsdf;
@@ -327,7 +351,7 @@ impl Graph {
             is_thin_subsurface: false,
             goes_below: false,
             is_anisotropic: self.nodes.iter().any(super::Node::is_anisotropic),
-            is_tinted: false,
+            is_tinted: self.adds_transparency(),
             unlit: self.is_unlit(),
             opacity: self.opacity(&results),
         };

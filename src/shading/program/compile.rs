@@ -458,8 +458,8 @@ impl<'a, S: Source> Compiler<'a, S> {
         if !leaves.iter().any(clear) {
             return leaves;
         }
-        let rest: Vec<_> = leaves.into_iter().filter(|leaf| !clear(leaf)).collect();
-        let sum = self.scattered(&rest);
+        let (clear, rest): (Vec<_>, Vec<_>) = leaves.into_iter().partition(clear);
+        let sum = self.remainder(&clear, &rest);
         rest.into_iter()
             .map(|(at, weight)| (at, self.math(MathOperation::Divide, weight, sum)))
             .collect()
@@ -471,29 +471,39 @@ impl<'a, S: Source> Compiler<'a, S> {
         })
     }
 
-    /// The share of the surface that does not let light pass straight on, whose leaves are these.
-    fn rest(&mut self, leaves: &[(usize, Operand)]) -> Operand {
-        if let Some((at, clear_is_b, _)) = self.graph.transparency() {
-            let factor = self.factor(at);
-            return if clear_is_b {
-                self.math(MathOperation::Subtract, ONE, factor)
-            } else {
-                factor
-            };
+    /// The share of the surface that does not let light pass straight on, by its leaves that do and those that do not. What
+    /// [`Self::body`] weighs is divided by it.
+    fn rest(&mut self, clear: &[(usize, Operand)], rest: &[(usize, Operand)]) -> Operand {
+        let Some((at, clear_is_b, _)) = self.graph.transparency() else {
+            return self.remainder(clear, rest);
+        };
+        let factor = self.factor(at);
+        let share = if clear_is_b {
+            self.math(MathOperation::Subtract, ONE, factor)
+        } else {
+            factor
+        };
+        // Below it more may be clear.
+        let graph = self.graph;
+        let is_clear =
+            |(at, _): &(usize, Operand)| graph.nodes[*at].kind == NodeKind::TransparentBsdf;
+        let (clear, rest): (Vec<_>, Vec<_>) =
+            self.leaves(graph.body()).into_iter().partition(is_clear);
+        if clear.is_empty() {
+            return share;
         }
-        self.scattered(leaves)
+        let below = self.remainder(&clear, &rest);
+        self.math(MathOperation::Multiply, share, below)
     }
 
-    /// The sum of the weights of what scatters; what is emitted takes nothing from what is behind, unless it is all.
-    fn scattered(&mut self, leaves: &[(usize, Operand)]) -> Operand {
-        let graph = self.graph;
-        let scatters = |at: usize| graph.nodes[at].kind != NodeKind::Emission;
-        let scattering: Vec<_> = leaves.iter().copied().filter(|l| scatters(l.0)).collect();
-        self.sum(if scattering.is_empty() {
-            leaves
-        } else {
-            &scattering
-        })
+    /// What is left of 1 by what is clear: so much stops rays that pass by chance. Where sums make more of both than 1, paths
+    /// decide for themselves by all that does not pass.
+    fn remainder(&mut self, clear: &[(usize, Operand)], rest: &[(usize, Operand)]) -> Operand {
+        if self.graph.adds_transparency() {
+            return self.sum(rest);
+        }
+        let clear = self.sum(clear);
+        self.math(MathOperation::Subtract, ONE, clear)
     }
 
     pub(super) fn finish(mut self, roots: &mut [&mut Root]) -> Program {
@@ -615,6 +625,7 @@ fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
     let mut compiler = Compiler::new(graph, source, &mut heights);
     let leaves = compiler.leaves(graph.surface);
     let (clear, rest): (Vec<_>, Vec<_>) = leaves.into_iter().partition(|(at, _)| clear(*at));
+    let rest = compiler.rest(&clear, &rest);
     let mut transmittance = ZERO;
     for (at, weight) in clear {
         let color = compiler.input(at, transparent::COLOR);
@@ -622,7 +633,7 @@ fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
         transmittance = compiler.blend(Blend::Add, transmittance, part);
     }
     let mut transmittance = root(transmittance);
-    let mut rest = root(compiler.rest(&rest));
+    let mut rest = root(rest);
     let program = compiler.finish(&mut [&mut transmittance, &mut rest]);
     Some(Opacity {
         program,
