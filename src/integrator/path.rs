@@ -108,7 +108,9 @@ struct Beside {
     /// By kind, in the order of [`Scattering`].
     scatterings: [u32; 3],
     passage: Passage,
-    /// How far it has come since it was scattered, to surfaces that it has passed; the near plane of a ray of the camera.
+    /// How far it had come when it was scattered last, and since then to surfaces that it has passed; the near plane of a ray
+    /// of the camera.
+    way: f32,
     walked: f32,
     near: f32,
     /// A face that lies on the surface which the ray leaves: the next one, without a ray.
@@ -188,6 +190,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         },
         scatterings: [0; 3],
         passage: Passage::default(),
+        way: 0.0,
         walked: 0.0,
         near: camera_ray.near,
         lid: None,
@@ -369,6 +372,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             reflected: self.bounce > 0 && previous.kind != RayKind::Transmission,
             // As in Cycles.
             blurry: self.min_pdf < 8.0,
+            way: self.beside.way,
             wavelength: self.beside.wavelength,
             numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
         }
@@ -610,6 +614,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 .sink
                 .first_scattering(s.weight, s.diffuse, beyond);
         }
+        self.beside.way += self.beside.walked + hit.distance;
         (self.beside.walked, self.beside.near) = (0.0, 0.0);
         self.throughput *= s.weight;
         // NaN goes on, to be counted at the film.

@@ -69,6 +69,8 @@ pub struct Past {
     pub reflected: bool,
     /// It has been scattered into a wide range of directions.
     pub blurry: bool,
+    /// How far the path had come when it was scattered last, metres.
+    pub way: f32,
     /// Nanometres, where some surface's index of refraction depends on it; 0 otherwise.
     pub wavelength: f32,
     /// For random numbers, with the number of the bounce, where somebody asks for any.

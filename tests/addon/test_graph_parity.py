@@ -117,8 +117,6 @@ class Parity(kit.ExportTest):
         for kind in ("POINT", "TEXTURE", "VECTOR", "NORMAL"):
             t.shown(f"mapping {kind}", "Mapping", "Vector", {"Vector": place, "Location": (0.1, 0.2, 0.3), "Rotation": (0.3, 0.5, 0.7), "Scale": (2, 1, 0.5)}, vector_type=kind)
         t.shown("fresnel", "Fresnel", "Fac", {"IOR": 1.6})
-        t.shown("fresnel of a vector", "Fresnel", "Fac", {"IOR": 1.33, "Normal": ("NewGeometry", "Position")})
-        t.shown("facing a vector", "LayerWeight", "Facing", {"Normal": ("NewGeometry", "Position")})
         t.shown("layer fresnel", "LayerWeight", "Fresnel", {"Blend": 0.3})
         t.shown("layer facing", "LayerWeight", "Facing", {"Blend": 0.7})
         t.shown("wrap", "Math", "Value", {"Value": place, "Value_001": 0.3, "Value_002": 0.1}, operation="WRAP")
@@ -134,6 +132,8 @@ class Parity(kit.ExportTest):
         t.shown("hsv", "SeparateColor", "Green", {"Color": place}, mode="HSV")
         t.shown("ramp", "ValToRGB", "Color", {"Fac": place})
         t.shown("curves", "RGBCurve", "Color", {"Color": place})
+        t.shown("fresnel of a vector", "Fresnel", "Fac", {"IOR": 1.33, "Normal": ("NewGeometry", "Position")})
+        t.shown("facing a vector", "LayerWeight", "Facing", {"Normal": ("NewGeometry", "Position")})
         self.compare(t.materials, 64)
 
     def test_textures(self):

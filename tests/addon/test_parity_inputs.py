@@ -323,6 +323,26 @@ class Inputs(Patches):
         self.compare(t.materials, 1024, error=1e-3, make=make)
 
 
+class Perspective(Patches):
+    """Steps of bumps under a lens, where pixels are smaller towards the edges."""
+
+    def test_bumps(self):
+        t = Trees()
+        for width in (0.1, 1.0):
+            for scale in (3, 30, 300):
+                tree, node = t.shown(f"bump {scale} {width}", "VectorMath", "Vector", operation="ABSOLUTE")
+                bump = linked(tree, "Bump", 0, node.inputs[0], Distance=1.0)
+                if "Filter Width" in bump.inputs:
+                    bump.inputs["Filter Width"].default_value = width
+                pattern = linked(tree, "TexNoise", 0, bump.inputs["Height"])
+                pattern.inputs["Scale"].default_value, pattern.inputs["Detail"].default_value = scale, 0
+                tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Object"], pattern.inputs["Vector"])
+        self.camera.data.lens = 24
+        self.camera.location.z = 4.5
+        # Steps longer than the pattern make pixels of noise, whose means are those of the steps.
+        self.compare(t.materials, 256, mean=0.002, error=5e-3)
+
+
 class WithoutMaps(Patches):
     """Tangents of meshes that have no UV map."""
 

@@ -305,6 +305,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.throughput *= value / pdf;
         (self.origin, self.direction, self.span) = (point, onward, (0.0, f32::INFINITY));
         let beside = &mut *self.beside;
+        beside.way += beside.walked + distance;
         (beside.walked, beside.near, beside.skipped) = (0.0, 0.0, 0.0);
         // It begins at no surface.
         beside.passage = Passage::default();

@@ -155,6 +155,7 @@ impl<'a, S: Source> Compiler<'a, S> {
         let gives_normal = self.graph.gives(link).0 == SocketKind::Normal;
         let operation = match (gives_normal, takes_normal) {
             (true, false) => Operation::Facing(operand),
+            (false, true) if takes_any_length(&node.kind) => Operation::Turned(operand),
             (false, true) => Operation::Outside(operand),
             _ => return operand,
         };
@@ -560,13 +561,21 @@ impl Operation {
                 color, strength, ..
             } => [color, strength].into_iter().for_each(take),
             Self::Tangent { direction, .. } => take(direction),
-            Self::Outside(normal) | Self::Facing(normal) => take(normal),
+            Self::Outside(normal) | Self::Turned(normal) | Self::Facing(normal) => take(normal),
             Self::Call(number) => {
                 let inputs = &calls[number as usize].inputs;
                 inputs.iter().for_each(|(operand, _)| take(*operand));
             }
         }
     }
+}
+
+/// Whether a node does not make its normal a unit vector, as Cycles' do not.
+fn takes_any_length(kind: &NodeKind) -> bool {
+    matches!(
+        kind,
+        NodeKind::Function(Function::Fresnel | Function::LayerFresnel | Function::LayerFacing)
+    )
 }
 
 /// Where an image's opacity is all that is taken of it, its colours are not looked up.

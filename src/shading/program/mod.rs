@@ -52,8 +52,12 @@ pub trait Place {
     fn transformed(&self, v: Vec3, what: Transformed, from: Space, to: Space) -> Vec3;
     /// A normal outside, in Blender's axes and on the viewer's side; of 0 the surface's own.
     fn facing(&self, outside: Vec3) -> Vec3;
-    /// The other way round.
+    /// The other way round, as a unit vector.
     fn outside(&self, facing: Vec3) -> Vec3;
+    /// The same as long as it is.
+    fn turned(&self, facing: Vec3) -> Vec3 {
+        self.outside(facing) * facing.length()
+    }
     /// The ways across the surface to its neighbours, so many pixels apart, in Blender's axes.
     fn steps(&self, pixels: f32) -> [Vec3; 2];
     /// The neighbour at one of these steps.
@@ -114,6 +118,8 @@ pub enum Operation {
     Call(u32),
     /// A normal on the viewer's side, in Blender's axes, as one outside.
     Outside(Operand),
+    /// The same, for what takes vectors of any length.
+    Turned(Operand),
     /// A normal outside as one on the viewer's side, in Blender's axes.
     Facing(Operand),
     /// The vertices' colour.
@@ -252,7 +258,10 @@ impl Program {
         let more = |operation: &Operation| {
             matches!(
                 operation,
-                Operation::ImageAt { .. } | Operation::TiledImage { .. } | Operation::Outside(_)
+                Operation::ImageAt { .. }
+                    | Operation::TiledImage { .. }
+                    | Operation::Outside(_)
+                    | Operation::Turned(_)
             )
         };
         !self.calls.is_empty() || self.operations.iter().any(more)
@@ -453,6 +462,7 @@ impl<P: Place> Evaluation<'_, P> {
             }
             Operation::Call(number) => self.call(&self.program.calls[number as usize]),
             Operation::Outside(normal) => self.place.outside(self.read_color(normal)).extend(1.0),
+            Operation::Turned(normal) => self.place.turned(self.read_color(normal)).extend(1.0),
             Operation::Facing(normal) => self.place.facing(self.read_color(normal)).extend(1.0),
             Operation::VertexColor => self.place.color(),
             Operation::Math {
