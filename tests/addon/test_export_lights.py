@@ -167,6 +167,16 @@ class Numbers(kit.ExportTest):
         got = self.export().light("light")
         self.assertEqual((got["max_bounces"], got["mis"]), (3, False))
 
+    def test_shadow_caustics_are_told(self):
+        data = self.light("POINT")
+        ball = self.link("ball", kit.cube("ball"))
+        data.cycles.is_caustics_light = True
+        self.assertEqual(self.export().verdict("light", "light")["verdict"], "exact")
+        ball.cycles.is_caustics_caster = ball.cycles.is_caustics_receiver = True
+        found = self.export().verdict("light", "light")
+        self.assertEqual(found["verdict"], "approximated")
+        self.assertIn("caustics", found["detail"])
+
     def test_hidden_light(self):
         self.light("POINT")
         bpy.data.objects["light"].hide_render = True

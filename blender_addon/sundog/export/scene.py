@@ -176,6 +176,13 @@ class Exporter:
         switch = {"VOLUME": "use_volumes", "CURVES": "use_strand"}.get(kind)
         return switch is not None and not getattr(self.view_layer, switch, True)
 
+    def _casts_caustics(self, light):
+        """Whether Cycles looks for the ways of a light through what is marked for that."""
+        def has(switch):
+            return any(getattr(getattr(thing, "cycles", None), switch, False) for thing in self.scene.objects)
+        asked = getattr(getattr(light, "cycles", None), "is_caustics_light", False)
+        return asked and has("is_caustics_caster") and has("is_caustics_receiver")
+
     def _hair(self, instance, shown):
         if instance.is_instance or not self.view_layer.use_strand:
             return
@@ -389,6 +396,9 @@ class Exporter:
             findings.append((APPROXIMATED, "its parents shear it: it is rendered so, where Cycles mixes two other outlines"))
         if described.get("type") == "area" and self._planes.add(described, instance.matrix_world):
             words = "it overlaps another one in its plane: both light all, where Cycles' rays find but one of them"
+            findings.append((APPROXIMATED, words))
+        if self._casts_caustics(light):
+            words = "its shadow caustics are found by chance, as those of other lights: with more noise than Cycles' own search"
             findings.append((APPROXIMATED, words))
         self.verdicts.extend("light", shown.name, findings)
         node = {"name": shown.name, "matrix": node_matrix(instance.matrix_world)}
