@@ -388,6 +388,7 @@ impl Place for VolumePlace<'_> {
                     _ => value,
                 }
             }
+            PlaceInput::Incoming => full(Vec3::X),
             // What only surfaces and rays have.
             _ => Vec4::ZERO,
         }
@@ -417,9 +418,13 @@ impl Place for VolumePlace<'_> {
         }
     }
 
-    // There is no surface.
+    // There is no surface. Its own normal would be the way that light comes from, as in Cycles: any, as only their angle counts.
     fn facing(&self, outside: Vec3) -> Vec3 {
-        to_blender(outside)
+        if outside == Vec3::ZERO {
+            Vec3::X
+        } else {
+            to_blender(outside)
+        }
     }
 
     fn outside(&self, facing: Vec3) -> Vec3 {

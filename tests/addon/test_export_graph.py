@@ -505,9 +505,6 @@ class When(GraphTest):
         self.assertNotIn("not evaluated", found.verdict("material", "m")["detail"])
 
     def test_nodes_that_are_not_evaluated_are_named(self):
-        def to_color(tree, glow):
-            return tree.nodes.new("ShaderNodeShaderToRGB").outputs[0]
-
         def tiled(tree, glow):
             node = tree.nodes.new("ShaderNodeTexImage")
             node.image = bpy.data.images.new("tiles", 2, 2, tiled=True)
@@ -524,7 +521,7 @@ class When(GraphTest):
             return node.outputs[0]
 
         for fill, words in (
-            (to_color, "Shader to RGB"), (tiled, "Image Texture (tiles that are not saved)"),
+            (tiled, "Image Texture (tiles that are not saved)"),
             (undisplaced, "Attribute (undisplaced)"), (strand, "Hair BSDF"),
         ):  # fmt: skip
             with self.subTest(words=words):

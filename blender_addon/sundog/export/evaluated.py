@@ -165,12 +165,15 @@ _IN_VOLUMES = {
     "ShaderNodeVolumePrincipled": ALL,
     "ShaderNodeTexCoord": Rule(outputs=frozenset({"Generated", "Object"})),
     "ShaderNodeNewGeometry": Rule(outputs=frozenset({"Position"})),
+    # The surface's normal is the way that light comes from.
+    "ShaderNodeFresnel": Rule(constant=("Normal",)),
+    "ShaderNodeLayerWeight": Rule(constant=("Normal",)),
 }
 # What asks for surfaces, rays, images or the camera.
 _NOT_IN_VOLUMES = {
     kind
     for kind in EVALUATED
-    if kind.startswith("ShaderNodeBsdf") or kind in {*_ON_SURFACES, "ShaderNodeUVMap", "ShaderNodeFresnel", "ShaderNodeLayerWeight",
+    if kind.startswith("ShaderNodeBsdf") or kind in {*_ON_SURFACES, "ShaderNodeUVMap",
     "ShaderNodeCameraData", "ShaderNodeLightFalloff", "ShaderNodeLightPath", "ShaderNodeTexImage", "ShaderNodeTexEnvironment",
     "ShaderNodeTexSky", "ShaderNodeTexIES", "ShaderNodeSubsurfaceScattering", "ShaderNodeBackground", "ShaderNodeDisplacement",
     "ShaderNodeVectorDisplacement"}

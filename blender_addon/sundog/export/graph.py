@@ -6,8 +6,10 @@ Trees may have thousands of nodes behind one another, so nothing here calls itse
 
 import math
 
+import bpy
+
 from . import blackbody, colorspace, evaluated, images, object_info
-from .nodes import HOLLOW, INLINED, MOST_NODES, Place, not_finite, tree_of
+from .nodes import FILLING, HOLLOW, INLINED, MOST_NODES, VOLUMES, Place, not_finite, tree_of
 
 # Whether graphs are written at all.
 ENABLED = True
@@ -126,14 +128,19 @@ class Walk:
         self.not_finite, self.is_cut = [], False
         # Whether what is filled has grids of its own.
         self.has_grids = False
+        self._fills = False
         self._known = {}
         self._pictures = {}
         walker.met_invalid = False
+        walker.met_absent = set()
 
     def read(self, owner):
         """Walks from the output of a material or a world that Cycles renders."""
         output = tree_of(owner).get_output_node("CYCLES")
         found = self._feeding(output.inputs["Surface"], ())
+        if found is None and isinstance(owner, bpy.types.Material):
+            # Nothing is black.
+            found = self._made("ShaderNodeEmission", "Emission", {"Color": (0.0, 0.0, 0.0, 1.0), "Strength": 0.0})
         if not isinstance(found, Link):
             # What is constant here shines.
             return
@@ -151,6 +158,7 @@ class Walk:
 
     def read_volume(self, owner):
         """Walks from what fills the meshes of a material, or the world."""
+        self._fills = True
         found = self._feeding(tree_of(owner).get_output_node("CYCLES").inputs["Volume"], ())
         if isinstance(found, Link):
             self.volume = found
@@ -239,7 +247,9 @@ class Walk:
         if found.type == "SHADER":
             if socket.type != "SHADER":
                 return None if _is_implicit(socket) else self._finite(socket, _numbers(socket, socket.type))
-            return Link(self._use(place), found.identifier)
+            kind = place.node.type
+            is_nothing = kind not in FILLING if self._fills else kind in VOLUMES
+            return None if is_nothing else Link(self._use(place), found.identifier)
         # A colour where a shader is asked for shines.
         shines = socket.type == "SHADER"
         kind = "RGBA" if shines else socket.type

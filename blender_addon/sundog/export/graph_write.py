@@ -13,7 +13,7 @@ import numpy
 from . import colorspace, evaluated, geometry, gltf, ies, images, object_info, skies
 from .baker import BakeError
 from .graph import Link, Walk
-from .nodes import CUT, Walker, tree_of
+from .nodes import CUT, Walker, not_in_cycles, tree_of
 from .stand_ins import TABLE_SIZE, in_other_words, short, table
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -438,6 +438,7 @@ def emitting(owner, rules, document, cache, findings, report=None):
         findings.append((EXACT, "a texture of it has no image, or one that is missing or broken: pink, as in Cycles"))
     findings += written.findings
     findings += [(APPROXIMATED, words) for words in [CUT] * walk.is_cut + walk.not_finite]
+    findings += [(EXACT, not_in_cycles(label)) for label in sorted(walk.walker.met_absent)]
     return written.extension, None
 
 
@@ -459,6 +460,7 @@ def filling(owner, rules, document, cache, asked, layer=None):
     ) as error:  # fmt: skip
         return None, str(error)
     written.findings += [(APPROXIMATED, words) for words in [CUT] * walk.is_cut + walk.not_finite]
+    written.findings += [(EXACT, not_in_cycles(label)) for label in sorted(walk.walker.met_absent)]
     return written, None
 
 

@@ -54,6 +54,13 @@ INLINED = bpy.app.version >= (5, 0, 0)
 # What the walker stops at only where nothing comes out.
 HOLLOW = {"GROUP", "GROUP_INPUT", "REROUTE"}
 
+# Nodes that Cycles does not have: what is linked to them takes its own value. In words for findings.
+ABSENT = {"SHADERTORGB": "Shader to RGB", "EEVEE_SPECULAR": "Specular BSDF"}
+
+# Shaders of volumes, which are nothing on surfaces; and what counts in volumes, where all other shaders are nothing.
+VOLUMES = {"VOLUME_ABSORPTION", "VOLUME_SCATTER", "PRINCIPLED_VOLUME", "VOLUME_COEFFICIENTS"}
+FILLING = {*VOLUMES, "EMISSION", "MIX_SHADER", "ADD_SHADER"}
+
 # A tree of nested groups may stand for more nodes than there is time for.
 MOST_NODES = 30_000
 
@@ -65,26 +72,32 @@ class Walker:
         self._links = {}
         # Whether a link was asked for that Blender calls invalid, as those of circles are.
         self.met_invalid = False
+        # The labels of nodes that were asked for and that Cycles does not have.
+        self.met_absent = set()
 
     def _link(self, socket):
         tree = socket.id_data
         key = tree.as_pointer()
         if key not in self._links:
             # The trees are kept, so that no other tree gets the same address meanwhile.
-            table, invalid = {}, set()
+            table, invalid, absent = {}, set(), {}
             for link in tree.links:
                 # `is_hidden` is not asked for: Blender 4.5 crashes on it in evaluated trees.
                 if link.is_muted:
                     continue
                 name = (link.to_node.name, link.to_socket.identifier)
-                if link.is_valid:
+                if link.from_node.type in ABSENT and not link.from_node.mute:
+                    absent[name] = ABSENT[link.from_node.type]
+                elif link.is_valid:
                     table[name] = link
                 else:
                     invalid.add(name)
-            self._links[key] = (tree, table, invalid)
+            self._links[key] = (tree, table, invalid, absent)
         name = (socket.node.name, socket.identifier)
-        _, table, invalid = self._links[key]
+        _, table, invalid, absent = self._links[key]
         self.met_invalid |= name in invalid
+        if name in absent:
+            self.met_absent.add(absent[name])
         return table.get(name)
 
     def source(self, place, passed=None):
@@ -152,6 +165,11 @@ def tree_of(data):
     # From 5.0 on materials and worlds always use their nodes, and asking warns.
     always = bpy.app.version >= (5, 0, 0) and not isinstance(data, bpy.types.Light)
     return data.node_tree if always or data.use_nodes else None
+
+
+def not_in_cycles(label):
+    """What is told of nodes of EEVEE's."""
+    return f"{label} is a node of EEVEE's: what is linked to it has its own value, as in Cycles"
 
 
 # What is told of links that Blender calls invalid.

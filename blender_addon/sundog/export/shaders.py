@@ -126,11 +126,14 @@ class Reader:
     def read(self, material):
         """The surface of a material."""
         self.walker.met_invalid = False
+        self.walker.met_absent = set()
         surface = self._read(material)
         if self.walker.met_invalid:
             self.note_lasting(APPROXIMATED, nodes.CUT)
         for words in self.evaluator.not_finite:
             self.note_lasting(APPROXIMATED, words)
+        for label in sorted(self.walker.met_absent):
+            self.note_lasting(EXACT, nodes.not_in_cycles(label))
         return surface
 
     def _read(self, material):
@@ -139,16 +142,19 @@ class Reader:
             return Surface(base_color=Const(list(material.diffuse_color)[:3]))
         output = tree.get_output_node("CYCLES")
         if output is None:
-            self.note_lasting(LOST, "it has no Material Output: black")
+            # Nothing is black.
             return Surface()
         self.volume = volumes.read(self, nodes.Place(output.inputs["Volume"]))
         if self._is_linked(nodes.Place(output.inputs["Displacement"])):
             self.note(LOST, "displacement is left out")
         place = nodes.Place(output.inputs["Surface"])
-        surface = self._simple(self.walker.source(place)) or self.surface(place)
+        source = self.walker.source(place)
+        # Volumes' shaders are nothing here.
+        surface = None if source.node.type in nodes.VOLUMES else self._simple(source) or self.surface(place)
         if surface is None:
-            # Without a surface shader, rays pass through, be there a volume or not.
-            return Surface(alpha=ZERO)
+            # Without a surface shader, rays pass through if there is a volume, and the body is black if there is none.
+            is_filled = self._is_linked(nodes.Place(output.inputs["Volume"])) and not source.socket.is_output
+            return Surface(alpha=ZERO) if is_filled else Surface()
         return surface
 
     def _simple(self, source):
@@ -487,9 +493,6 @@ class Reader:
     def _shader_bsdf_hair(self, source):
         return self._diffuse_instead(source, "a Hair BSDF")
 
-    def _shader_eevee_specular(self, source):
-        return self._diffuse_instead(source, "a Specular BSDF")
-
     def _shader_holdout(self, source):
         self.note(LOST, "a Holdout shader is rendered black")
         return Surface()
@@ -515,8 +518,9 @@ class Reader:
         first, second = (self.surface(s) if not (isinstance(factor, Const) and factor.value == skip) else None for s, skip in zip(shaders, (1.0, 0.0)))
         if isinstance(factor, Const) and float(factor.value) in {0.0, 1.0}:
             return first if factor.value == 0 else second
-        first = first or Surface(alpha=ZERO)
-        second = second or Surface(alpha=ZERO)
+        if first is None or second is None:
+            self.note(APPROXIMATED, "a mix with nothing is rendered as one with a black surface")
+        first, second = first or Surface(), second or Surface()
         return self._mixed(first, second, factor)
 
     def _camera_decides(self, source):

@@ -89,6 +89,8 @@ class _Sum:
         if source.socket.type != "SHADER":
             self.emission += weight * self._constant(self.reader.evaluator.color(source))
             return
+        if node.type not in nodes.FILLING:
+            return
         method = getattr(self, f"_{node.type.lower()}", None)
         if method is None:
             raise _Varies(f"{node.bl_label} is not rendered yet")
