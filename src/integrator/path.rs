@@ -5,6 +5,7 @@
 mod below;
 mod media;
 mod onward;
+mod wide;
 
 pub(super) use onward::{Tinted, tinted};
 
@@ -24,7 +25,9 @@ use crate::math::average;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit};
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
-use crate::world::{Asking, Hit, Passage, Past, RayKind, Sender, Source, Surface, Within, World};
+use crate::world::{
+    Asking, Hit, Passage, Past, RayKind, Sender, Source, Surface, Widening, Within, World,
+};
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
 
@@ -111,6 +114,7 @@ struct Beside {
     /// How far it had come when it was scattered last, and since then to surfaces that it has passed; the near plane of a ray
     /// of the camera.
     way: f32,
+    wide: Widening,
     walked: f32,
     near: f32,
     /// A face that lies on the surface which the ray leaves: the next one, without a ray.
@@ -191,6 +195,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         scatterings: [0; 3],
         passage: Passage::default(),
         way: 0.0,
+        wide: Widening::default(),
         walked: 0.0,
         near: camera_ray.near,
         lid: None,
@@ -289,6 +294,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let Some(sample) = walk.sample(&bsdf, sampler) else {
             break;
         };
+        walk.widen(found.hit.distance, &bsdf, &sample);
         if !walk.follow(&found.hit, &surface, &sample) {
             break;
         }
@@ -373,6 +379,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             // As in Cycles.
             blurry: self.min_pdf < 8.0,
             way: self.beside.way,
+            wide: self.beside.wide,
             wavelength: self.beside.wavelength,
             numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
         }

@@ -54,6 +54,15 @@ impl Phase {
         turned(direction, self.cosine(u), turn)
     }
 
+    fn width(self) -> f32 {
+        match self {
+            Self::HenyeyGreenstein(g) => 1.0 - g.abs(),
+            Self::Draine(dust) => 1.0 - dust.g.abs(),
+            Self::Rayleigh => 1.0,
+            Self::FournierForand(_) => 0.0,
+        }
+    }
+
     /// Draws a cosine.
     fn cosine(self, u: f32) -> f32 {
         match self {
@@ -88,6 +97,17 @@ impl Medium {
         }
         let scattering = self.scattering.max(Vec3::splat(f32::MIN_POSITIVE));
         (value / scattering, if all > 0.0 { pdf / all } else { 0.0 })
+    }
+
+    /// How widely it scatters, 0 to 1: 1 less the mean cosine's magnitude, as Cycles has that.
+    pub fn phase_width(&self) -> f32 {
+        let (mut sum, mut all) = (0.0, 0.0);
+        for Lobe { coefficient, phase } in &self.lobes {
+            let share = coefficient.element_sum();
+            sum += share * phase.width();
+            all += share;
+        }
+        if all > 0.0 { sum / all } else { 1.0 }
     }
 
     /// Draws a direction to go on in.

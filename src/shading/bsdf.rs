@@ -3,6 +3,8 @@
 //! One lobe is drawn by its share of the albedo, and its direction is weighted by the density of the whole mixture. The
 //! Lambertian lobe stands apart from the list: nearly every surface has it, and simple kernels have nothing else.
 
+mod roughness;
+
 use super::closure::{
     AllFeatures, Below, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals,
 };

@@ -58,6 +58,32 @@ impl From<RayKind> for Sender {
     }
 }
 
+/// How much wider than a pixel of the picture the footprint of a path is, after what has scattered it: as Cycles has it from
+/// 5.2 on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Widening {
+    /// Metres where it was scattered last.
+    size: f32,
+    /// More for each metre from there.
+    angle: f32,
+}
+
+impl Widening {
+    /// At a distance from there.
+    pub fn at(self, distance: f32) -> f32 {
+        self.size + distance * self.angle
+    }
+
+    /// After a scattering at a distance that spreads light by so much more than the angle of a pixel.
+    #[must_use]
+    pub fn scattered(self, distance: f32, by: f32) -> Self {
+        Self {
+            size: self.at(distance),
+            angle: self.angle.max(by),
+        }
+    }
+}
+
 /// The way that a path has come, as far as programs ask about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Past {
@@ -71,6 +97,8 @@ pub struct Past {
     pub blurry: bool,
     /// How far the path had come when it was scattered last, metres.
     pub way: f32,
+    /// How much wider than a pixel its footprint is.
+    pub wide: Widening,
     /// Nanometres, where some surface's index of refraction depends on it; 0 otherwise.
     pub wavelength: f32,
     /// For random numbers, with the number of the bounce, where somebody asks for any.

@@ -594,6 +594,11 @@ impl PreparedMaterial {
         self.programs().any(|program| program.traces())
     }
 
+    /// Whether its programs have Bumps that are widened.
+    pub fn is_widened(&self) -> bool {
+        self.programs().any(Program::is_widened)
+    }
+
     /// Whether its programs ask about places.
     pub fn asks_about_places(&self) -> bool {
         self.asked().next().is_some()

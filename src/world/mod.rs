@@ -27,7 +27,7 @@ mod view;
 pub use crate::ffi::embree::{EmbreeError, Hit, InstructionSet};
 pub use crate::light::Source;
 pub use crate::scene::RayKind;
-pub use asking::{Asking, Past, Sender};
+pub use asking::{Asking, Past, Sender, Widening};
 pub use displacement::displace;
 pub use geometry::Surface;
 pub use interfaces::Passage;

@@ -98,6 +98,12 @@ impl World {
         self.geometry.traces
     }
 
+    /// Radians of a pixel, where Bumps are widened by what has scattered a path.
+    #[inline]
+    pub fn widened(&self) -> Option<f32> {
+        self.geometry.widened
+    }
+
     /// What a ray meets first, also if the path passes it.
     pub fn first(&self, ray: (Vec3, Vec3, (f32, f32)), sender: &Sender) -> Option<Hit> {
         let (origin, direction, (near, far)) = ray;

@@ -139,10 +139,11 @@ impl HitPoint<'_> {
     /// The size of a pixel of the picture here, metres; 0 where nothing is known of who looks.
     pub(super) fn pixel(&self) -> f32 {
         let asking = &self.asking;
-        let along = asking.past.way + asking.distance * asking.direction.length();
+        let distance = asking.distance * asking.direction.length();
+        let along = asking.past.way + distance;
         let view = self.facts().map(|facts| &facts.view);
         view.map_or(0.0, |v| {
-            v.pixel_at(asking.direction, along, asking.depth > 0)
+            v.pixel_at(asking.direction, along, asking.depth > 0) + asking.past.wide.at(distance)
         })
     }
 

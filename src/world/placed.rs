@@ -31,6 +31,8 @@ pub struct Geometry {
     pub tinted: bool,
     /// Some programs ask the scene by rays.
     pub traces: bool,
+    /// Radians of a pixel, where some programs have Bumps that are widened.
+    pub widened: Option<f32>,
     /// The objects that light goes on below the surface of.
     pub insides: Insides,
     /// By entry whether it is a holdout; empty where none is.
@@ -57,6 +59,8 @@ struct Needs {
     asks: bool,
     /// They ask the scene by rays.
     traces: bool,
+    /// Their Bumps are widened.
+    widened: bool,
     /// Light goes on below it.
     goes_below: bool,
 }
@@ -81,6 +85,7 @@ impl Needs {
             ordered: ordered && material.bounds_a_solid() && !filtered,
             asks: material.asks_about_places(),
             traces: material.traces(),
+            widened: material.is_widened(),
             goes_below: material.goes_below(),
         }
     }
@@ -307,6 +312,8 @@ impl Geometry {
                 entry.object = object;
             }
         }
+        let widened = needs.iter().any(|needs| needs.widened);
+        let widened = widened.then(|| builder.view.pixel_angle());
         let embree = builder.top.commit()?;
         let (meshes, entries) = (builder.meshes, builder.entries);
         let goes_below = |entry: &MeshInstance| {
@@ -329,6 +336,7 @@ impl Geometry {
             filtered,
             tinted,
             traces,
+            widened,
             insides,
             holdouts: entries_that(|i| i.holdout, Effect::Holdouts, scene, options),
             // A hole stays one.
@@ -349,6 +357,7 @@ impl Geometry {
 
     /// Programs at its objects see another view from now on. Whether there are any.
     pub fn look(&mut self, view: View) -> bool {
+        self.widened = self.widened.map(|_| view.pixel_angle());
         let facts = self.entries.iter_mut().filter_map(|e| e.facts.as_mut());
         let mut some = false;
         for facts in facts {

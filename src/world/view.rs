@@ -179,6 +179,11 @@ impl View {
         parallel + along * angle * share
     }
 
+    /// How much a pixel in the middle of the picture grows by each metre.
+    pub fn pixel_angle(&self) -> f32 {
+        self.pixel.1
+    }
+
     /// That of a world's camera.
     pub fn new(camera: &Camera, (aspect, rows): (f64, u32), origin: DVec3) -> Self {
         let to_camera = camera.world_from_camera.inverse();

@@ -164,6 +164,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let Some(sample) = self.sample(&bsdf, &numbers) else {
             return false;
         };
+        self.widen(hit.distance, &bsdf, &sample);
         if !self.follow(hit, &surface, &sample) {
             return false;
         }

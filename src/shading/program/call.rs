@@ -116,6 +116,7 @@ impl<P: Place> Evaluation<'_, P> {
                 invert,
                 object_space,
                 undisplaced,
+                ..
             } => call.height().map_or(Vec4::ZERO, |height| {
                 let sign = if *invert { -1.0 } else { 1.0 };
                 let before = undisplaced.map(|attribute| place.undisplaced(attribute));

@@ -299,6 +299,16 @@ impl Program {
         })
     }
 
+    /// Whether some of its Bumps are widened.
+    pub fn is_widened(&self) -> bool {
+        self.calls.iter().any(|call| {
+            matches!(call.function, Function::Bump { widened: true, .. })
+                || call
+                    .height()
+                    .is_some_and(|height| height.program.is_widened())
+        })
+    }
+
     /// How many sets of texture coordinates it reads.
     pub fn uv_sets(&self) -> usize {
         let textures = self.textures.iter().map(|t| t.uv_set as usize + 1);

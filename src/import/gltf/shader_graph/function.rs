@@ -96,6 +96,11 @@ fn curves(node: &NodeJson) -> Result<Arc<Curves>, Refusal> {
 }
 
 /// A Float Curve's table. Cycles from 5.0 on shows its ends beyond them where all that it takes is constant.
+/// Whether bumps are filtered by what has scattered a path.
+pub(super) fn widens(version: CyclesVersion) -> bool {
+    version >= CyclesVersion::new(5, 2)
+}
+
 fn float_curve(node: &NodeJson, version: CyclesVersion) -> Result<Arc<Curves>, Refusal> {
     let mut curves = curves(node)?;
     let is_linked = |name: &str| matches!(node.inputs.get(name), Some(SocketJson::Link(_)));
@@ -263,6 +268,7 @@ pub(super) fn of(
             invert: node.is("invert"),
             object_space: false,
             undisplaced: None,
+            widened: widens(version),
         }),
         "Displacement" => only(Function::Displacement {
             object_space: node.text("space") != Some("WORLD"),

@@ -523,6 +523,7 @@ impl Reader<'_, '_, '_> {
             invert: false,
             object_space: moves,
             undisplaced: self.undisplaced,
+            widened: function::widens(self.version),
         });
         let bump = bump.with(bump::HEIGHT, Link { output, ..height });
         self.graph.normal = Some(self.graph.add(bump));

@@ -267,6 +267,8 @@ pub enum Function {
         object_space: bool,
         /// The attribute with the places of vertices before they were displaced: the height is that of these.
         undisplaced: Option<u32>,
+        /// Its steps grow with the roughness of what has scattered the path, as in Cycles from 5.2 on.
+        widened: bool,
     },
     /// Displacement.
     Displacement {

@@ -362,6 +362,7 @@ fn raised(undisplaced: Option<u32>) -> Programs {
         invert: false,
         object_space: false,
         undisplaced,
+        widened: false,
     };
     let bump = Node::new(NodeKind::Function(bump)).with(function::bump::HEIGHT, height);
     let normal = graph.add(bump);

@@ -1,0 +1,35 @@
+//! How wide a path has become by what has scattered it.
+//!
+//! Cycles filters bumps so from 5.2 on: a ray that a rough surface scatters stands for all directions around it. Roughness is
+//! the mean of the lobes' at that direction, weighted by their densities; Filter Glossy below 1 takes less of it.
+
+use super::{KernelBsdf, Walk};
+use crate::effects::Features;
+use crate::film::light_passes::PassSink;
+use crate::integrator::record::Record;
+use crate::shading::BsdfSample;
+
+impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
+    /// The path is scattered by a surface at a distance.
+    #[inline(always)]
+    pub(super) fn widen(&mut self, distance: f32, bsdf: &KernelBsdf<E>, sample: &BsdfSample) {
+        if E::EVERYTHING && self.world.widened().is_some() {
+            let roughness = if sample.delta {
+                0.0
+            } else {
+                bsdf.roughness_towards(sample.wi)
+            };
+            self.widen_by(distance, roughness);
+        }
+    }
+
+    /// The path is scattered at a distance, with a roughness.
+    pub(super) fn widen_by(&mut self, distance: f32, roughness: f32) {
+        if let Some(pixel) = self.world.widened() {
+            let share = self.settings.filter_glossy.min(1.0);
+            let beside = &mut *self.beside;
+            let distance = beside.walked + distance;
+            beside.wide = beside.wide.scattered(distance, share * roughness - pixel);
+        }
+    }
+}
