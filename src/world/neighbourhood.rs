@@ -8,7 +8,8 @@ use crate::effects::General;
 use crate::ffi::embree::Hit;
 use crate::math::float;
 use crate::sampler::{Dimension, Sampler};
-use crate::shading::program::Openness;
+use crate::scene::graph::function::PlaceInput;
+use crate::shading::program::{Met, Openness, Place};
 use glam::Vec3;
 
 /// A ray that looks for its own object passes no more surfaces.
@@ -187,6 +188,54 @@ impl HitPoint<'_> {
         } else {
             to_blender(self.side(mean))
         }
+    }
+
+    /// What a ray meets from a place on, in Blender's axes. It does not meet the triangle that it starts on.
+    pub(super) fn met_along(
+        &self,
+        (from, direction, length): (Vec3, Vec3, f32),
+        only_local: bool,
+    ) -> Option<Met> {
+        let around = self.around?;
+        let here = self.input(PlaceInput::Position).truncate();
+        let along = from_blender(direction);
+        let is_sane = from.is_finite() && along.is_finite() && length > 0.0;
+        if !is_sane || along == Vec3::ZERO {
+            return None;
+        }
+        let origin = if from == here {
+            let outside = self
+                .entry
+                .geometric_normal::<General>(self.mesh, self.triangle);
+            let point = self
+                .entry
+                .point::<General>(self.mesh, self.triangle, self.u, self.v);
+            let side = if outside.dot(along) < 0.0 {
+                -outside
+            } else {
+                outside
+            };
+            float::ray_origin(point, side)
+        } else {
+            self.in_world() + from_blender(from - here)
+        };
+        let ray = (origin, along, [0.0, length]);
+        let (hit, is_own) = if only_local {
+            (self.local_hits(around, ray, 1).next()?, true)
+        } else {
+            around.meets((origin, along, ray.2, self.asking.time), self.entry)?
+        };
+        let (face, smooth) = around.normals(&hit);
+        let normal = if face.dot(along) > 0.0 {
+            -smooth
+        } else {
+            smooth
+        };
+        Some(Met {
+            is_own,
+            distance: hit.distance,
+            normal: to_blender(normal),
+        })
     }
 
     /// Whether an edge of the triangle is within a width.

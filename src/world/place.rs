@@ -9,7 +9,7 @@ use crate::math::float::{Affine, BoundedPoint};
 use crate::scene::graph::function::{PathDepth, PlaceInput, Space, Transformed};
 use crate::scene::graph::{NormalSpace, TangentKind};
 use crate::scene::{ObjectInfo, TextureSpace};
-use crate::shading::program::{Openness, Place};
+use crate::shading::program::{Met, Openness, Place};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 
 /// What is known of an object, for programs that ask about places.
@@ -256,13 +256,18 @@ impl HitPoint<'_> {
 
     /// In the object's own space.
     fn in_object(&self) -> Vec3 {
-        let p = self.in_mesh();
         match self
             .facts()
             .and_then(|facts| facts.object_from_world.as_ref())
         {
-            Some(m) => m.vector(p) + m.translation,
-            None => p,
+            // The corners are brought there, not the point: what their places in the world are rounded to is the same for all points
+            // of the triangle, so that small steps are as exact as they are close to the object.
+            Some(m) => between(
+                self.mesh_corners().map(|p| m.vector(p) + m.translation),
+                self.u,
+                self.v,
+            ),
+            None => self.in_mesh(),
         }
     }
 
@@ -552,8 +557,9 @@ impl Place for HitPoint<'_> {
             ),
         );
         let pixel = self.pixel();
-        // A step that the floats of the point cannot tell apart gives no slope: 2⁻¹² of its coordinates leaves 11 bits.
-        let least = self.in_world().abs().max_element() * f32::EPSILON * 2048.0;
+        // A step that the floats of the point cannot tell apart gives no slope: 2⁻¹⁸ of its coordinates leaves 5 bits to heights that
+        // depend on the place in the world; a pixel of the picture can be as small. Objects' own coordinates have all bits.
+        let least = self.in_world().abs().max_element() * f32::EPSILON * 32.0;
         let size = (pixel * pixels).max(least).max(f32::MIN_POSITIVE.sqrt());
         // What curves within a step makes slopes hang on where the step goes: as in Cycles.
         let steps = across(n).map(|step| step * size);
@@ -603,6 +609,10 @@ impl Place for HitPoint<'_> {
 
     fn beveled(&self, radius: f32, samples: u8) -> Vec3 {
         self.beveled_normal(radius, samples)
+    }
+
+    fn met(&self, ray: (Vec3, Vec3, f32), only_local: bool) -> Option<Met> {
+        self.met_along(ray, only_local)
     }
 
     fn is_on_edge(&self, width: f32, pixels: bool) -> bool {

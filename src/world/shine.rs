@@ -7,7 +7,7 @@ use crate::light::program::{LightProgram, ShinePoint};
 use crate::scene::Scene;
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::{Function, Graph, NodeKind, NormalSpace};
-use crate::shading::program::{Openness, Place, Programs};
+use crate::shading::program::{Met, Openness, Place, Programs};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 /// A node tree that shines.
@@ -276,6 +276,10 @@ impl Place for ShinePlace<'_> {
 
     fn beveled(&self, _: f32, _: u8) -> Vec3 {
         to_blender(self.at.normal)
+    }
+
+    fn met(&self, _: (Vec3, Vec3, f32), _: bool) -> Option<Met> {
+        None
     }
 
     fn is_on_edge(&self, _: f32, _: bool) -> bool {

@@ -9,7 +9,7 @@ use crate::medium::{Lobe, Phase};
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::{Graph, NormalSpace};
 use crate::scene::{self, Grid, Instance, Mesh, ObjectInfo, Scene, TextureSpace};
-use crate::shading::program::{Openness, Place, VolumeProgram};
+use crate::shading::program::{Met, Openness, Place, VolumeProgram};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -449,6 +449,10 @@ impl Place for VolumePlace<'_> {
 
     fn beveled(&self, _: f32, _: u8) -> Vec3 {
         Vec3::ZERO
+    }
+
+    fn met(&self, _: (Vec3, Vec3, f32), _: bool) -> Option<Met> {
+        None
     }
 
     fn is_on_edge(&self, _: f32, _: bool) -> bool {

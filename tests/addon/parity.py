@@ -37,6 +37,8 @@ MEAN, PATTERN, OTHER = 0.01, 1e-5, 1e-3
 # Pixels of a tile's side: of sheets one for each point.
 SIZES = {"sheet": 8}
 SIZE = 16
+# Tiles that show the place, by rays through the pixels' middles.
+PLACES = {"ball", "rays"}
 # Samples of a pixel, and of rows that miss.
 SAMPLES, MORE = 256, 2048
 # Tiles in one picture.
@@ -131,16 +133,16 @@ def scene_of(tiles):
     kind = tiles[0].kind
     names = [f"t{number}" for number in range(len(tiles))]
     materials = [parity_tiles.Tree(tile, name).material for tile, name in zip(tiles, names)]
-    columns, rows, step = sheets(materials) if kind == "sheet" else balls(materials, kind == "ball")
+    columns, rows, step = sheets(materials) if kind == "sheet" else balls(materials, kind in PLACES)
     scene = bpy.context.scene
     camera = bpy.data.cameras.new("camera")
     camera.type, camera.ortho_scale = "ORTHO", max(columns, rows) * step
     camera.clip_end = 1e5
     shown = bpy.data.objects.new("camera", camera)
-    shown.location = (columns * step / 2, rows * step / 2, 10 + (0 if kind == "ball" else STEP * STEPS))
+    shown.location = (columns * step / 2, rows * step / 2, 10 + (0 if kind in PLACES else STEP * STEPS))
     scene.collection.objects.link(shown)
     scene.camera = shown
-    if kind not in {"sheet", "ball"}:
+    if kind not in {"sheet", *PLACES}:
         kit.sun_and_grey_world(scene)
     return names, columns, rows
 
@@ -193,7 +195,7 @@ def measure(tiles, samples):
     size = SIZES.get(kind, SIZE)
     side = max(columns, rows) * size
     noisy = kind not in {"sheet", "ball"}
-    filter_width = 0.01 if kind == "ball" else None
+    filter_width = 0.01 if kind in PLACES else None
     count = samples if noisy else 1
     bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = side
     bpy.context.scene.render.resolution_percentage = 100

@@ -17,6 +17,9 @@ OF_PLACES = {
     "Attribute", "VertexColor", "VectorTransform", "UVAlongStroke", "LightFalloff",
 }  # fmt: skip
 
+# Of these the ones that ask by random rays, whose mean is shown.
+OF_RAYS = {"AmbientOcclusion", "Bevel"}
+
 # No node of a surface's colours: what ends a tree, and what holds other trees.
 NOT_SHOWN = {
     "OutputMaterial": "the end of a tree",
@@ -221,6 +224,8 @@ def kind_of(kind, output):
         return "displacement"
     if output.type == "SHADER":
         return "volume" if kind.startswith("Volume") else "shader"
+    if kind in OF_RAYS:
+        return "rays"
     return "ball" if kind in OF_PLACES else "sheet"
 
 

@@ -440,6 +440,28 @@ class Rays(Patches):
                 self.assertEqual(verdict["verdict"], "approximated", verdict)
                 self.assertIn("Bevel", verdict["detail"])
 
+    def test_raycast(self):
+        if not hasattr(bpy.types, "ShaderNodeRaycast"):
+            self.skipTest("from Blender 5.1 on")
+        t = Trees()
+        shares = {"Is Hit": 1.0, "Self Hit": 1.0, "Hit Distance": 0.5, "Hit Position": 0.3, "Hit Normal": 1.0}
+        for output in shares:
+            for only_local in (False, True):
+                for asked in ("", "Position", "Direction", "both"):
+                    tree, node = t.shown(f"{output} {asked} {only_local}", "VectorMath", "Vector", operation="ABSOLUTE")
+                    cast = linked(tree, "Raycast", output, node.inputs[0], Length=0.7, only_local=only_local)
+                    if asked in {"Direction", "both"}:
+                        # Along the surface and out of it; its length is not 1.
+                        cross = linked(tree, "VectorMath", "Vector", cast.inputs["Direction"], operation="ADD")
+                        cross.inputs[1].default_value = (0.9, 0.5, 0.2)
+                        linked(tree, "NewGeometry", "Normal", cross.inputs[0])
+                    if asked in {"Position", "both"}:
+                        above = linked(tree, "VectorMath", "Vector", cast.inputs["Position"], operation="ADD")
+                        above.inputs[1].default_value = (0.02, 0.01, 0.3)
+                        linked(tree, "NewGeometry", "Position", above.inputs[0])
+        self.ortho()
+        self.compare(t.materials, 256, error=1e-3, make=self.trough)
+
     @kit.long
     def test_under_light(self):
         t = Trees()

@@ -43,6 +43,7 @@ EVALUATED = {
     "ShaderNodeWireframe": ALL,
     "ShaderNodeAmbientOcclusion": ALL,
     "ShaderNodeBevel": ALL,
+    "ShaderNodeRaycast": ALL,
     # Textures
     "ShaderNodeTexImage": ALL,
     "ShaderNodeTexNoise": ALL,
@@ -115,6 +116,9 @@ EVALUATED = {
     "ShaderNodeAddShader": ALL,
 }
 
+# What a Raycast tells apart from attributes of what it meets.
+RAY_OUTPUTS = frozenset({"Is Hit", "Self Hit", "Hit Distance", "Hit Position", "Hit Normal"})
+
 # Textures whose coordinates are the generated ones, where nothing is linked.
 GENERATED = {
     f"ShaderNodeTex{name}" for name in ("Noise", "Voronoi", "Wave", "Magic", "Brick", "Checker", "Gradient", "Gabor", "Musgrave")
@@ -137,7 +141,7 @@ _OF_WORLDS["ShaderNodeLightPath"] = Rule(outputs=_RAY_KINDS | {"Ray Length", "Ra
 
 _ON_SURFACES = (
     "ShaderNodeParticleInfo", "ShaderNodeHairInfo", "ShaderNodePointInfo", "ShaderNodeVolumeInfo", "ShaderNodeTangent", "ShaderNodeWireframe",
-    "ShaderNodeAmbientOcclusion", "ShaderNodeBevel", "ShaderNodeHoldout",
+    "ShaderNodeAmbientOcclusion", "ShaderNodeBevel", "ShaderNodeRaycast", "ShaderNodeHoldout",
     "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfTransparent",
     "ShaderNodeObjectInfo", "ShaderNodeVertexColor", "ShaderNodeAttribute", "ShaderNodeNormalMap", "ShaderNodeBump",
 )  # fmt: skip
@@ -208,6 +212,8 @@ def objections(node, inputs, outputs, table=None):
         yield from (f"{label} ({names[o]})" for o in sorted(outputs - rule.outputs))
     names = {s.identifier: s.name for s in node.inputs}
     yield from (f"{label} ({names[i]} by a link)" for i in rule.constant if inputs.get(i, 0) is None)
+    if len(getattr(node, "sample_attribute_items", ())) and outputs - RAY_OUTPUTS:
+        yield f"{label} (attributes of what it meets)"
     if getattr(node, "distribution", "") == "BECKMANN" and inputs.get("Thin Film Thickness", 0) != 0:
         yield f"{label} (a thin film on the distribution BECKMANN)"
     if not is_plain(getattr(node, "texture_mapping", None)) and node.bl_idname not in GENERATED | {"ShaderNodeTexImage"}:

@@ -20,6 +20,8 @@ _VALUED = {
     ("ShaderNodeTexWhiteNoise", "Vector"),
     ("ShaderNodeMapRange", "Vector"),
 }
+# What a Raycast takes where nothing is linked, by outputs of Geometry.
+_OF_RAYS = {"Position": "Position", "Direction": "Normal"}
 _IMAGES = {"TEX_IMAGE", "TEX_ENVIRONMENT"}
 _NUMBERS = {"VALUE", "INT", "BOOLEAN"}
 _TRIPLES = {"VECTOR", "ROTATION"}
@@ -222,6 +224,8 @@ class Walk:
             if not socket.enabled:
                 continue
             found = self._feeding(socket, use.groups)
+            if found is None and node.bl_idname == "ShaderNodeRaycast" and socket.identifier in _OF_RAYS:
+                found = self._made("ShaderNodeNewGeometry", _OF_RAYS[socket.identifier], {})
             if found is not None:
                 use.inputs[socket.identifier] = found
         if node.type == "MIX_SHADER":

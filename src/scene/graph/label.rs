@@ -58,6 +58,7 @@ impl Function {
             Self::VectorDisplacement(_) => "Vector Displacement",
             Self::AmbientOcclusion { .. } => "Ambient Occlusion",
             Self::Bevel { .. } => "Bevel",
+            Self::Raycast { .. } => "Raycast",
             Self::Wireframe { .. } => "Wireframe",
         }
     }

@@ -1,7 +1,9 @@
 //! Operations that are calls of nodes' functions.
 
 use super::{Evaluation, Openness, Operand, Place, Program, Root};
-use crate::scene::graph::function::{DisplacementSpace, PlaceInput, Space, Transformed, bump};
+use crate::scene::graph::function::{
+    DisplacementSpace, PlaceInput, RayPart, Space, Transformed, bump,
+};
 use crate::scene::graph::{Function, SocketKind, TangentKind};
 use crate::shading::fresnel;
 use glam::{Vec2, Vec3, Vec4};
@@ -45,6 +47,7 @@ impl Call {
             | Function::VectorDisplacement(_)
             | Function::AmbientOcclusion { .. }
             | Function::Bevel { .. }
+            | Function::Raycast { .. }
             | Function::Wireframe { .. } => vec![PlaceInput::Position],
             Function::Bump {
                 undisplaced: Some(number),
@@ -164,6 +167,20 @@ impl<P: Place> Evaluation<'_, P> {
                 let own = place.facing(Vec3::ZERO);
                 let beveled = place.beveled(inputs[0].x, *samples);
                 (normal + beveled - own).normalize_or(own).extend(1.0)
+            }
+            Function::Raycast { only_local, part } => {
+                let [from, direction] = [0, 1].map(|socket: usize| inputs[socket].truncate());
+                let length = inputs[2].x;
+                let met = place.met((from, direction, length), *only_local);
+                match (part, met) {
+                    (RayPart::Hit, None) => Vec4::new(0.0, 0.0, length, 1.0),
+                    (RayPart::Hit, Some(met)) => {
+                        Vec4::new(1.0, f32::from(met.is_own), met.distance, 1.0)
+                    }
+                    (_, None) => Vec3::ZERO.extend(1.0),
+                    (RayPart::Position, Some(met)) => (from + direction * met.distance).extend(1.0),
+                    (RayPart::Normal, Some(met)) => met.normal.extend(1.0),
+                }
             }
             Function::Wireframe { pixels } => {
                 Vec4::splat(f32::from(place.is_on_edge(inputs[0].x, *pixels)))

@@ -38,6 +38,17 @@ pub struct Openness {
     pub only_local: bool,
 }
 
+/// What a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Met {
+    /// The ray's own object.
+    pub is_own: bool,
+    /// In lengths of the direction.
+    pub distance: f32,
+    /// The smooth normal on the side that the ray comes from, in Blender's axes.
+    pub normal: Vec3,
+}
+
 /// What programs ask about the point that they are evaluated at.
 pub trait Place {
     /// Texture coordinates of a set; (0, 0) where the mesh has none.
@@ -72,6 +83,9 @@ pub trait Place {
     fn openness(&self, normal: Vec3, distance: f32, rays: Openness) -> f32;
     /// The mean normal of the object within a radius, on the viewer's side, in Blender's axes.
     fn beveled(&self, radius: f32, samples: u8) -> Vec3;
+    /// What a ray meets that goes from a place in a direction, so many lengths of that; all in Blender's axes. It sees its object
+    /// alone, or all.
+    fn met(&self, ray: (Vec3, Vec3, f32), only_local: bool) -> Option<Met>;
     /// Whether it lies on an edge of its triangle, of a width in metres or in pixels.
     fn is_on_edge(&self, width: f32, pixels: bool) -> bool;
     /// A direction along the surface; one of texture coordinates is turned by x and y in tangent space. 0 where there is none.
@@ -294,7 +308,9 @@ impl Program {
         self.calls.iter().any(|call| {
             matches!(
                 call.function,
-                Function::AmbientOcclusion { .. } | Function::Bevel { .. }
+                Function::AmbientOcclusion { .. }
+                    | Function::Bevel { .. }
+                    | Function::Raycast { .. }
             ) || call.height().is_some_and(|height| height.program.traces())
         })
     }

@@ -11,7 +11,9 @@ use crate::nodes::vector::{Mapping, RotationAxis};
 use crate::nodes::vector_math::VectorMath;
 use crate::scene::RayKind;
 use crate::scene::graph::Function;
-use crate::scene::graph::function::{DisplacementSpace, PathDepth, PlaceInput, Space, Transformed};
+use crate::scene::graph::function::{
+    DisplacementSpace, PathDepth, PlaceInput, RayPart, Space, Transformed,
+};
 use glam::Vec4;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -95,12 +97,12 @@ fn curves(node: &NodeJson) -> Result<Arc<Curves>, Refusal> {
     }))
 }
 
-/// A Float Curve's table. Cycles from 5.0 on shows its ends beyond them where all that it takes is constant.
 /// Whether bumps are filtered by what has scattered a path.
 pub(super) fn widens(version: CyclesVersion) -> bool {
     version >= CyclesVersion::new(5, 2)
 }
 
+/// A Float Curve's table. Cycles from 5.0 on shows its ends beyond them where all that it takes is constant.
 fn float_curve(node: &NodeJson, version: CyclesVersion) -> Result<Arc<Curves>, Refusal> {
     let mut curves = curves(node)?;
     let is_linked = |name: &str| matches!(node.inputs.get(name), Some(SocketJson::Link(_)));
@@ -295,6 +297,21 @@ pub(super) fn of(
         "Bevel" => only(Function::Bevel {
             samples: node.number("samples").unwrap_or(4.0) as u8,
         }),
+        "Raycast" => {
+            let (part, output) = match output {
+                "Hit Position" => (RayPart::Position, 0),
+                "Hit Normal" => (RayPart::Normal, 0),
+                _ => (
+                    RayPart::Hit,
+                    one_of(&["Is Hit", "Self Hit", "Hit Distance"]),
+                ),
+            };
+            let only_local = node.is("only_local");
+            Found {
+                output,
+                ..only(Function::Raycast { only_local, part })
+            }
+        }
         "Wireframe" => only(Function::Wireframe {
             pixels: node.is("use_pixel_size"),
         }),

@@ -124,6 +124,7 @@ impl Function {
             | Self::VectorDisplacement(_)
             | Self::AmbientOcclusion { .. }
             | Self::Bevel { .. }
+            | Self::Raycast { .. }
             | Self::Wireframe { .. } => return None,
         })
     }

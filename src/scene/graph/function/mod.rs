@@ -18,6 +18,17 @@ pub use sockets::bump;
 use std::sync::Arc;
 pub use texture::{ProceduralTexture, VoronoiPart};
 
+/// What is told of what a Raycast meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayPart {
+    /// Whether it meets anything, whether that is its own object, and how far that is.
+    Hit,
+    /// Where.
+    Position,
+    /// Its smooth normal, on the side that the ray comes from.
+    Normal,
+}
+
 /// Spaces that Vector Transform goes between, in Blender's axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are Blender's")]
@@ -291,6 +302,13 @@ pub enum Function {
         /// Rays for each evaluation.
         samples: u8,
     },
+    /// Raycast.
+    Raycast {
+        /// The ray sees the object alone.
+        only_local: bool,
+        /// What is told of it.
+        part: RayPart,
+    },
     /// Wireframe.
     Wireframe {
         /// Lines are so many pixels wide.
@@ -356,7 +374,11 @@ impl Function {
             | Self::VectorTransform { .. }
             | Self::Displacement { .. }
             | Self::VectorDisplacement(_)
-            | Self::Bevel { .. } => &[(Vector, Lane::Xyz)],
+            | Self::Bevel { .. }
+            | Self::Raycast {
+                part: RayPart::Position | RayPart::Normal,
+                ..
+            } => &[(Vector, Lane::Xyz)],
             Self::MixColor { .. }
             | Self::Curves(_)
             | Self::CombineColor(_)
@@ -368,7 +390,12 @@ impl Function {
             Self::ColorRamp(_) | Self::AmbientOcclusion { .. } => {
                 &[(Color, Lane::Rgb), (Float, Lane::One(3))]
             }
-            Self::SeparateColor(_) | Self::SeparateXyz | Self::RadialSegment => &[
+            Self::SeparateColor(_)
+            | Self::SeparateXyz
+            | Self::RadialSegment
+            | Self::Raycast {
+                part: RayPart::Hit, ..
+            } => &[
                 (Float, Lane::One(0)),
                 (Float, Lane::One(1)),
                 (Float, Lane::One(2)),

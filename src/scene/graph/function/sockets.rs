@@ -211,6 +211,15 @@ pub(super) fn of(function: &Function) -> &'static [Socket] {
             const { &[color("Color", [1.0; 3]), float("Distance", 1.0), NORMAL] }
         }
         Function::Bevel { .. } => const { &[float("Radius", 0.05), NORMAL] },
+        Function::Raycast { .. } => {
+            const {
+                &[
+                    vector("Position", [0.0; 3]),
+                    vector("Direction", [0.0; 3]),
+                    float("Length", 1.0),
+                ]
+            }
+        }
         Function::Wireframe { .. } => const { &[float("Size", 0.01)] },
         Function::Bump { .. } => {
             const {

@@ -85,6 +85,9 @@ impl Place for Here {
     fn beveled(&self, _: f32, _: u8) -> Vec3 {
         Vec3::Z
     }
+    fn met(&self, _: (Vec3, Vec3, f32), _: bool) -> Option<Met> {
+        None
+    }
     fn is_on_edge(&self, _: f32, _: bool) -> bool {
         false
     }
