@@ -31,10 +31,11 @@ pub fn bend_for_reflection(ng: Vec3, wo: Vec3, n: Vec3) -> Vec3 {
 /// Softens the terminator that a bumped normal `n` draws across the smooth normal `ns`: the
 /// masking of a GGX surface of which the bump is a typical facet (Conty Estevez, Lecocq, Stein,
 /// *A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem*, Ray Tracing
-/// Gems, ch. 12). `wi` is the direction to the light; 0 where the smooth surface faces away.
+/// Gems, ch. 12). `wi` is the direction to the light; 0 where the smooth surface faces away. A bump that points below the smooth
+/// surface, as strong normal maps do, gets light from there alone, as in Cycles: none.
 pub fn bump_shadowing(ns: Vec3, n: Vec3, wi: Vec3) -> f32 {
-    let (cos_i, cos_d) = (ns.dot(wi), ns.dot(n).abs());
-    if cos_i <= 0.0 {
+    let (cos_i, cos_d) = (ns.dot(wi), ns.dot(n));
+    if cos_i <= 0.0 || cos_d <= 0.0 {
         return 0.0;
     }
     if cos_d >= 1.0 || cos_i >= 1.0 {
@@ -86,5 +87,7 @@ mod tests {
             bump_shadowing(ns, n, Vec3::new(1.0, 0.0, -0.1).normalize()),
             0.0
         );
+        let below = Vec3::new(0.9, 0.0, -0.1).normalize();
+        assert_eq!(bump_shadowing(ns, below, Vec3::new(0.6, 0.0, 0.8)), 0.0);
     }
 }
