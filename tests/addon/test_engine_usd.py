@@ -21,6 +21,7 @@ class ByUsd(EngineTest):
         super().setUp()
         self.scene.render.resolution_x, self.scene.render.resolution_y = WIDTH, HEIGHT
         self.scene.sundog.samples = 64
+        self.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.77
 
     def pictures(self):
         """Combined by glTF and by USD."""

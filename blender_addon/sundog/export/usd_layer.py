@@ -6,6 +6,7 @@ import os
 import bpy
 
 from . import camera as cameras
+from . import nodes
 
 # Where the exporter puts all that it writes, and the world.
 ROOT, _WORLD = "root", "env_light"
@@ -30,23 +31,31 @@ def write(folder, below, scene):
     return path
 
 
-def strength_of_image(world):
-    """The strength beside the one image of a world; None where there is none, or where it varies."""
-    tree = world and world.node_tree
-    output = tree and tree.get_output_node("CYCLES")
+def shine_of(world):
+    """(colour, strength) of a world; the colour is None where it is linked, the strength where it is, both where it is no background."""
+    tree = world and nodes.tree_of(world)
+    if tree is None:
+        return (tuple(world.color), 1.0) if world else ((0.0, 0.0, 0.0), 0.0)
+    output = tree.get_output_node("CYCLES")
     links = output.inputs["Surface"].links if output else ()
     node = links[0].from_node if links else None
-    if node is None or node.type != "BACKGROUND" or not node.inputs["Color"].is_linked or node.inputs["Strength"].is_linked:
-        return None
-    return float(node.inputs["Strength"].default_value)
+    if node is None or node.type != "BACKGROUND":
+        return None, None
+    color, strength = node.inputs["Color"], node.inputs["Strength"]
+    return (None if color.is_linked else tuple(color.default_value[:3])), (None if strength.is_linked else float(strength.default_value))
 
 
 def _dome(world):
-    """Blender 5.2 writes the strength of a colour alone."""
-    strength = strength_of_image(world)
-    if strength is None:
+    """Beside an image, Blender 5.2 writes no strength; 4.5 writes a colour as an image with eight bits of it."""
+    color, strength = shine_of(world)
+    if world is None or strength is None:
         return []
-    return [f'over "{_WORLD}"', "{", f"    float inputs:intensity = {strength!r}", "}"]
+    lines = [f"    float inputs:intensity = {strength!r}"]
+    if color is None:
+        return [f'over "{_WORLD}"', "{", *lines, "}"]
+    numbers = ", ".join(repr(float(v)) for v in color)
+    lines += [f"    color3f inputs:color = ({numbers})", "    asset inputs:texture:file = None"]
+    return [f'def DomeLight "{_WORLD}"', "{", *lines, "}"]
 
 
 def needs_camera(camera):

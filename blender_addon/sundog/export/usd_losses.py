@@ -5,7 +5,7 @@ import math
 
 import bpy
 
-from . import colorspace, lights, usd_layer, visibility
+from . import colorspace, lights, nodes, usd_layer, visibility
 from .verdicts import APPROXIMATED, LOST
 
 _KEPT = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "LIGHT", "CAMERA", "VOLUME"}
@@ -58,6 +58,8 @@ def tell(depsgraph, layer, verdicts):
             if material is not None and material.name_full not in told:
                 told.add(material.name_full)
                 verdicts.extend("material", material.name_full, list(_material(material)))
+                if shown.type == "VOLUME":
+                    verdicts.add("material", material.name_full, LOST, "volumes are filled as without a material: grey, by their density")
 
 
 def _scene(scene, layer, verdicts):
@@ -94,7 +96,7 @@ def _world(world, scene, layer, verdicts):
         return
     if not layer.use_sky:
         verdicts.add("world", world.name, LOST, "the view layer's switch Environment is taken as on")
-    tree = world.node_tree
+    tree = nodes.tree_of(world)
     verdicts.add("world", world.name)
     if tree is None:
         return
@@ -110,7 +112,7 @@ def _world(world, scene, layer, verdicts):
         verdicts.add("world", world.name, LOST, "its volume is left out")
     if any(not getattr(world.cycles_visibility, kind, True) for kind in ("camera", "diffuse", "glossy", "transmission", "scatter")):
         verdicts.add("world", world.name, LOST, "it is seen by all kinds of rays")
-    if usd_layer.strength_of_image(world) is None and _has_linked_strength(output):
+    if usd_layer.shine_of(world)[1] is None and _has_linked_strength(output):
         verdicts.add("world", world.name, LOST, "its strength, which varies, is left out")
 
 
@@ -169,7 +171,7 @@ def _light(light):
             yield LOST, "it is no ellipse"
         if light.spread < math.pi * (1 - 1e-6):
             yield LOST, "it shines with its whole half space"
-    tree = light.node_tree if getattr(light, "use_nodes", False) else None
+    tree = nodes.tree_of(light)
     output = tree and tree.get_output_node("CYCLES")
     if output and not _is_plain(output):
         yield LOST, "its nodes are left out: it shines by its own settings"
@@ -188,7 +190,7 @@ def _is_plain(output):
 
 
 def _material(material):
-    tree = material.node_tree
+    tree = nodes.tree_of(material)
     output = tree and tree.get_output_node("CYCLES")
     if not output:
         return
