@@ -33,6 +33,7 @@ mod transform;
 mod triangles;
 mod value;
 mod variants;
+mod volumes;
 mod walk;
 
 pub(super) use self::named::named_files;
@@ -126,7 +127,7 @@ fn load_here(source: &Source, options: &ImportOptions) -> Result<Imported, Impor
         variants::choose(source, wanted)?;
     }
     let frame = frame(source);
-    let shapes = Shapes::new(source, Materials::new(source));
+    let shapes = Shapes::new(source, Materials::new(source), options.grid_memory);
     let mut walk = Walk::new(source, shapes, &mut diagnostics);
     let items = walk.run()?;
     let Walk {
