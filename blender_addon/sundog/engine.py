@@ -12,7 +12,7 @@ import bpy
 import numpy
 
 from . import cache, command, denoise, export, passes, preferences, program, records
-from .export import views
+from .export import usd, views
 from .process import PATIENCE, Folder, ProgramError, Run
 
 # Seconds between two looks at Esc.
@@ -123,6 +123,7 @@ class _LayerRender:
         # When the progress was told last.
         self.told = -math.inf
         self.view = (0, 1)
+        self.by_usd = self.scene.sundog.exchange == "USD"
         self.part = (layers.index(self.layer.name), len(layers)) if self.layer.name in layers else (0, 1)
 
     def run(self):
@@ -138,7 +139,7 @@ class _LayerRender:
         names = self.screen.views
         seen = [views.of_engine(self.engine, self.depsgraph, name) for name in names if name]
         with Folder(bpy.app.tempdir) as folder:
-            scene_file = self.export(folder.path, seen)
+            scene_file = self.export_usd(folder.path) if self.by_usd else self.export(folder.path, seen)
             for number, name in enumerate(names):
                 self.view = (number, len(names))
                 if name:
@@ -149,7 +150,7 @@ class _LayerRender:
                 with contextlib.nullcontext(folder) if last else Folder(bpy.app.tempdir) as own:
                     frames = os.path.join(own.path, "frames")
                     os.mkdir(frames)
-                    chosen = ["--camera", str(number)] if name else []
+                    chosen = ["--camera", self.camera_of(number)] if name or self.by_usd else []
                     line = [path, "render", scene_file, "--json", "--frames", frames, *chosen, *arguments]
                     self.record["command"] = line
                     self.watch(line, own, frames)
@@ -204,6 +205,19 @@ class _LayerRender:
         cache.mark_used(used, place)
         cache.tidy(place, preferences.get().cache_limit * preferences.GIGABYTE, used)
         return done.path
+
+    def export_usd(self, folder):
+        """Lets Blender's own exporter write the scene; returns the file."""
+        self.say("Exporting by USD")
+        done = usd.write_scene(self.depsgraph, folder, stopped=self.engine.stopped)
+        self.record.update(verdicts=done.verdicts, export=done.timings, changed_geometry=list(done.changed_geometry))
+        if _Kept.folder is not None:
+            self.record["kept"] = usd.write_scene(self.depsgraph, _Kept.folder, stopped=self.engine.stopped).path
+        return done.path
+
+    def camera_of(self, view):
+        """What the program knows the camera of a view by. A file of USD has all cameras, by the names of their objects."""
+        return self.scene.camera.name if self.by_usd else str(view)
 
     def watch(self, line, folder, frames):
         """Lets the program render, until its end or Esc."""

@@ -18,6 +18,11 @@ DENOISING = (
     ("OFF", "Off", "Never"),
 )
 
+EXCHANGES = (
+    ("GLTF", "glTF", "With extensions of Sundog's own, by which all that it renders comes through"),
+    ("USD", "USD", "By Blender's own exporter. What that leaves out is told by the Scene Check"),
+)
+
 
 def _bounces(name, default, description):
     return IntProperty(name=name, description=description, default=default, min=0, max=MOST_BOUNCES)
@@ -111,6 +116,7 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
         default=0.0, min=0.0, soft_max=0.5, precision=4, step=0.1,
     )
     use_animated_seed: BoolProperty(name="Animate Seed", description="Other random numbers in each frame", default=False)
+    exchange: EnumProperty(name="Exchange", description="Format in which the program gets the scene", items=EXCHANGES, default="GLTF")
 
 
 class SundogViewLayerSettings(bpy.types.PropertyGroup):

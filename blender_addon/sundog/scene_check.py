@@ -9,6 +9,7 @@ import bpy
 from bpy.props import StringProperty
 
 from . import cache, export, preferences, program, records
+from .export import usd
 from .process import Folder, ProgramError
 
 # Groups of verdicts that the panel shows; the console and the JSON have all.
@@ -26,8 +27,11 @@ def check(context):
     place = preferences.cache_folder()
     os.makedirs(place, exist_ok=True)
     with Folder(bpy.app.tempdir) as folder:
-        done = export.write_scene(depsgraph, scene, folder.path, place)
-        cache.mark_used(cache.used_by(done.path), place)
+        if scene.sundog.exchange == "USD":
+            done = usd.write_scene(depsgraph, folder.path)
+        else:
+            done = export.write_scene(depsgraph, scene, folder.path, place)
+            cache.mark_used(cache.used_by(done.path), place)
         # The cache and the images lie where they lie.
         outside = ["--allow-outside"] if program.abilities(path).has("allow-outside", "info") else []
         told = json.loads(program.ask(path, "info", done.path, "--json", *outside, seconds=_LOOK))

@@ -210,6 +210,7 @@ class SUNDOG_RENDER_PT_performance(_Closed, Panel):
         column = layout.column()
         column.enabled = render.threads_mode == "FIXED"
         column.prop(render, "threads")
+        self.layout.prop(context.scene.sundog, "exchange")
 
 
 # View layer

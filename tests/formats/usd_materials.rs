@@ -3,6 +3,8 @@
 use sundog::import::{ImportOptions, Imported};
 use sundog::render::{RenderSettings, Silent, render};
 use sundog::scene::Verdict;
+use sundog::scene::graph::node::principled;
+use sundog::scene::graph::{Input, NodeKind};
 
 use super::usd::{SQUARE, Stage, told};
 
@@ -152,4 +154,48 @@ def Material "ours" {{
     assert_eq!(told(&both, "usd-material"), None);
     assert_eq!(both.scene.materials[0].name, "ours");
     assert_eq!(told(&stage(""), "usd-material"), Some(Verdict::Lost));
+}
+
+/// MaterialX counts lengths in the stage's units; Blender writes metres whatever the unit.
+#[test]
+fn lengths_below_the_surface_are_in_the_stages_unit() {
+    for (doc, unit, metres) in [
+        ("", "0.01", 0.05),
+        ("", "1", 5.0),
+        ("Blender v5.2.3", "0.01", 5.0),
+    ] {
+        let stage = Stage::with(&format!(
+            r#"#usda 1.0
+(
+    upAxis = "Y"
+    metersPerUnit = {unit}
+    doc = "{doc}"
+)
+def Mesh "m" {{
+    rel material:binding = </wax>
+{SQUARE}}}
+def Material "wax" {{
+    token outputs:mtlx:surface.connect = </wax/s.outputs:out>
+    def Shader "s" {{
+        uniform token info:id = "ND_open_pbr_surface_surfaceshader"
+        float inputs:subsurface_weight = 1
+        float inputs:subsurface_radius = 5
+        token outputs:out
+    }}
+}}"#
+        ));
+        let imported = stage.load();
+        let graph = &imported.scene.materials[0].graph;
+        let scale = graph.nodes.iter().find_map(|node| {
+            let principled = matches!(node.kind, NodeKind::PrincipledBsdf { .. });
+            principled.then(|| node.inputs[principled::SUBSURFACE_SCALE])
+        });
+        let Some(Input::Value([scale, ..])) = scale else {
+            panic!("{scale:?}")
+        };
+        assert!(
+            (f64::from(scale) - metres).abs() < 1e-6,
+            "{doc} {unit}: {scale}"
+        );
+    }
 }

@@ -247,3 +247,89 @@ fn instancers_nest_hide_and_colour() {
     let imported = Stage::with(&text.replace("int[] faceVertexCounts", own)).load();
     assert_eq!(told(&imported, "usd-instance-colour"), Some(Verdict::Lost));
 }
+
+/// A volume with the density of an OpenVDB file, in its field's place.
+fn volume(more: &str) -> Stage {
+    Stage::new(&format!(
+        r#"def Volume "smoke" {{
+    rel field:density = </smoke/density>
+    {more}
+    double3 xformOp:translate = (0, 5, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def OpenVDBAsset "density" {{
+        token fieldName = "density"
+        asset filePath = @smoke.vdb@
+        double3 xformOp:scale = (2, 2, 2)
+        uniform token[] xformOpOrder = ["xformOp:scale"]
+    }}
+}}"#
+    ))
+}
+
+#[test]
+fn volumes_are_boxes_filled_with_their_density() {
+    let file = include_bytes!("../unit/import/vdb/files/zip.vdb");
+    let stage = volume("");
+    stage.file("smoke.vdb", file);
+    let imported = stage.load();
+    assert_eq!(told(&imported, "usd-volume"), None);
+    let instance = &imported.scene.instances[0];
+    let mesh = &imported.scene.meshes[instance.mesh.0 as usize];
+    let grids = mesh.grids.as_ref().unwrap();
+    assert!(grids.density_by_object);
+    let grid = grids.get(0).unwrap();
+    let (low, high) = grid.active.unwrap();
+    for (end, number) in [(low.as_dvec3() - 1.0, 0), (high.as_dvec3() + 1.0, 7)] {
+        let corner = DVec3::from(mesh.positions[number].map(f64::from));
+        let expected = grid.object_from_index.transform_point3(end);
+        assert!((corner - expected).length() < 1e-4);
+    }
+    let material = &imported.scene.materials[mesh.material.unwrap().0 as usize];
+    let medium = material.medium.as_ref().unwrap();
+    assert!(medium.varying.as_ref().unwrap().volume.is_some());
+    assert_eq!(
+        instance.world_from_object.translation,
+        DVec3::new(0.0, 5.0, 0.0)
+    );
+    // Its field is twice as large as the file has it.
+    let plain = imported_plain(file);
+    let ratio = grid.object_from_index.matrix3.x_axis.length() / plain;
+    assert!((ratio - 2.0).abs() < 1e-9);
+}
+
+/// How far the file's points are apart along X.
+fn imported_plain(file: &[u8]) -> f64 {
+    let stage = Stage::new(
+        "def Volume \"v\" {\n rel field:density = </v/d>\n def OpenVDBAsset \"d\" {\n asset filePath = @smoke.vdb@\n }\n}",
+    );
+    stage.file("smoke.vdb", file);
+    let imported = stage.load();
+    let grids = imported.scene.meshes[0].grids.clone().unwrap();
+    grids
+        .get(0)
+        .unwrap()
+        .object_from_index
+        .matrix3
+        .x_axis
+        .length()
+}
+
+#[test]
+fn volumes_that_cannot_be_read_are_told() {
+    let missing = volume("").load();
+    assert_eq!(told(&missing, "usd-volume"), Some(Verdict::Lost));
+    assert!(missing.scene.instances.is_empty());
+    for broken in [&b"no grid at all"[..], b"", b" BDV"] {
+        let stage = volume("");
+        stage.file("smoke.vdb", broken);
+        assert_eq!(told(&stage.load(), "usd-volume"), Some(Verdict::Lost));
+    }
+    let stage = volume("rel field:heat = </smoke/density>");
+    stage.file(
+        "smoke.vdb",
+        include_bytes!("../unit/import/vdb/files/zip.vdb"),
+    );
+    let imported = stage.load();
+    assert_eq!(told(&imported, "usd-volume"), Some(Verdict::Lost));
+    assert_eq!(imported.scene.instances.len(), 1);
+}

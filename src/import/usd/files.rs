@@ -71,19 +71,34 @@ impl Files {
 
     /// All of a file, or why not.
     pub(super) fn read(&self, path: &str) -> Result<Vec<u8>, String> {
-        let Some(resolved) = self.resolve(path) else {
+        let resolved = self.found(path)?;
+        self.inner
+            .bytes(&resolved)
+            .map_err(|error| error.to_string())
+    }
+
+    /// Where a file is that is read in parts, or why it is not.
+    pub(super) fn place(&self, path: &str) -> Result<PathBuf, String> {
+        let resolved = self.found(path)?;
+        if ar::split_package_relative_path_outer(path).is_some() {
+            return Err("it is packed in a .usdz: unpack that".into());
+        }
+        // A device or a pipe might never end.
+        regular(&resolved).map_err(|error| error.to_string())?;
+        Ok(resolved.to_path_buf())
+    }
+
+    fn found(&self, path: &str) -> Result<ResolvedPath, String> {
+        self.resolve(path).ok_or_else(|| {
             let mut refused = self.inner.refused.borrow_mut();
             let outside = refused.outside.iter().any(|p| p == path);
-            return Err(if outside {
+            if outside {
                 refused.outside.retain(|p| p != path);
                 "it lies outside of the scene's folder; --allow-outside reads it".into()
             } else {
                 "there is no such file".into()
-            });
-        };
-        self.inner
-            .bytes(&resolved)
-            .map_err(|error| error.to_string())
+            }
+        })
     }
 
     /// Names of the files in the folder of a path.

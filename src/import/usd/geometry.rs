@@ -12,11 +12,12 @@ use super::polygons::{Interpolation, Layer, Polygons};
 use super::preview::DEFAULT_UV;
 use super::skeleton::{self, Pose, Skeletons};
 use super::source::{Source, View};
+use super::volumes::Volumes;
 use super::walk::Inherited;
 use super::{curves, primitives, subdivide, triangles, value};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
-use crate::scene::{Diagnostics, Mesh, MeshId, Verdict};
+use crate::scene::{Diagnostics, MaterialId, Mesh, MeshId, Verdict};
 
 /// What is known of prims with a surface.
 pub(super) struct Shapes<'a> {
@@ -28,6 +29,7 @@ pub(super) struct Shapes<'a> {
     /// Whether all of each have the colour of the object that they are.
     coloured: Vec<bool>,
     skeletons: Skeletons,
+    volumes: Volumes,
     /// Shapes of prims in prototypes, by all that makes them.
     known: HashMap<(String, Vec<usize>, usize), Known>,
     /// Shapes without points, so far.
@@ -51,20 +53,21 @@ pub(super) struct Shaped {
 const FINE: usize = 200;
 
 /// Prims that have a surface or fill space, but are not rendered, and what they are.
-const LOST: [(&str, &str); 9] = [
+const LOST: [(&str, &str); 6] = [
     ("NurbsCurves", "curves"),
     ("HermiteCurves", "curves"),
     ("NurbsPatch", "NURBS patches"),
     ("TetMesh", "meshes of tetrahedra"),
-    ("Volume", "volumes"),
-    ("OpenVDBAsset", "volumes"),
-    ("Field3DAsset", "volumes"),
     ("ParticleField3DGaussianSplat", "Gaussian splats"),
     ("PortalLight", "portals of lights"),
 ];
 
 impl<'a> Shapes<'a> {
-    pub(super) fn new(source: &'a Source, materials: Materials<'a>) -> Self {
+    pub(super) fn new(
+        source: &'a Source,
+        materials: Materials<'a>,
+        grid_memory: Option<u64>,
+    ) -> Self {
         let bytes = usize::try_from(source.files.bytes_read()).unwrap_or(usize::MAX);
         Self {
             source,
@@ -73,6 +76,7 @@ impl<'a> Shapes<'a> {
             list: Vec::new(),
             coloured: Vec::new(),
             skeletons: Skeletons::default(),
+            volumes: Volumes::new(grid_memory),
             known: HashMap::new(),
             primitives: 0,
             budget: Budget::for_stage(bytes),
@@ -97,6 +101,9 @@ impl<'a> Shapes<'a> {
                 "left out",
             );
             return Ok(None);
+        }
+        if kind == "Volume" {
+            return Ok(self.volume(prim, inherited, name, diagnostics));
         }
         let made = ["Mesh", "BasisCurves", "Points"].contains(&kind);
         if !made && !primitives::KINDS.contains(&kind) {
@@ -171,6 +178,37 @@ impl<'a> Shapes<'a> {
         let _above = from_above.clone();
         self.known.insert(key, Known { shape, _above });
         Ok(shape.map(shaped))
+    }
+
+    /// The shape of a volume.
+    fn volume(
+        &mut self,
+        prim: &View,
+        inherited: &Inherited,
+        name: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Shaped> {
+        let mut mesh = self.volumes.load((self.source, prim), name, diagnostics)?;
+        if !binding::materials(&inherited.bindings, prim.path()).is_empty() {
+            diagnostics.report(
+                "usd-volume-material",
+                Verdict::Approximated,
+                "materials of volumes",
+                prim.path().to_string(),
+                "they scatter light in grey by their density, as Blender's do without a material",
+            );
+        }
+        let material = self.materials.filling();
+        mesh.material = Some(MaterialId(u32::try_from(material).unwrap_or(u32::MAX)));
+        let id = MeshId(u32::try_from(self.meshes.len()).unwrap_or(u32::MAX));
+        self.meshes.push(mesh);
+        self.list.push(vec![id]);
+        self.coloured.push(false);
+        let number = self.list.len() - 1;
+        Some(Shaped {
+            number,
+            stands: None,
+        })
     }
 
     /// Whether a shape has the colour of the object that it is.

@@ -268,7 +268,7 @@ fn profile(prim: &View, source: &Source, diagnostics: &mut Diagnostics) -> Optio
     let profile = source
         .files
         .read(&place)
-        .and_then(|bytes| ies::profile(&String::from_utf8_lossy(&bytes), normalize, scale));
+        .and_then(|bytes| ies::profile(&bytes, normalize, scale));
     match profile {
         Ok(profile) => Some(Arc::new(profile)),
         Err(reason) => {

@@ -133,6 +133,16 @@ impl<'a> Materials<'a> {
         self.add(key, material, Needs::default(), MaterialLabel::default())
     }
 
+    /// The material of volumes.
+    pub(super) fn filling(&mut self) -> usize {
+        let key = Ok("volume".into());
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let material = super::volumes::filling();
+        self.add(key, material, Needs::default(), MaterialLabel::default())
+    }
+
     /// Whether a material shows the colours of objects.
     pub(super) fn is_of_objects(&self, material: usize) -> bool {
         self.known.get(&Err(Colored::Object)) == Some(&material)

@@ -270,20 +270,30 @@ fn blend(network: &mut Network, first: Term, second: Term, factor: Term) -> Term
     materialx_nodes::mixed(network, second, first, factor)
 }
 
-/// How far light goes below the surface: a length and its share of each colour.
+/// How far light goes below the surface: a length in metres and its share of each colour.
 fn radius(network: &mut Network, shader: &View, names: &Names) -> (Term, Term) {
-    if names.film_weight.is_some() {
-        let scale = network.input_or(shader, "subsurface_radius", Term::number(1.0));
+    let (length, share, white) = if names.film_weight.is_some() {
         let radius = Term::color([1.0, 0.5, 0.25]);
-        (
-            scale,
-            network.input_or(shader, "subsurface_radius_scale", radius),
-        )
+        ("subsurface_radius", "subsurface_radius_scale", radius)
     } else {
-        let scale = network.input_or(shader, "subsurface_scale", Term::number(1.0));
-        let radius = Term::color([1.0; 3]);
-        (scale, network.input_or(shader, "subsurface_radius", radius))
-    }
+        (
+            "subsurface_scale",
+            "subsurface_radius",
+            Term::color([1.0; 3]),
+        )
+    };
+    let scale = network.input_or(shader, length, Term::number(1.0));
+    let radius = network.input_or(shader, share, white);
+    let unit = Term::number(metres(network));
+    (product(network, scale, unit), radius)
+}
+
+/// Metres of a length in a material: it counts the stage's units. Blender writes metres into stages of all units.
+fn metres(network: &Network) -> f32 {
+    let source = network
+        .source
+        .filter(|source| super::blender_version(source).is_none());
+    source.map_or(1.0, |source| source.meters_per_unit() as f32)
 }
 
 /// A thin film: its thickness in nanometres.

@@ -52,6 +52,8 @@ pub(super) fn place(
     let across = |a: DVec3, b: DVec3| (m * a).cross(m * b).length();
     let scale = m.determinant().abs().cbrt();
     let unit = frame.meters_per_unit;
+    // What is brought to an area counts the stage's units; Blender's power is that of a scene in metres, whatever unit it writes.
+    let (square, counted) = (unit * unit, if lamp.of_blender { unit * unit } else { 1.0 });
     let radiance = |area: f64| {
         let share = if lamp.normalize && area > 0.0 {
             1.0 / area
@@ -64,18 +66,26 @@ pub(super) fn place(
         Shape::Dome(dome) => return self::dome(lamp, dome.pole, m, frame),
         Shape::Cylinder { radius, length } => {
             let ring = TAU * radius * scale;
-            let radiance = radiance(ring * length * m.x_axis.length());
+            let radiance = radiance(ring * length * m.x_axis.length() * counted);
             let radiance = lamp.color.map(|c| (c * radiance) as f32);
             return Placed::Mesh(Box::new(cylinder(lamp, *radius, *length)), radiance);
         }
         Shape::Distant { angle } => distant(lamp, *angle),
         Shape::Rect { width, height } => {
             let area = width * height * across(DVec3::X, DVec3::Y);
-            area_light(AreaShape::Rectangle, [*width, *height], radiance(area))
+            area_light(
+                AreaShape::Rectangle,
+                [*width, *height],
+                radiance(area * counted),
+            )
         }
         Shape::Disk { radius } => {
             let area = PI * radius * radius * across(DVec3::X, DVec3::Y);
-            area_light(AreaShape::Ellipse, [2.0 * radius; 2], radiance(area))
+            area_light(
+                AreaShape::Ellipse,
+                [2.0 * radius; 2],
+                radiance(area * counted),
+            )
         }
         Shape::Sphere { radius, point } => {
             let radius = radius * scale;
@@ -84,11 +94,11 @@ pub(super) fn place(
             let quarter = 0.25 * lamp.strength;
             let bare = radius == 0.0 || (*point && lamp.of_blender);
             let intensity = if bare || lamp.normalize {
-                quarter * unit * unit
+                quarter * square / counted
             } else if lamp.of_blender {
-                quarter * PI * radius * radius * unit * unit
+                quarter * PI * radius * radius * square
             } else {
-                lamp.strength * PI * radius * radius * unit * unit
+                lamp.strength * PI * radius * radius * square
             };
             let radius = if *point { 0.0 } else { radius * unit };
             sphere(

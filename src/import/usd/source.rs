@@ -99,6 +99,14 @@ impl Source {
         self.stage.stage_metadata(field).ok().flatten()
     }
 
+    /// How long the stage's unit is.
+    pub(super) fn meters_per_unit(&self) -> f64 {
+        let unit = self.metadata("metersPerUnit");
+        let unit = unit.as_ref().and_then(value::number);
+        // What a file that says nothing means.
+        unit.filter(|u| u.is_finite() && *u > 0.0).unwrap_or(0.01)
+    }
+
     /// Says what could not be read, and what is missing.
     pub(super) fn report(&self, diagnostics: &mut Diagnostics) {
         for (path, reason) in self.problems.take() {

@@ -7,7 +7,7 @@ const HEAD: &str = "IESNA:LM-63-1995\n[TEST]\nTILT=NONE\n1 1000 2";
 #[test]
 fn candela_are_multiplied_and_mirrored() {
     let text = format!("{HEAD} 3 2 1 1 0 0 0\n0.5 1 100\n0 90 180\n0, 90\n100 80 50\n100 60 50\n");
-    let profile = profile(&text, false, 0.0).unwrap();
+    let profile = profile(text.as_bytes(), false, 0.0).unwrap();
     assert_eq!(profile.around.len(), 5);
     assert!((profile.of(Vec3::NEG_Z) - 100.0).abs() < 1e-4);
     // At the end itself it is 0, as in Cycles.
@@ -32,7 +32,7 @@ fn a_normalized_profile_keeps_the_power() {
         angles.join(" "),
         values.join(" ")
     );
-    let profile = profile(&text, true, 0.0).unwrap();
+    let profile = profile(text.as_bytes(), true, 0.0).unwrap();
     assert!((profile.of(Vec3::NEG_Z) - 2.0).abs() < 1e-3);
     assert!((profile.of(Vec3::X) - 1.0).abs() < 1e-3);
 }
@@ -40,7 +40,7 @@ fn a_normalized_profile_keeps_the_power() {
 #[test]
 fn angles_are_rescaled_from_either_end() {
     let text = format!("{HEAD} 2 1 1 1 0 0 0\n1 1 100\n0 180\n0\n1 2\n");
-    let down = |scale| profile(&text, false, scale).unwrap().down;
+    let down = |scale| profile(text.as_bytes(), false, scale).unwrap().down;
     let near = |angles: Vec<f32>, expected: [f32; 2]| {
         angles
             .iter()
@@ -63,6 +63,6 @@ fn broken_files_are_told() {
         "TILT=INCLUDE\n1 -5",
         "TILT=NONE\n1 1 nan 2 1 1 1 0 0 0 1 1 1 0 90 0 1 1",
     ] {
-        assert!(profile(text, true, 0.0).is_err(), "{text}");
+        assert!(profile(text.as_bytes(), true, 0.0).is_err(), "{text}");
     }
 }

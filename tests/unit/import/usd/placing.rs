@@ -69,6 +69,54 @@ fn spheres_and_rectangles_shine_as_the_schema_says() {
     assert!(!normalize && (f64::from(power) - PI * 2.0).abs() < 1e-5);
 }
 
+/// A stage in centimetres: by the schema areas count them, while Blender writes the watts of metres into every stage.
+#[test]
+fn units_count_in_what_is_brought_to_an_area() {
+    let centimetres = Frame {
+        ours_from_stage: DAffine3::from_scale(DVec3::splat(0.01)),
+        meters_per_unit: 0.01,
+        z_up: true,
+    };
+    // As large as in metres.
+    let matrix = DAffine3::from_scale(DVec3::splat(100.0));
+    let strength = |lamp: &Lamp, frame: &Frame, matrix| match place(lamp, &matrix, None, frame) {
+        Placed::Light(light) => match light.kind {
+            LightKind::Point { intensity, .. } => f64::from(intensity),
+            LightKind::Area { power, .. } => f64::from(power),
+            _ => panic!("another light"),
+        },
+        _ => panic!("no light"),
+    };
+    let shapes = || {
+        [
+            Shape::Disk { radius: 0.5 },
+            Shape::Rect {
+                width: 2.0,
+                height: 0.5,
+            },
+            Shape::Sphere {
+                radius: 0.5,
+                point: false,
+            },
+        ]
+    };
+    for (shape, (of_blender, share)) in shapes()
+        .into_iter()
+        .flat_map(|shape| [(true, 1.0), (false, 1e-4)].map(|expected| (shape.clone(), expected)))
+    {
+        let mut lamp = lamp(shape);
+        (lamp.normalize, lamp.of_blender) = (true, of_blender);
+        let metres = strength(&lamp, &frame(), DAffine3::IDENTITY);
+        let found = strength(&lamp, &centimetres, matrix) / metres;
+        assert!((found / share - 1.0).abs() < 1e-6, "{found}");
+        lamp.normalize = false;
+        let metres = strength(&lamp, &frame(), DAffine3::IDENTITY);
+        let found = strength(&lamp, &centimetres, matrix);
+        // The radiance is the same; the sphere's size is part of its intensity, the area light's of its matrix.
+        assert!((found / metres - 1.0).abs() < 1e-6, "{found} {metres}");
+    }
+}
+
 #[test]
 fn suns_have_the_projected_angle_of_their_disc() {
     let angle = 0.2;
