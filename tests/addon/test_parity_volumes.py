@@ -286,6 +286,8 @@ class Grids(Scenes):
         self.compare("VDB, stretched", 256)
         shown.data.render.space = "WORLD"
         self.compare("VDB, by the world's metres", 256)
+        shown.data.materials.clear()
+        self.compare("VDB without a material", 256)
 
     def test_colours_and_cubic_splines(self):
         shown, tree = self.volume(half=True)

@@ -62,8 +62,21 @@ class Writer:
             self._known[key] = self._write(material, grids)
         return self._known[key]
 
-    def _write(self, material, grids):
-        reader = Reader(self.walker)
+    def _write(self, material, grids, walker=None):
+        if material is None and grids is not None:
+            # What Cycles fills volumes with that have no material.
+            material = bpy.data.materials.new("(no material)")
+            try:
+                material.use_nodes = True
+                tree = material.node_tree
+                tree.nodes.clear()
+                shader, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("VolumePrincipled", "OutputMaterial"))
+                tree.links.new(shader.outputs[0], output.inputs["Volume"])
+                # With a walker of its own: the tree's address may be another's later.
+                return self._write(material, grids, nodes.Walker())
+            finally:
+                bpy.data.materials.remove(material)
+        reader = Reader(walker or self.walker)
         if grids is not None:
             cubic = getattr(getattr(material, "cycles", None), "volume_interpolation", "LINEAR") == "CUBIC"
             reader.grids = graph_write.GridReads(frozenset(grids), self.grids, cubic)
