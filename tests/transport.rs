@@ -1,6 +1,6 @@
 //! Light transport on scenes built here: answers that are exact, or equalities between renders.
 
-pub mod accuracy;
+mod accuracy;
 mod below;
 mod catchers;
 mod center;

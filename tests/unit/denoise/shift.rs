@@ -84,7 +84,7 @@ fn intervals_of_blocks_hold_in_ninety_five_of_a_hundred() {
     );
     // Each replicate has four samples of 0 or, one of ten, 10.
     let mut next = move || {
-        let samples = (0..4).map(|_| f64::from(rng.next_u32() % 10 == 0));
+        let samples = (0..4).map(|_| f64::from(rng.next_u32().is_multiple_of(10)));
         samples.sum::<f64>() * 2.5
     };
     let denoised = grey(vec![1.0; 64 * 64]);
