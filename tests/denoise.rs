@@ -452,6 +452,58 @@ fn what_is_told_of_the_denoised_picture_is_true() {
     assert!(seen >= 0.86, "{seen}");
 }
 
+/// Tinted glass tells denoisers what is behind it by its colour, as in Cycles: each of two boundaries hands on F + (1 − F) √tint, F being
+/// 0.034.
+#[test]
+fn features_have_the_tint_of_glass() {
+    let mut scene = Scene {
+        cameras: vec![kit::camera(DVec3::new(0.0, 0.0, 3.0), 0.2)],
+        ..Scene::default()
+    };
+    let tinted = MetallicRoughness {
+        base_color: [0.8, 0.2, 0.1],
+        ..kit::glass(0.0, 1.45)
+    };
+    kit::place(
+        &mut scene,
+        kit::sphere(24, 0.0, true),
+        tinted,
+        &[DAffine3::IDENTITY],
+    );
+    let wall = kit::quad([-40.0, -40.0, -3.0], [80.0, 0.0, 0.0], [0.0, 80.0, 0.0]);
+    kit::place(
+        &mut scene,
+        wall,
+        kit::diffuse([0.5; 3]),
+        &[DAffine3::IDENTITY],
+    );
+    let settings = RenderSettings {
+        width: 16,
+        height: 16,
+        samples: 64,
+        passes: Passes::COMBINED.with(Pass::DenoisingAlbedo),
+        ..RenderSettings::default()
+    };
+    let picture = render(&scene, &settings, &Silent).unwrap().picture;
+    let layer = layer(&picture, Pass::DenoisingAlbedo);
+    let pixels = layer.data.chunks(layer.channels.len());
+    let count = (16 * 16) as f32;
+    let albedo = pixels.fold([0.0; 3], |sum, of| {
+        [0, 1, 2].map(|c| sum[c] + of[c] / count)
+    });
+    let reflected: f32 = 0.034;
+    let handed_on = |tint: f32| (reflected + (1.0 - reflected) * tint.sqrt()).powi(2);
+    // How many paths meet the wall is the same for all colours.
+    for (found, tint) in albedo.iter().zip([0.8, 0.2, 0.1]).skip(1) {
+        let wanted = handed_on(tint) / handed_on(0.8);
+        let found = found / albedo[0];
+        assert!(
+            (found / wanted - 1.0).abs() < 0.02,
+            "{albedo:?}, {found} for {wanted}"
+        );
+    }
+}
+
 /// The floor that a mirror and a sphere of glass show is the floor to a denoiser.
 #[test]
 fn features_are_those_of_what_mirrors_and_glass_show() {
