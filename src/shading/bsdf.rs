@@ -405,11 +405,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
         all
     }
 
-    /// Normal and albedo of each lobe, and the α of its facets: 1 of lobes without any.
+    /// Normal of each lobe, what it scatters with its tint, and the α of its facets: 1 of lobes without any.
     pub fn facets(&self) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
         let lambert = (self.normal(), self.lambert.color, 1.0);
-        let others = self.others().iter();
-        let others = others.map(|entry| (entry.lobe.normal(), entry.albedo, entry.lobe.alpha()));
+        let others = self.others().iter().map(|Entry { lobe, albedo, .. }| {
+            let [reflected, transmitted] = lobe.colors(*albedo);
+            (lobe.normal(), reflected + transmitted, lobe.alpha())
+        });
         std::iter::once(lambert).chain(others)
     }
 

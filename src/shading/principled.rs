@@ -248,9 +248,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 Fresnel::Schlick { f0 }
             };
             let gain = compensation(metal.average());
+            let scattered = gain * (single_scattering() * share);
             if p.film.is_there() {
                 let filmed = Filmed::metal(p.film, &metal);
-                self.add_filmed(filmed, facets, gain * share, Vec3::splat(share));
+                self.add_filmed(filmed, facets, gain * share, scattered);
             } else {
                 self.add_reflection(
                     Reflection {
@@ -258,7 +259,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                         facets,
                         fresnel: metal,
                     },
-                    metal.reflectance(cos) * share,
+                    metal.reflectance(cos) * scattered,
                 );
             }
         }

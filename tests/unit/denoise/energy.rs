@@ -16,6 +16,7 @@ fn factors_by_hand() {
         noisy,
         denoised,
         variance,
+        own_variance: variance,
         pixels: 256.0,
     };
     // Off by 0.1 with a deviation of 0.05: three quarters are certain.

@@ -7,6 +7,37 @@ fn gamma_grows_a_little_faster_than_its_argument() {
     assert!(gamma(8) > 8.0 * UNIT_ROUNDOFF && gamma(8) < 8.001 * UNIT_ROUNDOFF);
 }
 
+/// Tables of the normal distribution; 6.3e-6 is 5 % of 8160 blocks.
+#[test]
+fn so_many_deviations_leave_a_share_beyond() {
+    for (beyond, deviations) in [
+        (0.5, 0.67449),
+        (0.05, TWO_SIDED_95),
+        (0.01, 2.57583),
+        (6.3e-6, 4.5161),
+        (1e-9, 6.1094),
+    ] {
+        let found = two_sided(beyond);
+        assert!((found - deviations).abs() < 4.5e-4, "{beyond}: {found}");
+    }
+}
+
+/// Tables of Student's t.
+#[test]
+fn few_degrees_of_freedom_make_intervals_wider() {
+    for (degrees, wide, off) in [
+        (3.0, 3.1824, 0.03),
+        (5.0, 2.5706, 4e-3),
+        (10.0, 2.2281, 5e-4),
+        (30.0, 2.0423, 1e-4),
+        (f64::MAX, TWO_SIDED_95, 1e-12),
+    ] {
+        let found = student_95(degrees);
+        assert!((found - wide).abs() < off, "{degrees}: {found}");
+    }
+    assert_eq!(student_95(-1.0), student_95(1.0));
+}
+
 /// A ray of 5 mm onto a level ground of 10⁷ m, 3 mm below: within the bound of the height, and where the ray goes.
 #[test]
 fn a_point_on_a_huge_triangle_is_where_the_ray_goes() {
