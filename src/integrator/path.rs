@@ -24,7 +24,9 @@ use crate::math::average;
 use crate::math::float::{BoundedPoint, RAY_START, is_unit};
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
-use crate::world::{Asking, Hit, Passage, Past, RayKind, Sender, Source, Surface, Within, World};
+use crate::world::{
+    Asking, Hit, OtherSide, Passage, Past, RayKind, Sender, Source, Surface, Within, World,
+};
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
 
@@ -128,6 +130,8 @@ struct Beside {
     skipped: f32,
     /// Nanometres; 0 where no index of refraction depends on it.
     wavelength: f32,
+    /// What is on the other side of the surface that it has met.
+    other_side: OtherSide,
     /// What the path counts from the first such surface on.
     counts: Option<Vec3>,
 }
@@ -201,6 +205,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         scattered: None,
         skipped: 0.0,
         wavelength: 0.0,
+        other_side: OtherSide::default(),
         counts: None,
     };
     if E::EVERYTHING
@@ -233,7 +238,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let Some(parameters) = walk.goes_on(&surface) else {
             break;
         };
-        if E::EVERYTHING && surface.disperses {
+        if E::EVERYTHING && (surface.disperses || walk.beside.other_side.disperses) {
             walk.disperse();
         }
         // Lobes are added in place: a BSDF is too large to be handed over.
@@ -374,6 +379,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             blurry: self.min_pdf < 8.0,
             way: self.beside.way,
             wavelength: self.beside.wavelength,
+            other_side: self.beside.other_side.index,
             numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
         }
     }

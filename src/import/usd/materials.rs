@@ -128,6 +128,7 @@ impl<'a> Materials<'a> {
             graph,
             double_sided: false,
             medium: None,
+            priority: None,
         };
         let key = Ok(format!("light {}", self.list.len()));
         self.add(key, material, Needs::default(), MaterialLabel::default())
@@ -203,6 +204,7 @@ impl<'a> Materials<'a> {
             graph: network.graph,
             double_sided: true,
             medium: None,
+            priority: None,
         };
         (material, needs)
     }
@@ -278,6 +280,7 @@ impl<'a> Materials<'a> {
                 graph,
                 double_sided: true,
                 medium: None,
+                priority: None,
             };
             return Some((material, needs));
         }
