@@ -377,15 +377,16 @@ impl World {
     }
 
     /// Those of them that vary.
-    fn varying(&self, objects: &Objects) -> impl Iterator<Item = &Varying> {
-        self.parts(objects)
-            .filter_map(|part| part.varying.as_deref())
+    fn varying(&self, objects: &Objects) -> ArrayVec<&Varying, { MOST + 1 }> {
+        let varying = self
+            .parts(objects)
+            .filter_map(|part| part.varying.as_deref());
+        varying.take(MOST + 1).collect()
     }
 
-    /// What is at a point within some objects; the lobes of what varies are added to those that are asked for.
+    /// What is at a point; the lobes of what varies are added to those that are asked for.
     fn local(
-        &self,
-        (objects, even): (&Objects, &Medium),
+        (varying, even): (&[&Varying], &Medium),
         point: Vec3,
         mut lobes: Option<&mut Vec<Lobe>>,
     ) -> Local {
@@ -394,7 +395,7 @@ impl World {
             scattering: even.scattering,
             emission: even.emission,
         };
-        for varying in self.varying(objects) {
+        for varying in varying {
             let local = varying.local(point, lobes.as_deref_mut());
             sum.extinction += local.extinction;
             sum.scattering += local.scattering;
@@ -407,8 +408,8 @@ impl World {
     #[cold]
     pub fn medium_at(&self, within: &Within, point: Vec3) -> Medium {
         let mut lobes = within.medium.lobes.clone();
-        let around = (&within.objects, &within.medium);
-        let local = self.local(around, point, Some(&mut lobes));
+        let varying = self.varying(&within.objects);
+        let local = Self::local((&varying, &within.medium), point, Some(&mut lobes));
         Medium {
             extinction: local.extinction,
             scattering: local.scattering,
@@ -417,10 +418,23 @@ impl World {
         }
     }
 
-    fn marches(&self, objects: &Objects, way: &Way) -> ArrayVec<March<'_>, { MOST + 1 }> {
-        let marches = self.varying(objects);
-        let marches = marches.map(|v| v.majorants.along(way.origin, way.direction, way.span.0));
-        marches.take(MOST + 1).collect()
+    /// Calls with the bounds of what varies along a way.
+    #[inline(always)]
+    fn with_marches<T>(
+        varying: &[&Varying],
+        way: &Way,
+        call: impl FnOnce(&mut [March<'_>]) -> T,
+    ) -> T {
+        fn march<'v>(v: &'v Varying, way: &Way) -> March<'v> {
+            v.majorants.along(way.origin, way.direction, way.span.0)
+        }
+        // Most often there is one, and no need for room for all that there may be.
+        if let [one] = varying {
+            return call(&mut [march(one, way)]);
+        }
+        let mut marches: ArrayVec<_, { MOST + 1 }> =
+            varying.iter().map(|v| march(v, way)).collect();
+        call(&mut marches)
     }
 
     /// Where light of a throughput is scattered in what varies, with the weight of that, and what the way adds to it.
@@ -433,11 +447,13 @@ impl World {
         light: (Vec3, bool),
         mut draws: Draws,
     ) -> (Flight, Vec3) {
-        let mut marches = self.marches(&within.objects, way);
-        let around = (&within.objects, &within.medium);
+        let varying = self.varying(&within.objects);
+        let around = (&varying[..], &within.medium);
         let even = within.medium.extinction.max_element();
-        let local = |t: f32| self.local(around, way.origin + way.direction * t, None);
-        tracking::fly(&mut marches, even, way.span, light, || draws.draw(), local)
+        let local = |t: f32| Self::local(around, way.origin + way.direction * t, None);
+        Self::with_marches(&varying, way, |marches| {
+            tracking::fly(marches, even, way.span, light, || draws.draw(), local)
+        })
     }
 
     /// Share of light that what is around lets through on a way.
@@ -453,17 +469,20 @@ impl World {
         way: &Way,
         draws: &mut Draws,
     ) -> Vec3 {
-        let mut marches = self.marches(objects, way);
+        let varying = self.varying(objects);
         let passed = transmittance(even.extinction, way.span.1 - way.span.0);
-        if marches.is_empty() || passed == Vec3::ZERO {
+        if varying.is_empty() || passed == Vec3::ZERO {
             return passed;
         }
         // What is the same everywhere is known.
         let local = |t: f32| {
             let point = way.origin + way.direction * t;
-            self.local((objects, &Medium::EMPTY), point, None)
+            Self::local((&varying, &Medium::EMPTY), point, None)
         };
-        passed * tracking::ratio(&mut marches, 0.0, way.span, || draws.draw(), local)
+        let ratio = |marches: &mut [March<'_>]| {
+            tracking::ratio(marches, 0.0, way.span, || draws.draw(), local)
+        };
+        passed * Self::with_marches(&varying, way, ratio)
     }
 
     fn sum_up(&self, within: &mut Within) {
