@@ -11,6 +11,7 @@ mod forecast;
 mod linking;
 mod media;
 mod motion;
+mod nesting;
 mod patterns;
 mod replay;
 mod studies;

@@ -131,6 +131,19 @@ class SundogViewLayerSettings(bpy.types.PropertyGroup):
     )
 
 
+class SundogMaterialSettings(bpy.types.PropertyGroup):
+    """What Blender's materials do not say."""
+
+    use_priority: BoolProperty(
+        name="Nesting Priority", default=False,
+        description="Where solids with such priorities overlap, as ice in water in a glass, that of the highest one is there",
+    )
+    priority: IntProperty(
+        name="Priority", default=0,
+        description="The solid of the higher priority is there; of several with the same one the last that the light has entered",
+    )
+
+
 # Cycles' names of what both have.
 COPIED = (
     "samples", "time_limit", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
@@ -194,19 +207,21 @@ class SUNDOG_OT_copy_settings_from_cycles(bpy.types.Operator):
         return {"FINISHED"}
 
 
-_CLASSES = (SundogSceneSettings, SundogViewLayerSettings, SUNDOG_OT_copy_settings_from_cycles)
+_CLASSES = (SundogSceneSettings, SundogViewLayerSettings, SundogMaterialSettings, SUNDOG_OT_copy_settings_from_cycles)
 
 
 def register():
-    """Adds the settings to scenes and view layers."""
+    """Adds the settings to scenes, view layers and materials."""
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.sundog = PointerProperty(type=SundogSceneSettings, name="Sundog")
     bpy.types.ViewLayer.sundog = PointerProperty(type=SundogViewLayerSettings, name="Sundog")
+    bpy.types.Material.sundog = PointerProperty(type=SundogMaterialSettings, name="Sundog")
 
 
 def unregister():
     """Takes them away."""
+    del bpy.types.Material.sundog
     del bpy.types.ViewLayer.sundog
     del bpy.types.Scene.sundog
     for cls in reversed(_CLASSES):

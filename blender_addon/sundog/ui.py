@@ -439,6 +439,18 @@ class SUNDOG_MATERIAL_PT_displacement(_Material, Panel):
         _nodes(layout, context.material, "Displacement")
 
 
+class SUNDOG_MATERIAL_PT_settings(_Material, Panel):
+    bl_label = "Settings"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def show(self, layout, context):
+        settings = context.material.sundog
+        prop(layout, settings, "use_priority")
+        column = layout.column()
+        column.active = settings.use_priority
+        prop(column, settings, "priority")
+
+
 class SUNDOG_OBJECT_PT_ray_visibility(_Closed, Panel):
     bl_label = "Ray Visibility"
     bl_context = "object"
@@ -506,6 +518,7 @@ _CLASSES = (
     SUNDOG_MATERIAL_PT_surface,
     SUNDOG_MATERIAL_PT_volume,
     SUNDOG_MATERIAL_PT_displacement,
+    SUNDOG_MATERIAL_PT_settings,
     SUNDOG_OBJECT_PT_ray_visibility,
     SUNDOG_CAMERA_PT_panorama,
 )

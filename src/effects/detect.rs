@@ -282,6 +282,27 @@ impl Findings {
         }
     }
 
+    /// Objects of solids that state priorities: one alone overlaps with no other.
+    fn nested(&mut self, scene: &Scene) {
+        let nested: Vec<bool> = scene
+            .materials
+            .iter()
+            .map(|m| m.nested().is_some())
+            .collect();
+        let is_nested = |instance: &&Instance| {
+            let mesh = &scene.meshes[instance.mesh.0 as usize];
+            let material = mesh.material.map(|material| material.0 as usize);
+            let is_nested = material.and_then(|material| nested.get(material));
+            !mesh.triangles.is_empty() && is_nested.copied().unwrap_or(false)
+        };
+        let objects: Vec<&Instance> = scene.instances.iter().filter(is_nested).collect();
+        if objects.len() > 1 {
+            for object in objects {
+                self.object(Effect::NestedDielectrics, &object.name);
+            }
+        }
+    }
+
     fn coincident(&mut self, scene: &Scene) {
         let coincident = coincident::find(scene);
         for &instance in coincident.faces.keys() {
@@ -496,6 +517,7 @@ impl EffectReport {
             }
         }
         found.lights(scene);
+        found.nested(scene);
         found.coincident(scene);
         found.camera(scene, requested.camera);
         let lamp = |light: &&Light| shines(light) && !matches!(light.kind, LightKind::Sun { .. });

@@ -53,6 +53,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::MotionBlur
         | Effect::Media
         | Effect::Absorption
+        | Effect::NestedDielectrics
         | STRUCTURE
 );
 /// Patterns that materials' programs compute.

@@ -114,6 +114,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::Dispersion, Kernels, ["an index of refraction by wavelength", "a placed material is solid glass whose dispersion is not 0"]),
         line(E::Absorption, Kernels, ["light that is taken by the way through a solid", "a placed material or the world has a volume that absorbs and does nothing else"]),
         line(E::Media, Kernels, ["fog and what else scatters or emits light between surfaces", "a placed material or the world has a volume that does"]),
+        line(E::NestedDielectrics, Kernels, ["solids that overlap, by their priorities", "two placed objects of solid glass have materials that state one"]),
         line(E::MotionBlur, Kernels, ["things that move while the shutter is open", "a placed object, its vertices or the camera that renders does"]),
         line(E::ShadowCatcher, Kernels, ["objects that show nothing but the shadows on them", "a placed object is one"]),
     ]

@@ -24,6 +24,9 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
     m.medium = m
         .medium
         .filter(|medium| medium.effect().is_some_and(|effect| set.contains(effect)));
+    if !set.contains(Effect::NestedDielectrics) {
+        m.priority = None;
+    }
     for slot in Slot::ALL {
         if !set.contains(slot.effect()) {
             // One at a time: what is left has other places in the list afterwards.

@@ -8,7 +8,7 @@ use crate::film::objects::FirstObject;
 use crate::film::pixel::CenterSample;
 use crate::math::float::RAY_START;
 use crate::sampler::{Dimension, Sampler};
-use crate::world::{Asking, Hit, RayKind, Sender, World};
+use crate::world::{Asking, Hit, Passage, RayKind, Sender, World};
 use glam::{Vec2, Vec3};
 
 /// The surface that it meets.
@@ -52,11 +52,23 @@ fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<(Vec3,
         near: ray.near,
         ..RayKind::Camera.into()
     };
+    let (mut within, mut passage) = (world.media_at_camera(), Passage::default());
     for passed in 0..MOST_PASSED {
         let key = || sampler.key(Dimension::Opacity, 0);
         let hit = world.intersect::<General>(origin, ray.direction, span, sender, key)?;
         if world.is_holdout(&hit) {
             return None;
+        }
+        if world.has_priorities() {
+            let inside = (&within, &mut passage);
+            let is_there = world.interface(inside, (&hit, ray.direction), 0.0);
+            if is_there.is_none() {
+                world.cross(&mut within, &hit, ray.direction);
+                sender.walked += hit.distance;
+                origin = world.straight_on(&hit, ray.direction).0;
+                span = (RAY_START, f32::INFINITY);
+                continue;
+            }
         }
         if !world.is_tinted() {
             return Some((origin, hit));

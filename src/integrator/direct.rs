@@ -153,6 +153,9 @@ impl<E: Features> Vertex<'_, E> {
         let lids = E::EVERYTHING && casts_shadow && world.has_lids();
         let mut share = match light.target {
             _ if !casts_shadow => Vec3::ONE,
+            _ if E::EVERYTHING && world.has_priorities() => {
+                self.nested_share((start, light.wi), light.target, beyond, left)
+            }
             Some(target) if lids && world.lies_on_face(drawn) => {
                 world.transmittance_up_to((start, target), drawn, left)
             }
@@ -177,6 +180,30 @@ impl<E: Features> Vertex<'_, E> {
         1
     }
 
+    /// The media around a ray that crosses the surface, if it does.
+    fn crossed(&self, direction: Vec3, beyond: bool) -> Option<Within> {
+        beyond.then(|| {
+            let mut within = self.within.clone();
+            self.world.cross(&mut within, self.hit, direction);
+            within
+        })
+    }
+
+    /// Share of a light sample that surfaces let through, where priorities say which of them are there.
+    #[cold]
+    #[inline(never)]
+    fn nested_share(
+        &self,
+        ray: (Vec3, Vec3),
+        target: Option<Vec3>,
+        beyond: bool,
+        left: (u32, Sender),
+    ) -> Vec3 {
+        let crossed = self.crossed(ray.1, beyond);
+        let within = crossed.as_ref().unwrap_or(self.within);
+        self.world.transmittance_nested(within, ray, target, left)
+    }
+
     /// Share of a light sample that media let through; `direction`: of the light; `beyond`: its ray crosses the surface.
     #[cold]
     #[inline(never)]
@@ -187,11 +214,7 @@ impl<E: Features> Vertex<'_, E> {
         beyond: bool,
         key: u32,
     ) -> Vec3 {
-        let crossed = beyond.then(|| {
-            let mut within = self.within.clone();
-            self.world.cross(&mut within, self.hit, direction);
-            within
-        });
+        let crossed = self.crossed(direction, beyond);
         let within = crossed.as_ref().unwrap_or(self.within);
         let ray = (start, direction);
         let how = (self.hit.time, key);
@@ -217,6 +240,11 @@ impl<E: Features> Vertex<'_, E> {
             ..RayKind::Shadow.into()
         };
         let left = (self.transparent, sender);
+        if E::EVERYTHING && self.world.has_priorities() {
+            let target = Some(start + direction * distance);
+            let ray = (start, direction);
+            return self.throughput * self.nested_share(ray, target, false, left);
+        }
         self.throughput
             * self
                 .world

@@ -5,6 +5,7 @@
 mod below;
 mod media;
 mod onward;
+mod start;
 mod wide;
 
 pub(super) use onward::{Tinted, tinted};
@@ -26,10 +27,13 @@ use crate::math::float::{BoundedPoint, RAY_START, is_unit};
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
 use crate::world::{
-    Asking, Hit, Passage, Past, RayKind, Sender, Source, Surface, Widening, Within, World,
+    Asking, Hit, OtherSide, Passage, Past, RayKind, Sender, Source, Surface, Widening, Within,
+    World,
 };
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
+
+pub(super) use start::spawn_ray;
 
 /// Tells the number of a path's wavelength from all others.
 const WAVELENGTH: u32 = 0x_7a3c_19e5;
@@ -132,6 +136,8 @@ struct Beside {
     skipped: f32,
     /// Nanometres; 0 where no index of refraction depends on it.
     wavelength: f32,
+    /// What is on the other side of the surface that it has met.
+    other_side: OtherSide,
     /// What the path counts from the first such surface on.
     counts: Option<Vec3>,
 }
@@ -206,6 +212,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         scattered: None,
         skipped: 0.0,
         wavelength: 0.0,
+        other_side: OtherSide::default(),
         counts: None,
     };
     if E::EVERYTHING
@@ -238,7 +245,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let Some(parameters) = walk.goes_on(&surface) else {
             break;
         };
-        if E::EVERYTHING && surface.disperses {
+        if E::EVERYTHING && (surface.disperses || walk.beside.other_side.disperses) {
             walk.disperse();
         }
         // Lobes are added in place: a BSDF is too large to be handed over.
@@ -381,6 +388,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             way: self.beside.way,
             wide: self.beside.wide,
             wavelength: self.beside.wavelength,
+            other_side: self.beside.other_side.index,
             numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
         }
     }
@@ -659,26 +667,6 @@ fn features<E: Features>(bsdf: &KernelBsdf<E>) -> SurfaceFeatures {
         features.add(normal, albedo, alpha);
     }
     features
-}
-
-/// How far rays start off surfaces in toy renderers, metres.
-const NAIVE_OFFSET: f32 = 1e-4;
-
-/// Where a ray starts that leaves a surface; `None` where the surface is in its way.
-#[inline]
-pub(super) fn spawn_ray<E: Features>(
-    world: &World,
-    settings: &PathSettings,
-    (hit, surface): (&Hit, &Surface),
-    direction: Vec3,
-    beyond: bool,
-) -> Option<Vec3> {
-    if E::EVERYTHING && settings.naive_offsets {
-        let normal = surface.normals.geometric;
-        let offset = normal * NAIVE_OFFSET.copysign(direction.dot(normal));
-        return Some(surface.point.point + offset);
-    }
-    world.ray_origin::<E>(hit, surface, direction, beyond)
 }
 
 /// Light of the world along a ray of the camera, past everything.

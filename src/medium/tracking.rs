@@ -207,12 +207,25 @@ impl Majorants {
                 far = far.min(a[axis].max(b[axis]));
             }
         }
+        let ahead = direction.to_array().map(|d| d > 0.0);
+        let count = self.count().to_array();
+        let strides = [1, count[0], count[0] * count[1]];
         let mut march = March {
             grid: self,
             ray: (origin, direction),
+            inverse: inverse.to_array(),
+            ahead,
+            strides: [0, 1, 2].map(|axis| {
+                if ahead[axis] {
+                    strides[axis]
+                } else {
+                    -strides[axis]
+                }
+            }),
             leaves: far,
-            cell: IVec3::ZERO,
-            next: Vec3::INFINITY,
+            cell: [0; 3],
+            number: 0,
+            next: [f32::INFINITY; 3],
             end: from,
             majorant: 0.0,
             inside: false,
@@ -233,11 +246,17 @@ impl Majorants {
 pub struct March<'a> {
     grid: &'a Majorants,
     ray: (Vec3, Vec3),
+    /// One over the direction.
+    inverse: [f32; 3],
+    /// Whether it goes up along each axis, and how far the next cell's number is from this one's.
+    ahead: [bool; 3],
+    strides: [i32; 3],
     /// Where it leaves the box.
     leaves: f32,
-    cell: IVec3,
+    cell: [i32; 3],
+    number: i32,
     /// Where it leaves the cell, by axis.
-    next: Vec3,
+    next: [f32; 3],
     /// How far the bound holds.
     end: f32,
     /// The bound.
@@ -254,6 +273,7 @@ impl March<'_> {
             let below = planes.partition_point(|&plane| plane <= point[axis]);
             self.cell[axis] = below.clamp(1, planes.len() - 1) as i32 - 1;
         }
+        self.number = grid.number(IVec3::from(self.cell)) as i32;
         for axis in 0..3 {
             self.next[axis] = self.crossing(axis);
         }
@@ -262,38 +282,47 @@ impl March<'_> {
     }
 
     /// Where the ray leaves its cell along an axis.
+    #[inline]
     fn crossing(&self, axis: usize) -> f32 {
-        let (origin, direction) = self.ray;
-        if direction[axis] == 0.0 {
+        if self.inverse[axis].is_infinite() {
             return f32::INFINITY;
         }
-        let side = self.cell[axis] + i32::from(direction[axis] > 0.0);
-        (self.grid.planes[axis][side as usize] - origin[axis]) / direction[axis]
+        let side = self.cell[axis] + i32::from(self.ahead[axis]);
+        (self.grid.planes[axis][side as usize] - self.ray.0[axis]) * self.inverse[axis]
     }
 
+    #[inline]
     fn settle(&mut self, at: f32) {
-        self.majorant = self.grid.values[self.grid.number(self.cell)];
-        self.end = self.next.min_element().min(self.leaves).max(at);
+        self.majorant = self.grid.values[self.number as usize];
+        let [x, y, z] = self.next;
+        self.end = x.min(y).min(z).min(self.leaves).max(at);
     }
 
     /// Goes on to what lies behind the end of this bound.
+    #[inline]
     fn advance(&mut self) {
         let at = self.end;
         if !self.inside {
             self.enter(at);
             return;
         }
-        let axis = match self.next {
-            n if n.x <= n.y && n.x <= n.z => 0,
-            n if n.y <= n.z => 1,
-            _ => 2,
+        let [x, y, z] = self.next;
+        let axis = if x <= y && x <= z {
+            0
+        } else if y <= z {
+            1
+        } else {
+            2
         };
-        self.cell[axis] += if self.ray.1[axis] > 0.0 { 1 } else { -1 };
-        let is_out = !(0..self.grid.count()[axis]).contains(&self.cell[axis]);
+        let step = if self.ahead[axis] { 1 } else { -1 };
+        self.cell[axis] += step;
+        let is_out =
+            self.cell[axis] < 0 || self.cell[axis] as usize + 1 >= self.grid.planes[axis].len();
         if is_out || at >= self.leaves {
             (self.majorant, self.end) = (0.0, f32::INFINITY);
             return;
         }
+        self.number += self.strides[axis];
         self.next[axis] = self.crossing(axis);
         self.settle(at);
     }
@@ -313,20 +342,17 @@ fn collide<T>(
         let majorant = marches.iter().map(|m| m.majorant).sum::<f32>() + even;
         let ends = marches.iter().map(|m| m.end).fold(f32::INFINITY, f32::min);
         let end = ends.min(to);
-        let way = if majorant > 0.0 {
-            majorant * (end - t)
-        } else {
-            0.0
-        };
-        if way > left {
+        // All collisions below these bounds.
+        while majorant > 0.0 && majorant * (end - t) > left {
             t += left / majorant;
             if let Some(found) = event(t, majorant) {
                 return Some(found);
             }
             left = depth();
-            continue;
         }
-        left -= way;
+        if majorant > 0.0 {
+            left -= majorant * (end - t);
+        }
         t = end;
         if t >= to || t == f32::INFINITY {
             return None;

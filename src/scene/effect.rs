@@ -135,6 +135,8 @@ pub enum Effect {
     Absorption,
     /// Fog, smoke.
     Media,
+    /// Solids that overlap, by priorities.
+    NestedDielectrics,
     /// Things that move while the shutter is open.
     MotionBlur,
     /// Objects that show nothing but shadows on them.

@@ -330,6 +330,9 @@ fn traits(material: &Material) -> Vec<String> {
     }
     let filled = material.medium.as_ref().and_then(super::Medium::effect);
     add(filled.is_some(), "filled by a volume".into());
+    if let Some(priority) = material.priority {
+        add(true, format!("priority {priority}"));
+    }
     let graph = &material.graph;
     for (texture, name) in [
         (graph.has_texture(Slot::BaseColor), "base colour"),

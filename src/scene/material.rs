@@ -14,6 +14,8 @@ pub struct Material {
     pub double_sided: bool,
     /// What fills the meshes that have it, if something does.
     pub medium: Option<Medium>,
+    /// Of several solids in one place that of the highest priority is there; none takes no part in that.
+    pub priority: Option<i32>,
 }
 
 impl Default for Material {

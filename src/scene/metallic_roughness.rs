@@ -81,6 +81,8 @@ pub struct MetallicRoughness {
     pub unlit: bool,
     /// What fills the meshes.
     pub medium: Option<Medium>,
+    /// Among solids that overlap (SUNDOG_material).
+    pub priority: Option<i32>,
 }
 
 impl Default for MetallicRoughness {
@@ -122,6 +124,7 @@ impl Default for MetallicRoughness {
             double_sided: false,
             unlit: false,
             medium: None,
+            priority: None,
         }
     }
 }
@@ -136,6 +139,7 @@ impl MetallicRoughness {
                 graph,
                 double_sided: self.double_sided,
                 medium: self.medium,
+                priority: self.priority,
             },
         }
     }

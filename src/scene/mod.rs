@@ -21,6 +21,7 @@ mod material;
 mod medium;
 mod metallic_roughness;
 mod motion;
+mod nesting;
 mod settings;
 mod simplify;
 pub mod texel;

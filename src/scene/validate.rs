@@ -640,6 +640,7 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
 fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diagnostics) {
     clean_graph(&mut material.graph, images, &material.name, diagnostics);
     clean_medium(material.medium.as_mut(), &material.name, diagnostics);
+    super::nesting::clean(material, diagnostics);
 }
 
 fn clean_medium(mut medium: Option<&mut Medium>, owner: &str, diagnostics: &mut Diagnostics) {

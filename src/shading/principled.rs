@@ -113,6 +113,19 @@ impl Principled {
             ..self
         }
     }
+
+    /// As a surface is whose other side is in something of an index; 0: in air. A film stays as thick for light.
+    #[inline]
+    pub fn beside(self, other_side: f32) -> Self {
+        if other_side <= 0.0 || self.thin_walled {
+            return self;
+        }
+        Self {
+            ior: fresnel::bounded_ior(self.ior) / other_side,
+            film: self.film.beside(other_side),
+            ..self
+        }
+    }
 }
 
 /// α along and across the tangent, for a perceptual roughness, as in the Principled BSDF of Blender and of Burley 2012.

@@ -31,6 +31,8 @@ pub struct SimpleValues<'a> {
     pub weight: f32,
     /// The space of its colours.
     pub space: WorkingSpace,
+    /// Index of refraction of the solid on the other side; 0: of air.
+    pub other_side: f32,
 }
 
 impl SimpleValues<'_> {
@@ -154,7 +156,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
     ) {
         let color = reflected(at.color(&of.sockets[glass::COLOR]));
         let roughness = at.number(&of.sockets[glass::ROUGHNESS]).clamp(0.0, 1.0);
-        let ior = fresnel::bounded_ior(at.number(&of.sockets[glass::IOR]));
+        let mut ior = fresnel::bounded_ior(at.number(&of.sockets[glass::IOR]));
+        if of.other_side > 0.0 {
+            ior /= of.other_side;
+        }
         let alpha = Alpha::isotropic(sqr(roughness));
         let roughened = self.roughened(alpha);
         let facets = Facets::new(self.normals(), normal, None, self.wo(), roughened);
@@ -186,6 +191,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let film = match of.kind {
             SimpleBsdf::Glass { .. } => of.film(at, glass::THIN_FILM_THICKNESS),
             _ => Film::NONE,
+        };
+        let film = match of.other_side {
+            other_side if other_side > 0.0 => film.beside(other_side),
+            _ => film,
         };
         let film = film.seen_from(self.is_inside(), ior);
         self.add(kind(lobe, film), Vec3::splat(of.weight));

@@ -159,6 +159,16 @@ impl Film {
         }
     }
 
+    /// The film on what is in something of an index: its own relative to that, and as thick for light as it is.
+    #[must_use]
+    pub fn beside(self, other_side: f32) -> Self {
+        Self {
+            ior: self.ior / other_side,
+            thickness: self.thickness * other_side,
+            ..self
+        }
+    }
+
     /// Whether it is thick enough to be seen.
     pub fn is_there(&self) -> bool {
         self.thickness > LEAST

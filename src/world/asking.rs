@@ -101,6 +101,8 @@ pub struct Past {
     pub wide: Widening,
     /// Nanometres, where some surface's index of refraction depends on it; 0 otherwise.
     pub wavelength: f32,
+    /// Index of refraction of the solid on the other side of the surface that asks, where priorities say which one that is; 0: of air.
+    pub other_side: f32,
     /// For random numbers, with the number of the bounce, where somebody asks for any.
     pub numbers: Option<(Sampler, u32)>,
 }

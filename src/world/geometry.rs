@@ -484,8 +484,7 @@ impl Mixed<'_> {
             n if self.inside => -n,
             n => n,
         };
-        let wavelength = self.place.asking.past.wavelength;
-        let place = (&self.place, wavelength);
+        let place = (&self.place, &self.place.asking.past);
         self.material.add_shaders(place, side, bsdf);
     }
 }
@@ -551,9 +550,10 @@ pub fn surface<'a, E: Features>(
                 shading = side(normal);
             }
         }
-        if material.disperses() {
+        let past = &asking.past;
+        if material.disperses() || past.other_side > 0.0 {
             let p = varying.unwrap_or(*material.constant_parameters());
-            varying = Some(p.seen_in(asking.past.wavelength));
+            varying = Some(p.seen_in(past.wavelength).beside(past.other_side));
         }
         mixed = material.is_mixed().then_some(Mixed {
             material,
@@ -568,6 +568,12 @@ pub fn surface<'a, E: Features>(
         "normals {geometric} {smooth} {shading}"
     );
     let emission = material.emitted(&at);
+    let other_side = if E::EVERYTHING {
+        asking.past.other_side
+    } else {
+        0.0
+    };
+    let tables = material.tables_beside(other_side);
     Surface {
         point,
         normals: Normals {
@@ -581,7 +587,7 @@ pub fn surface<'a, E: Features>(
         unlit: material.unlit,
         constant: material.constant_parameters(),
         varying,
-        dielectrics: &material.dielectrics,
+        dielectrics: &tables.dielectrics,
         mixed,
         disperses: E::EVERYTHING && material.disperses(),
     }

@@ -242,6 +242,15 @@ impl World {
         Some(hit)
     }
 
+    /// The ray leaves another one of the interfaces in one place.
+    pub(super) fn leave_by(passage: &mut Passage, hit: &Hit) {
+        if let Some(start) = &mut passage.start
+            && let Some(other) = start.close.iter_mut().find(|other| is_same(other, hit))
+        {
+            std::mem::swap(&mut start.left, other);
+        }
+    }
+
     /// Faces of filled objects that lie in the place of a hit which a ray has come to: it crosses them as well.
     pub(super) fn in_its_place(&self, passage: &Passage, hit: &Hit, d: DVec3) -> Vec<Hit> {
         let Some(start) = passage.start.as_ref().filter(|s| is_same(&s.left, hit)) else {

@@ -1,24 +1,23 @@
 //! Materials with their textures and tables prepared.
 
 use super::Options;
+use super::albedos::AlbedoTables;
+use super::asking::Past;
 use super::covered::{self, layers_at};
 use crate::effects::{self, Effect};
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::{PathDepth, PlaceInput};
-use crate::scene::graph::node::{glass, principled};
-use crate::scene::graph::{Distribution, Graph, PrincipledSummary, SimpleBsdf, TangentKind};
+use crate::scene::graph::{Graph, TangentKind};
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
 use crate::shading::program::{
-    Known, Place, Program, Programs, Root, Shader, Source, VolumeProgram, Weighted, compile,
-    parameters, reflected,
+    Known, Place, Program, Programs, Shader, Source, VolumeProgram, Weighted, compile, parameters,
+    reflected,
 };
 use crate::shading::simple::SimpleValues;
-use crate::shading::tables::{self, Rows};
+use crate::shading::tables::Rows;
 use crate::shading::texture::{PreparedTexture, Raster};
 use crate::shading::thin_film::Film;
-use crate::shading::{
-    Bsdf, BsdfFeatures, Dielectrics, Principled, ggx, least_mean_roughness, turned,
-};
+use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled, turned};
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -43,10 +42,10 @@ pub struct PreparedMaterial {
     bounds_a_solid: bool,
     /// Back faces can be hidden.
     pub single_sided: bool,
-    /// Tables of its dielectric.
-    pub dielectrics: Arc<Dielectrics>,
-    /// By shader, where it is not one Principled BSDF.
-    mixed: Vec<Arc<Dielectrics>>,
+    /// Tables of its dielectrics in air.
+    tables: AlbedoTables,
+    /// The same in other solids, by their indices of refraction, where priorities let it overlap with them.
+    in_solids: Vec<(f32, AlbedoTables)>,
     /// Its index of refraction depends on the wavelength.
     disperses: bool,
     /// Light goes on below it.
@@ -107,98 +106,6 @@ impl Preparer {
     /// Whether surfaces may be made rougher than their materials say.
     pub(super) fn roughens(&self) -> bool {
         self.roughens
-    }
-
-    /// Whether the tables of a material's coat and of its solid are read: smooth surfaces need none, nor does what is covered
-    /// by metal or glass everywhere (textures scale the factors down).
-    fn tables_needed(&self, p: &PrincipledSummary) -> (bool, bool) {
-        let roughness = p.roughness.1;
-        let rough = self.roughens || roughness * roughness > ggx::SMOOTH_ALPHA;
-        if !rough || p.is_metal_everywhere() {
-            return (false, false);
-        }
-        (
-            !p.is_glass_everywhere() && p.specular.1 > 0.0 && p.ior != (1.0, 1.0),
-            p.transmission.1 > 0.0 && !p.thin_wall,
-        )
-    }
-
-    fn dielectrics(
-        &self,
-        p: Option<&PrincipledSummary>,
-        linked: &[(usize, Root)],
-    ) -> Arc<Dielectrics> {
-        let is_linked = |socket: usize| linked.iter().any(|(of, _)| *of == socket);
-        let (mut ior, specular) = p.map_or((1.5, 1.0), |p| (p.ior.1, p.specular.1));
-        if let Some(p) = p.filter(|_| is_linked(principled::IOR)) {
-            // One table stands for all. Bounds that nothing comes near say little.
-            let [low, high] = [p.ior.0, p.ior.1].map(|end| tables::covering(end).clamp(1.1, 2.5));
-            ior = (low * high).sqrt();
-        }
-        let needs = p.map_or((false, false), |p| self.tables_needed(p));
-        let textured = needs.0 && is_linked(principled::SPECULAR_IOR_LEVEL);
-        // Images of floats may hold more than 1.
-        let rough = is_linked(principled::ROUGHNESS);
-        let roughness = p.map_or(1.0, |p| p.roughness.1);
-        let least = p.map_or(1.0, |p| least_mean_roughness(roughness, p.anisotropy));
-        let rows = Rows::between(
-            if rough { 0.0 } else { least },
-            if rough || self.roughens {
-                1.0
-            } else {
-                roughness
-            },
-        );
-        let key = (ior.to_bits(), specular.to_bits(), textured, needs, rows);
-        tables_of(key, || {
-            Dielectrics::needed(ior, specular, textured, needs, rows)
-        })
-    }
-
-    /// Tables of several shaders, or of another than a Principled BSDF; none for one Principled BSDF.
-    fn mixed(&self, shaders: &[Weighted]) -> Vec<Arc<Dielectrics>> {
-        let is_plain = |weighted: &Weighted| {
-            weighted.weight.constant() == Some(Vec3::ONE)
-                && matches!(
-                    weighted.shader,
-                    Shader::Principled {
-                        base: Principled { below: None, .. },
-                        tangent: None,
-                        layers: None,
-                        ..
-                    }
-                )
-        };
-        if shaders.is_empty() || shaders.len() == 1 && is_plain(&shaders[0]) {
-            return Vec::new();
-        }
-        let tables = |shader: &Shader| match shader {
-            Shader::Principled { base, linked, .. } => {
-                let p = summary_of(base, linked);
-                self.dielectrics(Some(&p), linked)
-            }
-            Shader::Simple { bsdf, sockets, .. } => self.simple(*bsdf, sockets),
-            Shader::Diffuse { .. } | Shader::Glossy { .. } => self.dielectrics(None, &[]),
-        };
-        shaders.iter().map(|w| tables(&w.shader)).collect()
-    }
-
-    /// Tables of the solid of a Glass BSDF.
-    fn simple(&self, bsdf: SimpleBsdf, sockets: &[Root]) -> Arc<Dielectrics> {
-        let distribution = Distribution::MultiscatterGgx;
-        if bsdf != (SimpleBsdf::Glass { distribution }) {
-            return self.dielectrics(None, &[]);
-        }
-        let number = |socket: usize| sockets[socket].constant().map(|c| c.x);
-        let (roughness, ior) = (number(glass::ROUGHNESS), number(glass::IOR).unwrap_or(1.5));
-        let rows = Rows::between(
-            roughness.unwrap_or(0.0),
-            roughness.filter(|_| !self.roughens).unwrap_or(1.0),
-        );
-        let key = (ior.to_bits(), 1f32.to_bits(), false, (false, true), rows);
-        tables_of(key, || {
-            Dielectrics::needed(ior, 1.0, false, (false, true), rows)
-        })
     }
 
     /// Tables of the coats, by shader.
@@ -271,15 +178,18 @@ impl Preparer {
             translucent: summary.is_translucent(),
             // Paths take note of where they enter a medium.
             is_tinted: summary.is_translucent()
-                && (summary.is_tinted || asks_paths(&programs) || m.medium.is_some()),
+                && (summary.is_tinted
+                    || asks_paths(&programs)
+                    || m.medium.is_some()
+                    || m.priority.is_some()),
             lets_through: solids.clone().next().is_some()
                 || summary.is_thin_subsurface
                 || summary.simple.iter().any(|(bsdf, _)| bsdf.transmits()),
             bounds_a_solid: solids.any(|p| !p.thin_wall)
                 || summary.simple.iter().any(|(bsdf, _)| bsdf.bounds_a_solid()),
             single_sided: !m.double_sided,
-            dielectrics: self.dielectrics(p, linked),
-            mixed: self.mixed(&programs.shaders),
+            tables: self.albedo_tables((p, linked), &programs.shaders, 1.0),
+            in_solids: self.in_solids(scene, m, (p, linked), &programs.shaders),
             disperses: summary.principled.iter().any(|p| p.spreads_colors()),
             goes_below: walks.clone().next().is_some(),
             bumps_below: walks.any(|shader| shader.normal().is_some()),
@@ -302,29 +212,6 @@ fn asks_paths(programs: &Programs) -> bool {
         let counted = PlaceInput::PathDepth(PathDepth::Transparent);
         opacity.program.traces() || opacity.program.place_inputs().contains(&counted)
     })
-}
-
-/// What is known of a shader among others: numbers that are linked may be anything.
-fn summary_of(base: &Principled, linked: &[(usize, Root)]) -> PrincipledSummary {
-    let range = |socket: usize, known: f32, most: f32| {
-        let is_linked = linked.iter().any(|(of, _)| *of == socket);
-        if is_linked {
-            (0.0, most)
-        } else {
-            (known, known)
-        }
-    };
-    PrincipledSummary {
-        base_color: base.base_color,
-        metallic: range(principled::METALLIC, base.metallic, 1.0),
-        roughness: range(principled::ROUGHNESS, base.roughness, 1.0),
-        anisotropy: range(principled::ANISOTROPIC, base.anisotropy, 1.0).1,
-        ior: (base.ior, base.ior),
-        specular: range(principled::SPECULAR_IOR_LEVEL, base.specular, 2.0),
-        transmission: range(principled::TRANSMISSION_WEIGHT, base.transmission, 1.0),
-        disperses: base.dispersion > 0.0,
-        thin_wall: base.thin_walled,
-    }
 }
 
 /// A black surface, where there is no other.
@@ -465,19 +352,32 @@ impl PreparedMaterial {
     /// Whether it has other shaders than one Principled BSDF.
     #[inline]
     pub fn is_mixed(&self) -> bool {
-        !self.mixed.is_empty()
+        !self.tables.mixed.is_empty()
     }
 
-    /// Adds the lobes of its shaders for a wavelength. `side` makes a shader's normal of that of its map, which is 0 where
+    /// The tables of its dielectrics beside something of an index; 0: air.
+    #[inline]
+    pub fn tables_beside(&self, other_side: f32) -> &AlbedoTables {
+        if other_side <= 0.0 {
+            return &self.tables;
+        }
+        let distance = |(index, _): &&(f32, AlbedoTables)| (index - other_side).abs();
+        let solids = self.in_solids.iter();
+        let nearest = solids.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map_or(&self.tables, |(_, tables)| tables)
+    }
+
+    /// Adds the lobes of its shaders for a path. `side` makes a shader's normal of that of its map, which is 0 where
     /// there is none.
     pub fn add_shaders<K: BsdfFeatures>(
         &self,
-        (place, wavelength): (&impl Place, f32),
+        (place, past): (&impl Place, &Past),
         side: impl Fn(Vec3) -> Vec3,
         bsdf: &mut Bsdf<K>,
     ) {
         self.programs.surface.at(place, |at| {
-            let shaders = self.programs.shaders.iter().zip(&self.mixed);
+            let tables = &self.tables_beside(past.other_side).mixed;
+            let shaders = self.programs.shaders.iter().zip(tables);
             for (number, (Weighted { weight, shader }, tables)) in shaders.enumerate() {
                 let weight = at.number(weight);
                 // What is not a number goes on, to be counted.
@@ -495,7 +395,9 @@ impl PreparedMaterial {
                         layers,
                         ..
                     } => {
-                        let p = parameters(base, linked, at).seen_in(wavelength);
+                        let p = parameters(base, linked, at)
+                            .seen_in(past.wavelength)
+                            .beside(past.other_side);
                         let frame = (normal, tangent);
                         match layers {
                             None => bsdf.add_principled(weight, &p, tables, frame),
@@ -523,6 +425,7 @@ impl PreparedMaterial {
                             sockets,
                             weight,
                             space: self.space,
+                            other_side: past.other_side,
                         };
                         bsdf.add_simple(&values, at, tables, (normal, tangent));
                     }

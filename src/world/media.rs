@@ -1,6 +1,7 @@
 //! Which media fill which meshes, and those around a point on its way.
 
 use super::geometry::MeshInstance;
+use super::nesting::Nesting;
 use super::passing::shadow_ray;
 use super::varying::{self, Varying};
 use super::{Hit, Passage, World};
@@ -22,8 +23,10 @@ use std::sync::Arc;
 pub(super) struct Media {
     /// What fills an object.
     of_objects: Vec<Option<Filling>>,
-    /// Whether there is any such.
-    fills_objects: bool,
+    /// Which of several solids is there where they overlap.
+    pub(super) nesting: Option<Nesting>,
+    /// Whether paths take note of any object.
+    tracks_objects: bool,
     /// What fills all space.
     everywhere: Option<Filling>,
     /// What the paths begin in.
@@ -40,12 +43,12 @@ struct Filling {
 /// Within so many objects at once a path knows; more are as if they were not there. As in Cycles.
 const MOST: usize = 32;
 
-type Objects = ArrayVec<u32, MOST>;
+pub(super) type Objects = ArrayVec<u32, MOST>;
 
 /// The media around a point on its way: the objects that were entered, and what they sum up to.
 #[derive(Clone, Debug, Default)]
 pub struct Within {
-    objects: Objects,
+    pub(super) objects: Objects,
     /// All of them, without what varies.
     pub medium: Medium,
     /// Whether some of them vary.
@@ -96,11 +99,22 @@ pub struct Way {
     pub span: (f32, f32),
 }
 
+/// A surface of an object of which paths take note, on a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossing {
+    /// How far.
+    distance: f64,
+    /// Which.
+    pub hit: Hit,
+    /// Whether the ray leaves the object there.
+    pub leaves: bool,
+}
+
 /// Tells the numbers of shadow rays from those of flights.
 const SHADOW: u32 = 0x_7ab1_90e3;
 
 /// Takes note of a crossing; whether that changes anything.
-fn enter_or_leave(objects: &mut Objects, object: u32, leaves: bool) -> bool {
+pub(super) fn enter_or_leave(objects: &mut Objects, object: u32, leaves: bool) -> bool {
     let inside = objects.iter().position(|&o| o == object);
     match (leaves, inside) {
         (true, Some(at)) => {
@@ -153,7 +167,9 @@ impl World {
         let of_materials: Vec<_> = materials
             .map(|m| kept(m.medium.as_ref(), effects))
             .collect();
-        if everywhere.is_none() && of_materials.iter().all(Option::is_none) {
+        let nesting = Nesting::new(scene, effects, &self.geometry);
+        let fills_nothing = everywhere.is_none() && of_materials.iter().all(Option::is_none);
+        if fills_nothing && nesting.is_none() {
             return;
         }
         let of_object = |entry: &MeshInstance| {
@@ -203,10 +219,12 @@ impl World {
                 close[object as usize] = true;
             }
         }
-        if everywhere.is_some() || fills_objects {
+        let tracks_objects = fills_objects || nesting.is_some();
+        if everywhere.is_some() || tracks_objects {
             self.media = Some(Box::new(Media {
                 of_objects,
-                fills_objects,
+                nesting,
+                tracks_objects,
                 everywhere,
                 at_camera: Within::default(),
             }));
@@ -244,7 +262,13 @@ impl World {
         }
     }
 
-    /// Whether something fills space somewhere.
+    /// Which of several solids is there where they overlap, where the scene says it.
+    #[inline]
+    pub(super) fn nesting(&self) -> Option<&Nesting> {
+        self.media.as_ref()?.nesting.as_ref()
+    }
+
+    /// Whether paths take note of what they enter.
     #[inline]
     pub fn has_media(&self) -> bool {
         self.media.is_some()
@@ -256,17 +280,21 @@ impl World {
         media.map_or_else(Within::default, |media| media.at_camera.clone())
     }
 
-    /// Whether something fills the object of a hit.
-    fn is_filled(&self, hit: &Hit) -> bool {
-        let media = self.media.as_ref();
-        media.is_some_and(|media| media.of_objects[hit.object() as usize].is_some())
+    /// Whether paths take note of the object of a hit: something fills it, or it has a place among solids that overlap.
+    fn is_tracked(&self, hit: &Hit) -> bool {
+        self.media.as_ref().is_some_and(|media| {
+            let nesting = media.nesting.as_ref();
+            media.of_objects[hit.object() as usize].is_some()
+                || nesting.is_some_and(|nesting| nesting.takes_part(hit.object()))
+        })
     }
 
     /// What is around a point: all objects that a ray upwards leaves before it enters them.
     fn around(&self, point: Vec3) -> Within {
         let mut within = Within::default();
         let mut met = Vec::new();
-        for (_, object, leaves) in self.crossings((point, Vec3::Y), f32::INFINITY, 0.0) {
+        for Crossing { hit, leaves, .. } in self.crossings((point, Vec3::Y), f32::INFINITY, 0.0) {
+            let object = hit.object();
             if !met.contains(&object) {
                 met.push(object);
                 if leaves {
@@ -274,19 +302,27 @@ impl World {
                 }
             }
         }
+        if self.nesting().is_some() {
+            // The last one that is left was entered first.
+            within.objects.reverse();
+        }
         self.sum_up(&mut within);
         within
     }
 
-    /// Surfaces of filled objects along a ray, in order: how far, which, and whether the ray leaves it there.
-    fn crossings(
+    /// Surfaces along a ray of objects of which paths take note, in order.
+    pub(super) fn crossings(
         &self,
         (origin, direction): (Vec3, Vec3),
         far: f32,
         time: f32,
-    ) -> Vec<(f64, u32, bool)> {
+    ) -> Vec<Crossing> {
         let mut found = Vec::new();
-        if !self.media.as_ref().is_some_and(|media| media.fills_objects) {
+        if !self
+            .media
+            .as_ref()
+            .is_some_and(|media| media.tracks_objects)
+        {
             return found;
         }
         let ray = Ray {
@@ -296,21 +332,29 @@ impl World {
         };
         let exact = (origin.as_dvec3(), direction.as_dvec3());
         self.geometry.embree.visit(&ray, |hit| {
-            if self.is_filled(hit) {
+            if self.is_tracked(hit) {
                 // The faces of a shell may be nearer to each other than steps of f32 are there.
                 let is_thin = self.has_close_interfaces() && self.is_close(hit);
                 let distance = is_thin.then(|| self.exact_distance(hit, exact));
                 let distance = distance.filter(|distance| distance.is_finite());
                 let distance = distance.unwrap_or(f64::from(hit.distance));
-                found.push((distance, hit.object(), self.leaves(hit, direction)));
+                found.push(Crossing {
+                    distance,
+                    hit: *hit,
+                    leaves: self.leaves(hit, direction),
+                });
             }
         });
-        found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        found.sort_unstable_by(|a, b| {
+            let key = |crossing: &Crossing| (crossing.hit.object(), crossing.leaves);
+            let nearer = a.distance.total_cmp(&b.distance);
+            nearer.then_with(|| key(a).cmp(&key(b)))
+        });
         found
     }
 
     /// Whether a ray meets a surface from inside.
-    fn leaves(&self, hit: &Hit, direction: Vec3) -> bool {
+    pub(super) fn leaves(&self, hit: &Hit, direction: Vec3) -> bool {
         let mut moment = None;
         let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
         let normal = entry.geometric_normal::<General>(mesh, triangle);
@@ -321,21 +365,28 @@ impl World {
     fn parts(&self, objects: &Objects) -> impl Iterator<Item = &Filling> {
         let media = self.media.as_deref();
         let everywhere = media.and_then(|media| media.everywhere.as_ref());
+        let nesting = media.and_then(|media| media.nesting.as_ref());
+        // Of solids in one place one is there.
+        let solid = nesting.and_then(|nesting| nesting.top(objects));
         let objects = objects.clone().into_iter();
+        let objects = objects.filter(move |&o| {
+            Some(o) == solid || nesting.is_none_or(|nesting| !nesting.takes_part(o))
+        });
         let inside = objects.filter_map(move |o| media?.of_objects[o as usize].as_ref());
         everywhere.into_iter().chain(inside)
     }
 
     /// Those of them that vary.
-    fn varying(&self, objects: &Objects) -> impl Iterator<Item = &Varying> {
-        self.parts(objects)
-            .filter_map(|part| part.varying.as_deref())
+    fn varying(&self, objects: &Objects) -> ArrayVec<&Varying, { MOST + 1 }> {
+        let varying = self
+            .parts(objects)
+            .filter_map(|part| part.varying.as_deref());
+        varying.take(MOST + 1).collect()
     }
 
-    /// What is at a point within some objects; the lobes of what varies are added to those that are asked for.
+    /// What is at a point; the lobes of what varies are added to those that are asked for.
     fn local(
-        &self,
-        (objects, even): (&Objects, &Medium),
+        (varying, even): (&[&Varying], &Medium),
         point: Vec3,
         mut lobes: Option<&mut Vec<Lobe>>,
     ) -> Local {
@@ -344,7 +395,7 @@ impl World {
             scattering: even.scattering,
             emission: even.emission,
         };
-        for varying in self.varying(objects) {
+        for varying in varying {
             let local = varying.local(point, lobes.as_deref_mut());
             sum.extinction += local.extinction;
             sum.scattering += local.scattering;
@@ -357,8 +408,8 @@ impl World {
     #[cold]
     pub fn medium_at(&self, within: &Within, point: Vec3) -> Medium {
         let mut lobes = within.medium.lobes.clone();
-        let around = (&within.objects, &within.medium);
-        let local = self.local(around, point, Some(&mut lobes));
+        let varying = self.varying(&within.objects);
+        let local = Self::local((&varying, &within.medium), point, Some(&mut lobes));
         Medium {
             extinction: local.extinction,
             scattering: local.scattering,
@@ -367,10 +418,23 @@ impl World {
         }
     }
 
-    fn marches(&self, objects: &Objects, way: &Way) -> ArrayVec<March<'_>, { MOST + 1 }> {
-        let marches = self.varying(objects);
-        let marches = marches.map(|v| v.majorants.along(way.origin, way.direction, way.span.0));
-        marches.take(MOST + 1).collect()
+    /// Calls with the bounds of what varies along a way.
+    #[inline(always)]
+    fn with_marches<T>(
+        varying: &[&Varying],
+        way: &Way,
+        call: impl FnOnce(&mut [March<'_>]) -> T,
+    ) -> T {
+        fn march<'v>(v: &'v Varying, way: &Way) -> March<'v> {
+            v.majorants.along(way.origin, way.direction, way.span.0)
+        }
+        // Most often there is one, and no need for room for all that there may be.
+        if let [one] = varying {
+            return call(&mut [march(one, way)]);
+        }
+        let mut marches: ArrayVec<_, { MOST + 1 }> =
+            varying.iter().map(|v| march(v, way)).collect();
+        call(&mut marches)
     }
 
     /// Where light of a throughput is scattered in what varies, with the weight of that, and what the way adds to it.
@@ -383,11 +447,13 @@ impl World {
         light: (Vec3, bool),
         mut draws: Draws,
     ) -> (Flight, Vec3) {
-        let mut marches = self.marches(&within.objects, way);
-        let around = (&within.objects, &within.medium);
+        let varying = self.varying(&within.objects);
+        let around = (&varying[..], &within.medium);
         let even = within.medium.extinction.max_element();
-        let local = |t: f32| self.local(around, way.origin + way.direction * t, None);
-        tracking::fly(&mut marches, even, way.span, light, || draws.draw(), local)
+        let local = |t: f32| Self::local(around, way.origin + way.direction * t, None);
+        Self::with_marches(&varying, way, |marches| {
+            tracking::fly(marches, even, way.span, light, || draws.draw(), local)
+        })
     }
 
     /// Share of light that what is around lets through on a way.
@@ -403,17 +469,20 @@ impl World {
         way: &Way,
         draws: &mut Draws,
     ) -> Vec3 {
-        let mut marches = self.marches(objects, way);
+        let varying = self.varying(objects);
         let passed = transmittance(even.extinction, way.span.1 - way.span.0);
-        if marches.is_empty() || passed == Vec3::ZERO {
+        if varying.is_empty() || passed == Vec3::ZERO {
             return passed;
         }
         // What is the same everywhere is known.
         let local = |t: f32| {
             let point = way.origin + way.direction * t;
-            self.local((objects, &Medium::EMPTY), point, None)
+            Self::local((&varying, &Medium::EMPTY), point, None)
         };
-        passed * tracking::ratio(&mut marches, 0.0, way.span, || draws.draw(), local)
+        let ratio = |marches: &mut [March<'_>]| {
+            tracking::ratio(marches, 0.0, way.span, || draws.draw(), local)
+        };
+        passed * Self::with_marches(&varying, way, ratio)
     }
 
     fn sum_up(&self, within: &mut Within) {
@@ -429,7 +498,7 @@ impl World {
     #[cold]
     #[inline(never)]
     pub fn cross(&self, within: &mut Within, hit: &Hit, direction: Vec3) {
-        if self.is_filled(hit)
+        if self.is_tracked(hit)
             && enter_or_leave(
                 &mut within.objects,
                 hit.object(),
@@ -478,14 +547,15 @@ impl World {
             direction: way / scale,
             span: (from * scale, to * scale),
         };
-        for (distance, object, leaves) in self.crossings((origin, way), far, time) {
+        for crossing in self.crossings((origin, way), far, time) {
+            let distance = crossing.distance;
             if around.varies {
                 share *= self.share(&around, &along(from as f32, distance as f32), &mut draws);
             } else {
                 depth += around.medium.extinction * ((distance - from) as f32 * scale);
             }
             from = distance;
-            if enter_or_leave(&mut around.objects, object, leaves) {
+            if enter_or_leave(&mut around.objects, crossing.hit.object(), crossing.leaves) {
                 self.sum_up(&mut around);
             }
         }

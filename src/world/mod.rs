@@ -1,5 +1,6 @@
 //! The prepared scene: recentred, in Embree, ready for rays. Read-only while rendering.
 
+mod albedos;
 mod asking;
 mod camera;
 mod covered;
@@ -15,6 +16,7 @@ mod material;
 mod media;
 mod moving;
 mod neighbourhood;
+mod nesting;
 mod origin;
 mod passing;
 mod place;
@@ -33,6 +35,7 @@ pub use geometry::Surface;
 pub use interfaces::Passage;
 pub use media::{Draws, Way, Within};
 pub use moving::Moment;
+pub use nesting::OtherSide;
 pub use place::HitPoint;
 
 use crate::camera::{Camera, Shutter};

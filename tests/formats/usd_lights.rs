@@ -46,6 +46,7 @@ def Camera "above" {{
         graph,
         double_sided: true,
         medium: None,
+        priority: None,
     };
     scene
 }

@@ -23,6 +23,7 @@ fn material(shader: Node) -> Material {
         graph,
         double_sided: true,
         medium: None,
+        priority: None,
     }
 }
 

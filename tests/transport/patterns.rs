@@ -62,6 +62,7 @@ pub fn scene() -> Scene {
             graph,
             double_sided: true,
             medium: None,
+            priority: None,
         };
         let at = DVec3::new((number % 3) as f64 - 1.0, (number / 3) as f64 - 1.0, 0.0);
         let at = DAffine3::from_scale_rotation_translation(DVec3::splat(0.5), DQuat::IDENTITY, at);

@@ -147,6 +147,9 @@ class Writer:
                 reader.note(LOST, f"{words} is rendered from node trees alone", effect)
         if self.writes_indices and material is not None and material.pass_index:
             exact["pass_index"] = material.pass_index
+        settings = getattr(material, "sundog", None)
+        if settings is not None and settings.use_priority:
+            exact["priority"] = settings.priority
         filled = None
         if isinstance(reader.volume, volumes.Varying):
             place = (self.document, self.cache, self.values)

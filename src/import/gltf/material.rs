@@ -305,6 +305,7 @@ fn apply_sundog(
     if let Some(volume) = &extension.volume {
         material.medium = Some(medium::read(volume, owner, diagnostics));
     }
+    material.priority = extension.priority;
     material.sheen = extension.sheen.as_ref().map(layers::blender_sheen);
     if let Some(color) = extension.transparent_color {
         material.transparent_color = color;

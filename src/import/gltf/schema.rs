@@ -93,6 +93,7 @@ pub(super) struct SundogMaterial {
     pub pass_index: Option<f32>,
     pub aovs: Option<Value>,
     pub volume: Option<MediumJson>,
+    pub priority: Option<i32>,
     /// What is not rendered, and what is not known.
     #[serde(flatten)]
     pub unknown: Map<String, Value>,

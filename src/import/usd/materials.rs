@@ -128,6 +128,7 @@ impl<'a> Materials<'a> {
             graph,
             double_sided: false,
             medium: None,
+            priority: None,
         };
         let key = Ok(format!("light {}", self.list.len()));
         self.add(key, material, Needs::default(), MaterialLabel::default())
@@ -213,6 +214,7 @@ impl<'a> Materials<'a> {
             graph: network.graph,
             double_sided: true,
             medium: None,
+            priority: None,
         };
         (material, needs)
     }
@@ -288,6 +290,7 @@ impl<'a> Materials<'a> {
                 graph,
                 double_sided: true,
                 medium: None,
+                priority: None,
             };
             return Some((material, needs));
         }

@@ -187,6 +187,7 @@ pub(super) fn filling() -> Material {
             varying: Some(Box::new(inside)),
             ..Medium::default()
         }),
+        priority: None,
     }
 }
 

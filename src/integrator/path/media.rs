@@ -358,6 +358,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let left = (settings.transparent_left(self.passed), sender);
         let mut share = match light.target {
             _ if rules.shines_through() => Vec3::ONE,
+            _ if world.has_priorities() => {
+                world.transmittance_nested(within, (point, light.wi), light.target, left)
+            }
             Some(target) => world.transmittance_to::<E>(point, target, left),
             None => world.transmittance::<E>(point, light.wi, f32::INFINITY, left),
         };

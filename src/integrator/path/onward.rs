@@ -1,6 +1,6 @@
 //! The way of a ray to the next surface that the path does not pass, and the light on it.
 
-use super::{Found, Walk};
+use super::{Beside, Found, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Record, Step};
@@ -27,6 +27,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         loop {
             if !self.next_interface(found) {
                 return false;
+            }
+            if E::EVERYTHING && self.world.has_priorities() && !self.is_there(found) {
+                continue;
             }
             if !(E::EVERYTHING && self.world.is_tinted())
                 || found.again
@@ -58,6 +61,29 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 }
             }
         }
+    }
+
+    /// Whether what was found is there, by the priorities of solids; the path passes it where it is not.
+    #[cold]
+    #[inline(never)]
+    fn is_there(&mut self, found: &mut Found) -> bool {
+        if found.again || self.beside.scattered.is_some() {
+            return true;
+        }
+        let (world, wavelength) = (self.world, self.beside.wavelength);
+        let Beside {
+            within, passage, ..
+        } = &mut *self.beside;
+        let met = (&found.hit, self.direction);
+        if let Some((hit, other_side)) = world.interface((within, passage), met, wavelength) {
+            (found.hit, self.beside.other_side) = (hit, other_side);
+            return true;
+        }
+        self.cross(&found.hit, self.direction);
+        (self.origin, self.beside.skipped) = world.straight_on(&found.hit, self.direction);
+        self.beside.walked += found.hit.distance;
+        self.span = (RAY_START, f32::INFINITY);
+        false
     }
 
     /// The next surface, as far as that lets no light pass without a colour.
@@ -240,6 +266,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             };
             let left = (settings.transparent_left(self.passed), sender);
             let mut share = match target {
+                _ if world.has_priorities() => {
+                    let within = &self.beside.within;
+                    world.transmittance_nested(within, (origin, direction), target, left)
+                }
                 Some(target) => world.transmittance_to::<E>(origin, target, left),
                 None => world.transmittance::<E>(origin, direction, f32::INFINITY, left),
             };

@@ -24,7 +24,7 @@ pub use node::{
 };
 pub use range::{Facts, Range, Unit};
 pub use shaders::{PhaseKind, SimpleBsdf, Subsurface, VolumeShader, WalkMethod};
-pub use summary::{Opacity, PrincipledSummary, Slot, Summary};
+pub use summary::{Opacity, PrincipledSummary, Slot, SolidIndex, Summary};
 
 use super::material::Texture;
 use node::ONLY;

@@ -110,6 +110,31 @@ impl PrincipledSummary {
     }
 }
 
+/// By what a solid refracts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolidIndex {
+    /// Least and greatest index.
+    range: (f32, f32),
+    /// How much of it depends on the wavelength: 20 over the Abbe number.
+    pub dispersion: f32,
+}
+
+impl SolidIndex {
+    /// Whether it is not the same everywhere.
+    pub fn varies(&self) -> bool {
+        self.range.0 != self.range.1
+    }
+
+    /// The index; one that stands for all where it varies, between those of water and of diamond.
+    pub fn ior(&self) -> f32 {
+        let (low, high) = self.range;
+        if low == high {
+            return low.max(1e-4);
+        }
+        (low.clamp(1.1, 2.5) * high.clamp(1.1, 2.5)).sqrt()
+    }
+}
+
 /// What a surface is.
 #[derive(Clone, Debug)]
 pub struct Summary {
@@ -407,6 +432,29 @@ impl Graph {
             }
         }
         summary
+    }
+
+    /// By what the first of its shaders that bounds a solid refracts.
+    pub fn solid_index(&self) -> Option<SolidIndex> {
+        let results = self.results(&mut Unit {
+            vertex_alpha: false,
+        });
+        self.nodes.iter().find_map(|node| {
+            let range = |socket: usize| {
+                let kind = node.kind.sockets()[socket].kind;
+                self.range_of(&results, node.inputs[socket], kind).number()
+            };
+            let (range, dispersion) = match node.kind {
+                NodeKind::PrincipledBsdf {
+                    thin_wall: false, ..
+                } if range(principled::TRANSMISSION_WEIGHT).1 > 0.0 => {
+                    (range(principled::IOR), range(principled::DISPERSION).1)
+                }
+                NodeKind::Bsdf(bsdf) if bsdf.bounds_a_solid() => (range(glass::IOR), 0.0),
+                _ => return None,
+            };
+            Some(SolidIndex { range, dispersion })
+        })
     }
 
     /// The surface without what is transparent of it.

@@ -430,6 +430,7 @@ impl From<MetallicRoughness> for Material {
             graph,
             double_sided: m.double_sided,
             medium: m.medium,
+            priority: m.priority,
         }
     }
 }

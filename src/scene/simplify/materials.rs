@@ -265,10 +265,12 @@ pub fn join(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
             let Material {
                 graph: first,
                 medium,
+                priority,
                 ..
             } = &scene.materials[first as usize];
             // The shortest decimals that tell a float from all others: the same text, the same bits.
             *medium == material.medium
+                && *priority == material.priority
                 && *first == material.graph
                 && format!("{first:?}") == format!("{:?}", material.graph)
         };

@@ -382,6 +382,7 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         double_sided: is(of, "double_sided"),
         unlit: is(of, "unlit"),
         medium: None,
+        priority: None,
     }
 }
 

@@ -1,0 +1,26 @@
+//! Where rays start that leave surfaces.
+
+use crate::effects::Features;
+use crate::integrator::settings::PathSettings;
+use crate::world::{Hit, Surface, World};
+use glam::Vec3;
+
+/// How far rays start off surfaces in toy renderers, metres.
+const NAIVE_OFFSET: f32 = 1e-4;
+
+/// Where a ray starts that leaves a surface; `None` where the surface is in its way.
+#[inline]
+pub(in crate::integrator) fn spawn_ray<E: Features>(
+    world: &World,
+    settings: &PathSettings,
+    (hit, surface): (&Hit, &Surface),
+    direction: Vec3,
+    beyond: bool,
+) -> Option<Vec3> {
+    if E::EVERYTHING && settings.naive_offsets {
+        let normal = surface.normals.geometric;
+        let offset = normal * NAIVE_OFFSET.copysign(direction.dot(normal));
+        return Some(surface.point.point + offset);
+    }
+    world.ray_origin::<E>(hit, surface, direction, beyond)
+}

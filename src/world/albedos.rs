@@ -1,0 +1,172 @@
+//! Tables of the albedos of materials' dielectrics.
+
+use super::material::{Preparer, tables_of};
+use crate::scene::graph::node::{glass, principled};
+use crate::scene::graph::{Distribution, PrincipledSummary, SimpleBsdf};
+use crate::scene::{Material, Scene};
+use crate::shading::program::{Root, Shader, Weighted};
+use crate::shading::tables::{self, Rows};
+use crate::shading::{Dielectrics, Principled, ggx, least_mean_roughness};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// Tables of a material's dielectrics.
+#[derive(Debug)]
+pub struct AlbedoTables {
+    /// Of the first one.
+    pub dielectrics: Arc<Dielectrics>,
+    /// By shader, where it is not one Principled BSDF.
+    pub(super) mixed: Vec<Arc<Dielectrics>>,
+}
+
+impl Preparer {
+    /// Tables of a material beside something of an index.
+    pub(super) fn albedo_tables(
+        &self,
+        (p, linked): (Option<&PrincipledSummary>, &[(usize, Root)]),
+        shaders: &[Weighted],
+        beside: f32,
+    ) -> AlbedoTables {
+        AlbedoTables {
+            dielectrics: self.dielectrics(p, linked, beside),
+            mixed: self.mixed(shaders, beside),
+        }
+    }
+
+    /// Tables of a material that takes part in the order of solids, by the indices of all those.
+    pub(super) fn in_solids(
+        &self,
+        scene: &Scene,
+        material: &Material,
+        first: (Option<&PrincipledSummary>, &[(usize, Root)]),
+        shaders: &[Weighted],
+    ) -> Vec<(f32, AlbedoTables)> {
+        if material.nested().is_none() {
+            return Vec::new();
+        }
+        let others = scene.materials.iter().filter_map(Material::nested);
+        let mut indices: Vec<f32> = others.map(|(_, index)| index.ior()).collect();
+        indices.sort_by(f32::total_cmp);
+        indices.dedup();
+        let tables = |index: f32| (index, self.albedo_tables(first, shaders, index));
+        indices.into_iter().map(tables).collect()
+    }
+
+    /// Whether the tables of a material's coat and of its solid are read: smooth surfaces need none, nor does what is covered
+    /// by metal or glass everywhere (textures scale the factors down).
+    fn tables_needed(&self, p: &PrincipledSummary) -> (bool, bool) {
+        let roughness = p.roughness.1;
+        let rough = self.roughens() || roughness * roughness > ggx::SMOOTH_ALPHA;
+        if !rough || p.is_metal_everywhere() {
+            return (false, false);
+        }
+        (
+            !p.is_glass_everywhere() && p.specular.1 > 0.0 && p.ior != (1.0, 1.0),
+            p.transmission.1 > 0.0 && !p.thin_wall,
+        )
+    }
+
+    fn dielectrics(
+        &self,
+        p: Option<&PrincipledSummary>,
+        linked: &[(usize, Root)],
+        beside: f32,
+    ) -> Arc<Dielectrics> {
+        let is_linked = |socket: usize| linked.iter().any(|(of, _)| *of == socket);
+        let (mut ior, specular) = p.map_or((1.5, 1.0), |p| (p.ior.1, p.specular.1));
+        if let Some(p) = p.filter(|_| is_linked(principled::IOR)) {
+            // One table stands for all. Bounds that nothing comes near say little.
+            let [low, high] = [p.ior.0, p.ior.1].map(|end| tables::covering(end).clamp(1.1, 2.5));
+            ior = (low * high).sqrt();
+        }
+        ior /= beside;
+        let needs = p.map_or((false, false), |p| self.tables_needed(p));
+        let textured = needs.0 && is_linked(principled::SPECULAR_IOR_LEVEL);
+        // Images of floats may hold more than 1.
+        let rough = is_linked(principled::ROUGHNESS);
+        let roughness = p.map_or(1.0, |p| p.roughness.1);
+        let least = p.map_or(1.0, |p| least_mean_roughness(roughness, p.anisotropy));
+        let rows = Rows::between(
+            if rough { 0.0 } else { least },
+            if rough || self.roughens() {
+                1.0
+            } else {
+                roughness
+            },
+        );
+        let key = (ior.to_bits(), specular.to_bits(), textured, needs, rows);
+        tables_of(key, || {
+            Dielectrics::needed(ior, specular, textured, needs, rows)
+        })
+    }
+
+    /// Tables of several shaders, or of another than a Principled BSDF; none for one Principled BSDF.
+    fn mixed(&self, shaders: &[Weighted], beside: f32) -> Vec<Arc<Dielectrics>> {
+        let is_plain = |weighted: &Weighted| {
+            weighted.weight.constant() == Some(Vec3::ONE)
+                && matches!(
+                    weighted.shader,
+                    Shader::Principled {
+                        base: Principled { below: None, .. },
+                        tangent: None,
+                        layers: None,
+                        ..
+                    }
+                )
+        };
+        if shaders.is_empty() || shaders.len() == 1 && is_plain(&shaders[0]) {
+            return Vec::new();
+        }
+        let tables = |shader: &Shader| match shader {
+            Shader::Principled { base, linked, .. } => {
+                let p = summary_of(base, linked);
+                self.dielectrics(Some(&p), linked, beside)
+            }
+            Shader::Simple { bsdf, sockets, .. } => self.simple(*bsdf, sockets, beside),
+            Shader::Diffuse { .. } | Shader::Glossy { .. } => self.dielectrics(None, &[], 1.0),
+        };
+        shaders.iter().map(|w| tables(&w.shader)).collect()
+    }
+
+    /// Tables of the solid of a Glass BSDF.
+    fn simple(&self, bsdf: SimpleBsdf, sockets: &[Root], beside: f32) -> Arc<Dielectrics> {
+        let distribution = Distribution::MultiscatterGgx;
+        if bsdf != (SimpleBsdf::Glass { distribution }) {
+            return self.dielectrics(None, &[], 1.0);
+        }
+        let number = |socket: usize| sockets[socket].constant().map(|c| c.x);
+        let (roughness, ior) = (number(glass::ROUGHNESS), number(glass::IOR).unwrap_or(1.5));
+        let ior = ior / beside;
+        let rows = Rows::between(
+            roughness.unwrap_or(0.0),
+            roughness.filter(|_| !self.roughens()).unwrap_or(1.0),
+        );
+        let key = (ior.to_bits(), 1f32.to_bits(), false, (false, true), rows);
+        tables_of(key, || {
+            Dielectrics::needed(ior, 1.0, false, (false, true), rows)
+        })
+    }
+}
+
+/// What is known of a shader among others: numbers that are linked may be anything.
+fn summary_of(base: &Principled, linked: &[(usize, Root)]) -> PrincipledSummary {
+    let range = |socket: usize, known: f32, most: f32| {
+        let is_linked = linked.iter().any(|(of, _)| *of == socket);
+        if is_linked {
+            (0.0, most)
+        } else {
+            (known, known)
+        }
+    };
+    PrincipledSummary {
+        base_color: base.base_color,
+        metallic: range(principled::METALLIC, base.metallic, 1.0),
+        roughness: range(principled::ROUGHNESS, base.roughness, 1.0),
+        anisotropy: range(principled::ANISOTROPIC, base.anisotropy, 1.0).1,
+        ior: (base.ior, base.ior),
+        specular: range(principled::SPECULAR_IOR_LEVEL, base.specular, 2.0),
+        transmission: range(principled::TRANSMISSION_WEIGHT, base.transmission, 1.0),
+        disperses: base.dispersion > 0.0,
+        thin_wall: base.thin_walled,
+    }
+}
