@@ -225,7 +225,8 @@ impl World {
                 (only_bounds, object, m.hit.primitive)
             })
             .unwrap_or(nearest);
-        passage.way = first.exact.then_some(first.distance as f32);
+        // A ray that leaves no interface begins where its span does: behind the camera's near plane.
+        passage.way = (first.exact && start.is_some()).then_some(first.distance as f32);
         let chosen = met.filter(|hit| is_same(hit, &first.hit));
         let hit = chosen.unwrap_or(first.hit);
         if self.is_close(&hit) {

@@ -13,6 +13,9 @@ REASONS = {
     ("Wireframe", ""): "pixels through whose middle the edge of a line goes: a line is black or white, and rounding decides",
     ("BsdfGlass", ""): "the sun through glass: few paths find it, and Cycles lets light through facets that face away (docs/sundog-and-cycles.md)",
     ("BsdfRefraction", ""): "the sun through glass: few paths find it, and Cycles lets light through facets that face away (docs/sundog-and-cycles.md)",
+    ("Raycast", ""): "few of its rays meet anything: the edges of other rows' balls",
+    ("Bevel", ""): "its rays lie otherwise, which shows where the radius is that of the ball",
+    ("Displacement", ""): "strong bumps are a little darker: both sampling techniques refuse the same directions (docs/sundog-and-cycles.md)",
     ("Emission", "Strength low"): "negative light, which Cycles shows and Sundog does not",
 }
 

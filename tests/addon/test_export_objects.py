@@ -357,8 +357,10 @@ class Left(kit.ExportTest):
         made = self.link("head", kit.plane())
         system = made.modifiers.new("hair", "PARTICLE_SYSTEM").particle_system
         system.settings.type = "HAIR"
-        found = self.export()
-        self.assertIn("hair", found.verdict("object", "head")["detail"])
+        for shows_emitter in (True, False):
+            made.show_instancer_for_render = shows_emitter
+            found = self.export()
+            self.assertIn("hair", found.verdict("object", "head")["detail"])
 
     def test_light_linking(self):
         lamp = self.link("lamp", bpy.data.lights.new("lamp", "POINT"))

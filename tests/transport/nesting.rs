@@ -290,3 +290,22 @@ fn priorities_without_use_are_told() {
     assert!(!called(&[(a.clone(), [0.0, -1.0]), (b, [0.0, -2.0])]));
     assert!(called(&[(a.clone(), [0.0, -1.0]), (a, [-1.0, -2.0])]));
 }
+
+/// A camera in water sees from its near plane on, be there another solid somewhere in the water's box or not.
+#[test]
+fn light_before_the_near_plane_is_not_absorbed() {
+    let water = solid(1.0, 0.5, None);
+    let mut scene = behind(0.0, &[(water, [1.0, -1.0])]);
+    scene.cameras[0].clip_near = 0.5;
+    let expected = (-0.5f64 * 0.5).exp();
+    assert_mean(&scene, expected, "water alone");
+    let aside = DAffine3::from_translation(DVec3::new(2.0, 2.0, -0.5))
+        * DAffine3::from_scale(DVec3::splat(0.1));
+    place(
+        &mut scene,
+        sphere(8, 0.0, false),
+        solid(1.5, 0.0, None),
+        &[aside],
+    );
+    assert_mean(&scene, expected, "water with a ball aside");
+}

@@ -97,6 +97,8 @@ class Exporter:
                 told = time.monotonic()
             # `show_self` is off for instancers that are not shown themselves.
             if not instance.show_self:
+                if instance.show_particles:
+                    self._hair(instance, instance.object)
                 continue
             self._instance(instance)
         self._write_placed()
