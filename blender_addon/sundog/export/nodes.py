@@ -55,7 +55,22 @@ INLINED = bpy.app.version >= (5, 0, 0)
 HOLLOW = {"GROUP", "GROUP_INPUT", "REROUTE"}
 
 # Nodes that Cycles does not have: what is linked to them takes its own value. In words for findings.
-ABSENT = {"SHADERTORGB": "Shader to RGB", "EEVEE_SPECULAR": "Specular BSDF"}
+ABSENT = {
+    "SHADERTORGB": "Shader to RGB is a node of EEVEE's",
+    "EEVEE_SPECULAR": "Specular BSDF is a node of EEVEE's",
+    "SCRIPT": "Script is a node of Open Shading Language, which is off",
+}
+
+
+class Scripts:
+    """Whether the scene that is exported has Open Shading Language."""
+
+    run = False
+
+
+def _is_absent(node):
+    return node.type in ABSENT and not node.mute and not (node.type == "SCRIPT" and Scripts.run)
+
 
 # Shaders of volumes, which are nothing on surfaces; and what counts in volumes, where all other shaders are nothing.
 VOLUMES = {"VOLUME_ABSORPTION", "VOLUME_SCATTER", "PRINCIPLED_VOLUME", "VOLUME_COEFFICIENTS"}
@@ -86,7 +101,7 @@ class Walker:
                 if link.is_muted:
                     continue
                 name = (link.to_node.name, link.to_socket.identifier)
-                if link.from_node.type in ABSENT and not link.from_node.mute:
+                if _is_absent(link.from_node):
                     absent[name] = ABSENT[link.from_node.type]
                 elif link.is_valid:
                     table[name] = link
@@ -168,8 +183,8 @@ def tree_of(data):
 
 
 def not_in_cycles(label):
-    """What is told of nodes of EEVEE's."""
-    return f"{label} is a node of EEVEE's: what is linked to it has its own value, as in Cycles"
+    """What is told of nodes that Cycles does not have."""
+    return f"{label}: what is linked to it has its own value, as in Cycles"
 
 
 # What is told of links that Blender calls invalid.

@@ -9,7 +9,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, motion, object_info, views, visibility
+from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, motion, nodes, object_info, views, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -49,6 +49,7 @@ class Exporter:
 
     def __init__(self, depsgraph, scene, folder, cache, verdicts, report, move=None, views=()):
         self.depsgraph, self.scene, self.cache, self.views = depsgraph, scene, cache, views
+        nodes.Scripts.run = bool(getattr(getattr(scene, "cycles", None), "shading_system", False))
         # What brings the depsgraph to a frame and a subframe, and what it is asked for so.
         self.move, self.motion = move, None
         self.verdicts, self.report = verdicts, report
