@@ -708,6 +708,7 @@ fn special_and_general_kernels_agree_bit_for_bit() {
     let more = [
         ("a shadow catcher", catchers::with_ball()),
         ("dispersion", dispersion::with_ball()),
+        ("solids that overlap", nesting::ice_in_water()),
     ];
     for (name, scene) in gallery().into_iter().chain(more) {
         let special = run(&scene, &small(8, 6));
