@@ -67,6 +67,11 @@ class Scripts:
 
     run = False
 
+    @classmethod
+    def of(cls, scene):
+        """That of a scene."""
+        cls.run = bool(getattr(getattr(scene, "cycles", None), "shading_system", False))
+
 
 def _is_absent(node):
     return node.type in ABSENT and not node.mute and not (node.type == "SCRIPT" and Scripts.run)
