@@ -13,6 +13,16 @@ pub use frame::Frame;
 
 use glam::Vec3;
 
+/// The sides of a box, counter-clockwise from outside: numbers of corners, whose bits are their X, Y and Z.
+pub const BOX_SIDES: [[u32; 4]; 6] = [
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+];
+
 /// Weights of linear Rec.709 in luminance (ITU-R BT.709-6, item 3.2).
 pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 

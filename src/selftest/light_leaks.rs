@@ -4,7 +4,7 @@ use super::kit::{camera, diffuse, place, prepared, quad, sphere};
 use super::{Case, Effort, Finding};
 use crate::effects::Matte;
 use crate::ffi::embree::Hit;
-use crate::math::{Frame, float, warp};
+use crate::math::{BOX_SIDES, Frame, float, warp};
 use crate::render::RenderError;
 use crate::sampler::hashed;
 use crate::scene::{Mesh, RayKind, Scene};
@@ -130,18 +130,10 @@ pub fn leaks(world: &World, inside: Vec3, paths: u32) -> Leaks {
 /// A cube about the origin from -1 to 1, wound counter-clockwise from outside.
 pub fn cube() -> Mesh {
     let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 0 { -1.0 } else { 1.0 });
-    let faces = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
     Mesh {
         name: "cube".into(),
         positions: (0..8).map(corner).collect(),
-        triangles: faces
+        triangles: BOX_SIDES
             .iter()
             .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
             .collect(),

@@ -295,6 +295,15 @@ impl<K: BsdfFeatures> Bsdf<K> {
         self.lambert
     }
 
+    /// The same about the normal that it has here.
+    #[inline(always)]
+    fn base(&self) -> Diffuse {
+        Diffuse {
+            normal: self.normal(),
+            ..self.lambert
+        }
+    }
+
     /// The lobes in the list, and the albedo of each.
     pub(super) fn lobes(&self) -> impl Iterator<Item = (Lobe, Vec3)> {
         self.others.iter().map(|entry| (entry.lobe, entry.albedo))
@@ -483,10 +492,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     fn sums(&self, left_out: usize, wi: Vec3, transmitted: bool) -> Sums {
         let mut sums = Sums::ZERO;
         if !transmitted {
-            let lambert = Diffuse {
-                normal: self.normal(),
-                ..self.lambert
-            };
+            let lambert = self.base();
             let bumped = K::BUMPS && lambert.normal != self.smooth();
             let of = lambert.evaluate((self.smooth(), bumped), wi);
             sums.diffuse = LobeValue {

@@ -6,7 +6,7 @@ use super::place::{HitPoint, between};
 use super::view::{from_blender, to_blender};
 use crate::effects::General;
 use crate::ffi::embree::Hit;
-use crate::math::float;
+use crate::math::float::{self, BoundedPoint};
 use crate::sampler::{Dimension, Sampler};
 use crate::scene::graph::function::PlaceInput;
 use crate::shading::program::{Met, Openness, Place};
@@ -62,6 +62,12 @@ fn spread((sampler, bounce): (Sampler, u32), (sample, of): (u32, u8)) -> [f32; 2
     part.pair(Dimension::Opacity, bounce).to_array()
 }
 
+/// Where a ray starts that leaves a surface in a direction.
+fn origin_towards((point, outside): (BoundedPoint, Vec3), direction: Vec3) -> Vec3 {
+    let is_inside = outside.dot(direction) < 0.0;
+    float::ray_origin(point, if is_inside { -outside } else { outside })
+}
+
 impl HitPoint<'_> {
     /// Where a ray meets its object, so often at most.
     fn local_hits<'b>(
@@ -110,12 +116,7 @@ impl HitPoint<'_> {
             let radius = share.sqrt();
             let up = (1.0 - share).max(0.0).sqrt();
             let direction = (tangent * cos + across * sin) * radius + normal * up;
-            let side = if outside.dot(direction) < 0.0 {
-                -outside
-            } else {
-                outside
-            };
-            let origin = float::ray_origin(point, side);
+            let origin = origin_towards((point, outside), direction);
             let shut = if rays.only_local {
                 let ray = (origin, direction, [0.0, distance]);
                 self.local_hits(around, ray, 1).next().is_some()
@@ -210,12 +211,7 @@ impl HitPoint<'_> {
             let point = self
                 .entry
                 .point::<General>(self.mesh, self.triangle, self.u, self.v);
-            let side = if outside.dot(along) < 0.0 {
-                -outside
-            } else {
-                outside
-            };
-            float::ray_origin(point, side)
+            origin_towards((point, outside), along)
         } else {
             self.in_world() + from_blender(from - here)
         };

@@ -320,6 +320,11 @@ def for_cycles(width=8, height=8, samples=4, exact=True):
     image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
 
 
+def unbiased(cycles):
+    """Takes from Cycles' settings what changes the mean of its pictures."""
+    cycles.blur_glossy = cycles.sample_clamp_indirect = cycles.light_sampling_threshold = 0
+
+
 def cycles_pixels(width=8, height=8, samples=4, exact=True):
     """What Cycles shows of the scene, as height × width × 3 linear floats with the bottom row first."""
     for_cycles(width, height, samples, exact)

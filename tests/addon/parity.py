@@ -164,7 +164,7 @@ def by_cycles(width, height, samples, seed, filter_width):
     cycles.seed = seed
     cycles.pixel_filter_type = "BOX" if filter_width is None else "BLACKMAN_HARRIS"
     cycles.filter_width = filter_width or 1.5
-    cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+    kit.unbiased(cycles)
     for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces"):
         setattr(cycles, name, 12)
     cycles.transparent_max_bounces = 256

@@ -90,8 +90,7 @@ class Lobes(kit.ExportTest):
         data = self.camera.data
         data.type, data.ortho_scale = "ORTHO", 6
         # What makes light go lost or spread on purpose stays out of it.
-        cycles = self.scene.cycles
-        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        kit.unbiased(self.scene.cycles)
         render = self.scene.render
         render.resolution_x, render.resolution_y, render.resolution_percentage = 96, 64, 100
 

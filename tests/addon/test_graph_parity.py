@@ -78,7 +78,7 @@ class Parity(kit.ExportTest):
         data = self.camera.data
         data.type, data.ortho_scale = "ORTHO", rows
         cycles = self.scene.cycles
-        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        kit.unbiased(cycles)
         cycles.max_bounces = 4
         render = self.scene.render
         width, height = ROW * SIZE, rows * SIZE

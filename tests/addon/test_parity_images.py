@@ -141,7 +141,7 @@ class ImageParity(kit.ExportTest):
         data = self.camera.data
         data.type, data.ortho_scale = "ORTHO", size
         cycles = self.scene.cycles
-        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        kit.unbiased(cycles)
         cycles.max_bounces = 4
         width, height = ROW * SIDE, rows * SIDE
         kit.for_cycles(width, height, samples)

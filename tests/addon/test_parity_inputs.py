@@ -56,7 +56,7 @@ class Patches(kit.ExportTest):
         if data.type != "PERSP":
             data.ortho_scale = max(rows, ROW)
         cycles = self.scene.cycles
-        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        kit.unbiased(cycles)
         cycles.max_bounces = 4
         width, height = ROW * SIZE, rows * SIZE
         render = self.scene.render

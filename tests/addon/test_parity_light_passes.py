@@ -40,7 +40,7 @@ class LightPasses(EngineTest):
         super().setUp()
         scene = self.for_both((WIDTH, HEIGHT), SAMPLES)
         cycles, layer = scene.cycles, scene.view_layers[0]
-        cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0
+        kit.unbiased(cycles)
         # Behind glass they are rare bright samples, which decide the means; the switches have a test of their own.
         cycles.caustics_reflective = cycles.caustics_refractive = False
         for lobe in LOBES:

@@ -108,7 +108,7 @@ class Beside(kit.ExportTest):
         # The lens is as wide as the longer side.
         data.type, data.ortho_scale = "ORTHO", max(ROW, rows)
         cycles = self.scene.cycles
-        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        kit.unbiased(cycles)
         for kind in ("max", "diffuse", "glossy", "transmission", "transparent_max"):
             setattr(cycles, f"{kind}_bounces", 16)
         return ROW * SIZE, rows * SIZE

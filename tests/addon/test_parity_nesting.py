@@ -66,7 +66,7 @@ class Nesting(unittest.TestCase):
         self.scene.render.engine = "CYCLES"
         cycles = self.scene.cycles
         cycles.use_adaptive_sampling = cycles.use_denoising = False
-        cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0
+        kit.unbiased(cycles)
         cycles.max_bounces = cycles.transmission_bounces = cycles.glossy_bounces = 32
         bpy.ops.mesh.primitive_plane_add(size=20, location=(0, 0, -1.2))
         bpy.context.object.data.materials.append(kit.material("floor", Base_Color=(0.6, 0.1, 0.05, 1)))

@@ -38,7 +38,7 @@ class Scenes(unittest.TestCase):
         self.scene.render.engine = "CYCLES"
         cycles = self.scene.cycles
         cycles.use_adaptive_sampling = cycles.use_denoising = False
-        cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0
+        kit.unbiased(cycles)
         bpy.ops.mesh.primitive_plane_add(size=20, location=(0, 0, -1.2))
         bpy.context.object.data.materials.append(kit.material("floor"))
         for kind, place, energy in (("AREA", (2, -1, 4), 300), ("POINT", (-2, -2, 2), 100)):

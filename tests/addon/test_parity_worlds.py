@@ -36,7 +36,7 @@ class Nodes(kit.ExportTest):
         # Whose node tree it is.
         self.owner = None
         cycles = self.scene.cycles
-        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        kit.unbiased(cycles)
         cycles.max_bounces = 4
 
     def node(self, kind, inputs=None, **settings):

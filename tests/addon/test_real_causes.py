@@ -11,8 +11,7 @@ class Causes(kit.ExportTest):
     def setUp(self):
         super().setUp()
         self.write_graphs(True)
-        cycles = self.scene.cycles
-        cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.light_sampling_threshold = 0, 0, 0
+        kit.unbiased(self.scene.cycles)
         world = self.scene.world = bpy.data.worlds.new("world")
         world.use_nodes = True
         world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)

@@ -91,10 +91,7 @@ class _Sum:
             return
         if node.type not in nodes.FILLING:
             return
-        method = getattr(self, f"_{node.type.lower()}", None)
-        if method is None:
-            raise _Varies(f"{node.bl_label} is not rendered yet")
-        method(source, weight)
+        getattr(self, f"_{node.type.lower()}")(source, weight)
 
     @staticmethod
     def _constant(value):

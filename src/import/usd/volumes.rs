@@ -10,6 +10,7 @@ use super::source::{Source, View};
 use super::transform;
 use crate::import::budget::Budget;
 use crate::import::vdb;
+use crate::math::BOX_SIDES;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::principled_volume;
 use crate::scene::graph::{Function, Graph, Node, NodeKind, VolumeShader};
@@ -19,15 +20,6 @@ use crate::scene::{
 
 /// Points around the set ones in which linear interpolation still finds something.
 const MARGIN: f64 = 1.0;
-/// The box's sides, outwards; of each corner's number the bits are its X, Y and Z.
-const SIDES: [[u32; 4]; 6] = [
-    [0, 4, 6, 2],
-    [1, 3, 7, 5],
-    [0, 1, 5, 4],
-    [2, 6, 7, 3],
-    [0, 2, 3, 1],
-    [4, 5, 7, 6],
-];
 
 /// Grids that have been read.
 pub(super) struct Volumes {
@@ -149,7 +141,7 @@ fn boxed(grid: &Arc<Grid>, name: &str) -> Option<Mesh> {
         place.as_vec3().to_array()
     };
     let mirrored = grid.object_from_index.matrix3.determinant() < 0.0;
-    let triangles = SIDES.iter().flat_map(|[a, b, c, d]| {
+    let triangles = BOX_SIDES.iter().flat_map(|[a, b, c, d]| {
         let (b, d) = if mirrored { (d, b) } else { (b, d) };
         [[*a, *b, *c], [*a, *c, *d]]
     });

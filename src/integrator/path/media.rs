@@ -304,8 +304,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             .scatter(|| medium.albedo(), || camera.backward());
         self.throughput *= value / pdf;
         (self.origin, self.direction, self.span) = (point, onward, (0.0, f32::INFINITY));
-        let phase_width = medium.phase_width();
-        self.widen_by(distance, phase_width);
+        if let Some(pixel) = self.world.widened() {
+            let width = medium.phase_width();
+            self.widen_by((distance, pixel), width);
+        }
         let beside = &mut *self.beside;
         beside.way += beside.walked + distance;
         (beside.walked, beside.near, beside.skipped) = (0.0, 0.0, 0.0);

@@ -13,23 +13,23 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// The path is scattered by a surface at a distance.
     #[inline(always)]
     pub(super) fn widen(&mut self, distance: f32, bsdf: &KernelBsdf<E>, sample: &BsdfSample) {
-        if E::EVERYTHING && self.world.widened().is_some() {
+        if E::EVERYTHING
+            && let Some(pixel) = self.world.widened()
+        {
             let roughness = if sample.delta {
                 0.0
             } else {
                 bsdf.roughness_towards(sample.wi)
             };
-            self.widen_by(distance, roughness);
+            self.widen_by((distance, pixel), roughness);
         }
     }
 
-    /// The path is scattered at a distance, with a roughness.
-    pub(super) fn widen_by(&mut self, distance: f32, roughness: f32) {
-        if let Some(pixel) = self.world.widened() {
-            let share = self.settings.filter_glossy.min(1.0);
-            let beside = &mut *self.beside;
-            let distance = beside.walked + distance;
-            beside.wide = beside.wide.scattered(distance, share * roughness - pixel);
-        }
+    /// The path is scattered at a distance, with a roughness; `pixel`: the angle of one.
+    pub(super) fn widen_by(&mut self, (distance, pixel): (f32, f32), roughness: f32) {
+        let share = self.settings.filter_glossy.min(1.0);
+        let beside = &mut *self.beside;
+        let distance = beside.walked + distance;
+        beside.wide = beside.wide.scattered(distance, share * roughness - pixel);
     }
 }

@@ -2,7 +2,6 @@
 
 use super::Bsdf;
 use crate::shading::BsdfFeatures;
-use crate::shading::closure::Diffuse;
 use glam::Vec3;
 
 impl<K: BsdfFeatures> Bsdf<K> {
@@ -16,11 +15,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             sum += pdf * alpha * alpha;
         };
         if !transmitted {
-            let lambert = Diffuse {
-                normal: self.normal(),
-                ..self.lambert
-            };
-            let of = lambert.evaluate((self.smooth(), false), wi);
+            let of = self.base().evaluate((self.smooth(), false), wi);
             add((1.0 - self.p_others()) * of.pdf, 1.0);
         }
         for entry in self.others() {

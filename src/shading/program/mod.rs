@@ -305,24 +305,21 @@ impl Program {
 
     /// Whether its nodes ask the scene by rays.
     pub fn traces(&self) -> bool {
-        self.calls.iter().any(|call| {
+        let asks = |call: &Call| {
             matches!(
                 call.function,
                 Function::AmbientOcclusion { .. }
                     | Function::Bevel { .. }
                     | Function::Raycast { .. }
-            ) || call.height().is_some_and(|height| height.program.traces())
-        })
+            )
+        };
+        self.calls.iter().any(asks) || self.heights().any(Self::traces)
     }
 
     /// Whether some of its Bumps are widened.
     pub fn is_widened(&self) -> bool {
-        self.calls.iter().any(|call| {
-            matches!(call.function, Function::Bump { widened: true, .. })
-                || call
-                    .height()
-                    .is_some_and(|height| height.program.is_widened())
-        })
+        let is = |call: &Call| matches!(call.function, Function::Bump { widened: true, .. });
+        self.calls.iter().any(is) || self.heights().any(Self::is_widened)
     }
 
     /// How many sets of texture coordinates it reads.

@@ -1,16 +1,10 @@
 use super::*;
+use crate::math::BOX_SIDES;
 
 fn cube() -> Polygons {
     let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 });
     let mut cube = Polygons::new((0..8).map(corner).collect());
-    for face in [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ] {
+    for face in BOX_SIDES {
         cube.face(&face);
     }
     cube
