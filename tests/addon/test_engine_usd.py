@@ -112,6 +112,17 @@ class ByUsd(EngineTest):
         ):  # fmt: skip
             self.assertIn(words, lost.get(name, ""), lost)
 
+    def test_shaders_that_usd_lacks_are_told(self):
+        """The exporter writes a Principled BSDF alone, which is grey where there is none."""
+        tree = bpy.data.materials["Material"].node_tree
+        output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+        self.scene.sundog.exchange = "USD"
+        for kind in ("BsdfGlass", "BsdfDiffuse", "Emission", "MixShader"):
+            node = tree.nodes.new(f"ShaderNode{kind}")
+            tree.links.new(node.outputs[0], output.inputs["Surface"])
+            bpy.ops.sundog.check_scene()
+            self.assertIn(node.bl_label, self.lost().get("Material", ""))
+
     def test_cameras_that_usd_lacks_are_refused(self):
         self.scene.sundog.exchange = "USD"
         self.scene.camera.data.type = "PANO"

@@ -197,13 +197,17 @@ def _material(material):
     for socket in ("Volume", "Displacement"):
         if output.inputs[socket].is_linked:
             yield LOST, f"its {socket.lower()} is left out"
-    lost = set()
+    lost, shaders = set(), set()
     for node, socket in _reached(output, "Surface"):
+        if socket.type == "SHADER" and node.type not in {"BSDF_PRINCIPLED", "GROUP", "GROUP_INPUT", "REROUTE"} | _NODES:
+            shaders.add(node.bl_label)
         if node.type == "TEX_IMAGE" and node.projection == "BOX":
             lost.add(f"the box projection of {node.bl_label}")
         lost |= {f"{node.bl_label} ({socket.name})"} if socket.name in _OUTPUTS.get(node.type, ()) else set()
         if node.type in _NODES or (bpy.app.version < (5, 0) and node.type in _NOT_IN_4):
             lost.add(node.bl_label)
+    if shaders:
+        yield LOST, f"its shaders are left out ({', '.join(sorted(shaders))}): a Principled BSDF alone comes through"
     for words in sorted(lost):
         yield LOST, f"of its nodes, {words} is a constant there, or left out"
 
