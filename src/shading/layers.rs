@@ -175,7 +175,7 @@ fn through(coat: &Coat<'_>, cos: f32) -> Vec3 {
     }
     let sine = (1.0 - sqr(cos)).max(0.0) / sqr(coat.ior.max(1.0));
     let way = 1.0 / (1.0 - sine).sqrt().max(1e-6);
-    Vec3::ONE.lerp(coat.tint.powf(way), coat.weight)
+    Vec3::ONE.lerp(coat.tint.powf(way), coat.weight).max(Vec3::ZERO)
 }
 
 #[cfg(test)]

@@ -334,6 +334,9 @@ class Parity(Beside):
             s.alone(f"sheen {roughness}", "BsdfPrincipled", Base_Color=RED, Sheen_Weight=1.0, Sheen_Roughness=roughness, Sheen_Tint=GOLD)
         s.alone("sheen by noise", "BsdfPrincipled", Base_Color=RED, Sheen_Weight="TexNoise", Sheen_Roughness=0.3)
         s.alone("sheen over coat", "BsdfPrincipled", Base_Color=RED, Sheen_Weight=0.7, Coat_Weight=0.6, Coat_Roughness=0.4, Roughness=0.6)
+        # Cycles bounds neither weight from above.
+        s.alone("much sheen", "BsdfPrincipled", {"distribution": "GGX"}, Base_Color=RED, Sheen_Weight=2.3)
+        s.alone("much coat", "BsdfPrincipled", Base_Color=RED, Coat_Weight=2.3, Coat_Roughness=0.6, Coat_Tint=GOLD)
         self.compare(s)
 
     def test_what_shines_below_layers(self):

@@ -173,12 +173,12 @@ sockets! {
         TRANSMISSION_WEIGHT: Float "Transmission Weight" = [0.0; 3], Legal::share(0.0);
         EMISSION_COLOR: Color "Emission Color" = [1.0; 3], Legal::positive(0.0);
         EMISSION_STRENGTH: Float "Emission Strength" = [0.0; 3], Legal::positive(0.0);
-        COAT_WEIGHT: Float "Coat Weight" = [0.0; 3], Legal::share(0.0);
+        COAT_WEIGHT: Float "Coat Weight" = [0.0; 3], Legal::positive(0.0);
         COAT_ROUGHNESS: Float "Coat Roughness" = [0.03; 3], Legal::share(0.03);
         COAT_IOR: Float "Coat IOR" = [1.5; 3], Legal::INDEX;
         COAT_TINT: Color "Coat Tint" = [1.0; 3], Legal::positive(1.0);
         COAT_NORMAL: Normal "Coat Normal" = [0.0; 3], Legal::ANY;
-        SHEEN_WEIGHT: Float "Sheen Weight" = [0.0; 3], Legal::share(0.0);
+        SHEEN_WEIGHT: Float "Sheen Weight" = [0.0; 3], Legal::positive(0.0);
         SHEEN_ROUGHNESS: Float "Sheen Roughness" = [0.5; 3], Legal::share(0.5);
         SHEEN_TINT: Color "Sheen Tint" = [1.0; 3], Legal::positive(1.0);
         THIN_FILM_THICKNESS: Float "Thin Film Thickness" = [0.0; 3], Legal::positive(0.0);
