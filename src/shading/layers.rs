@@ -130,7 +130,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
         let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, coat.roughness));
         let f0 = fresnel::f0_from_ior(coat.ior);
-        let (effective_cosine, average_blend) = coat.tables.layer(1.0, cos, place);
+        let (effective_cosine, average_blend) = coat.tables.layer(coat.ior, cos, place);
         let reflectance = fresnel::dielectric(effective_cosine, coat.ior).reflectance;
         let average = Vec3::splat(f0 + (1.0 - f0) * average_blend);
         let (gain, single) = match place.map(Albedos::at) {
@@ -175,7 +175,9 @@ fn through(coat: &Coat<'_>, cos: f32) -> Vec3 {
     }
     let sine = (1.0 - sqr(cos)).max(0.0) / sqr(coat.ior.max(1.0));
     let way = 1.0 / (1.0 - sine).sqrt().max(1e-6);
-    Vec3::ONE.lerp(coat.tint.powf(way), coat.weight).max(Vec3::ZERO)
+    Vec3::ONE
+        .lerp(coat.tint.powf(way), coat.weight)
+        .max(Vec3::ZERO)
 }
 
 #[cfg(test)]

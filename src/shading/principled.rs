@@ -311,7 +311,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if eta != 1.0 || is_filmed {
             let true_f0 = fresnel::f0_from_ior(eta);
             let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
-            let (effective_cosine, average_blend) = tables.layer(specular, cos, place);
+            let (effective_cosine, average_blend) = tables.layer(eta, cos, place);
             let blend = fresnel::grazing_blend(
                 fresnel::dielectric(effective_cosine, covering(eta)).reflectance,
                 true_f0,

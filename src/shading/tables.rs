@@ -241,8 +241,8 @@ pub struct Dielectric {
     /// cosθ + α: tabulated instead of the reflectance, because it stays smooth where the
     /// reflectance rises steeply toward grazing views, and is 1 for smooth interfaces.
     effective_cosine: Table,
-    /// Cosine-weighted mean reflectance of the smooth interface, as [`fresnel::grazing_blend`].
-    average_blend: f32,
+    /// Cosine-weighted mean reflectance of the smooth interface, as [`fresnel::grazing_blend`]: of the index and of its inverse.
+    average_blend: [f32; 2],
 }
 
 /// Albedo of reflection and transmission together of a rough transmitting solid with one index of refraction, with nothing
@@ -456,10 +456,9 @@ pub fn covering(eta: f32) -> f32 {
 }
 
 impl Dielectric {
-    /// Tabulates for an index of refraction; of one below 1 the cosine is that of its inverse ([`covering`]).
+    /// Tabulates for an index of refraction and its inverse, which have the same cosine ([`covering`]).
     pub fn new(ior: f32, rows: Rows) -> Self {
         let quadrature = Quadrature::get();
-        let average_of = ior;
         let ior = covering(ior);
         let effective_cosine = Table::tabulate(rows, |cos, alpha| {
             let (all, reflected) =
@@ -467,12 +466,14 @@ impl Dielectric {
             cosine_of_blend((reflected / all) as f32, ior) / (cos + alpha) as f32
         });
         let n = 1024;
-        let average_blend = (0..n)
-            .map(|k| {
-                let mu = (k as f32 + 0.5) / n as f32;
-                2.0 * mu * smooth_blend(mu, average_of) / n as f32
-            })
-            .sum();
+        let average_blend = [ior, 1.0 / ior].map(|average_of| {
+            (0..n)
+                .map(|k| {
+                    let mu = (k as f32 + 0.5) / n as f32;
+                    2.0 * mu * smooth_blend(mu, average_of) / n as f32
+                })
+                .sum()
+        });
         Self {
             effective_cosine,
             average_blend,
@@ -486,9 +487,9 @@ impl Dielectric {
     }
 
     /// How far the cosine-weighted mean over all directions of the smooth interface's reflectance
-    /// has come from F0 to 1.
-    pub fn average_blend(&self) -> f32 {
-        self.average_blend
+    /// has come from F0 to 1; for an index above or below 1.
+    pub fn average_blend(&self, below_one: bool) -> f32 {
+        self.average_blend[usize::from(below_one)]
     }
 }
 

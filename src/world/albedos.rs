@@ -4,6 +4,7 @@ use super::material::{Preparer, tables_of};
 use crate::scene::graph::node::{glass, principled};
 use crate::scene::graph::{Distribution, PrincipledSummary, SimpleBsdf};
 use crate::scene::{Material, Scene};
+use crate::shading::dielectrics::Needs;
 use crate::shading::program::{Root, Shader, Weighted};
 use crate::shading::tables::{self, Rows};
 use crate::shading::{Dielectrics, Principled, ggx, least_mean_roughness};
@@ -73,15 +74,25 @@ impl Preparer {
         beside: f32,
     ) -> Arc<Dielectrics> {
         let is_linked = |socket: usize| linked.iter().any(|(of, _)| *of == socket);
-        let (mut ior, specular) = p.map_or((1.5, 1.0), |p| (p.ior.1, p.specular.1));
-        if let Some(p) = p.filter(|_| is_linked(principled::IOR)) {
-            // One table stands for all. Bounds that nothing comes near say little.
-            let [low, high] = [p.ior.0, p.ior.1].map(|end| tables::covering(end).clamp(1.1, 2.5));
-            ior = (low * high).sqrt();
-        }
-        ior /= beside;
-        let needs = p.map_or((false, false), |p| self.tables_needed(p));
-        let textured = needs.0 && is_linked(principled::SPECULAR_IOR_LEVEL);
+        let (ends, specular) = p.map_or(((1.5, 1.5), 1.0), |p| (p.ior, p.specular.1));
+        let index = if is_linked(principled::IOR) {
+            // One table of the solid stands for all. Bounds that nothing comes near say little.
+            let [low, high] = [ends.0, ends.1].map(|end| tables::covering(end).clamp(1.1, 2.5));
+            (low * high).sqrt()
+        } else {
+            ends.1
+        };
+        let ends = if is_linked(principled::IOR) {
+            ends
+        } else {
+            (ends.1, ends.1)
+        };
+        let least_specular = if is_linked(principled::SPECULAR_IOR_LEVEL) {
+            0.0
+        } else {
+            specular
+        };
+        let needed = p.map_or((false, false), |p| self.tables_needed(p));
         // Images of floats may hold more than 1.
         let rough = is_linked(principled::ROUGHNESS);
         let roughness = p.map_or(1.0, |p| p.roughness.1);
@@ -94,9 +105,14 @@ impl Preparer {
                 roughness
             },
         );
-        let key = (ior.to_bits(), specular.to_bits(), textured, needs, rows);
-        tables_of(key, || {
-            Dielectrics::needed(ior, specular, textured, needs, rows)
+        let of_layer = Needs::layer_indices(
+            (ends.0 / beside, ends.1 / beside),
+            (least_specular, specular),
+        );
+        tables_of(Needs {
+            layer: needed.0.then_some(of_layer),
+            solid: needed.1.then_some(index / beside),
+            rows,
         })
     }
 
@@ -141,12 +157,16 @@ impl Preparer {
             roughness.unwrap_or(0.0),
             roughness.filter(|_| !self.roughens()).unwrap_or(1.0),
         );
-        let key = (ior.to_bits(), 1f32.to_bits(), false, (false, true), rows);
-        tables_of(key, || {
-            Dielectrics::needed(ior, 1.0, false, (false, true), rows)
+        tables_of(Needs {
+            layer: None,
+            solid: Some(ior),
+            rows,
         })
     }
 }
+
+/// Above what links to an index say.
+const ANY_INDEX: f32 = 4.0;
 
 /// What is known of a shader among others: numbers that are linked may be anything.
 fn summary_of(base: &Principled, linked: &[(usize, Root)]) -> PrincipledSummary {
@@ -163,7 +183,7 @@ fn summary_of(base: &Principled, linked: &[(usize, Root)]) -> PrincipledSummary 
         metallic: range(principled::METALLIC, base.metallic, 1.0),
         roughness: range(principled::ROUGHNESS, base.roughness, 1.0),
         anisotropy: range(principled::ANISOTROPIC, base.anisotropy, 1.0).1,
-        ior: (base.ior, base.ior),
+        ior: range(principled::IOR, base.ior, ANY_INDEX),
         specular: range(principled::SPECULAR_IOR_LEVEL, base.specular, 2.0),
         transmission: range(principled::TRANSMISSION_WEIGHT, base.transmission, 1.0),
         disperses: base.dispersion > 0.0,

@@ -3,6 +3,7 @@
 use super::material::{Preparer, tables_of};
 use crate::scene::graph::function::PlaceInput;
 use crate::shading::Dielectrics;
+use crate::shading::dielectrics::Needs;
 use crate::shading::layers::{Coat, Fibres, Layers};
 use crate::shading::program::{Covered, Emission, Evaluation, LayerRoots, Place, Root, reflected};
 use crate::shading::tables::Rows;
@@ -19,10 +20,16 @@ impl Preparer {
             roughness.unwrap_or(0.0),
             roughness.filter(|_| !self.roughens()).unwrap_or(1.0),
         );
-        let needs = (ior > 1.0, false);
-        let key = (ior.to_bits(), 1f32.to_bits(), false, needs, rows);
-        Some(tables_of(key, || {
-            Dielectrics::needed(ior, 1.0, false, needs, rows)
+        // Of linked ones nobody knows the greatest.
+        let ends = match coat.ior.constant() {
+            Some(_) => (ior, ior),
+            None => (1.0, f32::INFINITY),
+        };
+        let layer = (ends.1 > 1.0).then(|| Needs::layer_indices(ends, (1.0, 1.0)));
+        Some(tables_of(Needs {
+            layer,
+            solid: None,
+            rows,
         }))
     }
 }

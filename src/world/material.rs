@@ -9,12 +9,12 @@ use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::{PathDepth, PlaceInput};
 use crate::scene::graph::{Graph, TangentKind};
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
+use crate::shading::dielectrics::{Key, Needs};
 use crate::shading::program::{
     Known, Place, Program, Programs, Shader, Source, VolumeProgram, Weighted, compile, parameters,
     reflected,
 };
 use crate::shading::simple::SimpleValues;
-use crate::shading::tables::Rows;
 use crate::shading::texture::{PreparedTexture, Raster};
 use crate::shading::thin_film::Film;
 use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled, turned};
@@ -69,23 +69,20 @@ pub struct Preparer {
     roughens: bool,
 }
 
-/// Bits of the index and of the specular factor, whether a texture varies that, whether the coat and the solid are read, and
-/// for which roughnesses.
-pub(super) type Key = (u32, u32, bool, (bool, bool), Rows);
-
 /// So many tables are kept for the next world.
 const KEPT: usize = 64;
 
 /// Tables for a material. They take milliseconds to make and depend on nothing else, so that a program that renders one
 /// scene after the other makes them once.
-pub(super) fn tables_of(key: Key, make: impl FnOnce() -> Dielectrics) -> Arc<Dielectrics> {
+pub(super) fn tables_of(needs: Needs) -> Arc<Dielectrics> {
+    let key = needs.key();
     static TABLES: Mutex<BTreeMap<Key, Arc<Dielectrics>>> = Mutex::new(BTreeMap::new());
     let locked = || TABLES.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(tables) = locked().get(&key) {
         return tables.clone();
     }
     // Not while others wait.
-    let tables = Arc::new(make());
+    let tables = Arc::new(Dielectrics::needed(&needs));
     let mut kept = locked();
     if kept.len() >= KEPT {
         kept.clear();

@@ -44,7 +44,7 @@ SAMPLES, MORE = 256, 2048
 # Tiles in one picture.
 MOST = 400
 # Depth between two balls next to each other: the farther from the origin, the fewer bits a walk below the surface has in Cycles.
-STEP, STEPS = 2.0, 64
+STEP, STEPS = 0.25, 64
 
 
 def layout(count):
@@ -117,7 +117,7 @@ def balls(materials, shine):
         if number:
             bpy.context.scene.collection.objects.link(ball)
         # No two neighbours are at similar depths, where light could go from one to another.
-        depth = 0.0 if shine else number * 37 % STEPS * STEP
+        depth = 0.0 if shine else (number * 37 % STEPS - STEPS / 2) * STEP
         ball.location = (number % columns + 0.5, number // columns + 0.5, depth)
         ball.rotation_euler, ball.scale = (0.5, 0.3, 0.2), (1.0, 0.9, 0.8)
         ball.pass_index, ball.color = number % 7, (0.2, 0.5, 0.7, 1)
@@ -139,7 +139,7 @@ def scene_of(tiles):
     camera.type, camera.ortho_scale = "ORTHO", max(columns, rows) * step
     camera.clip_end = 1e5
     shown = bpy.data.objects.new("camera", camera)
-    shown.location = (columns * step / 2, rows * step / 2, 10 + (0 if kind in PLACES else STEP * STEPS))
+    shown.location = (columns * step / 2, rows * step / 2, 10 + (0 if kind in PLACES else STEP * STEPS / 2))
     scene.collection.objects.link(shown)
     scene.camera = shown
     if kind not in {"sheet", *PLACES}:

@@ -56,7 +56,7 @@ fn grazing(effort: Effort) -> Result<Vec<Finding>, RenderError> {
         (1.33, SMALL, true),
         (1.5, SMALL, true),
     ] {
-        let tables = Dielectrics::new(ior, 1.0, false, true);
+        let tables = Dielectrics::new(ior, 1.0, true);
         let lobes = lobes(ior).into_iter();
         for (name, p, inside) in lobes.filter(|&(name, ..)| !glass_alone || name == "glass") {
             let mut worst = (0f64, String::new());

@@ -111,7 +111,7 @@ fn white_surfaces(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let (mut gain, mut loss, mut wrong) = (0f64, 0f64, 0);
     // 0 stands for an index that is infinite.
     for ior in [1.0f32, 1.0 + 1.2e-7, 1.0 + 1e-4, 1.5, 1000.0, 0.0] {
-        let tables = Dielectrics::new(ior, 1.0, false, true);
+        let tables = Dielectrics::new(ior, 1.0, true);
         for (_, p, inside) in lobes(ior) {
             for roughness in [0.0f32, 1e-8, 3.7e-3, 3.9e-3, 0.03, 0.3, 1.0] {
                 for cos in [1.0f32, 0.7, 0.2] {

@@ -9,7 +9,7 @@ import math
 import bpy
 
 from . import blackbody, colorspace, evaluated, images, object_info
-from .nodes import FILLING, HOLLOW, INLINED, MOST_NODES, VOLUMES, Place, not_finite, tree_of
+from .nodes import FILLING, HOLLOW, INLINED, MOST_NODES, VOLUMES, Place, SceneWide, not_finite, tree_of
 
 # Whether graphs are written at all.
 ENABLED = True
@@ -233,6 +233,8 @@ class Walk:
             # The other one is not seen, whatever it is.
             if factor is not None and (factor <= 0 or factor >= 1):
                 use.inputs.pop("Shader_001" if factor <= 0 else "Shader", None)
+        elif node.type == "AMBIENT_OCCLUSION" and use.constant("Distance") == 0:
+            use.inputs["Distance"] = SceneWide.reach
         return iter([(i, v) for i, v in use.inputs.items() if isinstance(v, Link)])
 
     def _feeding(self, socket, groups):

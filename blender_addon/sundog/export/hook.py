@@ -118,7 +118,7 @@ class glTF2ExportUserExtension:
         """A material: what the exporter's own extensions do not say."""
         if not self._enabled or blender_material is None:
             return
-        nodes.Scripts.of(bpy.context.scene)
+        nodes.SceneWide.of(bpy.context.scene)
         reader = shaders.Reader(nodes.Walker())
         content = {"thin_walled": False}
         try:

@@ -62,19 +62,21 @@ ABSENT = {
 }
 
 
-class Scripts:
-    """Whether the scene that is exported has Open Shading Language."""
+class SceneWide:
+    """What the scene that is exported says of all nodes: whether it has Open Shading Language, and how far in metres an Ambient
+    Occlusion without a distance of its own looks."""
 
-    run = False
+    scripts, reach = False, 10.0
 
     @classmethod
     def of(cls, scene):
         """That of a scene."""
-        cls.run = bool(getattr(getattr(scene, "cycles", None), "shading_system", False))
+        cls.scripts = bool(getattr(getattr(scene, "cycles", None), "shading_system", False))
+        cls.reach = scene.world.light_settings.distance if scene.world else 10.0
 
 
 def _is_absent(node):
-    return node.type in ABSENT and not node.mute and not (node.type == "SCRIPT" and Scripts.run)
+    return node.type in ABSENT and not node.mute and not (node.type == "SCRIPT" and SceneWide.scripts)
 
 
 # Shaders of volumes, which are nothing on surfaces; and what counts in volumes, where all other shaders are nothing.

@@ -49,7 +49,7 @@ class Exporter:
 
     def __init__(self, depsgraph, scene, folder, cache, verdicts, report, move=None, views=()):
         self.depsgraph, self.scene, self.cache, self.views = depsgraph, scene, cache, views
-        nodes.Scripts.of(scene)
+        nodes.SceneWide.of(scene)
         # What brings the depsgraph to a frame and a subframe, and what it is asked for so.
         self.move, self.motion = move, None
         self.verdicts, self.report = verdicts, report

@@ -18,17 +18,17 @@ fn coat(tables: &Dielectrics, weight: f32, tint: Vec3) -> Layers<'_> {
 /// A smooth coat keeps its Fresnel reflectance, and colours the rest by the way in it.
 #[test]
 fn light_from_below_a_coat_is_what_fresnel_leaves() {
-    let tables = Dielectrics::needed(
-        1.5,
-        1.0,
-        false,
-        (true, false),
-        crate::shading::tables::Rows::ALL,
-    );
+    let tables = Dielectrics::new(1.5, 1.0, false);
     let tint = Vec3::new(1.0, 0.5, 0.25);
     // Four roundings of numbers below 1.
     let tolerance = 4.0 * f32::EPSILON;
-    for (weight, cos) in [(1.0f32, 1.0f32), (0.5, 1.0), (1.0, 0.5), (1.0, 0.1)] {
+    for (weight, cos) in [
+        (1.0f32, 1.0f32),
+        (0.5, 1.0),
+        (1.0, 0.5),
+        (1.0, 0.1),
+        (2.3, 0.8),
+    ] {
         let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
         let reflected = fresnel::dielectric(cos, 1.5).reflectance;
         let left = 1.0 - weight * reflected;
@@ -39,7 +39,8 @@ fn light_from_below_a_coat_is_what_fresnel_leaves() {
         );
         let way = 1.0 / (1.0 - (1.0 - cos * cos) / 2.25).sqrt();
         let colored = coat(&tables, weight, tint).transmittance(Vec3::Z, wo);
-        let expected = Vec3::ONE.lerp(tint.powf(way), weight) * left;
+        // Cycles bounds the weight from below alone: what is left is never less than nothing.
+        let expected = Vec3::ONE.lerp(tint.powf(way), weight).max(Vec3::ZERO) * left;
         assert!(
             (colored - expected).abs().max_element() <= 4.0 * tolerance,
             "{colored} {expected}"
