@@ -28,6 +28,8 @@ pub(super) struct Vertex<'a, E: Features> {
     pub at: &'a LightSampleContext,
     pub throughput: Vec3,
     pub bounce: u32,
+    /// The bounce after which the side of the surface was decided that its point lies on by rounding.
+    pub landed: u32,
     /// Surfaces that a shadow ray may pass.
     pub transparent: u32,
     /// The way that the path has come.
@@ -163,7 +165,7 @@ impl<E: Features> Vertex<'_, E> {
             None => world.transmittance::<E>(start, light.wi, f32::INFINITY, left),
         };
         if lids && share != Vec3::ZERO {
-            let key = sampler.key(Dimension::Opacity, self.bounce);
+            let key = sampler.key(Dimension::Opacity, self.landed);
             share *= world.passes_lids((hit, surface), light.wi, key, left);
         }
         if E::EVERYTHING && world.has_media() && share != Vec3::ZERO {

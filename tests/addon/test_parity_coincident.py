@@ -56,6 +56,37 @@ class Coincident(kit.ExportTest):
         self.assertLess(both, 0.85 * alone)
         self.assertLess(cycles_both, 0.85 * cycles_alone)
 
+    def test_twins_of_twins_take_no_more(self):
+        turn = (0.2, 0.1, 0.3)
+        for _ in range(2):
+            self.plane(4, 0.3, turn)
+        two, cycles_two, _ = self.means()
+        self.plane(4, 0.3, turn)
+        three, cycles_three, _ = self.means()
+        self.assertEqual(cycles_two, cycles_three)
+        # The noise of a mean.
+        self.assertLess(abs(three / two - 1), 0.01)
+
+    def test_what_shines_inside_of_twins_comes_out(self):
+        """A face that is met at the place of another one is met from inside."""
+        self.scene.world = None
+        for lamp in [shown for shown in bpy.data.objects if shown.type == "LIGHT"]:
+            bpy.data.objects.remove(lamp)
+        bpy.ops.object.light_add(type="POINT", radius=0.2)
+        bpy.context.object.data.energy = 300
+        kit.unbiased(self.scene.cycles)
+        grey = kit.material("grey", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=0.9)
+        for number in range(2):
+            bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=1, rotation=(0.3, 0.5, 0.7))
+            bpy.context.object.data.materials.append(grey)
+            got, seen, _ = self.means(128)
+            print(f"{number + 1}: {got:.4f}, Cycles {seen:.4f}", flush=True)
+            if number:
+                # By rounding in Cycles, by chance here.
+                self.assertLess(abs(got / seen - 1), 0.15)
+            else:
+                self.assertEqual((got, seen), (0.0, 0.0))
+
     def test_lamps_in_a_ceiling(self):
         self.scene.world = None
         for light in list(bpy.data.lights):

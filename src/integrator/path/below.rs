@@ -156,6 +156,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             at,
             throughput: self.throughput,
             bounce: self.bounce,
+            landed: self.beside.landed,
             transparent: self.settings.transparent_left(self.passed),
             past,
             within: &self.beside.within,

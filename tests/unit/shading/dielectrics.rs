@@ -29,7 +29,7 @@ fn a_layer_between_two_tables_is_as_one_of_its_own() {
         let [a, b] = [&varying, &own].map(|t| t.layer(eta, 1.0, None).1);
         worst_blend = worst_blend.max((a - b).abs());
     }
-    assert!(worst < 5e-3 && worst_blend < 5e-3, "{worst} {worst_blend}");
+    assert!(worst < 5e-3 && worst_blend < 6e-3, "{worst} {worst_blend}");
 }
 
 /// A range of indices about 1 has that of its ends which is farther from 1, and none is 0.
