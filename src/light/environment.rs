@@ -31,7 +31,7 @@ pub struct Environment {
 #[derive(Debug)]
 enum Kind {
     Constant,
-    Image(Image),
+    Image(Box<Image>),
     Computed(Box<Computed>),
 }
 
@@ -176,12 +176,12 @@ impl Environment {
         Self {
             radiance,
             image_from_world: image_from_world.as_mat3(),
-            kind: Kind::Image(Image {
+            kind: Kind::Image(Box::new(Image {
                 width,
                 height,
                 texels: texels.packed(),
                 distribution,
-            }),
+            })),
             portals: None,
         }
     }
