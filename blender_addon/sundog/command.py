@@ -72,6 +72,8 @@ def arguments(scene, layer, abilities, warn):
         if value > 0:
             result += [f"--{flag}", repr(value)]
     result += ["--seed", str(seed(scene))]
+    if settings.sequences == "ONE":
+        result += flag_if_known("sequences", ["1"], abilities, warn)
     if render.threads_mode == "FIXED":
         result += ["--threads", str(render.threads)]
     threshold = noise_threshold(settings)

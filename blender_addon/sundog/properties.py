@@ -18,6 +18,11 @@ DENOISING = (
     ("OFF", "Off", "Never"),
 )
 
+SEQUENCES = (
+    ("TWO", "Two Sequences", "By turns of two independent sequences: the error is told without bias"),
+    ("ONE", "One Sequence", "All of one, as in Cycles: less noise where light is smooth, and the error is told too large"),
+)
+
 EXCHANGES = (
     ("GLTF", "glTF", "With extensions of Sundog's own, by which all that it renders comes through"),
     ("USD", "USD", "By Blender's own exporter. What that leaves out is told by the Scene Check"),
@@ -97,6 +102,10 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
     pixel_filter_type: EnumProperty(name="Filter Type", description="Pixel filter", items=FILTERS, default="BLACKMAN_HARRIS")
     filter_width: FloatProperty(name="Width", description="Width of the pixel filter", default=1.5, min=0.01, max=10.0, subtype="PIXEL")
     seed: IntProperty(name="Seed", description="Selects another independent random sequence", default=0, min=0)
+    sequences: EnumProperty(
+        name="Samples", items=SEQUENCES, default="TWO",
+        description="How the samples of a pixel are spread",
+    )
     denoising: EnumProperty(
         name="Denoising", items=DENOISING, default="CYCLES",
         description="Take the noise out of the final render with Open Image Denoise. Passes, prefilter and quality are the scene's for Cycles",
@@ -170,6 +179,8 @@ def copy_from_cycles(scene):
         layer.sundog.use_pass_sample_count = layer.cycles.pass_debug_sample_count
     settings.pixel_error_target = 0.0
     settings.denoising = "CYCLES"
+    # As there: one sequence a pixel.
+    settings.sequences = "ONE"
     return list(_notes(scene, cycles))
 
 

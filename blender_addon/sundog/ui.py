@@ -140,6 +140,7 @@ class SUNDOG_RENDER_PT_sampling_advanced(_Closed, Panel):
         row = layout.row(align=True)
         row.prop(settings, "seed")
         row.prop(settings, "use_animated_seed", text="", icon="TIME")
+        layout.prop(settings, "sequences")
 
 
 class SUNDOG_RENDER_PT_light_paths(_Closed, Panel):

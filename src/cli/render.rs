@@ -228,9 +228,11 @@ impl Render {
     /// A flag does not fit the scene, or another one.
     pub fn settings(&self, path: &Path, scene: &Scene) -> Result<RenderSettings, Failure> {
         let (first_sample, samples) = self.effort.samples()?;
+        let options = self.options.settings(path, scene)?;
         Ok(RenderSettings {
             samples,
             first_sample,
+            sequences: options.sequences.planned_for(first_sample + samples),
             time_limit: self.effort.time,
             error_target: self.effort.error.unwrap_or(0.0),
             pixel_error_target: self.effort.pixel_error.unwrap_or(0.0),
@@ -241,7 +243,7 @@ impl Render {
             center_passes: self.passes.centre_passes,
             ao_distance: self.passes.ao_distance as f32,
             effects: self.effects.effects.clone(),
-            ..self.options.settings(path, scene)?
+            ..options
         })
     }
 }

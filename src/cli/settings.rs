@@ -2,7 +2,9 @@
 
 use super::Failure;
 use super::args::{Machine, RenderOptions, Size};
-use crate::render::{Ablation, BounceLimits, Filter, InstructionSet, RenderSettings, picture_size};
+use crate::render::{
+    Ablation, BounceLimits, Filter, InstructionSet, RenderSettings, Sequences, picture_size,
+};
 use crate::scene::{Camera, Scene};
 use std::path::Path;
 
@@ -46,6 +48,12 @@ impl RenderOptions {
             region: size.region,
             camera,
             seed: machine.seed,
+            sequences: match machine.sequences {
+                1 => Sequences::One {
+                    planned: machine.planned_samples,
+                },
+                _ => Sequences::Two,
+            },
             threads: machine.threads.map(|threads| threads as usize),
             instruction_set: machine.instruction_set()?,
             filter: size.filter(scene),

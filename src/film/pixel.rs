@@ -2,7 +2,6 @@
 
 use super::sum::{ColorSum, FixedSum};
 use crate::math::LUMINANCE;
-use crate::sampler::REPLICATES;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
@@ -61,7 +60,7 @@ pub const NO_DEPTH: f32 = 1e10;
 pub struct Pixel {
     /// Radiance.
     pub radiance: ColorSum,
-    /// Radiance of the samples of the second replicate (see [`crate::sampler`]).
+    /// Radiance of the samples of the second replicate, or of the second half of those of one sequence (see [`crate::sampler`]).
     second: DVec3,
     /// Normals.
     pub normal: FixedSum,
@@ -80,11 +79,11 @@ pub struct Pixel {
 }
 
 impl Pixel {
-    /// Adds the sample with this number.
+    /// Adds a sample; `second`: of the second replicate.
     #[inline]
-    pub fn add(&mut self, number: u32, radiance: Vec3, first: &FirstHit) {
+    pub fn add(&mut self, second: bool, radiance: Vec3, first: &FirstHit) {
         self.radiance.add(radiance);
-        if number % REPLICATES == 1 {
+        if second {
             self.second += radiance.as_dvec3();
             self.seconds += 1;
         }
@@ -146,7 +145,8 @@ impl Pixel {
     ///
     /// The means a and b of the replicates are independent and unbiased, so (a − b)² has the expectation
     /// var(a) + var(b). For variances in inverse proportion to the numbers n and m of samples, the mean of all
-    /// has var(a − b) · n m / (n + m)²: for equal halves the known ((a − b) / 2)².
+    /// has var(a − b) · n m / (n + m)²: for equal halves the known ((a − b) / 2)². Halves of one sequence differ by more: there
+    /// it is too large.
     pub fn variance(&self) -> Option<DVec3> {
         let (difference, share) = self.difference()?;
         Some(difference * difference * share)

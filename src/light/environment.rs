@@ -8,13 +8,14 @@ use super::area::Area;
 use super::kinds::LightSampleContext;
 use super::portal::Portals;
 use super::program::{LightProgram, LookingRay, ShinePoint};
+use super::texels::Texels;
 use super::{Direction, LightHit};
 use crate::math::float::ONE_MINUS_EPSILON;
 use crate::math::{floor, luminance, warp};
+use crate::scene::RayKind;
 use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
-use std::sync::Arc;
 
 /// An environment.
 #[derive(Debug)]
@@ -30,7 +31,7 @@ pub struct Environment {
 #[derive(Debug)]
 enum Kind {
     Constant,
-    Image(Image),
+    Image(Box<Image>),
     Computed(Box<Computed>),
 }
 
@@ -69,29 +70,6 @@ struct Image {
     distribution: Distribution,
 }
 
-/// Linear texels of three channels, shared with the scene's image if that has them so.
-#[derive(Clone, Debug)]
-pub struct Texels(Arc<Vec<f32>>);
-
-impl Texels {
-    #[inline]
-    fn at(&self, index: usize) -> Vec3 {
-        Vec3::from_slice(&self.0[3 * index..])
-    }
-}
-
-impl From<Arc<Vec<f32>>> for Texels {
-    fn from(channels: Arc<Vec<f32>>) -> Self {
-        Self(channels)
-    }
-}
-
-impl From<Vec<Vec3>> for Texels {
-    fn from(texels: Vec<Vec3>) -> Self {
-        Self(Arc::new(texels.iter().flat_map(Vec3::to_array).collect()))
-    }
-}
-
 /// Cells of the distribution along u at most: finer than that only costs memory.
 const CELLS_U: usize = 2048;
 /// Columns of a table of what a program computes.
@@ -118,9 +96,11 @@ struct Distribution {
     marginal_guide: Guide,
     /// Cosine of the polar angle (from up) at the upper edge of each row, and at the lower edge of the last.
     cosines: Vec<f64>,
+    /// Density of each row for a share of 1 in one of its cells.
+    densities: Vec<f64>,
 }
 
-/// Where rows of rising sums pass each of some equal steps from 0 to 1: a search has a cell or two left to look at, and not
+/// Where rows of rising sums pass each of some equal steps from 0 to 1: a search has a few cells left to look at, and not
 /// all the places of a bisection, most of which lie in memory that is not at hand. (Chen and Asau, *On Generating Random
 /// Variates from an Empirical Distribution*, 1974: the method of cutpoints.)
 #[derive(Debug)]
@@ -131,10 +111,14 @@ struct Guide {
     passed: Vec<u16>,
 }
 
+/// Cells of a row for each step of its guide: what is left to search lies in a line or two of memory, and the guides of an image
+/// of 1024 × 512, 128 kB, stay at hand where those with a step for each cell, 1 MB, did not.
+const CELLS_A_STEP: usize = 8;
+
 impl Guide {
     /// For rows of so many sums, the first 0 and the last 1; at most 65535.
     fn new<T: Copy + Into<f64>>(sums: &[T], length: usize) -> Self {
-        let steps = (length - 1).next_power_of_two();
+        let steps = ((length - 1) / CELLS_A_STEP).next_power_of_two();
         let mut passed = Vec::with_capacity(sums.len() / length * (steps + 1));
         for row in sums.chunks_exact(length) {
             let mut at = 0;
@@ -192,12 +176,12 @@ impl Environment {
         Self {
             radiance,
             image_from_world: image_from_world.as_mat3(),
-            kind: Kind::Image(Image {
+            kind: Kind::Image(Box::new(Image {
                 width,
                 height,
-                texels,
+                texels: texels.packed(),
                 distribution,
-            }),
+            })),
             portals: None,
         }
     }
@@ -363,12 +347,14 @@ impl Environment {
             Kind::Constant => (self.radiance, Vec3::ZERO),
             Kind::Computed(computed) => (self.radiance * computed.emitted(d, ray), computed.on(d)),
             Kind::Image(image) => {
-                let d = self.image_from_world * d;
-                let at = Self::coordinates(d);
-                (
-                    self.radiance * image.bilinear(at),
-                    Vec3::new(at.x, d.y, 0.0),
-                )
+                let at = Self::coordinates(self.image_from_world * d);
+                // The density beside the radiance, as both wait for memory. The camera asks for none.
+                let density = if ray.kind == RayKind::Camera.bit() {
+                    0.0
+                } else {
+                    image.distribution.pdf_at(at)
+                };
+                (self.radiance * image.bilinear(at), at.extend(density))
             }
         };
         LightHit {
@@ -376,6 +362,21 @@ impl Environment {
             radiance,
             on,
         }
+    }
+
+    /// Draws a direction for a point, and the radiance from there.
+    #[inline]
+    pub fn sample_li(&self, at: &LightSampleContext, u: Vec2) -> Option<(Direction, Vec3)> {
+        if let (Kind::Image(image), None) = (&self.kind, &self.portals) {
+            let (u, cos, pdf) = image.distribution.sample(u);
+            // What was drawn is a place of the image: it need not be found again by the direction.
+            let radiance = self.radiance * image.bilinear(Vec2::new(u, cos.acos() / PI));
+            let wi = self.image_from_world.transpose() * Self::direction(u, cos);
+            return Some((Direction { wi, pdf }, radiance));
+        }
+        let direction = self.sample_from(at, u)?;
+        let ray = LookingRay::sampling(at.bounces);
+        Some((direction, self.emitted(direction.wi, ray)))
     }
 
     /// Draws a direction for a point: in proportion to the radiance, or toward an opening. `None` where an opening has no point to
@@ -403,9 +404,9 @@ impl Environment {
         match &self.kind {
             Kind::Constant => self.pdf_li(Vec3::ZERO),
             Kind::Computed(computed) => computed.pdf(computed.on(d)),
-            Kind::Image(_) => {
-                let d = self.image_from_world * d;
-                self.pdf_li(Vec3::new(Self::coordinates(d).x, d.y, 0.0))
+            Kind::Image(image) => {
+                let at = Self::coordinates(self.image_from_world * d);
+                image.distribution.pdf_at(at)
             }
         }
     }
@@ -435,7 +436,7 @@ impl Environment {
     pub fn pdf_li(&self, on: Vec3) -> f32 {
         match &self.kind {
             Kind::Constant => 1.0 / (4.0 * PI),
-            Kind::Image(image) => image.distribution.pdf(on.x, on.y),
+            Kind::Image(_) => on.z,
             Kind::Computed(computed) => computed.pdf(on),
         }
     }
@@ -575,7 +576,13 @@ impl Distribution {
                 .for_each(|(r, m)| *m = 0.5 * (1.0 - cosines[r]));
         }
         marginal[rows] = 1.0;
+        let densities = (0..rows).map(|r| {
+            let solid_angle =
+                (cosines[r] - cosines[r + 1]) * std::f64::consts::TAU / columns as f64;
+            (marginal[r + 1] - marginal[r]) / solid_angle
+        });
         Self {
+            densities: densities.collect(),
             conditional_guide: Guide::new(&conditional, columns + 1),
             marginal_guide: Guide::new(&marginal, rows + 1),
             columns,
@@ -612,12 +619,18 @@ impl Distribution {
         self.cell_pdf(c, r.min(self.rows - 1))
     }
 
+    /// The same at a place of the image.
+    #[inline]
+    fn pdf_at(&self, at: Vec2) -> f32 {
+        let c = ((at.x * self.columns as f32) as usize).min(self.columns - 1);
+        let r = ((at.y * self.rows as f32) as usize).min(self.rows - 1);
+        self.cell_pdf(c, r)
+    }
+
+    #[inline]
     fn cell_pdf(&self, c: usize, r: usize) -> f32 {
         let row = &self.conditional[r * (self.columns + 1)..][..=self.columns];
-        let share = f64::from(row[c + 1] - row[c]) * (self.marginal[r + 1] - self.marginal[r]);
-        let solid_angle =
-            (self.cosines[r] - self.cosines[r + 1]) * std::f64::consts::TAU / self.columns as f64;
-        (share / solid_angle) as f32
+        (f64::from(row[c + 1] - row[c]) * self.densities[r]) as f32
     }
 }
 

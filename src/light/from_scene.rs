@@ -1,11 +1,12 @@
 //! Lights made from a scene's descriptions of them.
 
 use super::area::Area;
-use super::environment::{Disc, Environment, Texels};
+use super::environment::{Disc, Environment};
 use super::kinds::Light;
 use super::lamp::{Cone, Lamp};
 use super::program::LightProgram;
 use super::sun::Sun;
+use super::texels::Texels;
 use crate::math::luminance;
 use crate::scene::{self, AreaShape, Image, LightKind, Pixels};
 use glam::{DAffine3, DVec3, Mat3, Vec3};

@@ -193,8 +193,7 @@ impl Light {
                 })
             }
             Self::Environment(environment) => {
-                let d = environment.sample_from(at, u)?;
-                let radiance = environment.emitted(d.wi, LookingRay::sampling(at.bounces));
+                let (d, radiance) = environment.sample_li(at, u)?;
                 Some(LightSample::with_density(d.wi, radiance, d.pdf, None))
             }
             Self::Computed(light) => light.sample_li(at, u),

@@ -26,6 +26,7 @@ pub mod rules;
 pub mod set;
 pub mod spherical_triangle;
 pub mod sun;
+pub mod texels;
 pub mod tree;
 pub mod triangle;
 

@@ -5,6 +5,7 @@ use super::tile::{TILE, Tile, across, locked};
 use crate::film::error::{
     ErrorEstimate, ErrorSums, Noisy, REACH, SHOWN, deciding, pooled, relative_errors,
 };
+use crate::sampler::Sequences;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,10 +14,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// changed, while a pixel has less than a sample of each replicate, and when nobody waits any more. With a target for
 /// each pixel (0 for none) the tiles get what adaptive sampling decides by, too.
 /// Bands are summed in their order, so that the numbers do not depend on the threads.
+///
+/// Halves of one sequence tell an error that is too large by an unknown factor: its interval begins at 0.
 pub fn estimate(
     tiles: &[Mutex<Tile>],
     region: Region,
     pixel_target: f64,
+    sequences: Sequences,
     given_up: &AtomicBool,
 ) -> Option<ErrorEstimate> {
     let width = region.width() as usize;
@@ -54,7 +58,13 @@ pub fn estimate(
     }
     let sums = all.sums;
     hand_out(tiles, region, all);
-    sums.estimate()
+    sums.estimate().map(|estimate| match sequences {
+        Sequences::Two => estimate,
+        Sequences::One { .. } => ErrorEstimate {
+            low: 0.0,
+            ..estimate
+        },
+    })
 }
 
 /// Squared errors of the pixels of some rows.

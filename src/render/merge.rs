@@ -147,7 +147,13 @@ impl Merged {
         let names = header.passes.iter().map(String::as_str);
         // A pass that this version does not know can't be in a state that it could read.
         let passes = Passes::parse(names).unwrap_or(Passes::COMBINED);
-        let error = estimate(tiles, header.region, 0.0, &AtomicBool::new(false));
+        let error = estimate(
+            tiles,
+            header.region,
+            0.0,
+            header.sequences(),
+            &AtomicBool::new(false),
+        );
         let film = Film::with_axes(header.axes(), header.region, tiles, passes, &header.labels)
             .with_groups(&header.light_groups)
             .with_aovs(&header.aovs, header.size)

@@ -2,7 +2,7 @@
 //!
 //! The measure is that of Dammertz, Hanika, Keller and Lensch (*A Hierarchical Automatic Stopping Condition for Monte Carlo
 //! Global Illumination*, 2010, section 2.1), by pixel: with I the mean of all samples and A that of half of them
-//! ([`crate::sampler::is_in_half`]), the sum of |I − A| over the channels against the root of the sum of I (where that is
+//! ([`crate::sampler::Sequences::is_in_half`]), the sum of |I − A| over the channels against the root of the sum of I (where that is
 //! above 1, against itself). It is looked at after 16 samples more each time, and pixels beside one that is not good
 //! enough go on with it. So a file takes here about the work that it takes in Cycles. Halves of sequences and not the two
 //! replicates, which are independent: these differ by less, and stopped a room 40 % sooner than Cycles does.

@@ -239,7 +239,7 @@ impl Prepared {
             first_sample: settings.first_sample,
             path: path_settings(settings),
             exposure: settings.film_exposure,
-            sequence: Sequence::new(settings.seed),
+            sequence: Sequence::of(settings.seed, settings.sequences),
             filter: match settings.filter.kind {
                 FilterKind::Box => FilterTable::box_filter(),
                 FilterKind::Gauss => FilterTable::gauss(f64::from(settings.filter.width)),

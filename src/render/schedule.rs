@@ -165,7 +165,15 @@ pub(super) fn run(
     let error = if run.judged.load(Ordering::Relaxed) {
         *locked(&run.error)
     } else {
-        pool.install(|| estimate(&tiles, region, 0.0, &AtomicBool::new(false)))
+        pool.install(|| {
+            estimate(
+                &tiles,
+                region,
+                0.0,
+                settings.sequences,
+                &AtomicBool::new(false),
+            )
+        })
     };
     // First of all: whoever has interrupted waits for it.
     if job.rays.load(Ordering::Relaxed) > 0 {
@@ -417,8 +425,8 @@ impl Run<'_> {
         let begun = Instant::now();
         self.judging.store(true, Ordering::Relaxed);
         let (tiles, region) = (self.film.tiles(), self.settings.region());
-        let target = self.settings.pixel_error_target;
-        let error = estimate(tiles, region, target, &self.job.stop);
+        let (target, sequences) = (self.settings.pixel_error_target, self.settings.sequences);
+        let error = estimate(tiles, region, target, sequences, &self.job.stop);
         self.judging.store(false, Ordering::Relaxed);
         if self.stopped() {
             return;

@@ -4,6 +4,7 @@ use super::noise_threshold::NoiseThreshold;
 use crate::effects::RequestedSettings;
 use crate::film::objects::Mist;
 use crate::film::{Pass, Passes};
+pub use crate::sampler::Sequences;
 pub use crate::world::{Ablation, InstructionSet};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
@@ -82,6 +83,9 @@ pub struct RenderSettings {
     pub camera: Option<usize>,
     /// Selects another independent random sequence.
     pub seed: u32,
+    /// How many sequences the samples of a pixel are of.
+    #[serde(skip_serializing_if = "Sequences::are_two")]
+    pub sequences: Sequences,
     /// Threads; `None` uses all.
     pub threads: Option<usize>,
     /// Instructions by which rays meet surfaces; `None` takes AVX2 where the processor has it. The last bits depend on it.
@@ -131,6 +135,7 @@ impl Default for RenderSettings {
             region: None,
             camera: None,
             seed: 0,
+            sequences: Sequences::default(),
             threads: None,
             instruction_set: None,
             filter: Filter::default(),

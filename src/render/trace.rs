@@ -12,7 +12,7 @@ use crate::film::pixel::{CenterSample, FirstHit, Pixel};
 use crate::integrator::{
     self, Center, Kernel, PassKernel, Path, PathSettings, Recorder, Step, VECTOR_SUMS,
 };
-use crate::sampler::{Dimension, Sampler, Sequence, is_in_half};
+use crate::sampler::{Dimension, Sampler, Sequence};
 use crate::scene::Scene;
 use crate::world::World;
 use glam::{DVec3, Vec2, Vec3};
@@ -168,7 +168,7 @@ impl Job<'_> {
                 rays += u64::from(path.rays);
                 lobes_left_out += u64::from(path.lobes_left_out);
                 if let Some(half) = row.halves.get_mut(index)
-                    && is_in_half(number)
+                    && self.sequence.sequences().is_in_half(number)
                 {
                     *half += path.radiance.as_dvec3();
                 }
@@ -271,7 +271,8 @@ impl Job<'_> {
                 light_passes.center(met.map(|met| (met.uv, met.object)));
             }
         }
-        pixel.add(index, path.radiance, &path.first);
+        let second = self.sequence.sequences().is_second(index);
+        pixel.add(second, path.radiance, &path.first);
         if !beside.catchers.is_empty() {
             let mut sums = CatcherPixel::read(beside.catchers);
             match (&caught, &light_passes) {

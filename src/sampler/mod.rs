@@ -20,10 +20,17 @@
 //! Lemieux, *Recent Advances in Randomized Quasi-Monte Carlo Methods*, 2002, §2): parts of one
 //! sequence would not do, for their errors partly cancel.
 //!
-//! Nothing depends on how many samples there will be: a render can be continued or joined from parts,
+//! With [`Sequences::One`] they are all of one sequence, whose points are spread more evenly. The two halves of the samples by
+//! which the error is told are then parts of it, and it is told too large: what cancels in the mean adds up in their difference.
+//! Pixels take blocks as long as their samples are planned to be, in Morton's order, so that those of neighbours are spread
+//! evenly together: their errors are of opposite signs rather than alike, which eyes and denoisers see less of (Ahmed and
+//! Wonka, *Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels*, 2020).
+//!
+//! Nothing depends on how many samples there will be, but for what is planned: a render can be continued or joined from parts,
 //! and has the bits of one that was asked for them all at once.
 
 use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// The random decisions of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,13 +62,64 @@ const DIMENSIONS: u32 = 6;
 /// and a picture has pixels enough to make up for one degree of freedom each.
 pub const REPLICATES: u32 = 2;
 
-/// Whether a sample is in the half of its sequence by which Cycles' noise threshold judges.
-///
-/// Points of both halves are spread evenly (Christensen, Kensler and Kilpatrick, *Progressive Multi-Jittered Sample
-/// Sequences*, 2018, section 10.2.1), so that what one half lacks the other has: they differ by more than independent ones.
-pub fn is_in_half(sample: u32) -> bool {
-    const EVERY_OTHER_BIT: u32 = 0xaaaa_aaaa;
-    ((sample / REPLICATES) & EVERY_OTHER_BIT).count_ones() % 2 == 1
+/// How many sequences the samples of a pixel are dealt to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sequences {
+    /// [`REPLICATES`]: the error is told without bias.
+    #[default]
+    Two,
+    /// One: less noise where light is smooth, and the error is told too large.
+    One {
+        /// So many samples of each pixel are spread evenly with those of its neighbours; `None`: each pixel for itself.
+        planned: Option<u32>,
+    },
+}
+
+impl Sequences {
+    /// Whether it is the usual number.
+    pub fn are_two(&self) -> bool {
+        *self == Self::Two
+    }
+
+    /// The same, planned for so many samples where nothing else is said.
+    #[must_use]
+    pub fn planned_for(self, samples: u32) -> Self {
+        match self {
+            Self::One { planned: None } => Self::One {
+                planned: Some(samples),
+            },
+            _ => self,
+        }
+    }
+
+    fn count(self) -> u32 {
+        match self {
+            Self::Two => REPLICATES,
+            Self::One { .. } => 1,
+        }
+    }
+
+    /// Whether a sample is of the second half of a pixel's samples, by the difference of which from the first the error is told.
+    ///
+    /// Of one sequence both halves are spread evenly ([`Self::is_in_half`]), so that they differ by no more than they must.
+    #[inline]
+    pub fn is_second(self, sample: u32) -> bool {
+        match self {
+            Self::Two => sample % REPLICATES == 1,
+            Self::One { .. } => self.is_in_half(sample),
+        }
+    }
+
+    /// Whether a sample is in the half of its sequence by which Cycles' noise threshold judges.
+    ///
+    /// Points of both halves are spread evenly (Christensen, Kensler and Kilpatrick, *Progressive Multi-Jittered Sample
+    /// Sequences*, 2018, section 10.2.1), so that what one half lacks the other has: they differ by more than independent ones.
+    #[inline]
+    pub fn is_in_half(self, sample: u32) -> bool {
+        const EVERY_OTHER_BIT: u32 = 0xaaaa_aaaa;
+        ((sample / self.count()) & EVERY_OTHER_BIT).count_ones() % 2 == 1
+    }
 }
 
 /// The numbers of one path.
@@ -71,6 +129,8 @@ pub struct Sampler {
     /// Its digits, least significant first: all sequences begin with them.
     reversed: u64,
     seed: u32,
+    /// Its pixel, by Morton's order.
+    pixel: u32,
 }
 
 /// Constants of the picture that all its samplers share.
@@ -78,27 +138,53 @@ pub struct Sampler {
 pub struct Sequence {
     /// Of each replicate.
     seeds: [u32; REPLICATES as usize],
+    sequences: Sequences,
+    /// Each pixel's block has 2 to the power of this many points.
+    block: u32,
 }
 
 impl Sequence {
     /// Each `seed` gives an independent randomisation.
     pub fn new(seed: u32) -> Self {
+        Self::of(seed, Sequences::Two)
+    }
+
+    /// The same of one or two sequences a pixel.
+    pub fn of(seed: u32, sequences: Sequences) -> Self {
         let base = mix32(seed ^ 0x9e37_79b9);
         Self {
             seeds: std::array::from_fn(|replicate| {
                 mix32(base.wrapping_add((replicate as u32).wrapping_mul(0xb529_7a4d)))
             }),
+            sequences,
+            block: match sequences {
+                Sequences::One {
+                    planned: Some(planned),
+                } => 32 - planned.saturating_sub(1).leading_zeros(),
+                _ => 32,
+            },
         }
+    }
+
+    /// How many sequences each pixel has.
+    #[inline]
+    pub fn sequences(&self) -> Sequences {
+        self.sequences
     }
 
     /// The numbers of one sample of one pixel; coordinates below 2^16.
     pub fn sampler(&self, x: u32, y: u32, sample: u32) -> Sampler {
         let morton = spread(x) | (spread(y) << 1);
-        let index = (morton << 32) | u64::from(sample / REPLICATES);
+        let count = self.sequences.count();
+        let number = u64::from(sample / count);
+        // What is beyond the block is in that of the same pixel in the next picture.
+        let (beyond, within) = (number >> self.block, number & ((1 << self.block) - 1));
+        let index = (beyond << self.block) << 32 | (morton << self.block) | within;
         Sampler {
             index,
             reversed: index.reverse_bits(),
-            seed: self.seeds[(sample % REPLICATES) as usize],
+            seed: self.seeds[(sample % count) as usize],
+            pixel: morton as u32,
         }
     }
 }
@@ -137,7 +223,7 @@ impl Sampler {
     /// The same path with sequences that its pixel has for itself: for what is not linear in its numbers, so that all pixels
     /// do not err alike.
     pub fn of_pixel(&self) -> Self {
-        self.beside((self.index >> 32) as u32)
+        self.beside(self.pixel)
     }
 
     /// The same path with other sequences: for decisions that it takes beside those that have names.

@@ -32,7 +32,7 @@ fn many_samples(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let samples: u32 = effort.of(1 << 22, 1 << 24, 1 << 24);
     let mut pixel = Pixel::default();
     for number in 0..samples {
-        pixel.add(number, Vec3::splat(0.1), &FirstHit::default());
+        pixel.add(number % 2 == 1, Vec3::splat(0.1), &FirstHit::default());
     }
     let (value, mean) = (f64::from(0.1f32), pixel.mean().x);
     Ok(vec![
@@ -50,7 +50,7 @@ fn order_of_samples(effort: Effort) -> Result<Vec<Finding>, RenderError> {
     let value = |number: u32| Vec3::splat(10f32.powf(24.0 * hashed(1, number, 0) - 12.0));
     let sum = |numbers: &mut dyn Iterator<Item = u32>| {
         let mut pixel = Pixel::default();
-        numbers.for_each(|number| pixel.add(number, value(number), &FirstHit::default()));
+        numbers.for_each(|number| pixel.add(number % 2 == 1, value(number), &FirstHit::default()));
         pixel
     };
     let forward = sum(&mut (0..samples));

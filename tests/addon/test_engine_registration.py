@@ -221,6 +221,10 @@ class Settings(EngineTest):
             flags = self.flags()
             self.assertEqual(flags.get("--noise-threshold"), expected)
             self.assertEqual(flags.get("--min-samples"), "48" if on else None)
+            # One sequence a pixel, as there.
+            self.assertEqual(flags.get("--sequences"), "1")
+            settings.sequences = "TWO"
+            self.assertNotIn("--sequences", self.flags())
             # One of the two decides.
             self.assertEqual(flags.get("--pixel-error"), None if on else "0.03")
 

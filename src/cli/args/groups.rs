@@ -1,7 +1,7 @@
 //! Arguments that several commands share.
 
 use super::values::{self, Kinds, words};
-use super::values::{Color, MAX_BOUNCES, Roulette};
+use super::values::{Color, MAX_BOUNCES, MAX_SAMPLES, Roulette};
 use super::words::*;
 use crate::color::Depth;
 use crate::denoise::{Choice, Guides, Prefilter, Quality};
@@ -403,6 +403,18 @@ pub struct Machine {
     /// Selects another independent random sequence.
     #[arg(long, value_name = "NUMBER", whole = 0..=u32::MAX, default_value = "0")]
     pub seed: u32,
+    /// Random sequences that the samples of a pixel are of: two by turns, which tell the error without bias, or one.
+    ///
+    /// One is spread more evenly, so that there is less noise where light is smooth. Its error is told too large, as its halves
+    /// differ by more than independent ones; the interval begins at 0. Cycles has one.
+    #[arg(long, value_name = "COUNT", whole = 1..=2, default_value = "2")]
+    pub sequences: u32,
+    /// With `--sequences 1`: so many samples of each pixel are spread evenly with those of its neighbours; `--samples` if not given.
+    ///
+    /// The noise of neighbours is then of opposite signs rather than alike, which is seen less and denoised better. A render that
+    /// goes on with more samples, and parts that are joined, need the same number.
+    #[arg(long, value_name = "COUNT", whole = 1..=MAX_SAMPLES, requires = "sequences")]
+    pub planned_samples: Option<u32>,
 }
 
 /// What all commands that render have in common.

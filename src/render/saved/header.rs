@@ -6,6 +6,7 @@ use crate::film::objects::Label;
 use crate::integrator::VECTOR_SUMS;
 use crate::render::InstructionSet;
 use crate::render::tile::{Kept, catcher_sums};
+use crate::sampler::Sequences;
 use crate::scene::{Aov, ColorManagement};
 use glam::DMat3;
 use serde::{Deserialize, Serialize};
@@ -147,6 +148,13 @@ pub struct Header {
 }
 
 impl Header {
+    /// How many sequences the samples of a pixel are of.
+    pub fn sequences(&self) -> Sequences {
+        let named = self.settings.get("sequences").cloned();
+        let of = named.and_then(|named| serde_json::from_value(named).ok());
+        of.unwrap_or_default()
+    }
+
     /// The camera's axes.
     pub(in crate::render) fn axes(&self) -> DMat3 {
         DMat3::from_cols_array_2d(&self.axes)

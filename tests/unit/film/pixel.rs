@@ -14,7 +14,7 @@ fn the_variance_has_the_right_expectation() {
             for s in 0..n {
                 let v = Vec3::new(hashed(1, p, s), hashed(2, p, s), hashed(3, p, s));
                 assert_eq!(pixel.variance().is_some(), s > 1);
-                pixel.add(s, v, &FirstHit::default());
+                pixel.add(s % 2 == 1, v, &FirstHit::default());
             }
             sum += pixel.variance().unwrap().element_sum() / f64::from(3 * pixels);
         }
@@ -34,7 +34,7 @@ fn parts_join_to_the_whole() {
                 transparent: n % 3 == 0,
                 ..FirstHit::default()
             };
-            pixel.add(n, sample(n), &first);
+            pixel.add(n % 2 == 1, sample(n), &first);
         }
         pixel
     };

@@ -11,7 +11,7 @@ fn scene(error: impl Fn(usize) -> f32) -> Vec<Mutex<Tile>> {
         let pixels = tile.pixels.len();
         for pixel in &mut tile.pixels {
             for number in 0..32 {
-                pixel.add(number, glam::Vec3::ONE, &FirstHit::default());
+                pixel.add(number % 2 == 1, glam::Vec3::ONE, &FirstHit::default());
             }
             pixel.until = 32;
         }
