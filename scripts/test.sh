@@ -37,13 +37,12 @@ trap 'rm -rf "$logs"' EXIT
 status=0
 all_tests() {
     local result=0 process part running=()
-    # --no-fail-fast: one run tells all that fails.
-    {
-        cargo test --locked --no-fail-fast --doc &&
-            cargo test --locked --no-fail-fast --tests
-    } || result=$?
-    # The add-on's own tests run inside of Blender, with the program that cargo has just built; beside the reports, as each
-    # uses one processor most of the time. What they say comes one after the other.
+    # --no-fail-fast: one run tells all that fails. Documentation comes last: cargo builds the library, which it needs, beside
+    # the library's tests, not before them.
+    cargo test --locked --no-fail-fast --tests || result=$?
+    cargo test --locked --no-fail-fast --doc || result=$?
+    # The add-on's own tests run inside of Blender, with the program that cargo has just built; beside the reports. What they
+    # say comes one after the other.
     {
         say "the add-on in $("$bpy_python" -c 'import bpy; print("Blender", bpy.app.version_string)')"
         SUNDOG_PROGRAM="$project_root/target/debug/sundog" "$bpy_python" tests/addon/run.py

@@ -89,11 +89,11 @@ fn bits(data: &[f32]) -> Vec<u32> {
     data.iter().map(|value| value.to_bits()).collect()
 }
 
-/// Of 16 samples a pixel against 1024 of another seed, on the same box.
+/// Of 16 samples a pixel against 256 of another seed, on the same box: noise of the reference makes the errors more alike.
 #[test]
 fn a_denoised_picture_is_nearer_to_the_truth_and_the_noisy_one_stays() {
     let passes = Settings::default().passes(Passes::COMBINED);
-    let reference = rendered(1024, 7, Passes::COMBINED).picture;
+    let reference = rendered(256, 7, Passes::COMBINED).picture;
     let plain = rendered(16, 0, Passes::COMBINED).picture;
     let noisy = rendered(16, 0, passes);
     let denoised = |settings: Settings| {
@@ -132,7 +132,7 @@ fn a_denoised_picture_is_nearer_to_the_truth_and_the_noisy_one_stays() {
     let truth = luminance(&first) / luminance(&reference) - 1.0;
     let stated = luminance(&first) / luminance(&plain) - 1.0;
     assert!((shift.mean - stated).abs() < 1e-6, "{shift:?} and {stated}");
-    // The reference has noise, too: an eighth of that of 16 samples.
+    // The reference has noise, too: a quarter of that of 16 samples.
     let interval = 1.5 * shift.mean_interval;
     assert!(
         (truth - shift.mean).abs() < interval,

@@ -4,6 +4,7 @@
 //! Lambertian lobe stands apart from the list: nearly every surface has it, and simple kernels have nothing else.
 
 mod roughness;
+mod uniform;
 
 use super::closure::{
     AllFeatures, Below, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals,
@@ -12,7 +13,6 @@ use super::ggx::Alpha;
 use crate::math::{Frame, average, warp};
 use arrayvec::ArrayVec;
 use glam::{Vec2, Vec3};
-use std::f32::consts::PI;
 use std::marker::PhantomData;
 
 /// Lobes that a surface may have beside the Lambertian one.
@@ -584,50 +584,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
         Self::weigh(wi, scattering, &sums)
     }
 
-    /// Draws a direction that knows nothing of the lobes: uniformly from the hemisphere above the surface, or
-    /// from the sphere where light is let through. For studies; `pdf` stays that of [`sample`](Self::sample).
-    /// What no such direction would meet (mirrors, clear glass) is drawn as ever, with a probability of its own.
-    #[cold]
-    #[inline(never)]
-    pub fn sample_uniform(&self, u: Vec3) -> Option<BsdfSample> {
-        let p_delta: f32 = self.others().iter().map(Self::p_delta).sum();
-        if u.z < p_delta {
-            return self.sample_delta(u);
-        }
-        let mut local = warp::sphere(u.truncate());
-        // On coarse meshes some directions above the surface are below the triangle.
-        let below = self.transmits() || self.smooth() != self.normals.geometric;
-        if !below {
-            local.z = local.z.abs();
-        }
-        let wi = Frame::from_normal(self.normals.geometric).to_world(local);
-        let v = self.evaluate(wi);
-        if v.pdf <= 0.0 {
-            return None;
-        }
-        let solid_angle = if below { 4.0 } else { 2.0 } * PI;
-        let weight = solid_angle / (1.0 - p_delta);
-        // One of the kinds that could have brought it here, as probable as each is.
-        let p_diffuse = v.diffuse_pdf / v.pdf;
-        let choice = (u.z - p_delta) / (1.0 - p_delta);
-        let (scattering, part, p) = if choice < p_diffuse {
-            (Scattering::Diffuse, v.diffuse, p_diffuse)
-        } else if self.is_beyond(wi) {
-            (Scattering::Transmission, v.value, 1.0)
-        } else {
-            (Scattering::Glossy, v.value - v.diffuse, 1.0 - p_diffuse)
-        };
-        Some(BsdfSample {
-            wi,
-            weight: v.value * weight,
-            diffuse: v.diffuse * weight,
-            pdf: v.pdf,
-            delta: false,
-            scattering,
-            alone: (part * (weight / p), v.pdf * p),
-        })
-    }
-
     /// The lobe below the surface, with its weight over the probability of the choice, if a number chooses one: then
     /// [`Self::sample`] has no direction for it. `uniform`: nor has [`Self::sample_uniform`].
     #[cold]
@@ -663,36 +619,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
         };
         let sum: Vec3 = self.others().iter().map(below).sum();
         sum.try_normalize().unwrap_or(self.smooth())
-    }
-
-    /// How probable [`Self::sample_uniform`] draws a lobe by itself: mirrors as ever; of what is straight only in part, half of
-    /// the draws are tried so.
-    fn p_delta(entry: &Entry) -> f32 {
-        match (entry.is_delta, entry.lobe.is_straight()) {
-            (true, _) => entry.p,
-            (false, true) => 0.5 * entry.p,
-            (false, false) => 0.0,
-        }
-    }
-
-    /// Draws one of the directions that no other could be, for [`Self::sample_uniform`].
-    #[cold]
-    #[inline(never)]
-    fn sample_delta(&self, u: Vec3) -> Option<BsdfSample> {
-        let mut choice = u.z;
-        for (i, entry) in self.others().iter().enumerate() {
-            let p = Self::p_delta(entry);
-            if choice < p {
-                let found = self.sample_lobe(i, entry, u.truncate(), choice / p);
-                let mut s = found.filter(|s| s.delta)?;
-                let scale = entry.p / p;
-                s.weight *= scale;
-                s.alone.0 *= scale;
-                return Some(s);
-            }
-            choice -= p;
-        }
-        None
     }
 
     /// The weight of a sampled direction under the whole mixture.

@@ -5,6 +5,7 @@ That is the test's program, the kit that it makes scenes with, and Blender's ver
 """
 
 import ast
+import functools
 import hashlib
 import os
 
@@ -15,6 +16,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 KIT = os.path.join(os.path.dirname(HERE), "addon", "export_kit.py")
 
 
+# Parsing takes a tenth of a second, for each of hundreds of pictures.
+@functools.cache
 def _folder(program):
     state = hashlib.sha256(bpy.app.version_string.encode())
     for path in (program, KIT):

@@ -232,18 +232,27 @@ fn the_estimated_error_is_the_true_error_at(lengths: &Lengths) {
     assert!((0.90..=0.99).contains(&share), "{share}");
 }
 
-/// Up to 256 samples; `long` looks at more.
+/// Up to 64 samples; `long` looks at more.
 #[test]
 fn the_estimated_error_is_the_true_error() {
     the_estimated_error_is_the_true_error_at(&Lengths {
-        smooth: |_| 3,
-        by_chance: |_| 3,
+        smooth: |_| 2,
+        by_chance: |_| 2,
     });
 }
 
 /// What `make test-long` runs: the same at greater length, with the same bounds.
 mod long {
     use super::*;
+
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn the_estimated_error_is_the_true_error_up_to_256_samples() {
+        the_estimated_error_is_the_true_error_at(&Lengths {
+            smooth: |_| 3,
+            by_chance: |_| 3,
+        });
+    }
 
     #[test]
     #[ignore = "long: `make test-long` runs it"]
@@ -263,8 +272,10 @@ mod long {
 
     #[test]
     #[ignore = "long: `make test-long` runs it"]
-    fn the_estimated_error_after_4096_samples_is_the_true_error() {
-        the_estimated_error_of_long_renders_is_the_true_error(4096);
+    fn the_estimated_error_after_1024_and_4096_samples_is_the_true_error() {
+        for samples in [1024, 4096] {
+            the_estimated_error_of_long_renders_is_the_true_error(samples);
+        }
     }
 
     #[test]
@@ -311,10 +322,10 @@ fn the_estimated_error_of_long_renders_is_the_true_error(samples: u32) {
     assert!(covered >= 60, "{covered} of {}", ratios.len());
 }
 
-/// `long` looks after 4096 samples.
+/// `long` looks after 1024 and 4096 samples.
 #[test]
-fn the_estimated_error_after_1024_samples_is_the_true_error() {
-    the_estimated_error_of_long_renders_is_the_true_error(1024);
+fn the_estimated_error_after_256_samples_is_the_true_error() {
+    the_estimated_error_of_long_renders_is_the_true_error(256);
 }
 
 /// Means over blocks of 16 × 16 pixels of some renders, and their variances.

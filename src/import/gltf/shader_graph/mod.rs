@@ -1,6 +1,7 @@
 //! Blender's node trees as the add-on writes them (`SUNDOG_shader_graph`; docs/gltf-extensions.md).
 
 mod function;
+mod json;
 mod luminaire;
 mod shader;
 mod sky;
@@ -17,91 +18,10 @@ use crate::scene::graph::{
     AovOutput, Function, Graph, Input, Link, Node, NodeKind, SocketKind, node,
 };
 use crate::scene::{Aov, Diagnostics, Interpolation, Subject, Verdict};
+use json::{AovJson, NodeJson, Reference, ShaderGraphJson, SocketJson};
 use serde::Deserialize;
-use serde_json::{Map, Value};
+use serde_json::Value;
 use std::collections::{BTreeSet, HashMap};
-
-/// The extension of a material.
-#[derive(Debug, Deserialize)]
-pub(super) struct ShaderGraphJson {
-    /// The version of Blender whose nodes these are.
-    #[serde(default)]
-    blender: Vec<u16>,
-    #[serde(default)]
-    nodes: Vec<NodeJson>,
-    surface: Option<Reference>,
-    volume: Option<Reference>,
-    displacement: Option<Reference>,
-    #[serde(default)]
-    displacement_method: Option<String>,
-    #[serde(default)]
-    pass_index: f32,
-    /// What is told to passes of the scene's own.
-    #[serde(default)]
-    aovs: Vec<AovJson>,
-}
-
-/// A value for a pass of the scene's own.
-#[derive(Debug, Deserialize)]
-struct AovJson {
-    name: String,
-    #[serde(flatten)]
-    value: Reference,
-}
-
-#[derive(Debug, Deserialize)]
-struct NodeJson {
-    #[serde(rename = "type")]
-    kind: String,
-    #[serde(default)]
-    properties: Map<String, Value>,
-    #[serde(default)]
-    inputs: HashMap<String, SocketJson>,
-}
-
-impl ShaderGraphJson {
-    fn version(&self) -> CyclesVersion {
-        match *self.blender {
-            [major, minor, ..] => CyclesVersion::new(major, minor),
-            _ => CyclesVersion::LATEST,
-        }
-    }
-}
-
-/// What stands in a socket.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
-enum SocketJson {
-    Link(Reference),
-    Number(f32),
-    Switch(bool),
-    Numbers(Vec<f32>),
-}
-
-/// An output of a node before.
-#[derive(Clone, Debug, Deserialize, PartialEq, Eq, Hash)]
-struct Reference {
-    node: usize,
-    output: String,
-}
-
-impl ShaderGraphJson {
-    /// The number after the last attribute that its nodes read.
-    fn attributes(&self) -> u32 {
-        let named = |value: &Value| {
-            let number = value.as_str()?.strip_prefix("_SUNDOG_")?;
-            Some(number.parse::<u32>().ok()?.saturating_add(1))
-        };
-        let of_node = |node: &NodeJson| {
-            let values = node.properties.get("values").and_then(Value::as_object);
-            let values = values.into_iter().flat_map(|values| values.values());
-            let values = values.filter_map(|value| named(value.get("attribute")?));
-            let own = node.properties.get("attribute").and_then(named);
-            values.chain(own).max().unwrap_or(0)
-        };
-        self.nodes.iter().map(of_node).max().unwrap_or(0)
-    }
-}
 
 /// Why a graph is not taken: in words, as the end of a sentence.
 struct Refusal(String);

@@ -92,9 +92,15 @@ fn cut_and_changed_files_end_in_a_sentence() {
         std::fs::write(&there, &whole[..cut]).expect("a file");
         assert!(open(&there, "density").is_err(), "{cut}");
     }
-    // Whatever a changed byte makes of it: no panic, and no memory out of proportion.
-    let long = std::env::var_os("SUNDOG_LONG_TESTS").is_some();
-    for n in 0..if long { 6000u32 } else { 200 } {
+    change(200);
+}
+
+/// Whatever a changed byte makes of a file: no panic, and no memory out of proportion.
+fn change(times: u32) {
+    let whole = std::fs::read(path("blosc")).expect("a file of the tests");
+    let folder = tempfile::tempdir().expect("a folder");
+    let there = folder.path().join("changed.vdb");
+    for n in 0..times {
         let at =
             (n.wrapping_mul(2_654_435_761) as usize) % if n % 2 == 0 { 900 } else { whole.len() };
         let mut changed = whole.clone();
@@ -106,6 +112,14 @@ fn cut_and_changed_files_end_in_a_sentence() {
         if let Ok(grid) = open(&there, "density") {
             assert!(grid.bytes() < 64 << 20, "{n}: {} bytes", grid.bytes());
         }
+    }
+}
+
+mod long {
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn files_changed_in_six_thousand_ways_end_in_a_sentence() {
+        super::change(6000);
     }
 }
 
