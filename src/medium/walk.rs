@@ -253,12 +253,6 @@ impl Guide {
     }
 }
 
-/// Densities of the free path's end, or of meeting the surface there.
-fn ends(extinction: Vec3, distance: f32, met: bool) -> Vec3 {
-    let passed = super::transmittance(extinction, distance);
-    if met { passed } else { extinction * passed }
-}
-
 /// Walks until it comes out. `numbers`: of a step; `meet`: what a ray from a place in a direction meets within a distance, and
 /// how far away. `None` where no light comes out.
 ///
@@ -292,11 +286,21 @@ pub fn walk<H: Copy>(
         return None;
     }
     let least = LEAST_SHARE * throughput.max_element();
+    // One channel's free paths are drawn on the whole walk, so that a number which is spread evenly over the samples of a pixel says
+    // whose walk it is. Of each channel how likely it is to be that one, by the way so far.
+    let shares = throughput * inside.albedo;
+    let mut shares = shares / shares.element_sum();
+    let first = numbers(0);
+    let channel = match first.channel {
+        u if u < shares.x => 0,
+        u if u < shares.x + shares.y || shares.z <= 0.0 => 1,
+        _ => 2,
+    };
     // How far below the surface's plane the other side is, if it is near.
     let mut opposite: Option<f32> = None;
     for step in 0..MOST_STEPS {
         let (extinction, scattered, g, guided) = stages[usize::from(step >= SIMILAR_FROM)];
-        let u = numbers(step);
+        let u = if step == 0 { first } else { numbers(step) };
         // Densities of the direction over that by the phase function, with the stretch of each guide's free paths.
         let mut ways = [(1.0, 1.0), (0.0, 1.0), (0.0, 1.0)];
         let mut chosen = 0;
@@ -333,13 +337,6 @@ pub fn walk<H: Copy>(
             ];
             direction = onward;
         }
-        let shares = throughput * inside.albedo;
-        let shares = shares / shares.element_sum();
-        let channel = match u.channel {
-            u if u < shares.x => 0,
-            u if u < shares.x + shares.y || shares.z <= 0.0 => 1,
-            _ => 2,
-        };
         let skipped = if step == 0 { start.skipped } else { 0.0 };
         let free = -(-u.distance).ln_1p() / (extinction[channel] * ways[chosen].1);
         let far = if step == 0 {
@@ -357,19 +354,33 @@ pub fn walk<H: Copy>(
             Some((t, _)) => (t, t + skipped),
             None => ((free - skipped).max(0.0), free),
         };
+        let passed = super::transmittance(extinction, length);
+        // Densities of the free path's end, or of meeting the surface there.
         let mut pdf = Vec3::ZERO;
         for (density, stretch) in ways {
             if density > 0.0 {
-                pdf += ends(extinction * stretch, length, met.is_some()) * density;
+                let stretched = extinction * stretch;
+                let passed = if stretch == 1.0 {
+                    passed
+                } else {
+                    super::transmittance(stretched, length)
+                };
+                let end = if met.is_some() {
+                    passed
+                } else {
+                    stretched * passed
+                };
+                pdf += end * density;
             }
         }
-        let passed = super::transmittance(extinction, length);
         let value = if met.is_some() {
             passed
         } else {
             scattered * passed
         };
-        throughput *= value / shares.dot(pdf);
+        let density = shares.dot(pdf);
+        throughput *= value / density;
+        shares *= pdf / density;
         if let Some((_, hit)) = met {
             return Some(Exit {
                 origin,
