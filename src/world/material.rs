@@ -36,6 +36,8 @@ pub struct PreparedMaterial {
     pub translucent: bool,
     /// What passes straight on takes a colour.
     pub is_tinted: bool,
+    /// All passes straight on everywhere: it only bounds what fills it.
+    pub lets_all_pass: bool,
     /// Somewhere it is glass.
     lets_through: bool,
     /// Somewhere it is solid glass.
@@ -179,6 +181,7 @@ impl Preparer {
                     || asks_paths(&programs)
                     || m.medium.is_some()
                     || m.priority.is_some()),
+            lets_all_pass: summary.lets_all_pass,
             lets_through: solids.clone().next().is_some()
                 || summary.is_thin_subsurface
                 || summary.simple.iter().any(|(bsdf, _)| bsdf.transmits()),

@@ -155,6 +155,14 @@ impl World {
         }
     }
 
+    /// Whether all light passes straight on at a hit, without a look at its material's program.
+    #[inline]
+    pub fn lets_all_pass(&self, hit: &Hit) -> bool {
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        self.materials[mesh.material as usize].lets_all_pass
+    }
+
     /// What passes straight on at a hit, as a colour, and the share of the rest; `None` where that takes no colour.
     #[cold]
     #[inline(never)]
@@ -296,14 +304,16 @@ impl World {
         hit: &Hit,
         (direction, sender): (Vec3, &Sender),
     ) -> bool {
-        share.light *= match self
-            .is_tinted()
-            .then(|| self.tint(hit, Asking::of(sender, direction, hit)))
-            .flatten()
-        {
-            Some((passes, _)) if !self.is_hidden(hit, direction) => passes,
-            _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction, sender)),
-        };
+        if !(E::EVERYTHING && self.lets_all_pass(hit)) {
+            share.light *= match self
+                .is_tinted()
+                .then(|| self.tint(hit, Asking::of(sender, direction, hit)))
+                .flatten()
+            {
+                Some((passes, _)) if !self.is_hidden(hit, direction) => passes,
+                _ => Vec3::splat(1.0 - self.opacity::<E>(hit, direction, sender)),
+            };
+        }
         if let Some(left) = &mut share.left
             && !self.is_hidden(hit, direction)
         {

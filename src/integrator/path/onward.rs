@@ -343,6 +343,10 @@ pub(in crate::integrator) fn tinted<E: Features>(
     (origin, asking): (Vec3, Asking),
     (sampler, bounce, passed): (&Sampler, u32, u32),
 ) -> Tinted {
+    if world.lets_all_pass(hit) {
+        let (onward, skipped) = world.straight_on(hit, asking.direction);
+        return Tinted::Passes(Vec3::ONE, onward, skipped);
+    }
     let Some((passes, rest)) = world.tint(hit, asking) else {
         return Tinted::Stops(Vec3::ONE);
     };

@@ -164,6 +164,8 @@ pub struct Summary {
     pub is_anisotropic: bool,
     /// What passes straight on takes a colour.
     pub is_tinted: bool,
+    /// All passes straight on everywhere, without a colour.
+    pub lets_all_pass: bool,
     /// Nothing but emission.
     pub unlit: bool,
     /// How much of it is there.
@@ -347,6 +349,17 @@ impl Graph {
         }
     }
 
+    /// Whether nothing but what is transparent is left of the surface.
+    fn is_clear(&self, results: &[Range]) -> bool {
+        let Some((at, clear_is_b, _)) = self.transparency() else {
+            let surface = self.surface.map(|surface| &self.node(surface).kind);
+            return surface == Some(&NodeKind::TransparentBsdf);
+        };
+        let factor = self.nodes[at].inputs[mix_shader::FACTOR];
+        let (low, high) = self.range_of(results, factor, SocketKind::Float).number();
+        if clear_is_b { low >= 1.0 } else { high <= 0.0 }
+    }
+
     fn cutoff(&self, factor: Input) -> Option<f32> {
         let node = self.node(factor.link()?);
         let NodeKind::Math { operation, .. } = node.kind else {
@@ -377,6 +390,7 @@ impl Graph {
             goes_below: false,
             is_anisotropic: self.nodes.iter().any(super::Node::is_anisotropic),
             is_tinted: self.adds_transparency(),
+            lets_all_pass: false,
             unlit: self.is_unlit(),
             opacity: self.opacity(&results),
         };
@@ -431,6 +445,7 @@ impl Graph {
                 _ => {}
             }
         }
+        summary.lets_all_pass = !summary.is_tinted && self.is_clear(&results);
         summary
     }
 
