@@ -153,8 +153,15 @@ impl<E: Features> Vertex<'_, E> {
         }
         let left = (self.transparent, sender);
         let lids = E::EVERYTHING && casts_shadow && world.has_lids();
+        let has_media = E::EVERYTHING && world.has_media();
+        // Where faces lie in one place, and where priorities say which is there, what shadow rays meet and what they cross differ.
+        let at_once = has_media && casts_shadow && !lids && !world.has_priorities();
         let mut share = match light.target {
             _ if !casts_shadow => Vec3::ONE,
+            _ if at_once => {
+                let key = sampler.key(Dimension::Opacity, self.bounce);
+                self.light_through((start, light.wi), light.target, beyond, (left, key))
+            }
             _ if E::EVERYTHING && world.has_priorities() => {
                 self.nested_share((start, light.wi), light.target, beyond, left)
             }
@@ -168,7 +175,7 @@ impl<E: Features> Vertex<'_, E> {
             let key = sampler.key(Dimension::Opacity, self.landed);
             share *= world.passes_lids((hit, surface), light.wi, key, left);
         }
-        if E::EVERYTHING && world.has_media() && share != Vec3::ZERO {
+        if has_media && !at_once && share != Vec3::ZERO {
             let key = sampler.key(Dimension::Opacity, self.bounce);
             share *= self.media_share((start, light.wi), light.target, beyond, key);
         }
@@ -204,6 +211,22 @@ impl<E: Features> Vertex<'_, E> {
         let crossed = self.crossed(ray.1, beyond);
         let within = crossed.as_ref().unwrap_or(self.within);
         self.world.transmittance_nested(within, ray, target, left)
+    }
+
+    /// Share of a light sample that surfaces and media let through; `direction`: of the light; `beyond`: its ray crosses the
+    /// surface.
+    #[cold]
+    #[inline(never)]
+    fn light_through(
+        &self,
+        ray: (Vec3, Vec3),
+        target: Option<Vec3>,
+        beyond: bool,
+        (left, key): ((u32, Sender), u32),
+    ) -> Vec3 {
+        let crossed = self.crossed(ray.1, beyond);
+        let within = crossed.as_ref().unwrap_or(self.within);
+        self.world.light_through(within, ray, target, left, key)
     }
 
     /// Share of a light sample that media let through; `direction`: of the light; `beyond`: its ray crosses the surface.

@@ -45,11 +45,18 @@ pub fn transmittance(extinction: Vec3, distance: f32) -> Vec3 {
             1.0
         }
     };
-    Vec3::new(
-        share(extinction.x),
-        share(extinction.y),
-        share(extinction.z),
-    )
+    by_channel(extinction, share)
+}
+
+/// A function of each channel's extinction. Most media take all channels alike: then it is asked once.
+#[inline]
+fn by_channel(extinction: Vec3, of: impl Fn(f32) -> f32) -> Vec3 {
+    let Vec3 { x, y, z } = extinction;
+    let first = of(x);
+    if y == x && z == x {
+        return Vec3::splat(first);
+    }
+    Vec3::new(first, of(y), of(z))
 }
 
 impl Medium {
@@ -119,23 +126,16 @@ impl Medium {
         (sum > 0.0 && sum.is_finite()).then(|| shares / sum)
     }
 
-    /// A distance at which light of a throughput is scattered on the way to another, with its density among these, 1/m. One channel's
-    /// free path is drawn, by what it scatters on that way, and all of them count.
-    pub fn distance(&self, throughput: Vec3, end: f32, u: f32) -> Option<f32> {
-        let shares = self.shares(throughput)? * self.taken(end);
-        let sum = shares.element_sum();
-        let (channel, u) = chosen((sum > 0.0).then(|| shares / sum)?, u);
-        let taken = self.taken(end)[channel];
-        let t = -(-u * taken).ln_1p() / self.extinction[channel];
-        t.is_finite().then(|| t.min(end))
-    }
-
-    /// The density of [`Self::distance`] at one, 1/m.
-    pub fn distance_density(&self, throughput: Vec3, end: f32, t: f32) -> f32 {
-        let shares = self.shares(throughput).unwrap_or_default();
-        let sum = (shares * self.taken(end)).element_sum();
-        let density = (shares * self.extinction * transmittance(self.extinction, t)).element_sum();
-        if sum > 0.0 { density / sum } else { 0.0 }
+    /// Distances at which light of a throughput is scattered on the way to another; none where it is not.
+    pub fn distances(&self, throughput: Vec3, end: f32) -> Option<Distances> {
+        let (shares, taken) = (self.shares(throughput)?, self.taken(end));
+        let sum = shares.dot(taken);
+        (sum > 0.0).then(|| Distances {
+            extinction: self.extinction,
+            end,
+            taken,
+            shares: shares / sum,
+        })
     }
 
     /// Share that it takes on a distance, without cancellation where it is thin.
@@ -147,8 +147,7 @@ impl Medium {
                 0.0
             }
         };
-        let Vec3 { x, y, z } = self.extinction;
-        Vec3::new(share(x), share(y), share(z))
+        by_channel(self.extinction, share)
     }
 
     /// Draws where light of a throughput is scattered on the way to a distance. One channel's free path is drawn, by what it
@@ -166,14 +165,17 @@ impl Medium {
             return Flight::Through(transmittance(extinction, distance));
         };
         let (channel, u) = chosen(shares, u);
-        let (taken, passed) = (self.taken(distance), transmittance(extinction, distance));
+        let passed = || transmittance(extinction, distance);
         // How much oftener than light a path is scattered.
         let often = if worth == 1.0 {
             Vec3::ONE
-        } else if worth == f32::INFINITY {
-            Vec3::select(taken.cmpgt(Vec3::ZERO), taken.recip(), Vec3::ZERO)
         } else {
-            worth / (taken * worth + passed)
+            let taken = self.taken(distance);
+            if worth == f32::INFINITY {
+                Vec3::select(taken.cmpgt(Vec3::ZERO), taken.recip(), Vec3::ZERO)
+            } else {
+                worth / (taken * worth + passed())
+            }
         };
         let t = -(-u / often[channel]).ln_1p() / extinction[channel];
         if t < distance {
@@ -181,12 +183,40 @@ impl Medium {
             let pdf = (shares * often * extinction * passed).element_sum();
             Flight::Scattered(t, scattering * passed / pdf)
         } else if worth == 1.0 {
+            let passed = passed();
             Flight::Through(passed / (shares * passed).element_sum())
         } else {
+            let passed = passed();
             // What is left of 1, as passed / (taken · worth + passed).
             let goes_on = passed * often / worth;
             Flight::Through(passed / (shares * goes_on).element_sum())
         }
+    }
+}
+
+/// Distances on a way, each with its density. One channel's free path is drawn, by what it scatters on that way, and all of them
+/// count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distances {
+    extinction: Vec3,
+    end: f32,
+    /// What each channel loses on the whole way.
+    taken: Vec3,
+    /// By which channels are drawn, over what all of them lose.
+    shares: Vec3,
+}
+
+impl Distances {
+    /// The distance of a number from 0 to 1.
+    pub fn sample(&self, u: f32) -> Option<f32> {
+        let (channel, u) = chosen(self.shares * self.taken, u);
+        let t = -(-u * self.taken[channel]).ln_1p() / self.extinction[channel];
+        t.is_finite().then(|| t.min(self.end))
+    }
+
+    /// Density of a distance at which so much of the light is left, 1/m.
+    pub fn density(&self, left: Vec3) -> f32 {
+        self.shares.dot(self.extinction * left)
     }
 }
 

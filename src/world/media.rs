@@ -2,12 +2,13 @@
 
 use super::geometry::MeshInstance;
 use super::nesting::Nesting;
-use super::passing::shadow_ray;
+use super::passing::{Share, shadow_ray};
 use super::varying::{self, Varying};
-use super::{Hit, Passage, World};
+use super::{Hit, Passage, Sender, World};
 use crate::effects::{Effect, General};
 use crate::ffi::embree::Ray;
 use crate::light::emissive::Eye;
+use crate::math::float::SHADOW_RAY_SHARE;
 use crate::medium::tracking::{self, Local, March};
 use crate::medium::{Flight, Lobe, Medium, transmittance};
 use crate::sampler::hashed;
@@ -16,6 +17,7 @@ use crate::scene::{self, Instance, RayKind, Scene};
 use arrayvec::ArrayVec;
 use enumset::EnumSet;
 use glam::{DVec3, Vec3};
+use smallvec::SmallVec;
 use std::sync::Arc;
 
 /// The media of a world.
@@ -88,6 +90,17 @@ impl Draws {
     }
 }
 
+/// What becomes of light on a way through what varies.
+#[derive(Clone, Debug)]
+pub struct Flown {
+    /// Where it is scattered, with the weight of that.
+    pub flight: Flight,
+    /// What the way adds to it.
+    pub emitted: Vec3,
+    /// What is where it is scattered.
+    pub there: Medium,
+}
+
 /// A ray through media, from a distance to another along it.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
@@ -108,6 +121,18 @@ pub(super) struct Crossing {
     pub hit: Hit,
     /// Whether the ray leaves the object there.
     pub leaves: bool,
+}
+
+/// Most rays cross a few.
+type Crossings = SmallVec<[Crossing; 4]>;
+
+/// By distance; in one place by their objects.
+fn in_order(crossings: &mut [Crossing]) {
+    crossings.sort_unstable_by(|a, b| {
+        let key = |crossing: &Crossing| (crossing.hit.object(), crossing.leaves);
+        let nearer = a.distance.total_cmp(&b.distance);
+        nearer.then_with(|| key(a).cmp(&key(b)))
+    });
 }
 
 /// Tells the numbers of shadow rays from those of flights.
@@ -316,8 +341,8 @@ impl World {
         (origin, direction): (Vec3, Vec3),
         far: f32,
         time: f32,
-    ) -> Vec<Crossing> {
-        let mut found = Vec::new();
+    ) -> Crossings {
+        let mut found = Crossings::new();
         if !self
             .media
             .as_ref()
@@ -338,19 +363,19 @@ impl World {
                 let distance = is_thin.then(|| self.exact_distance(hit, exact));
                 let distance = distance.filter(|distance| distance.is_finite());
                 let distance = distance.unwrap_or(f64::from(hit.distance));
-                found.push(Crossing {
-                    distance,
-                    hit: *hit,
-                    leaves: self.leaves(hit, direction),
-                });
+                found.push(self.crossing(hit, direction, distance));
             }
         });
-        found.sort_unstable_by(|a, b| {
-            let key = |crossing: &Crossing| (crossing.hit.object(), crossing.leaves);
-            let nearer = a.distance.total_cmp(&b.distance);
-            nearer.then_with(|| key(a).cmp(&key(b)))
-        });
+        in_order(&mut found);
         found
+    }
+
+    fn crossing(&self, hit: &Hit, direction: Vec3, distance: f64) -> Crossing {
+        Crossing {
+            distance,
+            hit: *hit,
+            leaves: self.leaves(hit, direction),
+        }
     }
 
     /// Whether a ray meets a surface from inside.
@@ -404,20 +429,6 @@ impl World {
         sum
     }
 
-    /// All media at a point.
-    #[cold]
-    pub fn medium_at(&self, within: &Within, point: Vec3) -> Medium {
-        let mut lobes = within.medium.lobes.clone();
-        let varying = self.varying(&within.objects);
-        let local = Self::local((&varying, &within.medium), point, Some(&mut lobes));
-        Medium {
-            extinction: local.extinction,
-            scattering: local.scattering,
-            emission: local.emission,
-            lobes,
-        }
-    }
-
     /// Calls with the bounds of what varies along a way.
     #[inline(always)]
     fn with_marches<T>(
@@ -437,40 +448,51 @@ impl World {
         call(&mut marches)
     }
 
-    /// Where light of a throughput is scattered in what varies, with the weight of that, and what the way adds to it.
+    /// Where light of a throughput is scattered in what varies.
     #[cold]
     #[inline(never)]
-    pub fn fly(
-        &self,
-        within: &Within,
-        way: &Way,
-        light: (Vec3, bool),
-        mut draws: Draws,
-    ) -> (Flight, Vec3) {
+    pub fn fly(&self, within: &Within, way: &Way, light: (Vec3, bool), mut draws: Draws) -> Flown {
         let varying = self.varying(&within.objects);
         let around = (&varying[..], &within.medium);
         let even = within.medium.extinction.max_element();
-        let local = |t: f32| Self::local(around, way.origin + way.direction * t, None);
-        Self::with_marches(&varying, way, |marches| {
+        // Of the last collision: where it is scattered, if it is.
+        let (mut last, mut lobes) = (Local::default(), Vec::new());
+        let local = |t: f32| {
+            lobes.clear();
+            last = Self::local(around, way.origin + way.direction * t, Some(&mut lobes));
+            last
+        };
+        let (flight, emitted) = Self::with_marches(&varying, way, |marches| {
             tracking::fly(marches, even, way.span, light, || draws.draw(), local)
-        })
+        });
+        lobes.splice(..0, within.medium.lobes.iter().cloned());
+        Flown {
+            flight,
+            emitted,
+            there: Medium {
+                extinction: last.extinction,
+                scattering: last.scattering,
+                emission: last.emission,
+                lobes,
+            },
+        }
     }
 
     /// Share of light that what is around lets through on a way.
     #[cold]
     #[inline(never)]
     pub fn share(&self, within: &Within, way: &Way, draws: &mut Draws) -> Vec3 {
-        self.share_within((&within.objects, &within.medium), way, draws)
+        self.share_within((&within.objects, within.medium.extinction), way, draws)
     }
 
     fn share_within(
         &self,
-        (objects, even): (&Objects, &Medium),
+        (objects, even): (&Objects, Vec3),
         way: &Way,
         draws: &mut Draws,
     ) -> Vec3 {
         let varying = self.varying(objects);
-        let passed = transmittance(even.extinction, way.span.1 - way.span.0);
+        let passed = transmittance(even, way.span.1 - way.span.0);
         if varying.is_empty() || passed == Vec3::ZERO {
             return passed;
         }
@@ -523,6 +545,55 @@ impl World {
         }
     }
 
+    /// Share of light that surfaces and media let through from a target to where a ray begins, or from infinity; `key` for the
+    /// numbers of what varies. One query of Embree finds both: a surface that lets no light pass ends it, and the others are noted.
+    #[cold]
+    #[inline(never)]
+    pub fn light_through(
+        &self,
+        within: &Within,
+        ray: (Vec3, Vec3),
+        target: Option<Vec3>,
+        (limit, sender): (u32, Sender),
+        key: u32,
+    ) -> Vec3 {
+        // What may be in the way of a linked light is not all that it passes; faces in one place have an order of their own.
+        if sender.blockers != 0 || self.has_close_interfaces() {
+            let limited = (limit, sender);
+            let share = match target {
+                Some(target) => self.transmittance_to::<General>(ray.0, target, limited),
+                None => self.transmittance::<General>(ray.0, ray.1, f32::INFINITY, limited),
+            };
+            return if share == Vec3::ZERO {
+                share
+            } else {
+                share * self.media_before(within, ray, target, (sender.time, key))
+            };
+        }
+        let (way, far) = match target {
+            Some(target) => (target - ray.0, SHADOW_RAY_SHARE),
+            None => (ray.1, f32::INFINITY),
+        };
+        let query = shadow_ray((ray.0, way), far, sender.time);
+        let mut share = Share::within(limit);
+        let mut crossings = Crossings::new();
+        let blocked = self.geometry.embree.occluded_filtered(&query, |hit| {
+            if self.dims::<General>(&mut share, hit, (way, &sender)) {
+                return true;
+            }
+            if self.is_tracked(hit) {
+                crossings.push(self.crossing(hit, way, f64::from(hit.distance)));
+            }
+            false
+        });
+        if blocked {
+            return Vec3::ZERO;
+        }
+        in_order(&mut crossings);
+        let far = if target.is_some() { 1.0 } else { far };
+        share.light * self.media_along(within, (ray.0, way, far), &crossings, key)
+    }
+
     /// Share of light that media let through from a target to where a ray begins, or from infinity; `key` for the numbers of what
     /// varies.
     #[cold]
@@ -538,32 +609,54 @@ impl World {
             Some(target) => (target - origin, 1.0),
             None => (direction, f32::INFINITY),
         };
+        let crossings = self.crossings((origin, way), far, time);
+        self.media_along(within, (origin, way, far), &crossings, key)
+    }
+
+    /// Share of light that media let through on a way, as far as so many times its length, with its crossings in order.
+    fn media_along(
+        &self,
+        within: &Within,
+        (origin, way, far): (Vec3, Vec3, f32),
+        crossings: &[Crossing],
+        key: u32,
+    ) -> Vec3 {
         let scale = way.length();
+        if crossings.is_empty() && !within.varies {
+            return transmittance(within.medium.extinction, far * scale);
+        }
         let mut draws = Draws::new(key, SHADOW ^ way.x.to_bits());
         let (mut depth, mut from, mut share) = (Vec3::ZERO, 0.0f64, Vec3::ONE);
-        let mut around = within.clone();
+        let mut objects = within.objects.clone();
+        let (mut extinction, mut varies) = (within.medium.extinction, within.varies);
         let along = |from: f32, to: f32| Way {
             origin,
             direction: way / scale,
             span: (from * scale, to * scale),
         };
-        for crossing in self.crossings((origin, way), far, time) {
+        for crossing in crossings {
             let distance = crossing.distance;
-            if around.varies {
-                share *= self.share(&around, &along(from as f32, distance as f32), &mut draws);
+            if varies {
+                let way = along(from as f32, distance as f32);
+                share *= self.share_within((&objects, extinction), &way, &mut draws);
             } else {
-                depth += around.medium.extinction * ((distance - from) as f32 * scale);
+                depth += extinction * ((distance - from) as f32 * scale);
             }
             from = distance;
-            if enter_or_leave(&mut around.objects, crossing.hit.object(), crossing.leaves) {
-                self.sum_up(&mut around);
+            if enter_or_leave(&mut objects, crossing.hit.object(), crossing.leaves) {
+                (extinction, varies) = (Vec3::ZERO, false);
+                for part in self.parts(&objects) {
+                    extinction += part.even.extinction;
+                    varies |= part.varying.is_some();
+                }
             }
         }
-        if around.varies {
-            share *= self.share(&around, &along(from as f32, far), &mut draws);
+        if varies {
+            let way = along(from as f32, far);
+            share *= self.share_within((&objects, extinction), &way, &mut draws);
         } else {
             let rest = (f64::from(far) - from) as f32;
-            share *= transmittance(around.medium.extinction, rest * scale);
+            share *= transmittance(extinction, rest * scale);
         }
         share * transmittance(depth, 1.0)
     }

@@ -33,7 +33,7 @@ pub use asking::{Asking, Past, Sender, Widening};
 pub use displacement::displace;
 pub use geometry::Surface;
 pub use interfaces::Passage;
-pub use media::{Draws, Way, Within};
+pub use media::{Draws, Flown, Way, Within};
 pub use moving::Moment;
 pub use nesting::OtherSide;
 pub use place::HitPoint;

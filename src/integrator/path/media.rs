@@ -8,7 +8,7 @@ use crate::light::{Along, Drawn, LightSample, Pivot};
 use crate::math::average;
 use crate::medium::{Equiangular, Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
-use crate::world::{Draws, Hit, Passage, RayKind, Sender, Way, Within, World};
+use crate::world::{Draws, Flown, Hit, Passage, RayKind, Sender, Way, Within, World};
 use glam::Vec3;
 
 /// Tells the numbers of flights from those of opacity.
@@ -26,11 +26,12 @@ const LAST_WORTH: f32 = 0.25;
 const MOST_BY_ANGLE: f32 = 0.75;
 
 /// Where a medium scatters a path: how far from where its ray begins, and whether light that is scattered on the way there has been
-/// looked for.
-#[derive(Clone, Copy, Debug)]
+/// looked for; what is there, where media vary.
+#[derive(Clone, Debug)]
 pub(super) struct Event {
     distance: f32,
     is_lit: bool,
+    there: Option<Medium>,
 }
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
@@ -92,6 +93,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 Some(Event {
                     distance: t + self.span.0 - self.beside.skipped,
                     is_lit: true,
+                    there: None,
                 })
             }
             Flight::Through(weight) => {
@@ -155,7 +157,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         };
         let draws = Draws::beginning(key, FLIGHT ^ self.passed, first);
         let light = (self.throughput, !self.last);
-        let (flight, emitted) = self.world.fly(&self.beside.within, &way, light, draws);
+        let Flown {
+            flight,
+            emitted,
+            there,
+        } = self.world.fly(&self.beside.within, &way, light, draws);
         if emitted != Vec3::ZERO && emitted.is_finite() {
             let found = self.throughput * emitted;
             self.light.add_found(self.settings, found, self.bounce);
@@ -166,6 +172,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 Some(Event {
                     distance: t,
                     is_lit: false,
+                    there: Some(there),
                 })
             }
             Flight::Through(weight) => {
@@ -184,20 +191,17 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return;
         }
         let numbers = self.sampler.triple(Dimension::Light, bounce);
-        let before = self.beside.previous.at;
         let start = self.span.0 - self.beside.skipped;
-        // Lights are chosen as they are seen from the middle of what the path sees of the way.
+        // What the path sees of the way.
         let seen = length.min(medium.extinction.max_element().recip());
-        let place = |t: f32| self.origin + self.direction * (start + t);
-        let (middle, ray) = (place(0.5 * seen), (place(0.0), self.direction));
-        let at = &mut self.beside.previous.at;
+        let ray = (self.origin + self.direction * start, self.direction);
+        let mut at = self.beside.previous.at;
         if world.lights.is_linked() {
             let object = self.beside.within.last_entered();
             at.receiver = object.map_or(0, |object| world.lights.receiver(object));
         }
         at.bounces = bounce;
-        world.lights.context_into(at, middle, None);
-        let along = world.lights.along(at, numbers.z, (ray, length, seen));
+        let along = world.lights.along(&mut at, numbers.z, (ray, length, seen));
         if let Some(along) = along
             && let Some((t, weight)) = self.place_on_the_way(&along, (ray, length, seen), u)
             && t.is_finite()
@@ -205,15 +209,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             && weight != Vec3::ZERO
         {
             let point = ray.0 + self.direction * t;
-            let at = &mut self.beside.previous.at;
-            world.lights.context_into(at, point, None);
+            world.lights.context_into(&mut at, point, None);
             let drawn = (along.drawn, along.probability);
-            let light = world.lights.sample_drawn(at, drawn, numbers.truncate());
+            let light = world.lights.sample_drawn(&at, drawn, numbers.truncate());
             if let Some(light) = light {
                 self.add_light_in_medium(point, None, weight, (light, along.drawn), numbers);
             }
         }
-        self.beside.previous.at = before;
     }
 
     /// A place at which light of a light is looked for on a way of a length, with what is scattered there over its density.
@@ -234,15 +236,15 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let by_angle = angle.map_or(0.0, |angle| {
             (seen / (seen + angle.height())).min(MOST_BY_ANGLE)
         });
-        let light = self.throughput * before;
+        let distances = medium.distances(self.throughput * before, way);
         let t = match angle {
             Some(angle) if u < by_angle => angle.sample(u / by_angle),
-            _ => medium.distance(light, way, (u - by_angle) / (1.0 - by_angle))?,
+            _ => distances?.sample((u - by_angle) / (1.0 - by_angle))?,
         };
+        let left = transmittance(medium.extinction, t);
         let density = by_angle * angle.map_or(0.0, |angle| angle.density(t))
-            + (1.0 - by_angle) * medium.distance_density(light, way, t);
-        let scattered = medium.scattering * before * transmittance(medium.extinction, t);
-        Some((from + t, scattered / density))
+            + (1.0 - by_angle) * distances.map_or(0.0, |distances| distances.density(left));
+        Some((from + t, medium.scattering * before * left / density))
     }
 
     /// The path goes to the other side of a surface.
@@ -263,7 +265,12 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// Light that falls on a point of a medium and is scattered there, and the way on; whether the path goes on.
     #[cold]
     #[inline(never)]
-    pub(super) fn scatter(&mut self, Event { distance, is_lit }: Event) -> bool {
+    pub(super) fn scatter(&mut self, event: Event) -> bool {
+        let Event {
+            distance,
+            is_lit,
+            there,
+        } = event;
         if self.bounce >= self.settings.roulette && !self.survives() {
             self.end(End::Roulette);
             return false;
@@ -277,8 +284,6 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
         self.world.lights.context_into(at, point, None);
         at.bounces = self.bounce;
-        let within = &self.beside.within;
-        let there = within.varies.then(|| self.world.medium_at(within, point));
         if !is_lit && !self.world.lights.is_empty() {
             let numbers = self.sampler.triple(Dimension::Light, self.bounce);
             let at = &self.beside.previous.at;
@@ -358,19 +363,18 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             sender.blockers = blockers.unwrap_or(0);
         }
         let left = (settings.transparent_left(self.passed), sender);
-        let mut share = match light.target {
-            _ if rules.shines_through() => Vec3::ONE,
-            _ if world.has_priorities() => {
-                world.transmittance_nested(within, (point, light.wi), light.target, left)
-            }
-            Some(target) => world.transmittance_to::<E>(point, target, left),
-            None => world.transmittance::<E>(point, light.wi, f32::INFINITY, left),
+        let ray = (point, light.wi);
+        let key = self.sampler.key(Dimension::Opacity, bounce);
+        let share = if rules.shines_through() || world.has_priorities() {
+            let share = if rules.shines_through() {
+                Vec3::ONE
+            } else {
+                world.transmittance_nested(within, ray, light.target, left)
+            };
+            share * world.media_before(within, ray, light.target, (sender.time, key))
+        } else {
+            world.light_through(within, ray, light.target, left, key)
         };
-        if share != Vec3::ZERO {
-            let ray = (point, light.wi);
-            let key = self.sampler.key(Dimension::Opacity, bounce);
-            share *= world.media_before(within, ray, light.target, (sender.time, key));
-        }
         self.rays += 1;
         self.light.sink.step(|| Step::Light {
             light: Some(Lit {

@@ -1,6 +1,6 @@
 //! Which light a ray through a medium looks for, and light of one that was chosen so.
 
-use super::{Drawn, Group, LightSet};
+use super::{Drawn, Group, InfiniteLight, LightSet};
 use crate::light::estimate::MOST;
 use crate::light::kinds::{LightSample, LightSampleContext};
 use crate::light::pivot::Pivot;
@@ -23,11 +23,11 @@ pub struct Along {
 
 impl LightSet {
     /// Draws a light for places along a ray (direction of length 1) up to an end, of which so much is `seen`. Among few lights by the
-    /// light that falls on all of them, without what is on the way; among many as they are seen from a point. None where none
-    /// shines on any of them.
+    /// light that falls on all of them, without what is on the way; among many as they are seen from the middle of what is seen. None
+    /// where none shines on any of them.
     pub fn along(
         &self,
-        at: &LightSampleContext,
+        at: &mut LightSampleContext,
         u: f32,
         (ray, end, seen): ((Vec3, Vec3), f32, f32),
     ) -> Option<Along> {
@@ -38,6 +38,7 @@ impl LightSet {
         let finite = self.lights.len();
         let count = finite + self.infinite.len();
         if count > MOST_ALONG || at.receiver != 0 {
+            self.context_into(at, ray.0 + ray.1 * (0.5 * seen), None);
             let (drawn, probability) = self.draw(at, u)?;
             let pivot = pivot(drawn);
             let shines = pivot.is_some() || matches!(drawn, Drawn::Infinite(_));
@@ -47,17 +48,27 @@ impl LightSet {
                 pivot,
             });
         }
+        let looked_for = |other: &InfiniteLight| other.estimate > 0.0;
+        // One alone needs no comparison.
+        let alone = finite == 1 && !self.infinite.iter().any(looked_for);
         let mut found: ArrayVec<(Drawn, f32, Option<Pivot>), MOST_ALONG> = ArrayVec::new();
         for number in 0..finite as u32 {
             let drawn = Drawn::Finite(number);
             if let Some(pivot) = pivot(drawn) {
+                if alone {
+                    return Some(Along {
+                        drawn,
+                        probability: 1.0,
+                        pivot: Some(pivot),
+                    });
+                }
                 let bounds = self.lights[number as usize].bounds();
                 let intensity = bounds.map_or(0.0, |bounds| bounds.intensity);
                 found.push((drawn, intensity * pivot.falls_on(ray, seen), Some(pivot)));
             }
         }
         for (i, other) in self.infinite.iter().enumerate() {
-            if other.estimate > 0.0 {
+            if looked_for(other) {
                 let drawn = Drawn::Infinite(i as u32);
                 found.push((drawn, other.estimate * seen.min(end), None));
             }

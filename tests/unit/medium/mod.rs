@@ -193,20 +193,21 @@ fn distances_have_the_analytic_means() {
     let throughput = Vec3::new(0.1, 2.0, 0.7);
     for end in [1e-6, 0.5, 4.0, f32::INFINITY] {
         let n = 200_000u32;
+        let distances = medium.distances(throughput, end).expect("it scatters");
         let mut scattered = glam::DVec3::ZERO;
         for k in 0..n {
-            let t = medium.distance(throughput, end, (k as f32 + 0.5) / n as f32);
-            let t = t.expect("it scatters");
+            let t = distances.sample((k as f32 + 0.5) / n as f32);
+            let t = t.expect("it is finite");
             assert!((0.0..=end).contains(&t), "{end}: {t}");
-            let passed = medium.scattering * transmittance(medium.extinction, t);
-            scattered += (passed / medium.distance_density(throughput, end, t)).as_dvec3();
+            let left = transmittance(medium.extinction, t);
+            scattered += (medium.scattering * left / distances.density(left)).as_dvec3();
         }
         let taken = medium.taken(end).as_dvec3();
         let known = (medium.scattering / medium.extinction).as_dvec3() * taken;
         let off = (scattered / f64::from(n) / known - 1.0).abs();
         assert!(off.max_element() < 1e-3, "{end}: {off}");
     }
-    assert_eq!(Medium::EMPTY.distance(Vec3::ONE, 1.0, 0.5), None);
+    assert_eq!(Medium::EMPTY.distances(Vec3::ONE, 1.0), None);
 }
 
 /// Nothing cancels where a medium is thin, nothing overflows where it is thick.
