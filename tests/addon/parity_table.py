@@ -16,7 +16,13 @@ REASONS = {
     ("Raycast", ""): "few of its rays meet anything: the edges of other rows' balls",
     ("Bevel", ""): "its rays lie otherwise, which shows where the radius is that of the ball",
     ("Displacement", ""): "strong bumps are a little darker: both sampling techniques refuse the same directions (docs/sundog-and-cycles.md)",
-    ("Emission", "Strength low"): "negative light, which Cycles shows and Sundog does not",
+    **dict.fromkeys(
+        [("Emission", "Strength low"), ("BsdfPrincipled", "Emission Strength low")], "negative light, which Cycles shows and Sundog does not"
+    ),
+    ("BsdfPrincipled", "Transmission Weight"): "the sun through rough glass: Cycles lets light through facets that face away (docs/sundog-and-cycles.md)",
+    ("BsdfPrincipled", "Coat"): "noise of the sun's highlight in a coat",
+    ("BsdfPrincipled", "Subsurface"): "Cycles' walks lose light away from the origin; at it both agree within 0.1 %",
+    ("SubsurfaceScattering", ""): "Cycles' walks lose light away from the origin; at it both agree within 0.4 %",
 }
 
 PAGE = """# Parity with Cycles, node by node
