@@ -44,7 +44,8 @@ SAMPLES, MORE = 256, 2048
 # Tiles in one picture.
 MOST = 400
 # Depth between two balls next to each other: the farther from the origin, the fewer bits a walk below the surface has in Cycles.
-STEP, STEPS = 0.25, 64
+# Those that shine are farther apart: not to light each other, nor darken, as light of less than nothing does in Cycles.
+STEP, FAR_STEP, STEPS = 0.25, 30.0, 64
 
 
 def layout(count):
@@ -97,8 +98,8 @@ def sheets(materials):
     return columns, rows, side
 
 
-def balls(materials, shine):
-    """A ball for each material."""
+def balls(materials, step):
+    """A ball for each material, as far apart in depth."""
     columns, rows = layout(len(materials))
     bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=0.46)
     first = bpy.context.object
@@ -117,7 +118,7 @@ def balls(materials, shine):
         if number:
             bpy.context.scene.collection.objects.link(ball)
         # No two neighbours are at similar depths, where light could go from one to another.
-        depth = 0.0 if shine else (number * 37 % STEPS - STEPS / 2) * STEP
+        depth = (number * 37 % STEPS - STEPS / 2) * step
         ball.location = (number % columns + 0.5, number // columns + 0.5, depth)
         ball.rotation_euler, ball.scale = (0.5, 0.3, 0.2), (1.0, 0.9, 0.8)
         ball.pass_index, ball.color = number % 7, (0.2, 0.5, 0.7, 1)
@@ -133,13 +134,14 @@ def scene_of(tiles):
     kind = tiles[0].kind
     names = [f"t{number}" for number in range(len(tiles))]
     materials = [parity_tiles.Tree(tile, name).material for tile, name in zip(tiles, names)]
-    columns, rows, step = sheets(materials) if kind == "sheet" else balls(materials, kind in PLACES)
+    apart = 0.0 if kind in PLACES else FAR_STEP if shines(tiles[0]) else STEP
+    columns, rows, step = sheets(materials) if kind == "sheet" else balls(materials, apart)
     scene = bpy.context.scene
     camera = bpy.data.cameras.new("camera")
     camera.type, camera.ortho_scale = "ORTHO", max(columns, rows) * step
     camera.clip_end = 1e5
     shown = bpy.data.objects.new("camera", camera)
-    shown.location = (columns * step / 2, rows * step / 2, 10 + (0 if kind in PLACES else STEP * STEPS / 2))
+    shown.location = (columns * step / 2, rows * step / 2, 10 + apart * STEPS / 2)
     scene.collection.objects.link(shown)
     scene.camera = shown
     if kind not in {"sheet", *PLACES}:
