@@ -661,3 +661,7 @@ impl World {
         share * transmittance(depth, 1.0)
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/world/media.rs"]
+mod tests;
