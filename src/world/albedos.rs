@@ -75,17 +75,12 @@ impl Preparer {
     ) -> Arc<Dielectrics> {
         let is_linked = |socket: usize| linked.iter().any(|(of, _)| *of == socket);
         let (ends, specular) = p.map_or(((1.5, 1.5), 1.0), |p| (p.ior, p.specular.1));
-        let index = if is_linked(principled::IOR) {
+        let (index, ends) = if is_linked(principled::IOR) {
             // One table of the solid stands for all. Bounds that nothing comes near say little.
             let [low, high] = [ends.0, ends.1].map(|end| tables::covering(end).clamp(1.1, 2.5));
-            (low * high).sqrt()
+            ((low * high).sqrt(), ends)
         } else {
-            ends.1
-        };
-        let ends = if is_linked(principled::IOR) {
-            ends
-        } else {
-            (ends.1, ends.1)
+            (ends.1, (ends.1, ends.1))
         };
         let least_specular = if is_linked(principled::SPECULAR_IOR_LEVEL) {
             0.0

@@ -33,15 +33,7 @@ const STAYS: u32 = 2;
 
 /// The one of a plane's two normals that both of two faces in it have, whichever way they look.
 fn of_plane(normal: Vec3) -> Vec3 {
-    let size = normal.abs();
-    let greatest = if size.x >= size.y && size.x >= size.z {
-        normal.x
-    } else if size.y >= size.z {
-        normal.y
-    } else {
-        normal.z
-    };
-    normal * 1f32.copysign(greatest)
+    normal * 1f32.copysign(normal[normal.abs().max_position()])
 }
 
 impl Lids {
