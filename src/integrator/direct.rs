@@ -28,8 +28,8 @@ pub(super) struct Vertex<'a, E: Features> {
     pub at: &'a LightSampleContext,
     pub throughput: Vec3,
     pub bounce: u32,
-    /// The bounce after which the side of the surface was decided that its point lies on by rounding.
-    pub landed: u32,
+    /// Stands for the side of the surface that its point lies on by rounding, where faces lie in one place.
+    pub side: u32,
     /// Surfaces that a shadow ray may pass.
     pub transparent: u32,
     /// The way that the path has come.
@@ -172,8 +172,7 @@ impl<E: Features> Vertex<'_, E> {
             None => world.transmittance::<E>(start, light.wi, f32::INFINITY, left),
         };
         if lids && share != Vec3::ZERO {
-            let key = sampler.key(Dimension::Opacity, self.landed);
-            share *= world.passes_lids((hit, surface), light.wi, key, left);
+            share *= world.passes_lids((hit, surface), light.wi, self.side, left);
         }
         if has_media && !at_once && share != Vec3::ZERO {
             let key = sampler.key(Dimension::Opacity, self.bounce);

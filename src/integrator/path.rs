@@ -123,8 +123,8 @@ struct Beside {
     near: f32,
     /// A face that lies on the surface which the ray leaves: the next one, without a ray.
     lid: Option<Hit>,
-    /// The bounce after which the side of its surface was decided that its point lies on by rounding.
-    landed: u32,
+    /// Stands for the side of its surface that its point lies on by rounding, where faces lie in one place.
+    side: u32,
     /// When it is on its way.
     time: f32,
     /// The media around it, and how often they have scattered it.
@@ -207,7 +207,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         walked: 0.0,
         near: camera_ray.near,
         lid: None,
-        landed: 0,
+        side: 0,
         time: camera_ray.time,
         within: Within::default(),
         scattered_in_media: 0,
@@ -286,7 +286,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
             at,
             throughput: walk.throughput,
             bounce: walk.bounce,
-            landed: walk.beside.landed,
+            side: walk.beside.side,
             transparent: settings.transparent_left(walk.passed),
             past,
             within: &walk.beside.within,
@@ -620,17 +620,13 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             (surface.point.point, back, (0.0, 0.0))
         };
         if E::EVERYTHING && self.world.has_lids() && self.own.is_none() {
-            let key = self.sampler.key(Dimension::Opacity, self.beside.landed);
             let sender = Sender {
                 kind,
                 depth: self.bounce + 1,
                 ..self.sender()
             };
-            self.beside.lid = self.world.lid((hit, surface), s.wi, key, &sender);
-            let met = self.sampler.key(Dimension::Opacity, self.bounce);
-            if self.beside.lid.is_none() || !World::stays_on_side(met) {
-                self.beside.landed = self.bounce + 1;
-            }
+            let side = self.beside.side;
+            self.beside.lid = self.world.lid((hit, surface), s.wi, side, &sender);
         }
         if self.bounce == 0 {
             self.light

@@ -147,6 +147,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             .context_into(at, surface.point.point, receiving);
         at.bounces = self.bounce;
         let numbers = self.sampler.beside(EXIT);
+        if world.has_lids() {
+            self.beside.side = numbers.key(Dimension::Opacity, self.bounce);
+        }
         let vertex = Vertex::<E> {
             world,
             settings: self.settings,
@@ -156,7 +159,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             at,
             throughput: self.throughput,
             bounce: self.bounce,
-            landed: self.beside.landed,
+            side: self.beside.side,
             transparent: self.settings.transparent_left(self.passed),
             past,
             within: &self.beside.within,

@@ -133,6 +133,12 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.end(End::Holdout);
             return false;
         }
+        if E::EVERYTHING && self.world.has_lids() && !again {
+            let met = self.sampler.key(Dimension::Opacity, self.bounce);
+            if lid_free || !World::stays_on_side(met) {
+                self.beside.side = met;
+            }
+        }
         *found = Found { hit, again };
         true
     }
