@@ -10,6 +10,10 @@ use sundog::film::Picture;
 use sundog::render::{
     NoiseThreshold, Observer, OutputTime, Passed, Saved, State, Stop, merge, resume,
 };
+use sundog::sampler::Sequences;
+
+/// One sequence of points, planned for the samples of the test of parts.
+const ONE_PLANNED: Sequences = Sequences::One { planned: Some(100) };
 
 /// A small lamp between a mirror, a glass ball and walls: light that only chance finds, in rare bright samples.
 pub fn fireflies() -> Scene {
@@ -549,10 +553,13 @@ fn same_bits(a: &Rendering, b: &Rendering) {
 /// adaptively, with light apart, and also to more samples than it was first asked for.
 #[test]
 fn a_render_goes_on_where_it_was_broken_off() {
-    for (_, scene) in gallery().into_iter().take(2) {
-        for target in [0.0, 0.01] {
+    let (two, one) = (Sequences::Two, ONE_PLANNED);
+    let settings = [[(0.0, two), (0.01, two)], [(0.0, two), (0.01, one)]];
+    for ((_, scene), settings) in gallery().into_iter().zip(settings) {
+        for (target, sequences) in settings {
             let of = |samples| RenderSettings {
                 pixel_error_target: target,
+                sequences,
                 passes: Passes::ALL,
                 ..small(samples, 4)
             };
@@ -594,9 +601,15 @@ fn a_render_does_not_go_on_with_another() {
 /// Parts of a render join, in any order, to the bits of one, and its error with them.
 #[test]
 fn parts_join_to_the_picture_of_one() {
-    for (_, scene) in gallery().into_iter().take(3) {
+    let two = gallery()
+        .into_iter()
+        .take(3)
+        .map(|(_, s)| (s, Sequences::Two));
+    let one = gallery().into_iter().take(1).map(|(_, s)| (s, ONE_PLANNED));
+    for (scene, sequences) in two.chain(one) {
         let of = |first_sample, samples| RenderSettings {
             first_sample,
+            sequences,
             ..small(samples, 4)
         };
         let whole = run(&scene, &of(0, 100));
