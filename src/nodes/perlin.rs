@@ -123,7 +123,9 @@ macro_rules! noise {
                 })
             }
 
+            #[inline(always)]
             fn distorted(self, distortion: f32) -> Self {
+                // Most are not, and a call takes longer than the question.
                 if distortion == 0.0 {
                     return self;
                 }

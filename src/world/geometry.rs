@@ -214,6 +214,7 @@ impl MeshInstance {
             u,
             v,
             asking,
+            outside: Vec3::ZERO,
             normal: Vec3::ZERO,
             undisplaced: None,
             around: None,
@@ -507,6 +508,7 @@ pub fn surface<'a, E: Features>(
     let by_corners = entry.point_between::<E>(corners, hit.u, hit.v);
     let point = float::hit_point(by_corners, origin, direction * hit.distance);
     let outside = entry.normal_between::<E>(corners);
+    at.outside = outside;
     let inside = outside.dot(direction) > 0.0;
     let side = |n: Vec3| if inside { -n } else { n };
     let geometric = side(outside);
@@ -596,7 +598,7 @@ pub fn surface<'a, E: Features>(
 impl MeshInstance {
     /// The normal that those of the corners make at a point, outside; the triangle's own where there are none.
     pub fn smooth_normal(&self, mesh: &MeshData, at: &HitPoint) -> Vec3 {
-        let outside = self.geometric_normal::<General>(mesh, at.triangle);
+        let outside = at.geometric_normal();
         let Some(normals) = &mesh.normals else {
             return outside;
         };

@@ -332,18 +332,11 @@ impl PreparedMaterial {
         let parameters = self.programs.surface.at(at, |at| {
             let normal = shader.normal().map_or(Vec3::ZERO, |root| at.color(root));
             match shader {
-                Shader::Principled { base, linked, .. } => (parameters(base, linked, at), normal),
-                Shader::Simple { .. } => (MATTE, normal),
-                Shader::Diffuse { color, .. } | Shader::Glossy { color, .. } => {
-                    let base_color = at.color(color);
-                    (
-                        Principled {
-                            base_color,
-                            ..MATTE
-                        },
-                        normal,
-                    )
+                Shader::Principled { base, linked, .. } if !self.is_mixed() => {
+                    (parameters(base, linked, at), normal)
                 }
+                // Their lobes are asked for where they are added.
+                _ => (MATTE, normal),
             }
         });
         Some(parameters)

@@ -106,9 +106,7 @@ impl HitPoint<'_> {
         let point = self
             .entry
             .point::<General>(self.mesh, self.triangle, self.u, self.v);
-        let outside = self
-            .entry
-            .geometric_normal::<General>(self.mesh, self.triangle);
+        let outside = self.geometric_normal();
         let mut open = 0u32;
         for sample in 0..u32::from(rays.samples) {
             let [turn, share] = spread(numbers, (sample, rays.samples));
@@ -139,9 +137,7 @@ impl HitPoint<'_> {
         }
         let numbers = self.asking.past.numbers();
         let point = self.in_world();
-        let geometric = self
-            .entry
-            .geometric_normal::<General>(self.mesh, self.triangle);
+        let geometric = self.geometric_normal();
         let geometric = self.side(geometric);
         let [tangent, across] = across(to_blender(geometric)).map(from_blender);
         let frames = [
@@ -205,9 +201,7 @@ impl HitPoint<'_> {
             return None;
         }
         let origin = if from == here {
-            let outside = self
-                .entry
-                .geometric_normal::<General>(self.mesh, self.triangle);
+            let outside = self.geometric_normal();
             let point = self
                 .entry
                 .point::<General>(self.mesh, self.triangle, self.u, self.v);
@@ -239,9 +233,7 @@ impl HitPoint<'_> {
         let mut width = 0.5 * width;
         if pixels {
             // What a pixel is wide across the surface, projected to the viewer, by the tangents that Cycles takes.
-            let normal = self
-                .entry
-                .geometric_normal::<General>(self.mesh, self.triangle);
+            let normal = self.geometric_normal();
             let n = to_blender(self.side(normal));
             let view = to_blender(self.asking.direction).normalize_or_zero();
             let pixel = self.pixel();

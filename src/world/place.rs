@@ -92,6 +92,8 @@ pub struct HitPoint<'a> {
     pub(super) u: f32,
     pub(super) v: f32,
     pub(super) asking: Asking,
+    /// The unit normal of the triangle, outside; 0 where nobody has asked for it yet.
+    pub(super) outside: Vec3,
     /// The smooth normal outside; 0 where nobody has asked for it yet.
     pub(super) normal: Vec3,
     /// The attribute that tells where the corners are, in the object's space and in Blender's axes; their own places otherwise.
@@ -170,14 +172,18 @@ impl HitPoint<'_> {
         between(self.mesh_corners(), self.u, self.v)
     }
 
-    /// A step across the mesh's triangle by its barycentric coordinates: least squares in the triangle's plane.
-    pub(super) fn barycentric(&self, local: Vec3) -> Option<(f32, f32)> {
+    /// Steps across the mesh's triangle by its barycentric coordinates: least squares in the triangle's plane.
+    pub(super) fn barycentric<const N: usize>(&self, local: [Vec3; N]) -> Option<[(f32, f32); N]> {
         let [a, b, c] = self.mesh_corners();
         let (e1, e2) = (b - a, c - a);
         let (d11, d12, d22) = (e1.dot(e1), e1.dot(e2), e2.dot(e2));
-        let (s1, s2) = (local.dot(e1), local.dot(e2));
         let det = d11 * d22 - d12 * d12;
-        (det != 0.0).then(|| ((s1 * d22 - s2 * d12) / det, (s2 * d11 - s1 * d12) / det))
+        (det != 0.0).then(|| {
+            local.map(|local| {
+                let (s1, s2) = (local.dot(e1), local.dot(e2));
+                ((s1 * d22 - s2 * d12) / det, (s2 * d11 - s1 * d12) / det)
+            })
+        })
     }
 
     /// A vector of Blender's world in the mesh's space.
@@ -279,11 +285,18 @@ impl HitPoint<'_> {
         }
     }
 
+    /// The unit normal of the triangle, outside.
+    pub(super) fn geometric_normal(&self) -> Vec3 {
+        if self.outside == Vec3::ZERO {
+            self.entry
+                .geometric_normal::<General>(self.mesh, self.triangle)
+        } else {
+            self.outside
+        }
+    }
+
     fn is_inside(&self) -> bool {
-        let outside = self
-            .entry
-            .geometric_normal::<General>(self.mesh, self.triangle);
-        outside.dot(self.asking.direction) > 0.0
+        self.geometric_normal().dot(self.asking.direction) > 0.0
     }
 
     pub(super) fn side(&self, n: Vec3) -> Vec3 {
@@ -445,12 +458,7 @@ impl Place for HitPoint<'_> {
             PlaceInput::Tangent => full(self.around(facts, 2, false)),
             PlaceInput::RadialTangent(axis) => full(self.around(facts, axis, true)),
             PlaceInput::UvTangent => full(self.along_uv(facts)),
-            PlaceInput::TrueNormal => {
-                let n = self
-                    .entry
-                    .geometric_normal::<General>(self.mesh, self.triangle);
-                full(to_blender(self.side(n)))
-            }
+            PlaceInput::TrueNormal => full(to_blender(self.side(self.geometric_normal()))),
             PlaceInput::Incoming => full(-to_blender(self.asking.direction).normalize_or_zero()),
             // Cycles' own order of the corners: it gives 1 − u − v and u.
             PlaceInput::Parametric => full(Vec3::new(1.0 - self.u - self.v, self.u, 0.0)),
@@ -546,16 +554,17 @@ impl Place for HitPoint<'_> {
     }
 
     fn outside(&self, facing: Vec3) -> Vec3 {
-        unit_or_zero(self.side(from_blender(facing)))
+        let n = self.side(from_blender(facing));
+        // A unit vector comes back as it is: within the rounding of its length's square, four roundings.
+        if (n.length_squared() - 1.0).abs() <= 4.0 * f32::EPSILON {
+            n
+        } else {
+            unit_or_zero(n)
+        }
     }
 
     fn steps(&self, pixels: f32) -> [Vec3; 2] {
-        let n = to_blender(
-            self.side(
-                self.entry
-                    .geometric_normal::<General>(self.mesh, self.triangle),
-            ),
-        );
+        let n = to_blender(self.side(self.geometric_normal()));
         let pixel = self.pixel();
         // A step that the floats of the point cannot tell apart gives no slope: 2⁻¹⁸ of its coordinates leaves 5 bits to heights that
         // depend on the place in the world; a pixel of the picture can be as small. Objects' own coordinates have all bits.
@@ -572,11 +581,11 @@ impl Place for HitPoint<'_> {
             undisplaced: None,
             ..*self
         };
-        steps.map(|step| {
-            let by = displaced.barycentric(displaced.vector_to_mesh(step));
-            let Some((u, v)) = by else {
-                return step;
-            };
+        let by = displaced.barycentric(steps.map(|step| displaced.vector_to_mesh(step)));
+        let Some(by) = by else {
+            return steps;
+        };
+        by.map(|(u, v)| {
             let local = (q - p) * u + (r - p) * v;
             to_blender(match &self.entry.facts {
                 Some(facts) if self.entry.is_instance() => facts.world_axes * local,
@@ -585,15 +594,13 @@ impl Place for HitPoint<'_> {
         })
     }
 
-    fn neighbour(&self, step: Vec3) -> Self {
-        match self.barycentric(self.vector_to_mesh(step)) {
-            None => *self,
-            Some((u, v)) => Self {
-                u: self.u + u,
-                v: self.v + v,
-                ..*self
-            },
-        }
+    fn of_neighbours(&self, steps: [Vec3; 2], mut number: impl FnMut(&Self) -> f32) -> [f32; 2] {
+        let by = self.barycentric(steps.map(|step| self.vector_to_mesh(step)));
+        let mut there = *self;
+        by.unwrap_or_default().map(|(u, v)| {
+            (there.u, there.v) = (self.u + u, self.v + v);
+            number(&there)
+        })
     }
 
     fn undisplaced(&self, attribute: u32) -> Self {

@@ -261,12 +261,12 @@ impl Place for ShinePlace<'_> {
         [Vec3::ZERO; 2]
     }
 
-    fn neighbour(&self, _: Vec3) -> Self {
-        Self { ..*self }
+    fn of_neighbours(&self, _: [Vec3; 2], mut number: impl FnMut(&Self) -> f32) -> [f32; 2] {
+        [number(self); 2]
     }
 
     fn undisplaced(&self, _: u32) -> Self {
-        self.neighbour(Vec3::ZERO)
+        Self { ..*self }
     }
 
     // There is nothing around, and nothing with an edge.

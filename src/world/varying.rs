@@ -435,8 +435,8 @@ impl Place for VolumePlace<'_> {
         [Vec3::ZERO; 2]
     }
 
-    fn neighbour(&self, _: Vec3) -> Self {
-        Self { ..*self }
+    fn of_neighbours(&self, _: [Vec3; 2], mut number: impl FnMut(&Self) -> f32) -> [f32; 2] {
+        [number(self); 2]
     }
 
     fn undisplaced(&self, _: u32) -> Self {

@@ -1,25 +1,81 @@
 //! Operations that are calls of nodes' functions.
 
 use super::{Evaluation, Openness, Operand, Place, Program, Root};
+use crate::math::luminance;
 use crate::scene::graph::function::{
-    DisplacementSpace, PlaceInput, RayPart, Space, Transformed, bump,
+    DisplacementSpace, PlaceInput, RayPart, Sockets, Space, Transformed, bump,
 };
-use crate::scene::graph::{Function, SocketKind, TangentKind};
+use crate::scene::graph::{Function, Lane, SocketKind, TangentKind};
 use crate::shading::fresnel;
 use glam::{Vec2, Vec3, Vec4};
 
-/// More inputs no node has.
-const MOST_INPUTS: usize = 16;
+/// What a socket takes of four numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    /// A number.
+    One(u8),
+    /// The luminance of a colour, as a number.
+    Luminance,
+    /// The mean of a vector, as a number.
+    Mean,
+    /// A vector or a colour.
+    Vector,
+}
+
+/// Where what stands in a socket is found.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
+    /// Of a register, or of the call's constants.
+    at: u32,
+    is_constant: bool,
+    part: Part,
+}
 
 /// A node's function with what stands in its sockets.
 #[derive(Clone, Debug)]
 pub struct Call {
     /// What it computes.
     pub function: Function,
-    /// Where its inputs come from, and what they are taken as.
-    pub inputs: Vec<(Operand, SocketKind)>,
+    taken: Vec<Taken>,
+    constants: Vec<Vec4>,
     /// Of a Bump: what is evaluated at its neighbours too.
     pub height: Option<Box<Height>>,
+}
+
+/// The sockets of a call: what is known, and registers.
+struct Filled<'a> {
+    taken: &'a [Taken],
+    /// Registers and constants.
+    files: [&'a [Vec4]; 2],
+}
+
+impl Filled<'_> {
+    #[inline(always)]
+    fn at(&self, socket: usize) -> (Part, &Vec4) {
+        let taken = &self.taken[socket];
+        let file = self.files[usize::from(taken.is_constant)];
+        (taken.part, &file[taken.at as usize])
+    }
+}
+
+impl Sockets for Filled<'_> {
+    #[inline]
+    fn number(&self, socket: usize) -> f32 {
+        match self.at(socket) {
+            (Part::One(lane), value) => value[usize::from(lane)],
+            (Part::Luminance, value) => luminance(value.truncate()),
+            (Part::Mean, value) => value.truncate().element_sum() / 3.0,
+            (Part::Vector, value) => value.x,
+        }
+    }
+
+    #[inline]
+    fn vector(&self, socket: usize) -> Vec3 {
+        match self.at(socket) {
+            (Part::Vector, value) => value.truncate(),
+            _ => Vec3::splat(self.number(socket)),
+        }
+    }
 }
 
 /// The height that a Bump asks for.
@@ -34,6 +90,74 @@ pub struct Height {
 }
 
 impl Call {
+    /// A function of operands and what its sockets take them as.
+    pub fn new(
+        function: Function,
+        inputs: Vec<(Operand, SocketKind)>,
+        height: Option<Box<Height>>,
+    ) -> Self {
+        let mut constants = Vec::new();
+        let taken = inputs.into_iter().map(|(operand, kind)| {
+            let is_number = kind == SocketKind::Float;
+            match operand {
+                Operand::Constant(value) => {
+                    constants.push(value);
+                    Taken {
+                        at: constants.len() as u32 - 1,
+                        is_constant: true,
+                        part: if is_number {
+                            Part::One(0)
+                        } else {
+                            Part::Vector
+                        },
+                    }
+                }
+                Operand::Register(at, lane) => Taken {
+                    at,
+                    is_constant: false,
+                    part: match lane {
+                        Lane::One(lane) => Part::One(lane),
+                        Lane::Rgb if is_number => Part::Luminance,
+                        Lane::Xyz if is_number => Part::Mean,
+                        Lane::Rgb | Lane::Xyz => Part::Vector,
+                    },
+                },
+            }
+        });
+        let taken = taken.collect();
+        Self {
+            function,
+            taken,
+            constants,
+            height,
+        }
+    }
+
+    /// The registers that it reads, each as a vector where it is read as one.
+    pub(super) fn operands(&self) -> impl Iterator<Item = Operand> {
+        let registers = self.taken.iter().filter(|taken| !taken.is_constant);
+        registers.map(|taken| {
+            let lane = match taken.part {
+                Part::One(lane) => Lane::One(lane),
+                _ => Lane::Rgb,
+            };
+            Operand::Register(taken.at, lane)
+        })
+    }
+
+    fn filled<'a>(&'a self, registers: &'a [Vec4]) -> Filled<'a> {
+        Filled {
+            taken: &self.taken,
+            files: [registers, &self.constants],
+        }
+    }
+
+    /// The result of what depends on its sockets alone.
+    #[inline]
+    pub(super) fn of_numbers(&self, registers: &[Vec4]) -> Vec4 {
+        self.function.of_numbers(&self.filled(registers))
+    }
+
     /// What it asks about the place, with what is behind its bump.
     pub fn place_inputs(&self) -> Vec<PlaceInput> {
         let mut inputs = match self.function {
@@ -89,28 +213,26 @@ fn falloff(power: i32, length: f32, strength: f32, smooth: f32) -> f32 {
 }
 
 impl<P: Place> Evaluation<'_, P> {
-    #[inline(never)]
+    /// The result of what depends on the place.
+    #[inline]
     pub(super) fn call(&self, call: &Call) -> Vec4 {
-        let mut inputs = [Vec4::ZERO; MOST_INPUTS];
-        for (input, (operand, kind)) in inputs.iter_mut().zip(&call.inputs) {
-            *input = match kind {
-                SocketKind::Float => Vec4::splat(self.read_number(*operand)),
-                _ => self.read_color(*operand).extend(1.0),
-            };
+        match &call.function {
+            Function::Place(input) => self.place.input(*input),
+            _ => self.ask(call),
         }
-        let inputs = &inputs[..call.inputs.len()];
-        if let Some(result) = call.function.evaluate(inputs) {
-            return result;
-        }
+    }
+
+    #[inline(never)]
+    fn ask(&self, call: &Call) -> Vec4 {
+        let inputs = &call.filled(self.registers);
         let place = self.place;
         match &call.function {
-            Function::Place(input) => place.input(*input),
             Function::VectorTransform { what, from, to } => place
-                .transformed(inputs[0].truncate(), *what, *from, *to)
+                .transformed(inputs.vector(0), *what, *from, *to)
                 .extend(1.0),
             Function::LightFalloff { power } => {
                 let length = place.input(PlaceInput::RayLength).x;
-                Vec4::splat(falloff(*power, length, inputs[0].x, inputs[1].x))
+                Vec4::splat(falloff(*power, length, inputs.number(0), inputs.number(1)))
             }
             Function::Fresnel | Function::LayerFresnel | Function::LayerFacing => {
                 Vec4::splat(self.by_angle(&call.function, inputs))
@@ -127,8 +249,8 @@ impl<P: Place> Evaluation<'_, P> {
                 bump(place, inputs, height, (sign, *object_space)).extend(1.0)
             }),
             Function::Displacement { object_space } => {
-                let [height, middle, scale] = [0, 1, 2].map(|socket: usize| inputs[socket].x);
-                let normal = place.facing(inputs[3].truncate());
+                let [height, middle, scale] = [0, 1, 2].map(|socket| inputs.number(socket));
+                let normal = place.facing(inputs.vector(3));
                 let raised = (height - middle) * scale;
                 if *object_space {
                     let own =
@@ -145,7 +267,7 @@ impl<P: Place> Evaluation<'_, P> {
                 .extend(1.0)
             }
             Function::VectorDisplacement(space) => {
-                let by = (inputs[0].truncate() - inputs[1].x) * inputs[2].x;
+                let by = (inputs.vector(0) - inputs.number(1)) * inputs.number(2);
                 moved(place, by, *space).extend(1.0)
             }
             Function::AmbientOcclusion {
@@ -153,24 +275,24 @@ impl<P: Place> Evaluation<'_, P> {
                 inside,
                 only_local,
             } => {
-                let normal = place.facing(inputs[2].truncate());
+                let normal = place.facing(inputs.vector(2));
                 let rays = Openness {
                     samples: *samples,
                     only_local: *only_local,
                 };
                 let side = if *inside { -normal } else { normal };
-                let open = place.openness(side, inputs[1].x, rays);
-                (inputs[0].truncate() * open).extend(open)
+                let open = place.openness(side, inputs.number(1), rays);
+                (inputs.vector(0) * open).extend(open)
             }
             Function::Bevel { samples } => {
-                let normal = place.facing(inputs[1].truncate());
+                let normal = place.facing(inputs.vector(1));
                 let own = place.facing(Vec3::ZERO);
-                let beveled = place.beveled(inputs[0].x, *samples);
+                let beveled = place.beveled(inputs.number(0), *samples);
                 (normal + beveled - own).normalize_or(own).extend(1.0)
             }
             Function::Raycast { only_local, part } => {
-                let [from, direction] = [0, 1].map(|socket: usize| inputs[socket].truncate());
-                let length = inputs[2].x;
+                let [from, direction] = [0, 1].map(|socket| inputs.vector(socket));
+                let length = inputs.number(2);
                 let met = place.met((from, direction, length), *only_local);
                 match (part, met) {
                     (RayPart::Hit, None) => Vec4::new(0.0, 0.0, length, 1.0),
@@ -183,19 +305,19 @@ impl<P: Place> Evaluation<'_, P> {
                 }
             }
             Function::Wireframe { pixels } => {
-                Vec4::splat(f32::from(place.is_on_edge(inputs[0].x, *pixels)))
+                Vec4::splat(f32::from(place.is_on_edge(inputs.number(0), *pixels)))
             }
             _ => Vec4::ZERO,
         }
     }
 
     /// Fresnel and Layer Weight.
-    fn by_angle(&self, function: &Function, inputs: &[Vec4]) -> f32 {
+    fn by_angle(&self, function: &Function, inputs: &Filled) -> f32 {
         let place = self.place;
-        let normal = place.facing(inputs[1].truncate());
+        let normal = place.facing(inputs.vector(1));
         let cos = place.input(PlaceInput::Incoming).truncate().dot(normal);
         let behind = place.input(PlaceInput::Backfacing).x != 0.0;
-        let number = inputs[0].x;
+        let number = inputs.number(0);
         match function {
             Function::Fresnel => fresnel::of_cosine(cos.abs(), index(number, behind)).reflectance,
             Function::LayerFresnel => {
@@ -244,20 +366,20 @@ fn moved(place: &impl Place, by: Vec3, space: DisplacementSpace) -> Vec3 {
 /// Unparametrized Surfaces on the GPU*, 2010).
 fn bump<P: Place>(
     place: &P,
-    inputs: &[Vec4],
+    inputs: &Filled,
     height: &Height,
     (sign, object_space): (f32, bool),
 ) -> Vec3 {
-    let mut normal = place.facing(inputs[bump::NORMAL].truncate());
-    let width = inputs[bump::FILTER_WIDTH].x;
+    let mut normal = place.facing(inputs.vector(bump::NORMAL));
+    let width = inputs.number(bump::FILTER_WIDTH);
     let mut steps = place.steps(width.abs());
     let at = |place: &P| height.program.at(place, |at| at.number(&height.root));
     let here = if height.is_known_here {
-        inputs[bump::HEIGHT].x
+        inputs.number(bump::HEIGHT)
     } else {
         at(place)
     };
-    let rises = steps.map(|step| at(&place.neighbour(step)) - here);
+    let rises = place.of_neighbours(steps, |place| at(place) - here);
     if object_space {
         let own = |v, what| place.transformed(v, what, Space::World, Space::Object);
         normal = own(normal, Transformed::Normal);
@@ -267,8 +389,8 @@ fn bump<P: Place>(
     let (across_x, across_y) = (to_y.cross(normal), normal.cross(to_x));
     let det = to_x.dot(across_x);
     let gradient = across_x * rises[0] + across_y * rises[1];
-    let distance = inputs[bump::DISTANCE].x * sign;
-    let strength = inputs[bump::STRENGTH].x.max(0.0);
+    let distance = inputs.number(bump::DISTANCE) * sign;
+    let strength = inputs.number(bump::STRENGTH).max(0.0);
     let raised = normal * det.abs() - gradient * (distance * det.signum());
     // Steps of a negative width turn the normal round, as in Cycles.
     let raised = (raised * width.signum()).try_normalize().unwrap_or(normal);

@@ -293,17 +293,18 @@ impl<'a, S: Source> Compiler<'a, S> {
                 height.is_known_here = true;
             }
         }
-        self.program.calls.push(Call {
-            function: function.clone(),
-            inputs,
-            height,
-        });
+        let call = Call::new(function.clone(), inputs, height);
+        self.program.calls.push(call);
         let call = self.program.calls.len() as u32 - 1;
+        let operation = match function.depends_on_place() {
+            true => Operation::Call(call),
+            false => Operation::Compute(call),
+        };
         let lane = match function.outputs() {
             [(_, lane @ Lane::One(_))] => *lane,
             _ => Lane::Rgb,
         };
-        Operand::Register(self.emit(Operation::Call(call)), lane)
+        Operand::Register(self.emit(operation), lane)
     }
 
     /// The program of a height; `None` where nothing varies, or where heights of heights go too deep.
@@ -562,9 +563,8 @@ impl Operation {
             } => [color, strength].into_iter().for_each(take),
             Self::Tangent { direction, .. } => take(direction),
             Self::Outside(normal) | Self::Turned(normal) | Self::Facing(normal) => take(normal),
-            Self::Call(number) => {
-                let inputs = &calls[number as usize].inputs;
-                inputs.iter().for_each(|(operand, _)| take(*operand));
+            Self::Call(number) | Self::Compute(number) => {
+                calls[number as usize].operands().for_each(take);
             }
         }
     }

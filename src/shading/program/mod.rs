@@ -71,8 +71,8 @@ pub trait Place {
     }
     /// The ways across the surface to its neighbours, so many pixels apart, in Blender's axes.
     fn steps(&self, pixels: f32) -> [Vec3; 2];
-    /// The neighbour at one of these steps.
-    fn neighbour(&self, step: Vec3) -> Self
+    /// A number of the neighbours at these steps.
+    fn of_neighbours(&self, steps: [Vec3; 2], number: impl FnMut(&Self) -> f32) -> [f32; 2]
     where
         Self: Sized;
     /// The same point before it was displaced, by an attribute of the vertices.
@@ -128,7 +128,9 @@ pub enum Operation {
         /// Where.
         at: Operand,
     },
-    /// What a node computes: a call, by its number.
+    /// What a node computes of its sockets alone: a call, by its number.
+    Compute(u32),
+    /// What a node asks about the place: a call, by its number.
     Call(u32),
     /// A normal on the viewer's side, in Blender's axes, as one outside.
     Outside(Operand),
@@ -433,6 +435,9 @@ impl<P: Place> Evaluation<'_, P> {
                         a,
                         b,
                     } => self.math(operation, clamp, a, b),
+                    Operation::Compute(call) => {
+                        self.program.calls[call as usize].of_numbers(self.registers)
+                    }
                     _ => self.operate(at),
                 };
                 self.registers[at] = value;
@@ -483,7 +488,10 @@ impl<P: Place> Evaluation<'_, P> {
                     })
                 })
             }
-            Operation::Call(number) => self.call(&self.program.calls[number as usize]),
+            Operation::Compute(call) => {
+                self.program.calls[call as usize].of_numbers(self.registers)
+            }
+            Operation::Call(call) => self.call(&self.program.calls[call as usize]),
             Operation::Outside(normal) => self.place.outside(self.read_color(normal)).extend(1.0),
             Operation::Turned(normal) => self.place.turned(self.read_color(normal)).extend(1.0),
             Operation::Facing(normal) => self.place.facing(self.read_color(normal)).extend(1.0),

@@ -11,15 +11,59 @@ fn clamped(value: f32, clamp: bool) -> f32 {
     if clamp { value.clamp(0.0, 1.0) } else { value }
 }
 
+/// What stands in the sockets of a node.
+pub trait Sockets {
+    /// The number of a socket for numbers; the first one of another.
+    fn number(&self, socket: usize) -> f32;
+    /// The vector or the colour of a socket; a number stands in all places.
+    fn vector(&self, socket: usize) -> Vec3;
+}
+
+impl Sockets for [Vec4] {
+    fn number(&self, socket: usize) -> f32 {
+        self[socket].x
+    }
+
+    fn vector(&self, socket: usize) -> Vec3 {
+        self[socket].truncate()
+    }
+}
+
 impl Function {
     /// The result, from what stands in the sockets; a number stands in all places. `None` where it depends on the place
     /// that is shaded.
     pub fn evaluate(&self, inputs: &[Vec4]) -> Option<Vec4> {
-        let number = |socket: usize| inputs[socket].x;
-        let vector = |socket: usize| inputs[socket].truncate();
+        (!self.depends_on_place()).then(|| self.of_numbers(inputs))
+    }
+
+    /// Whether it asks for the place that is shaded.
+    pub fn depends_on_place(&self) -> bool {
+        matches!(
+            self,
+            Self::Place(_)
+                | Self::LightFalloff { .. }
+                | Self::VectorTransform { .. }
+                | Self::Fresnel
+                | Self::LayerFresnel
+                | Self::LayerFacing
+                | Self::Bump { .. }
+                | Self::Displacement { .. }
+                | Self::VectorDisplacement(_)
+                | Self::AmbientOcclusion { .. }
+                | Self::Bevel { .. }
+                | Self::Raycast { .. }
+                | Self::Wireframe { .. }
+        )
+    }
+
+    /// The result of what depends on its sockets alone.
+    #[inline(never)]
+    pub fn of_numbers<S: Sockets + ?Sized>(&self, inputs: &S) -> Vec4 {
+        let number = |socket: usize| inputs.number(socket);
+        let vector = |socket: usize| inputs.vector(socket);
         let same = Vec4::splat;
         let full = |v: Vec3| v.extend(1.0);
-        Some(match self {
+        match self {
             Self::Texture(texture) => texture.evaluate(inputs),
             Self::Sky(sky) => full(sky.of(vector(0))),
             Self::Ies(profile) => same(number(1) * profile.of(vector(0))),
@@ -70,8 +114,9 @@ impl Function {
                 same(kind.of(number(0), from, to, number(5), *clamp))
             }
             Self::MapRangeVector { kind, clamp } => {
+                let all = [0, 1, 2, 3, 4, 5].map(vector);
                 let one = |i: usize| {
-                    let at = |socket: usize| inputs[socket][i];
+                    let at = |socket: usize| all[socket][i];
                     kind.of(at(0), (at(1), at(2)), (at(3), at(4)), at(5), *clamp)
                 };
                 full(Vec3::new(one(0), one(1), one(2)))
@@ -125,7 +170,10 @@ impl Function {
             | Self::AmbientOcclusion { .. }
             | Self::Bevel { .. }
             | Self::Raycast { .. }
-            | Self::Wireframe { .. } => return None,
-        })
+            | Self::Wireframe { .. } => {
+                debug_assert!(false, "{self:?} depends on the place");
+                Vec4::ZERO
+            }
+        }
     }
 }

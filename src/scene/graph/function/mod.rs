@@ -14,6 +14,7 @@ use crate::nodes::range::RangeKind;
 use crate::nodes::sky::Sky;
 use crate::nodes::vector::{Mapping, RotationAxis};
 use crate::nodes::vector_math::VectorMath;
+pub use evaluate::Sockets;
 pub use sockets::bump;
 use std::sync::Arc;
 pub use texture::{ProceduralTexture, VoronoiPart};

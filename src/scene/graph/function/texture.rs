@@ -1,6 +1,7 @@
 //! Procedural textures.
 
 use super::super::node::{Lane, Legal, Socket, SocketKind};
+use super::Sockets;
 use crate::nodes::{
     self, BrickInputs, BrickSettings, CheckerInputs, Dimensions, GaborInputs, GaborType,
     GradientType, MagicInputs, MagicSettings, NoiseInputs, NoiseSettings, VoronoiInputs,
@@ -188,9 +189,9 @@ impl ProceduralTexture {
     }
 
     /// The result, from what stands in the sockets.
-    pub fn evaluate(&self, inputs: &[Vec4]) -> Vec4 {
-        let n = |socket: usize| inputs[socket].x;
-        let v = |socket: usize| inputs[socket].truncate();
+    pub fn evaluate<S: Sockets + ?Sized>(&self, inputs: &S) -> Vec4 {
+        let n = |socket: usize| inputs.number(socket);
+        let v = |socket: usize| inputs.vector(socket);
         let noise = || NoiseInputs {
             vector: v(0),
             w: n(1),

@@ -67,11 +67,13 @@ impl Place for Here {
     fn steps(&self, pixels: f32) -> [Vec3; 2] {
         [Vec3::X * pixels, Vec3::Y * pixels]
     }
-    fn neighbour(&self, step: Vec3) -> Self {
-        Self {
-            at: self.at + step,
-            read: self.read.clone(),
-        }
+    fn of_neighbours(&self, steps: [Vec3; 2], mut number: impl FnMut(&Self) -> f32) -> [f32; 2] {
+        steps.map(|step| {
+            number(&Self {
+                at: self.at + step,
+                read: self.read.clone(),
+            })
+        })
     }
     fn undisplaced(&self, _: u32) -> Self {
         Self {
@@ -403,4 +405,54 @@ fn a_bump_of_the_undisplaced_surface_evaluates_its_height_there() {
     let programs = raised(Some(0));
     let mut heights = programs.surface.calls.iter().filter_map(Call::height);
     assert!(heights.all(|height| !height.is_known_here));
+}
+
+/// What nodes give where the generated coordinates are (0.5, −0.25, 2), as an emitted colour.
+fn computed(
+    nodes: impl FnOnce(&mut dyn FnMut(Function, Vec<Input>) -> Link, Link) -> Link,
+) -> Vec3 {
+    let mut graph = Graph::default();
+    let place = Function::Place(PlaceInput::Generated);
+    let place = graph.add(Node::new(NodeKind::Function(place)));
+    let mut add = |function: Function, inputs: Vec<Input>| {
+        let mut node = Node::new(NodeKind::Function(function));
+        node.inputs = inputs;
+        graph.add(node)
+    };
+    let result = nodes(&mut add, place);
+    let lamp = Node::new(NodeKind::Emission).with(emission::COLOR, result);
+    graph.surface = Some(graph.add(lamp.with(emission::STRENGTH, 1.0)));
+    let programs = compile(&graph, PLAIN, &mut Texels(Vec::new()));
+    let here = Here {
+        at: Vec3::new(0.5, -0.25, 2.0),
+        ..Here::default()
+    };
+    let light = &programs.emission;
+    light.program.at(&here, |at| at.color(&light.open))
+}
+
+#[test]
+fn sockets_take_numbers_vectors_and_constants_as_what_they_are() {
+    use crate::nodes::vector_math::VectorMath;
+    let added = computed(|add, place| {
+        let inputs = vec![
+            place.into(),
+            [1.0, 2.0, 3.0].into(),
+            Input::None,
+            Input::None,
+        ];
+        add(Function::VectorMath(VectorMath::Add), inputs)
+    });
+    assert_eq!(added, Vec3::new(1.5, 1.75, 5.0));
+    // A number of a vector is the mean of its coordinates, and stands in all places of a colour.
+    let half = |of: Link| vec![0.5.into(), of.into(), 1.0.into()];
+    let mixed = computed(|add, place| add(Function::MixFloat { clamp: true }, half(place)));
+    assert_eq!(mixed, Vec3::splat(0.875));
+    // That of a colour is its luminance.
+    let grey = computed(|add, place| {
+        let colour = add(Function::Invert, vec![0.0.into(), place.into()]);
+        add(Function::MixFloat { clamp: true }, half(colour))
+    });
+    let expected = 0.5 * luminance(Vec3::new(0.5, -0.25, 2.0)) + 0.5;
+    assert!((grey.x - expected).abs() < 1e-6, "{grey} {expected}");
 }
