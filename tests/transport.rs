@@ -15,6 +15,7 @@ mod nesting;
 mod patterns;
 mod replay;
 mod studies;
+mod translucent;
 mod visibility;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -164,6 +165,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
             threads: Some(1),
             instructions: None,
             cull_backfaces: false,
+            even_lights: false,
             uv_pass: false,
             aovs: false,
             vectors: false,

@@ -41,6 +41,7 @@ impl RenderOptions {
             },
             clamp_direct: transport.clamp_direct as f32,
             clamp_indirect: transport.clamp_indirect as f32,
+            even_lights: transport.even_lights,
             filter_glossy: transport.filter_glossy as f32,
             transparent_film: size.transparent || scene.render.transparent == Some(true),
             film_exposure: film_exposure.map_or(defaults.film_exposure, |factor| factor as f32),

@@ -107,6 +107,8 @@ struct Found {
     hit: Hit,
     /// The path has left the same surface: it is met again in [`Walk::own`], without a ray.
     again: bool,
+    /// What it emits has been added.
+    has_shone: bool,
 }
 
 /// What functions that are not inlined look at or change, and what is found by a number: a path stays in registers without.
@@ -244,7 +246,9 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let asking = walk.asking(&found.hit);
         let mut surface = world.surface::<E>(&found.hit, walk.origin, asking, &mut moment);
         walk.arrive(&found, &mut surface);
-        walk.add_emission(&found, &surface);
+        if !found.has_shone {
+            walk.add_emission(&found, &surface, 1.0);
+        }
         let Some(parameters) = walk.goes_on(&surface) else {
             break;
         };
@@ -405,7 +409,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// Takes note of a surface, which is where the path has left it if it is met again.
     #[inline(always)]
-    fn arrive(&mut self, Found { hit, again }: &Found, surface: &mut Surface) {
+    fn arrive(&mut self, Found { hit, again, .. }: &Found, surface: &mut Surface) {
         if E::CURVED
             && *again
             && let Some((_, point)) = self.own.take()
@@ -437,9 +441,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         }
     }
 
-    /// Light that the surface emits itself.
+    /// Light that the surface emits itself, as far as it is there.
     #[inline(always)]
-    fn add_emission(&mut self, Found { hit, again }: &Found, surface: &Surface) {
+    fn add_emission(&mut self, found: &Found, surface: &Surface, share: f32) {
+        let Found { hit, again, .. } = found;
         if surface.emission == Vec3::ZERO {
             return;
         }
@@ -461,7 +466,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             lights.surface_pdf(at, self.direction, triangle, on)
         };
         let source = Source::Surface(hit.object());
-        let emitted = surface.emission;
+        let emitted = surface.emission * share;
         let weight = self.light.weigh(
             self.settings,
             &self.beside.previous,

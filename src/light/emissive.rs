@@ -207,6 +207,11 @@ impl Part {
 }
 
 impl EmissiveTriangle {
+    /// Its area, of one that moves half-way.
+    pub fn area(&self) -> f32 {
+        self.shape.area()
+    }
+
     /// Draws a point.
     #[inline]
     pub fn sample_li(&self, at: &LightSampleContext, u: Vec2) -> Option<LightSample> {
@@ -235,6 +240,11 @@ impl EmissiveTriangle {
 }
 
 impl EmissiveRectangle {
+    /// Its area.
+    pub fn area(&self) -> f32 {
+        self.shape.area() as f32
+    }
+
     /// Draws a point.
     #[inline]
     pub fn sample_li(&self, at: &LightSampleContext, u: Vec2) -> Option<LightSample> {

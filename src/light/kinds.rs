@@ -242,6 +242,15 @@ impl Light {
         }
     }
 
+    /// Area of the surface of an object that emits; `None` of what is none.
+    pub(super) fn surface_area(&self) -> Option<f32> {
+        match self {
+            Self::Triangle(triangle) => Some(triangle.area()),
+            Self::Rectangle(rectangle) => Some(rectangle.area()),
+            _ => None,
+        }
+    }
+
     /// Luminance of the irradiance by a light at infinity, on a surface that faces it.
     pub(super) fn irradiance(&self) -> f32 {
         match self {

@@ -35,7 +35,7 @@ pub use kinds::{Light, LightSample, LightSampleContext};
 pub use linking::Linking;
 pub use pivot::Pivot;
 pub use rules::Rules;
-pub use set::{Along, Drawn, LightSet, LightSetBuilder, Shadows, Source};
+pub use set::{Along, Drawn, LightChoice, LightSet, LightSetBuilder, Shadows, Source};
 
 use glam::Vec3;
 

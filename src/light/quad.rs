@@ -55,6 +55,11 @@ struct Seen {
 }
 
 impl Quad {
+    /// Its area.
+    pub fn area(&self) -> f64 {
+        self.size.x * self.size.y
+    }
+
     /// `None` if the triangles are none together.
     pub fn new(first: [Vec3; 3], second: [Vec3; 3]) -> Option<Self> {
         let turns = (0..9).map(|k| [k / 3, k % 3]);
@@ -116,8 +121,7 @@ impl Quad {
             Plan::Spherical(rectangle) => 1.0 / rectangle.solid_angle(),
             Plan::Flat => {
                 let distance2 = lateral.length_squared() + seen.height * seen.height;
-                let area = self.size.x * self.size.y;
-                distance2 * distance2.sqrt() / (seen.height.abs() * area)
+                distance2 * distance2.sqrt() / (seen.height.abs() * self.area())
             }
         };
         pdf as f32

@@ -37,6 +37,8 @@ pub struct LightSet {
     in_scene: (Vec<u32>, Vec<u32>),
     groups: LightGroups,
     linking: Option<Box<Linking>>,
+    /// The probability that the light is a finite one, where all are drawn [`evenly`].
+    even: Option<f32>,
 }
 
 struct InfiniteLight {
@@ -87,6 +89,20 @@ pub enum Drawn {
     Infinite(u32),
 }
 
+/// How much of the choice between finite lights and each at infinity is by estimates.
+const BY_ESTIMATE: f32 = 0.8;
+
+/// How finite lights are chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightChoice {
+    /// By what they give to the point at most.
+    Place,
+    /// By their power alone.
+    Power,
+    /// Surfaces by their areas, all others evenly.
+    Even,
+}
+
 /// Up to this number, rays try lamps one by one; more go into a hierarchy of their own.
 const IN_A_ROW: usize = 4;
 
@@ -115,6 +131,7 @@ impl LightSetBuilder {
                 in_scene: (Vec::new(), Vec::new()),
                 groups,
                 linking: None,
+                even: None,
             },
             suns: Vec::new(),
             eye,
@@ -171,11 +188,11 @@ impl LightSetBuilder {
         });
     }
 
-    /// The set. `by_place`: finite lights are chosen by where they are, otherwise by their power alone.
+    /// The set.
     ///
     /// # Errors
     /// If Embree fails.
-    pub fn build(self, by_place: bool, device: &Device) -> Result<LightSet, EmbreeError> {
+    pub fn build(self, choice: LightChoice, device: &Device) -> Result<LightSet, EmbreeError> {
         let mut set = self.set;
         set.infinite.extend(self.suns);
         set.leave_even_sky_to_bsdf();
@@ -185,7 +202,7 @@ impl LightSetBuilder {
         set.lights.shrink_to_fit();
         let mut bounds: Vec<LightBounds> = Vec::with_capacity(set.lights.len());
         bounds.extend(set.lights.iter().filter_map(Light::bounds));
-        if !by_place {
+        if choice == LightChoice::Power {
             by_power(&mut bounds);
         }
         if let Some(mut linking) = set.linking.take() {
@@ -198,7 +215,12 @@ impl LightSetBuilder {
             linking.prepare(&finite.collect::<Vec<_>>(), &infinite.collect::<Vec<_>>());
             set.linking = Some(linking);
         }
-        set.sampler = LightSampler::new(bounds);
+        // Lights that are linked are drawn by who sees them.
+        set.sampler = if choice == LightChoice::Even && set.linking.is_none() {
+            set.evenly()
+        } else {
+            LightSampler::new(bounds)
+        };
         Ok(set)
     }
 }
@@ -230,6 +252,31 @@ fn by_power(bounds: &mut [LightBounds]) {
 }
 
 impl LightSet {
+    /// Half of the light samples go to surfaces that emit, by their areas, and the other half evenly to all others: as in Cycles
+    /// without its light tree. It decides for lights at infinity, and returns the choice between finite ones.
+    fn evenly(&mut self) -> LightSampler {
+        let area: f64 = (self.lights.iter().filter_map(Light::surface_area))
+            .map(f64::from)
+            .sum();
+        let lamps = self.rules.len();
+        let looked_for = |other: &&mut InfiniteLight| other.estimate > 0.0;
+        let others = lamps + self.infinite.iter_mut().filter(looked_for).count();
+        let of_surfaces = match others {
+            0 => 1.0,
+            _ if area > 0.0 => 0.5,
+            _ => 0.0,
+        };
+        let each = (1.0 - of_surfaces) / others.max(1) as f64;
+        for other in self.infinite.iter_mut().filter(looked_for) {
+            other.estimate = each as f32;
+        }
+        self.even = Some((of_surfaces + each * lamps as f64) as f32);
+        LightSampler::fixed(self.lights.iter().map(|light| match light.surface_area() {
+            Some(part) => (of_surfaces * f64::from(part) / area) as f32,
+            None => each as f32,
+        }))
+    }
+
     /// Where there are other lights, none of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as
     /// well or better: half of the sphere is below the surface, and in a room such samples end at the walls.
     fn leave_even_sky_to_bsdf(&mut self) {
@@ -280,7 +327,14 @@ impl LightSet {
             count: 1.0,
             finite: 1.0,
         };
-        if compared {
+        if let Some(finite) = self.even {
+            // Estimates are the probabilities.
+            at.groups = Groups {
+                sum: BY_ESTIMATE,
+                count: f32::INFINITY,
+                finite,
+            };
+        } else if compared {
             let finite = at.pmf.sum.min(MOST);
             let groups = &mut at.groups;
             *groups = Groups {
@@ -366,7 +420,7 @@ impl LightSet {
         if estimate <= 0.0 {
             return 0.0;
         }
-        0.8 * estimate / sum + 0.2 / count
+        BY_ESTIMATE * estimate / sum + (1.0 - BY_ESTIMATE) / count
     }
 
     #[inline(always)]

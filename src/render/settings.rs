@@ -48,6 +48,8 @@ pub struct RenderSettings {
     pub clamp_direct: f32,
     /// The same for indirect light.
     pub clamp_indirect: f32,
+    /// Light samples are shared out as Cycles does without its light tree. Clamped pictures depend on it.
+    pub even_lights: bool,
     /// Cycles' "Filter Glossy": makes facets rougher behind blurring bounces; 0 for off.
     pub filter_glossy: f32,
     /// The world is no part of the picture where the camera looks straight at it (or through alpha).
@@ -118,6 +120,7 @@ impl Default for RenderSettings {
             time_spent: Duration::ZERO,
             bounces: 12,
             bounce_limits: BounceLimits::default(),
+            even_lights: false,
             clamp_direct: 0.0,
             clamp_indirect: 0.0,
             filter_glossy: 0.0,

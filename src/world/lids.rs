@@ -37,20 +37,18 @@ fn of_plane(normal: Vec3) -> Vec3 {
 }
 
 impl Lids {
-    /// `None` if nothing coincides. Interfaces of solid glass have an order of their own and are left to that.
-    pub fn new(scene: &Scene, is_interface: impl Fn(u32) -> bool) -> Option<Self> {
+    /// `None` if nothing coincides. Solids whose materials state priorities are left to those.
+    pub fn new(scene: &Scene) -> Option<Self> {
         let coincident = coincident::find(scene);
-        let default = scene.materials.len() as u32;
         let mut faces = Vec::new();
         for (number, instance) in scene.instances.iter().enumerate() {
             let mesh = &scene.meshes[instance.mesh.0 as usize];
             if mesh.triangles.is_empty() {
                 continue;
             }
-            let material = mesh.material.map_or(default, |m| m.0);
-            let of = coincident.faces.get(&(number as u32));
-            faces.push(match of {
-                Some(of) if !is_interface(material) => of.clone(),
+            let material = mesh.material.map(|m| &scene.materials[m.0 as usize]);
+            faces.push(match coincident.faces.get(&(number as u32)) {
+                Some(of) if material.is_none_or(|m| m.priority.is_none()) => of.clone(),
                 _ => Vec::new(),
             });
         }

@@ -11,7 +11,7 @@ use crate::ffi::embree::{CommittedScene, Device, EmbreeError};
 use crate::light::computed::{ComputedLight, LightAxes};
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
 use crate::light::environment::Disc;
-use crate::light::{Light, LightGroups, LightSet, LightSetBuilder, Linking, Rules};
+use crate::light::{Light, LightChoice, LightGroups, LightSet, LightSetBuilder, Linking, Rules};
 use crate::math::luminance;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::{Function, Graph, Node, NodeKind};
@@ -148,7 +148,7 @@ pub(super) fn prepare(
     scene: &Scene,
     effects: EnumSet<Effect>,
     (origin, eye, cull_backfaces): (DVec3, Eye, bool),
-    view: View,
+    (view, even): (View, bool),
     geometry: &Geometry,
     materials: &[Arc<PreparedMaterial>],
     device: &Device,
@@ -175,7 +175,9 @@ pub(super) fn prepare(
         for (instance, entry) in entries.iter().enumerate() {
             let mesh = &meshes[entry.mesh as usize];
             let material = &materials[mesh.material as usize];
-            if luminance(material.emission) <= 0.0 {
+            if luminance(material.emission) <= 0.0
+                || (even || material.emission_traces()) && is_left_to_rays(material)
+            {
                 continue;
             }
             builder.add_mesh(EmissiveMesh {
@@ -203,7 +205,12 @@ pub(super) fn prepare(
         let made = made.with_portals(&scene.portals, origin);
         builder.add_environment(made, Rules::new(seen, (u32::MAX, true), by_kind));
     }
-    builder.build(effects.contains(Effect::LightTree), device)
+    let choice = match effects.contains(Effect::LightTree) {
+        _ if even => LightChoice::Even,
+        true => LightChoice::Place,
+        false => LightChoice::Power,
+    };
+    builder.build(choice, device)
 }
 
 /// A light with its node tree, if it has one.
@@ -230,6 +237,12 @@ fn with_tree(scene: &Scene, light: &scene::Light, made: Light, known: (DVec3, Vi
     let shine = Shine::new(scene, graph, Some(axes), known);
     let computed = ComputedLight::new(made, Box::new(shine), axes);
     Light::Computed(Box::new(computed))
+}
+
+/// Whether Cycles leaves it to rays to find what a surface emits, as it seems faint. (Where light samples are clamped, the picture
+/// depends on it; and where emission asks the scene by rays, because light samples do not.)
+fn is_left_to_rays(material: &PreparedMaterial) -> bool {
+    material.emission_estimate.max_element() <= 0.5
 }
 
 /// The light from all around.

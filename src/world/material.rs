@@ -30,12 +30,16 @@ pub struct PreparedMaterial {
     base: Principled,
     /// Emitted radiance before textures.
     pub emission: Vec3,
+    /// What it emits as one guesses it from its shaders alone.
+    pub emission_estimate: Vec3,
     /// The scattering part is missing: only emission.
     pub unlit: bool,
     /// Light can pass beside it.
     pub translucent: bool,
-    /// What passes straight on takes a colour.
+    /// Paths stop there and decide for themselves what passes, as what passes straight on takes a colour.
     pub is_tinted: bool,
+    /// It shines, and light can pass beside it: what a path passes shines into it by the share that it does not let pass.
+    pub glows_in_passing: bool,
     /// All passes straight on everywhere: it only bounds what fills it.
     pub lets_all_pass: bool,
     /// Somewhere it is glass.
@@ -170,14 +174,19 @@ impl Preparer {
         let shaders = programs.shaders.iter().map(|weighted| &weighted.shader);
         let mut walks = shaders.filter(|shader| shader.goes_below());
         let mut solids = summary.principled.iter().filter(|p| p.transmits());
+        let emission = programs.emission.constant().unwrap_or(summary.emission);
+        let glows_in_passing = summary.is_translucent() && emission != Vec3::ZERO;
         PreparedMaterial {
             base,
-            emission: programs.emission.constant().unwrap_or(summary.emission),
+            emission,
+            emission_estimate: m.graph.emission_estimate(),
+            glows_in_passing,
             unlit: summary.unlit,
             translucent: summary.is_translucent(),
-            // Paths take note of where they enter a medium.
+            // Paths take note of where they enter a medium, and of what shines there.
             is_tinted: summary.is_translucent()
                 && (summary.is_tinted
+                    || glows_in_passing
                     || asks_paths(&programs)
                     || m.medium.is_some()
                     || m.priority.is_some()),
@@ -517,6 +526,11 @@ impl PreparedMaterial {
             _ => 0,
         });
         numbers.fold(0, usize::max)
+    }
+
+    /// Whether what it emits asks the scene by rays.
+    pub fn emission_traces(&self) -> bool {
+        self.programs.emission.program.traces()
     }
 
     /// Whether [`Self::emitted`] looks at the place.

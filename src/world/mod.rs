@@ -159,6 +159,8 @@ pub struct Options<'a> {
     pub instructions: Option<InstructionSet>,
     /// Hide back faces of single-sided materials.
     pub cull_backfaces: bool,
+    /// Lights are chosen without a look at where they are: half of the samples are for surfaces, the others for all lights alike.
+    pub even_lights: bool,
     /// What is left out.
     pub ablation: Ablation,
     /// Texture coordinates are shown by a pass.
@@ -204,7 +206,10 @@ impl World {
             scene,
             options.effects,
             (origin, eye, options.cull_backfaces),
-            View::new(options.camera, (options.aspect, options.rows), origin),
+            (
+                View::new(options.camera, (options.aspect, options.rows), origin),
+                options.even_lights,
+            ),
             &geometry,
             &materials,
             &device,
@@ -302,7 +307,10 @@ impl World {
                 scene,
                 options.effects,
                 (origin, eye, options.cull_backfaces),
-                View::new(options.camera, (options.aspect, options.rows), origin),
+                (
+                    View::new(options.camera, (options.aspect, options.rows), origin),
+                    options.even_lights,
+                ),
                 geometry,
                 materials,
                 &self.device,

@@ -163,6 +163,14 @@ impl World {
         self.materials[mesh.material as usize].lets_all_pass
     }
 
+    /// Whether what a path may pass at a hit shines.
+    #[inline]
+    pub fn glows_in_passing(&self, hit: &Hit) -> bool {
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        self.materials[mesh.material as usize].glows_in_passing
+    }
+
     /// What passes straight on at a hit, as a colour, and the share of the rest; `None` where that takes no colour.
     #[cold]
     #[inline(never)]

@@ -347,7 +347,7 @@ impl Geometry {
                 options,
             ),
             lids: if options.effects.contains(Effect::CoincidentFaces) {
-                Lids::new(scene, |material| needs[material as usize].ordered)
+                Lids::new(scene)
             } else {
                 None
             },

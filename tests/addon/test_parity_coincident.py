@@ -87,6 +87,37 @@ class Coincident(kit.ExportTest):
             else:
                 self.assertEqual((got, seen), (0.0, 0.0))
 
+    def test_solids_of_glass(self):
+        """Of solids that stand twice, all refract twice or more often by rounding; of faces across an axis each lies on the other, so that
+        nothing comes through."""
+        bpy.ops.mesh.primitive_plane_add(size=20, location=(0, 0, -2))
+        self.scene.camera.data.angle = 0.35
+        glass = bpy.data.materials.new("glass")
+        glass.use_nodes = True
+        tree = glass.node_tree
+        tree.nodes.clear()
+        shader, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfGlass", "OutputMaterial"))
+        shader.inputs["Roughness"].default_value = 0.2
+        tree.links.new(shader.outputs[0], output.inputs["Surface"])
+        kit.unbiased(self.scene.cycles)
+
+        def cube(turn, at=(0, 0, 0)):
+            bpy.ops.mesh.primitive_cube_add(size=2, rotation=turn, location=at)
+            bpy.context.object.data.materials.append(glass)
+
+        # The share of rays that meet the other one is another in each turned plane in Cycles.
+        for name, turns, tolerance in (
+            ("turned", [(0.3, 0.5, 0.7)] * 2, 0.15), ("across axes", [(0, 0, 0)] * 2, 0.01), ("side by side", [(0, 0, 0)] * 2, 0.05)
+        ):  # fmt: skip
+            with self.subTest(name):
+                for made in [shown for shown in bpy.data.objects if shown.name.startswith("Cube")]:
+                    bpy.data.objects.remove(made)
+                for number, turn in enumerate(turns):
+                    cube(turn, (2.0 * number, 0, 0) if name == "side by side" else (0, 0, 0))
+                ours, cycles, _ = self.means(256)
+                print(f"glass twice, {name}: {ours:.4f} {cycles:.4f} {ours / cycles - 1:+.2%}", flush=True)
+                self.assertLess(abs(ours / cycles - 1), tolerance)
+
     def test_lamps_in_a_ceiling(self):
         self.scene.world = None
         for light in list(bpy.data.lights):

@@ -232,3 +232,78 @@ class Causes(kit.ExportTest):
         self.assertGreater(cycles, 0.05)
         self.near(ours, cycles, 0.01)
         self.assertEqual(self.export().verdict("material", "m")["verdict"], "exact")
+
+    def sign(self, *nodes):
+        """A material whose nodes are given by kind; its tree, and they."""
+        made = bpy.data.materials.new("sign")
+        made.use_nodes = True
+        made.node_tree.nodes.clear()
+        return made, made.node_tree, [made.node_tree.nodes.new(f"ShaderNode{kind}") for kind in (*nodes, "OutputMaterial")]
+
+    def test_faint_signs(self):
+        """What lets almost all pass and emits strongly is met by few rays, and is no noisier for it."""
+        sign, tree, (clear, glow, mix, output) = self.sign("BsdfTransparent", "Emission", "MixShader")
+        glow.inputs["Strength"].default_value, mix.inputs[0].default_value = 150, 0.01
+        tree.links.new(clear.outputs[0], mix.inputs[1])
+        tree.links.new(glow.outputs[0], mix.inputs[2])
+        tree.links.new(mix.outputs[0], output.inputs["Surface"])
+        self.link("sign", kit.plane(size=6)).data.materials.append(sign)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+        found = self.export()
+        for picture in (kit.rendered(found.path, 16, 16, 4), kit.cycles_pixels(16, 16, 4)):
+            # Behind it is the world.
+            self.near(picture.mean(), 1.5 + 0.99, 0.02)
+            self.assertLess(picture.std(), 0.1)
+
+    def test_light_of_what_looks_around(self):
+        """An Ambient Occlusion that is faint light: Cycles takes no light samples of it, which would not look around."""
+        sign, tree, (open_sky, matte, mix, output) = self.sign("AmbientOcclusion", "BsdfDiffuse", "MixShader")
+        mix.inputs[0].default_value = 0.5
+        tree.links.new(matte.outputs[0], mix.inputs[1])
+        tree.links.new(open_sky.outputs["Color"], mix.inputs[2])
+        tree.links.new(mix.outputs[0], output.inputs["Surface"])
+        open_sky.inputs["Color"].default_value = (0.9, 0.9, 0.9, 1)
+        self.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
+        for height in (0, 1):
+            self.link("plane", kit.plane(size=6), location=(0, 0, height)).data.materials.append(sign)
+        self.camera.location, self.camera.rotation_euler, self.camera.data.angle = (0, -2.5, 0.5), (1.5708, 0, 0), 1.2
+        ours, cycles = self.shown(512)
+        print(f"light of an Ambient Occlusion: {ours:.5f} {cycles:.5f}")
+        self.near(ours, cycles, 0.01)
+
+    def test_clamps_without_the_light_tree(self):
+        """Clamping takes more from lights that are drawn more seldom: files of before Blender 3.5 have no light tree."""
+        self.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.05
+        self.link("floor", kit.plane(size=8)).data.materials.append(kit.material("floor", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=1))
+        sign, tree, (glow, output) = self.sign("Emission")
+        glow.inputs["Strength"].default_value = 10
+        tree.links.new(glow.outputs[0], output.inputs["Surface"])
+        self.link("panel", kit.plane(size=3), location=(1, 0, 4), rotation_euler=(3.1416, 0, 0)).data.materials.append(sign)
+        lamp = bpy.data.lights.new("lamp", "POINT")
+        lamp.energy, lamp.shadow_soft_size = 150, 0.1
+        self.link("lamp", lamp, location=(-2, 0, 3))
+        sun = bpy.data.lights.new("sun", "SUN")
+        sun.energy = 0.5
+        self.link("sun", sun)
+        self.camera.data.type, self.camera.data.ortho_scale, self.camera.location = "ORTHO", 4, (0, 0, 2.5)
+        cycles = self.scene.cycles
+        cycles.use_light_tree, cycles.sample_clamp_direct, cycles.sample_clamp_indirect = False, 0.7, 0.7
+        theirs = kit.cycles_pixels(16, 16, 512).mean()
+        found = self.export()
+        clamps = ("--clamp-direct", "0.7", "--clamp-indirect", "0.7")
+        ours, by_estimate = (kit.rendered(found.path, 16, 16, 512, *clamps, *more).mean() for more in (["--even-lights"], []))
+        print(f"clamps without the light tree: {ours:.5f} {theirs:.5f}, by estimates {by_estimate:.5f}")
+        self.near(ours, theirs, 0.01)
+        self.assertGreater(abs(by_estimate / theirs - 1), 0.02)
+
+    def test_who_asks_for_even_lights(self):
+        """Settings with a clamp and without the light tree."""
+        from sundog import command, program, properties
+
+        properties.register()
+        self.addCleanup(properties.unregister)
+        scene, layer = self.scene, self.scene.view_layers[0]
+        for tree, clamp, expected in ((True, 1, False), (False, 1, True), (False, 0, False)):
+            scene.cycles.use_light_tree, scene.sundog.sample_clamp_indirect = tree, clamp
+            flags = command.arguments(scene, layer, program.abilities(kit.program()), self.fail)
+            self.assertEqual("--even-lights" in flags, expected, (tree, clamp))

@@ -445,3 +445,49 @@ fn a_slab_reflects_and_lets_through_by_van_de_hulsts_tables() {
         assert!(variance.sqrt() < 1e-3, "{name}: {}", variance.sqrt());
     }
 }
+
+/// Among many lights, too, what shines on but a part of the way is drawn: here an area light whose plane cuts the way, which the middle of
+/// what is seen is behind, beside many faint lamps.
+#[test]
+fn one_of_many_lamps_lights_a_part_of_the_way() {
+    let area = LightKind::Area {
+        shape: sundog::scene::AreaShape::Rectangle,
+        size: [2.0, 2.0],
+        power: 20.0,
+        normalize: true,
+        spread: std::f32::consts::PI,
+    };
+    let faint = LightKind::Point {
+        intensity: 1e-4,
+        radius: 0.0,
+        soft_falloff: false,
+    };
+    let scene_of = |others: u32| {
+        let mut scene = Scene {
+            cameras: vec![camera(DVec3::ZERO, 1e-2)],
+            medium: Some(Medium {
+                absorption: [0.02; 3],
+                scatterers: vec![scattering([0.1; 3], 0.3)],
+                ..Medium::default()
+            }),
+            ..Scene::default()
+        };
+        // It shines along −Z, away from the camera that looks there.
+        let at = DAffine3::from_translation(DVec3::new(2.0, 0.0, -7.0));
+        scene.lights.push(light("area", area, at));
+        for number in 0..others {
+            let at = DVec3::new(3.0, f64::from(number) - 10.0, 2.0);
+            let at = DAffine3::from_translation(at);
+            scene.lights.push(light("faint", faint, at));
+        }
+        scene
+    };
+    let settings = small(64, 0);
+    let (alone, a) = estimate(&scene_of(0), &settings, 0..8);
+    let (among, b) = estimate(&scene_of(20), &settings, 0..8);
+    // The others bring less than a thousandth.
+    let off = (among / alone - 1.0).abs();
+    let error = (a + b).sqrt() / alone;
+    assert!(off < 5.4 * error + 1e-3, "{among} {alone} ± {error}");
+    assert!(error < 0.02, "{error}");
+}

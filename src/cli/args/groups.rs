@@ -342,6 +342,12 @@ pub struct Transport {
     /// How much is told at the end.
     #[arg(long, value_name = "VALUE", number = 0.0..=1e9, default_value = "0")]
     pub clamp_indirect: f64,
+    /// Shares light samples out as Cycles does without its Light Tree: half of them to surfaces that emit, by their areas, the
+    /// others evenly to lamps, suns and the world.
+    ///
+    /// The same picture but for clamping, which takes more from lights that are drawn more seldom.
+    #[arg(long)]
+    pub even_lights: bool,
     /// Makes reflection and refraction rougher behind blurring bounces, as Cycles' Filter Glossy; 0 for off.
     ///
     /// Biased: caustics get soft. Cycles has 1 by default.

@@ -37,6 +37,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             {
                 return true;
             }
+            self.add_passing_emission(found);
             let left = self.settings.transparent_left(self.passed);
             let ray = (self.origin, self.asking(&found.hit));
             let place = (self.sampler, self.bounce, self.passed);
@@ -61,6 +62,25 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 }
             }
         }
+    }
+
+    /// Light of what shines and may be passed: by its share, whether the path passes it or not. A faint sign that shines brightly
+    /// would be met by few paths, and be bright in those.
+    #[inline(always)]
+    fn add_passing_emission(&mut self, found: &mut Found) {
+        if !self.world.glows_in_passing(&found.hit) {
+            return;
+        }
+        let asking = self.asking(&found.hit);
+        let Some((_, share)) = self.world.tint(&found.hit, asking) else {
+            return;
+        };
+        let mut moment = None;
+        let surface = self
+            .world
+            .surface::<E>(&found.hit, self.origin, asking, &mut moment);
+        self.add_emission(found, &surface, share);
+        found.has_shone = true;
     }
 
     /// Whether what was found is there, by the priorities of solids; the path passes it where it is not.
@@ -139,7 +159,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 self.beside.side = met;
             }
         }
-        *found = Found { hit, again };
+        *found = Found {
+            hit,
+            again,
+            has_shone: false,
+        };
         true
     }
 

@@ -10,6 +10,10 @@ use glam::{Vec2, Vec3};
 /// Of up to so many lights each is looked at along a ray through a medium.
 const MOST_ALONG: usize = 16;
 
+/// More are drawn as they are seen from places on the ray: parts of what is seen of it, each with its share. A light that shines to one
+/// side of a plane shines on one of two ends or on nothing between them. The last one lets all but e⁻⁴ of the light be before it.
+const PLACES: [(f32, f32); 3] = [(0.0, 0.3), (0.5, 0.4), (4.0, 0.2)];
+
 /// A light that was drawn for places along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Along {
@@ -23,8 +27,8 @@ pub struct Along {
 
 impl LightSet {
     /// Draws a light for places along a ray (direction of length 1) up to an end, of which so much is `seen`. Among few lights by the
-    /// light that falls on all of them, without what is on the way; among many as they are seen from the middle of what is seen. None
-    /// where none shines on any of them.
+    /// light that falls on all of them, without what is on the way; among many as they are seen from some places. None where none
+    /// shines on any of them.
     pub fn along(
         &self,
         at: &mut LightSampleContext,
@@ -38,8 +42,7 @@ impl LightSet {
         let finite = self.lights.len();
         let count = finite + self.infinite.len();
         if count > MOST_ALONG || at.receiver != 0 {
-            self.context_into(at, ray.0 + ray.1 * (0.5 * seen), None);
-            let (drawn, probability) = self.draw(at, u)?;
+            let (drawn, probability) = self.draw_from_places(at, u, (ray, end, seen))?;
             let pivot = pivot(drawn);
             let shines = pivot.is_some() || matches!(drawn, Drawn::Infinite(_));
             return shines.then_some(Along {
@@ -93,6 +96,49 @@ impl LightSet {
         None
     }
 
+    /// Draws a light as it is seen from one of [`PLACES`], or any of them: what no place sees may shine on the ray elsewhere.
+    fn draw_from_places(
+        &self,
+        at: &mut LightSampleContext,
+        mut u: f32,
+        ((origin, direction), end, seen): ((Vec3, Vec3), f32, f32),
+    ) -> Option<(Drawn, f32)> {
+        let seen = if seen.is_finite() { seen } else { 0.0 };
+        let place = |part: f32| origin + direction * (part * seen).min(end);
+        let mut drawn = None;
+        for (part, share) in PLACES {
+            if u < share {
+                self.context_into(at, place(part), None);
+                drawn = Some(self.draw(at, u / share)?.0);
+                break;
+            }
+            u -= share;
+        }
+        let of_any = 1.0 - PLACES.iter().map(|(_, share)| share).sum::<f32>();
+        let (finite, count) = (self.lights.len(), self.lights.len() + self.infinite.len());
+        let drawn = drawn.unwrap_or_else(|| {
+            let number = ((u / of_any * count as f32) as usize).min(count - 1);
+            match number.checked_sub(finite) {
+                Some(infinite) => Drawn::Infinite(infinite as u32),
+                None => Drawn::Finite(number as u32),
+            }
+        });
+        let mut probability = of_any / count as f32;
+        for (part, share) in PLACES {
+            self.context_into(at, place(part), None);
+            probability += share * self.drawn_probability(at, drawn);
+        }
+        Some((drawn, probability))
+    }
+
+    /// Probability with which a light is drawn from a place.
+    fn drawn_probability(&self, at: &LightSampleContext, drawn: Drawn) -> f32 {
+        match drawn {
+            Drawn::Finite(number) => self.probability(at, number),
+            Drawn::Infinite(i) => self.group_probability(Group::Infinite(i as usize), at),
+        }
+    }
+
     /// Draws a direction to a light that was drawn with a probability elsewhere. The density that is told is the one of
     /// [`Self::sample`] at the point, by which it counts beside what other techniques find.
     pub fn sample_drawn(
@@ -101,19 +147,11 @@ impl LightSet {
         (drawn, probability): (Drawn, f32),
         u: Vec2,
     ) -> Option<LightSample> {
-        let (light, here) = match drawn {
-            Drawn::Finite(number) => {
-                let sampler = self.sampler_for(at.receiver);
-                let p = sampler.probability(&at.pmf, at.place(), number);
-                let light = &self.lights[number as usize];
-                (light, p * self.group_probability(Group::Finite, at))
-            }
-            Drawn::Infinite(i) => {
-                let group = Group::Infinite(i as usize);
-                let light = &self.infinite[i as usize].light;
-                (light, self.group_probability(group, at))
-            }
+        let light = match drawn {
+            Drawn::Finite(number) => &self.lights[number as usize],
+            Drawn::Infinite(i) => &self.infinite[i as usize].light,
         };
+        let here = self.drawn_probability(at, drawn);
         if at.receiver != 0 && !self.reaches(self.source(drawn), at.receiver) {
             return None;
         }

@@ -5,6 +5,7 @@
 //! [`super::validate`].
 
 mod clean;
+mod emission;
 mod fold;
 pub mod function;
 mod label;

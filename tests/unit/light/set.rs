@@ -42,7 +42,7 @@ fn sky() -> Light {
 }
 
 /// Some balls and one each of the other lamps, of suns, skies and emissive squares.
-fn set(balls: u32, by_place: bool) -> LightSet {
+fn set(balls: u32, choice: LightChoice) -> LightSet {
     let mut builder = LightSetBuilder::new(eye(), false, Default::default());
     for i in 0..balls {
         builder.add(ball(1.5 * i as f32 - 2.0), Rules::NONE, i);
@@ -53,7 +53,7 @@ fn set(balls: u32, by_place: bool) -> LightSet {
     builder.add_mesh(mesh(4, triangles));
     builder.add_environment(sky(), Rules::NONE);
     let device = Device::new(Some(1), None).unwrap();
-    builder.build(by_place, &device).unwrap()
+    builder.build(choice, &device).unwrap()
 }
 
 /// What rays find, with the densities of light sampling: the irradiance, and the integral of the densities, that of samples
@@ -83,12 +83,16 @@ fn found(set: &LightSet, at: &LightSampleContext, n: u32) -> (f64, f64) {
     (irradiance * each, density * each)
 }
 
-/// With few lights and many, chosen by place and by power: samples of the set and rays find the same light, by one
+/// With few lights and many, chosen by place, by power and evenly: samples of the set and rays find the same light, by one
 /// estimate of the density.
 #[test]
 fn samples_of_all_lights_and_rays_find_the_same() {
-    for (balls, by_place) in [(2, true), (2, false), (20, true), (20, false)] {
-        let set = set(balls, by_place);
+    let choices = [LightChoice::Place, LightChoice::Power, LightChoice::Even];
+    for (balls, choice) in [2, 20]
+        .into_iter()
+        .flat_map(|balls| choices.map(|c| (balls, c)))
+    {
+        let set = set(balls, choice);
         let at = set.context(Vec3::new(0.1, 0.2, 0.3), Some(Vec3::Z));
         let (n, choices) = (16, 4000);
         let (mut irradiance, mut drawn) = (0.0, 0u32);
@@ -105,13 +109,13 @@ fn samples_of_all_lights_and_rays_find_the_same() {
         let (by_rays, density) = found(&set, &at, 900);
         assert!(
             (irradiance / all / by_rays - 1.0).abs() < 1e-2,
-            "{balls} {by_place}: {} {by_rays}",
+            "{balls} {choice:?}: {} {by_rays}",
             irradiance / all
         );
         let drawn = f64::from(drawn) / all;
         assert!(
             (density - drawn).abs() < 1e-2,
-            "{balls} {by_place}: {density} {drawn}"
+            "{balls} {choice:?}: {density} {drawn}"
         );
     }
 }
@@ -119,7 +123,7 @@ fn samples_of_all_lights_and_rays_find_the_same() {
 /// Sources have the numbers that the scene gives them, in whatever order lamps and suns come.
 #[test]
 fn sources_are_known_by_their_numbers_in_the_scene() {
-    let set = set(2, true);
+    let set = set(2, LightChoice::Place);
     let numbers = [
         (Source::Lamp(0), Some(0)),
         (Source::Lamp(2), Some(3)),
@@ -157,7 +161,7 @@ fn rules_decide_what_rays_find() {
         builder.add(ball(0.0), rules, 0);
         builder.add(sun(), rules, 1);
         let device = Device::new(Some(1), None).unwrap();
-        let set = builder.build(true, &device).unwrap();
+        let set = builder.build(LightChoice::Place, &device).unwrap();
         let at = set.context(Vec3::ZERO, None);
         let mut pdfs = Vec::new();
         let toward = Vec3::new(-0.5, -0.3, 1.0).normalize();
@@ -199,7 +203,7 @@ fn an_even_sky_beside_other_lights_has_no_light_samples() {
             builder.add(sun(), Rules::NONE, 0);
         }
         let set = builder
-            .build(true, &Device::new(Some(1), None).unwrap())
+            .build(LightChoice::Place, &Device::new(Some(1), None).unwrap())
             .unwrap();
         let at = set.context(Vec3::ZERO, Some(Vec3::Z));
         let mut drawn = (0..100).filter_map(|k| set.draw(&at, k as f32 / 100.0));
@@ -223,4 +227,32 @@ fn an_even_sky_beside_other_lights_has_no_light_samples() {
         true,
     );
     assert_eq!(pdf(true, through), (true, vec![f32::INFINITY]));
+}
+
+/// Half of the samples are for surfaces, and of the other half each lamp, each sun and a sky of several colours have the same share.
+#[test]
+fn lights_are_drawn_evenly() {
+    let set = set(2, LightChoice::Even);
+    for point in [Vec3::ZERO, Vec3::new(40.0, 0.0, 5.0)] {
+        let at = set.context(point, Some(Vec3::Z));
+        let mut shares = std::collections::BTreeMap::new();
+        const N: u32 = 4000;
+        for k in 0..N {
+            let (drawn, p) = set.draw(&at, (k as f32 + 0.5) / N as f32).unwrap();
+            let entry = shares.entry(format!("{:?}", set.source(drawn)));
+            let (share, told) = entry.or_insert((0.0, 0.0));
+            *share += 1.0 / N as f32;
+            *told = p;
+        }
+        assert_eq!(shares.len(), 6, "{shares:?}");
+        for (source, (share, told)) in shares {
+            let expected = if source.starts_with("Surface") {
+                0.5
+            } else {
+                0.1
+            };
+            assert!((share - expected).abs() < 1e-3, "{source}: {share}");
+            assert!((told - expected).abs() < 1e-6, "{source}: {told}");
+        }
+    }
 }

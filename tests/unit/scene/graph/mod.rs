@@ -279,3 +279,34 @@ fn links_that_go_nowhere_and_numbers_that_mean_nothing_are_mended() {
     assert_eq!(product.inputs[mix::A], Input::Value([0.0, 0.0, 1.0]));
     assert_eq!(graph.clean(2), Faults::default());
 }
+
+/// By colours and strengths that are known, and the weights of mixes; what nodes compute counts as 1, their factors as one half.
+#[test]
+fn how_strongly_a_surface_seems_to_emit() {
+    let mut graph = Graph::default();
+    let computed = image(&mut graph, 1);
+    let glow = |color: Input, strength: f32| {
+        Node::new(NodeKind::Emission)
+            .with(emission::COLOR, color)
+            .with(emission::STRENGTH, strength)
+    };
+    let red = graph.add(glow(Input::Value([1.0, 0.5, 0.0]), 4.0));
+    let textured = graph.add(glow(computed.into(), 2.0));
+    let mix = |a: Link, b: Link| {
+        Node::new(NodeKind::MixShader)
+            .with(mix_shader::A, a)
+            .with(mix_shader::B, b)
+    };
+    let plain = graph.add(surface());
+    let quarter = graph.add(mix(plain, red).with(mix_shader::FACTOR, 0.25));
+    let half = graph.add(mix(quarter, textured).with(mix_shader::FACTOR, computed));
+    for (surface, expected) in [
+        (plain, [0.0; 3]),
+        (red, [4.0, 2.0, 0.0]),
+        (quarter, [1.0, 0.5, 0.0]),
+        (half, [1.5, 1.25, 1.0]),
+    ] {
+        graph.surface = Some(surface);
+        assert_eq!(graph.emission_estimate().to_array(), expected);
+    }
+}
