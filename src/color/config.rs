@@ -3,7 +3,7 @@
 use crate::color::locate::{SearchPlaces, is_built_in_name};
 use crate::color::looks::{Meant, find_look, looks_for_view};
 use crate::color::pixels::{PIECE, to_display};
-use crate::color::{ColorError, ConfigOrigin, Depth, DisplayPixels, SceneColors};
+use crate::color::{ColorError, ConfigOrigin, Depth, DisplayPixels, SceneColors, tables};
 use crate::ffi::ocio::{self, Config, DisplayChain, OcioError, Processor, Source};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -175,33 +175,42 @@ impl ColorConfig {
             origin: origin.clone(),
             warnings: ocio::take_warnings(),
         };
-        // Those of an archive lie in it.
-        let archive = path.extension().is_some_and(|e| e == "ocioz");
-        if !is_built_in_name(path) && !archive {
-            config.check_tables()?;
+        if !is_built_in_name(path) {
+            // Those of an archive lie in it.
+            if path.extension().is_some_and(|e| e == "ocioz") {
+                if let Some((table, reason)) = tables::fault_in_archive(path) {
+                    return Err(config.refused_table(table, reason));
+                }
+            } else {
+                config.check_tables()?;
+            }
         }
         Ok(config)
     }
 
     /// Refuses tables that OpenColorIO would read for ever, or that would take all memory.
     fn check_tables(&self) -> Result<(), ColorError> {
-        /// A table of 129³ colours as text has 64 MiB.
-        const LARGEST: u64 = 1 << 28;
         for table in self.config.files().map_err(self.broken())? {
             let reason = match check_file(&table) {
                 // Not there: an error only where it is used.
                 Err(_) if !table.exists() => continue,
                 Err(reason) => reason,
-                Ok(length) if length > LARGEST => format!("it has {} MiB", length >> 20),
-                Ok(_) => continue,
+                Ok(length) => match tables::fault(&table, length) {
+                    Some(reason) => reason,
+                    None => continue,
+                },
             };
-            return Err(ColorError::Table {
-                origin: self.origin.clone(),
-                table: table.display().to_string(),
-                reason,
-            });
+            return Err(self.refused_table(table.display().to_string(), reason));
         }
         Ok(())
+    }
+
+    fn refused_table(&self, table: String, reason: String) -> ColorError {
+        ColorError::Table {
+            origin: self.origin.clone(),
+            table,
+            reason,
+        }
     }
 
     /// Where it came from.

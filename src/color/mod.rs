@@ -9,6 +9,7 @@ mod listing;
 mod locate;
 mod looks;
 mod pixels;
+mod tables;
 
 pub use config::{
     ColorConfig, DisplayProcessor, DisplaySummary, DisplayTransform, InputProcessor, LookSummary,

@@ -124,12 +124,29 @@ SundogOcioConfig *make_config(char **error, Make &&make) noexcept
     return made;
 }
 
+// Refuses tables of one value a side, of which a damaged file may be: OpenColorIO 2.6 inverts those for ever, as
+// InvLut3DRenderer::extrapolate3DArray counts down from their side less two.
+void refuse_tables_of_one_value(const OCIO::GroupTransform &group)
+{
+    for (int i = 0; i < group.getNumTransforms(); ++i) {
+        const OCIO::ConstTransformRcPtr part = group.getTransform(i);
+        const auto *table = dynamic_cast<const OCIO::Lut3DTransform *>(part.get());
+        if (table != nullptr && table->getGridSize() < 2) {
+            throw std::runtime_error("a table of colours in three dimensions has one value a side, and needs two at least");
+        }
+        if (const auto *inner = dynamic_cast<const OCIO::GroupTransform *>(part.get())) {
+            refuse_tables_of_one_value(*inner);
+        }
+    }
+}
+
 template <typename Make>
 SundogOcioProcessor *make_processor(char **error, Make &&make) noexcept
 {
     SundogOcioProcessor *made = nullptr;
     guarded(error, [&] {
         OCIO::ConstProcessorRcPtr processor = make();
+        refuse_tables_of_one_value(*processor->createGroupTransform());
         made = new SundogOcioProcessor{processor->getDefaultCPUProcessor()};
     });
     return made;

@@ -1,5 +1,6 @@
 //! Runs the fuzzer for as long as asked: `cargo run --release --example fuzz -- --minutes 10 [--seed N] [--keep FOLDER]`.
-//! With `--corpus FOLDER --each N` it damages the files of a folder instead, each kind (or `--only KIND`) so many times.
+//! With `--corpus FOLDER --each N` it damages the files of a folder instead, each kind (or `--only KIND`) so many times; with `--seeds`
+//! small files of every kind that is read.
 //! See scripts/fuzz.sh, which limits memory and goes on after what ends the process.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
@@ -11,7 +12,6 @@
 mod fuzzer;
 
 use fuzzer::corpus::{Copied, Subject};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -48,51 +48,35 @@ fn now() -> (Instant, Duration) {
     (Instant::now(), processor_time())
 }
 
-/// Damages the files of a folder, `each` kind so many times, and says what is wrong; whether nothing is.
-fn corpus(folder: &Path, each: u64, first: u64, current: &Option<PathBuf>) -> bool {
+/// Damages files, `each` kind so many times, and says what is wrong; whether nothing is.
+fn corpus(subjects: Vec<Subject>, each: u64, first: u64, current: &Option<PathBuf>) -> bool {
     let only = argument("--only");
-    let mut by_kind: BTreeMap<String, Vec<Subject>> = BTreeMap::new();
-    for subject in fuzzer::corpus::subjects(folder) {
-        by_kind.entry(subject.kind()).or_default().push(subject);
-    }
     let mut good = true;
-    for (kind, subjects) in by_kind {
+    for (kind, subjects) in fuzzer::corpus::by_kind(subjects) {
         if only.as_ref().is_some_and(|only| *only != kind) {
             continue;
         }
-        let begun = Instant::now();
-        let (mut tried, mut opened) = (0, 0);
-        let share = each.div_ceil(subjects.len() as u64);
-        for subject in &subjects {
-            let Some(copied) = Copied::of(subject) else {
-                continue;
-            };
-            for seed in first..first + share {
-                let name = format!("{} seed {seed}", subject.damaged.display());
-                if let Some(file) = current {
-                    std::fs::write(file, &name).unwrap();
-                }
-                tried += 1;
-                match copied.check(seed) {
-                    Ok(is_open) => opened += u64::from(is_open),
-                    Err(wrong) => {
-                        good = false;
-                        println!("{name}: {wrong}");
-                        if let Some(keep) = argument("--keep") {
-                            let ending = subject.damaged.extension().unwrap_or_default();
-                            let file = format!("{kind}-{seed}.{}", ending.to_string_lossy());
-                            let file = file.replace(' ', "-");
-                            std::fs::write(Path::new(&keep).join(file), copied.bytes(seed))
-                                .unwrap();
-                        }
-                    }
-                }
+        let begin = |name: &str| {
+            if let Some(file) = current {
+                std::fs::write(file, name).unwrap();
             }
-        }
-        let seconds = begun.elapsed().as_secs_f64();
+        };
+        let found = |copied: &Copied, seed: u64, told: &str| {
+            println!("{told}");
+            if let Some(keep) = argument("--keep") {
+                let file = format!("{}-{seed}.{}", kind.replace(' ', "-"), copied.ending());
+                std::fs::write(Path::new(&keep).join(file), copied.bytes(seed)).unwrap();
+            }
+        };
+        let tally = fuzzer::corpus::try_kind(&subjects, (each, first), begin, found);
+        good &= tally.wrong.is_empty();
         println!(
-            "{kind}: {tried} damaged of {} files, {opened} opened, {seconds:.0} s",
-            subjects.len()
+            "{kind}: {} damaged of {} files, {} opened, {:.0} s, at most {} MiB",
+            tally.tried,
+            tally.files,
+            tally.opened,
+            tally.seconds,
+            tally.most_memory >> 20
         );
     }
     good
@@ -110,14 +94,14 @@ fn main() {
         return;
     }
     std::panic::set_hook(Box::new(|_| {}));
+    let each = number("--each").unwrap_or(100.0) as u64;
+    if std::env::args().any(|argument| argument == "--seeds") {
+        let (_folder, subjects) = fuzzer::seeds::all().unwrap();
+        std::process::exit(i32::from(!corpus(subjects, each, first, &current)));
+    }
     if let Some(folder) = argument("--corpus") {
-        let each = number("--each").unwrap_or(100.0) as u64;
-        std::process::exit(i32::from(!corpus(
-            Path::new(&folder),
-            each,
-            first,
-            &current,
-        )));
+        let subjects = fuzzer::corpus::subjects(Path::new(&folder));
+        std::process::exit(i32::from(!corpus(subjects, each, first, &current)));
     }
     let begun = Instant::now();
     let watched = Mutex::new(now());

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::import::budget::Budget;
+use crate::import::guard::guarded;
 use crate::math::srgb;
 use crate::scene::{Image, Pixels};
 
@@ -191,15 +192,18 @@ fn dimensions(bytes: &[u8]) -> Result<Option<(u64, u64)>, ImageFailure> {
 
 /// As [`decode_image`], after [`check_size`].
 pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
-    match sniff(bytes) {
-        Format::Exr => openexr::decode(bytes, name),
-        Format::Jpeg => jpeg::decode(bytes, name),
-        Format::Hdr => decode_with_image(&radiance(bytes), name),
-        Format::Ktx2 => ktx2::decode(bytes, name),
-        Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("a {kind} image"))),
-        Format::Unknown => Err(ImageFailure::Kind("of an unknown kind".into())),
-        _ => decode_with_image(bytes, name),
-    }
+    let decoded = guarded(|| {
+        Ok(match sniff(bytes) {
+            Format::Exr => openexr::decode(bytes, name),
+            Format::Jpeg => jpeg::decode(bytes, name),
+            Format::Hdr => decode_with_image(&radiance(bytes), name),
+            Format::Ktx2 => ktx2::decode(bytes, name),
+            Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("a {kind} image"))),
+            Format::Unknown => Err(ImageFailure::Kind("of an unknown kind".into())),
+            _ => decode_with_image(bytes, name),
+        })
+    });
+    decoded.map_err(ImageFailure::Damaged)?
 }
 
 /// The colours of an image; codes as shares of the largest, grey three times.

@@ -1,20 +1,26 @@
 //! Damaged copies of real files: a scene with all that lies beside it, one file of which is damaged at a time.
 
 use super::files::{nodes, replacement};
+use super::kinds;
 use super::rng::Rng;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use sundog::import::{AnimationTime, ImportOptions, load, load_environment};
-use sundog::scene::Scene;
+use sundog::import::{AnimationTime, ImportOptions, load};
 
 /// Larger files take long to read and are of no other kind than smaller ones.
 const LARGEST: u64 = 3 << 20;
 /// No file here takes so long, by far.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A scene of a corpus, or an image of light.
+/// Scenes, which may name other files.
+const SCENES: [&str; 6] = ["gltf", "glb", "usd", "usda", "usdc", "usdz"];
+
+/// A scene of a corpus, a colour configuration, or a file that is opened by itself.
 pub struct Subject {
     /// The file that is opened.
     pub main: PathBuf,
@@ -30,7 +36,7 @@ impl Subject {
         let folder = self.main.parent().and_then(Path::file_name);
         let folder = folder.unwrap_or_default().to_string_lossy().to_lowercase();
         match &*own {
-            "bin" if folder.contains("draco") => "draco".into(),
+            "bin" | "glb" if folder.contains("draco") => "draco".into(),
             "bin" | "glb" if folder.contains("meshopt") => "meshopt".into(),
             _ if main == own => own,
             _ => format!("{own} of {main}"),
@@ -38,7 +44,8 @@ impl Subject {
     }
 }
 
-fn ending(path: &Path) -> String {
+/// How a file's name ends, in small letters.
+pub fn ending(path: &Path) -> String {
     let ending = path.extension().unwrap_or_default();
     ending.to_string_lossy().to_lowercase()
 }
@@ -57,23 +64,22 @@ pub fn subjects(folder: &Path) -> Vec<Subject> {
                 .is_ok_and(|m| m.is_file() && m.len() <= LARGEST)
         });
         for main in &files {
-            let is_scene = ["gltf", "glb", "usd", "usda", "usdc", "usdz"].contains(&&*ending(main));
-            let is_light = ["hdr", "exr"].contains(&&*ending(main));
-            if is_light {
-                let (main, damaged) = (main.clone(), main.clone());
-                list.push(Subject { main, damaged });
-            }
-            if !is_scene {
+            let kind = ending(main);
+            let beside = if SCENES.contains(&&*kind) {
+                let mut named = sundog::import::named_files(main);
+                named.retain(|path| {
+                    path.metadata()
+                        .is_ok_and(|m| m.is_file() && m.len() <= LARGEST)
+                });
+                named
+            } else if kinds::is_alone(&kind) || kinds::is_configuration(&kind) {
+                Vec::new()
+            } else {
                 continue;
-            }
-            let named = sundog::import::named_files(main);
-            let all = std::iter::once(main.clone()).chain(named.into_iter().filter(|path| {
-                path.metadata()
-                    .is_ok_and(|m| m.is_file() && m.len() <= LARGEST)
-            }));
-            list.extend(all.map(|damaged| Subject {
-                main: main.clone(),
-                damaged,
+            };
+            list.extend(std::iter::once(main.clone()).chain(beside).map(|damaged| {
+                let main = main.clone();
+                Subject { main, damaged }
             }));
         }
     }
@@ -82,21 +88,43 @@ pub fn subjects(folder: &Path) -> Vec<Subject> {
 
 /// Bytes with some damage.
 pub fn damage(rng: &mut Rng, bytes: &[u8], kind: &str) -> Vec<u8> {
+    if kind == "state"
+        && rng.chance(0.9)
+        && let Some(done) = damaged_state(rng, bytes)
+    {
+        return done;
+    }
     let is_json = kind == "gltf" || bytes.starts_with(b"glTF");
+    // Of what is packed the streams count.
+    let of_tree = if ["draco", "meshopt"].contains(&kind) {
+        0.2
+    } else {
+        0.7
+    };
     if is_json
-        && rng.chance(0.7)
+        && rng.chance(of_tree)
         && let Some(done) = damaged_tree(rng, bytes)
     {
         return done;
     }
     let mut bytes = bytes.to_vec();
-    for _ in 0..1 + rng.below(6) {
-        if bytes.is_empty() {
+    if std::str::from_utf8(&bytes).is_ok() && rng.chance(0.5) {
+        another_number(rng, &mut bytes);
+    }
+    // What is refused at once tries little: a small change as often as many.
+    let most = rng.pick(&[1, 1, 6]);
+    let behind = if rng.chance(0.9) {
+        behind_tree(&bytes)
+    } else {
+        0
+    };
+    for _ in 0..1 + rng.below(most) {
+        if bytes.len() <= behind {
             break;
         }
         // Headers are where most goes wrong.
-        let reach = (bytes.len() as f64 * rng.pick(&[1.0, 1.0, 0.1, 0.01])) as usize;
-        let at = rng.below(reach.max(1));
+        let reach = ((bytes.len() - behind) as f64 * rng.pick(&[1.0, 1.0, 0.1, 0.01])) as usize;
+        let at = behind + rng.below(reach.max(1));
         let end = (at + 1 + rng.below(16)).min(bytes.len());
         match rng.below(6) {
             0 => bytes[at] = rng.pick(&[0, 1, 127, 128, 255, 32]),
@@ -119,6 +147,45 @@ pub fn damage(rng: &mut Rng, bytes: &[u8], kind: &str) -> Vec<u8> {
     bytes
 }
 
+/// Where the JSON of a binary glTF file ends; 0 of others.
+fn behind_tree(bytes: &[u8]) -> usize {
+    let length = bytes.get(12..16).filter(|_| bytes.starts_with(b"glTF"));
+    let length = length.and_then(|length| length.try_into().ok().map(u32::from_le_bytes));
+    length.map_or(0, |length| 20 + length as usize)
+}
+
+/// A text with another number in the place of one of its own.
+fn another_number(rng: &mut Rng, text: &mut Vec<u8>) {
+    let is_part = |byte: u8| byte.is_ascii_digit() || b".-+eE".contains(&byte);
+    let starts = (0..text.len())
+        .filter(|&at| text[at].is_ascii_digit() && (at == 0 || !is_part(text[at - 1])));
+    let starts: Vec<usize> = starts.collect();
+    if starts.is_empty() {
+        return;
+    }
+    let at = starts[rng.below(starts.len())];
+    let length = text[at..].iter().take_while(|&&byte| is_part(byte)).count();
+    let other = rng.pick(&[
+        "0",
+        "1",
+        "-1",
+        "2",
+        "129",
+        "256",
+        "65536",
+        "1000000",
+        "4294967296",
+        "99999999999999999999",
+        "1e39",
+        "-1e39",
+        "1e-45",
+        "nan",
+        "inf",
+        "",
+    ]);
+    text.splice(at..at + length, other.bytes());
+}
+
 /// The file with other values at some places of its JSON.
 fn damaged_tree(rng: &mut Rng, bytes: &[u8]) -> Option<Vec<u8>> {
     let binary = bytes.starts_with(b"glTF");
@@ -128,21 +195,7 @@ fn damaged_tree(rng: &mut Rng, bytes: &[u8]) -> Option<Vec<u8>> {
     } else {
         (bytes, &[][..])
     };
-    let mut tree: Value = serde_json::from_slice(text).ok()?;
-    let mut places = Vec::new();
-    nodes(&tree, String::new(), &mut places);
-    for _ in 0..1 + rng.below(3) {
-        let to = if rng.chance(0.3) {
-            // Something of the same file, elsewhere.
-            tree.pointer(&places[rng.below(places.len())])?.clone()
-        } else {
-            replacement(rng)
-        };
-        if let Some(part) = tree.pointer_mut(&places[rng.below(places.len())]) {
-            *part = to;
-        }
-    }
-    let mut text = serde_json::to_vec(&tree).ok()?;
+    let mut text = changed(rng, text)?;
     if !binary {
         return Some(text);
     }
@@ -158,6 +211,48 @@ fn damaged_tree(rng: &mut Rng, bytes: &[u8]) -> Option<Vec<u8>> {
     file.extend(text);
     file.extend(rest);
     Some(file)
+}
+
+/// JSON with other values at some places.
+fn changed(rng: &mut Rng, text: &[u8]) -> Option<Vec<u8>> {
+    let mut tree: Value = serde_json::from_slice(text).ok()?;
+    let mut places = Vec::new();
+    nodes(&tree, String::new(), &mut places);
+    for _ in 0..1 + rng.below(3) {
+        let to = if rng.chance(0.3) {
+            // Something of the same file, elsewhere.
+            tree.pointer(&places[rng.below(places.len())])?.clone()
+        } else {
+            replacement(rng)
+        };
+        if let Some(part) = tree.pointer_mut(&places[rng.below(places.len())]) {
+            *part = to;
+        }
+    }
+    serde_json::to_vec(&tree).ok()
+}
+
+/// A saved state that says something else in its header or its pixels, with the right checksum: it would be all that is looked at.
+fn damaged_state(rng: &mut Rng, bytes: &[u8]) -> Option<Vec<u8>> {
+    let line = bytes.iter().position(|&byte| byte == b'\n')? + 1;
+    let length = u64::from_le_bytes(bytes.get(line..line + 8)?.try_into().ok()?);
+    let rest = bytes.get(line + 8..bytes.len().checked_sub(32)?)?;
+    let (header, packed) = rest.split_at_checked(usize::try_from(length).ok()?)?;
+    let (mut header, mut packed) = (header.to_vec(), packed.to_vec());
+    if rng.chance(0.5) {
+        header = changed(rng, &header)?;
+    } else if rng.chance(0.3) {
+        packed = damage(rng, &packed, "");
+    } else {
+        let mut pixels = Vec::new();
+        let unpacked = zstd::Decoder::new(&packed[..]).ok()?;
+        unpacked.take(1 << 24).read_to_end(&mut pixels).ok()?;
+        packed = zstd::encode_all(&damage(rng, &pixels, "")[..], 1).ok()?;
+    }
+    let length = (header.len() as u64).to_le_bytes();
+    let mut whole = [&bytes[..line], &length, &header, &packed].concat();
+    whole.extend(Sha256::digest(&whole));
+    Some(whole)
 }
 
 /// A copy of a subject and all that it names, to be damaged.
@@ -178,10 +273,13 @@ impl Copied {
             let real = path.canonicalize().ok()?;
             Some(folder.path().join(real.strip_prefix(&home).ok()?))
         };
-        // Beside what glTF names, USD has layers of its own.
-        let mut all = sundog::import::named_files(&subject.main);
-        let beside = std::fs::read_dir(&home).ok()?;
-        all.extend(beside.filter_map(|e| Some(e.ok()?.path())));
+        let mut all = vec![subject.main.clone()];
+        if !kinds::is_alone(&ending(&subject.main)) {
+            // Beside what glTF names, USD has layers of its own.
+            all.extend(sundog::import::named_files(&subject.main));
+            let beside = std::fs::read_dir(&home).ok()?;
+            all.extend(beside.filter_map(|e| Some(e.ok()?.path())));
+        }
         for file in all.iter().filter(|path| path.is_file()) {
             let Some(to) = place(file) else { continue };
             std::fs::create_dir_all(to.parent()?).ok()?;
@@ -191,9 +289,14 @@ impl Copied {
             main: place(&subject.main)?,
             damaged: place(&subject.damaged)?,
             whole: std::fs::read(&subject.damaged).ok()?,
-            kind: ending(&subject.damaged),
+            kind: subject.kind(),
             _folder: folder,
         })
+    }
+
+    /// How the name of the damaged file ends.
+    pub fn ending(&self) -> String {
+        ending(&self.damaged)
     }
 
     /// The damaged bytes of a seed.
@@ -213,13 +316,14 @@ impl Copied {
             }),
             ..ImportOptions::default()
         };
-        let open = || match &*ending(&self.main) {
-            "hdr" | "exr" => load_environment(&mut Scene::default(), &self.main, 1.0, 0.0)
-                .map(drop)
-                .map_err(|e| e.to_string()),
-            _ => load(&self.main, &options)
-                .map(drop)
-                .map_err(|e| e.to_string()),
+        let open = || {
+            if !SCENES.contains(&&*ending(&self.main)) {
+                return kinds::open(&self.main);
+            }
+            match load(&self.main, &options) {
+                Ok(_) => Ok(true),
+                Err(error) => kinds::refused(&error),
+            }
         };
         let outcome = catch_unwind(AssertUnwindSafe(open));
         let outcome = outcome.map_err(|panic| {
@@ -230,12 +334,89 @@ impl Copied {
         if begun.elapsed() > PATIENCE {
             return Err(format!("it takes {:.0} s", begun.elapsed().as_secs_f64()));
         }
-        match outcome {
-            Ok(()) => Ok(true),
-            Err(sentence) if sentence.is_empty() || sentence.contains('\n') => {
-                Err(format!("a refusal that is no sentence: {sentence:?}"))
+        outcome
+    }
+}
+
+/// What came of one kind.
+pub struct Tally {
+    /// Damaged files that were tried …
+    pub tried: u64,
+    /// … of so many whole ones …
+    pub files: usize,
+    /// … and how many of them opened.
+    pub opened: u64,
+    /// What was wrong: which file by which seed, and the words.
+    pub wrong: Vec<String>,
+    /// The most memory that the process had meanwhile, bytes.
+    pub most_memory: u64,
+    /// Seconds.
+    pub seconds: f64,
+}
+
+/// Damages subjects of one kind `each` times together, by seeds from `first` on. `before` is told each, `found` what fails.
+pub fn try_kind(
+    subjects: &[Subject],
+    (each, first): (u64, u64),
+    before: impl Fn(&str),
+    found: impl Fn(&Copied, u64, &str),
+) -> Tally {
+    let begun = Instant::now();
+    let mut tally = Tally {
+        tried: 0,
+        files: subjects.len(),
+        opened: 0,
+        wrong: Vec::new(),
+        most_memory: 0,
+        seconds: 0.0,
+    };
+    forget_most_memory();
+    let share = each.div_ceil(subjects.len().max(1) as u64);
+    for subject in subjects {
+        let Some(copied) = Copied::of(subject) else {
+            tally.wrong.push(format!(
+                "{}: no copy of it can be made",
+                subject.damaged.display()
+            ));
+            continue;
+        };
+        for seed in first..first + share {
+            let name = format!("{} seed {seed}", subject.damaged.display());
+            before(&name);
+            tally.tried += 1;
+            match copied.check(seed) {
+                Ok(is_open) => tally.opened += u64::from(is_open),
+                Err(wrong) => {
+                    let told = format!("{name}: {wrong}");
+                    found(&copied, seed, &told);
+                    tally.wrong.push(told);
+                }
             }
-            Err(_) => Ok(false),
         }
     }
+    tally.most_memory = most_memory();
+    tally.seconds = begun.elapsed().as_secs_f64();
+    tally
+}
+
+/// Subjects by their kinds.
+pub fn by_kind(subjects: Vec<Subject>) -> BTreeMap<String, Vec<Subject>> {
+    let mut kinds: BTreeMap<String, Vec<Subject>> = BTreeMap::new();
+    for subject in subjects {
+        kinds.entry(subject.kind()).or_default().push(subject);
+    }
+    kinds
+}
+
+/// Begins anew to watch how much memory the process has at most (`proc(5)`: 5 in clear_refs), where the system can.
+fn forget_most_memory() {
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+}
+
+/// The most memory of the process since; 0 where the system does not say.
+fn most_memory() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+    kibibytes.unwrap_or(0) << 10
 }

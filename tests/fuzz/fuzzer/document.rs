@@ -223,6 +223,10 @@ pub fn picture(kind: &str) -> Vec<u8> {
         ),
         "jpg" => (image::ImageFormat::Jpeg, rgb()),
         "webp" => (image::ImageFormat::WebP, rgb()),
+        "gif" => (image::ImageFormat::Gif, rgb()),
+        "bmp" => (image::ImageFormat::Bmp, rgb()),
+        "tga" => (image::ImageFormat::Tga, rgb()),
+        "tif" => (image::ImageFormat::Tiff, rgb()),
         _ => (image::ImageFormat::Png, rgb()),
     };
     let mut bytes = Cursor::new(Vec::new());

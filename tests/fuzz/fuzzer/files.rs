@@ -2,7 +2,9 @@
 //! proportion (who runs the fuzzer limits what the process may take), and what is read renders.
 
 use super::build::number;
+use super::corpus::ending;
 use super::document::{document, picture, written};
+use super::kinds::{self, is_alone, is_configuration};
 use super::rng::Rng;
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -16,8 +18,9 @@ use sundog::scene::Scene;
 use sundog::selftest::kit::camera;
 
 /// Kinds of files.
-const KINDS: [&str; 10] = [
-    "gltf", "glb", "png", "jpg", "webp", "hdr", "exr", "usda", "usdc", "usdz",
+const KINDS: [&str; 15] = [
+    "gltf", "glb", "png", "jpg", "webp", "hdr", "exr", "usda", "usdc", "usdz", "gif", "bmp", "tga",
+    "tif", "ktx2",
 ];
 /// No file here takes so long, by far.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -108,6 +111,7 @@ fn damaged_as(input: &Value, kind: &str) -> Vec<u8> {
         "usda" => include_bytes!("../seeds/shapes.usda").to_vec(),
         "usdc" => include_bytes!("../seeds/shapes.usdc").to_vec(),
         "usdz" => include_bytes!("../seeds/skeleton.usdz").to_vec(),
+        "ktx2" => include_bytes!("../seeds/etc1s.ktx2").to_vec(),
         _ => picture(kind),
     };
     for change in input["bytes"].as_array().into_iter().flatten() {
@@ -165,13 +169,25 @@ fn bits(picture: Option<&Picture>) -> Option<Vec<u32>> {
     Some(values.map(|value| value.to_bits()).collect())
 }
 
-/// Imports a file by its kind and renders what is there; says what is wrong. A refusal in one sentence is right.
+/// Opens a file by its kind, in a folder where others may be written, and renders what is there; says what is wrong. A refusal in
+/// one sentence is right.
 pub fn import(path: &Path) -> Option<String> {
-    pictured(path).err()
+    let open = || {
+        let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+        let copy = folder.path().join(path.file_name().unwrap_or_default());
+        std::fs::copy(path, &copy).map_err(|error| error.to_string())?;
+        let kind = ending(&copy);
+        if is_alone(&kind) || is_configuration(&kind) {
+            kinds::open(&copy).map(drop)
+        } else {
+            pictured(&copy).map(drop)
+        }
+    };
+    open().err()
 }
 
 /// The picture of a file; none of one that is refused or has no camera. An error is what is wrong.
-fn pictured(path: &Path) -> Result<Option<Picture>, String> {
+pub(super) fn pictured(path: &Path) -> Result<Option<Picture>, String> {
     let scenes = ["gltf", "glb", "usda", "usdc", "usdz"];
     let is_scene = path
         .extension()
@@ -188,12 +204,7 @@ fn pictured(path: &Path) -> Result<Option<Picture>, String> {
     let scene = match scene {
         Ok(scene) => scene,
         Err(error) => {
-            let sentence = error.to_string();
-            return if sentence.is_empty() || sentence.contains('\n') {
-                Err(format!("a refusal that is no sentence: {sentence:?}"))
-            } else {
-                Ok(None)
-            };
+            return kinds::refused(&error).map(|_| None);
         }
     };
     if scene.cameras.is_empty() {

@@ -10,13 +10,16 @@ pub mod document;
 mod dull;
 mod equal;
 mod files;
+mod kinds;
 mod recipe;
 mod rng;
+pub mod seeds;
 mod shrink;
 mod verdict;
 
 pub use equal::{Compared, draw as draw_for_kernels, kernels};
 pub use files::{damaged, import, kept_name};
+pub use kinds::is_of_colors;
 pub use shrink::shrink;
 
 use serde_json::Value;
