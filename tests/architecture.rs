@@ -10,7 +10,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("nodes", &[]),
     ("color", &["ffi"]),
     // Constants are folded by what nodes compute.
-    ("scene", &["nodes", "math"]),
+    // Images may lie in mapped files.
+    ("scene", &["nodes", "math", "ffi"]),
     ("import", &["scene", "nodes", "color", "math"]),
     ("sampler", &["math"]),
     // It compiles the scene's shader graphs, and reads the scene's images.

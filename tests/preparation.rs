@@ -104,7 +104,8 @@ fn attributes_that_nothing_reads_are_dropped() {
 #[test]
 fn images_are_kept_once_in_their_own_precision() {
     let mut scene = square();
-    let values = Arc::new(vec![10u8, 20, 30, 200, 100, 0]);
+    let values: Arc<sundog::ffi::values::Values<u8>> =
+        Arc::new(vec![10u8, 20, 30, 200, 100, 0].into());
     scene.images.push(Image {
         name: "image".into(),
         width: 2,

@@ -46,7 +46,7 @@ pub struct ImportOptions {
     pub cycles: Option<CyclesVersion>,
     /// Reads files, too, that the scene names and that do not lie in its folder (or below it).
     pub allow_outside: bool,
-    /// Images of glTF files together take no more than so many bytes: larger ones are read with fewer pixels.
+    /// Images of glTF files together take no more memory than so many bytes: the largest lie in scratch files.
     pub image_bytes: Option<u64>,
     /// The time at which an animation of the file poses it; `None` is the pose that the file has without.
     pub animation: Option<AnimationTime>,
@@ -217,7 +217,7 @@ fn environment_image(
         }
     }
     if let Pixels::F32(values) = &mut image.pixels {
-        let replaced = image::make_radiance(Arc::make_mut(values).as_mut_slice());
+        let replaced = image::make_radiance(&mut Arc::make_mut(values)[..]);
         if replaced > 0 {
             diagnostics.report_effect(
                 Effect::ImageEnvironment,

@@ -1,5 +1,6 @@
 //! The texels of an environment's image.
 
+use crate::ffi::values::Values;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub enum Texels {
     /// Shared with the scene's image if that has them so.
-    Plain(Arc<Vec<f32>>),
+    Plain(Arc<Values<f32>>),
     /// The same numbers in a third of the memory: looking a texel up is waiting for memory.
     Packed(Vec<SharedExponent>),
 }
@@ -83,15 +84,16 @@ impl Texels {
     }
 }
 
-impl From<Arc<Vec<f32>>> for Texels {
-    fn from(channels: Arc<Vec<f32>>) -> Self {
+impl From<Arc<Values<f32>>> for Texels {
+    fn from(channels: Arc<Values<f32>>) -> Self {
         Self::Plain(channels)
     }
 }
 
 impl From<Vec<Vec3>> for Texels {
     fn from(texels: Vec<Vec3>) -> Self {
-        Self::Plain(Arc::new(texels.iter().flat_map(Vec3::to_array).collect()))
+        let channels: Vec<f32> = texels.iter().flat_map(Vec3::to_array).collect();
+        Self::Plain(Arc::new(channels.into()))
     }
 }
 

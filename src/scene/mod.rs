@@ -53,6 +53,7 @@ pub use texel::decoded;
 pub use visibility::{RayKind, Visibility};
 pub use whole::Bounds;
 
+use crate::ffi::values::Values;
 use glam::{DAffine3, DMat3};
 use std::sync::Arc;
 
@@ -291,28 +292,28 @@ pub struct Image {
 #[derive(Clone, Debug)]
 pub enum Pixels {
     /// 8 bits, 0..=255 stands for 0..=1.
-    U8(Arc<Vec<u8>>),
+    U8(Arc<Values<u8>>),
     /// 16 bits, 0..=65535 stands for 0..=1.
-    U16(Arc<Vec<u16>>),
+    U16(Arc<Values<u16>>),
     /// Linear floats.
-    F32(Arc<Vec<f32>>),
+    F32(Arc<Values<f32>>),
 }
 
 impl From<Vec<u8>> for Pixels {
     fn from(values: Vec<u8>) -> Self {
-        Self::U8(Arc::new(values))
+        Self::U8(Arc::new(values.into()))
     }
 }
 
 impl From<Vec<u16>> for Pixels {
     fn from(values: Vec<u16>) -> Self {
-        Self::U16(Arc::new(values))
+        Self::U16(Arc::new(values.into()))
     }
 }
 
 impl From<Vec<f32>> for Pixels {
     fn from(values: Vec<f32>) -> Self {
-        Self::F32(Arc::new(values))
+        Self::F32(Arc::new(values.into()))
     }
 }
 

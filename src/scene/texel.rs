@@ -1,8 +1,9 @@
 //! What the values of an image stand for.
 
 use super::{Image, ImageUse, Pixels};
+use crate::ffi::values::Values;
 use glam::Vec4;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 impl Pixels {
     /// The texel that begins at a value, in RGBA: grey is of all colours, and what has no alpha is opaque.
@@ -27,6 +28,38 @@ impl Pixels {
             Self::U16(p) => 2 * p.len() as u64,
             Self::F32(p) => 4 * p.len() as u64,
         }
+    }
+
+    /// Memory that they take for good; of those in a scratch file the system keeps what fits.
+    pub fn bytes_in_memory(&self) -> u64 {
+        if self.are_in_file() { 0 } else { self.bytes() }
+    }
+
+    /// Whether they lie in a scratch file.
+    pub fn are_in_file(&self) -> bool {
+        match self {
+            Self::U8(p) => p.are_in_file(),
+            Self::U16(p) => p.are_in_file(),
+            Self::F32(p) => p.are_in_file(),
+        }
+    }
+
+    /// The same, bit for bit, in a scratch file.
+    ///
+    /// # Errors
+    /// There is no room for one on a disk.
+    pub fn in_file(&self) -> std::io::Result<Self> {
+        Ok(match self {
+            Self::U8(p) => Self::U8(Arc::new(Values::in_file(p)?)),
+            Self::U16(p) => Self::U16(Arc::new(Values::in_file(p)?)),
+            Self::F32(p) => Self::F32(Arc::new(Values::in_file(p)?)),
+        })
+    }
+
+    /// The same in a scratch file, if others are and there is room for it: what was made of them is as large.
+    pub fn where_they_are(self, others: &Self) -> Self {
+        let moved = others.are_in_file().then(|| self.in_file());
+        moved.and_then(Result::ok).unwrap_or(self)
     }
 
     /// Whether all bits are the same.

@@ -27,8 +27,12 @@ impl Raster {
             height: image.height.max(1) as usize,
             channels,
             pixels: match alpha {
-                ImageAlpha::Straight { .. } if has_alpha => multiplied(&image.pixels, channels),
-                ImageAlpha::None if has_alpha => opaque(&image.pixels, channels),
+                ImageAlpha::Straight { .. } if has_alpha => {
+                    multiplied(&image.pixels, channels).where_they_are(&image.pixels)
+                }
+                ImageAlpha::None if has_alpha => {
+                    opaque(&image.pixels, channels).where_they_are(&image.pixels)
+                }
                 _ => image.pixels.clone(),
             },
         }

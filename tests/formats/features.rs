@@ -57,7 +57,7 @@ fn files_beside_the_scene_with_percent_encoded_names() {
     assert_eq!(scene.meshes[0].triangles.len(), 2);
     let image = &scene.images[0];
     assert_eq!((image.width, image.height, image.channels), (2, 2, 3));
-    assert!(matches!(&image.pixels, Pixels::U8(v) if **v == [10, 20, 30].repeat(4)));
+    assert!(matches!(&image.pixels, Pixels::U8(v) if v[..] == [10, 20, 30].repeat(4)));
 }
 
 #[test]

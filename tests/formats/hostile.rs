@@ -228,7 +228,7 @@ fn radiance_pictures_may_name_their_program() {
         panic!()
     };
     // Mantissa / 256 · 2^(exponent − 128).
-    assert_eq!(values.as_slice(), [1.0, 0.5, 0.25, 2.0, 1.0, 0.5]);
+    assert_eq!(values[..], [1.0, 0.5, 0.25, 2.0, 1.0, 0.5]);
 }
 
 // --- what contradicts the format, and is repaired ---

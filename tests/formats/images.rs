@@ -26,12 +26,12 @@ fn precision_and_channels_are_those_of_the_file() {
     )
     .unwrap();
     assert_eq!((grey8.width, grey8.height, grey8.channels), (2, 1, 1));
-    assert!(matches!(&grey8.pixels, Pixels::U8(v) if **v == [0, 200]));
+    assert!(matches!(&grey8.pixels, Pixels::U8(v) if v[..] == [0, 200]));
     let deep: image::ImageBuffer<image::Rgba<u16>, Vec<u16>> =
         image::ImageBuffer::from_raw(1, 2, vec![1, 256, 65535, 4, 5, 6, 7, 8]).unwrap();
     let rgba16 = decode_image(&png(deep.into()), "b").unwrap();
     assert_eq!(rgba16.channels, 4);
-    assert!(matches!(&rgba16.pixels, Pixels::U16(v) if **v == [1, 256, 65535, 4, 5, 6, 7, 8]));
+    assert!(matches!(&rgba16.pixels, Pixels::U16(v) if v[..] == [1, 256, 65535, 4, 5, 6, 7, 8]));
     let grey_alpha: image::ImageBuffer<image::LumaA<u8>, Vec<u8>> =
         image::ImageBuffer::from_raw(1, 1, vec![9, 8]).unwrap();
     assert_eq!(
@@ -552,27 +552,38 @@ fn every_compression_is_read_as_openexr_reads_it() {
     }
 }
 
-/// Halves until all images fit, tells which, and keeps what is the same everywhere.
+/// Moves images into scratch files until the others fit, tells which, and changes no bit of them.
 #[test]
-fn images_beyond_what_they_may_take_get_smaller() {
+fn images_beyond_what_they_may_take_lie_in_files() {
     let mut file = super::kit::Builder::square();
     let noise =
         image::RgbImage::from_fn(64, 32, |x, y| image::Rgb([(x * 7 + y * 13) as u8, 9, 200]));
     let texture = file.png_texture(noise.into());
     file.json["materials"][0]["pbrMetallicRoughness"] =
         serde_json::json!({ "baseColorTexture": { "index": texture } });
-    let size = |most: Option<u64>| {
+    let there = |most: Option<u64>| {
         let options = sundog::import::ImportOptions {
             image_bytes: most,
             ..Default::default()
         };
         let imported = file.load_with(&options).unwrap();
         let image = &imported.scene.images[0];
-        let told = super::kit::found(&imported, "image-reduced").len();
-        ((image.width, image.height), told)
+        assert_eq!((image.width, image.height), (64, 32));
+        let told = super::kit::found(&imported, "image-in-file").len();
+        (image.pixels.clone(), image.pixels.are_in_file(), told)
     };
-    assert_eq!(size(None), ((64, 32), 0));
-    assert_eq!(size(Some(3 * 64 * 32)), ((64, 32), 0));
-    assert_eq!(size(Some(3 * 64 * 32 - 1)), ((32, 16), 1));
-    assert_eq!(size(Some(100)), ((8, 4), 1));
+    let (whole, ..) = there(None);
+    for (most, in_file) in [
+        (None, false),
+        (Some(3 * 64 * 32), false),
+        (Some(3 * 64 * 32 - 1), true),
+    ] {
+        let (pixels, is_in_file, told) = there(most);
+        assert_eq!(
+            (is_in_file, told),
+            (in_file, usize::from(in_file)),
+            "{most:?}"
+        );
+        assert!(pixels.is_same(&whole), "{most:?}");
+    }
 }

@@ -67,9 +67,10 @@ pub struct Import {
     pub gltf_scatter: bool,
     /// The most memory that the images of a glTF scene may take, and the most for the grids of volumes, such as 4G or 500M.
     ///
-    /// Where images would take more, the largest are read with half as many pixels along each side, and so on; each is named
-    /// with the size that is left. Fine patterns in them get blurred. A grid that would take more is not read, which is told,
-    /// and is empty. If not given, images are read as they are, and grids may take what is free.
+    /// Where images would take more, the largest lie in a scratch file, of which the system keeps in memory what fits: the
+    /// picture is the same, and each is named. Without room on a disk ($TMPDIR, /var/tmp) they are read with half as many
+    /// pixels along each side, and so on, which blurs them. A grid that would take more is not read, which is told, and is
+    /// empty. If not given, images are read into memory, and grids may take what is free.
     #[arg(long, value_name = "SIZE", value_parser = values::size)]
     pub max_memory: Option<u64>,
 }

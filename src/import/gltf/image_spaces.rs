@@ -107,6 +107,6 @@ fn convert_one(
     if !matches!(image.channels, 1 | 3) {
         image.channels = 4;
     }
-    image.pixels = Pixels::from(values);
+    image.pixels = Pixels::from(values).where_they_are(&image.pixels);
     Ok(())
 }

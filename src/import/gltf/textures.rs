@@ -48,6 +48,53 @@ struct Pending<'a> {
     bytes: std::borrow::Cow<'a, [u8]>,
 }
 
+/// What became of an image that takes more memory than is allowed.
+enum Moved {
+    /// Its size, and its bytes.
+    ToFile((u32, u32), u64),
+    /// The sizes that it had and has, and why it is not in a file.
+    Reduced([(u32, u32); 2], String),
+}
+
+/// The image in a scratch file; with fewer pixels where that cannot be.
+fn moved(image: scene::Image, level: u32) -> (scene::Image, Option<Moved>) {
+    let size = (image.width, image.height);
+    match image.pixels.in_file() {
+        Ok(pixels) => {
+            let told = Moved::ToFile(size, pixels.bytes());
+            (scene::Image { pixels, ..image }, Some(told))
+        }
+        Err(_) if level == 0 => (image, None),
+        Err(error) => {
+            let image = image::reduced(image, level);
+            let sizes = [size, (image.width, image.height)];
+            (image, Some(Moved::Reduced(sizes, error.to_string())))
+        }
+    }
+}
+
+impl Moved {
+    fn report(&self, name: &str, diagnostics: &mut Diagnostics) {
+        let what = "images that take more memory than --max-memory allows";
+        match self {
+            Self::ToFile((width, height), bytes) => diagnostics.report(
+                "image-in-file",
+                Verdict::Exact,
+                what,
+                format!("image \"{name}\" ({width} × {height}, {} MiB)", bytes >> 20),
+                "kept in a scratch file, of which the system keeps in memory what fits; their pixels are exact",
+            ),
+            Self::Reduced([(width, height), (w, h)], why) => diagnostics.report(
+                "image-reduced",
+                Verdict::Approximated,
+                what,
+                format!("image \"{name}\" ({width} × {height} to {w} × {h})"),
+                format!("rendered with fewer pixels, each the mean of those that it was, as they cannot be in a file ({why})"),
+            ),
+        }
+    }
+}
+
 /// KHR_texture_transform as read from JSON (the `gltf` crate has none on normal textures).
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -380,31 +427,20 @@ impl<'a> Images<'a> {
             .iter()
             .map(|size| *size.as_ref().unwrap_or(&(0, 0, 0)));
         let known: Vec<_> = known.collect();
-        let levels = image::halvings(&known, most_bytes.unwrap_or(u64::MAX));
-        for ((pending, level), (width, height, _)) in self.pending.iter().zip(&levels).zip(known) {
-            if *level > 0 {
-                let [w, h] = [width, height].map(|side| (side >> level).max(1));
-                diagnostics.report(
-                    "image-reduced",
-                    Verdict::Approximated,
-                    "images that take more memory than --max-memory allows",
-                    format!(
-                        "image \"{}\" ({width} × {height} to {w} × {h})",
-                        pending.name
-                    ),
-                    "rendered with fewer pixels, each the mean of those that it was",
-                );
-            }
-        }
+        let most = most_bytes.unwrap_or(u64::MAX);
+        let to_files = image::to_files(&known, most);
+        // Where there is no room for them on a disk.
+        let levels = image::halvings(&known, most);
         let decoded: Vec<_> = self
             .pending
             .into_par_iter()
             .zip(sizes)
-            .zip(levels)
-            .map(|((pending, size), level)| {
+            .zip(to_files.into_par_iter().zip(levels))
+            .map(|((pending, size), (to_file, level))| {
                 let image = size.and_then(|_| image::decode_checked(&pending.bytes, &pending.name));
                 match image {
-                    Ok(image) => Ok((image::reduced(image, level), pending.conversion)),
+                    Ok(image) if to_file => Ok((moved(image, level), pending.conversion)),
+                    Ok(image) => Ok(((image, None), pending.conversion)),
                     Err(reason) => Err((pending.name, reason)),
                 }
             })
@@ -414,7 +450,10 @@ impl<'a> Images<'a> {
         let mut conversions = Vec::new();
         for image in decoded {
             match image {
-                Ok((image, conversion)) => {
+                Ok(((image, told), conversion)) => {
+                    if let Some(told) = told {
+                        told.report(&image.name, diagnostics);
+                    }
                     let place = ImageId(u32::try_from(images.len()).unwrap_or(u32::MAX));
                     conversions.extend(conversion.map(|conversion| (place, conversion)));
                     places.push(Some(place));

@@ -19,7 +19,7 @@ use crate::math::srgb;
 use crate::scene::{Image, Pixels};
 
 pub use self::openexr::ExrLayer;
-pub(crate) use self::reduced::{halvings, reduced};
+pub(crate) use self::reduced::{halvings, reduced, to_files};
 
 /// Why an image cannot be decoded.
 #[derive(Debug, Error)]

@@ -24,6 +24,24 @@ pub(crate) fn halvings(sizes: &[(u64, u64, u64)], most: u64) -> Vec<u32> {
     levels
 }
 
+/// Which images go out of memory, so that the others take no more than `most` bytes: the largest first. The sizes as above.
+pub(crate) fn to_files(sizes: &[(u64, u64, u64)], most: u64) -> Vec<bool> {
+    let bytes: Vec<u64> = sizes.iter().map(|&(w, h, pixel)| w * h * pixel).collect();
+    let mut left: u64 = bytes.iter().sum();
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    // Of those that are as large the first.
+    order.sort_by_key(|&i| std::cmp::Reverse(bytes[i]));
+    let mut gone = vec![false; sizes.len()];
+    for i in order.into_iter().take_while(|&i| bytes[i] > 0) {
+        if left <= most {
+            break;
+        }
+        left -= bytes[i];
+        gone[i] = true;
+    }
+    gone
+}
+
 /// The image with each pixel the mean of those that lie there: numbers as they are stored, as Cycles' textures limit has it.
 pub(crate) fn reduced(image: Image, halvings: u32) -> Image {
     if halvings == 0 {

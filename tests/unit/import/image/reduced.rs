@@ -36,3 +36,18 @@ fn a_pixel_is_the_mean_of_those_that_it_was() {
     assert_eq!((found.width, found.height), (1, 1));
     assert!(matches!(&found.pixels, Pixels::U16(p) if ***p == [9]));
 }
+
+#[test]
+fn the_largest_go_out_of_memory_until_the_others_fit() {
+    let sizes = [
+        (10, 10, 1),
+        (100, 100, 1),
+        (10, 10, 3),
+        (0, 0, 0),
+        (100, 50, 2),
+    ];
+    assert_eq!(to_files(&sizes, u64::MAX), [false; 5]);
+    assert_eq!(to_files(&sizes, 10_400), [false, true, false, false, false]);
+    assert_eq!(to_files(&sizes, 10_399), [false, true, false, false, true]);
+    assert_eq!(to_files(&sizes, 0), [true, true, true, false, true]);
+}
