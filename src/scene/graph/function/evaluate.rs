@@ -158,19 +158,7 @@ impl Function {
                 let found = radial_tiling(false, vector(0), number(1), number(2));
                 full(Vec3::new(found.id, found.width, found.rotation))
             }
-            Self::Place(_)
-            | Self::LightFalloff { .. }
-            | Self::VectorTransform { .. }
-            | Self::Fresnel
-            | Self::LayerFresnel
-            | Self::LayerFacing
-            | Self::Bump { .. }
-            | Self::Displacement { .. }
-            | Self::VectorDisplacement(_)
-            | Self::AmbientOcclusion { .. }
-            | Self::Bevel { .. }
-            | Self::Raycast { .. }
-            | Self::Wireframe { .. } => {
+            _ => {
                 debug_assert!(false, "{self:?} depends on the place");
                 Vec4::ZERO
             }
