@@ -246,7 +246,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         let asking = walk.asking(&found.hit);
         let mut surface = world.surface::<E>(&found.hit, walk.origin, asking, &mut moment);
         walk.arrive(&found, &mut surface);
-        if !found.has_shone {
+        if !(E::EVERYTHING && found.has_shone) {
             walk.add_emission(&found, &surface, 1.0);
         }
         let Some(parameters) = walk.goes_on(&surface) else {

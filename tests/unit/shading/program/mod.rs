@@ -456,3 +456,31 @@ fn sockets_take_numbers_vectors_and_constants_as_what_they_are() {
     let expected = 0.5 * luminance(Vec3::new(0.5, -0.25, 2.0)) + 0.5;
     assert!((grey.x - expected).abs() < 1e-6, "{grey} {expected}");
 }
+
+#[test]
+fn a_mapping_that_changes_nothing_is_no_operation() {
+    use crate::nodes::vector::Mapping;
+    let mapped = |location: f32, kind: Mapping| {
+        let mut graph = Graph::default();
+        let place = Function::Place(PlaceInput::Generated);
+        let place = graph.add(Node::new(NodeKind::Function(place)));
+        let mut node = Node::new(NodeKind::Function(Function::Mapping(kind)));
+        node.inputs = vec![
+            place.into(),
+            [location; 3].into(),
+            [0.0; 3].into(),
+            [1.0; 3].into(),
+        ];
+        let mapping = graph.add(node);
+        let lamp = Node::new(NodeKind::Emission).with(emission::COLOR, mapping);
+        graph.surface = Some(graph.add(lamp.with(emission::STRENGTH, 1.0)));
+        let programs = compile(&graph, PLAIN, &mut Texels(Vec::new()));
+        programs.emission.program.len()
+    };
+    for kind in [Mapping::Point, Mapping::Texture, Mapping::Vector] {
+        assert_eq!(mapped(0.0, kind), 1, "{kind:?}");
+    }
+    assert_eq!(mapped(0.5, Mapping::Point), 2);
+    // Normals become unit vectors.
+    assert_eq!(mapped(0.0, Mapping::Normal), 2);
+}
