@@ -5,7 +5,6 @@ use super::emission::emission_of;
 use super::shader::{roots_of, shader};
 use super::{Call, Height, Opacity, Operand, Operation, Program, Programs, Root, Weighted};
 use crate::math::primaries::WorkingSpace;
-use crate::nodes::vector::Mapping;
 use crate::scene::graph::function::bump;
 use crate::scene::graph::node::{
     image_texture, math, mix, mix_shader, normal_map, separate, tangent, transparent,
@@ -576,17 +575,11 @@ impl Operation {
 
 /// The vector that a Mapping leaves as it is, as most do that nobody has touched.
 fn unmapped(function: &Function, inputs: &[(Operand, SocketKind)]) -> Option<Operand> {
-    let Function::Mapping(Mapping::Point | Mapping::Texture | Mapping::Vector) = function else {
-        return None;
+    let known = |socket: usize| match inputs[socket].0 {
+        Operand::Constant(value) => Some(value.truncate()),
+        Operand::Register(..) => None,
     };
-    let [(vector, _), rest @ ..] = inputs else {
-        return None;
-    };
-    let leaves = [0.0, 0.0, 1.0].into_iter().zip(rest);
-    let stays = leaves
-        .into_iter()
-        .all(|(number, (operand, _))| is(*operand, number));
-    stays.then_some(match *vector {
+    function.gives_its_first(known).then(|| match inputs[0].0 {
         // What is read of it as a number is the mean of a vector, not the luminance of a colour.
         Operand::Register(at, Lane::Rgb) => Operand::Register(at, Lane::Xyz),
         other => other,

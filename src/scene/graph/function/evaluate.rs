@@ -36,6 +36,16 @@ impl Function {
         (!self.depends_on_place()).then(|| self.of_numbers(inputs))
     }
 
+    /// Whether it gives what stands in its first socket, by what is known of the others.
+    pub fn gives_its_first(&self, known: impl Fn(usize) -> Option<Vec3>) -> bool {
+        use crate::nodes::vector::Mapping::{Point, Texture, Vector};
+        let neutral = [Vec3::ZERO, Vec3::ZERO, Vec3::ONE];
+        matches!(self, Self::Mapping(Point | Texture | Vector))
+            && (1..)
+                .zip(neutral)
+                .all(|(socket, value)| known(socket) == Some(value))
+    }
+
     /// Whether it asks for the place that is shaded.
     pub fn depends_on_place(&self) -> bool {
         matches!(
