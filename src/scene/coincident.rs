@@ -6,6 +6,8 @@
 
 use super::{Instance, Light, LightKind, Mesh, Scene};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// What lies on a triangle.
@@ -216,97 +218,45 @@ fn meet(a: &Flat, b: &Flat) -> bool {
     !parts(&a, &b) && !parts(&b, &a)
 }
 
-/// A triangle that covers more cells of the grid than this is compared with all others.
-const MOST_CELLS: u32 = 64;
-/// Triangles for each cell.
-const IN_A_CELL: f32 = 4.0;
 /// So many comparisons are exact; after them boxes decide.
 const MOST_COMPARISONS: usize = 20_000_000;
 
-/// A grid over the triangles of a plane.
-struct Grid {
-    side: u32,
-    low: Vec2,
-    scale: Vec2,
-}
-
-impl Grid {
-    fn new(bounds: &[(Vec2, Vec2)]) -> Self {
-        let all = |(low, high): (Vec2, Vec2), b: &(Vec2, Vec2)| (low.min(b.0), high.max(b.1));
-        let (low, high) = bounds.iter().fold((Vec2::MAX, Vec2::MIN), all);
-        let side = (bounds.len() as f32 / IN_A_CELL).sqrt().ceil();
-        Self {
-            side: side as u32,
-            low,
-            scale: Vec2::splat(side) / (high - low).max(Vec2::splat(f32::MIN_POSITIVE)),
-        }
-    }
-
-    fn cell(&self, p: Vec2) -> [u32; 2] {
-        let p = (p - self.low) * self.scale;
-        [p.x, p.y].map(|x| (x as u32).min(self.side - 1))
-    }
-
-    /// The cells that a box covers, if they are not too many.
-    fn cells(&self, (low, high): (Vec2, Vec2)) -> Option<impl Iterator<Item = usize> + use<>> {
-        let ([x, y], [to_x, to_y]) = (self.cell(low), self.cell(high));
-        let side = self.side;
-        let count = u64::from(to_x - x + 1) * u64::from(to_y - y + 1);
-        (count <= u64::from(MOST_CELLS))
-            .then(|| (x..=to_x).flat_map(move |x| (y..=to_y).map(move |y| (x * side + y) as usize)))
-    }
+/// A box of [`rstar`] without its edges: those of neighbours are no overlap.
+fn inner_box((low, high): (Vec2, Vec2)) -> AABB<[f32; 2]> {
+    let low = low.to_array().map(f32::next_up);
+    AABB::from_corners(low, high.to_array().map(f32::next_down))
 }
 
 /// Numbers of those triangles of one plane that another overlaps.
+///
+/// A tree of boxes: triangles may stand in a few crowded places of a wide plane, where a grid compares all with all.
 fn overlapping(group: &[Flat]) -> Vec<usize> {
     if group.len() < 2 {
         return Vec::new();
     }
-    let bounds: Vec<(Vec2, Vec2)> = group.iter().map(Flat::bounds).collect();
-    let grid = Grid::new(&bounds);
-    // Numbers by cell, one cell after the other.
-    let mut ends = vec![0u32; (grid.side * grid.side) as usize + 1];
-    let mut large = Vec::new();
-    for (number, of) in bounds.iter().enumerate() {
-        match grid.cells(*of) {
-            Some(cells) => cells.for_each(|cell| ends[cell + 1] += 1),
-            None => large.push(number),
-        }
-    }
-    for cell in 1..ends.len() {
-        ends[cell] += ends[cell - 1];
-    }
-    let mut inside = vec![0u32; ends[ends.len() - 1] as usize];
-    let mut next = ends.clone();
-    for (number, of) in bounds.iter().enumerate() {
-        for cell in grid.cells(*of).into_iter().flatten() {
-            inside[next[cell] as usize] = number as u32;
-            next[cell] += 1;
-        }
-    }
+    let boxed = |(number, flat): (usize, &Flat)| {
+        let (low, high) = flat.bounds();
+        GeomWithData::new(Rectangle::from_corners(low.into(), high.into()), number)
+    };
+    let tree = RTree::bulk_load(group.iter().enumerate().map(boxed).collect());
     let mut found = vec![false; group.len()];
     let mut left = MOST_COMPARISONS;
-    let mut compare = |a: usize, b: usize| {
-        let (of_a, of_b) = (bounds[a], bounds[b]);
-        if a == b || !overlap(of_a, of_b) || found[a] && found[b] {
-            return;
+    for number in 0..group.len() {
+        // Each looks for one that it overlaps: what else overlaps that one finds it by itself.
+        if found[number] {
+            continue;
         }
-        left = left.saturating_sub(1);
-        if left == 0 || meet(&group[a], &group[b]) {
-            (found[a], found[b]) = (true, true);
-        }
-    };
-    for range in ends.windows(2) {
-        let inside = &inside[range[0] as usize..range[1] as usize];
-        for (i, &a) in inside.iter().enumerate() {
-            for &b in &inside[i + 1..] {
-                compare(a as usize, b as usize);
+        let bounds = group[number].bounds();
+        let mut near = tree.locate_in_envelope_intersecting(&inner_box(bounds));
+        let other = near.find(|other| {
+            if other.data == number || !overlap(bounds, group[other.data].bounds()) {
+                return false;
             }
-        }
-    }
-    for a in large {
-        for b in 0..group.len() {
-            compare(a, b);
+            left = left.saturating_sub(1);
+            left == 0 || meet(&group[number], &group[other.data])
+        });
+        if let Some(other) = other {
+            (found[number], found[other.data]) = (true, true);
         }
     }
     (0..group.len()).filter(|&number| found[number]).collect()

@@ -12,20 +12,20 @@ use glam::{Vec2, Vec3, Vec4};
 /// What a socket takes of four numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
-    /// A number.
-    One(u8),
+    /// One of them.
+    One,
+    /// A vector or a colour.
+    Vector,
     /// The luminance of a colour, as a number.
     Luminance,
     /// The mean of a vector, as a number.
     Mean,
-    /// A vector or a colour.
-    Vector,
 }
 
 /// Where what stands in a socket is found.
 #[derive(Clone, Copy, Debug)]
 struct Taken {
-    /// Of a register, or of the call's constants.
+    /// The first number that is taken, of all registers' or of all constants' numbers: no lane has to be chosen at a hit.
     at: u32,
     is_constant: bool,
     part: Part,
@@ -45,34 +45,42 @@ pub struct Call {
 /// The sockets of a call: what is known, and registers.
 struct Filled<'a> {
     taken: &'a [Taken],
-    /// Registers and constants.
-    files: [&'a [Vec4]; 2],
+    /// All numbers of registers and of constants.
+    files: [&'a [f32]; 2],
 }
 
 impl Filled<'_> {
     #[inline(always)]
-    fn at(&self, socket: usize) -> (Part, &Vec4) {
+    fn at(&self, socket: usize) -> (Part, &[f32]) {
         let taken = &self.taken[socket];
         let file = self.files[usize::from(taken.is_constant)];
-        (taken.part, &file[taken.at as usize])
+        (taken.part, &file[taken.at as usize..])
+    }
+
+    /// A number that is made of three.
+    #[cold]
+    fn reduced(part: Part, numbers: &[f32]) -> f32 {
+        let value = Vec3::from_slice(numbers);
+        match part {
+            Part::Mean => value.element_sum() / 3.0,
+            _ => luminance(value),
+        }
     }
 }
 
 impl Sockets for Filled<'_> {
-    #[inline]
+    #[inline(always)]
     fn number(&self, socket: usize) -> f32 {
         match self.at(socket) {
-            (Part::One(lane), value) => value[usize::from(lane)],
-            (Part::Luminance, value) => luminance(value.truncate()),
-            (Part::Mean, value) => value.truncate().element_sum() / 3.0,
-            (Part::Vector, value) => value.x,
+            (Part::One | Part::Vector, numbers) => numbers[0],
+            (part, numbers) => Self::reduced(part, numbers),
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn vector(&self, socket: usize) -> Vec3 {
         match self.at(socket) {
-            (Part::Vector, value) => value.truncate(),
+            (Part::Vector, numbers) => Vec3::from_slice(numbers),
             _ => Vec3::splat(self.number(socket)),
         }
     }
@@ -103,25 +111,24 @@ impl Call {
                 Operand::Constant(value) => {
                     constants.push(value);
                     Taken {
-                        at: constants.len() as u32 - 1,
+                        at: 4 * (constants.len() as u32 - 1),
                         is_constant: true,
-                        part: if is_number {
-                            Part::One(0)
-                        } else {
-                            Part::Vector
-                        },
+                        part: if is_number { Part::One } else { Part::Vector },
                     }
                 }
-                Operand::Register(at, lane) => Taken {
-                    at,
-                    is_constant: false,
-                    part: match lane {
-                        Lane::One(lane) => Part::One(lane),
-                        Lane::Rgb if is_number => Part::Luminance,
-                        Lane::Xyz if is_number => Part::Mean,
-                        Lane::Rgb | Lane::Xyz => Part::Vector,
-                    },
-                },
+                Operand::Register(register, lane) => {
+                    let (lane, part) = match lane {
+                        Lane::One(lane) => (u32::from(lane), Part::One),
+                        Lane::Rgb if is_number => (0, Part::Luminance),
+                        Lane::Xyz if is_number => (0, Part::Mean),
+                        Lane::Rgb | Lane::Xyz => (0, Part::Vector),
+                    };
+                    Taken {
+                        at: 4 * register + lane,
+                        is_constant: false,
+                        part,
+                    }
+                }
             }
         });
         let taken = taken.collect();
@@ -138,17 +145,17 @@ impl Call {
         let registers = self.taken.iter().filter(|taken| !taken.is_constant);
         registers.map(|taken| {
             let lane = match taken.part {
-                Part::One(lane) => Lane::One(lane),
+                Part::One => Lane::One((taken.at % 4) as u8),
                 _ => Lane::Rgb,
             };
-            Operand::Register(taken.at, lane)
+            Operand::Register(taken.at / 4, lane)
         })
     }
 
     fn filled<'a>(&'a self, registers: &'a [Vec4]) -> Filled<'a> {
         Filled {
             taken: &self.taken,
-            files: [registers, &self.constants],
+            files: [registers, &self.constants].map(bytemuck::cast_slice),
         }
     }
 

@@ -73,6 +73,37 @@ fn flat_faces_that_overlap_are_found_by_triangle() {
     assert_eq!(find(&scene(with_floor, &more)).faces.len(), 901);
 }
 
+/// A crowd in one corner of a wide plane costs what its neighbours cost, not all of it with all of it.
+#[test]
+fn crowds_of_faces_in_a_wide_plane_are_told_apart() {
+    let here = DAffine3::IDENTITY;
+    let side = 300;
+    let mut crowd = Mesh::default();
+    let mut add = |of: Mesh| {
+        let first = crowd.positions.len() as u32;
+        crowd.positions.extend(of.positions);
+        let moved = of.triangles.into_iter().map(|t| t.map(|i| first + i));
+        crowd.triangles.extend(moved);
+    };
+    let size = 1.0 / 4096.0;
+    for x in 0..side {
+        for y in 0..side {
+            add(quad(size, [x as f32 * size, y as f32 * size, 0.25]));
+        }
+    }
+    add(quad(1.0, [4096.0, 4096.0, 0.25]));
+    assert!(find(&scene(vec![crowd.clone()], &[(0, here)])).is_empty());
+
+    let rug = quad(size / 8.0, [7.625 * size, 9.125 * size, 0.25]);
+    let found = find(&scene(vec![crowd, rug], &[(0, here), (1, here)]));
+    let floor = &found.faces[&0];
+    let below: Vec<usize> = (0..floor.len())
+        .filter(|&i| floor[i] != Overlap::None)
+        .collect();
+    assert_eq!(below, [2 * (7 * side + 9)]);
+    assert_eq!(found.faces[&1], [Overlap::Flat; 2]);
+}
+
 /// Turned faces lie on each other where they have the same corners, in one mesh or in two, whichever way they are turned.
 #[test]
 fn turned_twins_are_found() {
