@@ -440,6 +440,7 @@ impl Reader<'_, '_, '_> {
             invert: false,
             object_space: moves,
             undisplaced: self.undisplaced,
+            flat_before: moves && self.version >= CyclesVersion::new(5, 0),
             widened: function::widens(self.version),
         });
         let bump = bump.with(bump::HEIGHT, Link { output, ..height });
