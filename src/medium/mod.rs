@@ -5,6 +5,7 @@
 mod equiangular;
 pub mod particles;
 mod phase;
+pub mod profile;
 pub mod tracking;
 pub mod walk;
 

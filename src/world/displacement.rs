@@ -1,14 +1,16 @@
 //! True displacement: vertices go to where a material's graph moves them, before anything else is made of a scene.
 //!
 //! As in Cycles each vertex is moved once, by the first triangle that has it and whose material displaces, where that triangle's
-//! corner is; objects that share a mesh share what the first of them gives.
+//! corner is; objects that share a mesh share what the first of them gives. Flat meshes are moved as if they were smooth, by the
+//! normals that Blender's vertices have.
 
 use super::asking::Asking;
-use super::geometry::{Attributes, MeshData, MeshInstance};
+use super::geometry::{Attributes, MeshData, MeshInstance, unit_or_zero};
 use super::material::Textures;
 use super::place::ObjectFacts;
 use super::view::{View, from_blender};
 
+use crate::effects::General;
 use crate::ffi::embree::EmbreeError;
 use crate::scene::{Camera, Diagnostics, Instance, Mesh, Part, Projection, Scene, Verdict};
 use crate::shading::program::{self, Program, Root};
@@ -47,6 +49,16 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     let by_material = programs(scene);
     let of = |mesh: &Mesh| by_material.get(mesh.material?.0 as usize)?.as_ref();
     let names: Vec<Vec<Name>> = (0..).zip(&scene.meshes).map(names).collect();
+    let flat: Vec<bool> = scene.meshes.iter().map(|m| m.normals.is_none()).collect();
+    let asks = scene
+        .meshes
+        .iter()
+        .any(|m| of(m).is_some() && m.normals.is_none());
+    let round = if asks {
+        vertex_normals(&scene.meshes, &names, &flat, angles)
+    } else {
+        HashMap::new()
+    };
     let mut moved: HashMap<Name, Vec3> = HashMap::new();
     for (number, mesh) in (0u32..).zip(&scene.meshes) {
         let Some(by) = of(mesh) else {
@@ -57,7 +69,8 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             continue;
         };
         let what = (mesh, instance);
-        if let Err(error) = offsets(scene, what, by, &names[number as usize], &mut moved) {
+        let vertices = (&*names[number as usize], &round);
+        if let Err(error) = offsets(scene, what, by, vertices, &mut moved) {
             diagnostics.report(
                 "displacement",
                 Verdict::Lost,
@@ -76,14 +89,17 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     let is_touched = |names: &[Name]| names.iter().any(|name| moved.contains_key(name));
     let touched: Vec<bool> = names.iter().map(|names| is_touched(names)).collect();
     let shaded: Vec<Vec<Shaded>> = scene.meshes.iter().map(shaded).collect();
-    let before = normals(&scene.meshes, &names, &touched);
+    let all_alike = |_: &Mesh, _: &[u32; 3]| [1.0; 3];
+    let normals = |meshes: &[Mesh], of: &[bool]| vertex_normals(meshes, &names, of, all_alike);
+    let before = normals(&scene.meshes, &touched);
     for (at, mesh) in scene.meshes.iter_mut().enumerate() {
         if touched[at] {
-            move_vertices(mesh, &names[at], &moved, displaces[at]);
+            let flat = displaces[at].then_some(&*shaded[at]);
+            move_vertices(mesh, &names[at], &moved, flat);
         }
     }
-    let after = normals(&scene.meshes, &names, &touched);
-    let renewed = normals(&scene.meshes, &names, &renews);
+    let after = normals(&scene.meshes, &touched);
+    let renewed = normals(&scene.meshes, &renews);
     for (at, mesh) in scene.meshes.iter_mut().enumerate() {
         if touched[at] {
             turn_normals(mesh, (&names[at], &shaded[at]), [&before, &after, &renewed]);
@@ -164,12 +180,13 @@ fn shaded(mesh: &Mesh) -> Vec<Shaded> {
     codes.iter().map(of).collect()
 }
 
-/// What a mesh's displacement adds to its vertices, in its own space, where nothing is known of them yet.
+/// What a mesh's displacement adds to its vertices, in its own space, where nothing is known of them yet. `round`: the normals of the
+/// vertices of flat meshes.
 fn offsets(
     scene: &Scene,
     (mesh, instance): (&Mesh, &Instance),
     by: &Displaced,
-    names: &[Name],
+    (names, round): (&[Name], &HashMap<Name, Vec3>),
     moved: &mut HashMap<Name, Vec3>,
 ) -> Result<(), EmbreeError> {
     let everything = Attributes {
@@ -195,13 +212,17 @@ fn offsets(
         }
     };
     for (triangle, corners) in (0u32..).zip(&mesh.triangles) {
-        let outside = entry.geometric_normal::<crate::effects::General>(&data, triangle);
+        let outside = entry.geometric_normal::<General>(&data, triangle);
         for (&corner, (u, v)) in corners.iter().zip([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]) {
             let name = names[corner as usize];
             if moved.contains_key(&name) {
                 continue;
             }
-            let at = entry.at(&data, (triangle, u, v), Asking::along(-outside));
+            let mut at = entry.at(&data, (triangle, u, v), Asking::along(-outside));
+            if mesh.normals.is_none() {
+                let normal = round.get(&name).copied().unwrap_or_default();
+                at.normal = unit_or_zero(entry.normal::<General>(normal));
+            }
             let world = by.program.at(&at, |at| at.color(&by.root));
             let offset = to_object * from_blender(world);
             moved.insert(
@@ -237,18 +258,27 @@ fn view(scene: &Scene) -> View {
     View::new(camera, (1.0, 1), DVec3::ZERO)
 }
 
-/// Moves a mesh's vertices. What comes of their places before stays: generated coordinates, and for a bump the places.
-fn move_vertices(mesh: &mut Mesh, names: &[Name], moved: &HashMap<Name, Vec3>, displaces: bool) {
+/// Moves a mesh's vertices. What comes of their places before stays: generated coordinates, and for a bump the places, with a 0 behind
+/// those of flat faces. `shaded`: how, if the mesh displaces.
+fn move_vertices(
+    mesh: &mut Mesh,
+    names: &[Name],
+    moved: &HashMap<Name, Vec3>,
+    shaded: Option<&[Shaded]>,
+) {
     if mesh.generated.is_none() {
         let space = mesh.texture_space;
         let generated = |p: &[f32; 3]| space.generated(Vec3::from(*p)).into();
         mesh.generated = Some(mesh.positions.iter().map(generated).collect());
     }
-    if let (Some(part), true) = (mesh.part, displaces)
+    if let (Some(part), Some(shaded)) = (mesh.part, shaded)
         && let Some(values) = mesh.attributes.get_mut(part.vertices as usize)
     {
-        let places = mesh.positions.iter();
-        *values = places.map(|[x, y, z]| [*x, *y, *z, 1.0]).collect();
+        let is_curved = |shaded: &Shaded| !matches!(shaded, Shaded::Flat | Shaded::FlatCorner);
+        let places = mesh.positions.iter().zip(shaded);
+        *values = places
+            .map(|([x, y, z], how)| [*x, *y, *z, f32::from(is_curved(how))])
+            .collect();
     }
     for (position, name) in mesh.positions.iter_mut().zip(names) {
         if let Some(offset) = moved.get(name) {
@@ -277,14 +307,28 @@ fn face(mesh: &Mesh, triangle: &[u32; 3]) -> Vec3 {
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }
 
-/// The mean of the normals of the triangles about each vertex of some meshes, each counting the same.
-fn normals(meshes: &[Mesh], names: &[Vec<Name>], of: &[bool]) -> HashMap<Name, Vec3> {
+/// The angles of a triangle.
+fn angles(mesh: &Mesh, triangle: &[u32; 3]) -> [f32; 3] {
+    let corners = triangle.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3());
+    [0, 1, 2].map(|at| {
+        let [to_next, to_last] = [1, 2].map(|by| corners[(at + by) % 3] - corners[at]);
+        to_next.cross(to_last).length().atan2(to_next.dot(to_last)) as f32
+    })
+}
+
+/// The mean of the normals of the triangles about each vertex of some meshes, each counting by its corner.
+fn vertex_normals(
+    meshes: &[Mesh],
+    names: &[Vec<Name>],
+    of: &[bool],
+    counts: impl Fn(&Mesh, &[u32; 3]) -> [f32; 3],
+) -> HashMap<Name, Vec3> {
     let mut sums: HashMap<Name, Vec3> = HashMap::new();
     for ((mesh, names), _) in meshes.iter().zip(names).zip(of).filter(|(_, of)| **of) {
         for triangle in &mesh.triangles {
             let normal = face(mesh, triangle);
-            for &corner in triangle {
-                *sums.entry(names[corner as usize]).or_default() += normal;
+            for (&corner, count) in triangle.iter().zip(counts(mesh, triangle)) {
+                *sums.entry(names[corner as usize]).or_default() += normal * count;
             }
         }
     }

@@ -403,7 +403,7 @@ impl MeshInstance {
 
     /// The same between corners of the mesh.
     #[inline]
-    fn normal_between<E: Features>(&self, [a, b, c]: [Vec3; 3]) -> Vec3 {
+    pub(super) fn normal_between<E: Features>(&self, [a, b, c]: [Vec3; 3]) -> Vec3 {
         let n = (b - a).cross(c - a);
         // Unit first: the cross product of tiny edges leaves f32's range under a transform.
         let n = unit_or_zero(n);

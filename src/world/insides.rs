@@ -2,10 +2,10 @@
 
 use super::geometry::MeshInstance;
 use super::{Hit, World};
+use crate::effects::General;
 use crate::ffi::embree::{
     self, CommittedScene, DecomposedTransform, Device, EmbreeError, Ray, TriangleMesh,
 };
-use crate::math::float::RAY_START;
 use glam::Vec3;
 use std::collections::btree_map::Entry::{Occupied, Vacant};
 use std::collections::{BTreeMap, BTreeSet};
@@ -75,23 +75,30 @@ impl World {
         !self.geometry.insides.0.is_empty()
     }
 
-    /// What a ray within the object of a hit meets of that within a distance, whatever else is there.
+    /// What a ray within the object of a hit meets of that between two distances, whatever else is there.
     pub fn intersect_inside(
         &self,
         of: &Hit,
         (origin, direction): (Vec3, Vec3),
-        far: f32,
+        [near, far]: [f32; 2],
     ) -> Option<Hit> {
         let object = self.geometry.entries[of.object() as usize].object;
         let inside = self.geometry.insides.0.get(&object)?;
         let hit = inside.embree.intersect(&Ray {
             origin: origin.to_array(),
             direction: direction.to_array(),
-            near: RAY_START,
+            near,
             far,
             mask: u32::MAX,
             time: of.time,
         })?;
         Some(hit.of_object(inside.entries[hit.object() as usize]))
+    }
+
+    /// Unit normal of the triangle of a hit, outside.
+    pub fn outside(&self, hit: &Hit) -> Vec3 {
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
+        entry.geometric_normal::<General>(mesh, triangle)
     }
 }

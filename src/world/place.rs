@@ -305,7 +305,7 @@ impl HitPoint<'_> {
 
     /// A tangent-space normal in the frame of the corners' tangents and normals, as Cycles has it: in the object's own axes,
     /// neither orthogonal nor of unit length between the corners. 0 where there are no tangents.
-    fn mapped_by_corners(&self, own: Vec3, mapped: Vec3) -> Vec3 {
+    fn mapped_by_corners(&self, mapped: Vec3) -> Vec3 {
         let (Some(facts), Some(tangents)) = (self.facts(), &self.mesh.tangents) else {
             return Vec3::ZERO;
         };
@@ -327,7 +327,8 @@ impl HitPoint<'_> {
                 self.u,
                 self.v,
             ),
-            None => unit_or_zero(axes.transpose() * own),
+            // A bump of the displacement has not turned it.
+            None => unit_or_zero(axes.transpose() * self.geometric_normal()),
         };
         // The mirror of the object has turned the signs of what stands in the world.
         let mirror = if in_world && axes.determinant() < 0.0 {
@@ -381,7 +382,7 @@ impl Place for HitPoint<'_> {
                 let share = strength.clamp(0.0, 1.0);
                 let z = 1.0 + (normal.z - 1.0) * share;
                 let scaled = Vec3::new(normal.x * strength, normal.y * strength, z);
-                return self.mapped_by_corners(own, scaled);
+                return self.mapped_by_corners(scaled);
             }
             NormalSpace::Object => {
                 let world =
@@ -603,11 +604,19 @@ impl Place for HitPoint<'_> {
         })
     }
 
-    fn undisplaced(&self, attribute: u32) -> Self {
-        Self {
+    fn undisplaced(&self, attribute: u32, flat: bool) -> Self {
+        let mut before = Self {
             undisplaced: Some(attribute),
             ..*self
+        };
+        let values = self.mesh.attributes.get(attribute as usize);
+        let is_flat =
+            |values: &Vec<[f32; 4]>| self.corners.iter().all(|&c| values[c as usize][3] == 0.0);
+        if flat && values.is_some_and(is_flat) {
+            let corners = before.mesh_corners();
+            before.normal = self.entry.normal_between::<General>(corners);
         }
+        before
     }
 
     fn openness(&self, normal: Vec3, distance: f32, rays: Openness) -> f32 {

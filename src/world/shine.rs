@@ -265,7 +265,7 @@ impl Place for ShinePlace<'_> {
         [number(self); 2]
     }
 
-    fn undisplaced(&self, _: u32) -> Self {
+    fn undisplaced(&self, _: u32, _: bool) -> Self {
         Self { ..*self }
     }
 

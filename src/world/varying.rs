@@ -439,7 +439,7 @@ impl Place for VolumePlace<'_> {
         [number(self); 2]
     }
 
-    fn undisplaced(&self, _: u32) -> Self {
+    fn undisplaced(&self, _: u32, _: bool) -> Self {
         Self { ..*self }
     }
 

@@ -33,9 +33,8 @@ class Subsurface(lobes.Beside):
         s = Shaders()
         known = bpy.types.ShaderNodeBsdfPrincipled.bl_rna.properties["subsurface_method"].enum_items
         for method in known.keys():
-            if method == "BURLEY":
-                continue
-            for anisotropy in (0.0, 0.6):
+            # Profiles know no anisotropy.
+            for anisotropy in (0.0,) if method == "BURLEY" else (0.0, 0.6):
                 self.scattering(s, f"{method} {anisotropy}", method, Subsurface_Anisotropy=anisotropy, Subsurface_Scale=0.05)
         for ior in (1.05, 2.0):
             self.scattering(s, f"index {ior}", Subsurface_Scale=0.1, IOR=ior)

@@ -58,6 +58,64 @@ class Causes(kit.ExportTest):
         self.assertEqual(self.shown(4), (0, 0))
         self.assertEqual(self.export().verdict("material", "m")["verdict"], "exact")
 
+    def raised(self, method, name="m", **values):
+        """A material with displacement by noise; its tree."""
+        material = kit.material(name)
+        material.displacement_method = method
+        tree = material.node_tree
+        noise, raised = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "Displacement"))
+        noise.inputs["Scale"].default_value = 4
+        for socket, value in values.items():
+            raised.inputs[socket].default_value = value
+        tree.links.new(noise.outputs[0], raised.inputs["Height"])
+        output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+        tree.links.new(raised.outputs[0], output.inputs["Displacement"])
+        return material
+
+    def test_flat_faces_that_are_moved_and_bumped(self):
+        """From 5.0 on a bump turns the normals that flat faces had before they were moved: else they turn twice."""
+        material = self.raised("BOTH", Scale=0.6)
+        bpy.ops.mesh.primitive_grid_add(x_subdivisions=12, y_subdivisions=12, size=6)
+        bpy.context.object.data.materials.append(material)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+        self.scene.world = None
+        sun = bpy.data.lights.new("sun", "SUN")
+        sun.energy = 3
+        self.link("sun", sun).rotation_euler = (0.9, 0.3, 0)
+        ours, cycles = self.shown()
+        print(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+        self.near(ours, cycles, 0.005)
+
+    def test_flat_meshes_that_are_moved(self):
+        """They are moved as if they were smooth: the corners of a cube along its diagonals."""
+        material = self.raised("DISPLACEMENT", Scale=0.5, Midlevel=0)
+        raised = next(n for n in material.node_tree.nodes if n.type == "DISPLACEMENT")
+        material.node_tree.links.remove(raised.inputs["Height"].links[0])
+        raised.inputs["Height"].default_value = 1
+        principled = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+        principled.inputs["Base Color"].default_value = (0, 0, 0, 1)
+        bpy.ops.mesh.primitive_cube_add(size=1)
+        bpy.context.object.data.materials.append(material)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+        found = self.export()
+        # The world is white: what is dark is the cube.
+        ours, cycles = (1 - p.mean() for p in (kit.rendered(found.path, 64, 64, 16), kit.cycles_pixels(64, 64, 16)))
+        print(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+        self.near(ours, cycles, 0.01)
+
+    def test_normal_maps_of_bumped_flat_meshes(self):
+        """A normal map's frame is that of the face: a bump of the displacement does not turn it."""
+        material = self.raised("BUMP", Scale=0.5)
+        tree = material.node_tree
+        mapped, glow = tree.nodes.new("ShaderNodeNormalMap"), tree.nodes.new("ShaderNodeEmission")
+        mapped.inputs["Color"].default_value = (0.9, 0.7, 0.8, 1)
+        tree.links.new(mapped.outputs[0], glow.inputs["Color"])
+        tree.links.new(glow.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Surface"])
+        bpy.ops.mesh.primitive_plane_add(size=6)
+        bpy.context.object.data.materials.append(material)
+        ours, cycles = self.shown(4)
+        self.near(ours, cycles, 0.001)
+
     def test_nothing(self):
         """What nothing is linked to, what is no shader there, and what Cycles does not have."""
 

@@ -159,9 +159,6 @@ class GraphWriter:
         if scatters and inputs.get("Thin Wall", 0.0):
             if inputs.get("Diffuse Roughness", 0.0) != 0.0:
                 self.result.findings.append((APPROXIMATED, "light below the surface of a thin wall is scattered without roughness"))
-        elif scatters or kind == "ShaderNodeSubsurfaceScattering":
-            if (use.node.subsurface_method if scatters else use.node.falloff) == "BURLEY":
-                self.result.findings.append((APPROXIMATED, "Christensen-Burley is rendered as a random walk", "subsurface"))
         if inputs.get("Thin Film Thickness", 0.0) != 0.0 and bpy.app.version < (5, 0, 0):
             self.result.findings.append((APPROXIMATED, OLD_FILM, "thin-film"))
         if kind == "ShaderNodeBevel" and use.node.samples < 8:

@@ -1,4 +1,5 @@
-//! Light below surfaces on the way of a path: it enters, walks through the object, and comes out elsewhere, diffusely.
+//! Light below surfaces on the way of a path: it enters, walks through the object or goes as far as a profile says, and comes out
+//! elsewhere, diffusely.
 
 use super::Walk;
 use crate::effects::Features;
@@ -6,9 +7,11 @@ use crate::film::light_passes::PassSink;
 use crate::integrator::direct::Vertex;
 use crate::integrator::path::KernelBsdf;
 use crate::integrator::record::{End, Record, Step};
-use crate::math::float::ray_origin;
+use crate::math::float::{RAY_START, next_up, ray_origin};
+use crate::medium::profile::{Probe, Profile};
 use crate::medium::walk::{Inside, Mapping, Numbers, Start, walk};
 use crate::sampler::{Dimension, Sampler, hashed};
+use crate::scene::graph::WalkMethod;
 use crate::shading::closure::Below;
 use crate::shading::{Changes, Normals};
 use crate::world::{Asking, Hit, Passage, Surface};
@@ -64,9 +67,22 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         } = surface.normals;
         let numbers = self.sampler.beside(WALK);
         let u = numbers.triple(Dimension::Bsdf, self.bounce);
-        let entered = below.enter(geometric, -self.direction, u.truncate(), u.z)?;
         let origin = ray_origin(surface.point, -geometric);
         let offset = origin.distance(surface.point.point);
+        let least = below.radius.max(Vec3::splat(LEAST_STEPS * offset));
+        let there = below.radius.cmpgt(Vec3::ZERO);
+        let radius = Vec3::select(there, least, Vec3::ZERO);
+        let key = numbers.key(Dimension::Opacity, self.bounce);
+        if below.method == WalkMethod::Burley {
+            let probe = Probe::new(
+                Profile::new(radius),
+                surface.point.point,
+                geometric,
+                u.truncate(),
+            );
+            return self.found_by(&probe, (hit, surface.inside), key);
+        }
+        let entered = below.enter(geometric, -self.direction, u.truncate(), u.z)?;
         // The colour comes in by the scatterings.
         let throughput = Vec3::select(
             below.color.cmpgt(Vec3::ZERO),
@@ -78,9 +94,6 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         } else {
             Mapping::VanDeHulst
         };
-        let least = below.radius.max(Vec3::splat(LEAST_STEPS * offset));
-        let there = below.radius.cmpgt(Vec3::ZERO);
-        let radius = Vec3::select(there, least, Vec3::ZERO);
         let inside = Inside::new(below.color, radius, below.anisotropy, mapping);
         let start = Start {
             origin,
@@ -90,14 +103,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             throughput,
         };
         let (world, mut rays) = (self.world, 0);
-        let key = numbers.key(Dimension::Opacity, self.bounce);
         let found = walk(
             &inside,
             &start,
             |step| numbers_of((&numbers, key), self.bounce, step),
             |origin, direction, far| {
                 rays += 1;
-                let met = world.intersect_inside(hit, (origin, direction), far)?;
+                let met = world.intersect_inside(hit, (origin, direction), [RAY_START, far])?;
                 Some((met.distance, met))
             },
         );
@@ -113,6 +125,50 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         // As if a ray had come from outside.
         let turned = exit.origin + exit.direction * (2.0 * exit.hit.distance);
         Some((exit.hit, (turned, -exit.direction)))
+    }
+
+    /// One of the places where a ray through a disc meets the object, by how much each counts; of which side says where the
+    /// path has come from. The hit and the way back as for walks.
+    fn found_by(
+        &mut self,
+        probe: &Probe,
+        (hit, from_inside): (&Hit, bool),
+        key: u32,
+    ) -> Option<(Hit, (Vec3, Vec3))> {
+        let (world, way) = (self.world, (probe.origin, probe.direction));
+        let (mut near, mut sum, mut count, mut kept) = (RAY_START, 0.0, 0, None);
+        while near < probe.far {
+            self.rays += 1;
+            let Some(met) = world.intersect_inside(hit, way, [near, probe.far]) else {
+                break;
+            };
+            let outside = world.outside(&met);
+            let weight = probe.weight(met.distance, outside);
+            let share = weight.element_sum() / 3.0;
+            if share > 0.0 {
+                sum += share;
+                if hashed(key, count, 1) * sum < share {
+                    kept = Some((met, outside, weight / share));
+                }
+            }
+            count += 1;
+            // Hits of one ray have the same distances wherever it is taken to begin.
+            near = next_up(met.distance);
+        }
+        let (met, outside, weight) = kept?;
+        let (from, to) = (way.0, way.0 + way.1 * met.distance);
+        self.throughput *= weight * sum;
+        let throughput = self.throughput;
+        self.light.sink.step(|| Step::Below {
+            steps: 0,
+            from,
+            to,
+            throughput,
+        });
+        // As if a ray had come from the side that light has entered from.
+        let is_behind = (outside.dot(way.1) > 0.0) != from_inside;
+        let turned = from + way.1 * (2.0 * met.distance);
+        Some((met, if is_behind { (turned, -way.1) } else { way }))
     }
 
     /// Takes the light where it comes out, and goes on.

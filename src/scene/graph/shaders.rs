@@ -67,7 +67,7 @@ impl SimpleBsdf {
     }
 }
 
-/// Which numbers of a walk a surface's colour and radius stand for.
+/// What a surface's colour and radius stand for below it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WalkMethod {
     /// "Random Walk" from Blender 5.2 on: the radius is the mean free path.
@@ -76,11 +76,11 @@ pub enum WalkMethod {
     Legacy,
     /// "Random Walk (Skin)": the mean free path hangs on the colour, and half of the light enters diffusely.
     Skin,
-    /// "Christensen-Burley", which Cycles does not walk: diffuse entry, otherwise as [`Self::Legacy`].
+    /// "Christensen-Burley": no walk, but how much comes out at which distance.
     Burley,
 }
 
-/// How light goes on below a surface: Blender's methods, all of them as random walks.
+/// How light goes on below a surface: Blender's methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Subsurface {
     /// What its numbers stand for.

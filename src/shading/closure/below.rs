@@ -1,5 +1,5 @@
 //! Light that goes on below the surface: where a path enters, and what it walks through there. Where it comes out again is
-//! the path's affair ([`crate::medium::walk`]); no direction is drawn here, and no light found by its own.
+//! the path's affair ([`crate::medium::walk`], [`crate::medium::profile`]); no direction is drawn here, and no light found by its own.
 
 use super::Normals;
 use crate::math::{Frame, sqr, warp};
@@ -19,7 +19,7 @@ pub struct Below {
     pub weight: Vec3,
     /// The colour that the surface shows: what half of all space, filled alike, gives back of even light.
     pub color: Vec3,
-    /// By the method: the mean free path, or what stands for it, metres.
+    /// By the method: the mean free path, what stands for it, or the length of the profile, metres.
     pub radius: Vec3,
     /// Mean cosine of a scattering.
     pub anisotropy: f32,
@@ -105,16 +105,12 @@ impl Below {
         self.method != WalkMethod::RandomWalk
     }
 
-    /// Draws the direction in which a path enters; `choice` in 0..1 decides how. `None` where it would leave.
+    /// Draws the direction in which a walk enters; `choice` in 0..1 decides how. `None` where it would leave.
     ///
     /// By the refraction of visible facets. As in Cycles none is reflected or shadowed: the colour tells of what comes back
     /// in all.
     pub fn enter(&self, geometric: Vec3, wo: Vec3, u: Vec2, choice: f32) -> Option<Vec3> {
-        let is_diffuse = match self.method {
-            WalkMethod::Burley => true,
-            WalkMethod::Skin => choice < 0.5,
-            WalkMethod::RandomWalk | WalkMethod::Legacy => false,
-        };
+        let is_diffuse = self.method == WalkMethod::Skin && choice < 0.5;
         let direction = if is_diffuse {
             Frame::from_normal(-self.normal).to_world(warp::cosine_hemisphere(u))
         } else {

@@ -248,10 +248,12 @@ impl<P: Place> Evaluation<'_, P> {
                 invert,
                 object_space,
                 undisplaced,
+                flat_before,
                 ..
             } => call.height().map_or(Vec4::ZERO, |height| {
                 let sign = if *invert { -1.0 } else { 1.0 };
-                let before = undisplaced.map(|attribute| place.undisplaced(attribute));
+                let before =
+                    undisplaced.map(|attribute| place.undisplaced(attribute, *flat_before));
                 let place = before.as_ref().unwrap_or(place);
                 bump(place, inputs, height, (sign, *object_space)).extend(1.0)
             }),

@@ -75,8 +75,8 @@ pub trait Place {
     fn of_neighbours(&self, steps: [Vec3; 2], number: impl FnMut(&Self) -> f32) -> [f32; 2]
     where
         Self: Sized;
-    /// The same point before it was displaced, by an attribute of the vertices.
-    fn undisplaced(&self, attribute: u32) -> Self
+    /// The same point before it was displaced, by an attribute of the vertices; with the normals of flat faces, if that is asked for.
+    fn undisplaced(&self, attribute: u32, flat: bool) -> Self
     where
         Self: Sized;
     /// The share of rays to the side of a normal in the world (Blender's axes) that meet nothing within a distance.

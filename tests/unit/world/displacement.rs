@@ -81,3 +81,45 @@ fn a_vertex_is_moved_once_by_the_first_triangle_that_has_it() {
         assert_eq!(generated[1][2], generated[0][2], "as before");
     }
 }
+
+/// A cube's corners go along its diagonals, flat as it is: three faces count by their angles there, however many triangles they are.
+#[test]
+fn flat_meshes_are_moved_by_the_normals_of_their_vertices() {
+    let mut graph = Graph::default();
+    let space = Function::Displacement { object_space: true };
+    let node = Node::new(NodeKind::Function(space))
+        .with(0, 1.0)
+        .with(1, 0.0);
+    graph.displacement = Some(graph.add(node));
+    let corner = |i: u32| [0, 1, 2].map(|axis| (i >> axis & 1) as f32);
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let mut scene = scene(None);
+    scene.materials[0].graph = graph;
+    scene.instances[0].world_from_object = DAffine3::IDENTITY;
+    scene.meshes[0] = Mesh {
+        positions: (0..8).map(corner).collect(),
+        triangles: quads
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .collect(),
+        material: Some(MaterialId(0)),
+        ..Mesh::default()
+    };
+    displace(&mut scene, &mut Diagnostics::default());
+    let third = 3f32.sqrt().recip();
+    for (i, position) in (0..8).zip(&scene.meshes[0].positions) {
+        let expected = Vec3::from(corner(i)) * (1.0 + 2.0 * third) - third;
+        assert!(
+            (Vec3::from(*position) - expected).length() < 1e-6,
+            "{position:?}"
+        );
+    }
+    assert!(scene.meshes[0].normals.is_none());
+}

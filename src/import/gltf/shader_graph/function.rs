@@ -270,6 +270,7 @@ pub(super) fn of(
             invert: node.is("invert"),
             object_space: false,
             undisplaced: None,
+            flat_before: false,
             widened: widens(version),
         }),
         "Displacement" => only(Function::Displacement {

@@ -44,8 +44,6 @@ struct Reader<'a, 'i, 'd> {
     images: &'a mut Images<'i>,
     diagnostics: &'d mut Diagnostics,
     owner: &'a str,
-    /// The material's.
-    name: &'a str,
     /// What the scene's own colour space is called.
     linear_names: [&'a str; 3],
     /// What Cycles it is to be as.
@@ -220,7 +218,6 @@ fn read(
         images,
         diagnostics,
         owner: &owner.words,
-        name: owner.subject.name(),
         linear_names: [
             working_space(document).name(),
             "scene_linear",
@@ -443,6 +440,7 @@ impl Reader<'_, '_, '_> {
             invert: false,
             object_space: moves,
             undisplaced: self.undisplaced,
+            flat_before: moves && self.version >= CyclesVersion::new(5, 0),
             widened: function::widens(self.version),
         });
         let bump = bump.with(bump::HEIGHT, Link { output, ..height });

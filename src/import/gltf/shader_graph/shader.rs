@@ -13,8 +13,7 @@ use crate::scene::graph::{
     NormalSpace, PhaseKind, SimpleBsdf, SocketKind, Subsurface, VolumeShader, WalkMethod,
 };
 use crate::scene::{
-    Effect, ImageAlpha, ImageId, ImageUse, Sampler, Subject, Texture, TextureFilter, UvTransform,
-    Verdict, Wrap,
+    ImageAlpha, ImageId, ImageUse, Sampler, Texture, TextureFilter, UvTransform, Wrap,
 };
 use serde_json::Value;
 
@@ -141,16 +140,6 @@ impl Reader<'_, '_, '_> {
             Some("BURLEY") => WalkMethod::Burley,
             other => return Err(Refusal::of(node, other.unwrap_or("unknown"))),
         };
-        if method == WalkMethod::Burley {
-            self.diagnostics.report_effect(
-                Effect::Subsurface,
-                "approximated-subsurface",
-                Verdict::Approximated,
-                "subsurface scattering by Christensen and Burley",
-                Subject::Material(self.name.to_owned()),
-                "rendered as a random walk",
-            );
-        }
         Ok(Subsurface {
             method,
             never_backward: is_before(5, 2),

@@ -75,7 +75,7 @@ impl Place for Here {
             })
         })
     }
-    fn undisplaced(&self, _: u32) -> Self {
+    fn undisplaced(&self, _: u32, _: bool) -> Self {
         Self {
             at: self.at,
             read: self.read.clone(),
@@ -367,6 +367,7 @@ fn raised(undisplaced: Option<u32>) -> Programs {
         invert: false,
         object_space: false,
         undisplaced,
+        flat_before: false,
         widened: false,
     };
     let bump = Node::new(NodeKind::Function(bump)).with(function::bump::HEIGHT, height);
