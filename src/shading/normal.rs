@@ -31,15 +31,13 @@ pub fn bend_for_reflection(ng: Vec3, wo: Vec3, n: Vec3) -> Vec3 {
 /// Softens the terminator that a bumped normal `n` draws across the smooth normal `ns`: the
 /// masking of a GGX surface of which the bump is a typical facet (Conty Estevez, Lecocq, Stein,
 /// *A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem*, Ray Tracing
-/// Gems, ch. 12). `wi` is the direction to the light, on the side of `n`; 0 where one of both is above the smooth surface and the
-/// other below. As in Cycles a normal below it, as strong normal maps have them, gets light from there: where a bump of the
-/// displacement has turned the smooth normal, that is not below the face.
+/// Gems, ch. 12). `wi` is the direction to the light; 0 where the smooth surface faces away. A bump that points below the smooth
+/// surface, as strong normal maps do, gets light from there alone, as in Cycles: none.
 pub fn bump_shadowing(ns: Vec3, n: Vec3, wi: Vec3) -> f32 {
     let (cos_i, cos_d) = (ns.dot(wi), ns.dot(n));
-    if cos_i == 0.0 || cos_i * cos_d < 0.0 {
+    if cos_i <= 0.0 || cos_d <= 0.0 {
         return 0.0;
     }
-    let (cos_i, cos_d) = (cos_i.abs(), cos_d.abs());
     if cos_d >= 1.0 || cos_i >= 1.0 {
         return 1.0;
     }
@@ -91,12 +89,5 @@ mod tests {
         );
         let below = Vec3::new(0.9, 0.0, -0.1).normalize();
         assert_eq!(bump_shadowing(ns, below, Vec3::new(0.6, 0.0, 0.8)), 0.0);
-        let from_below = bump_shadowing(ns, below, Vec3::new(0.6, 0.0, -0.8));
-        let above = Vec3::new(0.9, 0.0, 0.1).normalize();
-        assert_eq!(
-            from_below,
-            bump_shadowing(ns, above, Vec3::new(0.6, 0.0, 0.8))
-        );
-        assert!(from_below > 0.5, "{from_below}");
     }
 }
