@@ -11,7 +11,6 @@ use crate::math::float::{RAY_START, next_up, ray_origin};
 use crate::medium::profile::{Probe, Profile};
 use crate::medium::walk::{Inside, Mapping, Numbers, Start, walk};
 use crate::sampler::{Dimension, Sampler, hashed};
-use crate::scene::graph::WalkMethod;
 use crate::shading::closure::Below;
 use crate::shading::{Changes, Normals};
 use crate::world::{Asking, Hit, Passage, Surface};
@@ -73,7 +72,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let there = below.radius.cmpgt(Vec3::ZERO);
         let radius = Vec3::select(there, least, Vec3::ZERO);
         let key = numbers.key(Dimension::Opacity, self.bounce);
-        if below.method == WalkMethod::Burley {
+        if below.has_profile() {
             let probe = Probe::new(
                 Profile::new(radius),
                 surface.point.point,

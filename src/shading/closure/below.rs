@@ -105,6 +105,11 @@ impl Below {
         self.method != WalkMethod::RandomWalk
     }
 
+    /// Whether a profile says where light comes out, without a walk.
+    pub fn has_profile(&self) -> bool {
+        self.method == WalkMethod::Burley
+    }
+
     /// Draws the direction in which a walk enters; `choice` in 0..1 decides how. `None` where it would leave.
     ///
     /// By the refraction of visible facets. As in Cycles none is reflected or shadowed: the colour tells of what comes back
