@@ -66,10 +66,15 @@ impl Profile {
         }
         // The share 1 − s³/4 − 3s/4 lies within −3 ln s lengths: s³ + 3s = 4v is sinh 3t = 2v with s = 2 sinh t.
         let beyond = 1.0 - left.clamp(0.0, 1.0) * WITHIN;
-        let s = 2.0 * ((2.0 * beyond).asinh() / 3.0).sinh();
+        let s = 2.0 * (inverse_sinh(2.0 * beyond) / 3.0).sinh();
         let distance = (-3.0 * s.ln()).clamp(0.0, REACH);
         (distance * length, REACH * length)
     }
+}
+
+/// Of what is positive, without cancellation. The library's own asks for `hypotf` of glibc 2.35, which older systems don't have.
+fn inverse_sinh(x: f32) -> f32 {
+    (x + x * x / (1.0 + (1.0 + x * x).sqrt())).ln_1p()
 }
 
 /// A ray through the disc: where it meets the object, light comes out.
