@@ -24,6 +24,7 @@ mod motion;
 mod nesting;
 mod settings;
 mod simplify;
+pub mod tangents;
 pub mod texel;
 pub mod validate;
 mod visibility;
@@ -139,6 +140,8 @@ pub struct Mesh {
     /// Unit tangents with the sign of the bitangent in `w` (glTF's convention).
     /// Given by the file or computed by MikkTSpace where the material has a normal map.
     pub tangents: Option<Vec<[f32; 4]>>,
+    /// The set of texture coordinates that tangents were computed from; none where the file gave them.
+    pub tangent_set: Option<u32>,
     /// Directions around the mesh's Z axis by its generated coordinates, of any length, between vertices linear. They turn as
     /// normals do.
     pub radial: Option<Vec<[f32; 3]>>,

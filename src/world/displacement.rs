@@ -12,7 +12,9 @@ use super::view::{View, from_blender};
 
 use crate::effects::General;
 use crate::ffi::embree::EmbreeError;
-use crate::scene::{Camera, Diagnostics, Instance, Mesh, Part, Projection, Scene, Verdict};
+use crate::scene::{
+    Camera, Diagnostics, Instance, Mesh, Part, Projection, Scene, Verdict, tangents,
+};
 use crate::shading::program::{self, Program, Root};
 use glam::{DAffine3, DVec3, Mat3, Vec3};
 use std::collections::HashMap;
@@ -35,6 +37,8 @@ struct Displaced {
     root: Root,
     /// A bump of the same displacement goes over it.
     bumps: bool,
+    /// Tangents are computed anew.
+    renews_tangents: bool,
 }
 
 /// Displaces the vertices of all meshes whose materials do so; their materials do it no more.
@@ -86,6 +90,8 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         .iter()
         .map(|m| of(m).is_some_and(|by| !by.bumps))
         .collect();
+    let anew = |m: &Mesh| of(m).is_some_and(|by| by.renews_tangents);
+    let anew: Vec<bool> = scene.meshes.iter().map(anew).collect();
     let is_touched = |names: &[Name]| names.iter().any(|name| moved.contains_key(name));
     let touched: Vec<bool> = names.iter().map(|names| is_touched(names)).collect();
     let shaded: Vec<Vec<Shaded>> = scene.meshes.iter().map(shaded).collect();
@@ -94,8 +100,8 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     let before = normals(&scene.meshes, &touched);
     for (at, mesh) in scene.meshes.iter_mut().enumerate() {
         if touched[at] {
-            let flat = displaces[at].then_some(&*shaded[at]);
-            move_vertices(mesh, &names[at], &moved, flat);
+            let shaded = displaces[at].then_some(&*shaded[at]);
+            move_vertices(mesh, &names[at], &moved, (shaded, renews[at]));
         }
     }
     let after = normals(&scene.meshes, &touched);
@@ -105,6 +111,13 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             turn_normals(mesh, (&names[at], &shaded[at]), [&before, &after, &renewed]);
         }
         mesh.part = None;
+        // Last: vertices may come apart.
+        if anew[at]
+            && mesh.tangents.is_some()
+            && let Some(set) = mesh.tangent_set
+        {
+            tangents::compute(mesh, set as usize);
+        }
     }
     for material in &mut scene.materials {
         if material.graph.displacement.take().is_some() {
@@ -128,6 +141,7 @@ fn programs(scene: &Scene) -> Vec<Option<Displaced>> {
                 program,
                 root,
                 bumps: material.graph.bumps_displaced(),
+                renews_tangents: material.graph.renews_tangents,
             })
         })
         .collect()
@@ -259,12 +273,13 @@ fn view(scene: &Scene) -> View {
 }
 
 /// Moves a mesh's vertices. What comes of their places before stays: generated coordinates, and for a bump the places, with a 0 behind
-/// those of flat faces. `shaded`: how, if the mesh displaces.
+/// those of flat faces. `shaded`: how, if the mesh displaces, and whether its normals are new: those of before are kept in place of
+/// the places.
 fn move_vertices(
     mesh: &mut Mesh,
     names: &[Name],
     moved: &HashMap<Name, Vec3>,
-    shaded: Option<&[Shaded]>,
+    (shaded, renews): (Option<&[Shaded]>, bool),
 ) {
     if mesh.generated.is_none() {
         let space = mesh.texture_space;
@@ -275,8 +290,13 @@ fn move_vertices(
         && let Some(values) = mesh.attributes.get_mut(part.vertices as usize)
     {
         let is_curved = |shaded: &Shaded| !matches!(shaded, Shaded::Flat | Shaded::FlatCorner);
-        let places = mesh.positions.iter().zip(shaded);
-        *values = places
+        let kept = match &mesh.normals {
+            Some(normals) if renews => normals,
+            _ => &mesh.positions,
+        };
+        *values = kept
+            .iter()
+            .zip(shaded)
             .map(|([x, y, z], how)| [*x, *y, *z, f32::from(is_curved(how))])
             .collect();
     }

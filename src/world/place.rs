@@ -96,10 +96,21 @@ pub struct HitPoint<'a> {
     pub(super) outside: Vec3,
     /// The smooth normal outside; 0 where nobody has asked for it yet.
     pub(super) normal: Vec3,
-    /// The attribute that tells where the corners are, in the object's space and in Blender's axes; their own places otherwise.
-    pub(super) undisplaced: Option<u32>,
+    /// What it was before it was displaced, where that is asked for.
+    pub(super) undisplaced: Option<Undisplaced>,
     /// The scene, where programs ask it.
     pub(super) around: Option<&'a dyn Around>,
+}
+
+/// Where a point was before its surface was displaced.
+#[derive(Clone, Copy)]
+pub(super) struct Undisplaced {
+    /// The attribute that tells where the corners were, in the object's space and in Blender's axes.
+    attribute: u32,
+    /// As in Cycles from 5.0 on.
+    is_of_5: bool,
+    /// A point beside one of the surface: that one's barycentric coordinates, and the way from there, in Blender's world.
+    beside: Option<(f32, f32, Vec3)>,
 }
 
 /// Between the values of three corners.
@@ -153,7 +164,7 @@ impl HitPoint<'_> {
     fn mesh_corners(&self) -> [Vec3; 3] {
         let before = self
             .undisplaced
-            .and_then(|n| self.mesh.attributes.get(n as usize));
+            .and_then(|before| self.mesh.attributes.get(before.attribute as usize));
         let (Some(values), Some(facts)) = (before, self.facts()) else {
             return self.mesh.corners(self.triangle);
         };
@@ -169,7 +180,32 @@ impl HitPoint<'_> {
 
     /// In the mesh's space.
     pub(super) fn in_mesh(&self) -> Vec3 {
-        between(self.mesh_corners(), self.u, self.v)
+        let corners = self.mesh_corners();
+        match self.beside() {
+            Some((u, v, way)) => between(corners, u, v) + self.vector_to_mesh(way),
+            None => between(corners, self.u, self.v),
+        }
+    }
+
+    fn displaced(&self) -> Self {
+        Self {
+            undisplaced: None,
+            ..*self
+        }
+    }
+
+    /// The way across the triangle by steps of its barycentric coordinates, in Blender's world.
+    fn way(&self, (u, v): (f32, f32)) -> Vec3 {
+        let [p, q, r] = self.mesh_corners();
+        let local = (q - p) * u + (r - p) * v;
+        to_blender(match &self.entry.facts {
+            Some(facts) if self.entry.is_instance() => facts.world_axes * local,
+            _ => local,
+        })
+    }
+
+    fn beside(&self) -> Option<(f32, f32, Vec3)> {
+        self.undisplaced.and_then(|before| before.beside)
     }
 
     /// Steps across the mesh's triangle by its barycentric coordinates: least squares in the triangle's plane.
@@ -268,11 +304,15 @@ impl HitPoint<'_> {
         {
             // The corners are brought there, not the point: what their places in the world are rounded to is the same for all points
             // of the triangle, so that small steps are as exact as they are close to the object.
-            Some(m) => between(
-                self.mesh_corners().map(|p| m.vector(p) + m.translation),
-                self.u,
-                self.v,
-            ),
+            Some(m) => {
+                let corners = self.mesh_corners().map(|p| m.vector(p) + m.translation);
+                match self.beside() {
+                    Some((u, v, way)) => {
+                        between(corners, u, v) + m.vector(self.vector_to_mesh(way))
+                    }
+                    None => between(corners, self.u, self.v),
+                }
+            }
             None => self.in_mesh(),
         }
     }
@@ -305,7 +345,8 @@ impl HitPoint<'_> {
 
     /// A tangent-space normal in the frame of the corners' tangents and normals, as Cycles has it: in the object's own axes,
     /// neither orthogonal nor of unit length between the corners. 0 where there are no tangents.
-    fn mapped_by_corners(&self, mapped: Vec3) -> Vec3 {
+    /// `before`: the attribute with the normals that stand for the corners'.
+    fn mapped_by_corners(&self, mapped: Vec3, before: Option<u32>) -> Vec3 {
         let (Some(facts), Some(tangents)) = (self.facts(), &self.mesh.tangents) else {
             return Vec3::ZERO;
         };
@@ -320,7 +361,12 @@ impl HitPoint<'_> {
             }
         };
         let tangent = self.own_tangent(facts, tangents);
+        let before = before
+            .and_then(|n| self.mesh.attributes.get(n as usize))
+            .map(|values| self.four(values))
+            .filter(|normal| normal.w > 0.0);
         let normal = match &self.mesh.normals {
+            Some(_) if let Some(before) = before => before.truncate(),
             Some(normals) => between(
                 self.corners
                     .map(|i| normal_of(Vec3::from(normals[i as usize]))),
@@ -382,8 +428,9 @@ impl Place for HitPoint<'_> {
                 let share = strength.clamp(0.0, 1.0);
                 let z = 1.0 + (normal.z - 1.0) * share;
                 let scaled = Vec3::new(normal.x * strength, normal.y * strength, z);
-                return self.mapped_by_corners(scaled);
+                return self.mapped_by_corners(scaled, None);
             }
+            NormalSpace::Before(attribute) => self.mapped_by_corners(normal, Some(attribute)),
             NormalSpace::Object => {
                 let world =
                     self.transformed(normal, Transformed::Normal, Space::Object, Space::World);
@@ -577,42 +624,45 @@ impl Place for HitPoint<'_> {
             return steps;
         }
         // The same steps of the barycentric coordinates, across the triangle before it was displaced.
-        let [p, q, r] = self.mesh_corners();
-        let displaced = Self {
-            undisplaced: None,
-            ..*self
-        };
+        let displaced = self.displaced();
         let by = displaced.barycentric(steps.map(|step| displaced.vector_to_mesh(step)));
-        let Some(by) = by else {
-            return steps;
-        };
-        by.map(|(u, v)| {
-            let local = (q - p) * u + (r - p) * v;
-            to_blender(match &self.entry.facts {
-                Some(facts) if self.entry.is_instance() => facts.world_axes * local,
-                _ => local,
-            })
-        })
+        by.map_or(steps, |by| by.map(|by| self.way(by)))
     }
 
     fn of_neighbours(&self, steps: [Vec3; 2], mut number: impl FnMut(&Self) -> f32) -> [f32; 2] {
         let by = self.barycentric(steps.map(|step| self.vector_to_mesh(step)));
-        let mut there = *self;
-        by.unwrap_or_default().map(|(u, v)| {
-            (there.u, there.v) = (self.u + u, self.v + v);
+        let by = by.unwrap_or_default();
+        // Places go along the displaced triangle, as in Cycles: until 4.5 as far as the steps do on average.
+        let ways = self.undisplaced.map(|before| {
+            if before.is_of_5 {
+                return by.map(|by| self.displaced().way(by));
+            }
+            let size = 0.5 * (steps[0].length() + steps[1].length());
+            across(to_blender(self.side(self.geometric_normal()))).map(|way| way * size)
+        });
+        [0, 1].map(|i| {
+            let mut there = *self;
+            (there.u, there.v) = (self.u + by[i].0, self.v + by[i].1);
+            if let (Some(before), Some(ways)) = (&mut there.undisplaced, ways) {
+                before.beside = Some((self.u, self.v, ways[i]));
+            }
             number(&there)
         })
     }
 
-    fn undisplaced(&self, attribute: u32, flat: bool) -> Self {
+    fn undisplaced(&self, attribute: u32, is_of_5: bool) -> Self {
         let mut before = Self {
-            undisplaced: Some(attribute),
+            undisplaced: Some(Undisplaced {
+                attribute,
+                is_of_5,
+                beside: None,
+            }),
             ..*self
         };
         let values = self.mesh.attributes.get(attribute as usize);
         let is_flat =
             |values: &Vec<[f32; 4]>| self.corners.iter().all(|&c| values[c as usize][3] == 0.0);
-        if flat && values.is_some_and(is_flat) {
+        if is_of_5 && values.is_some_and(is_flat) {
             let corners = before.mesh_corners();
             before.normal = self.entry.normal_between::<General>(corners);
         }

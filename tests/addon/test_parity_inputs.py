@@ -543,6 +543,27 @@ class Displacement(Patches):
         kit.sun_and_grey_world(self.scene)
         self.compare(self.surfaces("BOTH"), 256, error=1e-3)
 
+    def test_both_that_move_far(self):
+        """What is bumped turns far from the surface before: normals and tangents are those of then."""
+        self.ortho()
+        materials = self.surfaces("BOTH", shine=True)
+        for material in materials:
+            scale = next(n for n in material.node_tree.nodes if "Scale" in n.inputs and "isplacement" in n.bl_idname)
+            scale.inputs["Scale"].default_value *= 4
+        # Pixels with creases, where triangles have turned over, differ: 1.5e-3.
+        self.compare(materials, 1024, error=2e-3)
+
+    def test_normal_maps_of_moved_meshes(self):
+        """Their frames."""
+        self.ortho()
+        materials = [m for method in ("BUMP", "DISPLACEMENT", "BOTH") for m in self.surfaces(method, shine=True)[:2]]
+        for material in materials:
+            tree = material.node_tree
+            mapped = tree.nodes.new("ShaderNodeNormalMap")
+            mapped.inputs["Color"].default_value = (0.9, 0.7, 0.8, 1)
+            tree.links.new(mapped.outputs[0], next(n for n in tree.nodes if n.type == "EMISSION").inputs["Color"])
+        self.compare(materials, 1024, error=1e-3)
+
     def test_of_flat_and_sharp_meshes(self):
         self.ortho()
         kit.sun_and_grey_world(self.scene)

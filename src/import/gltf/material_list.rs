@@ -140,7 +140,7 @@ impl<'a> Materials<'a> {
             let attributes = both()
                 .map(|loaded| loaded.graph.attributes())
                 .fold(0, usize::max);
-            let displaced_bump = graph.as_ref().is_some_and(|loaded| loaded.displaced_bump);
+            let asks_before = graph.as_ref().is_some_and(|loaded| loaded.asks_before);
             let of_graph = both().find_map(|loaded| loaded.tangents);
             let tangents = of_graph
                 .map(|set| (set, Effect::NormalMaps))
@@ -172,7 +172,7 @@ impl<'a> Materials<'a> {
                     radial,
                     uv_set,
                     attributes,
-                    displaced_bump,
+                    asks_before,
                     brightest,
                 },
             );

@@ -10,10 +10,11 @@ use super::container::Document;
 use super::deform::{self, Pose};
 use super::draco::Decoded;
 
+use super::radial;
 use super::schema::{SundogMaterial, TextureSpaceJson};
 use super::strokes::Stroke;
-use super::tangents;
 use crate::import::budget::Budget;
+use crate::scene::tangents;
 use crate::scene::{
     Diagnostics, Effect, Grids, MaterialId, MaterialLabel, Mesh, MeshStep, Part, TextureSpace,
     Verdict,
@@ -34,7 +35,7 @@ pub(super) struct PrimitiveMaterial {
     /// So many attributes of its own does its node tree ask for.
     pub attributes: usize,
     /// The last of them is where its vertices were before they were displaced.
-    pub displaced_bump: bool,
+    pub asks_before: bool,
     /// Vertex colours above this would make the surface send out more light than arrives; `None` if they may.
     pub brightest: Option<[f32; 3]>,
 }
@@ -144,8 +145,8 @@ pub(super) fn load_primitive(
     if let Some((index, whole_mesh)) = attributes.vertices {
         let vertices = accessor::read_f32::<3>(document, given(index), budget)?;
         whole("numbers of vertices", vertices.len())?;
-        // A bump over the displacement asks for an attribute after all others, which takes the place of these.
-        let place = own.len() - usize::from(material.displaced_bump);
+        // What stands on the surface before it was displaced asks for an attribute after all others, which takes the place of these.
+        let place = own.len() - usize::from(material.asks_before);
         own.truncate(place);
         own.push(vertices.iter().map(|[a, b, c]| [*a, *b, *c, 1.0]).collect());
         part = Some(Part {
@@ -183,8 +184,8 @@ pub(super) fn load_primitive(
         tangents = None;
     }
     let radial = material.radial.then(|| match &generated {
-        Some(generated) => tangents::radial_of(generated),
-        None => tangents::radial(&positions, attributes.texture_space),
+        Some(generated) => radial::of_generated(generated),
+        None => radial::of_positions(&positions, attributes.texture_space),
     });
     let texture_space = attributes
         .texture_space
@@ -194,6 +195,7 @@ pub(super) fn load_primitive(
         positions,
         normals,
         tangents,
+        tangent_set: None,
         radial,
         uvs,
         colors,

@@ -222,7 +222,7 @@ fn load_mesh(
             radial: false,
             uv_set: None,
             attributes: 0,
-            displaced_bump: false,
+            asks_before: false,
             brightest: Some([1.0; 3]),
         };
         let material = materials.get(&material).copied().unwrap_or(none);

@@ -7,8 +7,7 @@ use glam::{DVec3, Vec3};
 
 use super::materials::{Materials, Needs};
 use super::polygons::{Corner, Layer, Polygons};
-use crate::import::gltf::tangents;
-use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, TextureSpace, Verdict};
+use crate::scene::{Diagnostics, Effect, MaterialId, Mesh, TextureSpace, Verdict, tangents};
 
 /// Faces and corners of polygons, for the meshes made of them.
 pub(super) struct Triangles {

@@ -182,6 +182,9 @@ pub struct Graph {
     pub volume: Option<Link>,
     /// Displacement of the surface.
     pub displacement: Option<Link>,
+    /// Tangents of what its displacement has moved are computed anew: normal maps stand on the surface as it is then (Cycles from
+    /// 5.1 on).
+    pub renews_tangents: bool,
     /// The normal that takes the place of the surface's own: that of a displacement that is a bump.
     pub normal: Option<Link>,
     /// What it tells passes of the scene's own (Blender's AOV Output nodes).
@@ -301,7 +304,10 @@ impl Graph {
                     undisplaced: Some(number),
                     ..
                 },
-            ) => number as usize + 1,
+            )
+            | NodeKind::NormalMap {
+                space: NormalSpace::Before(number),
+            } => number as usize + 1,
             _ => 0,
         };
         self.nodes.iter().map(of).fold(0, usize::max)

@@ -478,6 +478,8 @@ pub enum NormalSpace {
     Gltf,
     /// Tangent, bitangent, normal. The strength goes from the surface's own normal to the map's, as in Blender.
     Tangent,
+    /// The same of the surface before it was displaced, by the attribute of vertices that keeps its normals.
+    Before(u32),
     /// The object's, in Blender's axes.
     Object,
     /// The world's, in Blender's axes.

@@ -248,12 +248,11 @@ impl<P: Place> Evaluation<'_, P> {
                 invert,
                 object_space,
                 undisplaced,
-                flat_before,
+                is_of_5,
                 ..
             } => call.height().map_or(Vec4::ZERO, |height| {
                 let sign = if *invert { -1.0 } else { 1.0 };
-                let before =
-                    undisplaced.map(|attribute| place.undisplaced(attribute, *flat_before));
+                let before = undisplaced.map(|attribute| place.undisplaced(attribute, *is_of_5));
                 let place = before.as_ref().unwrap_or(place);
                 bump(place, inputs, height, (sign, *object_space)).extend(1.0)
             }),

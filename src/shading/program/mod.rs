@@ -75,8 +75,9 @@ pub trait Place {
     fn of_neighbours(&self, steps: [Vec3; 2], number: impl FnMut(&Self) -> f32) -> [f32; 2]
     where
         Self: Sized;
-    /// The same point before it was displaced, by an attribute of the vertices; with the normals of flat faces, if that is asked for.
-    fn undisplaced(&self, attribute: u32, flat: bool) -> Self
+    /// The same point before it was displaced, by an attribute of the vertices; as in Cycles from 5.0 on, with the normals of flat
+    /// faces, or as before.
+    fn undisplaced(&self, attribute: u32, is_of_5: bool) -> Self
     where
         Self: Sized;
     /// The share of rays to the side of a normal in the world (Blender's axes) that meet nothing within a distance.
@@ -285,7 +286,7 @@ impl Program {
 
     /// What its nodes ask about the place, those behind bumps included.
     pub fn place_inputs(&self) -> Vec<PlaceInput> {
-        let of_operation = |operation: &Operation| match operation {
+        let of_operation = |operation: &Operation| match *operation {
             Operation::ImageAt {
                 projection: ImageProjection::Box { .. },
                 ..
@@ -293,15 +294,22 @@ impl Program {
             | Operation::TiledImage {
                 projection: ImageProjection::Box { .. },
                 ..
-            } => Some(PlaceInput::ObjectNormal),
+            } => [Some(PlaceInput::ObjectNormal), None],
             Operation::NormalMap {
                 space: NormalSpace::Object | NormalSpace::Tangent,
                 ..
-            } => Some(PlaceInput::Object),
-            _ => None,
+            } => [Some(PlaceInput::Object), None],
+            Operation::NormalMap {
+                space: NormalSpace::Before(number),
+                ..
+            } => [
+                Some(PlaceInput::Object),
+                Some(PlaceInput::Attribute(number)),
+            ],
+            _ => [None; 2],
         };
         let of_calls = self.calls.iter().flat_map(Call::place_inputs);
-        let of_operations = self.operations.iter().filter_map(of_operation);
+        let of_operations = self.operations.iter().flat_map(of_operation).flatten();
         of_calls.chain(of_operations).collect()
     }
 

@@ -270,7 +270,7 @@ pub(super) fn of(
             invert: node.is("invert"),
             object_space: false,
             undisplaced: None,
-            flat_before: false,
+            is_of_5: false,
             widened: widens(version),
         }),
         "Displacement" => only(Function::Displacement {

@@ -48,8 +48,8 @@ struct Reader<'a, 'i, 'd> {
     linear_names: [&'a str; 3],
     /// What Cycles it is to be as.
     version: CyclesVersion,
-    /// The number of the attribute with the places of vertices before they were displaced.
-    undisplaced: Option<u32>,
+    /// The number of the attribute with the places of vertices before they were displaced, or with their normals, if some node asks.
+    before: Option<u32>,
 }
 
 /// A graph, and what it needs of meshes.
@@ -57,8 +57,8 @@ pub(super) struct Loaded {
     pub graph: Graph,
     /// The set of texture coordinates along which its tangents lie.
     pub tangents: Option<u32>,
-    /// It asks for the attribute with the places of vertices before they were displaced, after all others.
-    pub displaced_bump: bool,
+    /// It asks for the attribute with the places or normals of vertices before they were displaced, after all others.
+    pub asks_before: bool,
     /// Where the camera sees it, the picture is empty.
     pub holdout: bool,
     /// By name, what is told to passes of the scene's own.
@@ -224,11 +224,11 @@ fn read(
             "Working Space",
         ],
         version: owner.version.unwrap_or_else(|| source.version()),
-        undisplaced: None,
+        before: None,
     };
     match reader.read() {
         Ok(tangents) => {
-            let displaced_bump = reader.undisplaced.is_some();
+            let asks_before = reader.before.is_some();
             let holdout = reader.is_holdout();
             let value = |aov: &AovJson| reader.made.get(&aov.value).and_then(|input| input.link());
             let aovs = source.aovs.iter();
@@ -240,7 +240,7 @@ fn read(
             Ok(Some(Loaded {
                 graph,
                 tangents,
-                displaced_bump,
+                asks_before,
                 holdout,
                 aovs,
             }))
@@ -435,12 +435,12 @@ impl Reader<'_, '_, '_> {
         let height = function(Function::VectorMath(VectorMath::DotProduct));
         let height = self.graph.add(height.with(0, moved).with(1, normal));
         let output = 1;
-        self.undisplaced = moves.then(|| self.source.attributes());
+        self.before = moves.then(|| self.source.attributes());
         let bump = function(Function::Bump {
             invert: false,
             object_space: moves,
-            undisplaced: self.undisplaced,
-            flat_before: moves && self.version >= CyclesVersion::new(5, 0),
+            undisplaced: self.before,
+            is_of_5: moves && self.version >= CyclesVersion::new(5, 0),
             widened: function::widens(self.version),
         });
         let bump = bump.with(bump::HEIGHT, Link { output, ..height });

@@ -209,12 +209,32 @@ impl Reader<'_, '_, '_> {
         Ok(self.graph.add(Node::new(kind)))
     }
 
+    /// The frame of a normal map's tangents. Where vertices have moved, Cycles keeps the tangents and takes the new normals until 4.5,
+    /// keeps both in 5.0, and from 5.1 on the node says whether both are new.
+    fn tangent_space(&mut self, base: Option<&str>) -> NormalSpace {
+        let moves = self.graph.displacement.is_some();
+        if !moves || self.version < CyclesVersion::new(5, 0) {
+            return NormalSpace::Tangent;
+        }
+        if self.version >= CyclesVersion::new(5, 1) && base != Some("ORIGINAL") {
+            self.graph.renews_tangents = true;
+            return NormalSpace::Tangent;
+        }
+        // Under a bump normals stay as they are.
+        if self.graph.normal.is_some() {
+            return NormalSpace::Tangent;
+        }
+        let number = self.source.attributes();
+        self.before = Some(number);
+        NormalSpace::Before(number)
+    }
+
     pub(super) fn normal_map(&mut self, at: usize) -> Result<Input, Stop> {
         let source = self.source;
         let node = &source.nodes[at];
         let text = |name: &str| node.text(name);
         let space = match text("space") {
-            Some("TANGENT") => NormalSpace::Tangent,
+            Some("TANGENT") => self.tangent_space(text("base")),
             Some("OBJECT" | "BLENDER_OBJECT") => NormalSpace::Object,
             Some("WORLD" | "BLENDER_WORLD") => NormalSpace::World,
             other => return Err(Refusal::of(node, other.unwrap_or("unknown")).into()),

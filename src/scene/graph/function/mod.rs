@@ -279,8 +279,9 @@ pub enum Function {
         object_space: bool,
         /// The attribute with the places of vertices before they were displaced: the height is that of these.
         undisplaced: Option<u32>,
-        /// Flat faces have the normals of these places, too, as in Cycles from 5.0 on: what the displacement turned them by, the bump does.
-        flat_before: bool,
+        /// As in Cycles from 5.0 on: flat faces have the normals of these places, too (what the displacement turned them by, the bump does),
+        /// and places beside the point lie in the displaced triangle.
+        is_of_5: bool,
         /// Its steps grow with the roughness of what has scattered the path, as in Cycles from 5.2 on.
         widened: bool,
     },

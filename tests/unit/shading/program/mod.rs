@@ -367,7 +367,7 @@ fn raised(undisplaced: Option<u32>) -> Programs {
         invert: false,
         object_space: false,
         undisplaced,
-        flat_before: false,
+        is_of_5: false,
         widened: false,
     };
     let bump = Node::new(NodeKind::Function(bump)).with(function::bump::HEIGHT, height);

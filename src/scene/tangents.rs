@@ -6,8 +6,7 @@ use std::collections::HashMap;
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::Vec3;
 
-use super::schema::TextureSpaceJson;
-use crate::scene::Mesh;
+use super::Mesh;
 
 struct Corners<'a> {
     mesh: &'a Mesh,
@@ -60,7 +59,7 @@ impl Geometry for Corners<'_> {
 ///
 /// A set of one point gives no tangents: normals stay as they are. The add-on writes such sets for maps that a mesh does not
 /// have, which Cycles treats so.
-pub(in crate::import) fn compute(mesh: &mut Mesh, uv_set: usize) {
+pub fn compute(mesh: &mut Mesh, uv_set: usize) {
     if mesh.uvs[uv_set].windows(2).all(|two| two[0] == two[1]) {
         return;
     }
@@ -133,34 +132,7 @@ pub(in crate::import) fn compute(mesh: &mut Mesh, uv_set: usize) {
         gather(colors, &origin);
     }
     mesh.tangents = Some(kept);
-}
-
-/// Directions around the Z axis of generated coordinates that are known.
-pub(super) fn radial_of(generated: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    let around = |[x, y, _]: &[f32; 3]| [0.5 - y, x - 0.5, 0.0];
-    generated.iter().map(around).collect()
-}
-
-/// Directions around the Z axis of generated coordinates. Without a texture space they are as Blender's own automatic one: the
-/// box around the vertices.
-pub(super) fn radial(positions: &[[f32; 3]], space: Option<TextureSpaceJson>) -> Vec<[f32; 3]> {
-    let (location, size) = match space {
-        Some(space) => (Vec3::from(space.location), Vec3::from(space.size)),
-        None => {
-            let points = || positions.iter().map(|p| Vec3::from(*p));
-            let (low, high) = (
-                points().fold(Vec3::INFINITY, Vec3::min),
-                points().fold(Vec3::NEG_INFINITY, Vec3::max),
-            );
-            (0.5 * (low + high), 0.5 * (high - low))
-        }
-    };
-    let size = Vec3::select(size.cmpeq(Vec3::ZERO), Vec3::ONE, size);
-    let around = |p: &[f32; 3]| {
-        let generated = (Vec3::from(*p) - location) / (2.0 * size);
-        [-generated.y, generated.x, 0.0]
-    };
-    positions.iter().map(around).collect()
+    mesh.tangent_set = Some(uv_set as u32);
 }
 
 fn is_sane(corners: &Corners) -> bool {
@@ -177,5 +149,5 @@ fn face_normal(mesh: &Mesh, face: usize) -> [f32; 3] {
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/import/gltf/tangents.rs"]
+#[path = "../../tests/unit/scene/tangents.rs"]
 mod tests;
