@@ -518,10 +518,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
     /// Whether a direction is below a surface that lets no light through. On the curved surface that the triangles stand
     /// for it is above as long as the smooth normal says so, even where the triangle looks away already: else coarse meshes
     /// have black facets along the terminator, and lose energy. A displacement that is a bump bends no surface: what only its
-    /// normal sees is lost, as in Cycles.
+    /// normal sees is lost, as in Cycles. Where the smooth normal points to the other side, it tells nothing of this one.
     #[inline]
     fn is_below(&self, wi: Vec3) -> bool {
-        !self.transmits() && wi.dot(self.normals.geometric) < 0.0 && wi.dot(self.curved()) <= 0.0
+        if self.transmits() || wi.dot(self.normals.geometric) >= 0.0 {
+            return false;
+        }
+        let curved = self.curved();
+        wi.dot(curved) <= 0.0 || curved.dot(self.normals.geometric) <= 0.0
     }
 
     /// Draws a direction: z chooses the lobe, and between reflection and transmission.

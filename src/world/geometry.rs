@@ -523,11 +523,6 @@ pub fn surface<'a, E: Features>(
         }
     }
     let mut smooth = side(smooth_outside);
-    // Normals that point to the other side of the triangle than its winding are turned over.
-    if E::CURVED && smooth.dot(geometric) < 0.0 {
-        smooth = -smooth;
-        smooth_outside = -smooth_outside;
-    }
     let curved = smooth;
     if E::EVERYTHING && material.has_normal() {
         let n = material.normal(&HitPoint {
@@ -596,7 +591,8 @@ pub fn surface<'a, E: Features>(
 }
 
 impl MeshInstance {
-    /// The normal that those of the corners make at a point, outside; the triangle's own where there are none.
+    /// The normal that those of the corners make at a point, outside; the triangle's own where there are none. It can point to the
+    /// other side of the triangle, where light from before it is seen by nobody: as in Cycles.
     pub fn smooth_normal(&self, mesh: &MeshData, at: &HitPoint) -> Vec3 {
         let outside = at.geometric_normal();
         let Some(normals) = &mesh.normals else {
@@ -605,8 +601,6 @@ impl MeshInstance {
         let smooth = unit_or_zero(self.normal::<General>(at.vector(normals)));
         if smooth == Vec3::ZERO {
             outside
-        } else if smooth.dot(outside) < 0.0 {
-            -smooth
         } else {
             smooth
         }

@@ -116,6 +116,34 @@ class Causes(kit.ExportTest):
         ours, cycles = self.shown(4)
         self.near(ours, cycles, 0.001)
 
+    def test_normals_of_the_other_side(self):
+        """What the face sees, its normal does not: nearly nothing is reflected."""
+        kinds = ("BsdfDiffuse", "BsdfGlossy", "BsdfPrincipled", "BsdfTranslucent", "BsdfGlass", "BsdfTransparent", "BsdfSheen", "Emission")
+        sun = bpy.data.lights.new("sun", "SUN")
+        sun.energy = 3
+        self.link("sun", sun).rotation_euler = (0.9, 0.3, 0)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+        for kind in kinds:
+            with self.subTest(kind):
+                for made in list(bpy.data.meshes):
+                    bpy.data.meshes.remove(made)
+                bpy.ops.mesh.primitive_plane_add(size=6)
+                mesh = bpy.context.object.data
+                mesh.shade_smooth()
+                mesh.normals_split_custom_set([(0, 0.3, -1)] * 4)
+                material = kit.material(kind)
+                tree = material.node_tree
+                tree.nodes.clear()
+                output, shader = (tree.nodes.new(f"ShaderNode{name}") for name in ("OutputMaterial", kind))
+                if kind == "Emission":
+                    tree.links.new(tree.nodes.new("ShaderNodeNewGeometry").outputs["Normal"], shader.inputs["Color"])
+                tree.links.new(shader.outputs[0], output.inputs["Surface"])
+                mesh.materials.append(material)
+                ours, cycles = self.shown()
+                print(f"{kind}: {ours:.5f} {cycles:.5f}")
+                # A hundredth of the white world.
+                self.assertLess(abs(ours - cycles), 0.01)
+
     def test_nothing(self):
         """What nothing is linked to, what is no shader there, and what Cycles does not have."""
 
