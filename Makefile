@@ -19,13 +19,16 @@ help:
 setup:
 	@scripts/setup.sh
 
+# Programs for this machine take what its processor has; packages run on every one (docs/setup.md).
+build: export RUSTFLAGS := $(or $(RUSTFLAGS),$(shell scripts/cpu-flags.sh))
 build: setup
 	cargo build --release --locked
 
 demo: build
 	@scripts/demo.sh
 
-addon: build
+addon: setup
+	cargo build --release --locked
 	@python3 scripts/addon.py
 
 test: setup

@@ -72,3 +72,22 @@ fn the_architecture_answers_twenty_changes() {
         assert!(!paths(row).is_empty(), "no file in: {row}");
     }
 }
+
+/// The flags that `make build` takes for a processor with these in /proc/cpuinfo.
+fn flags_of_a_build(processor: &str) -> String {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), format!("model\t: 6\nflags\t\t: {processor}\n")).unwrap();
+    let script = root().join("scripts/cpu-flags.sh");
+    let done = Command::new(script).arg(file.path()).output().unwrap();
+    assert!(done.status.success());
+    String::from_utf8(done.stdout).unwrap()
+}
+
+#[test]
+fn builds_take_the_newer_instructions_where_all_of_them_are_there() {
+    let all = "fpu abm avx avx2 bmi1 bmi2 f16c fma movbe sse4_2";
+    assert_eq!(flags_of_a_build(all), "-C target-cpu=x86-64-v3\n");
+    assert_eq!(flags_of_a_build(&all.replace(" avx2 ", " ")), "");
+    assert_eq!(flags_of_a_build(&all.replace("fma ", "fma4 ")), "");
+    assert_eq!(flags_of_a_build(""), "");
+}

@@ -18,6 +18,7 @@ mod interrupt;
 mod merge;
 mod out_of_memory;
 mod outputs;
+mod processor;
 mod progress;
 mod render;
 mod replay;
@@ -107,6 +108,9 @@ pub fn since_start() -> Duration {
 /// Runs the program with the process's own arguments; gives what the process returns.
 pub fn main() -> u8 {
     since_start();
+    if !processor::suffices() {
+        return EXIT_ERROR;
+    }
     let code = run();
     match console::lost() {
         Some(reason) if code == EXIT_OK => {
