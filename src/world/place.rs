@@ -96,6 +96,8 @@ pub struct HitPoint<'a> {
     pub(super) outside: Vec3,
     /// The smooth normal outside; 0 where nobody has asked for it yet.
     pub(super) normal: Vec3,
+    /// Barycentric coordinates of what was hit, where this is a step of a Bump beside it.
+    pub(super) hit: Option<(f32, f32)>,
     /// The attribute that tells where the corners are, in the object's space and in Blender's axes; their own places otherwise.
     pub(super) undisplaced: Option<u32>,
     /// The scene, where programs ask it.
@@ -285,6 +287,28 @@ impl HitPoint<'_> {
         }
     }
 
+    /// The smooth normal outside as the node Texture Coordinate tells it: beside a hit it is that of the corners there, as in Cycles.
+    fn stepped_normal(&self) -> Vec3 {
+        match (&self.mesh.normals, self.hit, self.undisplaced) {
+            (Some(normals), Some(_), None) => {
+                let there = unit_or_zero(self.entry.normal::<General>(self.vector(normals)));
+                if there == Vec3::ZERO {
+                    self.outer_normal()
+                } else {
+                    there
+                }
+            }
+            _ => self.outer_normal(),
+        }
+    }
+
+    /// The place that was hit: rays of a Bump's height leave from there, and tangents are those of it, as in Cycles.
+    fn at_hit(&self) -> Self {
+        let (u, v) = self.hit.unwrap_or((self.u, self.v));
+        let hit = None;
+        Self { u, v, hit, ..*self }
+    }
+
     /// The unit normal of the triangle, outside.
     pub(super) fn geometric_normal(&self) -> Vec3 {
         if self.outside == Vec3::ZERO {
@@ -416,7 +440,7 @@ impl Place for HitPoint<'_> {
         match input {
             PlaceInput::Generated => full(self.generated(facts)),
             PlaceInput::ObjectNormal => {
-                full(self.normal_in_object(to_blender(self.side(self.outer_normal()))))
+                full(self.normal_in_object(to_blender(self.side(self.stepped_normal()))))
             }
             PlaceInput::Uv(set) => {
                 let uv = self.uv(set);
@@ -457,8 +481,9 @@ impl Place for HitPoint<'_> {
             PlaceInput::Position => full(to_blender(self.in_world() + facts.origin)),
             PlaceInput::Normal => full(to_blender(self.side(self.outer_normal()))),
             PlaceInput::Tangent => full(self.around(facts, 2, false)),
-            PlaceInput::RadialTangent(axis) => full(self.around(facts, axis, true)),
-            PlaceInput::UvTangent => full(self.along_uv(facts)),
+            // The node Tangent knows no steps of Bumps.
+            PlaceInput::RadialTangent(axis) => full(self.at_hit().around(facts, axis, true)),
+            PlaceInput::UvTangent => full(self.at_hit().along_uv(facts)),
             PlaceInput::TrueNormal => full(to_blender(self.side(self.geometric_normal()))),
             PlaceInput::Incoming => full(-to_blender(self.asking.direction).normalize_or_zero()),
             // Cycles' own order of the corners: it gives 1 − u − v and u.
@@ -545,6 +570,10 @@ impl Place for HitPoint<'_> {
         }
     }
 
+    fn box_normal(&self) -> Vec3 {
+        self.normal_in_object(to_blender(self.side(self.outer_normal())))
+    }
+
     fn facing(&self, outside: Vec3) -> Vec3 {
         let n = if outside == Vec3::ZERO {
             self.outer_normal()
@@ -598,6 +627,7 @@ impl Place for HitPoint<'_> {
     fn of_neighbours(&self, steps: [Vec3; 2], mut number: impl FnMut(&Self) -> f32) -> [f32; 2] {
         let by = self.barycentric(steps.map(|step| self.vector_to_mesh(step)));
         let mut there = *self;
+        there.hit = self.hit.or(Some((self.u, self.v)));
         by.unwrap_or_default().map(|(u, v)| {
             (there.u, there.v) = (self.u + u, self.v + v);
             number(&there)
@@ -620,11 +650,11 @@ impl Place for HitPoint<'_> {
     }
 
     fn openness(&self, normal: Vec3, distance: f32, rays: Openness) -> f32 {
-        self.open_share(normal, distance, rays)
+        self.at_hit().open_share(normal, distance, rays)
     }
 
     fn beveled(&self, radius: f32, samples: u8) -> Vec3 {
-        self.beveled_normal(radius, samples)
+        self.at_hit().beveled_normal(radius, samples)
     }
 
     fn met(&self, ray: (Vec3, Vec3, f32), only_local: bool) -> Option<Met> {
