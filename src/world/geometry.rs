@@ -216,6 +216,7 @@ impl MeshInstance {
             asking,
             outside: Vec3::ZERO,
             normal: Vec3::ZERO,
+            hit: None,
             undisplaced: None,
             around: None,
         }

@@ -1,5 +1,7 @@
 //! What shader programs ask about a point of a surface.
 
+mod beside;
+
 use super::asking::{Around, Asking};
 use super::geometry::{MeshData, MeshInstance, unit_or_zero};
 use super::neighbourhood::across;
@@ -96,21 +98,12 @@ pub struct HitPoint<'a> {
     pub(super) outside: Vec3,
     /// The smooth normal outside; 0 where nobody has asked for it yet.
     pub(super) normal: Vec3,
+    /// Barycentric coordinates of what was hit, where this is a step of a Bump beside it.
+    pub(super) hit: Option<(f32, f32)>,
     /// What it was before it was displaced, where that is asked for.
-    pub(super) undisplaced: Option<Undisplaced>,
+    pub(super) undisplaced: Option<beside::Undisplaced>,
     /// The scene, where programs ask it.
     pub(super) around: Option<&'a dyn Around>,
-}
-
-/// Where a point was before its surface was displaced.
-#[derive(Clone, Copy)]
-pub(super) struct Undisplaced {
-    /// The attribute that tells where the corners were, in the object's space and in Blender's axes.
-    attribute: u32,
-    /// As in Cycles from 5.0 on.
-    is_of_5: bool,
-    /// A point beside one of the surface: that one's barycentric coordinates, and the way from there, in Blender's world.
-    beside: Option<(f32, f32, Vec3)>,
 }
 
 /// Between the values of three corners.
@@ -185,27 +178,6 @@ impl HitPoint<'_> {
             Some((u, v, way)) => between(corners, u, v) + self.vector_to_mesh(way),
             None => between(corners, self.u, self.v),
         }
-    }
-
-    fn displaced(&self) -> Self {
-        Self {
-            undisplaced: None,
-            ..*self
-        }
-    }
-
-    /// The way across the triangle by steps of its barycentric coordinates, in Blender's world.
-    fn way(&self, (u, v): (f32, f32)) -> Vec3 {
-        let [p, q, r] = self.mesh_corners();
-        let local = (q - p) * u + (r - p) * v;
-        to_blender(match &self.entry.facts {
-            Some(facts) if self.entry.is_instance() => facts.world_axes * local,
-            _ => local,
-        })
-    }
-
-    fn beside(&self) -> Option<(f32, f32, Vec3)> {
-        self.undisplaced.and_then(|before| before.beside)
     }
 
     /// Steps across the mesh's triangle by its barycentric coordinates: least squares in the triangle's plane.
@@ -463,7 +435,7 @@ impl Place for HitPoint<'_> {
         match input {
             PlaceInput::Generated => full(self.generated(facts)),
             PlaceInput::ObjectNormal => {
-                full(self.normal_in_object(to_blender(self.side(self.outer_normal()))))
+                full(self.normal_in_object(to_blender(self.side(self.stepped_normal()))))
             }
             PlaceInput::Uv(set) => {
                 let uv = self.uv(set);
@@ -504,8 +476,9 @@ impl Place for HitPoint<'_> {
             PlaceInput::Position => full(to_blender(self.in_world() + facts.origin)),
             PlaceInput::Normal => full(to_blender(self.side(self.outer_normal()))),
             PlaceInput::Tangent => full(self.around(facts, 2, false)),
-            PlaceInput::RadialTangent(axis) => full(self.around(facts, axis, true)),
-            PlaceInput::UvTangent => full(self.along_uv(facts)),
+            // The node Tangent knows no steps of Bumps.
+            PlaceInput::RadialTangent(axis) => full(self.at_hit().around(facts, axis, true)),
+            PlaceInput::UvTangent => full(self.at_hit().along_uv(facts)),
             PlaceInput::TrueNormal => full(to_blender(self.side(self.geometric_normal()))),
             PlaceInput::Incoming => full(-to_blender(self.asking.direction).normalize_or_zero()),
             // Cycles' own order of the corners: it gives 1 − u − v and u.
@@ -592,6 +565,10 @@ impl Place for HitPoint<'_> {
         }
     }
 
+    fn box_normal(&self) -> Vec3 {
+        self.normal_in_object(to_blender(self.side(self.outer_normal())))
+    }
+
     fn facing(&self, outside: Vec3) -> Vec3 {
         let n = if outside == Vec3::ZERO {
             self.outer_normal()
@@ -642,6 +619,7 @@ impl Place for HitPoint<'_> {
         });
         [0, 1].map(|i| {
             let mut there = *self;
+            there.hit = self.hit.or(Some((self.u, self.v)));
             (there.u, there.v) = (self.u + by[i].0, self.v + by[i].1);
             if let (Some(before), Some(ways)) = (&mut there.undisplaced, ways) {
                 before.beside = Some((self.u, self.v, ways[i]));
@@ -652,7 +630,7 @@ impl Place for HitPoint<'_> {
 
     fn undisplaced(&self, attribute: u32, is_of_5: bool) -> Self {
         let mut before = Self {
-            undisplaced: Some(Undisplaced {
+            undisplaced: Some(beside::Undisplaced {
                 attribute,
                 is_of_5,
                 beside: None,
@@ -670,11 +648,11 @@ impl Place for HitPoint<'_> {
     }
 
     fn openness(&self, normal: Vec3, distance: f32, rays: Openness) -> f32 {
-        self.open_share(normal, distance, rays)
+        self.at_hit().open_share(normal, distance, rays)
     }
 
     fn beveled(&self, radius: f32, samples: u8) -> Vec3 {
-        self.beveled_normal(radius, samples)
+        self.at_hit().beveled_normal(radius, samples)
     }
 
     fn met(&self, ray: (Vec3, Vec3, f32), only_local: bool) -> Option<Met> {

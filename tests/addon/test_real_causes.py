@@ -298,6 +298,53 @@ class Causes(kit.ExportTest):
                 # What is not widened is 2.3 % off.
                 self.near(ours, cycles, 0.002)
 
+    def test_bumps_of_normals_and_of_what_looks_around(self):
+        """Steps of a Bump see another normal in Texture Coordinate, but not in Geometry; rays of a Bevel or an Ambient Occlusion start
+        where the surface was hit; boxes of images have the sides of that place, and tangents are its own."""
+
+        def bumped(kind, output, of_noise=True, **properties):
+            self.setUp()
+            material = kit.material("m")
+            tree = material.node_tree
+            bump, asked = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Bump", kind))
+            for name, value in properties.items():
+                setattr(asked, name, value)
+            bump.inputs["Distance"].default_value = 1
+            if kind == "Bevel":
+                # Eight samples lie as Cycles' do.
+                asked.samples, asked.inputs["Radius"].default_value = 8, 0.5
+            if kind == "TexImage":
+                asked.image = bpy.data.images.new("stripes", 4, 4)
+                asked.image.pixels = [0.1 * (i % 7) if i % 4 < 3 else 1 for i in range(64)]
+                asked.image.pack()
+            height = asked.outputs[output]
+            if of_noise:
+                noise = tree.nodes.new("ShaderNodeTexNoise")
+                noise.inputs["Scale"].default_value = 3
+                tree.links.new(height, noise.inputs["Vector"])
+                height = noise.outputs[0]
+            tree.links.new(height, bump.inputs["Height"])
+            tree.links.new(bump.outputs[0], next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Normal"])
+            self.ball(material)
+            self.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+            sun = self.link("sun", bpy.data.lights.new("sun", "SUN"))
+            sun.data.energy, sun.rotation_euler = 3, (0.9, 0.3, 0)
+
+        for kind, output, more in (
+            ("TexCoord", "Normal", {}), ("NewGeometry", "Normal", {}), ("Bevel", "Normal", {}), ("AmbientOcclusion", "AO", {"of_noise": False, "inside": True}),
+            ("TexImage", "Color", {"of_noise": False, "projection": "BOX", "projection_blend": 0.3}), ("Tangent", "Tangent", {"direction_type": "RADIAL"}),
+        ):  # fmt: skip
+            with self.subTest(kind):
+                bumped(kind, output, **more)
+                found = self.export()
+                ours, cycles = kit.rendered(found.path, 32, 32, 64), kit.cycles_pixels(32, 32, 64)
+                # By blocks: what is not bumped has another pattern, be its mean the same.
+                parts = [p[..., :3].reshape(8, 4, 8, 4, 3).mean((1, 3, 4)) for p in (ours, cycles)]
+                off = float(((parts[0] - parts[1]) ** 2).mean() ** 0.5 / parts[1].mean())
+                print(f"bump by {kind}: {ours.mean():.5f} {cycles.mean():.5f} {ours.mean() / cycles.mean() - 1:+.2%}, blocks off by {off:.2%}")
+                self.near(ours.mean(), cycles.mean(), 0.01)
+                self.assertLess(off, 0.03)
+
     def test_missing_normal_map(self):
         """A normal map that is away is as pink as a picture, and bends the normals as such."""
         material = kit.material("m", Base_Color=(0.8, 0.3, 0.1, 1))

@@ -59,6 +59,10 @@ pub trait Place {
     fn mapped_normal(&self, space: NormalSpace, normal: Vec3, strength: f32) -> Vec3;
     /// What a node asks about the place.
     fn input(&self, input: PlaceInput) -> Vec4;
+    /// The normal in the object's space by which a box of images is seen: that of the hit, also where a Bump steps.
+    fn box_normal(&self) -> Vec3 {
+        self.input(PlaceInput::ObjectNormal).truncate()
+    }
     /// A vector of one space in another.
     fn transformed(&self, v: Vec3, what: Transformed, from: Space, to: Space) -> Vec3;
     /// A normal outside, in Blender's axes and on the viewer's side; of 0 the surface's own.

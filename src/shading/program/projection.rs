@@ -2,7 +2,6 @@
 
 use super::Place;
 use crate::scene::graph::ImageProjection;
-use crate::scene::graph::function::PlaceInput;
 use glam::{Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 
@@ -62,7 +61,7 @@ pub fn read(
             read(0.5 * (n.x + 1.0), 0.5 * (n.z + 1.0))
         }
         ImageProjection::Box { blend } => {
-            let normal = place.input(PlaceInput::ObjectNormal).truncate();
+            let normal = place.box_normal();
             let weights = sides(normal.abs(), blend);
             let mirrored = |v: f32, mirror: bool| if mirror { 1.0 - v } else { v };
             // Mirrored on the far sides, so that what is written can be read.
