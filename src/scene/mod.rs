@@ -169,6 +169,26 @@ pub struct Mesh {
     pub grids: Option<Arc<Grids>>,
 }
 
+impl Mesh {
+    /// Its vertices become these of its vertices, with all that they have; corners stay as they are.
+    pub fn take_vertices(&mut self, of: &[u32]) {
+        fn take<T: Copy>(values: &mut Vec<T>, of: &[u32]) {
+            *values = of.iter().map(|&i| values[i as usize]).collect();
+        }
+        take(&mut self.positions, of);
+        for step in &mut self.motion {
+            take(&mut step.positions, of);
+        }
+        let normals = self.motion.iter_mut().map(|step| &mut step.normals);
+        let vectors = normals.chain([&mut self.normals, &mut self.radial, &mut self.generated]);
+        vectors.flatten().for_each(|values| take(values, of));
+        self.uvs.iter_mut().for_each(|values| take(values, of));
+        let attributes = self.attributes.iter_mut();
+        let others = attributes.chain(&mut self.tangents).chain(&mut self.colors);
+        others.for_each(|values| take(values, of));
+    }
+}
+
 /// What passes tell of a material.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MaterialLabel {

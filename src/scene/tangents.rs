@@ -105,32 +105,9 @@ pub fn compute(mesh: &mut Mesh, uv_set: usize) {
                 (origin.len() - 1) as u32
             });
     }
-    fn gather<T: Copy>(values: &mut Vec<T>, origin: &[u32]) {
-        *values = origin.iter().map(|&i| values[i as usize]).collect();
-    }
-    gather(&mut mesh.positions, &origin);
-    if let Some(normals) = &mut mesh.normals {
-        gather(normals, &origin);
-    }
-    if let Some(radial) = &mut mesh.radial {
-        gather(radial, &origin);
-    }
-    for step in &mut mesh.motion {
-        gather(&mut step.positions, &origin);
-        if let Some(normals) = &mut step.normals {
-            gather(normals, &origin);
-        }
-    }
-    if let Some(generated) = &mut mesh.generated {
-        gather(generated, &origin);
-    }
-    mesh.uvs.iter_mut().for_each(|set| gather(set, &origin));
-    for values in &mut mesh.attributes {
-        gather(values, &origin);
-    }
-    if let Some(colors) = &mut mesh.colors {
-        gather(colors, &origin);
-    }
+    // All else comes along; those of before go.
+    mesh.tangents = None;
+    mesh.take_vertices(&origin);
     mesh.tangents = Some(kept);
     mesh.tangent_set = Some(uv_set as u32);
 }

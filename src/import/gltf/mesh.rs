@@ -34,7 +34,7 @@ pub(super) struct PrimitiveMaterial {
     pub uv_set: Option<u32>,
     /// So many attributes of its own does its node tree ask for.
     pub attributes: usize,
-    /// The last of them is where its vertices were before they were displaced.
+    /// The last of them is where its vertices were before they were displaced, or their normals then.
     pub asks_before: bool,
     /// Vertex colours above this would make the surface send out more light than arrives; `None` if they may.
     pub brightest: Option<[f32; 3]>,
@@ -565,40 +565,12 @@ fn drop_unused_vertices(mesh: &mut Mesh) {
             here
         })
         .collect();
-    fn keep<T: Copy>(values: &mut Vec<T>, used: &[bool]) {
-        *values = values
-            .iter()
-            .zip(used)
-            .filter(|(_, u)| **u)
-            .map(|(v, _)| *v)
-            .collect();
-    }
-    keep(&mut mesh.positions, &used);
-    if let Some(normals) = &mut mesh.normals {
-        keep(normals, &used);
-    }
-    if let Some(tangents) = &mut mesh.tangents {
-        keep(tangents, &used);
-    }
-    if let Some(radial) = &mut mesh.radial {
-        keep(radial, &used);
-    }
-    for step in &mut mesh.motion {
-        keep(&mut step.positions, &used);
-        if let Some(normals) = &mut step.normals {
-            keep(normals, &used);
-        }
-    }
-    if let Some(generated) = &mut mesh.generated {
-        keep(generated, &used);
-    }
-    mesh.uvs.iter_mut().for_each(|set| keep(set, &used));
-    for values in &mut mesh.attributes {
-        keep(values, &used);
-    }
-    if let Some(colors) = &mut mesh.colors {
-        keep(colors, &used);
-    }
+    let kept: Vec<u32> = (0..)
+        .zip(&used)
+        .filter(|(_, used)| **used)
+        .map(|(i, _)| i)
+        .collect();
+    mesh.take_vertices(&kept);
     for corner in mesh.triangles.iter_mut().flatten() {
         *corner = place[*corner as usize];
     }
