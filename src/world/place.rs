@@ -173,11 +173,7 @@ impl HitPoint<'_> {
 
     /// In the mesh's space.
     pub(super) fn in_mesh(&self) -> Vec3 {
-        let corners = self.mesh_corners();
-        match self.beside() {
-            Some((u, v, way)) => between(corners, u, v) + self.vector_to_mesh(way),
-            None => between(corners, self.u, self.v),
-        }
+        self.place_between(self.mesh_corners(), |way| way)
     }
 
     /// Steps across the mesh's triangle by its barycentric coordinates: least squares in the triangle's plane.
@@ -278,12 +274,7 @@ impl HitPoint<'_> {
             // of the triangle, so that small steps are as exact as they are close to the object.
             Some(m) => {
                 let corners = self.mesh_corners().map(|p| m.vector(p) + m.translation);
-                match self.beside() {
-                    Some((u, v, way)) => {
-                        between(corners, u, v) + m.vector(self.vector_to_mesh(way))
-                    }
-                    None => between(corners, self.u, self.v),
-                }
+                self.place_between(corners, |way| m.vector(way))
             }
             None => self.in_mesh(),
         }
@@ -622,7 +613,7 @@ impl Place for HitPoint<'_> {
             there.hit = self.hit.or(Some((self.u, self.v)));
             (there.u, there.v) = (self.u + by[i].0, self.v + by[i].1);
             if let (Some(before), Some(ways)) = (&mut there.undisplaced, ways) {
-                before.beside = Some((self.u, self.v, ways[i]));
+                before.way += ways[i];
             }
             number(&there)
         })
@@ -633,7 +624,7 @@ impl Place for HitPoint<'_> {
             undisplaced: Some(beside::Undisplaced {
                 attribute,
                 is_of_5,
-                beside: None,
+                way: Vec3::ZERO,
             }),
             ..*self
         };

@@ -1,9 +1,7 @@
 //! Points beside a hit, which the heights of Bumps are asked at, and where points were before their surface was displaced.
 
-use super::super::geometry::unit_or_zero;
 use super::super::view::to_blender;
-use super::HitPoint;
-use crate::effects::General;
+use super::{HitPoint, between};
 use glam::Vec3;
 
 /// Where a point was before its surface was displaced.
@@ -13,8 +11,8 @@ pub(in crate::world) struct Undisplaced {
     pub(super) attribute: u32,
     /// As in Cycles from 5.0 on.
     pub(super) is_of_5: bool,
-    /// A point beside one of the surface: that one's barycentric coordinates, and the way from there, in Blender's world.
-    pub(super) beside: Option<(f32, f32, Vec3)>,
+    /// The way that steps of Bumps have taken places from the hit, in Blender's world.
+    pub(super) way: Vec3,
 }
 
 impl HitPoint<'_> {
@@ -35,21 +33,24 @@ impl HitPoint<'_> {
         })
     }
 
-    pub(super) fn beside(&self) -> Option<(f32, f32, Vec3)> {
-        self.undisplaced.and_then(|before| before.beside)
+    /// The place between corners; `turned` brings a vector of the mesh's space to theirs.
+    pub(super) fn place_between(
+        &self,
+        corners: [Vec3; 3],
+        turned: impl FnOnce(Vec3) -> Vec3,
+    ) -> Vec3 {
+        match (self.undisplaced, self.hit) {
+            (Some(before), Some((u, v))) => {
+                between(corners, u, v) + turned(self.vector_to_mesh(before.way))
+            }
+            _ => between(corners, self.u, self.v),
+        }
     }
 
     /// The smooth normal outside as the node Texture Coordinate tells it: beside a hit it is that of the corners there, as in Cycles.
     pub(super) fn stepped_normal(&self) -> Vec3 {
         match (&self.mesh.normals, self.hit, self.undisplaced) {
-            (Some(normals), Some(_), None) => {
-                let there = unit_or_zero(self.entry.normal::<General>(self.vector(normals)));
-                if there == Vec3::ZERO {
-                    self.outer_normal()
-                } else {
-                    there
-                }
-            }
+            (Some(_), Some(_), None) => self.entry.smooth_normal(self.mesh, self),
             _ => self.outer_normal(),
         }
     }
@@ -57,7 +58,11 @@ impl HitPoint<'_> {
     /// The place that was hit: rays of a Bump's height leave from there, and tangents are those of it, as in Cycles.
     pub(super) fn at_hit(&self) -> Self {
         let (u, v) = self.hit.unwrap_or((self.u, self.v));
-        let hit = None;
-        Self { u, v, hit, ..*self }
+        Self {
+            u,
+            v,
+            hit: None,
+            ..*self
+        }
     }
 }
