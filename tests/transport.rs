@@ -788,11 +788,26 @@ fn techniques_agree(
 
 /// Light sampling, BSDF sampling and both estimate the same means: 3 σ, the variance from
 /// independent seeds.
-#[test]
-fn all_ways_to_find_light_agree_within_three_sigma() {
-    for (name, scene) in gallery() {
+fn all_ways_to_find_light_agree_within_three_sigma(
+    scenes: impl IntoIterator<Item = (&'static str, Scene)>,
+) {
+    for (name, scene) in scenes {
         // The test has teeth: σ is at most a twentieth (light sampling alone is poor on glossy glass).
         techniques_agree(name, &scene, &small(48, 4), 3.0, 0.05);
+    }
+}
+
+/// Each third scene; `long` has all of them.
+#[test]
+fn all_ways_to_find_light_agree() {
+    all_ways_to_find_light_agree_within_three_sigma(gallery().into_iter().step_by(3));
+}
+
+mod long {
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn all_ways_to_find_light_agree_in_all_scenes() {
+        super::all_ways_to_find_light_agree_within_three_sigma(super::gallery());
     }
 }
 

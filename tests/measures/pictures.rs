@@ -330,8 +330,9 @@ fn files() -> Vec<Vec<u8>> {
 }
 
 /// Damage is an error or another picture, never a panic: bytes in turn replaced by values that make sizes and counts large or
-/// negative, and each file cut off at many lengths. Beyond the header, each `step`th byte.
-fn damage(step: usize) {
+/// negative, and each file cut off at many lengths. Each byte of the header, beyond it each `step`th; with all values, or with
+/// one of them in turn.
+fn damage(step: usize, all_values: bool) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
     let mut read = 0;
@@ -340,6 +341,9 @@ fn damage(step: usize) {
         let header = file.len().min(400);
         for index in (0..header).chain((header..file.len()).step_by(step)) {
             for value in [0x7f, 0xff] {
+                if !all_values && (index % 2 == 0) == (value == 0xff) {
+                    continue;
+                }
                 let mut damaged = file.clone();
                 damaged[index] = value;
                 std::fs::write(&path, damaged).unwrap();
@@ -354,16 +358,16 @@ fn damage(step: usize) {
     assert!(read > 0);
 }
 
-/// `long` damages every byte.
+/// `long` damages every byte with each value.
 #[test]
 fn damaged_files_are_errors() {
-    damage(7);
+    damage(7, false);
 }
 
 mod long {
     #[test]
     #[ignore = "long: `make test-long` runs it"]
     fn files_with_any_damaged_byte_are_errors() {
-        super::damage(1);
+        super::damage(1, true);
     }
 }

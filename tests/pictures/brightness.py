@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Brightness of every kind of light against Cycles: the same scene, made here, rendered by both. Cycles' pictures are kept (references.py).
 
-    python brightness.py --sundog PROGRAM [--only PART] [--samples COUNT] [--json FILE]
+    python brightness.py --sundog PROGRAM [--only PART] [--every N] [--samples COUNT] [--json FILE]
 
 Each scene is a floor with two boxes on it, seen from above, with one light: every kind of light, under every kind of transform, lights and
 objects that some rays do not see, and worlds. It goes through the add-on's export. The mean luminance of the two pictures must agree within 1 %; the standard error of the
@@ -9,6 +9,7 @@ comparison, from two seeds each, must be below 0.2 %.
 """
 
 import argparse
+import itertools
 import json
 import math
 import os
@@ -235,13 +236,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sundog", required=True)
     parser.add_argument("--only", default="", help="scenes whose names contain this")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="one of so many scenes")
     parser.add_argument("--samples", type=int, default=64, help="samples a pixel, for each of the two seeds")
     parser.add_argument("--sheared", action="store_true", help="show sheared area lights too")
     parser.add_argument("--json", help="where to write the table")
     given = parser.parse_args()
     rows, wrong = [], []
     with tempfile.TemporaryDirectory(prefix="sundog-brightness-") as folder:
-        for name, make, judged in cases():
+        for name, make, judged in itertools.islice(cases(), 0, None, given.every):
             if given.only not in name or not (judged or given.sheared):
                 continue
             fresh()

@@ -58,23 +58,39 @@ fn the_measures_find_known_differences_and_no_others() {
     run("test_compare.py", &[]);
 }
 
-#[test]
-fn the_scenes_look_as_in_cycles() {
+/// Scenes beside Cycles; all of them without names.
+fn scenes_look_as_in_cycles(names: &[&str]) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
-    run(
-        "compare.py",
-        &[
-            "--sundog",
-            env!("CARGO_BIN_EXE_sundog"),
-            "--keep",
-            folder.to_str().unwrap(),
-        ],
-    );
+    let program = ["--sundog", env!("CARGO_BIN_EXE_sundog")];
+    let keep = ["--keep", folder.to_str().unwrap()];
+    run("compare.py", &[names, &program, &keep].concat());
 }
 
+/// Closed and open, with the materials that are most used; `long` has all scenes.
 #[test]
-fn every_light_is_as_bright_as_in_cycles() {
-    run("brightness.py", &["--sundog", env!("CARGO_BIN_EXE_sundog")]);
+fn some_scenes_look_as_in_cycles() {
+    scenes_look_as_in_cycles(&["cornell", "material-wall", "foliage"]);
+}
+
+/// One light in five of those that `long` has.
+#[test]
+fn lights_are_as_bright_as_in_cycles() {
+    let program = ["--sundog", env!("CARGO_BIN_EXE_sundog")];
+    run("brightness.py", &[&program[..], &["--every", "5"]].concat());
+}
+
+mod long {
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn all_scenes_look_as_in_cycles() {
+        super::scenes_look_as_in_cycles(&[]);
+    }
+
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn every_light_is_as_bright_as_in_cycles() {
+        super::run("brightness.py", &["--sundog", env!("CARGO_BIN_EXE_sundog")]);
+    }
 }
 
 #[test]

@@ -2,11 +2,10 @@
 
 use super::*;
 
-/// Every setting on every scene of the gallery, against the default with other seeds, 16 seeds each: some
+/// Every setting on scenes of the gallery, against the default with other seeds, 16 seeds each: some
 /// fifty comparisons, of which one beyond 4 σ would come about by chance once in 60 times (Student's t with 30
 /// degrees of freedom). The seeds are fixed.
-#[test]
-fn studies_change_no_mean() {
+fn studies_change_no_mean(scenes: impl IntoIterator<Item = (&'static str, Scene)>) {
     let ways = |settings: RenderSettings| {
         let with = |light_sampling, light_samples, roulette| RenderSettings {
             light_sampling,
@@ -35,7 +34,7 @@ fn studies_change_no_mean() {
             ),
         ]
     };
-    for (name, scene) in gallery() {
+    for (name, scene) in scenes {
         let usual = estimate(&scene, &small(32, 4), 100..116);
         for (way, settings) in ways(small(16, 4)) {
             // A lamp through two surfaces of such glass is met by one path in ten million, which then weighs ten
@@ -59,6 +58,20 @@ fn studies_change_no_mean() {
                 usual.0
             );
         }
+    }
+}
+
+/// Each third scene; `long` has all of them.
+#[test]
+fn studies_change_no_mean_in_some_scenes() {
+    studies_change_no_mean(gallery().into_iter().step_by(3));
+}
+
+mod long {
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn studies_change_no_mean_in_all_scenes() {
+        super::studies_change_no_mean(super::gallery());
     }
 }
 

@@ -287,22 +287,32 @@ struct Plane {
 }
 
 impl Plane {
-    /// The value of a pixel of the display window; 0 beyond the data window.
-    fn value(&self, x: usize, y: usize, channel: usize) -> f32 {
-        let inside = |at: usize, begin: i64, size: usize| {
-            let index = usize::try_from(at as i64 - begin).ok();
-            index.filter(|index| *index < size)
+    /// Writes one of its channels to where it lies in a picture of the display window, whose other pixels stay as they are.
+    fn copy_channel(&self, channel: usize, frame: &mut Frame, into: usize) {
+        // Where the windows meet, in the frame's pixels.
+        let meet = |begin: i64, size: usize, limit: usize| {
+            let clamped = |at: i64| at.clamp(0, limit as i64) as usize;
+            clamped(begin)..clamped(begin.saturating_add(size as i64))
         };
-        let column = inside(x, self.at.0, self.size.0);
-        let row = inside(y, self.at.1, self.size.1);
-        let index = column
-            .zip(row)
-            .map(|(column, row)| (row * self.size.0 + column) * self.channels + channel);
-        index
-            .and_then(|index| self.values.get(index))
-            .copied()
-            .unwrap_or(0.0)
+        let columns = meet(self.at.0, self.size.0, frame.width);
+        let rows = meet(self.at.1, self.size.1, frame.height);
+        for y in rows {
+            let row = (y as i64 - self.at.1) as usize * self.size.0;
+            for x in columns.clone() {
+                let column = (x as i64 - self.at.0) as usize;
+                let from = (row + column) * self.channels + channel;
+                frame.values[(y * frame.width + x) * frame.channels + into] = self.values[from];
+            }
+        }
     }
+}
+
+/// A picture of the display window, channels interleaved.
+struct Frame {
+    width: usize,
+    height: usize,
+    channels: usize,
+    values: Vec<f32>,
 }
 
 /// The chosen channels in the frame of the display window, which all parts share.
@@ -342,20 +352,22 @@ fn framed(
         Some((_, plane)) if planes.is_empty() && whole(&plane) => plane.values,
         first => {
             planes.extend(first);
-            let place = |channel: &Channel| {
-                let slot = parts.get(&channel.part)?;
-                let slot = slot.iter().position(|name| **name == channel.name)?;
-                Some((planes.get(&channel.part)?, slot))
+            let channels = choice.channels().count();
+            let mut frame = Frame {
+                width,
+                height,
+                channels,
+                // 0 beyond the data windows.
+                values: vec![0.0; width * height * channels],
             };
-            let places: Vec<(&Plane, usize)> = choice.channels().filter_map(place).collect();
-            let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-            pixels
-                .flat_map(|(x, y)| {
-                    places
-                        .iter()
-                        .map(move |(plane, slot)| plane.value(x, y, *slot))
-                })
-                .collect()
+            for (into, channel) in choice.channels().enumerate() {
+                let names = &parts[&channel.part];
+                let slot = names.iter().position(|name| **name == channel.name);
+                if let (Some(plane), Some(slot)) = (planes.get(&channel.part), slot) {
+                    plane.copy_channel(slot, &mut frame, into);
+                }
+            }
+            frame.values
         }
     };
     Ok(ExrLayer {
