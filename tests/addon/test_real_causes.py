@@ -298,6 +298,39 @@ class Causes(kit.ExportTest):
                 # What is not widened is 2.3 % off.
                 self.near(ours, cycles, 0.002)
 
+    def test_displaced_normals_where_light_comes_out(self):
+        """Light that comes out from below a steep bump leaves about the normal of the shader there, which mirrors above the surface, also
+        where the bump is a displacement and no normal is linked."""
+        for kind, method in (("Subsurface", "RANDOM_WALK"), ("Subsurface", "BURLEY"), ("Principled", "RANDOM_WALK")):
+            for linked in (False, True):
+                with self.subTest(kind=kind, method=method, linked=linked):
+                    self.setUp()
+                    self.scene.world = None
+                    material = self.raised("BUMP", Scale=3)
+                    tree = material.node_tree
+                    shader = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
+                    if kind == "Principled":
+                        shader.subsurface_method = method
+                        shader.inputs["Subsurface Weight"].default_value = 1
+                        shader.inputs["Specular IOR Level"].default_value = 0
+                    else:
+                        shader = tree.nodes.new("ShaderNodeSubsurfaceScattering")
+                        shader.falloff = method
+                        output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+                        tree.links.new(shader.outputs[0], output.inputs["Surface"])
+                    if linked:
+                        noise, bump = next(n for n in tree.nodes if n.type == "TEX_NOISE"), tree.nodes.new("ShaderNodeBump")
+                        bump.inputs["Distance"].default_value = 0.1
+                        tree.links.new(noise.outputs[0], bump.inputs["Height"])
+                        tree.links.new(bump.outputs[0], shader.inputs["Normal"])
+                    self.ball(material)
+                    lamp = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
+                    self.scene.collection.objects.link(lamp)
+                    lamp.rotation_euler = (1.1, 0, 0.4)
+                    ours, cycles = self.shown(256)
+                    print(f"{kind} {method} {linked}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+                    self.near(ours, cycles, 0.007)
+
     def test_bumps_of_normals_and_of_what_looks_around(self):
         """Steps of a Bump see another normal in Texture Coordinate, but not in Geometry; rays of a Bevel or an Ambient Occlusion start
         where the surface was hit; boxes of images have the sides of that place, and tangents are its own."""
