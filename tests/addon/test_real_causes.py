@@ -331,6 +331,28 @@ class Causes(kit.ExportTest):
                     print(f"{kind} {method} {linked}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
                     self.near(ours, cycles, 0.007)
 
+    def test_whole_shadows(self):
+        """Materials without Transparent Shadows (most of old files for EEVEE) let no light through to what is behind."""
+        self.scene.world = None
+        bpy.ops.mesh.primitive_plane_add(size=8)
+        bpy.context.object.data.materials.append(kit.material("floor"))
+        bpy.ops.mesh.primitive_plane_add(size=3, location=(0, 0, 1))
+        material = kit.material("clear", Alpha=0.2)
+        bpy.context.object.data.materials.append(material)
+        lamp = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", "SUN"))
+        self.scene.collection.objects.link(lamp)
+        lamp.rotation_euler = (0.2, 0, 0)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+        seen = []
+        for lets_through in (True, False):
+            material.use_transparent_shadow = lets_through
+            ours, cycles = self.shown(4096)
+            print(f"transparent shadows {lets_through}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+            self.near(ours, cycles, 0.01)
+            self.assertEqual(self.export().verdict("material", "clear")["verdict"], "exact")
+            seen.append(ours)
+        self.assertGreater(seen[0], 1.2 * seen[1])
+
     def test_bumps_of_normals_and_of_what_looks_around(self):
         """Steps of a Bump see another normal in Texture Coordinate, but not in Geometry; rays of a Bevel or an Ambient Occlusion start
         where the surface was hit; boxes of images have the sides of that place, and tangents are its own."""

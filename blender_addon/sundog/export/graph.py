@@ -57,6 +57,17 @@ class Use:
         return value if isinstance(value, (int, float)) else None
 
 
+def casts_whole_shadows(owner):
+    """Whether it is a material whose Transparent Shadows are off."""
+    return isinstance(owner, bpy.types.Material) and not owner.use_transparent_shadow
+
+
+def _lets_through(use):
+    """Whether rays may pass a shader straight on."""
+    kind = use.node.bl_idname
+    return kind == "ShaderNodeBsdfTransparent" or (kind == "ShaderNodeBsdfPrincipled" and use.inputs.get("Alpha", 1.0) != 1.0)
+
+
 def _is_implicit(socket):
     """Whether an unlinked input stands for normals, tangents or coordinates."""
     return socket.type == "VECTOR" and socket.hide_value and (socket.node.bl_idname, socket.identifier) not in _VALUED
@@ -156,7 +167,16 @@ class Walk:
             self._walk(displaced.use)
         if found.use not in self.uses:
             self._walk(found.use)
+        if casts_whole_shadows(owner) and any(map(_lets_through, self.uses)):
+            self._close_for_shadows()
         self._object()
+
+    def _close_for_shadows(self):
+        """The surface as it is, but black to rays that look for lights: Cycles lets none of them through."""
+        black = self._made("ShaderNodeEmission", "Emission", {"Color": (0.0, 0.0, 0.0, 1.0), "Strength": 0.0})
+        asks = self._made("ShaderNodeLightPath", "Is Shadow Ray", {})
+        self.surface = self._made("ShaderNodeMixShader", "Shader", {"Fac": asks, "Shader": self.surface, "Shader_001": black})
+        self._walk(self.surface.use)
 
     def read_volume(self, owner):
         """Walks from what fills the meshes of a material, or the world."""

@@ -159,7 +159,10 @@ class Writer:
         extensions["SUNDOG_material"] = exact
         width = 4 if any(a.alpha for a in slots.attributes) else 3
         color = slots.attribute_name()
-        written = self._graph(material, reader, slots.uvs, None if color is None else (color, width))
+        is_closed = "alphaMode" in result and graph.casts_whole_shadows(material)
+        written = self._graph(material, reader, slots.uvs, None if color is None else (color, width), is_closed)
+        if is_closed and (written is None or not written.extension):
+            reader.note(APPROXIMATED, "its shadows are as light as it is, for all that its Transparent Shadows are off")
         written = written or graph_write.Written()
         if written.extension:
             extensions["SUNDOG_shader_graph"] = written.extension
@@ -183,14 +186,15 @@ class Writer:
         bare = [thing for thing in meshes if not getattr(thing.data, "uv_layers", None)]
         return {slot.material for thing in bare for slot in thing.material_slots if slot.material is not None}
 
-    def _graph(self, material, reader, uvs, color):
+    def _graph(self, material, reader, uvs, color, is_closed):
         """The Written of a material's node tree, if that says more than the flattened material; replaces the findings then."""
         if not graph.ENABLED or material is None or nodes.tree_of(material) is None:
             return None
         is_bare = material.original in self._bare
         if is_bare and any(node.bl_idname == "ShaderNodeNormalMap" for node in nodes.tree_of(material).nodes):
             reader.note(APPROXIMATED, "the normal map has no tangents where meshes have no UV map")
-        flat = all(f.verdict == EXACT for f in reader.findings)
+        # What is flat has no shadows of its own.
+        flat = all(f.verdict == EXACT for f in reader.findings) and not is_closed
         lost = []
         aovs = graph_write.aovs_of(material, self.aovs, lost, layer=self.layer)
         reader.findings += lost
