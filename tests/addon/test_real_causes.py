@@ -331,6 +331,66 @@ class Causes(kit.ExportTest):
                     print(f"{kind} {method} {linked}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
                     self.near(ours, cycles, 0.007)
 
+    def test_attributes_of_instances(self):
+        """Attribute nodes of the kind Instancer read what geometry nodes keep of each instance: in rows, or by identity where they have one."""
+        self.scene.world = None
+        bpy.ops.mesh.primitive_plane_add(size=0.9)
+        small = bpy.context.object
+        small.location = (0, 0, -50)
+        material = bpy.data.materials.new("told")
+        material.use_nodes = True
+        tree = material.node_tree
+        tree.nodes.clear()
+        told, glow, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Attribute", "Emission", "OutputMaterial"))
+        told.attribute_type = "INSTANCER"
+        tree.links.new(glow.outputs[0], output.inputs["Surface"])
+        small.data.materials.append(material)
+        bpy.ops.mesh.primitive_grid_add(x_subdivisions=2, y_subdivisions=2, size=2)
+        placing = bpy.context.object
+        group = bpy.data.node_groups.new("places", "GeometryNodeTree")
+        for way in ("INPUT", "OUTPUT"):
+            group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+        node = lambda kind: group.nodes.new(kind)  # noqa: E731
+        first, last, shape = node("NodeGroupInput"), node("NodeGroupOutput"), node("GeometryNodeObjectInfo")
+        placed, index, identity = node("GeometryNodeInstanceOnPoints"), node("GeometryNodeInputIndex"), node("GeometryNodeSetID")
+        shape.inputs["Object"].default_value = small
+        at = first.outputs[0]
+        for source, target in ((at, identity.inputs["Geometry"]), (identity.outputs[0], placed.inputs["Points"]), (shape.outputs["Geometry"], placed.inputs["Instance"])):
+            group.links.new(source, target)
+        turned = node("ShaderNodeMath")
+        turned.operation = "MULTIPLY_ADD"
+        turned.inputs[1].default_value, turned.inputs[2].default_value = -7, 100
+        group.links.new(index.outputs[0], turned.inputs[0])
+        group.links.new(turned.outputs[0], identity.inputs["ID"])
+        at = placed.outputs[0]
+        for name, kind in (("number", "FLOAT"), ("three", "FLOAT_VECTOR"), ("color", "FLOAT_COLOR")):
+            keep = node("GeometryNodeStoreNamedAttribute")
+            keep.domain, keep.data_type = "INSTANCE", kind
+            keep.inputs["Name"].default_value = name
+            group.links.new(at, keep.inputs["Geometry"])
+            value = next(socket for socket in keep.inputs if socket.name == "Value" and socket.enabled)
+            group.links.new((node("GeometryNodeInputPosition") if kind != "FLOAT" else index).outputs[0], value)
+            at = keep.outputs[0]
+        group.links.new(at, last.inputs[0])
+        placing.modifiers.new("places", "NODES").node_group = group
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 3
+        self.scene.render.resolution_x = self.scene.render.resolution_y = 15
+        for has_identity in (True, False):
+            identity.mute = not has_identity
+            for name, socket in (("number", "Fac"), ("number", "Color"), ("three", "Vector"), ("color", "Color"), ("none", "Color")):
+                with self.subTest(name=name, socket=socket, has_identity=has_identity):
+                    told.attribute_name = name
+                    tree.links.new(told.outputs[socket], glow.inputs["Strength" if socket == "Fac" else "Color"])
+                    found = self.export()
+                    if not hasattr(placing, "evaluated_geometry"):
+                        self.assertIn("4.5", str(found.verdicts))
+                        continue
+                    pictures = kit.rendered(found.path, 15, 15, 64), kit.cycles_pixels(15, 15, 64)
+                    # A tile for each instance.
+                    ours, cycles = (picture[..., :3].reshape(3, 5, 3, 5, 3).mean(axis=(1, 3)) for picture in pictures)
+                    self.near(ours, cycles, 0.02)
+                    self.assertEqual(cycles.max() > 0.5, name != "none")
+
     def test_whole_shadows(self):
         """Materials without Transparent Shadows (most of old files for EEVEE) let no light through to what is behind."""
         self.scene.world = None

@@ -70,25 +70,95 @@ def asked(node, output):
     return None
 
 
-def values(instance, scene, every, wanted):
-    """Four numbers for each of what is asked; zeros for those that are not wanted."""
-    return [_value(instance, scene, *ask) if number in wanted else [0.0] * 4 for number, ask in enumerate(every)]
+def values(instance, scene, every, wanted, placed):
+    """Four numbers for each of what is asked; zeros for those that are not wanted. `placed`: the Placed of the scene."""
+    return [_value(instance, scene, placed, *ask) if number in wanted else [0.0] * 4 for number, ask in enumerate(every)]
 
 
-def _value(instance, scene, kind, name, is_mean=False):
+def _value(instance, scene, placed, kind, name, is_mean=False):
     if kind == "PARTICLE":
         return _particle(instance, scene, name)
     if kind == "INSTANCE":
         if not instance.is_instance:
             return [0.0, 0.0, 0.0, 1.0]
         return [*(0.5 * v - 0.5 for v in instance.orco), 1.0] if name == "Generated" else [*instance.uv, 0.0, 1.0]
-    places = []
+    places, found = [], None
     if kind == "INSTANCER" and instance.is_instance:
+        found = placed.attribute(instance, name)
         places += [instance.particle_system and instance.particle_system.settings, instance.parent]
     shown = instance.object
     places += [shown, shown.data]
-    found = attribute_of(places, name) or (0.0, 0.0, 0.0, 0.0)
+    found = found or attribute_of(places, name) or (0.0, 0.0, 0.0, 0.0)
     return [sum(found[:3]) / 3] * 4 if is_mean else list(found)
+
+
+class Placed:
+    """The attributes of instances that geometry nodes place, read once for each object that places some."""
+
+    # Numbers of a value by the type of an attribute, and where they are.
+    KINDS = {
+        "FLOAT": (1, "value"), "INT": (1, "value"), "BOOLEAN": (1, "value"), "FLOAT2": (2, "vector"), "FLOAT_VECTOR": (3, "vector"),
+        "FLOAT_COLOR": (4, "color"), "BYTE_COLOR": (4, "color"),
+    }  # fmt: skip
+    # What says that there is no deeper level.
+    NO_LEVEL = 0x7FFFFFFF
+
+    def __init__(self):
+        self._known = {}
+
+    @staticmethod
+    def can_read(parent):
+        """Whether this Blender tells of such instances: from 4.5 on."""
+        return hasattr(parent, "evaluated_geometry")
+
+    @classmethod
+    def misses(cls, parent, asked):
+        """Whether some of what is asked may be of instances that this Blender does not tell of."""
+        places = any(modifier.type == "NODES" for modifier in parent.modifiers)
+        return places and any(ask[0] == "INSTANCER" for ask in asked) and not cls.can_read(parent)
+
+    def attribute(self, instance, name):
+        """The four numbers of an attribute of an instance; None if it has none of this name."""
+        parent = instance.parent
+        if parent is None or not self.can_read(parent) or not any(modifier.type == "NODES" for modifier in parent.modifiers):
+            return None
+        known = self._known.get(parent.name_full)
+        if known is None:
+            known = self._known[parent.name_full] = self._read(parent)
+        rows, attributes = known
+        if name not in attributes:
+            return None
+        # The last level is that of the object itself.
+        levels = [v for v in instance.persistent_id if v != self.NO_LEVEL]
+        row = rows.get(levels[-1], -1) if rows is not None else levels[-1]
+        found = attributes[name]
+        return [float(v) for v in found[row]] if levels and 0 <= row < len(found) else None
+
+    def _read(self, parent):
+        """The row of each identity (None: they are rows themselves), and four numbers a row by the names of attributes."""
+        # What it holds is only there as long as itself.
+        geometry = parent.evaluated_geometry()
+        cloud = geometry.instances_pointcloud()
+        if cloud is None:
+            return None, {}
+        rows, attributes = None, {}
+        for attribute in cloud.attributes:
+            width, where = self.KINDS.get(attribute.data_type, (0, ""))
+            if not width:
+                continue
+            count = len(attribute.data)
+            given = numpy.empty(count * width, bool if attribute.data_type == "BOOLEAN" else numpy.float32)
+            if attribute.name == "id":
+                given = numpy.empty(count, numpy.int32)
+            attribute.data.foreach_get(where, given)
+            if attribute.name == "id":
+                rows = {int(v): row for row, v in reversed(list(enumerate(given)))}
+            four = numpy.zeros((count, 4))
+            four[:, 3] = 1
+            # A number stands for all three.
+            four[:, : 3 if width == 1 else width] = given.reshape(count, width)
+            attributes[attribute.name] = four
+        return rows, attributes
 
 
 def attribute_of(places, name):

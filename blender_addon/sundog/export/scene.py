@@ -63,7 +63,7 @@ class Exporter:
         self.materials.layer = (scene, self.view_layer)
         self.materials.aovs = {aov.name: aov.type for aov in self.view_layer.aovs if aov.is_valid}
         self.materials.writes_indices = depsgraph.view_layer.use_pass_material_index
-        self._culling = self._light_groups = self._links = None
+        self._culling = self._light_groups = self._links = self._instances = None
         self.changed_geometry = 0
         self._planes = lights.Planes()
         # Evaluated data and slots -> glTF mesh, or None where there is nothing to render.
@@ -84,6 +84,7 @@ class Exporter:
             self.motion.record(lambda shown: cameras.window(cameras.settings_of(shown, []), self.scene.render))
         eye, matrix, view = self._eye([])
         self._culling = culling.Culling(self.scene, eye, matrix, view)
+        self._instances = object_info.Placed()
         # Also those that collections alone place.
         known = (thing.original for thing in self.depsgraph.ids if isinstance(thing, bpy.types.Object))
         self._links = linking.Linking(known)
@@ -145,8 +146,10 @@ class Exporter:
         extension = self._labelled(shown, extension)
         asked = self._asked.get(mesh)
         if asked:
-            told = object_info.values(instance, self.scene, self.materials.values[: max(asked) + 1], asked)
+            told = object_info.values(instance, self.scene, self.materials.values[: max(asked) + 1], asked, self._instances)
             extension = {**(extension or {}), "values": told}
+            if parent is not None and object_info.Placed.misses(parent, [self.materials.values[number] for number in asked]):
+                self.verdicts.add("object", shown.name, APPROXIMATED, "attributes of instances are 0: Blender tells of them from 4.5 on")
         key = (mesh, str(extension))
         moving = self.motion.of(instance) if self.motion else None
         if moving is not None:
