@@ -202,8 +202,7 @@ impl Preparer {
             disperses: summary.principled.iter().any(|p| p.spreads_colors()),
             goes_below: walks.clone().next().is_some(),
             // A displacement that is a bump gives all of them one.
-            bumps_below: programs.normal.is_some()
-                || walks.any(|shader| shader.normal().is_some()),
+            bumps_below: programs.normal.is_some() || walks.any(|shader| shader.normal().is_some()),
             space: known.space,
             coats: self.coats(&programs.shaders),
             emission_coats: programs
