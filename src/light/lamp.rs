@@ -159,11 +159,12 @@ impl Lamp {
         normal.map_or(0.25 / PI, |n| warp::cosine_hemisphere_pdf(n.dot(wi)))
     }
 
-    /// Where a ray from `origin` hits it, and the radiance that the lit point `from` sees there.
+    /// What a ray from the lit point `from` hits of it beyond `origin`, which the ray has reached already: the distance from there, and
+    /// the radiance that `from` sees. A disc faces `from`, and a sphere that the ray has entered before is not met a second time.
     #[inline]
     pub fn le(&self, from: Vec3, origin: Vec3, wi: Vec3) -> Option<LightHit> {
         let (distance, on) = if self.soft_falloff {
-            let to_center = self.center - origin;
+            let to_center = self.center - from;
             let along = to_center.length();
             let axis = to_center.try_normalize()?;
             let cos = axis.dot(wi);
@@ -172,8 +173,17 @@ impl Lamp {
                 return None;
             }
             let t = along / cos;
-            (t, Vec3::new(t, along, 0.0))
+            let left = t - (origin - from).dot(wi);
+            if left <= 0.0 {
+                return None;
+            }
+            (left, Vec3::new(t, along, 0.0))
         } else {
+            let is_inside =
+                |point: Vec3| (self.center - point).length_squared() <= sqr(self.radius);
+            if is_inside(origin) && !is_inside(from) {
+                return None;
+            }
             (self.hit(origin, wi)?, Vec3::ZERO)
         };
         Some(LightHit {

@@ -62,6 +62,36 @@ fn the_irradiance_of_a_disc_is_that_of_its_form_factor() {
     }
 }
 
+/// What a ray meets of a lamp is the same, and met once, however often the ray begins anew at faces that it passes.
+#[test]
+fn a_lamp_is_met_once_along_a_ray_that_begins_anew() {
+    for soft_falloff in [false, true] {
+        let lamp = Lamp {
+            soft_falloff,
+            ..lamp(2.0)
+        };
+        let mut met = 0;
+        for u in grid(32) {
+            let wi = warp::cone_about(Vec3::Z, u, 0.2);
+            let whole = lamp.le(Vec3::ZERO, Vec3::ZERO, wi);
+            let stops = [0.0, 1.5, 2.9, 3.6, 4.4, 5.5, 8.0, f32::INFINITY];
+            let pieces = stops.windows(2).filter_map(|ends| {
+                let hit = lamp.le(Vec3::ZERO, wi * ends[0], wi)?;
+                let distance = hit.distance + ends[0];
+                (distance <= ends[1]).then_some((distance, hit))
+            });
+            let pieces: Vec<_> = pieces.collect();
+            assert_eq!(pieces.len(), usize::from(whole.is_some()), "{wi}");
+            if let (Some(whole), Some((distance, piece))) = (whole, pieces.first()) {
+                assert!((distance / whole.distance - 1.0).abs() < 1e-5);
+                assert_eq!((piece.on, piece.radiance), (whole.on, whole.radiance));
+                met += 1;
+            }
+        }
+        assert!((100..1000).contains(&met), "{met}");
+    }
+}
+
 /// Inside, light comes from everywhere: irradiance πL.
 #[test]
 fn a_sphere_shines_inwards() {
