@@ -6,13 +6,13 @@ use super::dielectrics::Dielectrics;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
 use super::principled::Principled;
-use super::tables::{LutCoordinate, Reflection as Albedos};
+use super::tables::{Layering, LutCoordinate, Reflection as Albedos};
 use crate::math::sqr;
 use glam::Vec3;
 
 /// A clear coat at a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Coat<'a> {
+pub struct Coat {
     /// Its share.
     pub weight: f32,
     /// Perceptual roughness.
@@ -23,8 +23,6 @@ pub struct Coat<'a> {
     pub tint: Vec3,
     /// Its own normal.
     pub normal: Vec3,
-    /// Tables of its interface.
-    pub tables: &'a Dielectrics,
 }
 
 /// Fibres at a point.
@@ -40,14 +38,14 @@ pub struct Fibres {
 
 /// What lies over the base at a point.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Layers<'a> {
+pub struct Layers {
     /// The clear coat.
-    pub coat: Option<Coat<'a>>,
+    pub coat: Option<Coat>,
     /// The fibres above it.
     pub fibres: Option<Fibres>,
 }
 
-impl Layers<'_> {
+impl Layers {
     /// The share of light from below that they let through to a viewer, as a colour: of what the base emits.
     pub fn transmittance(&self, normal: Vec3, wo: Vec3) -> Vec3 {
         let normals = Normals {
@@ -72,7 +70,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     pub fn add_layered(
         &mut self,
         weight: f32,
-        (p, layers): (&Principled, &Layers<'_>),
+        (p, layers): (&Principled, &Layers),
         tables: &Dielectrics,
         (normal, tangent): (Vec3, Option<Vec3>),
     ) {
@@ -91,7 +89,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     }
 
     /// Adds what lies over a base: what is left to it, and the colour of what comes from it to the viewer.
-    fn add_layers(&mut self, weight: f32, layers: &Layers<'_>, normal: Vec3) -> (f32, Vec3) {
+    fn add_layers(&mut self, weight: f32, layers: &Layers, normal: Vec3) -> (f32, Vec3) {
         let coat = layers.coat.as_ref().filter(|c| c.weight > LEAST_WEIGHT);
         let fibres = layers.fibres.filter(|f| f.weight > LEAST_WEIGHT);
         let mut rest = weight;
@@ -120,7 +118,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     }
 
     /// Adds the coat; what is left to what lies below, and the cosine of the view to it.
-    fn add_coat(&mut self, weight: f32, coat: &Coat<'_>) -> (f32, f32) {
+    fn add_coat(&mut self, weight: f32, coat: &Coat) -> (f32, f32) {
         let alpha = Alpha::isotropic(sqr(coat.roughness));
         let roughened = self.roughened(alpha);
         let facets = Facets::new(self.normals(), coat.normal, None, self.wo(), roughened);
@@ -128,17 +126,18 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if !self.keeps_reflections() || cos <= 0.0 || coat.ior <= 1.0 {
             return (weight, cos);
         }
-        let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(cos, coat.roughness));
         let f0 = fresnel::f0_from_ior(coat.ior);
-        let (effective_cosine, average_blend) = coat.tables.layer(coat.ior, cos, place);
-        let reflectance = fresnel::dielectric(effective_cosine, coat.ior).reflectance;
-        let average = Vec3::splat(f0 + (1.0 - f0) * average_blend);
-        let (gain, single) = match place.map(Albedos::at) {
-            Some(albedos) => (albedos.compensation(average), albedos.directional),
-            None => (Vec3::ONE, 1.0),
+        let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(coat.ior));
+        let layering = Layering::new(cos, coat.roughness, coat.ior);
+        let reflectance = Vec3::splat(f0 + (1.0 - f0) * layering.blend);
+        let (gain, albedo) = if alpha.is_smooth() {
+            (Vec3::ONE, reflectance)
+        } else {
+            let albedos = Albedos::at(LutCoordinate::new(cos, coat.roughness));
+            let albedo = layering.albedo(reflectance, average, albedos.average);
+            (albedos.compensation(average), albedo)
         };
         let share = weight * coat.weight;
-        let albedo = gain * (single * reflectance);
         let fresnel = Fresnel::Dielectric {
             f0: Vec3::splat(f0),
             eta: coat.ior,
@@ -169,7 +168,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
 }
 
 /// The colour of what goes through the coat to the viewer: by its way in it, as Cycles has it.
-fn through(coat: &Coat<'_>, cos: f32) -> Vec3 {
+fn through(coat: &Coat, cos: f32) -> Vec3 {
     if coat.tint == Vec3::ONE {
         return Vec3::ONE;
     }

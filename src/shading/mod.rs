@@ -20,4 +20,4 @@ pub mod thin_film;
 pub use bsdf::{Bsdf, BsdfSample, Changes, Scattering};
 pub use closure::{AllFeatures, BsdfFeatures, Normals};
 pub use dielectrics::Dielectrics;
-pub use principled::{Principled, least_mean_roughness, turned};
+pub use principled::{Principled, turned};

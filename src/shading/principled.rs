@@ -11,7 +11,7 @@ use super::dielectrics::{Dielectrics, layer_ior};
 use super::dispersion::index_at;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
-use super::tables::{LutCoordinate, Reflection as Albedos, covering};
+use super::tables::{Layering, LutCoordinate, Reflection as Albedos};
 use super::thin_film::{Film, Filmed};
 use crate::math::sqr;
 use crate::scene::graph::{Distribution, Subsurface, WalkMethod};
@@ -142,16 +142,6 @@ pub(super) fn principled_alpha(roughness: f32, anisotropy: f32) -> Alpha {
     ))
 }
 
-/// The least mean roughness of facets that are up to so much anisotropic: α is at most 1 along the tangent. Less by the rounding
-/// of the product and of its fourth root.
-pub fn least_mean_roughness(roughness: f32, anisotropy: f32) -> f32 {
-    if anisotropy <= 0.0 {
-        return roughness;
-    }
-    let mean = principled_alpha(roughness, anisotropy).mean_roughness();
-    mean.min(roughness) * (1.0 - 4.0 * f32::EPSILON)
-}
-
 /// α along and across the tangent of Blender's Glossy BSDF; `anisotropy` −1..=1.
 #[inline]
 fn glossy_alpha(roughness: f32, anisotropy: f32) -> Alpha {
@@ -238,7 +228,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let facets = Facets::new(self.normals(), normal, tangent, self.wo(), roughened);
         let cos = facets.cos().max(0.0);
         let ior = fresnel::bounded_ior(p.ior);
-        // A mirror loses nothing, and reflects as the tables' interface at its own cosine.
+        // A mirror loses nothing.
         let mean = match tangent {
             Some(_) => alpha.mean_roughness(),
             None => p.roughness,
@@ -311,14 +301,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if eta != 1.0 || is_filmed {
             let true_f0 = fresnel::f0_from_ior(eta);
             let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
-            let (effective_cosine, average_blend) = tables.layer(eta, cos, place);
-            let blend = fresnel::grazing_blend(
-                fresnel::dielectric(effective_cosine, covering(eta)).reflectance,
-                true_f0,
-            );
-            let compensation = compensation(f0 + (Vec3::ONE - f0) * average_blend);
-            // Mean reflectance of this view: single scattering times compensation.
-            let mut albedo = (f0 + (Vec3::ONE - f0) * blend) * (compensation * single_scattering());
+            let average = f0 + (Vec3::ONE - f0) * fresnel::average_blend(eta);
+            let compensation = compensation(average);
+            let layering = Layering::new(cos, mean, eta);
+            let reflectance = f0 + (Vec3::ONE - f0) * layering.blend;
+            let mut albedo = match &albedos {
+                Some(all) => layering.albedo(reflectance, average, all.average),
+                None => reflectance,
+            };
             if is_filmed {
                 let (filmed, share) = (Filmed::Dielectric(p.film, eta, f0), compensation * rest);
                 let scattered = share * single_scattering();
@@ -546,29 +536,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
         // A view below the bent normal sees no facet.
         if self.keeps_reflections() && lobe.facets.cos() > 0.0 {
             self.add(Lobe::Reflection(lobe), albedo);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The rows of tables that a material prepares are those that its hits read.
-    #[test]
-    fn anisotropic_facets_are_no_smoother_than_told() {
-        let steps = |n: u16| (0..=n).map(move |i| f32::from(i) / f32::from(n));
-        for roughness in steps(390) {
-            for most in steps(20) {
-                let least = least_mean_roughness(roughness, most);
-                for share in steps(8) {
-                    let mean = principled_alpha(roughness, share * most).mean_roughness();
-                    assert!(
-                        mean >= least,
-                        "{roughness} {most} {share}: {mean} < {least}"
-                    );
-                }
-            }
         }
     }
 }

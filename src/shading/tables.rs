@@ -9,7 +9,10 @@
 //! radius alone, the facets that reflect to above the surface fill a circle, and the integrand is
 //! analytic inside, so that a few points of Gauss and Legendre give four digits.
 
+mod layering;
 mod quadrature;
+
+pub use layering::Layering;
 
 use super::fresnel;
 use crate::math::mix;
@@ -66,8 +69,6 @@ pub struct LutCoordinate {
     index: usize,
     along: f32,
     up: f32,
-    /// cosθ + α.
-    scale: f32,
 }
 
 impl LutCoordinate {
@@ -84,7 +85,6 @@ impl LutCoordinate {
             index: row * COSINES + column,
             along,
             up,
-            scale,
         }
     }
 }
@@ -124,12 +124,7 @@ struct Table {
 }
 
 impl Table {
-    /// Tabulates a function of the cosine and α, on all threads.
-    fn tabulate(rows: Rows, f: impl Fn(f64, f64) -> f32 + Sync) -> Self {
-        Self::tabulate_from(0, rows, f)
-    }
-
-    /// The same where the columns before one are not read.
+    /// Tabulates a function of the cosine and α, on all threads; the columns before one are not read.
     fn tabulate_from(column: usize, rows: Rows, f: impl Fn(f64, f64) -> f32 + Sync) -> Self {
         let places = (rows.first * COSINES..(rows.last + 1) * COSINES).into_par_iter();
         let value = |place: usize| {
@@ -232,17 +227,6 @@ impl Reflection {
         let f_ms = f_average * e_average / (Vec3::ONE - f_average * (1.0 - e_average));
         Vec3::ONE + f_ms * ((1.0 - e) / e)
     }
-}
-
-/// Albedos of a rough dielectric with one index of refraction.
-#[derive(Debug)]
-pub struct Dielectric {
-    /// The cosine at which a smooth interface has the rough one's mean reflectance, over
-    /// cosθ + α: tabulated instead of the reflectance, because it stays smooth where the
-    /// reflectance rises steeply toward grazing views, and is 1 for smooth interfaces.
-    effective_cosine: Table,
-    /// Cosine-weighted mean reflectance of the smooth interface, as [`fresnel::grazing_blend`]: of the index and of its inverse.
-    average_blend: [f32; 2],
 }
 
 /// Albedo of reflection and transmission together of a rough transmitting solid with one index of refraction, with nothing
@@ -433,64 +417,11 @@ pub fn smooth_blend(cos: f32, eta: f32) -> f32 {
     )
 }
 
-/// The cosine at which the smooth interface has come that far; `smooth_blend` falls with the cosine.
-fn cosine_of_blend(blend: f32, eta: f32) -> f32 {
-    let (mut low, mut high) = (0f32, 1f32);
-    // Once for each bit of an f32 near 1.
-    for _ in 0..24 {
-        let middle = 0.5 * (low + high);
-        if smooth_blend(middle, eta) > blend {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
-}
-
 /// The index by which a layer leaves light to what it covers. As in Cycles it is not below 1: of a layer that is thinner than
 /// what lies outside, the base gets the light that total reflection keeps, too.
 #[inline]
 pub fn covering(eta: f32) -> f32 {
     eta.max(1.0 / eta)
-}
-
-impl Dielectric {
-    /// Tabulates for an index of refraction and its inverse, which have the same cosine ([`covering`]).
-    pub fn new(ior: f32, rows: Rows) -> Self {
-        let quadrature = Quadrature::get();
-        let ior = covering(ior);
-        let effective_cosine = Table::tabulate(rows, |cos, alpha| {
-            let (all, reflected) =
-                quadrature.reflection(&View::new(cos, alpha), |c| smooth_blend(c, ior));
-            cosine_of_blend((reflected / all) as f32, ior) / (cos + alpha) as f32
-        });
-        let n = 1024;
-        let average_blend = [ior, 1.0 / ior].map(|average_of| {
-            (0..n)
-                .map(|k| {
-                    let mu = (k as f32 + 0.5) / n as f32;
-                    2.0 * mu * smooth_blend(mu, average_of) / n as f32
-                })
-                .sum()
-        });
-        Self {
-            effective_cosine,
-            average_blend,
-        }
-    }
-
-    /// The cosine at which a smooth interface has the mean reflectance of the rough one.
-    #[inline]
-    pub fn effective_cosine(&self, place: LutCoordinate) -> f32 {
-        self.effective_cosine.read(place) * place.scale
-    }
-
-    /// How far the cosine-weighted mean over all directions of the smooth interface's reflectance
-    /// has come from F0 to 1; for an index above or below 1.
-    pub fn average_blend(&self, below_one: bool) -> f32 {
-        self.average_blend[usize::from(below_one)]
-    }
 }
 
 /// Whether an index is so near to 1 that transmitted light is taken straight through, with nothing

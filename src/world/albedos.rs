@@ -7,7 +7,7 @@ use crate::scene::{Material, Scene};
 use crate::shading::dielectrics::Needs;
 use crate::shading::program::{Root, Shader, Weighted};
 use crate::shading::tables::{self, Rows};
-use crate::shading::{Dielectrics, Principled, ggx, least_mean_roughness};
+use crate::shading::{Dielectrics, Principled, ggx};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -53,18 +53,12 @@ impl Preparer {
         indices.into_iter().map(tables).collect()
     }
 
-    /// Whether the tables of a material's coat and of its solid are read: smooth surfaces need none, nor does what is covered
-    /// by metal or glass everywhere (textures scale the factors down).
-    fn tables_needed(&self, p: &PrincipledSummary) -> (bool, bool) {
+    /// Whether the tables of a material's solid are read: smooth ones need none, nor does what is metal everywhere (textures scale
+    /// the factor down).
+    fn needs_solid(&self, p: &PrincipledSummary) -> bool {
         let roughness = p.roughness.1;
         let rough = self.roughens() || roughness * roughness > ggx::SMOOTH_ALPHA;
-        if !rough || p.is_metal_everywhere() {
-            return (false, false);
-        }
-        (
-            !p.is_glass_everywhere() && p.specular.1 > 0.0 && p.ior != (1.0, 1.0),
-            p.transmission.1 > 0.0 && !p.thin_wall,
-        )
+        rough && !p.is_metal_everywhere() && p.transmission.1 > 0.0 && !p.thin_wall
     }
 
     fn dielectrics(
@@ -74,39 +68,29 @@ impl Preparer {
         beside: f32,
     ) -> Arc<Dielectrics> {
         let is_linked = |socket: usize| linked.iter().any(|(of, _)| *of == socket);
-        let (ends, specular) = p.map_or(((1.5, 1.5), 1.0), |p| (p.ior, p.specular.1));
-        let (index, ends) = if is_linked(principled::IOR) {
-            // One table of the solid stands for all. Bounds that nothing comes near say little.
-            let [low, high] = [ends.0, ends.1].map(|end| tables::covering(end).clamp(1.1, 2.5));
-            ((low * high).sqrt(), ends)
+        let (least, greatest) = p.map_or((1.5, 1.5), |p| p.ior);
+        let index = if is_linked(principled::IOR) {
+            // One table stands for all. Bounds that nothing comes near say little.
+            let [low, high] = [least, greatest].map(|end| tables::covering(end).clamp(1.1, 2.5));
+            (low * high).sqrt()
         } else {
-            (ends.1, (ends.1, ends.1))
+            greatest
         };
-        let least_specular = if is_linked(principled::SPECULAR_IOR_LEVEL) {
-            0.0
-        } else {
-            specular
-        };
-        let needed = p.map_or((false, false), |p| self.tables_needed(p));
         // Images of floats may hold more than 1.
         let rough = is_linked(principled::ROUGHNESS);
         let roughness = p.map_or(1.0, |p| p.roughness.1);
-        let least = p.map_or(1.0, |p| least_mean_roughness(roughness, p.anisotropy));
         let rows = Rows::between(
-            if rough { 0.0 } else { least },
+            if rough { 0.0 } else { roughness },
             if rough || self.roughens() {
                 1.0
             } else {
                 roughness
             },
         );
-        let of_layer = Needs::layer_indices(
-            (ends.0 / beside, ends.1 / beside),
-            (least_specular, specular),
-        );
         tables_of(Needs {
-            layer: needed.0.then_some(of_layer),
-            solid: needed.1.then_some(index / beside),
+            solid: p
+                .is_some_and(|p| self.needs_solid(p))
+                .then_some(index / beside),
             rows,
         })
     }
@@ -153,7 +137,6 @@ impl Preparer {
             roughness.filter(|_| !self.roughens()).unwrap_or(1.0),
         );
         tables_of(Needs {
-            layer: None,
             solid: Some(ior),
             rows,
         })

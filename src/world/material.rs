@@ -60,10 +60,6 @@ pub struct PreparedMaterial {
     bumps_below: bool,
     /// The space of its colours.
     space: WorkingSpace,
-    /// Of the coats of those.
-    coats: Vec<Option<Arc<Dielectrics>>>,
-    /// Of the coats over what is emitted.
-    emission_coats: Vec<Option<Arc<Dielectrics>>>,
 }
 
 /// Makes each raster once.
@@ -109,18 +105,6 @@ impl Preparer {
     /// Whether surfaces may be made rougher than their materials say.
     pub(super) fn roughens(&self) -> bool {
         self.roughens
-    }
-
-    /// Tables of the coats, by shader.
-    fn coats(&self, shaders: &[Weighted]) -> Vec<Option<Arc<Dielectrics>>> {
-        let tables = |shader: &Shader| match shader {
-            Shader::Principled {
-                layers: Some(layers),
-                ..
-            } => self.coat(layers),
-            _ => None,
-        };
-        shaders.iter().map(|w| tables(&w.shader)).collect()
     }
 
     /// The programs of a graph that belongs to no surface.
@@ -204,13 +188,6 @@ impl Preparer {
             // A displacement that is a bump gives all of them one.
             bumps_below: programs.normal.is_some() || walks.any(|shader| shader.normal().is_some()),
             space: known.space,
-            coats: self.coats(&programs.shaders),
-            emission_coats: programs
-                .emission
-                .covered
-                .iter()
-                .map(|covered| self.coat(&covered.layers))
-                .collect(),
             programs,
         }
     }
@@ -381,7 +358,7 @@ impl PreparedMaterial {
         self.programs.surface.at(place, |at| {
             let tables = &self.tables_beside(past.other_side).mixed;
             let shaders = self.programs.shaders.iter().zip(tables);
-            for (number, (Weighted { weight, shader }, tables)) in shaders.enumerate() {
+            for (Weighted { weight, shader }, tables) in shaders {
                 let weight = at.number(weight);
                 // What is not a number goes on, to be counted.
                 if weight <= 0.0 {
@@ -406,8 +383,7 @@ impl PreparedMaterial {
                             None => bsdf.add_principled(weight, &p, tables, frame),
                             Some(layers) => {
                                 let normals = (normal, &side as &dyn Fn(Vec3) -> Vec3);
-                                let coat = self.coats.get(number).and_then(Option::as_deref);
-                                let layers = layers_at(layers, coat, normals, at);
+                                let layers = layers_at(layers, normals, at);
                                 bsdf.add_layered(weight, (&p, &layers), tables, frame);
                             }
                         }
@@ -544,7 +520,7 @@ impl PreparedMaterial {
     pub fn emitted(&self, at: &impl Place) -> Vec3 {
         let emission = &self.programs.emission;
         if !emission.covered.is_empty() {
-            return covered::emitted(emission, &self.emission_coats, at);
+            return covered::emitted(emission, at);
         }
         if emission.program.is_constant() {
             return self.emission;

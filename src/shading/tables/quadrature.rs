@@ -210,6 +210,20 @@ impl Quadrature {
         (all, reflected)
     }
 
+    /// Mean over what is seen of the facets of a function of the cosine to the facet; it counts 0 where they reflect to below the
+    /// surface.
+    pub fn seen(&self, view: &View, f: impl Fn(f32) -> f32) -> f64 {
+        let mut sum = 0.0;
+        for &(k, weight) in &self.directions {
+            let end = view.reflecting_length(k);
+            Self::visit(&self.lengths, view, k, 0.0, end, |slope| {
+                sum += weight * slope.weight * f64::from(f(slope.cos_facet as f32));
+            });
+        }
+        // All of them together have a measure of 1 + Λ.
+        sum / (1.0 + view.lambda)
+    }
+
     /// Albedo of reflection and transmission together; less 1 where transmitted light goes straight through.
     pub fn both(&self, view: &View, glass: &Interface) -> f64 {
         let Some(critical) = glass.critical_cosine else {

@@ -168,7 +168,7 @@ fn uniform_directions_have_the_same_means() {
         })
     };
     for ior in [1.0f32, 1.5] {
-        let tables = Dielectrics::new(ior, 1.0, true);
+        let tables = Dielectrics::new(ior, true);
         for (name, p, inside) in white_cases(ior) {
             for roughness in [0.0f32, 0.4, 0.9] {
                 for cos in [0.3, 0.9] {
@@ -202,7 +202,8 @@ fn uniform_directions_have_the_same_means() {
 ///
 /// Weighted by the cosine, as a closed white body sees itself, within 1e-3. A single view within
 /// 5e-3: tables are linear between 40 points, and from inside the albedo has a crest at the
-/// critical angle, E'' ≈ 50, which leaves 50/8·(1/39)² = 4e-3; the rest is for the points.
+/// critical angle, E'' ≈ 50, which leaves 50/8·(1/39)² = 4e-3; the rest is for the points. Where a layer covers a base,
+/// Cycles' estimate of what it leaves is up to 6.8e-3 less, and 1.5e-3 in the mean (roughness 0.55, index 1.5).
 #[test]
 fn white_surfaces_return_all_light() {
     // Gauss and Legendre with 5 points for cosθ², which makes the weight uniform.
@@ -221,8 +222,14 @@ fn white_surfaces_return_all_light() {
         0.118_463_44,
     ];
     for ior in [1.1f32, 1.5, 2.4] {
-        let tables = Dielectrics::new(ior, 1.0, true);
+        let tables = Dielectrics::new(ior, true);
         for (name, p, inside) in white_cases(ior) {
+            let layered = p.transmission < 1.0 && p.metallic < 1.0;
+            let (bound, bound_of_mean) = if layered {
+                (1e-2, 2.5e-3)
+            } else {
+                (5e-3, 1e-3)
+            };
             for roughness in [0.0f32, 0.02, 0.1, 0.3, 0.55, 0.8, 1.0] {
                 let p = Principled { roughness, ..p };
                 let mut mean = 0.0;
@@ -237,13 +244,13 @@ fn white_surfaces_return_all_light() {
                     );
                     let found = albedo(&bsdf, 1 << 16, run);
                     assert!(
-                        (found - 1.0).abs() < 5e-3,
+                        (found - 1.0).abs() < bound,
                         "{name} {ior}, roughness {roughness}, cos {cos}: {found}"
                     );
                     mean += weight * found;
                 }
                 assert!(
-                    (mean - 1.0).abs() < 1e-3,
+                    (mean - 1.0).abs() < bound_of_mean,
                     "{name} {ior}, roughness {roughness}: {mean}"
                 );
             }
@@ -255,7 +262,7 @@ fn white_surfaces_return_all_light() {
 /// share of them that comes back.
 #[test]
 fn values_and_densities_integrate_to_what_samples_find() {
-    let tables = Dielectrics::new(1.5, 1.0, true);
+    let tables = Dielectrics::new(1.5, true);
     for (name, p, inside) in white_cases(1.5) {
         for (roughness, cos) in [(0.5f32, 0.5f32), (0.8, 0.2)] {
             let p = Principled {
@@ -328,7 +335,7 @@ fn metal_is_reciprocal_but_for_its_compensation() {
         base_color: Vec3::new(0.8, 0.5, 0.1),
         ..plain()
     };
-    let tables = Dielectrics::new(1.5, 1.0, false);
+    let tables = Dielectrics::new(1.5, false);
     let (a, b) = (direction(0.3), Vec3::new(-0.5, 0.4, 0.6).normalize());
     let both = [(a, b), (b, a)].map(|(wo, wi)| {
         let bsdf = Bsdf::<Opaque>::principled(&p, &tables, normals(Vec3::Z), wo, false);
@@ -350,7 +357,7 @@ fn extreme_parameters_stay_finite_and_keep_the_energy() {
     let roughnesses = [0.0f32, 1e-8, 3.7e-3, 3.8e-3, 0.03, 0.4, 1.0];
     for ior in iors {
         for specular in [1.0f32, 0.0, 1e-6] {
-            let tables = Dielectrics::new(ior, specular, true);
+            let tables = Dielectrics::new(ior, true);
             for (name, p, inside) in white_cases(ior) {
                 for roughness in roughnesses {
                     for cos in [1.0f32, 0.7, 0.1, 1e-3, 1e-7, 1e-30, 0.0] {
@@ -414,7 +421,7 @@ fn extreme_parameters_stay_finite_and_keep_the_energy() {
 /// A kernel that knows of no transmission gives the same bits.
 #[test]
 fn kernels_with_and_without_transmission_agree() {
-    let tables = Dielectrics::new(1.45, 0.7, false);
+    let tables = Dielectrics::new(1.45, false);
     let sequence = Sequence::new(4);
     for i in 0..256 {
         let s = sequence.sampler(3, 1, i);
@@ -450,7 +457,7 @@ fn kernels_with_and_without_facets_agree_on_matte_surfaces() {
     }
     let sequence = Sequence::new(5);
     for (specular, ior) in [(0.0, 1.45), (0.0, 1.0), (1.0, 1.0), (0.5, 1.0)] {
-        let tables = Dielectrics::new(ior, specular, false);
+        let tables = Dielectrics::new(ior, false);
         for i in 0..256 {
             let s = sequence.sampler(3, 1, i);
             let (u, v) = (s.pair(Dimension::Lens, 0), s.triple(Dimension::Bsdf, 0));

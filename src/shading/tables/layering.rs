@@ -1,0 +1,121 @@
+//! What a reflecting layer leaves to the base below it, as Cycles estimates it: by tables as coarse as its own.
+//!
+//! The exact albedo of the layer would keep the energy at every angle, but not give Cycles' picture: of a floor of roughness 0.5 it
+//! left 0.5 % more light at 75° and 1 % more at 85°, and of one of roughness 0.1 it left 2.7 % less at 88°. Cycles' estimate has the
+//! mean Fresnel term of all facets that reflect to above the surface, however they mask each other, and is linear between 16 points
+//! of the roughness, of the cosine and of the root of the index's reflectance. The albedo with reflectance 1 has 32 points.
+
+use super::quadrature::{Quadrature, View};
+use super::{Reflection, covering, smooth_blend};
+use crate::math::mix;
+use crate::shading::fresnel;
+use glam::Vec3;
+use std::sync::OnceLock;
+
+/// Points over roughness, cosine and index of the mean Fresnel term.
+const POINTS: usize = 16;
+/// Points over roughness and cosine of the albedo.
+const FINE: usize = 32;
+/// The first point of the cosines: of exactly grazing views only limits exist.
+const LEAST_COSINE: f64 = 1e-4;
+/// The last point of the indices stands for an infinite one, which has no reflectance to compare with.
+const GREATEST_INDEX: f32 = 1e4;
+
+/// Values over the cosine.
+type Row<const N: usize> = OnceLock<[f32; N]>;
+
+/// A layer as the base below it sees it, from a view.
+#[derive(Clone, Copy, Debug)]
+pub struct Layering {
+    /// How far the mean reflectance of the facets has come from that at normal incidence to 1.
+    pub blend: f32,
+    /// The albedo of one scattering with reflectance 1.
+    pub directional: f32,
+}
+
+/// α and the cosine of a point of the tables.
+fn view(row: usize, column: usize, points: usize) -> (f64, f64) {
+    let at = |i: usize| i as f64 / (points - 1) as f64;
+    (at(row) * at(row), at(column).max(LEAST_COSINE))
+}
+
+/// The mean Fresnel terms of a roughness and an index.
+fn blends(index: usize, row: usize) -> &'static [f32; POINTS] {
+    static ROWS: [[Row<POINTS>; POINTS]; POINTS] =
+        [const { [const { OnceLock::new() }; POINTS] }; POINTS];
+    ROWS[index][row].get_or_init(|| {
+        let root = index as f32 / (POINTS - 1) as f32;
+        let z = root * root;
+        let ior = ((1.0 + z) / (1.0 - z)).min(GREATEST_INDEX);
+        let blend = |cos: f32| smooth_blend(cos, ior).clamp(0.0, 1.0);
+        std::array::from_fn(|column| {
+            let (alpha, cos) = view(row, column, POINTS);
+            if index == 0 {
+                return 0.0;
+            }
+            if alpha == 0.0 {
+                return blend(cos as f32);
+            }
+            Quadrature::get().seen(&View::new(cos, alpha), blend) as f32
+        })
+    })
+}
+
+/// The albedos of a roughness.
+fn albedos(row: usize) -> &'static [f32; FINE] {
+    static ROWS: [Row<FINE>; FINE] = [const { OnceLock::new() }; FINE];
+    ROWS[row].get_or_init(|| {
+        std::array::from_fn(|column| {
+            let (alpha, cos) = view(row, column, FINE);
+            if alpha == 0.0 {
+                return 1.0;
+            }
+            let view = View::new(cos, alpha);
+            Quadrature::get().reflection(&view, |_| 0.0).0.min(1.0) as f32
+        })
+    })
+}
+
+/// The cell of an x in 0..=1 among points, and where in it.
+#[inline]
+fn cell(x: f32, points: usize) -> (usize, f32) {
+    super::cell(x.max(0.0), points)
+}
+
+#[inline]
+fn bilinear<const N: usize>(rows: [&[f32; N]; 2], (column, along): (usize, f32), up: f32) -> f32 {
+    let [low, high] = rows.map(|row| mix(row[column], row[column + 1], along));
+    mix(low, high, up)
+}
+
+impl Layering {
+    /// Of a view cosine, a perceptual roughness and an index of refraction.
+    #[inline]
+    pub fn new(cos: f32, roughness: f32, eta: f32) -> Self {
+        let root = fresnel::f0_from_ior(covering(eta)).sqrt().sqrt();
+        let (row, up) = cell(roughness, POINTS);
+        let column = cell(cos, POINTS);
+        let (index, between) = cell(root, POINTS);
+        let of = |index: usize| bilinear([row, row + 1].map(|row| blends(index, row)), column, up);
+        let blend = mix(of(index), of(index + 1), between);
+        let (row, up) = cell(roughness, FINE);
+        Self {
+            blend,
+            directional: bilinear([row, row + 1].map(albedos), cell(cos, FINE), up),
+        }
+    }
+
+    /// The albedo with further scatterings, with mean reflectances: of a view, and over all angles.
+    #[inline]
+    pub fn albedo(&self, reflectance: Vec3, average: Vec3, of_all: f32) -> Vec3 {
+        let albedos = Reflection {
+            directional: self.directional,
+            average: of_all,
+        };
+        reflectance * albedos.compensation(average) * self.directional
+    }
+}
+
+#[cfg(test)]
+#[path = "../../../tests/unit/shading/layering.rs"]
+mod tests;

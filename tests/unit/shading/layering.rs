@@ -1,0 +1,88 @@
+use super::super::LutCoordinate;
+use super::*;
+
+/// What a layer leaves to the base, for an index.
+fn left((roughness, cos): (f32, f32), ior: f32) -> f32 {
+    let f0 = fresnel::f0_from_ior(ior);
+    let layering = Layering::new(cos, roughness, ior);
+    let reflectance = f0 + (1.0 - f0) * layering.blend;
+    if roughness == 0.0 {
+        return 1.0 - reflectance;
+    }
+    let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(ior));
+    let of_all = Reflection::at(LutCoordinate::new(cos, roughness)).average;
+    1.0 - layering.albedo(Vec3::splat(reflectance), average, of_all).x
+}
+
+/// Cycles 5.2.3 has the weight of the base in its pass of diffuse colours: of a white Principled BSDF of index 1.5 by roughness and
+/// cosine, without noise.
+#[test]
+fn layers_leave_to_the_base_what_cycles_leaves_to_it() {
+    let cycles: [(f32, f32, f32); 35] = [
+        (0.0, 1.0, 0.96000),
+        (0.0, 0.5, 0.91024),
+        (0.0, 0.2, 0.66292),
+        (0.0, 0.1, 0.41972),
+        (0.0, 0.0667, 0.31601),
+        (0.0, 0.0333, 0.15809),
+        (0.0, 0.01, 0.04788),
+        (0.1, 1.0, 0.96000),
+        (0.1, 0.5, 0.91018),
+        (0.1, 0.2, 0.66605),
+        (0.1, 0.1, 0.43864),
+        (0.1, 0.0667, 0.34882),
+        (0.1, 0.0333, 0.28836),
+        (0.1, 0.01, 0.20881),
+        (0.2, 1.0, 0.96004),
+        (0.2, 0.5, 0.91033),
+        (0.2, 0.2, 0.69015),
+        (0.2, 0.1, 0.54102),
+        (0.2, 0.0667, 0.49580),
+        (0.2, 0.0333, 0.47509),
+        (0.2, 0.01, 0.41984),
+        (0.5, 1.0, 0.96261),
+        (0.5, 0.5, 0.93081),
+        (0.5, 0.2, 0.85659),
+        (0.5, 0.1, 0.81664),
+        (0.5, 0.0667, 0.80138),
+        (0.5, 0.0333, 0.78975),
+        (0.5, 0.01, 0.77935),
+        (1.0, 1.0, 0.98621),
+        (1.0, 0.5, 0.97582),
+        (1.0, 0.2, 0.95504),
+        (1.0, 0.1, 0.93945),
+        (1.0, 0.0667, 0.93218),
+        (1.0, 0.0333, 0.92259),
+        (1.0, 0.01, 0.91298),
+    ];
+    for (roughness, cos, expected) in cycles {
+        let found = left((roughness, cos), 1.5);
+        // Cycles integrated its tables by random numbers.
+        assert!(
+            (found - expected).abs() < 1e-3,
+            "{roughness} {cos}: {found} {expected}"
+        );
+    }
+}
+
+/// At the points of the tables a mirror has its own reflectance; an index of 1 reflects nothing.
+#[test]
+fn a_mirror_reflects_as_its_interface_does_at_the_tables_points() {
+    for point in 1..15u8 {
+        let z = f32::from(point * point) / 225.0;
+        let ior = (1.0 + z) / (1.0 - z);
+        for column in 1..=15u8 {
+            let cos = f32::from(column) / 15.0;
+            for index in [ior, 1.0 / ior] {
+                let found = left((0.0, cos), index);
+                let exact = 1.0 - fresnel::dielectric(cos, ior).reflectance;
+                // Where the reflectance of a high index falls below that at normal incidence, the facets keep to that.
+                let exact = exact.min(1.0 - fresnel::f0_from_ior(ior));
+                assert!((found - exact).abs() < 1e-5, "{ior} {cos}: {found} {exact}");
+            }
+        }
+    }
+    for (roughness, cos) in [(0.0, 1.0), (0.0, 0.5), (0.7, 0.3), (1.0, 0.0)] {
+        assert_eq!(left((roughness, cos), 1.0), 1.0);
+    }
+}
