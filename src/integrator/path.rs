@@ -605,6 +605,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     fn follow(&mut self, hit: &Hit, surface: &Surface, s: &BsdfSample) -> bool {
         let beyond = s.scattering == Scattering::Transmission;
         let kind = kind_of(s.scattering);
+        if self.world.ends_below::<E>(surface, s.wi, beyond) {
+            self.end(End::Own);
+            return false;
+        }
         let start = spawn_ray::<E>(self.world, self.settings, (hit, surface), s.wi, beyond);
         if beyond {
             self.cross(hit, self.direction);

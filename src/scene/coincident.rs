@@ -59,16 +59,10 @@ impl Flat {
     }
 }
 
-/// Whether a file comes from Blender: of others nobody has a picture by Cycles.
-fn is_from_blender(scene: &Scene) -> bool {
-    let generator = scene.generator.as_deref();
-    generator.is_some_and(|name| name.contains("Blender"))
-}
-
 /// Looks for what coincides, in files that come from Blender.
 pub fn find(scene: &Scene) -> Coincident {
     let mut found = Coincident::default();
-    if !is_from_blender(scene) {
+    if !scene.is_from_blender() {
         return found;
     }
     let mut flats = flats(scene);

@@ -26,6 +26,12 @@ impl Bounds {
 const HALF_ANGLE_TANGENT: f64 = 12.0 / 50.0;
 
 impl Scene {
+    /// Whether its file comes from Blender: of others nobody has a picture by Cycles.
+    pub fn is_from_blender(&self) -> bool {
+        let generator = self.generator.as_deref();
+        generator.is_some_and(|name| name.contains("Blender"))
+    }
+
     /// The placed meshes.
     fn placed(&self) -> impl ParallelIterator<Item = (&DAffine3, &Mesh)> {
         self.instances.par_iter().filter_map(|instance| {

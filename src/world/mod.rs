@@ -96,6 +96,8 @@ pub struct World {
     pub by_kind: bool,
     /// See [`Ablation::terminator`].
     naive_terminator: bool,
+    /// Scattered paths do not go on below triangles, as in Cycles; light samples do.
+    ends_below: bool,
     /// The version of Embree that answers.
     pub embree_version: String,
     /// The instructions that it takes.
@@ -240,6 +242,7 @@ impl World {
             by_kind: options.effects.contains(Effect::RayVisibility)
                 && effects::tells_rays_apart(scene),
             naive_terminator: options.ablation.terminator,
+            ends_below: scene.is_from_blender(),
             embree_version: device.version().to_string(),
             instructions: device.instructions(),
             device,
@@ -452,6 +455,13 @@ impl World {
         let start = float::ray_origin(surface.point, normal);
         let ray = passing::shadow_ray((start, lift), 1.0, hit.time);
         (!self.geometry.embree.occluded(&ray)).then_some(start + lift)
+    }
+
+    /// Whether a path that is scattered along `wi` ends, as its direction is below the triangle. Cycles asks so where its
+    /// BSDFs are sampled but not where lights are: what only the smooth normal sees has the light samples' part alone.
+    #[inline]
+    pub fn ends_below<E: Features>(&self, surface: &Surface, wi: Vec3, beyond: bool) -> bool {
+        E::CURVED && self.ends_below && !beyond && wi.dot(surface.normals.geometric) < 0.0
     }
 
     /// For directions that the surface is in the way of, although its smooth normal sees them: the curved surface that it

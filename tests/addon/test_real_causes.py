@@ -23,9 +23,9 @@ class Causes(kit.ExportTest):
         ours = kit.rendered(found.path, 16, 16, samples)
         return tuple(p[4:12, 4:12].mean() for p in (ours, cycles))
 
-    def ball(self, material):
+    def ball(self, material, segments=64):
         """A ball that fills the middle of the picture."""
-        bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=3)
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=segments, ring_count=segments // 2, radius=3)
         made = bpy.context.object
         made.data.shade_smooth()
         made.data.materials.append(material)
@@ -115,6 +115,18 @@ class Causes(kit.ExportTest):
         bpy.context.object.data.materials.append(material)
         ours, cycles = self.shown(4)
         self.near(ours, cycles, 0.001)
+
+    def test_scattering_below_faces(self):
+        """Of coarse smooth meshes what is scattered to below a face is lost; lights that are looked for there are not."""
+        for metallic, roughness in ((1, 0.2), (1, 0.6), (0, 1)):
+            with self.subTest(metallic=metallic, roughness=roughness):
+                for made in list(bpy.data.meshes):
+                    bpy.data.meshes.remove(made)
+                self.ball(kit.material("m", Metallic=metallic, Roughness=roughness), 6)
+                ours, cycles = self.shown(256)
+                print(f"{metallic} {roughness}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+                # What light samples see below faces is left: matte +1.5 %, +2.6 % if paths went on there.
+                self.near(ours, cycles, 0.02)
 
     def test_normals_of_the_other_side(self):
         """What the face sees, its normal does not: nearly nothing is reflected."""
