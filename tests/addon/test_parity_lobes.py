@@ -2,12 +2,15 @@
 """Each of Blender's shaders, alone and in mixes, beside Cycles: balls by both programs, from one scene."""
 
 import math
+import os
 import subprocess
+import tempfile
 import unittest
 
 import bpy
 import export_kit as kit
 import numpy
+from sundog import export
 from sundog.export import graph
 
 # Balls a row, and pixels a ball.
@@ -354,6 +357,38 @@ class Parity(Beside):
         s.mixed("mixed", 0.4, both, ("BsdfDiffuse", None, {"Color": RED}))
         s.alone("metal", "BsdfPrincipled", Coat_Weight=1.0, Coat_Tint=RED, Metallic=1.0, **light)
         self.compare(s)
+
+    def test_floors_at_grazing_views(self):
+        """What layers leave to their base, by the angle of view: a floor under a white sky."""
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        scene = bpy.context.scene
+        scene.render.engine = "CYCLES"
+        scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
+        kit.unbiased(scene.cycles)
+        scene.cycles.max_bounces = 0
+        bpy.ops.mesh.primitive_plane_add(size=200)
+        floor = bpy.context.object
+        scene.world = bpy.data.worlds.new("white")
+        scene.world.use_nodes = True
+        scene.world.node_tree.nodes["Background"].inputs[0].default_value = (1, 1, 1, 1)
+        bpy.ops.object.camera_add()
+        scene.camera = bpy.context.object
+        scene.camera.data.angle = math.radians(2)
+        for inputs in ({"Roughness": 0.1}, {"Roughness": 0.5}, {"Roughness": 0.3, "Coat_Weight": 1.0, "Coat_Roughness": 0.2}):
+            floor.data.materials.clear()
+            floor.data.materials.append(kit.material("floor", Base_Color=(0.8, 0.8, 0.8, 1), **inputs))
+            for degrees in (60, 75, 85, 88):
+                angle = math.radians(degrees)
+                scene.camera.location = (0, -10 * math.sin(angle), 10 * math.cos(angle))
+                scene.camera.rotation_euler = (angle, 0, 0)
+                with tempfile.TemporaryDirectory() as folder:
+                    found = kit.in_render(lambda dg, at=folder: export.write_scene(dg, dg.scene, at, os.path.join(at, "cache")))
+                    ours = kit.rendered(found.path, 32, 32, 128)
+                theirs = kit.cycles_pixels(32, 32, 128)
+                off = ours.mean() / theirs.mean() - 1
+                with self.subTest(degrees=degrees, **inputs):
+                    # Where the layer's exact albedo decided, up to 2.7 % were off. The noise of both is below 0.03 %.
+                    self.assertLess(abs(off), 2e-3)
 
 
 if __name__ == "__main__":
