@@ -88,15 +88,15 @@ pub fn grazing_blend(reflectance: f32, f0: f32) -> f32 {
 }
 
 /// How far a dielectric's mean reflectance over the cosine-weighted hemisphere has come ([`grazing_blend`]), by the fit of Kulla and
-/// Conty (*Revisiting Physically Based Shading at Imageworks*, 2017) to the true reflectance.
+/// Conty (*Revisiting Physically Based Shading at Imageworks*, 2017) to the true reflectance. `f0`: at normal incidence.
 #[inline]
-pub fn average_blend(eta: f32) -> f32 {
+pub fn average_blend(eta: f32, f0: f32) -> f32 {
     let average = if eta < 1.0 {
         0.997_118 + eta * (0.1014 - eta * (0.965_241 + eta * 0.130_607))
     } else {
         (eta - 1.0) / (4.085_67 + 1.000_71 * eta)
     };
-    grazing_blend(average, f0_from_ior(eta))
+    grazing_blend(average, f0)
 }
 
 /// cosθ (1 − cosθ)⁶: how the edges of tinted metals bend away from Schlick's approximation.

@@ -127,7 +127,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             return (weight, cos);
         }
         let f0 = fresnel::f0_from_ior(coat.ior);
-        let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(coat.ior));
+        let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(coat.ior, f0));
         let layering = Layering::new(cos, coat.roughness, coat.ior);
         let reflectance = Vec3::splat(f0 + (1.0 - f0) * layering.blend);
         let (gain, albedo) = if alpha.is_smooth() {

@@ -301,7 +301,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if eta != 1.0 || is_filmed {
             let true_f0 = fresnel::f0_from_ior(eta);
             let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
-            let average = f0 + (Vec3::ONE - f0) * fresnel::average_blend(eta);
+            let average = f0 + (Vec3::ONE - f0) * fresnel::average_blend(eta, true_f0);
             let compensation = compensation(average);
             let layering = Layering::new(cos, mean, eta);
             let reflectance = f0 + (Vec3::ONE - f0) * layering.blend;

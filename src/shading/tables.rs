@@ -417,13 +417,6 @@ pub fn smooth_blend(cos: f32, eta: f32) -> f32 {
     )
 }
 
-/// The index by which a layer leaves light to what it covers. As in Cycles it is not below 1: of a layer that is thinner than
-/// what lies outside, the base gets the light that total reflection keeps, too.
-#[inline]
-pub fn covering(eta: f32) -> f32 {
-    eta.max(1.0 / eta)
-}
-
 /// Whether an index is so near to 1 that transmitted light is taken straight through, with nothing
 /// masked (what is reflected at grazing views is): the half vector of transmission vanishes as η − 1, and with it the Jacobian's digits;
 /// 1e-4 leaves ten bits.

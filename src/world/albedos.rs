@@ -6,7 +6,7 @@ use crate::scene::graph::{Distribution, PrincipledSummary, SimpleBsdf};
 use crate::scene::{Material, Scene};
 use crate::shading::dielectrics::Needs;
 use crate::shading::program::{Root, Shader, Weighted};
-use crate::shading::tables::{self, Rows};
+use crate::shading::tables::Rows;
 use crate::shading::{Dielectrics, Principled, ggx};
 use glam::Vec3;
 use std::sync::Arc;
@@ -71,7 +71,7 @@ impl Preparer {
         let (least, greatest) = p.map_or((1.5, 1.5), |p| p.ior);
         let index = if is_linked(principled::IOR) {
             // One table stands for all. Bounds that nothing comes near say little.
-            let [low, high] = [least, greatest].map(|end| tables::covering(end).clamp(1.1, 2.5));
+            let [low, high] = [least, greatest].map(|end| end.max(1.0 / end).clamp(1.1, 2.5));
             (low * high).sqrt()
         } else {
             greatest

@@ -82,7 +82,7 @@ pub(super) fn left_to_base(p: &Principled, cos: f32) -> f64 {
     if p.roughness == 0.0 {
         return 1.0 - f64::from(reflectance);
     }
-    let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(p.ior));
+    let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(p.ior, f0));
     let of_all = Reflection::at(LutCoordinate::new(cos, p.roughness)).average;
     1.0 - f64::from(layering.albedo(Vec3::splat(reflectance), average, of_all).x)
 }

@@ -6,9 +6,8 @@
 //! of the roughness, of the cosine and of the root of the index's reflectance. The albedo with reflectance 1 has 32 points.
 
 use super::quadrature::{Quadrature, View};
-use super::{Reflection, covering, smooth_blend};
+use super::{Reflection, smooth_blend};
 use crate::math::mix;
-use crate::shading::fresnel;
 use glam::Vec3;
 use std::sync::OnceLock;
 
@@ -92,7 +91,8 @@ impl Layering {
     /// Of a view cosine, a perceptual roughness and an index of refraction.
     #[inline]
     pub fn new(cos: f32, roughness: f32, eta: f32) -> Self {
-        let root = fresnel::f0_from_ior(covering(eta)).sqrt().sqrt();
+        // Of an index and of its inverse the same: as in Cycles no base gets the light that total reflection keeps.
+        let root = ((eta - 1.0) / (eta + 1.0)).abs().sqrt();
         let (row, up) = cell(roughness, POINTS);
         let column = cell(cos, POINTS);
         let (index, between) = cell(root, POINTS);

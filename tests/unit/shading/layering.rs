@@ -1,5 +1,6 @@
 use super::super::LutCoordinate;
 use super::*;
+use crate::shading::fresnel;
 
 /// What a layer leaves to the base, for an index.
 fn left((roughness, cos): (f32, f32), ior: f32) -> f32 {
@@ -9,7 +10,7 @@ fn left((roughness, cos): (f32, f32), ior: f32) -> f32 {
     if roughness == 0.0 {
         return 1.0 - reflectance;
     }
-    let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(ior));
+    let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(ior, f0));
     let of_all = Reflection::at(LutCoordinate::new(cos, roughness)).average;
     1.0 - layering.albedo(Vec3::splat(reflectance), average, of_all).x
 }
