@@ -117,5 +117,5 @@ impl Layering {
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/shading/layering.rs"]
+#[path = "../../../tests/unit/shading/tables/layering.rs"]
 mod tests;
