@@ -262,7 +262,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                         facets,
                         fresnel: metal,
                     },
-                    metal.reflectance(cos) * scattered,
+                    metal.estimate(cos, mean) * scattered,
                 );
             }
         }

@@ -248,7 +248,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let reflectance = if film.is_there() {
             Filmed::metal(film, &metal).reflectance(cos)
         } else {
-            metal.reflectance(cos)
+            metal.estimate(cos, alpha.mean_roughness())
         };
         let albedo = reflectance * gain * (single * of.weight);
         let lobe = Reflection {

@@ -12,7 +12,7 @@
 mod layering;
 mod quadrature;
 
-pub use layering::Layering;
+pub use layering::{Layering, metal_blend};
 
 use super::fresnel;
 use crate::math::mix;

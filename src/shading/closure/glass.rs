@@ -1,9 +1,9 @@
 //! The boundary of a transmitting solid (Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007).
 
-use super::microfacet::{Facet, Facets, transmitting_facet};
+use super::microfacet::{Facet, Facets, shares_of, transmitting_facet};
 use super::{LobeSample, LobeValue};
 use crate::shading::spread::{Ggx, Spread};
-use crate::shading::tables::{self, refract};
+use crate::shading::tables::{self, Layering, refract};
 use crate::shading::thin_film::Film;
 use glam::{Vec2, Vec3};
 use std::fmt::Debug;
@@ -45,6 +45,21 @@ impl Covering for () {
 impl Covering for Film {
     fn reflectance(&self, cos: f32, eta: f32, f0: Vec3) -> Option<Vec3> {
         Some(self.over_dielectric(cos, eta, f0))
+    }
+}
+
+impl Glass {
+    /// Shares of an albedo that are reflected and that go through, as Cycles tells them in its passes of colours.
+    pub(super) fn colors(&self, albedo: Vec3) -> [Vec3; 2] {
+        let facets = &self.facets;
+        let blend = Layering::new(facets.cos(), facets.alpha().mean_roughness(), self.eta).blend;
+        let reflectance = self.f0 + (Vec3::ONE - self.f0) * blend;
+        let transmitted = self.weight * self.tint * (Vec3::ONE - reflectance);
+        shares_of(
+            albedo,
+            self.tint,
+            (self.reflected * reflectance, transmitted),
+        )
     }
 }
 

@@ -181,21 +181,29 @@ impl<S: Spread> Facets<S> {
             reflected += f.reflectance * share;
             transmitted += f.transmittance * share;
         }
-        for i in 0..3 {
-            // Albedos know of no tint.
-            let untinted = if tint[i] > 0.0 {
-                transmitted[i] / tint[i]
-            } else {
-                0.0
-            };
-            let sum = reflected[i] + untinted;
-            if sum > 0.0 {
-                reflected[i] *= albedo[i] / sum;
-                transmitted[i] *= albedo[i] / sum;
-            }
-        }
-        [reflected, transmitted]
+        shares_of(albedo, tint, (reflected, transmitted))
     }
+}
+
+/// What reflected and transmitted light is worth of an albedo, which knows of no tint.
+pub(super) fn shares_of(
+    albedo: Vec3,
+    tint: Vec3,
+    (mut reflected, mut transmitted): (Vec3, Vec3),
+) -> [Vec3; 2] {
+    for i in 0..3 {
+        let untinted = if tint[i] > 0.0 {
+            transmitted[i] / tint[i]
+        } else {
+            0.0
+        };
+        let sum = reflected[i] + untinted;
+        if sum > 0.0 {
+            reflected[i] *= albedo[i] / sum;
+            transmitted[i] *= albedo[i] / sum;
+        }
+    }
+    [reflected, transmitted]
 }
 
 /// Light reflected by facets: a metal, a glossy surface, or the dielectric layer over a diffuse base.

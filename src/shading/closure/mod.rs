@@ -345,7 +345,7 @@ impl Lobe {
             | Self::Toon(_)
             | Self::Below(_) => [albedo, Vec3::ZERO],
             Self::Translucent(_) => [Vec3::ZERO, albedo],
-            Self::Glass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
+            Self::Glass(l) => l.colors(albedo),
             Self::BeckmannGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::FilmGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::Sheet(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),

@@ -60,6 +60,32 @@ fn blends(index: usize, row: usize) -> &'static [f32; POINTS] {
     })
 }
 
+/// The means of Schlick's term of a roughness. Cycles' table is of other exponents, 5 (1/z − 1) at points of z: that of 5 lies midway
+/// between two of them.
+fn schlicks(row: usize) -> &'static [f32; POINTS] {
+    static ROWS: [Row<POINTS>; POINTS] = [const { OnceLock::new() }; POINTS];
+    ROWS[row].get_or_init(|| {
+        let term = |cos: f32| {
+            let m = (1.0 - cos).clamp(0.0, 1.0);
+            0.5 * (m.powf(40.0 / 7.0) + m.powf(35.0 / 8.0))
+        };
+        std::array::from_fn(|column| {
+            let (alpha, cos) = view(row, column, POINTS);
+            if alpha == 0.0 {
+                return term(cos as f32);
+            }
+            Quadrature::get().seen(&View::new(cos, alpha), term) as f32
+        })
+    })
+}
+
+/// How far the mean reflectance of a metal's facets has come from that at normal incidence to 1, for a view cosine and a perceptual
+/// roughness: as Cycles tells it in its passes of colours.
+pub fn metal_blend(cos: f32, roughness: f32) -> f32 {
+    let (row, up) = cell(roughness, POINTS);
+    bilinear([row, row + 1].map(schlicks), cell(cos, POINTS), up)
+}
+
 /// The albedos of a roughness.
 fn albedos(row: usize) -> &'static [f32; FINE] {
     static ROWS: [Row<FINE>; FINE] = [const { OnceLock::new() }; FINE];
