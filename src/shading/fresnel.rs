@@ -1,6 +1,5 @@
 //! Fresnel reflectance.
 
-use super::tables::metal_blend;
 use crate::math::sqr;
 use glam::Vec3;
 
@@ -201,16 +200,6 @@ impl Fresnel {
                 (schlick_average(f0) - lack * (1.0 / 126.0)).clamp(Vec3::ZERO, Vec3::ONE)
             }
             Self::Constant | Self::Dielectric { .. } => Vec3::ONE,
-        }
-    }
-
-    /// The mean reflectance of a metal's rough facets for a view, as Cycles estimates it; of others that of a smooth surface.
-    pub fn estimate(&self, cos: f32, roughness: f32) -> Vec3 {
-        match *self {
-            Self::Schlick { f0 } | Self::Tinted { f0, .. } => {
-                f0 + (Vec3::ONE - f0) * metal_blend(cos, roughness)
-            }
-            _ => self.reflectance(cos),
         }
     }
 

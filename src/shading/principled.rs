@@ -11,7 +11,7 @@ use super::dielectrics::{Dielectrics, layer_ior};
 use super::dispersion::index_at;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
-use super::tables::{Layering, LutCoordinate, Reflection as Albedos};
+use super::tables::{Layering, LutCoordinate, Reflection as Albedos, metal_estimate};
 use super::thin_film::{Film, Filmed};
 use crate::math::sqr;
 use crate::scene::graph::{Distribution, Subsurface, WalkMethod};
@@ -262,7 +262,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                         facets,
                         fresnel: metal,
                     },
-                    metal.estimate(cos, mean) * scattered,
+                    metal_estimate(&metal, cos, mean) * scattered,
                 );
             }
         }

@@ -12,7 +12,7 @@ use super::ggx::Alpha;
 use super::principled::{principled_alpha, turned};
 use super::program::{Evaluation, Place, Root, reflected};
 use super::spread::{Beckmann, Spread};
-use super::tables::{LutCoordinate, Reflection as Albedos, Solid};
+use super::tables::{LutCoordinate, Reflection as Albedos, Solid, metal_estimate};
 use super::thin_film::{Film, Filmed};
 use crate::math::primaries::WorkingSpace;
 use crate::math::sqr;
@@ -248,7 +248,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let reflectance = if film.is_there() {
             Filmed::metal(film, &metal).reflectance(cos)
         } else {
-            metal.estimate(cos, alpha.mean_roughness())
+            metal_estimate(&metal, cos, alpha.mean_roughness())
         };
         let albedo = reflectance * gain * (single * of.weight);
         let lobe = Reflection {

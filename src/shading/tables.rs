@@ -12,7 +12,7 @@
 mod layering;
 mod quadrature;
 
-pub use layering::{Layering, metal_blend};
+pub use layering::{Layering, metal_estimate};
 
 use super::fresnel;
 use crate::math::mix;

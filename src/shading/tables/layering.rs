@@ -8,6 +8,7 @@
 use super::quadrature::{Quadrature, View};
 use super::{Reflection, smooth_blend};
 use crate::math::mix;
+use crate::shading::fresnel::Fresnel;
 use glam::Vec3;
 use std::sync::OnceLock;
 
@@ -79,11 +80,15 @@ fn schlicks(row: usize) -> &'static [f32; POINTS] {
     })
 }
 
-/// How far the mean reflectance of a metal's facets has come from that at normal incidence to 1, for a view cosine and a perceptual
-/// roughness: as Cycles tells it in its passes of colours.
-pub fn metal_blend(cos: f32, roughness: f32) -> f32 {
+/// The mean reflectance of a metal's facets for a view cosine and a perceptual roughness, as Cycles tells it in its passes of
+/// colours; of others that of a smooth surface.
+pub fn metal_estimate(metal: &Fresnel, cos: f32, roughness: f32) -> Vec3 {
+    let (Fresnel::Schlick { f0 } | Fresnel::Tinted { f0, .. }) = *metal else {
+        return metal.reflectance(cos);
+    };
     let (row, up) = cell(roughness, POINTS);
-    bilinear([row, row + 1].map(schlicks), cell(cos, POINTS), up)
+    let blend = bilinear([row, row + 1].map(schlicks), cell(cos, POINTS), up);
+    f0 + (Vec3::ONE - f0) * blend
 }
 
 /// The albedos of a roughness.
