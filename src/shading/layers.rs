@@ -6,7 +6,7 @@ use super::dielectrics::Dielectrics;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
 use super::principled::Principled;
-use super::tables::{Layering, LutCoordinate, Reflection as Albedos};
+use super::tables::{LutCoordinate, Reflection as Albedos, layer_albedo};
 use crate::math::sqr;
 use glam::Vec3;
 
@@ -127,16 +127,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
             return (weight, cos);
         }
         let f0 = fresnel::f0_from_ior(coat.ior);
-        let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(coat.ior, f0));
-        let layering = Layering::new(cos, coat.roughness, coat.ior);
-        let reflectance = Vec3::splat(f0 + (1.0 - f0) * layering.blend);
-        let (gain, albedo) = if alpha.is_smooth() {
-            (Vec3::ONE, reflectance)
-        } else {
-            let albedos = Albedos::at(LutCoordinate::new(cos, coat.roughness));
-            let albedo = layering.albedo(reflectance, average, albedos.average);
-            (albedos.compensation(average), albedo)
-        };
+        let average = f0 + (1.0 - f0) * fresnel::average_blend(coat.ior, f0);
+        let reflectances = [f0, average].map(Vec3::splat);
+        let albedos =
+            (!alpha.is_smooth()).then(|| Albedos::at(LutCoordinate::new(cos, coat.roughness)));
+        let gain = albedos.map_or(Vec3::ONE, |all| all.compensation(reflectances[1]));
+        let view = (cos, coat.roughness);
+        let albedo = layer_albedo(view, coat.ior, reflectances, albedos.as_ref());
         let share = weight * coat.weight;
         let fresnel = Fresnel::Dielectric {
             f0: Vec3::splat(f0),

@@ -11,7 +11,7 @@ use super::dielectrics::{Dielectrics, layer_ior};
 use super::dispersion::index_at;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
-use super::tables::{Layering, LutCoordinate, Reflection as Albedos, metal_estimate};
+use super::tables::{LutCoordinate, Reflection as Albedos, layer_albedo, metal_estimate};
 use super::thin_film::{Film, Filmed};
 use crate::math::sqr;
 use crate::scene::graph::{Distribution, Subsurface, WalkMethod};
@@ -303,12 +303,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
             let average = f0 + (Vec3::ONE - f0) * fresnel::average_blend(eta, true_f0);
             let compensation = compensation(average);
-            let layering = Layering::new(cos, mean, eta);
-            let reflectance = f0 + (Vec3::ONE - f0) * layering.blend;
-            let mut albedo = match &albedos {
-                Some(all) => layering.albedo(reflectance, average, all.average),
-                None => reflectance,
-            };
+            let mut albedo = layer_albedo((cos, mean), eta, [f0, average], albedos.as_ref());
             if is_filmed {
                 let (filmed, share) = (Filmed::Dielectric(p.film, eta, f0), compensation * rest);
                 let scattered = share * single_scattering();

@@ -12,7 +12,7 @@
 mod layering;
 mod quadrature;
 
-pub use layering::{Layering, metal_estimate};
+pub use layering::{facet_blend, layer_albedo, metal_estimate};
 
 use super::fresnel;
 use crate::math::mix;

@@ -7,7 +7,7 @@ use sundog::math::float::gamma;
 use sundog::render::{Filter, FilterKind, RenderError, RenderSettings};
 use sundog::sampler::{Dimension, Sequence};
 use sundog::scene::{AlphaMode, LightKind, MetallicRoughness, Scene};
-use sundog::shading::tables::{Layering, LutCoordinate, Reflection};
+use sundog::shading::tables::{LutCoordinate, Reflection, layer_albedo};
 use sundog::shading::{AllFeatures, Bsdf, Dielectrics, Normals, Principled, fresnel};
 
 /// The cases.
@@ -77,14 +77,10 @@ pub(super) fn lobes(ior: f32) -> [(&'static str, Principled, bool); 5] {
 /// near 1 the estimate knows nothing of the reflection at grazing views.
 pub(super) fn left_to_base(p: &Principled, cos: f32) -> f64 {
     let f0 = fresnel::f0_from_ior(p.ior);
-    let layering = Layering::new(cos, p.roughness, p.ior);
-    let reflectance = f0 + (1.0 - f0) * layering.blend;
-    if p.roughness == 0.0 {
-        return 1.0 - f64::from(reflectance);
-    }
-    let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(p.ior, f0));
-    let of_all = Reflection::at(LutCoordinate::new(cos, p.roughness)).average;
-    1.0 - f64::from(layering.albedo(Vec3::splat(reflectance), average, of_all).x)
+    let average = f0 + (1.0 - f0) * fresnel::average_blend(p.ior, f0);
+    let all = (p.roughness > 0.0).then(|| Reflection::at(LutCoordinate::new(cos, p.roughness)));
+    let reflectances = [f0, average].map(Vec3::splat);
+    1.0 - f64::from(layer_albedo((cos, p.roughness), p.ior, reflectances, all.as_ref()).x)
 }
 
 /// A view at a cosine over a plane.

@@ -3,7 +3,7 @@
 use super::microfacet::{Facet, Facets, shares_of, transmitting_facet};
 use super::{LobeSample, LobeValue};
 use crate::shading::spread::{Ggx, Spread};
-use crate::shading::tables::{self, Layering, refract};
+use crate::shading::tables::{self, facet_blend, refract};
 use crate::shading::thin_film::Film;
 use glam::{Vec2, Vec3};
 use std::fmt::Debug;
@@ -52,7 +52,8 @@ impl Glass {
     /// Shares of an albedo that are reflected and that go through, as Cycles tells them in its passes of colours.
     pub(super) fn colors(&self, albedo: Vec3) -> [Vec3; 2] {
         let facets = &self.facets;
-        let blend = Layering::new(facets.cos(), facets.alpha().mean_roughness(), self.eta).blend;
+        let view = (facets.cos(), facets.alpha().mean_roughness());
+        let blend = facet_blend(view, self.eta);
         let reflectance = self.f0 + (Vec3::ONE - self.f0) * blend;
         let transmitted = self.weight * self.tint * (Vec3::ONE - reflectance);
         shares_of(

@@ -24,15 +24,6 @@ const GREATEST_INDEX: f32 = 1e4;
 /// Values over the cosine.
 type Row<const N: usize> = OnceLock<[f32; N]>;
 
-/// A layer as the base below it sees it, from a view.
-#[derive(Clone, Copy, Debug)]
-pub struct Layering {
-    /// How far the mean reflectance of the facets has come from that at normal incidence to 1.
-    pub blend: f32,
-    /// The albedo of one scattering with reflectance 1.
-    pub directional: f32,
-}
-
 /// α and the cosine of a point of the tables.
 fn view(row: usize, column: usize, points: usize) -> (f64, f64) {
     let at = |i: usize| i as f64 / (points - 1) as f64;
@@ -118,33 +109,40 @@ fn bilinear<const N: usize>(rows: [&[f32; N]; 2], (column, along): (usize, f32),
     mix(low, high, up)
 }
 
-impl Layering {
-    /// Of a view cosine, a perceptual roughness and an index of refraction.
-    #[inline]
-    pub fn new(cos: f32, roughness: f32, eta: f32) -> Self {
-        // Of an index and of its inverse the same: as in Cycles no base gets the light that total reflection keeps.
-        let root = ((eta - 1.0) / (eta + 1.0)).abs().sqrt();
-        let (row, up) = cell(roughness, POINTS);
-        let column = cell(cos, POINTS);
-        let (index, between) = cell(root, POINTS);
-        let of = |index: usize| bilinear([row, row + 1].map(|row| blends(index, row)), column, up);
-        let blend = mix(of(index), of(index + 1), between);
-        let (row, up) = cell(roughness, FINE);
-        Self {
-            blend,
-            directional: bilinear([row, row + 1].map(albedos), cell(cos, FINE), up),
-        }
-    }
+/// How far the mean reflectance of the facets of a dielectric has come from that at normal incidence to 1, for a view cosine and a
+/// perceptual roughness.
+#[inline]
+pub fn facet_blend((cos, roughness): (f32, f32), eta: f32) -> f32 {
+    // Of an index and of its inverse the same: as in Cycles no base gets the light that total reflection keeps.
+    let root = ((eta - 1.0) / (eta + 1.0)).abs().sqrt();
+    let (row, up) = cell(roughness, POINTS);
+    let column = cell(cos, POINTS);
+    let (index, between) = cell(root, POINTS);
+    let of = |index: usize| bilinear([row, row + 1].map(|row| blends(index, row)), column, up);
+    mix(of(index), of(index + 1), between)
+}
 
-    /// The albedo with further scatterings, with mean reflectances: of a view, and over all angles.
-    #[inline]
-    pub fn albedo(&self, reflectance: Vec3, average: Vec3, of_all: f32) -> Vec3 {
-        let albedos = Reflection {
-            directional: self.directional,
-            average: of_all,
-        };
-        reflectance * albedos.compensation(average) * self.directional
-    }
+/// What a layer of a dielectric reflects, as its base sees it, for a view cosine and a perceptual roughness.
+///
+/// `f0` and `average`: the reflectance at normal incidence, and over all angles. `all`: albedos of its roughness, none where nothing
+/// scatters further.
+#[inline]
+pub fn layer_albedo(
+    (cos, roughness): (f32, f32),
+    eta: f32,
+    [f0, average]: [Vec3; 2],
+    all: Option<&Reflection>,
+) -> Vec3 {
+    let reflectance = f0 + (Vec3::ONE - f0) * facet_blend((cos, roughness), eta);
+    let Some(all) = all else {
+        return reflectance;
+    };
+    let (row, up) = cell(roughness, FINE);
+    let coarse = Reflection {
+        directional: bilinear([row, row + 1].map(albedos), cell(cos, FINE), up),
+        average: all.average,
+    };
+    reflectance * coarse.compensation(average) * coarse.directional
 }
 
 #[cfg(test)]

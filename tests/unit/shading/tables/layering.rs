@@ -5,14 +5,10 @@ use crate::shading::fresnel;
 /// What a layer leaves to the base, for an index.
 fn left((roughness, cos): (f32, f32), ior: f32) -> f32 {
     let f0 = fresnel::f0_from_ior(ior);
-    let layering = Layering::new(cos, roughness, ior);
-    let reflectance = f0 + (1.0 - f0) * layering.blend;
-    if roughness == 0.0 {
-        return 1.0 - reflectance;
-    }
-    let average = Vec3::splat(f0 + (1.0 - f0) * fresnel::average_blend(ior, f0));
-    let of_all = Reflection::at(LutCoordinate::new(cos, roughness)).average;
-    1.0 - layering.albedo(Vec3::splat(reflectance), average, of_all).x
+    let average = f0 + (1.0 - f0) * fresnel::average_blend(ior, f0);
+    let all = (roughness > 0.0).then(|| Reflection::at(LutCoordinate::new(cos, roughness)));
+    let reflectances = [f0, average].map(Vec3::splat);
+    1.0 - layer_albedo((cos, roughness), ior, reflectances, all.as_ref()).x
 }
 
 /// Cycles 5.2.3 has the weight of the base in its pass of diffuse colours: of a white Principled BSDF of index 1.5 by roughness and
