@@ -105,6 +105,15 @@ fn sign(a: f32) -> f32 {
 }
 
 impl Math {
+    /// Whether the third number counts.
+    #[inline]
+    pub const fn takes_three(self) -> bool {
+        matches!(
+            self,
+            Self::MultiplyAdd | Self::Compare | Self::SmoothMin | Self::SmoothMax | Self::Wrap
+        )
+    }
+
     /// The result.
     pub fn of(self, a: f32, b: f32, c: f32) -> f32 {
         match self {
@@ -159,6 +168,18 @@ impl Math {
 #[cfg(test)]
 mod tests {
     use super::Math;
+
+    #[test]
+    fn the_third_number_counts_where_it_is_said_to() {
+        for &operation in Math::ALL {
+            let of = |c| operation.of(1.5, 1.75, c).to_bits();
+            let counts = [0.0, 0.5, 3.0]
+                .map(of)
+                .windows(2)
+                .any(|two| two[0] != two[1]);
+            assert_eq!(counts, operation.takes_three(), "{operation:?}");
+        }
+    }
 
     #[test]
     fn what_has_no_answer_is_what_blender_says() {

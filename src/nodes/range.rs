@@ -19,6 +19,7 @@ choice! {
 
 impl RangeKind {
     /// A number brought from one range to another; 0 where the first one is empty. The smooth ones end at the ends.
+    #[inline]
     pub fn of(self, value: f32, from: (f32, f32), to: (f32, f32), steps: f32, clamp: bool) -> f32 {
         if from.0 == from.1 {
             return 0.0;

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -37,6 +38,22 @@ def taken(folder):
         yield path.name.partition(" ")[2]
 
 
+class Timed(unittest.TextTestResult):
+    """Says which tests take long."""
+
+    LONG = 10  # Seconds.
+
+    def startTest(self, test):
+        self.start = time.monotonic()
+        super().startTest(test)
+
+    def stopTest(self, test):
+        super().stopTest(test)
+        seconds = time.monotonic() - self.start
+        if seconds > self.LONG:
+            print(f"{test.id()} took {seconds:.0f} s", flush=True)
+
+
 def run(names):
     """Runs tests one after the other; whether all passed."""
     count = failed = skipped = 0
@@ -44,7 +61,7 @@ def run(names):
     for name in names:
         # At once: a crash of Blender's tells nothing more.
         print(name, flush=True)
-        result = unittest.TextTestRunner(verbosity=1).run(unittest.defaultTestLoader.loadTestsFromName(name))
+        result = unittest.TextTestRunner(verbosity=1, resultclass=Timed).run(unittest.defaultTestLoader.loadTestsFromName(name))
         # A test fails once, however many of its parts do.
         parts = [getattr(test, "test_case", test) for test, _ in result.failures + result.errors]
         count += result.testsRun

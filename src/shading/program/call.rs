@@ -31,12 +31,25 @@ struct Taken {
     part: Part,
 }
 
+impl Taken {
+    /// That of sockets which a function does not have.
+    const NOTHING: Self = Self {
+        at: 0,
+        is_constant: true,
+        part: Part::One,
+    };
+}
+
+/// The sockets of the node that has most, which is Brick.
+const MOST_SOCKETS: usize = 10;
+
 /// A node's function with what stands in its sockets.
 #[derive(Clone, Debug)]
 pub struct Call {
     /// What it computes.
     pub function: Function,
-    taken: Vec<Taken>,
+    /// As many for each function: no socket has to be looked for at a hit.
+    taken: [Taken; MOST_SOCKETS],
     constants: Vec<Vec4>,
     /// Of a Bump: what is evaluated at its neighbours too.
     pub height: Option<Box<Height>>,
@@ -44,23 +57,22 @@ pub struct Call {
 
 /// The sockets of a call: what is known, and registers.
 struct Filled<'a> {
-    taken: &'a [Taken],
-    /// All numbers of registers and of constants.
-    files: [&'a [f32]; 2],
+    taken: &'a [Taken; MOST_SOCKETS],
+    /// Registers and constants.
+    files: [&'a [Vec4]; 2],
 }
 
 impl Filled<'_> {
     #[inline(always)]
-    fn at(&self, socket: usize) -> (Part, &[f32]) {
-        let taken = &self.taken[socket];
-        let file = self.files[usize::from(taken.is_constant)];
-        (taken.part, &file[taken.at as usize..])
+    fn at(&self, socket: usize) -> (Taken, &[Vec4]) {
+        let taken = self.taken[socket];
+        (taken, self.files[usize::from(taken.is_constant)])
     }
 
     /// A number that is made of three.
     #[cold]
-    fn reduced(part: Part, numbers: &[f32]) -> f32 {
-        let value = Vec3::from_slice(numbers);
+    #[inline(never)]
+    fn reduced(part: Part, value: Vec3) -> f32 {
         match part {
             Part::Mean => value.element_sum() / 3.0,
             _ => luminance(value),
@@ -71,16 +83,18 @@ impl Filled<'_> {
 impl Sockets for Filled<'_> {
     #[inline(always)]
     fn number(&self, socket: usize) -> f32 {
-        match self.at(socket) {
-            (Part::One | Part::Vector, numbers) => numbers[0],
-            (part, numbers) => Self::reduced(part, numbers),
+        let (taken, file) = self.at(socket);
+        match taken.part {
+            Part::One | Part::Vector => bytemuck::cast_slice::<Vec4, f32>(file)[taken.at as usize],
+            part => Self::reduced(part, file[taken.at as usize / 4].truncate()),
         }
     }
 
     #[inline(always)]
     fn vector(&self, socket: usize) -> Vec3 {
-        match self.at(socket) {
-            (Part::Vector, numbers) => Vec3::from_slice(numbers),
+        let (taken, file) = self.at(socket);
+        match taken.part {
+            Part::Vector => file[taken.at as usize / 4].truncate(),
             _ => Vec3::splat(self.number(socket)),
         }
     }
@@ -105,7 +119,9 @@ impl Call {
         height: Option<Box<Height>>,
     ) -> Self {
         let mut constants = Vec::new();
-        let taken = inputs.into_iter().map(|(operand, kind)| {
+        debug_assert!(inputs.len() <= MOST_SOCKETS, "{function:?}");
+        let mut taken = [Taken::NOTHING; MOST_SOCKETS];
+        let found = inputs.into_iter().map(|(operand, kind)| {
             let is_number = kind == SocketKind::Float;
             match operand {
                 Operand::Constant(value) => {
@@ -131,7 +147,9 @@ impl Call {
                 }
             }
         });
-        let taken = taken.collect();
+        for (taken, found) in taken.iter_mut().zip(found) {
+            *taken = found;
+        }
         Self {
             function,
             taken,
@@ -155,7 +173,7 @@ impl Call {
     fn filled<'a>(&'a self, registers: &'a [Vec4]) -> Filled<'a> {
         Filled {
             taken: &self.taken,
-            files: [registers, &self.constants].map(bytemuck::cast_slice),
+            files: [registers, &self.constants],
         }
     }
 

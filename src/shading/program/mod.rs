@@ -10,6 +10,7 @@ mod compile;
 mod emission;
 mod projection;
 mod shader;
+mod shaders;
 mod volume;
 
 pub use aovs::Aovs;
@@ -17,16 +18,15 @@ pub use call::{Call, Height};
 pub use compile::{Known, Source, compile, displacement};
 pub use emission::{Covered, Emission};
 pub use shader::parameters;
+pub use shaders::{CoatRoots, LayerRoots, Shader, Weighted};
 pub use volume::VolumeProgram;
 
 use super::texture::PreparedTexture;
 use crate::math::luminance;
 use crate::scene::graph::function::{DisplacementSpace, PlaceInput, Space, Transformed};
 use crate::scene::graph::{
-    Blend, Distribution, Function, ImageProjection, Lane, MathOperation, NormalSpace, SimpleBsdf,
-    TangentKind,
+    Blend, Function, ImageProjection, Lane, MathOperation, NormalSpace, TangentKind,
 };
-use crate::shading::Principled;
 use glam::{Vec2, Vec3, Vec4};
 
 /// How the rays go that ask how open a place is.
@@ -218,7 +218,8 @@ pub struct Program {
 
 /// Registers of most programs, on the stack.
 const FEW: usize = 12;
-/// Those of larger ones.
+/// Those of larger ones: each is set to 0 first, so that there are two sizes.
+const SOME: usize = 28;
 const MANY: usize = 64;
 
 impl Program {
@@ -366,12 +367,15 @@ impl Program {
     #[cold]
     #[inline(never)]
     fn at_many<P: Place, T>(&self, place: &P, ask: impl FnOnce(&mut Evaluation<'_, P>) -> T) -> T {
-        let mut many = [Vec4::ZERO; MANY];
-        let mut all = Vec::new();
-        let registers = if self.operations.len() <= MANY {
+        let (mut some, mut many, mut all);
+        let registers = if self.operations.len() <= SOME {
+            some = [Vec4::ZERO; SOME];
+            &mut some[..]
+        } else if self.operations.len() <= MANY {
+            many = [Vec4::ZERO; MANY];
             &mut many[..]
         } else {
-            all.resize(self.operations.len(), Vec4::ZERO);
+            all = vec![Vec4::ZERO; self.operations.len()];
             &mut all[..]
         };
         ask(&mut Evaluation {
@@ -541,147 +545,11 @@ impl<P: Place> Evaluation<'_, P> {
     }
 }
 
-/// What a shader of a surface does, its sockets ready to be read.
-#[derive(Clone, Debug)]
-pub enum Shader {
-    /// A Principled BSDF.
-    Principled {
-        /// What stands in its sockets where it is known.
-        base: Principled,
-        /// The other sockets, metallic first.
-        linked: Vec<(usize, Root)>,
-        /// The normal map, if it has one.
-        normal: Option<Root>,
-        /// The tangent, if it is anisotropic.
-        tangent: Option<Root>,
-        /// What lies over it.
-        layers: Option<Box<LayerRoots>>,
-    },
-    /// A Diffuse BSDF.
-    Diffuse {
-        /// Its colour.
-        color: Root,
-        /// Its roughness.
-        roughness: Root,
-        /// The normal map, if it has one.
-        normal: Option<Root>,
-    },
-    /// A Glossy BSDF.
-    Glossy {
-        /// Its colour.
-        color: Root,
-        /// Roughness.
-        roughness: Root,
-        /// Anisotropy, −1 to 1.
-        anisotropy: Root,
-        /// Rotation of the tangent, in turns.
-        rotation: Root,
-        /// The normal map, if it has one.
-        normal: Option<Root>,
-        /// The tangent, if it is anisotropic.
-        tangent: Option<Root>,
-        /// The spread of its facets.
-        distribution: Distribution,
-    },
-    /// A shader of one lobe.
-    Simple {
-        /// Which.
-        bsdf: SimpleBsdf,
-        /// Its sockets; those for normals and tangents are not read.
-        sockets: Vec<Root>,
-        /// The normal map, if it has one.
-        normal: Option<Root>,
-        /// The tangent, if it is anisotropic.
-        tangent: Option<Root>,
-    },
-}
-
-/// The sockets of a coat.
-#[derive(Clone, Debug)]
-pub struct CoatRoots {
-    /// Its share.
-    pub weight: Root,
-    /// Roughness.
-    pub roughness: Root,
-    /// Index of refraction.
-    pub ior: Root,
-    /// Colour.
-    pub tint: Root,
-    /// Its own normal map, if it has one.
-    pub normal: Option<Root>,
-}
-
-/// What lies over a Principled BSDF's base.
-#[derive(Clone, Debug)]
-pub struct LayerRoots {
-    /// The coat.
-    pub coat: Option<CoatRoots>,
-    /// Weight, roughness and tint of the fibres.
-    pub fibres: Option<[Root; 3]>,
-}
-
-impl LayerRoots {
-    /// All of them.
-    fn roots(&mut self) -> impl Iterator<Item = &mut Root> {
-        let coat = self.coat.iter_mut().flat_map(|coat| {
-            let CoatRoots {
-                weight,
-                roughness,
-                ior,
-                tint,
-                normal,
-            } = coat;
-            [weight, roughness, ior, tint].into_iter().chain(normal)
-        });
-        coat.chain(self.fibres.iter_mut().flatten())
-    }
-}
-
-/// A shader and its share of the surface.
-#[derive(Clone, Debug)]
-pub struct Weighted {
-    /// Its share of what does not pass straight on.
-    pub weight: Root,
-    /// What it is.
-    pub shader: Shader,
-}
-
 /// The colour of what is reflected: files of floats may hold negative ones, which count as 0, as in Cycles. What is not a
 /// number stays so, and is counted where it arises.
 #[inline]
 pub fn reflected(color: Vec3) -> Vec3 {
     Vec3::select(color.cmplt(Vec3::ZERO), Vec3::ZERO, color)
-}
-
-impl Shader {
-    /// The normal map of the shader.
-    pub fn normal(&self) -> Option<&Root> {
-        match self {
-            Self::Principled { normal, .. }
-            | Self::Diffuse { normal, .. }
-            | Self::Glossy { normal, .. }
-            | Self::Simple { normal, .. } => normal.as_ref(),
-        }
-    }
-
-    /// Whether light goes on below it.
-    pub fn goes_below(&self) -> bool {
-        match self {
-            Self::Principled { base, .. } => base.below.is_some(),
-            Self::Simple { bsdf, .. } => matches!(bsdf, SimpleBsdf::Subsurface(_)),
-            Self::Diffuse { .. } | Self::Glossy { .. } => false,
-        }
-    }
-
-    /// Its tangent, if it is anisotropic.
-    pub fn tangent(&self) -> Option<&Root> {
-        match self {
-            Self::Principled { tangent, .. }
-            | Self::Glossy { tangent, .. }
-            | Self::Simple { tangent, .. } => tangent.as_ref(),
-            Self::Diffuse { .. } => None,
-        }
-    }
 }
 
 /// The light that passes straight on, and the share that does not.

@@ -3,12 +3,51 @@
 use super::Function;
 use crate::math::luminance;
 use crate::nodes::color::{bright_contrast, gamma, hue_saturation, invert};
+use crate::nodes::math::Math;
+use crate::nodes::mix::BlendMode;
 use crate::nodes::radial_tiling::radial_tiling;
-use crate::nodes::range::between;
+use crate::nodes::range::{RangeKind, between};
 use glam::{Vec3, Vec4};
 
 fn clamped(value: f32, clamp: bool) -> f32 {
     if clamp { value.clamp(0.0, 1.0) } else { value }
+}
+
+/// The Math node.
+#[inline(never)]
+fn math<S: Sockets + ?Sized>(operation: Math, clamp: bool, inputs: &S) -> Vec4 {
+    let third = if operation.takes_three() {
+        inputs.number(2)
+    } else {
+        0.0
+    };
+    let result = operation.of(inputs.number(0), inputs.number(1), third);
+    Vec4::splat(clamped(result, clamp))
+}
+
+/// The Map Range node for numbers.
+#[inline(never)]
+fn map_range<S: Sockets + ?Sized>(kind: RangeKind, clamp: bool, inputs: &S) -> Vec4 {
+    let number = |socket: usize| inputs.number(socket);
+    let steps = match kind {
+        RangeKind::Stepped => number(5),
+        _ => 0.0,
+    };
+    let (from, to) = ((number(1), number(2)), (number(3), number(4)));
+    Vec4::splat(kind.of(number(0), from, to, steps, clamp))
+}
+
+/// The Mix node for colours; its factor and its result can be clamped.
+#[inline(never)]
+fn mixed<S: Sockets + ?Sized>(blend: BlendMode, clamps: [bool; 2], inputs: &S) -> Vec4 {
+    let factor = clamped(inputs.number(0), clamps[0]);
+    let mixed = blend.of(factor, inputs.vector(1), inputs.vector(2));
+    if clamps[1] {
+        mixed.clamp(Vec3::ZERO, Vec3::ONE)
+    } else {
+        mixed
+    }
+    .extend(1.0)
 }
 
 /// What stands in the sockets of a node.
@@ -66,21 +105,33 @@ impl Function {
         )
     }
 
-    /// The result of what depends on its sockets alone.
-    #[inline(never)]
+    /// The result of what depends on its sockets alone: what is common here, in functions of their own, so that none saves
+    /// registers for all.
+    #[inline]
     pub fn of_numbers<S: Sockets + ?Sized>(&self, inputs: &S) -> Vec4 {
+        match self {
+            Self::Texture(texture) => texture.evaluate(inputs),
+            Self::Math { operation, clamp } => math(*operation, *clamp, inputs),
+            Self::MixColor {
+                blend,
+                clamp,
+                clamp_result,
+            } => mixed(*blend, [*clamp, *clamp_result], inputs),
+            Self::ColorRamp(table) => table.at(inputs.number(0)),
+            Self::MapRange { kind, clamp } => map_range(*kind, *clamp, inputs),
+            _ => self.of_others(inputs),
+        }
+    }
+
+    #[inline(never)]
+    fn of_others<S: Sockets + ?Sized>(&self, inputs: &S) -> Vec4 {
         let number = |socket: usize| inputs.number(socket);
         let vector = |socket: usize| inputs.vector(socket);
         let same = Vec4::splat;
         let full = |v: Vec3| v.extend(1.0);
         match self {
-            Self::Texture(texture) => texture.evaluate(inputs),
             Self::Sky(sky) => full(sky.of(vector(0))),
             Self::Ies(profile) => same(number(1) * profile.of(vector(0))),
-            Self::Math { operation, clamp } => {
-                let result = operation.of(number(0), number(1), number(2));
-                same(clamped(result, *clamp))
-            }
             Self::VectorMath(operation) => {
                 let (v, n) = operation.of(vector(0), vector(1), vector(2), number(3));
                 v.extend(n)
@@ -98,19 +149,6 @@ impl Function {
                 };
                 full(vector(1) * (1.0 - t) + vector(2) * t)
             }
-            Self::MixColor {
-                blend,
-                clamp,
-                clamp_result,
-            } => {
-                let mixed = blend.of(clamped(number(0), *clamp), vector(1), vector(2));
-                full(if *clamp_result {
-                    mixed.clamp(Vec3::ZERO, Vec3::ONE)
-                } else {
-                    mixed
-                })
-            }
-            Self::ColorRamp(table) => table.at(number(0)),
             Self::Curves(curves) => {
                 let t = number(0);
                 full(vector(1) * (1.0 - t) + curves.of(vector(1)) * t)
@@ -118,10 +156,6 @@ impl Function {
             Self::FloatCurve(curves) => {
                 let (t, value) = (number(0), number(1));
                 same(value * (1.0 - t) + curves.of(Vec3::splat(value)).x * t)
-            }
-            Self::MapRange { kind, clamp } => {
-                let (from, to) = ((number(1), number(2)), (number(3), number(4)));
-                same(kind.of(number(0), from, to, number(5), *clamp))
             }
             Self::MapRangeVector { kind, clamp } => {
                 let all = [0, 1, 2, 3, 4, 5].map(vector);

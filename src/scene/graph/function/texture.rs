@@ -189,6 +189,7 @@ impl ProceduralTexture {
     }
 
     /// The result, from what stands in the sockets.
+    #[inline(never)]
     pub fn evaluate<S: Sockets + ?Sized>(&self, inputs: &S) -> Vec4 {
         let n = |socket: usize| inputs.number(socket);
         let v = |socket: usize| inputs.vector(socket);

@@ -8,6 +8,7 @@ use crate::scene::graph::{Distribution, Graph, Input, Link, Node, NodeKind};
 use crate::scene::{
     AlphaMode, Image, ImageId, ImageUse, Material, MetallicRoughness, NormalTexture, Texture,
 };
+use crate::shading::Principled;
 use crate::shading::texture::Raster;
 use std::cell::Cell;
 use std::sync::Arc;
