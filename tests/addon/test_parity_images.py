@@ -266,6 +266,7 @@ class ImageParity(kit.ExportTest):
         self.shown("tiles packed", packed)
         self.compare()
 
+    @kit.long
     def test_spaces(self):
         """Colour spaces of the configuration: transfer functions, primaries, logarithms."""
         spaces = ["Linear Rec.709", "Linear Rec.2020", "ACEScg", "ACES2065-1", "Display P3", "Rec.2020", "Rec.1886", "Filmic Log", "AgX Log"]

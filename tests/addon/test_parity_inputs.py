@@ -543,6 +543,7 @@ class Displacement(Patches):
         kit.sun_and_grey_world(self.scene)
         self.compare(self.surfaces("BOTH"), 256, error=1e-3)
 
+    @kit.long
     def test_both_that_move_far(self):
         """What is bumped turns far from the surface before: normals and tangents are those of then."""
         self.ortho()

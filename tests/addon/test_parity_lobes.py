@@ -312,6 +312,7 @@ class Parity(Beside):
                 s.alone(f"leaf {anisotropy}", "BsdfPrincipled", Thin_Wall=True, Base_Color=RED, Roughness=0.6, **inputs)
         self.compare(s)
 
+    @kit.long
     def test_thin_films(self):
         """Over dielectrics, metals and glass."""
         if bpy.app.version < (5, 0, 0):

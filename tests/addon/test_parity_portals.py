@@ -124,6 +124,7 @@ class Portals(EngineTest):
     def test_a_room_under_a_sky_that_varies(self):
         self.assertGreater(self.compare(True), 3)
 
+    @kit.long
     def test_round_windows_are_no_less_bright(self):
         self.compare(True, "ELLIPSE")
 

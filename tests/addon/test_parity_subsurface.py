@@ -4,6 +4,7 @@
 import unittest
 
 import bpy
+import export_kit as kit
 import test_parity_lobes as lobes
 from test_parity_lobes import BLUE, GOLD, RED, Shaders
 
@@ -28,6 +29,7 @@ class Subsurface(lobes.Beside):
                 self.scattering(s, f"{scale} {color[0]}", Subsurface_Scale=scale, Base_Color=color)
         self.compare(s)
 
+    @kit.long
     def test_methods_and_entries(self):
         """Each method, with indices, roughnesses and anisotropies."""
         s = Shaders()

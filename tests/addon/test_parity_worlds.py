@@ -445,6 +445,7 @@ class Lights(Nodes):
         text.write(words)
         return self.out("TexIES", "Fac", {"Strength": 0.02}, mode="INTERNAL", ies=text)
 
+    @kit.long
     def test_ies(self):
         """Luminaires on lamps of all kinds, files of all kinds, and none."""
         lamps = (*self.KINDS[:3], ("SPOT", {"shadow_soft_size": 0.0, "spot_size": 1.3}), ("SPOT", {"shadow_soft_size": 0.3, "spot_size": 1.3}))

@@ -72,14 +72,23 @@ fn some_scenes_look_as_in_cycles() {
     scenes_look_as_in_cycles(&["cornell", "material-wall", "foliage"]);
 }
 
-/// One light in five of those that `long` has.
+/// One light in ten of those that `long` has.
 #[test]
 fn lights_are_as_bright_as_in_cycles() {
     let program = ["--sundog", env!("CARGO_BIN_EXE_sundog")];
-    run("brightness.py", &[&program[..], &["--every", "5"]].concat());
+    run(
+        "brightness.py",
+        &[&program[..], &["--every", "10"]].concat(),
+    );
 }
 
 mod long {
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn the_experiments_can_be_made() {
+        super::the_experiments_can_be_made();
+    }
+
     #[test]
     #[ignore = "long: `make test-long` runs it"]
     fn all_scenes_look_as_in_cycles() {
@@ -118,7 +127,6 @@ fn what_is_measured_needs_no_git() {
 }
 
 /// The script that writes docs/notes/cost-of-accuracy.md works, and finds in tiny pictures what it finds in large ones.
-#[test]
 fn the_experiments_can_be_made() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("experiments");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/experiments.py");

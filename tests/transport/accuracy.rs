@@ -276,8 +276,8 @@ mod long {
 
     #[test]
     #[ignore = "long: `make test-long` runs it"]
-    fn the_estimated_error_after_1024_and_4096_samples_is_the_true_error() {
-        for samples in [1024, 4096] {
+    fn the_estimated_error_after_256_samples_and_more_is_the_true_error() {
+        for samples in [256, 1024, 4096] {
             the_estimated_error_of_long_renders_is_the_true_error(samples);
         }
     }
@@ -324,12 +324,6 @@ fn the_estimated_error_of_long_renders_is_the_true_error(samples: u32) {
     );
     assert!((median - 1.0).abs() <= 0.15, "{median}");
     assert!(covered >= 60, "{covered} of {}", ratios.len());
-}
-
-/// `long` looks after 1024 and 4096 samples.
-#[test]
-fn the_estimated_error_after_256_samples_is_the_true_error() {
-    the_estimated_error_of_long_renders_is_the_true_error(256);
 }
 
 /// Means over blocks of 16 × 16 pixels of some renders, and their variances.

@@ -70,13 +70,18 @@ fn studies_change_no_mean_in_some_scenes() {
 mod long {
     #[test]
     #[ignore = "long: `make test-long` runs it"]
+    fn uniform_directions_keep_a_white_furnace() {
+        super::uniform_directions_keep_the_white_furnace();
+    }
+
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
     fn studies_change_no_mean_in_all_scenes() {
         super::studies_change_no_mean(super::gallery());
     }
 }
 
 /// White bodies under a white sky, found by uniform directions: still 1 in the mean.
-#[test]
 fn uniform_directions_keep_the_white_furnace() {
     for (name, roughness, metallic, transmission) in [
         ("diffuse", 1.0, 0.0, 0.0),

@@ -132,10 +132,9 @@ fn the_kinds_of_rays_share_the_light_among_them() {
 }
 
 /// Each kind by itself, with each way to find light: the same.
-#[test]
-fn all_ways_to_find_light_agree_for_each_kind_of_ray() {
+fn all_ways_to_find_light_agree_for(kinds: &[RayKind]) {
     for (name, source) in sources() {
-        for kind in KINDS {
+        for &kind in kinds {
             let mut scene = wall(plastic());
             let others: Vec<RayKind> = KINDS.into_iter().filter(|k| *k != kind).collect();
             source(&mut scene, without(&others).without(RayKind::Camera));
@@ -163,6 +162,20 @@ fn all_ways_to_find_light_agree_for_each_kind_of_ray() {
                 );
             }
         }
+    }
+}
+
+/// `long` has the other kinds.
+#[test]
+fn all_ways_to_find_light_agree_for_glossy_rays() {
+    all_ways_to_find_light_agree_for(&[RayKind::Glossy]);
+}
+
+mod long {
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn all_ways_to_find_light_agree_for_each_kind_of_ray() {
+        super::all_ways_to_find_light_agree_for(&super::KINDS);
     }
 }
 
