@@ -98,7 +98,11 @@ impl<E: Features> Vertex<'_, E> {
             return 0;
         };
         check(&light);
-        let value = bsdf.evaluate(light.wi);
+        let value = if world.lights.is_even_sky(drawn) {
+            bsdf.evaluate(light.wi)
+        } else {
+            bsdf.evaluate_sampled(light.wi)
+        };
         debug_assert!(
             value.value.min_element() >= 0.0 && value.value.is_finite() && value.pdf >= 0.0,
             "{value:?}"
@@ -306,7 +310,17 @@ impl<E: Features> Vertex<'_, E> {
             value.value - value.diffuse,
             value.pdf - value.diffuse_pdf,
         );
-        (diffuse + rest, diffuse)
+        // As in Cycles glass is of both kinds: what its rays of the one kind do not see of a light that the other kind sees is
+        // found by light sampling alone, with its weight.
+        let kinds = [RayKind::Glossy, RayKind::Transmission];
+        let [first, second] = kinds.map(|kind| rules.visibility.sees(kind));
+        if first == second || rules.visibility.sees(other) {
+            return (diffuse + rest, diffuse);
+        }
+        let (by_glass, density) = self.bsdf.sampled_by_glass(light.wi);
+        let pdf = samples * light.pdf;
+        let weight = self.settings.weight_of_sampled(pdf, delta, density);
+        (diffuse + by_glass * weight, diffuse)
     }
 }
 

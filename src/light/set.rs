@@ -284,12 +284,16 @@ impl LightSet {
             return;
         }
         for sky in &mut self.infinite {
-            // Toward openings they do not.
-            let even = matches!(&sky.light, Light::Environment(sky) if sky.is_constant() && !sky.has_portals());
-            if even && !sky.rules.shines_through() {
+            if is_even(&sky.light) && !sky.rules.shines_through() {
                 sky.estimate = 0.0;
             }
         }
+    }
+
+    /// Whether a light is a sky of one colour, which Cycles does not sample.
+    #[inline]
+    pub fn is_even_sky(&self, drawn: Drawn) -> bool {
+        matches!(drawn, Drawn::Infinite(i) if is_even(&self.infinite[i as usize].light))
     }
 
     /// Whether the lights of another camera may be others.
@@ -663,6 +667,11 @@ impl LightSet {
             visit(hit.radiance, pdf, *source);
         }
     }
+}
+
+/// Whether a light is a sky of one colour; toward openings Cycles samples those, too.
+fn is_even(light: &Light) -> bool {
+    matches!(light, Light::Environment(sky) if sky.is_constant() && !sky.has_portals())
 }
 
 #[cfg(test)]

@@ -487,6 +487,38 @@ impl<K: BsdfFeatures> Bsdf<K> {
             .total(K::FACETS)
     }
 
+    /// The same for the direction of a light that Cycles samples: with [`Lobe::evaluate_backs`].
+    #[inline]
+    pub fn evaluate_sampled(&self, wi: Vec3) -> BsdfValue {
+        if !self.is_beyond(wi) {
+            return self.evaluate(wi);
+        }
+        let mut sums = self.sums(usize::MAX, wi, true);
+        for entry in self.others().iter().filter(|entry| !entry.is_delta) {
+            let of = entry.lobe.evaluate_backs::<K>(self.smooth(), wi);
+            sums.add(of, entry.p, entry.is_diffuse);
+        }
+        sums.total(K::FACETS)
+    }
+
+    /// The part of that, and of its density, that is due to glass ([`Lobe::is_glass`]).
+    #[cold]
+    #[inline(never)]
+    pub fn sampled_by_glass(&self, wi: Vec3) -> (Vec3, f32) {
+        let transmitted = self.is_beyond(wi);
+        let mut sums = Sums::ZERO;
+        let glass = |entry: &&Entry| !entry.is_delta && entry.lobe.is_glass();
+        for entry in self.others().iter().filter(glass) {
+            let of = entry.lobe.evaluate::<K>(self.smooth(), wi, transmitted);
+            sums.add(of, entry.p, false);
+            if transmitted {
+                let of = entry.lobe.evaluate_backs::<K>(self.smooth(), wi);
+                sums.add(of, entry.p, false);
+            }
+        }
+        (sums.others.value, sums.others.pdf)
+    }
+
     /// The same for a direction that is not below the surface, without one lobe of the list.
     #[inline]
     fn sums(&self, left_out: usize, wi: Vec3, transmitted: bool) -> Sums {

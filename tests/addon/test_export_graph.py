@@ -48,6 +48,28 @@ class GraphTest(kit.ExportTest):
 class Structure(GraphTest):
     """Nodes and links."""
 
+    def test_stand_ins_are_small(self):
+        """A texture that is made for a flattened material is small where its node tree stands beside it."""
+        for trees, varies, side in ((True, True, 1024), (True, False, 2048), (False, True, 2048)):
+            with self.subTest(trees=trees, varies=varies):
+                graph.ENABLED = trees
+                for made in list(bpy.data.materials):
+                    bpy.data.materials.remove(made)
+                tree, glow = self.tree()
+                image, gamma = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeGamma")
+                image.image = bpy.data.images.new("wide", 2048, 8)
+                gamma.inputs["Gamma"].default_value = 1.5
+                tree.links.new(image.outputs["Color"], gamma.inputs["Color"])
+                tree.links.new(gamma.outputs["Color"], glow.inputs["Color"])
+                if varies:
+                    tree.links.new(self.varying(tree), glow.inputs["Strength"])
+                found = self.export()
+                texture = found.material("m")["emissiveTexture"]["index"]
+                uri = found["images"][found["textures"][texture]["source"]]["uri"]
+                baked = bpy.data.images.load(os.path.join(os.path.dirname(found.path), uri))
+                self.assertEqual(baked.size[0], side)
+
+
     def test_a_tree_is_written_as_it_is(self):
         tree, glow = self.tree()
         where, noise = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexNoise")

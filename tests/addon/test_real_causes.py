@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What made files of others look different from Cycles, each in a small scene."""
 
+import math
+
 import bpy
 import export_kit as kit
 
@@ -44,6 +46,84 @@ class Causes(kit.ExportTest):
                 print(f"{color} {metallic} {roughness}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
                 self.near(ours, cycles, 0.01)
                 self.assertEqual(self.export().verdict("material", material.name)["verdict"], "exact")
+
+    def glass(self, roughness, distribution="MULTI_GGX"):
+        """A material with a Glass BSDF alone."""
+        material = bpy.data.materials.new("glass")
+        tree = material.node_tree
+        tree.nodes.clear()
+        shader, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfGlass", "OutputMaterial"))
+        shader.inputs["Roughness"].default_value, shader.distribution = roughness, distribution
+        tree.links.new(shader.outputs[0], output.inputs["Surface"])
+        return material
+
+    def test_lights_behind_rough_glass(self):
+        """At grazing angles Cycles evaluates facets from their backs: half of what a rough ball shows of a sun behind it."""
+        self.scene.world = None
+        bpy.ops.object.light_add(type="SUN")
+        sun = bpy.context.object
+        sun.data.energy, sun.data.angle = 3, 0
+        for distribution, roughness, angle in (("MULTI_GGX", 0.7, 2.4), ("MULTI_GGX", 0.7, 1.7), ("GGX", 1, 2.4), ("BECKMANN", 0.8, 2.4)):
+            with self.subTest(distribution=distribution, roughness=roughness, angle=angle):
+                for made in list(bpy.data.meshes):
+                    bpy.data.meshes.remove(made)
+                self.ball(self.glass(roughness, distribution))
+                sun.rotation_euler = (angle, 0, 0)
+                ours, cycles = self.shown(2048)
+                print(f"{distribution} {roughness} {angle}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+                # Few paths find the sun.
+                self.near(ours, cycles, 0.02)
+
+    def test_lamps_that_reflections_do_not_see_light_glass(self):
+        """Cycles hides lamps from glass only where they are hidden from its reflections and from what goes through it."""
+        self.scene.world = None
+        bpy.ops.object.light_add(type="AREA", size=2, location=(0, 0, 6))
+        lamp = bpy.context.object
+        lamp.data.energy = 300
+        self.camera.location, self.camera.rotation_euler = (0, 0, 9), (0, 0, 0)
+        for glossy, transmission in ((False, True), (True, False), (False, False)):
+            with self.subTest(glossy=glossy, transmission=transmission):
+                for made in list(bpy.data.meshes):
+                    bpy.data.meshes.remove(made)
+                self.ball(self.glass(0.5))
+                lamp.visible_camera = False
+                lamp.visible_glossy, lamp.visible_transmission = glossy, transmission
+                ours, cycles = self.shown(512)
+                print(f"glass by a lamp seen by {glossy} {transmission}: {ours:.5f} {cycles:.5f}")
+                self.near(ours, cycles, 0.01)
+
+    def test_rough_glass_from_within(self):
+        """Cycles' table of what rough glass scatters counts too much inside: at grazing angles it gets dark."""
+        for cosine in (0.9, 0.5, 0.2):
+            with self.subTest(cosine=cosine):
+                for made in list(bpy.data.meshes):
+                    bpy.data.meshes.remove(made)
+                bpy.ops.mesh.primitive_plane_add(size=200, rotation=(math.pi, 0, 0))
+                bpy.context.object.data.materials.append(self.glass(0.7))
+                sine = math.sqrt(1 - cosine * cosine)
+                self.camera.location, self.camera.rotation_euler = (0, -4 * sine, 4 * cosine), (math.atan2(sine, cosine), 0, 0)
+                self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 0.2
+                ours, cycles = self.shown(512)
+                print(f"from within at {cosine}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+                self.near(ours, cycles, 0.01)
+
+    def test_rough_diffuse_colors_above_1(self):
+        """Brightened images: of what is scattered several times only one colour is above 1."""
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+        for color, roughness in ((2, 0.3), (0.7, 0.3), (1.5, 1)):
+            with self.subTest(color=color, roughness=roughness):
+                for made in list(bpy.data.meshes):
+                    bpy.data.meshes.remove(made)
+                material = bpy.data.materials.new("rough")
+                tree = material.node_tree
+                tree.nodes.clear()
+                shader, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfDiffuse", "OutputMaterial"))
+                shader.inputs["Color"].default_value, shader.inputs["Roughness"].default_value = (color, color, color, 1), roughness
+                tree.links.new(shader.outputs[0], output.inputs["Surface"])
+                self.ball(material)
+                ours, cycles = self.shown(256)
+                print(f"rough diffuse {color} {roughness}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+                self.near(ours, cycles, 0.005)
 
     def test_groups_without_a_tree(self):
         """A group whose library is missing gives nothing: the surface is black."""

@@ -355,13 +355,15 @@ def is_associated(image):
     return floats and multiplies(image)
 
 
-def linear_pixels(image, multiplied=False):
-    """Height × width × 4 linear floats, the bottom row first, as Cycles sees them; alpha as it is.
+def linear_pixels(image, multiplied=False, step=1):
+    """Height × width × 4 linear floats, the bottom row first, as Cycles sees them; alpha as it is. One of `step` along each side.
 
     `multiplied`: the colour times alpha. Of images of integers Cycles multiplies the coded numbers, before decoding; those
     of floats hold it already, and are divided where it is not asked for.
     """
     values = _raw_pixels(image)
+    if step > 1:
+        values = values[step // 2 :: step, step // 2 :: step].copy()
     alpha = values[..., 3:]
     if image.is_float:
         if not multiplied and image.alpha_mode not in {"NONE", "CHANNEL_PACKED"}:

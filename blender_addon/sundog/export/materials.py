@@ -25,6 +25,11 @@ UNRENDERED = {
 }
 
 
+# Pixels along a side of textures that are made for a material beside whose node tree they stand: who reads the tree has no use for
+# them, and of an image of 16384 × 8192 they took minutes.
+STAND_IN = 1024
+
+
 class Exported:
     """A glTF material: index in the document, what it needs of meshes, findings, whether it reads what Object Info tells, and
     the numbers of the values that it reads of objects."""
@@ -95,8 +100,9 @@ class Writer:
             reader.note(LOST, f"it is rendered grey: {error}")
             return self._build(material.name, Surface(base_color=Const(numpy.full(3, 0.8))), reader, material)
 
-    def _build(self, name, surface, reader, material=None):
-        slots = Slots(self, reader, self.first_uvs)
+    def _build(self, name, surface, reader, material=None, side=STAND_IN):
+        slots = Slots(self, reader, self.first_uvs, side)
+        before = list(reader.findings), list(reader.lasting), reader.volume
         pbr, extensions, exact = {}, {}, {"thin_walled": surface.thin_walled}
         result = {"name": name, "doubleSided": True, "pbrMetallicRoughness": pbr}
 
@@ -161,6 +167,10 @@ class Writer:
         color = slots.attribute_name()
         is_closed = "alphaMode" in result and graph.casts_whole_shadows(material)
         written = self._graph(material, reader, slots.uvs, None if color is None else (color, width), is_closed)
+        if slots.reduced and (written is None or not written.extension):
+            # No node tree stands beside it: it is what is rendered.
+            reader.findings, reader.lasting, reader.volume = before
+            return self._build(name, surface, reader, material, side=None)
         if is_closed and (written is None or not written.extension):
             reader.note(APPROXIMATED, "its shadows are as light as it is, for all that its Transparent Shadows are off")
         written = written or graph_write.Written()

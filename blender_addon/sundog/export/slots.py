@@ -13,8 +13,10 @@ from .verdicts import APPROXIMATED, LOST
 class Slots:
     """Turns the expressions of one material into factors and textures."""
 
-    def __init__(self, writer, reader, uvs=()):
+    def __init__(self, writer, reader, uvs=(), side=None):
         self.writer, self.reader = writer, reader
+        # Textures that are made have so many pixels along each side at most; None for as many as the images have.
+        self.side, self.reduced = side, False
         self.uvs = list(uvs)
         self.attributes = []
 
@@ -255,6 +257,11 @@ class Slots:
             self.reader.note(APPROXIMATED, "images that lie differently on the surface are combined as the first lies")
         name = expressions.Operation("baked", None, [color, alpha, Const(float(as_data))], True).digest()
         stem = os.path.join(self.writer.cache, f"baked-{name}")
+        sizes = [leaf.texture.image.size for leaf in used]
+        step = max(-(-n // self.side) for size in sizes for n in size) if self.side else 1
+        if step > 1:
+            self.reduced = True
+            stem += f"-{self.side}"
         for path in (f"{stem}.png", f"{stem}.exr"):
             if os.path.isfile(path):
                 return self._texture(path, first, weighted)
@@ -262,7 +269,7 @@ class Slots:
         for leaf in used:
             key = (leaf.texture.image.as_pointer(), leaf.texture.multiplied)
             if key not in pixels:
-                pixels[key] = images.linear_pixels(leaf.texture.image, leaf.texture.multiplied)
+                pixels[key] = images.linear_pixels(leaf.texture.image, leaf.texture.multiplied, step)
         height = max(p.shape[0] for p in pixels.values())
         width = max(p.shape[1] for p in pixels.values())
         pixels = {k: images.resized(p, height, width) for k, p in pixels.items()}

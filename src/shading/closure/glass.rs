@@ -129,21 +129,44 @@ impl<S: Spread, F: Covering> Glass<S, F> {
                 None => LobeValue::ZERO,
             };
         }
+        match self.refracting(wi) {
+            Some(h) if self.is_drawn(h, wi) => self.refract(&self.facet(wo.dot(h)), h, wi),
+            _ => LobeValue::ZERO,
+        }
+    }
+
+    /// What Cycles adds where a light is sampled beyond the surface: its formula does not ask whether both directions see
+    /// the facets from the right sides. Nothing that draws directions finds this light. It matters at grazing angles: half of
+    /// the sun's light in a rough ball is of this kind.
+    #[inline]
+    pub fn evaluate_backs(&self, smooth: Vec3, wi_world: Vec3) -> LobeValue {
+        let facets = &self.facets;
+        let wi = facets.local(wi_world);
+        if wi.z >= 0.0 || facets.is_smooth() || facets.is_behind_smooth(smooth, wi_world, true) {
+            return LobeValue::ZERO;
+        }
+        match self.refracting(wi) {
+            Some(h) if !self.is_drawn(h, wi) => {
+                self.refract(&self.facet(facets.wo().dot(h).abs()), h, wi)
+            }
+            _ => LobeValue::ZERO,
+        }
+    }
+
+    /// Half vector of refraction (Walter et al., eq. 16), turned to the side of the viewer.
+    #[inline]
+    fn refracting(&self, wi: Vec3) -> Option<Vec3> {
         if self.is_straight() {
-            return LobeValue::ZERO;
+            return None;
         }
-        // Half vector of refraction (Walter et al., eq. 16), turned to the side of the viewer.
-        let Some(mut h) = (wo + wi * self.eta).try_normalize() else {
-            return LobeValue::ZERO;
-        };
-        if h.z < 0.0 {
-            h = -h;
-        }
-        let cos_o = wo.dot(h);
-        if cos_o <= 0.0 || wi.dot(h) >= 0.0 {
-            return LobeValue::ZERO;
-        }
-        self.refract(&self.facet(cos_o), h, wi)
+        let h = (self.facets.wo() + wi * self.eta).try_normalize()?;
+        Some(if h.z < 0.0 { -h } else { h })
+    }
+
+    /// Whether a facet that is drawn refracts so: `wo` sees its front, `wi` its back.
+    #[inline]
+    fn is_drawn(&self, h: Vec3, wi: Vec3) -> bool {
+        self.facets.wo().dot(h) > 0.0 && wi.dot(h) < 0.0
     }
 
     #[inline]

@@ -147,15 +147,15 @@ impl<S: Spread> Facets<S> {
         )
     }
 
-    /// The same for refraction by the relative index `eta`.
+    /// The same for refraction by the relative index `eta`; also for facets of which `wo` or `wi` sees the back.
     #[inline]
     pub(super) fn refract(&self, h: Vec3, wi: Vec3, eta: f32) -> (f32, f32) {
         let (cos_o, cos_i) = (self.view.wo.dot(h), wi.dot(h));
         // Walter et al., eq. 17: the Jacobian of the half vector. Radiance is not scaled by η², as in
         // Cycles: what enters a solid leaves it again.
         let sum = cos_o + eta * cos_i;
-        let jacobian = eta * eta * -cos_i / (sum * sum);
-        let common = ggx::d(h, &self.alpha) * cos_o * jacobian;
+        let ratio = eta / sum;
+        let common = ggx::d(h, &self.alpha) * (cos_o * cos_i).abs() * ratio * ratio;
         (
             common * S::masking(h, wi, &self.view, &self.alpha),
             common * self.view.g1_over_cos(),

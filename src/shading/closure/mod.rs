@@ -187,6 +187,29 @@ impl Lobe {
         }
     }
 
+    /// Whether it is glass that reflects: Cycles hides lights from it only where they are hidden from both of its kinds of rays.
+    #[inline]
+    pub fn is_glass(&self) -> bool {
+        let reflected = match self {
+            Self::BeckmannGlass(l) => l.reflected,
+            Self::FilmGlass(l) => l.reflected,
+            Self::Glass(l) => l.reflected,
+            _ => Vec3::ZERO,
+        };
+        reflected != Vec3::ZERO
+    }
+
+    /// What [`Self::evaluate`] leaves out of light that is sampled beyond the surface, as Cycles has it.
+    #[inline]
+    pub fn evaluate_backs<K: BsdfFeatures>(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
+        match self {
+            Self::BeckmannGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
+            Self::FilmGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
+            Self::Glass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
+            _ => LobeValue::ZERO,
+        }
+    }
+
     /// Draws a direction; `choice` in 0..1 decides between reflection and transmission.
     #[inline(always)]
     pub fn sample<K: BsdfFeatures>(

@@ -59,7 +59,9 @@ impl RoughDiffuse {
         let missing = lobe.missing_on_average();
         let scale = FRAC_1_PI * (1.0 - missing) / missing * lobe.missing(normal.dot(wo));
         // The colour three times, as in Cycles (4 to 7 % less than the paper's two at a colour of 0.2 to 0.5, measured with 5.2.3).
-        let further = color * color * color / (Vec3::ONE - color.min(Vec3::ONE) * missing);
+        // Two of them are 1 at most: colours above 1 come of images that are brightened.
+        let kept = color.min(Vec3::ONE);
+        let further = color * kept * kept / (Vec3::ONE - kept * missing);
         lobe.multiple = further * scale;
         lobe
     }

@@ -283,7 +283,9 @@ impl Quadrature {
                 }
                 let z = slope.z * (slope.cos_facet / glass.eta - f64::from(cos_t))
                     - view.cos / glass.eta;
-                if z < 0.0 && f < 1.0 {
+                // As in Cycles' table, also what facets refract to the side of the viewer, though no lobe has that light:
+                // rough glass that is seen from within at grazing angles gets back too little.
+                if f < 1.0 {
                     sum += slope.weight * f64::from(1.0 - f) * view.masking(z);
                 }
             });

@@ -346,6 +346,38 @@ fn light_goes_through_glass_both_ways_alike() {
 }
 
 /// Albedos that are told are those that samples find.
+/// What light sampling alone finds of glass lies where nothing is drawn.
+#[test]
+fn backs_are_lit_where_no_sample_goes() {
+    for Case { name, make } in cases().into_iter().filter(|c| c.name.starts_with("glass")) {
+        let mut lit = 0;
+        for cos in [1.0, 0.35, 1e-3] {
+            let lobe = make(view(cos, 0.4));
+            for k in 0..400 {
+                let wi = view(-1.0 + (k % 20) as f32 / 20.0, TAU * (k / 20) as f32 / 20.0);
+                let backs = lobe.evaluate_backs::<AllFeatures>(Vec3::Z, wi);
+                assert!(backs.value.is_finite() && backs.pdf.is_finite(), "{name}");
+                assert!(
+                    backs.pdf == 0.0 || evaluate(&lobe, wi).pdf == 0.0,
+                    "{name} {wi}"
+                );
+                lit += u32::from(backs.value.x > 0.0);
+            }
+        }
+        assert!(lit > 0, "{name}");
+    }
+}
+
+/// Two of the three colours of what is scattered several times are 1 at most.
+#[test]
+fn rough_diffuse_surfaces_brighten_once() {
+    let albedo = |color: f32| {
+        let rough = RoughDiffuse::new(Vec3::ONE, Vec3::splat(color), 1.0, Vec3::Z, view(0.5, 0.7));
+        rough.albedo().x
+    };
+    assert!((albedo(3.0) / albedo(1.0) - 3.0).abs() < 1e-5);
+}
+
 #[test]
 fn rough_diffuse_surfaces_know_their_albedo_and_lose_nothing() {
     for roughness in [1e-5, 0.1, 0.5, 1.0] {
