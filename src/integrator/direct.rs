@@ -98,10 +98,10 @@ impl<E: Features> Vertex<'_, E> {
             return 0;
         };
         check(&light);
-        let value = if world.lights.is_even_sky(drawn) {
-            bsdf.evaluate(light.wi)
-        } else {
+        let value = if world.lights_backs(drawn) {
             bsdf.evaluate_sampled(light.wi)
+        } else {
+            bsdf.evaluate(light.wi)
         };
         debug_assert!(
             value.value.min_element() >= 0.0 && value.value.is_finite() && value.pdf >= 0.0,
@@ -314,7 +314,7 @@ impl<E: Features> Vertex<'_, E> {
         // found by light sampling alone, with its weight.
         let kinds = [RayKind::Glossy, RayKind::Transmission];
         let [first, second] = kinds.map(|kind| rules.visibility.sees(kind));
-        if first == second || rules.visibility.sees(other) {
+        if first == second || rules.visibility.sees(other) || !self.world.joins_kinds_of_glass() {
             return (diffuse + rest, diffuse);
         }
         let (by_glass, density) = self.bsdf.sampled_by_glass(light.wi);

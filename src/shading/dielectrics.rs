@@ -1,7 +1,7 @@
 //! Albedo tables of a material's transmitting solid, and the index of its layer over the diffuse base.
 
 use super::fresnel;
-use super::tables::{self, Rows};
+use super::tables::{self, Estimate, Rows};
 
 /// Albedo tables of the dielectrics that a material needs.
 #[derive(Debug)]
@@ -17,10 +17,12 @@ pub struct Needs {
     pub solid: Option<f32>,
     /// For which roughnesses.
     pub rows: Rows,
+    /// Of what.
+    pub estimate: Estimate,
 }
 
-/// Bits of the solid's index, and the roughnesses.
-pub type Key = (Option<u32>, Rows);
+/// Bits of the solid's index, the roughnesses, and what is tabulated.
+pub type Key = (Option<u32>, Rows, Estimate);
 
 /// The index of refraction whose reflectance at normal incidence is `specular` times that of `ior`.
 pub(super) fn layer_ior(ior: f32, specular: f32) -> f32 {
@@ -34,7 +36,7 @@ pub(super) fn layer_ior(ior: f32, specular: f32) -> f32 {
 impl Needs {
     /// What tells its tables from others.
     pub fn key(&self) -> Key {
-        (self.solid.map(f32::to_bits), self.rows)
+        (self.solid.map(f32::to_bits), self.rows, self.estimate)
     }
 }
 
@@ -44,12 +46,13 @@ impl Dielectrics {
         Self::needed(&Needs {
             solid: transmits.then_some(ior),
             rows: Rows::ALL,
+            estimate: Estimate::Exact,
         })
     }
 
     /// As far as they are needed.
     pub fn needed(needs: &Needs) -> Self {
-        let solid = |ior| tables::Solid::new(fresnel::bounded_ior(ior), needs.rows);
+        let solid = |ior| tables::Solid::new(fresnel::bounded_ior(ior), needs.rows, needs.estimate);
         Self {
             solid: needs.solid.map(solid),
         }

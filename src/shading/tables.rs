@@ -229,6 +229,17 @@ impl Reflection {
     }
 }
 
+/// What is tabulated of a solid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Estimate {
+    /// Its albedo: white glass keeps its light.
+    #[default]
+    Exact,
+    /// Cycles' table, for files from Blender: it counts what facets refract to the side of the viewer, too, though no lobe has that
+    /// light. Rough glass that is seen from within at grazing angles gets back too little.
+    Cycles,
+}
+
 /// Albedo of reflection and transmission together of a rough transmitting solid with one index of refraction, with nothing
 /// absorbed: seen from outside and from inside.
 #[derive(Debug)]
@@ -363,10 +374,11 @@ impl Side {
 
 impl Solid {
     /// Tabulates for an index of refraction (above or below 1).
-    pub fn new(ior: f32, rows: Rows) -> Self {
+    pub fn new(ior: f32, rows: Rows, estimate: Estimate) -> Self {
         let quadrature = Quadrature::get();
         let side = |inside: bool| {
-            let interface = Interface::new(if inside { 1.0 / ior } else { ior }, ior);
+            let eta = if inside { 1.0 / ior } else { ior };
+            let interface = Interface::new(eta, ior, estimate);
             let albedo = |cos, alpha| {
                 let both = quadrature.both(&View::new(cos, alpha), &interface);
                 let less = if interface.straight { 1.0 } else { 0.0 };

@@ -92,6 +92,7 @@ impl Preparer {
                 .is_some_and(|p| self.needs_solid(p))
                 .then_some(index / beside),
             rows,
+            estimate: self.estimate(),
         })
     }
 
@@ -139,6 +140,7 @@ impl Preparer {
         tables_of(Needs {
             solid: Some(ior),
             rows,
+            estimate: self.estimate(),
         })
     }
 }

@@ -15,6 +15,7 @@ use crate::shading::program::{
     reflected,
 };
 use crate::shading::simple::SimpleValues;
+use crate::shading::tables::Estimate;
 use crate::shading::texture::{PreparedTexture, Raster};
 use crate::shading::thin_film::Film;
 use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled, turned};
@@ -69,6 +70,8 @@ pub struct Preparer {
     rasters: HashMap<(u32, ImageAlpha), Arc<Raster>>,
     /// Surfaces may be made rougher than their materials say.
     roughens: bool,
+    /// What tables of solids hold.
+    estimate: Estimate,
 }
 
 /// So many tables are kept for the next world.
@@ -95,11 +98,17 @@ pub(super) fn tables_of(needs: Needs) -> Arc<Dielectrics> {
 
 impl Preparer {
     /// `roughens`: surfaces may be made rougher than their materials say.
-    pub fn new(roughens: bool) -> Self {
+    pub fn new(roughens: bool, estimate: Estimate) -> Self {
         Self {
             roughens,
+            estimate,
             ..Self::default()
         }
+    }
+
+    /// What tables of solids hold.
+    pub(super) fn estimate(&self) -> Estimate {
+        self.estimate
     }
 
     /// Whether surfaces may be made rougher than their materials say.
@@ -571,7 +580,12 @@ pub fn prepare(scene: &Scene, options: &Options) -> Vec<Arc<PreparedMaterial>> {
             v.translucent |= colors.iter().any(|c| c[3] < 1.0);
         }
     }
-    let mut preparer = Preparer::new(options.roughens);
+    let estimate = if scene.is_from_blender() {
+        Estimate::Cycles
+    } else {
+        Estimate::Exact
+    };
+    let mut preparer = Preparer::new(options.roughens, estimate);
     let fallback = Material::default();
     let materials = scene.materials.iter().chain([&fallback]);
     materials

@@ -41,8 +41,8 @@ pub use place::HitPoint;
 use crate::camera::{Camera, Shutter};
 use crate::effects::{self, Effect, Features, General};
 use crate::ffi::embree::{Device, Ray};
-use crate::light::LightSet;
 use crate::light::emissive::Eye;
+use crate::light::{Drawn, LightSet};
 use crate::math::float;
 use crate::sampler;
 use crate::scene::{self, Scene};
@@ -96,8 +96,8 @@ pub struct World {
     pub by_kind: bool,
     /// See [`Ablation::terminator`].
     naive_terminator: bool,
-    /// Scattered paths do not go on below triangles, as in Cycles; light samples do.
-    ends_below: bool,
+    /// The scene is from Blender: what Cycles has that is not consistent is as there ([`Self::ends_below`], [`Self::lights_backs`]).
+    as_cycles: bool,
     /// The version of Embree that answers.
     pub embree_version: String,
     /// The instructions that it takes.
@@ -242,7 +242,7 @@ impl World {
             by_kind: options.effects.contains(Effect::RayVisibility)
                 && effects::tells_rays_apart(scene),
             naive_terminator: options.ablation.terminator,
-            ends_below: scene.is_from_blender(),
+            as_cycles: scene.is_from_blender(),
             embree_version: device.version().to_string(),
             instructions: device.instructions(),
             device,
@@ -461,7 +461,20 @@ impl World {
     /// BSDFs are sampled but not where lights are: what only the smooth normal sees has the light samples' part alone.
     #[inline]
     pub fn ends_below<E: Features>(&self, surface: &Surface, wi: Vec3, beyond: bool) -> bool {
-        E::CURVED && self.ends_below && !beyond && wi.dot(surface.normals.geometric) < 0.0
+        E::CURVED && self.as_cycles && !beyond && wi.dot(surface.normals.geometric) < 0.0
+    }
+
+    /// Whether light samples of a light meet the backs of glass' facets ([`crate::shading::Bsdf::evaluate_sampled`]). Cycles does
+    /// not sample skies of one colour.
+    #[inline]
+    pub fn lights_backs(&self, drawn: Drawn) -> bool {
+        self.as_cycles && !self.lights.is_even_sky(drawn)
+    }
+
+    /// Whether glass sees what one of its two kinds of rays sees.
+    #[inline]
+    pub fn joins_kinds_of_glass(&self) -> bool {
+        self.as_cycles
     }
 
     /// For directions that the surface is in the way of, although its smooth normal sees them: the curved surface that it

@@ -1,6 +1,6 @@
 //! Integrals over the slopes of the facets of a rough surface, from which the tables are made.
 
-use super::is_straight;
+use super::{Estimate, is_straight};
 use crate::shading::fresnel;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use std::sync::OnceLock;
@@ -283,9 +283,7 @@ impl Quadrature {
                 }
                 let z = slope.z * (slope.cos_facet / glass.eta - f64::from(cos_t))
                     - view.cos / glass.eta;
-                // As in Cycles' table, also what facets refract to the side of the viewer, though no lobe has that light:
-                // rough glass that is seen from within at grazing angles gets back too little.
-                if f < 1.0 {
+                if f < 1.0 && (z < 0.0 || glass.counts_wrong_side) {
                     sum += slope.weight * f64::from(1.0 - f) * view.masking(z);
                 }
             });
@@ -302,16 +300,19 @@ pub(super) struct Interface {
     critical_cosine: Option<f64>,
     /// As [`is_straight`].
     pub straight: bool,
+    /// See [`Estimate::Cycles`].
+    counts_wrong_side: bool,
 }
 
 impl Interface {
-    pub fn new(eta: f32, ior: f32) -> Self {
+    pub fn new(eta: f32, ior: f32, estimate: Estimate) -> Self {
         let e = f64::from(eta);
         Self {
             eta: e,
             f0: fresnel::f0_from_ior(ior),
             critical_cosine: (e < 1.0).then(|| (1.0 - e * e).sqrt()),
             straight: is_straight(eta),
+            counts_wrong_side: estimate == Estimate::Cycles,
         }
     }
 

@@ -2,6 +2,7 @@ use super::super::material::{Preparer, Vertices};
 use crate::light::emissive::{Eye, outside};
 use crate::scene::{AlphaMode, MetallicRoughness, RayKind, Scene, Visibility};
 use crate::selftest::kit::{camera, diffuse, glass};
+use crate::shading::tables::Estimate;
 use glam::{DVec3, Vec3};
 
 /// A tetrahedron of size 1 at the origin, wound outwards.
@@ -16,7 +17,7 @@ fn found(
     triangles: &[[Vec3; 3]],
     eye: DVec3,
 ) -> bool {
-    let material = Preparer::new(false).material(
+    let material = Preparer::new(false, Estimate::Exact).material(
         &Scene::default(),
         &material.clone().into(),
         Vertices::default(),
