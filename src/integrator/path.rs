@@ -660,9 +660,6 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             s.delta || self.own.is_some() || E::EVERYTHING && self.beside.lid.is_some();
         self.beside.previous.kind = kind;
         self.beside.previous.delta = s.delta;
-        if E::FACETS && !s.delta {
-            self.min_pdf = self.min_pdf.min(s.pdf);
-        }
         self.bounce += 1;
         let kind = s.scattering as usize;
         let scatterings = &mut self.beside.scatterings[kind];

@@ -77,9 +77,10 @@ class Causes(kit.ExportTest):
     def test_lamps_that_reflections_do_not_see_light_glass(self):
         """Cycles hides lamps from glass only where they are hidden from its reflections and from what goes through it."""
         self.scene.world = None
-        bpy.ops.object.light_add(type="AREA", size=2, location=(0, 0, 6))
+        bpy.ops.object.light_add(type="AREA", location=(2, 0, 12))
         lamp = bpy.context.object
-        lamp.data.energy = 300
+        # A small one: how both techniques are weighted decides what is found of a large one.
+        lamp.data.energy, lamp.data.size = 3000, 0.5
         self.camera.location, self.camera.rotation_euler = (0, 0, 9), (0, 0, 0)
         for glossy, transmission in ((False, True), (True, False), (False, False)):
             with self.subTest(glossy=glossy, transmission=transmission):
@@ -106,6 +107,24 @@ class Causes(kit.ExportTest):
                 ours, cycles = self.shown(512)
                 print(f"from within at {cosine}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
                 self.near(ours, cycles, 0.01)
+
+    def test_filter_glossy_between_metals(self):
+        """How rough Filter Glossy makes what a reflection meets depends on the density of Cycles' sampling, which has more facets."""
+        self.scene.cycles.blur_glossy = 1
+        self.camera.location, self.camera.rotation_euler = (0, -0.5, 5), (0, 0, 0)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 2
+        bpy.ops.mesh.primitive_cone_add(radius1=1.5, radius2=0.2, depth=2, end_fill_type="NOTHING", rotation=(math.pi, 0, 0))
+        cone = bpy.context.object
+        for roughness in (0.3, 0.5):
+            with self.subTest(roughness=roughness):
+                metal = kit.material("metal", Base_Color=(0.8, 0.6, 0.2, 1), Metallic=1, Roughness=roughness)
+                cone.data.materials.clear()
+                cone.data.materials.append(metal)
+                found = self.export()
+                cycles = kit.cycles_pixels(16, 16, 512).mean()
+                ours = kit.rendered(found.path, 16, 16, 512, "--filter-glossy", "1").mean()
+                print(f"filter glossy {roughness}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+                self.near(ours, cycles, 0.003)
 
     def test_rough_diffuse_colors_above_1(self):
         """Brightened images: of what is scattered several times only one colour is above 1."""

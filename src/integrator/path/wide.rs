@@ -13,6 +13,15 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// The path is scattered by a surface at a distance.
     #[inline(always)]
     pub(super) fn widen(&mut self, distance: f32, bsdf: &KernelBsdf<E>, sample: &BsdfSample) {
+        if E::FACETS && !sample.delta {
+            let filters = self.settings.filter_glossy > 0.0;
+            let pdf = if filters {
+                bsdf.pdf_of_all_facets(sample)
+            } else {
+                sample.pdf
+            };
+            self.min_pdf = self.min_pdf.min(pdf);
+        }
         if E::EVERYTHING
             && let Some(pixel) = self.world.widened()
         {

@@ -1,7 +1,7 @@
 //! How rough a surface is to what it scatters to a direction.
 
-use super::Bsdf;
-use crate::shading::BsdfFeatures;
+use super::{Bsdf, BsdfSample};
+use crate::shading::{BsdfFeatures, Scattering};
 use glam::Vec3;
 
 impl<K: BsdfFeatures> Bsdf<K> {
@@ -25,5 +25,22 @@ impl<K: BsdfFeatures> Bsdf<K> {
             }
         }
         if all > 0.0 { (sum / all).sqrt() } else { 0.0 }
+    }
+
+    /// The density of a direction where all visible facets are drawn, as in Cycles, whose Filter Glossy asks for it. Here none is
+    /// drawn that reflects below the surface, so that the density of the others is greater.
+    pub fn pdf_of_all_facets(&self, sample: &BsdfSample) -> f32 {
+        let mut pdf = sample.pdf;
+        if sample.scattering == Scattering::Transmission {
+            return pdf;
+        }
+        for entry in self.others().iter().filter(|entry| !entry.is_delta) {
+            let share = entry.lobe.share_of_all_facets();
+            if share < 1.0 {
+                let of = entry.lobe.evaluate::<K>(self.smooth(), sample.wi, false);
+                pdf -= entry.p * of.pdf * (1.0 - share);
+            }
+        }
+        pdf.max(0.0)
     }
 }

@@ -137,6 +137,12 @@ impl<S: Spread> Facets<S> {
         (cos_h > 0.0).then_some((h, cos_h))
     }
 
+    /// The density of reflections by all visible facets over that of [`Self::sample_normal`].
+    #[inline]
+    pub(super) fn share_of_all(&self) -> f32 {
+        self.view.reflection_density(1.0) / self.view.reflection_density(self.bound)
+    }
+
     /// D·G₂/(4 cosθ) and the density for the reflection at facets with normal `h` to `wi`.
     #[inline]
     pub(super) fn reflect(&self, h: Vec3, wi: Vec3) -> (f32, f32) {

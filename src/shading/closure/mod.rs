@@ -199,6 +199,17 @@ impl Lobe {
         reflected != Vec3::ZERO
     }
 
+    /// The density of reflections where all visible facets are drawn, over that of those which are drawn.
+    #[inline]
+    pub fn share_of_all_facets(&self) -> f32 {
+        match self {
+            Self::Reflection(l) => l.facets.share_of_all(),
+            Self::BeckmannReflection(l) => l.facets.share_of_all(),
+            Self::FilmReflection(l) => l.facets.share_of_all(),
+            _ => 1.0,
+        }
+    }
+
     /// What [`Self::evaluate`] leaves out of light that is sampled beyond the surface, as Cycles has it.
     #[inline]
     pub fn evaluate_backs<K: BsdfFeatures>(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
