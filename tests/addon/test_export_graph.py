@@ -69,7 +69,6 @@ class Structure(GraphTest):
                 baked = bpy.data.images.load(os.path.join(os.path.dirname(found.path), uri))
                 self.assertEqual(baked.size[0], side)
 
-
     def test_a_tree_is_written_as_it_is(self):
         tree, glow = self.tree()
         where, noise = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexNoise")

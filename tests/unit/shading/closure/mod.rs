@@ -345,7 +345,6 @@ fn light_goes_through_glass_both_ways_alike() {
     }
 }
 
-/// Albedos that are told are those that samples find.
 /// What light sampling alone finds of glass lies where nothing is drawn.
 #[test]
 fn backs_are_lit_where_no_sample_goes() {
@@ -378,6 +377,7 @@ fn rough_diffuse_surfaces_brighten_once() {
     assert!((albedo(3.0) / albedo(1.0) - 3.0).abs() < 1e-5);
 }
 
+/// Albedos that are told are those that samples find.
 #[test]
 fn rough_diffuse_surfaces_know_their_albedo_and_lose_nothing() {
     for roughness in [1e-5, 0.1, 0.5, 1.0] {
