@@ -81,6 +81,7 @@ impl Default for BrickInputs {
 }
 
 /// The node's outputs: Fac, 1 in the mortar, and Color.
+#[inline]
 pub fn brick(settings: &BrickSettings, inputs: &BrickInputs) -> (f32, Vec3) {
     let p = inputs.vector * inputs.scale;
     let row = whole((p.y / inputs.row_height).floor());

@@ -29,7 +29,7 @@ fn hue(c: Vec3, most: f32, least: f32) -> f32 {
     } else {
         4.0 + to.y - to.x
     };
-    let hue = sixths / 6.0;
+    let hue = sixths * (1.0 / 6.0);
     if hue < 0.0 { hue + 1.0 } else { hue }
 }
 
@@ -113,6 +113,7 @@ impl ColorModel {
 }
 
 /// Hue/Saturation/Value: 0.5, 1 and 1 change nothing.
+#[inline]
 pub fn hue_saturation(hue: f32, saturation: f32, value: f32, factor: f32, c: Vec3) -> Vec3 {
     let mut hsv = to_hsv(c);
     hsv.x += hue + 0.5;

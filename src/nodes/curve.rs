@@ -15,6 +15,7 @@ pub struct Table {
 
 impl Table {
     /// The value at a place.
+    #[inline]
     pub fn at(&self, place: f32) -> Vec4 {
         let Some(last) = self.entries.len().checked_sub(1) else {
             return Vec4::ZERO;
@@ -54,6 +55,7 @@ pub struct Curves {
 
 impl Curves {
     /// Each number by its own curve.
+    #[inline]
     pub fn of(&self, v: glam::Vec3) -> glam::Vec3 {
         let range = self.most - self.least;
         let at = |x: f32| self.table.at(super::math::divided(x - self.least, range));

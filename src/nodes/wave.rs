@@ -106,6 +106,7 @@ impl Default for WaveInputs {
 }
 
 /// The node's factor; its colour is that grey.
+#[inline]
 pub fn wave(settings: &WaveSettings, inputs: &WaveInputs) -> f32 {
     let p = off_edges(inputs.vector * inputs.scale);
     let mut phase = match settings.wave_type {

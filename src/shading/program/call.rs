@@ -70,8 +70,7 @@ impl Filled<'_> {
     }
 
     /// A number that is made of three.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     fn reduced(part: Part, value: Vec3) -> f32 {
         match part {
             Part::Mean => value.element_sum() / 3.0,
@@ -272,6 +271,8 @@ impl<P: Place> Evaluation<'_, P> {
                 let sign = if *invert { -1.0 } else { 1.0 };
                 let before = undisplaced.map(|attribute| place.undisplaced(attribute, *is_of_5));
                 let place = before.as_ref().unwrap_or(place);
+                let known = place.with_normals();
+                let place = known.as_ref().unwrap_or(place);
                 bump(place, inputs, height, (sign, *object_space)).extend(1.0)
             }),
             Function::Displacement { object_space } => {

@@ -3,6 +3,7 @@
 use super::Function;
 use crate::math::luminance;
 use crate::nodes::color::{bright_contrast, gamma, hue_saturation, invert};
+use crate::nodes::curve::Curves;
 use crate::nodes::math::Math;
 use crate::nodes::mix::BlendMode;
 use crate::nodes::radial_tiling::radial_tiling;
@@ -48,6 +49,20 @@ fn mixed<S: Sockets + ?Sized>(blend: BlendMode, clamps: [bool; 2], inputs: &S) -
         mixed
     }
     .extend(1.0)
+}
+
+/// The node Hue/Saturation/Value.
+#[inline(never)]
+fn hue_saturated<S: Sockets + ?Sized>(inputs: &S) -> Vec4 {
+    let [hue, saturation, value, factor] = [0, 1, 2, 3].map(|socket| inputs.number(socket));
+    hue_saturation(hue, saturation, value, factor, inputs.vector(4)).extend(1.0)
+}
+
+/// The nodes RGB Curves and Vector Curves.
+#[inline(never)]
+fn curved<S: Sockets + ?Sized>(curves: &Curves, inputs: &S) -> Vec4 {
+    let (factor, given) = (inputs.number(0), inputs.vector(1));
+    (given * (1.0 - factor) + curves.of(given) * factor).extend(1.0)
 }
 
 /// What stands in the sockets of a node.
@@ -118,6 +133,8 @@ impl Function {
                 clamp_result,
             } => mixed(*blend, [*clamp, *clamp_result], inputs),
             Self::ColorRamp(table) => table.at(inputs.number(0)),
+            Self::HueSaturation => hue_saturated(inputs),
+            Self::Curves(curves) => curved(curves, inputs),
             Self::MapRange { kind, clamp } => map_range(*kind, *clamp, inputs),
             _ => self.of_others(inputs),
         }
@@ -149,10 +166,6 @@ impl Function {
                 };
                 full(vector(1) * (1.0 - t) + vector(2) * t)
             }
-            Self::Curves(curves) => {
-                let t = number(0);
-                full(vector(1) * (1.0 - t) + curves.of(vector(1)) * t)
-            }
             Self::FloatCurve(curves) => {
                 let (t, value) = (number(0), number(1));
                 same(value * (1.0 - t) + curves.of(Vec3::splat(value)).x * t)
@@ -173,13 +186,6 @@ impl Function {
             Self::CombineXyz => full(Vec3::new(number(0), number(1), number(2))),
             Self::SeparateColor(model) => full(model.separate(vector(0))),
             Self::SeparateXyz => full(vector(0)),
-            Self::HueSaturation => full(hue_saturation(
-                number(0),
-                number(1),
-                number(2),
-                number(3),
-                vector(4),
-            )),
             Self::BrightContrast => full(bright_contrast(vector(0), number(1), number(2))),
             Self::Gamma => full(gamma(vector(0), number(1))),
             Self::Invert => full(invert(number(0), vector(1))),

@@ -150,6 +150,47 @@ const GABOR: &[Socket] = &[
     ),
 ];
 
+/// The texture Wave; apart, so that it saves no registers for others.
+#[inline(never)]
+fn wave<S: Sockets + ?Sized>(settings: &WaveSettings, inputs: &S) -> Vec4 {
+    let n = |socket: usize| inputs.number(socket);
+    Vec4::splat(nodes::wave(
+        settings,
+        &WaveInputs {
+            vector: inputs.vector(0),
+            scale: n(1),
+            distortion: n(2),
+            detail: n(3),
+            detail_scale: n(4),
+            detail_roughness: n(5),
+            phase_offset: n(6),
+        },
+    ))
+}
+
+/// The texture Brick, apart as well.
+#[inline(never)]
+fn brick<S: Sockets + ?Sized>(settings: &BrickSettings, inputs: &S) -> Vec4 {
+    let n = |socket: usize| inputs.number(socket);
+    let v = |socket: usize| inputs.vector(socket);
+    let (factor, color) = nodes::brick(
+        settings,
+        &BrickInputs {
+            vector: v(0),
+            color1: v(1),
+            color2: v(2),
+            mortar: v(3),
+            scale: n(4),
+            mortar_size: n(5),
+            mortar_smooth: n(6),
+            bias: n(7),
+            brick_width: n(8),
+            row_height: n(9),
+        },
+    );
+    color.extend(factor)
+}
+
 impl ProceduralTexture {
     /// The inputs, in their order.
     pub fn sockets(&self) -> &'static [Socket] {
@@ -229,18 +270,7 @@ impl ProceduralTexture {
                     VoronoiPart::Radius => Vec4::splat(found.radius),
                 }
             }
-            Self::Wave(settings) => Vec4::splat(nodes::wave(
-                settings,
-                &WaveInputs {
-                    vector: v(0),
-                    scale: n(1),
-                    distortion: n(2),
-                    detail: n(3),
-                    detail_scale: n(4),
-                    detail_roughness: n(5),
-                    phase_offset: n(6),
-                },
-            )),
+            Self::Wave(settings) => wave(settings, inputs),
             Self::Magic(settings) => {
                 let inputs = MagicInputs {
                     vector: v(0),
@@ -249,21 +279,7 @@ impl ProceduralTexture {
                 };
                 colored(nodes::magic(*settings, &inputs))
             }
-            Self::Brick(settings) => colored(nodes::brick(
-                settings,
-                &BrickInputs {
-                    vector: v(0),
-                    color1: v(1),
-                    color2: v(2),
-                    mortar: v(3),
-                    scale: n(4),
-                    mortar_size: n(5),
-                    mortar_smooth: n(6),
-                    bias: n(7),
-                    brick_width: n(8),
-                    row_height: n(9),
-                },
-            )),
+            Self::Brick(settings) => brick(settings, inputs),
             Self::Checker => colored(nodes::checker(&CheckerInputs {
                 vector: v(0),
                 color1: v(1),
