@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod below;
+mod branches;
 mod catchers;
 mod center;
 mod closed_lamps;

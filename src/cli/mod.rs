@@ -155,6 +155,7 @@ fn run() -> u8 {
     if json {
         out_of_memory::tell_json();
     }
+    out_of_memory::listen_to_threads();
     if let Err(failure) = start_threads(&command) {
         console::message(&format!("sundog: {}", failure.message));
         return failure.code;

@@ -15,6 +15,21 @@ pub fn tell_json() {
     TELLS_JSON.store(true, Ordering::Relaxed);
 }
 
+/// From now on a thread that cannot begin ends the process with the same sentence: the standard library panics there, before
+/// any of the program's code runs.
+pub fn listen_to_threads() {
+    // What a thread's stack for signals takes, about.
+    const SIGNAL_STACK: usize = 8192;
+    let before = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        let message = info.payload_as_str().unwrap_or_default();
+        if message.starts_with("failed to allocate an alternative stack") {
+            used_up(SIGNAL_STACK);
+        }
+        before(info);
+    }));
+}
+
 /// A text of bounded length that needs no memory.
 struct Short {
     bytes: [u8; 512],

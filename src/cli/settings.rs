@@ -60,6 +60,7 @@ impl RenderOptions {
             filter: size.filter(scene),
             light_sampling: studies.light_sampling,
             light_samples: studies.light_samples,
+            branches: studies.branches,
             roulette: studies.roulette,
             ablation: Ablation {
                 offsets: naive("offsets"),

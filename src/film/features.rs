@@ -61,6 +61,15 @@ impl PathFeatures {
         met: false,
     };
 
+    /// The same of a path that is followed no further.
+    #[must_use]
+    pub fn at_its_end(self) -> Self {
+        Self {
+            throughput: Vec3::ZERO,
+            ..self
+        }
+    }
+
     /// Whether all of it is.
     pub fn is_finite(&self) -> bool {
         self.albedo.is_finite() && self.normal.is_finite() && self.depth.is_finite()

@@ -22,6 +22,9 @@ pub trait PassSink {
     /// A medium with an albedo scatters the path; and what points toward the camera.
     #[inline(always)]
     fn scatter(&mut self, _albedo: impl FnOnce() -> Vec3, _toward_camera: impl FnOnce() -> Vec3) {}
+    /// One of several paths goes on from there, by its number.
+    #[inline(always)]
+    fn branch(&mut self, _number: u32) {}
     /// Light by way of that surface; `indirect`: by way of others too.
     fn scattered(&mut self, light: Vec3, indirect: bool);
     /// Light of a surface that shines, straight to the camera.
@@ -196,6 +199,14 @@ impl PassSink for PathPasses {
     #[inline]
     fn first_in_medium(&mut self) {
         (self.diffuse_share, self.other) = (Vec3::ZERO, MEDIA);
+    }
+
+    #[inline]
+    fn branch(&mut self, number: u32) {
+        // What denoisers are told follows one path.
+        if number > 0 {
+            self.features = self.features.at_its_end();
+        }
     }
 
     #[inline]

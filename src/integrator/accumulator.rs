@@ -13,11 +13,24 @@ pub(super) struct Accumulator<'a, A> {
     pub radiance: Vec3,
     /// Luminance that clamping took from direct and from indirect light.
     pub clamped: [f32; 2],
+    /// So many paths share what they find: each counts by its share.
+    pub branches: u32,
     /// Told where the light comes from.
     pub sink: &'a mut A,
 }
 
-impl<A: PassSink + Record> Accumulator<'_, A> {
+impl<'a, A: PassSink + Record> Accumulator<'a, A> {
+    /// Of a path that has found nothing.
+    #[inline(always)]
+    pub fn new(sink: &'a mut A) -> Self {
+        Self {
+            radiance: Vec3::ZERO,
+            clamped: [0.0; 2],
+            branches: 1,
+            sink,
+        }
+    }
+
     /// Adds one contribution. `bounces`: scatterings between the camera and the surface that the light
     /// falls on, so that 0 is direct light; light that the camera sees itself counts as direct.
     ///
@@ -28,12 +41,18 @@ impl<A: PassSink + Record> Accumulator<'_, A> {
         let indirect = usize::from(bounces > 0);
         let mean = light.element_sum() * (1.0 / 3.0);
         let limit = settings.clamp[indirect];
+        // Each is clamped as if it were the only one.
+        let share = if self.branches == 1 {
+            1.0
+        } else {
+            1.0 / self.branches as f32
+        };
         let kept = if mean > limit {
             let kept = light * (limit / mean);
-            self.clamped[indirect] += luminance(light - kept);
-            kept
+            self.clamped[indirect] += luminance(light - kept) * share;
+            kept * share
         } else {
-            light
+            light * share
         };
         self.radiance += kept;
         self.sink.step(|| Step::Added { light, kept });
@@ -72,7 +91,8 @@ impl<A: PassSink + Record> Accumulator<'_, A> {
         } else {
             self.add_scattered(settings, light, bounce - 1)
         };
-        self.sink.shine(kept);
+        // One of the branches alone is followed for denoisers.
+        self.sink.shine(kept * self.branches as f32);
         kept
     }
 

@@ -3,11 +3,13 @@
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
 mod below;
+mod branch;
 mod media;
 mod onward;
 mod start;
 mod wide;
 
+pub use onward::behind;
 pub(super) use onward::{Tinted, tinted};
 
 use super::accumulator::Accumulator;
@@ -65,6 +67,7 @@ impl Path {
 }
 
 /// The vertex from which a ray was sent, as the weights of what it finds need it.
+#[derive(Clone)]
 pub(super) struct Previous {
     pub at: LightSampleContext,
     /// Density of the BSDF sample, for each light sample that was taken beside it.
@@ -112,6 +115,7 @@ struct Found {
 }
 
 /// What functions that are not inlined look at or change, and what is found by a number: a path stays in registers without.
+#[derive(Clone)]
 struct Beside {
     previous: Previous,
     /// By kind, in the order of [`Scattering`].
@@ -144,6 +148,8 @@ struct Beside {
     other_side: OtherSide,
     /// What the path counts from the first such surface on.
     counts: Option<Vec3>,
+    /// Lobes that surfaces with too many of them went without.
+    lobes_left_out: u32,
 }
 
 /// A path on its way.
@@ -189,11 +195,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     camera_ray: &CameraRay,
     sink: &mut A,
 ) -> Path {
-    let mut light = Accumulator {
-        radiance: Vec3::ZERO,
-        clamped: [0.0; 2],
-        sink,
-    };
+    let mut light = Accumulator::new(sink);
     let mut beside = Beside {
         previous: Previous {
             at: LightSampleContext::new(camera_ray.origin, None).at_time(camera_ray.time),
@@ -219,6 +221,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         wavelength: 0.0,
         other_side: OtherSide::default(),
         counts: None,
+        lobes_left_out: 0,
     };
     if E::EVERYTHING
         && let Some(spectrum) = world.spectrum()
@@ -231,98 +234,13 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     }
     let scene = (world, settings, sampler);
     let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
-    let mut found = Found::default();
-    let mut lobes_left_out = 0;
-    while walk.next_surface(&mut found) {
-        if E::EVERYTHING
-            && let Some(scattered) = walk.beside.scattered.take()
-        {
-            if !walk.scatter(scattered) {
-                break;
-            }
-            continue;
-        }
-        let mut moment = None;
-        let asking = walk.asking(&found.hit);
-        let mut surface = world.surface::<E>(&found.hit, walk.origin, asking, &mut moment);
-        walk.arrive(&found, &mut surface);
-        if !(E::EVERYTHING && found.has_shone) {
-            walk.add_emission(&found, &surface, 1.0);
-        }
-        let Some(parameters) = walk.goes_on(&surface) else {
-            break;
-        };
-        if E::EVERYTHING && (surface.disperses || walk.beside.other_side.disperses) {
-            walk.disperse();
-        }
-        // Lobes are added in place: a BSDF is too large to be handed over.
-        let mut bsdf = walk.bare(&surface);
-        let normal = surface.normals.shading;
-        match &surface.mixed {
-            Some(mixed) if E::EVERYTHING => {
-                mixed.add_to(&mut bsdf, surface.normals.smooth);
-                lobes_left_out += bsdf.left_out();
-            }
-            _ => bsdf.add_principled(1.0, parameters, surface.dielectrics, (normal, None)),
-        }
-        bsdf.finish();
-        if walk.bounce == 0 {
-            walk.first.albedo = bsdf.albedo();
-            walk.light
-                .sink
-                .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
-        }
-        walk.light.sink.surface(|| features(&bsdf));
-        let normal = bsdf.receiving_normal();
-        let past = walk.past();
-        let at = &mut walk.beside.previous.at;
-        if E::EVERYTHING && world.lights.is_linked() {
-            at.receiver = world.lights.receiver(found.hit.object());
-        }
-        world.lights.context_into(at, surface.point.point, normal);
-        at.bounces = walk.bounce;
-        let vertex = Vertex::<E> {
-            world,
-            settings,
-            hit: &found.hit,
-            surface: &surface,
-            bsdf: &bsdf,
-            at,
-            throughput: walk.throughput,
-            bounce: walk.bounce,
-            side: walk.beside.side,
-            transparent: settings.transparent_left(walk.passed),
-            past,
-            within: &walk.beside.within,
-        };
-        walk.rays += vertex.add_direct_light(sampler, walk.light);
-        if walk.bounce == 0 {
-            let sink = &mut *walk.light.sink;
-            walk.rays += sink.occlusion(|distance| vertex.openness(sampler, distance));
-        }
-        if let Some(below) = walk.below(&bsdf) {
-            if !walk.go_below(&found.hit, &surface, &below) {
-                break;
-            }
-            continue;
-        }
-        let Some(sample) = walk.sample(&bsdf, sampler) else {
-            break;
-        };
-        walk.widen(found.hit.distance, &bsdf, &sample);
-        if !walk.follow(&found.hit, &surface, &sample) {
-            break;
-        }
-        if E::EVERYTHING && world.lights.is_shadow_linked() {
-            walk.add_shadow_linked();
-        }
-    }
+    walk.go();
     let (rays, first) = (walk.rays, walk.first);
     Path {
         radiance: light.radiance,
         clamped: light.clamped,
         rays,
-        lobes_left_out,
+        lobes_left_out: beside.lobes_left_out,
         first,
     }
 }
@@ -353,6 +271,108 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             own: None,
             features: PhantomData,
         }
+    }
+
+    /// Follows the path to its end.
+    #[inline(always)]
+    fn go(&mut self) {
+        let (world, sampler) = (self.world, self.sampler);
+        let mut found = Found::default();
+        while self.next_surface(&mut found) {
+            if E::EVERYTHING
+                && let Some(scattered) = self.beside.scattered.take()
+            {
+                if !self.scatter(scattered) {
+                    break;
+                }
+                continue;
+            }
+            let mut moment = None;
+            let asking = self.asking(&found.hit);
+            let mut surface = world.surface::<E>(&found.hit, self.origin, asking, &mut moment);
+            self.arrive(&found, &mut surface);
+            if !(E::EVERYTHING && found.has_shone) {
+                self.add_emission(&found, &surface, 1.0);
+            }
+            let Some(parameters) = self.goes_on(&surface) else {
+                break;
+            };
+            if E::EVERYTHING && (surface.disperses || self.beside.other_side.disperses) {
+                self.disperse();
+            }
+            // Lobes are added in place: a BSDF is too large to be handed over.
+            let mut bsdf = self.bare(&surface);
+            let normal = surface.normals.shading;
+            match &surface.mixed {
+                Some(mixed) if E::EVERYTHING => {
+                    mixed.add_to(&mut bsdf, surface.normals.smooth);
+                    self.beside.lobes_left_out += bsdf.left_out();
+                }
+                _ => bsdf.add_principled(1.0, parameters, surface.dielectrics, (normal, None)),
+            }
+            bsdf.finish();
+            if self.bounce == 0 {
+                self.first.albedo = bsdf.albedo();
+                self.light
+                    .sink
+                    .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
+            }
+            self.light.sink.surface(|| features(&bsdf));
+            let normal = bsdf.receiving_normal();
+            let past = self.past();
+            let at = &mut self.beside.previous.at;
+            if E::EVERYTHING && world.lights.is_linked() {
+                at.receiver = world.lights.receiver(found.hit.object());
+            }
+            world.lights.context_into(at, surface.point.point, normal);
+            at.bounces = self.bounce;
+            let vertex = Vertex::<E> {
+                world,
+                settings: self.settings,
+                hit: &found.hit,
+                surface: &surface,
+                bsdf: &bsdf,
+                at,
+                throughput: self.throughput,
+                bounce: self.bounce,
+                side: self.beside.side,
+                transparent: self.settings.transparent_left(self.passed),
+                past,
+                within: &self.beside.within,
+            };
+            self.rays += vertex.add_direct_light(sampler, self.light);
+            if self.bounce == 0 {
+                let sink = &mut *self.light.sink;
+                self.rays += sink.occlusion(|distance| vertex.openness(sampler, distance));
+            }
+            let leave = |path: &mut Walk<'_, '_, E, A>| path.leave(&found.hit, &surface, &bsdf);
+            if E::EVERYTHING && self.is_to_branch() {
+                self.branch(leave);
+                break;
+            }
+            if !leave(self) {
+                break;
+            }
+        }
+    }
+
+    /// Goes on from a surface; whether the path has not ended.
+    #[inline(always)]
+    fn leave(&mut self, hit: &Hit, surface: &Surface, bsdf: &KernelBsdf<E>) -> bool {
+        if let Some(below) = self.below(bsdf) {
+            return self.go_below(hit, surface, &below);
+        }
+        let Some(sample) = self.sample(bsdf, self.sampler) else {
+            return false;
+        };
+        self.widen(hit.distance, bsdf, &sample);
+        if !self.follow(hit, surface, &sample) {
+            return false;
+        }
+        if E::EVERYTHING && self.world.lights.is_shadow_linked() {
+            self.add_shadow_linked();
+        }
+        true
     }
 
     /// The ray, as programs at what it meets may ask about it.
@@ -677,20 +697,4 @@ fn features<E: Features>(bsdf: &KernelBsdf<E>) -> SurfaceFeatures {
         features.add(normal, albedo, alpha);
     }
     features
-}
-
-/// Light of the world along a ray of the camera, past everything.
-pub fn behind(world: &World, settings: &PathSettings, ray: &CameraRay) -> Vec3 {
-    let at = LightSampleContext::new(ray.origin, None).at_time(ray.time);
-    let seen_by = (RayKind::Camera, 0, Shadows::Plain);
-    let mut light = Vec3::ZERO;
-    let mut add = |emitted: Vec3, _, source| {
-        let mean = average(emitted);
-        if source == Source::Environment {
-            light += emitted * (settings.clamp[0] / mean).min(1.0);
-        }
-    };
-    let lights = &world.lights;
-    lights.environment_le(&at, ray.direction, seen_by, &mut add);
-    light
 }

@@ -36,6 +36,8 @@ pub struct PathSettings {
     pub naive_offsets: bool,
     /// Light samples at the surface that the camera sees; their mean counts. At all others it is one.
     pub light_samples: u32,
+    /// Paths that go on from the first vertex, for one ray of the camera. More than one: in the general kernel alone.
+    pub branches: u32,
     /// Most scatterings by media.
     pub volume_limit: u32,
     /// The first bounce that Russian roulette may be played at; `u32::MAX` for none.

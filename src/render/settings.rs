@@ -12,6 +12,8 @@ use std::time::Duration;
 
 /// Most light samples at a surface: the samples of a picture times these have numbers of 64 bits.
 pub const MAX_LIGHT_SAMPLES: u32 = 64;
+/// Most paths that go on from one first vertex.
+pub const MAX_BRANCHES: u32 = 64;
 
 /// How far ambient occlusion looks in a new world of Blender's, metres.
 const AO_DISTANCE: f32 = 10.0;
@@ -100,6 +102,8 @@ pub struct RenderSettings {
     pub light_sampling: LightSampling,
     /// Light samples at the surface that the camera sees; one at all others. For studies.
     pub light_samples: u32,
+    /// Paths that go on from the first vertex of each sample, of which the mean counts; `None`: what suits the scene.
+    pub branches: Option<u32>,
     /// From which bounce on paths may end by Russian roulette; `None` for none. For studies.
     pub roulette: Option<u32>,
     /// What keeps pictures stable and is left out. For studies.
@@ -145,6 +149,7 @@ impl Default for RenderSettings {
             effects: EffectChoice::Auto,
             light_sampling: LightSampling::Mis,
             light_samples: 1,
+            branches: None,
             roulette: Some(2),
             ablation: Ablation::default(),
             cull_backfaces: false,

@@ -17,7 +17,7 @@ use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
 /// The way between two surfaces, in f64.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Passage {
     /// How far it is from there to the next surface, if that has been found in f64.
     pub way: Option<f32>,
@@ -25,6 +25,7 @@ pub struct Passage {
     start: Option<Start>,
 }
 
+#[derive(Clone)]
 struct Start {
     at: DVec3,
     /// The triangle that it leaves.

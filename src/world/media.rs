@@ -299,6 +299,16 @@ impl World {
         self.media.is_some()
     }
 
+    /// Whether something scatters light between surfaces, the same everywhere.
+    pub fn has_even_fog(&self) -> bool {
+        self.media.as_ref().is_some_and(|media| {
+            let objects = media.of_objects.iter().flatten();
+            let mut all = media.everywhere.iter().chain(objects);
+            all.clone().all(|filling| filling.varying.is_none())
+                && all.any(|filling| filling.even.scattering != Vec3::ZERO)
+        })
+    }
+
     /// What paths begin in.
     pub fn media_at_camera(&self) -> Within {
         let media = self.media.as_ref();

@@ -27,6 +27,7 @@ NOT_SHOWN = {
     "OutputLight": "the end of a light's tree",
     "OutputLineStyle": "of Freestyle",
     "OutputAOV": "writes passes",
+    "UVAlongStroke": "of Freestyle",
     "Group": "resolved by the add-on: test_export_graph.py",
     "CustomGroup": "resolved by the add-on: test_export_graph.py",
     "Script": "OSL, which Sundog does not run",

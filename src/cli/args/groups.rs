@@ -11,8 +11,8 @@ use crate::import::{LightUnits, Transmission};
 use crate::nodes::CyclesVersion;
 use crate::output::exr::SampleType;
 use crate::render::{
-    Caustics, EffectChoice, Filter, InstructionSet, LightSampling, MAX_LIGHT_SAMPLES, MAX_SIDE,
-    Region,
+    Caustics, EffectChoice, Filter, InstructionSet, LightSampling, MAX_BRANCHES, MAX_LIGHT_SAMPLES,
+    MAX_SIDE, Region,
 };
 use crate::scene::LightGrouping;
 use clap::{ArgAction, Args};
@@ -378,6 +378,11 @@ pub struct Studies {
     /// The same picture in the mean.
     #[arg(long, value_name = "COUNT", whole = 1..=MAX_LIGHT_SAMPLES, default_value = "1")]
     pub light_samples: u32,
+    /// Paths that go on from what the camera sees, for each sample; their mean counts.
+    ///
+    /// The same picture in the mean. In even fog it is 2, otherwise 1.
+    #[arg(long, value_name = "COUNT", whole = 1..=MAX_BRANCHES)]
+    pub branches: Option<u32>,
     /// From which bounce on paths that carry little light may end by chance; `on` is 2, `off` follows each to its
     /// last bounce.
     ///

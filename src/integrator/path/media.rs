@@ -292,8 +292,19 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 self.add_light_in_medium(point, there.as_ref(), Vec3::ONE, drawn, numbers);
             }
         }
+        let leave =
+            |path: &mut Walk<'_, '_, E, A>| path.leave_in_medium((point, distance), there.as_ref());
+        if self.is_to_branch() {
+            self.branch(leave);
+            return false;
+        }
+        leave(self)
+    }
+
+    /// Goes on from a point of a medium, so far from where the ray began; whether the path has not ended.
+    fn leave_in_medium(&mut self, (point, distance): (Vec3, f32), there: Option<&Medium>) -> bool {
         let u = self.sampler.triple(Dimension::Bsdf, self.bounce);
-        let medium = there.as_ref().unwrap_or(&self.beside.within.medium);
+        let medium = there.unwrap_or(&self.beside.within.medium);
         let onward = medium.scatter(self.direction, u);
         let (value, pdf) = medium.phase(self.direction.dot(onward));
         if pdf <= 0.0 {

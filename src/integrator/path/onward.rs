@@ -1,10 +1,12 @@
 //! The way of a ray to the next surface that the path does not pass, and the light on it.
 
 use super::{Beside, Found, Walk};
+use crate::camera::CameraRay;
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Record, Step};
-use crate::light::Shadows;
+use crate::integrator::settings::PathSettings;
+use crate::light::{LightSampleContext, Shadows};
 use crate::math::average;
 use crate::math::float::{RAY_START, ray_origin};
 use crate::sampler::{Dimension, Sampler, hashed};
@@ -396,4 +398,20 @@ pub(in crate::integrator) fn tinted<E: Features>(
     let onward = ray_origin(surface.point, -normal);
     let skipped = onward.distance(surface.point.point);
     Tinted::Passes(passes / p, onward, skipped)
+}
+
+/// Light of the world along a ray of the camera, past everything.
+pub fn behind(world: &World, settings: &PathSettings, ray: &CameraRay) -> Vec3 {
+    let at = LightSampleContext::new(ray.origin, None).at_time(ray.time);
+    let seen_by = (RayKind::Camera, 0, Shadows::Plain);
+    let mut light = Vec3::ZERO;
+    let mut add = |emitted: Vec3, _, source| {
+        let mean = average(emitted);
+        if source == Source::Environment {
+            light += emitted * (settings.clamp[0] / mean).min(1.0);
+        }
+    };
+    let lights = &world.lights;
+    lights.environment_le(&at, ray.direction, seen_by, &mut add);
+    light
 }
