@@ -104,15 +104,13 @@ impl EmissiveSurface for PlacedMesh {
         if !material.emission_varies() {
             return luminance(material.emission);
         }
-        // Centres of the 64 subtriangles of three subdivisions: finer textures than that are found by
-        // the floor below.
-        const N: u32 = 8;
+        let n = divisions(self.mesh.triangles.triangles().len());
         let mut sum = 0f32;
-        for i in 0..N {
-            for j in 0..N - i {
+        for i in 0..n {
+            for j in 0..n - i {
                 let (u, v) = (
-                    (i as f32 + 1.0 / 3.0) / N as f32,
-                    (j as f32 + 1.0 / 3.0) / N as f32,
+                    (i as f32 + 1.0 / 3.0) / n as f32,
+                    (j as f32 + 1.0 / 3.0) / n as f32,
                 );
                 // From a metre away: what falls off with the distance is not nothing.
                 let asking = Asking {
@@ -123,7 +121,7 @@ impl EmissiveSurface for PlacedMesh {
                 sum += luminance(material.emitted(&at));
             }
         }
-        let mean = sum / (N * (N + 1) / 2) as f32;
+        let mean = sum / (n * (n + 1) / 2) as f32;
         // A hundredth of the untextured emission: no bright texel between the sampled points is
         // without a chance.
         mean + 0.01 * luminance(material.emission)
@@ -141,6 +139,17 @@ impl EmissiveSurface for PlacedMesh {
         let place = (triangle, time);
         self.entry.corners_at(&self.mesh, &self.scene, place)
     }
+}
+
+/// So many places of a mesh are asked for what they emit, or one of each triangle.
+const ASKED_AT: usize = 1 << 21;
+
+/// In how many parts a triangle's sides are cut, to ask at the centres of such parts: what is finer is found by the floor of the mean.
+/// Among very many triangles each is small, and one place stands for it. (A million took longer than the picture.)
+fn divisions(triangles: usize) -> u32 {
+    let places = |n: u32| (n * (n + 1) / 2) as usize;
+    let fits = |n: &u32| triangles.saturating_mul(places(*n)) <= ASKED_AT;
+    [8, 4, 2].into_iter().find(fits).unwrap_or(1)
 }
 
 /// The lights of a scene that the effects keep, with those of placed meshes.

@@ -7,7 +7,7 @@ import unittest
 import bpy
 import export_kit as kit
 import numpy
-from sundog.export import dicing
+from sundog.export import dicing, subdivided
 
 SIZE = 64
 
@@ -82,6 +82,58 @@ class Dicing(kit.ExportTest):
         self.assertFalse([v for v in found.result.verdicts if v["verdict"] != "exact"])
         modifier.render_levels = 0
         self.assertIn("levels", self.export().verdict("object", ball.name)["detail"])
+
+    def test_levels_of_the_modifier_make_nothing_finer(self):
+        """Cycles knows nothing of them: the roughness of what is displaced follows from the sizes of its triangles."""
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16)
+        ball = bpy.context.object
+        ball.data.shade_smooth()
+        self.displaced(ball)
+        noise = next(n for n in ball.data.materials[0].node_tree.nodes if n.type == "TEX_NOISE")
+        noise.inputs["Scale"].default_value = 40
+        next(n for n in ball.data.materials[0].node_tree.nodes if n.type == "DISPLACEMENT").inputs["Scale"].default_value = 0.1
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+        counts = []
+        for levels in (1, 4):
+            if ball.modifiers:
+                ball.modifiers.clear()
+            self.adaptive(ball, levels, "CATMULL_CLARK")
+            found = self.compare(f"ball of {levels} levels")
+            counts.append(sum(found["accessors"][p["indices"]]["count"] for mesh in found["meshes"] for p in mesh["primitives"]))
+        # Four levels have 64 times as many triangles as one.
+        self.assertLess(counts[1], 2 * counts[0])
+
+    def test_levels_are_undone_one_by_one(self):
+        for make, levels, left in (
+            (bpy.ops.mesh.primitive_cube_add, 3, [96, 24, 6]),
+            # Its faces had three corners: one level stays.
+            (bpy.ops.mesh.primitive_ico_sphere_add, 3, [960, 240]),
+            (bpy.ops.mesh.primitive_grid_add, 2, [400, 100]),
+        ):
+            make()
+            thing = bpy.context.object
+            modifier = thing.modifiers.new("subdivision", "SUBSURF")
+            modifier.levels = levels
+            fine = thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+            vertices = numpy.array([loop.vertex_index for loop in fine.loops])
+            quads, found = numpy.arange(len(vertices)).reshape(-1, 4), []
+            for level in reversed(range(levels)):
+                quads = subdivided.joined(quads, vertices)
+                if quads is None:
+                    break
+                found.append(len(quads))
+                if level:
+                    modifier.levels = level
+                    there = thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+                    expected = {frozenset(polygon.vertices) for polygon in there.polygons}
+                else:
+                    expected = {frozenset(polygon.vertices) for polygon in thing.data.polygons}
+                self.assertEqual(len(expected), len(quads))
+                if not level:
+                    self.assertEqual({frozenset(vertices[quad].tolist()) for quad in quads}, expected)
+            self.assertEqual(found, left)
+            # Faces of another mesh are no such level.
+            self.assertIsNone(subdivided.joined(numpy.arange(24).reshape(-1, 4), numpy.array([0, 1, 3, 2, 2, 3, 7, 6, 6, 7, 5, 4, 4, 5, 1, 0, 2, 6, 4, 0, 7, 3, 1, 5])))
 
     def test_triangles_fit_together_and_none_is_too_long(self):
         bpy.ops.mesh.primitive_plane_add(size=40)

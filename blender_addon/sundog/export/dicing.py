@@ -6,6 +6,8 @@ Whether an edge is divided follows from its ends alone, so that triangles beside
 
 import numpy
 
+from . import subdivided
+
 # Triangles of a primitive; beyond this, and beyond twice as many as it has, they are made larger.
 MOST = 4_000_000
 
@@ -58,6 +60,8 @@ class Dicing:
             self.depth = 1.0 if self.kind == "ORTHO" else abs(float(corners[0][2]))
             self.pixel = across / size[0] if self.kind != "PANO" else 2 * numpy.pi / size[0]
         self.enlarged = 1.0
+        self.levels = modifier.levels if preview else modifier.render_levels
+        self.flat = modifier.subdivision_type == "SIMPLE"
 
     def __bool__(self):
         return self.length is not None or self.camera is not None
@@ -65,7 +69,7 @@ class Dicing:
     def key(self):
         """For hashing."""
         arrays = [self.matrix, self.camera, *([self.middle, self.half] if self.camera is not None else ())]
-        numbers = [self.pixels, self.length, self.offscreen, *([self.kind, self.depth, self.pixel] if self.camera is not None else ())]
+        numbers = [self.pixels, self.length, self.offscreen, self.levels, self.flat, *([self.kind, self.depth, self.pixel] if self.camera is not None else ())]
         return [None if a is None else a.tolist() for a in arrays] + numbers
 
     def _wanted(self, points):
@@ -97,10 +101,33 @@ class Dicing:
             numpy.minimum(wanted, self._wanted(first + along * at), out=wanted)
         return numpy.sqrt((along * along).sum(axis=1)) / numpy.maximum(wanted, 1e-30)
 
+    def coarser(self, positions, vertices, starts):
+        """The corners of quads in the place of a mesh's faces where the modifier's own levels are finer than what Cycles makes, which
+        knows nothing of them: so many levels less that half of the edges are not too long. None where no level is taken back.
+
+        `vertices`: of each corner; `starts`: the first corner of each face.
+        """
+        if len(vertices) != 4 * len(starts):
+            return None
+        placed = positions @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+        found, quads = None, starts[:, None] + numpy.arange(4)
+        for _ in range(self.levels):
+            quads = subdivided.joined(quads, vertices)
+            if quads is None:
+                break
+            sides = [placed[vertices[quads[:, at]]] for at in range(4)]
+            lengths = [self._lengths(sides[at], sides[at - 1]) for at in range(4)]
+            if not self.flat and numpy.median(lengths) > _HALVED_FROM:
+                break
+            found = quads
+        return found
+
     def divided(self, arrays, curved):
         """The arrays of a primitive with smaller triangles. `curved`: along its normals, which belong to vertices."""
-        arrays = dict(arrays)
-        faces = arrays.pop("indices").reshape(-1, 3).astype(numpy.int64)
+        arrays, curved = dict(arrays), curved and not self.flat
+        used, faces = numpy.unique(arrays.pop("indices"), return_inverse=True)
+        faces = faces.reshape(-1, 3)
+        arrays = {name: values[used] for name, values in arrays.items()}
         arrays = {name: values.astype(float if name in {"POSITION", "_VERTEX"} else numpy.float32) for name, values in arrays.items()}
         # The longest come first: where there would be too many, all are about as much too long.
         most = max(MOST, 2 * len(faces))

@@ -191,7 +191,7 @@ class Raw:
     """The arrays of a mesh as Blender has them, with a hash of all of them. `steps`: see motion.Deformation."""
 
     def __init__(self, mesh, demands, diced=None, steps=None):
-        self.mesh = mesh
+        self.mesh, self.diced = mesh, diced
         self.steps = steps or []
         self.demands = demands
         corners, polygons = len(mesh.loops), len(mesh.polygons)
@@ -291,11 +291,19 @@ class Raw:
         last = max(slots_in_use)
         return None if self.slots is None else numpy.clip(self.slots, 0, last)
 
+    def _triangles(self):
+        """(corners, numbers of their faces) of the triangles."""
+        quads = self.diced.coarser(self.positions, self.corner_vertices, self.polygon_starts) if self.diced else None
+        if quads is not None:
+            faces = numpy.searchsorted(self.polygon_starts, quads[:, 0], "right") - 1
+            return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3), numpy.repeat(faces, 2)
+        self.mesh.calc_loop_triangles()
+        numbers = None if self.slots is None else _read(self.mesh.loop_triangle_polygons, "value", numpy.int32)
+        return _read(self.mesh.loop_triangles, "loops", numpy.int32, 3), numbers
+
     def primitives(self):
         """For each slot in use: slot, and the arrays of its primitive by glTF's names."""
-        mesh = self.mesh
-        mesh.calc_loop_triangles()
-        triangles = _read(mesh.loop_triangles, "loops", numpy.int32, 3)
+        triangles, polygon_of = self._triangles()
         if not len(triangles):
             return []
         slots = sorted(self.demands)
@@ -308,7 +316,7 @@ class Raw:
         if slot_of_polygon is None:
             groups = [(slots[0], triangles, None)]
         else:
-            slot_of_triangle = slot_of_polygon[_read(mesh.loop_triangle_polygons, "value", numpy.int32)]
+            slot_of_triangle = slot_of_polygon[polygon_of]
             order = numpy.argsort(slot_of_triangle.astype(numpy.int16), kind="stable")
             bounds = numpy.searchsorted(slot_of_triangle[order], [*slots, slots[-1] + 1])
             groups = [

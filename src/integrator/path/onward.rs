@@ -13,6 +13,9 @@ use crate::sampler::{Dimension, Sampler, hashed};
 use crate::world::{Asking, Hit, Intersection, RayKind, Sender, Source, Way, World};
 use glam::Vec3;
 
+/// Tells the numbers of a transparent film from those of opacity.
+const FILM: u32 = 0x_0f11_a1fa;
+
 /// What becomes of a path at a surface that tints what passes straight on.
 pub(in crate::integrator) enum Tinted {
     /// It stops there, with a weight.
@@ -317,6 +320,16 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
     }
 
+    /// Whether a transparent film has nothing here: as often as light of this much gets through what is before it, as alpha counts.
+    fn is_seen_through(&self, throughput: Vec3) -> bool {
+        let through = average(throughput);
+        if through >= 1.0 {
+            return true;
+        }
+        let key = self.sampler.key(Dimension::Opacity, self.bounce);
+        hashed(key, FILM, self.passed) < through
+    }
+
     /// Light of the environment and of the suns, which no surface hides.
     #[inline(always)]
     fn add_environment(&mut self) {
@@ -335,6 +348,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let key = || self.sampler.key(Dimension::Opacity, self.bounce);
         let share = Self::share((self.world, &self.beside.within), way, key);
         let throughput = self.throughput * share;
+        if E::EVERYTHING && self.bounce == 0 && self.settings.transparent_film {
+            self.first.transparent = self.is_seen_through(throughput);
+        }
         let (settings, bounce) = (self.settings, self.bounce);
         let (previous, light) = (&self.beside.previous, &mut *self.light);
         let lights = &self.world.lights;

@@ -58,3 +58,16 @@ fn opaque_closed_surfaces_that_the_camera_is_not_in_shine_outwards() {
     };
     assert!(!found(Visibility::ALL, &half_there, &triangles(), away));
 }
+
+#[test]
+fn many_triangles_are_asked_at_fewer_places_each() {
+    assert_eq!([1, 12, 50_000].map(super::divisions), [8; 3]);
+    let asked = |triangles: usize| {
+        let n = super::divisions(triangles) as usize;
+        triangles * n * (n + 1) / 2
+    };
+    for triangles in [60_000, 200_000, 300_000, 1_000_000, 2_000_000] {
+        assert!(asked(triangles) <= super::ASKED_AT, "{triangles}");
+    }
+    assert_eq!(super::divisions(usize::MAX), 1);
+}
