@@ -22,8 +22,8 @@ pub fn listen_to_threads() {
     const SIGNAL_STACK: usize = 8192;
     let before = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        let message = info.payload_as_str().unwrap_or_default();
-        if message.starts_with("failed to allocate an alternative stack") {
+        let message = info.payload().downcast_ref::<String>();
+        if message.is_some_and(|m| m.starts_with("failed to allocate an alternative stack")) {
             used_up(SIGNAL_STACK);
         }
         before(info);
