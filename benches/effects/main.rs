@@ -85,6 +85,7 @@ const PATHS: PathSettings = PathSettings {
     uniform: false,
     naive_offsets: false,
     light_samples: 1,
+    branches: 1,
     roulette: 2,
 };
 
