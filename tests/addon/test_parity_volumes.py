@@ -202,6 +202,17 @@ class Volumes(Scenes):
         tree.links.new(both.outputs[0], output.inputs["Volume"])
         self.compare("fire", 256)
 
+    def test_a_sky_colours_a_gas(self):
+        tree = self.cube()
+        shine = node(tree, "ShaderNodeEmission", Strength=0.05)
+        tree.links.new(shine.outputs[0], tree.nodes[0].inputs["Volume"])
+        sky = node(tree, "ShaderNodeTexSky")
+        tree.links.new(sky.outputs[0], shine.inputs["Color"])
+        self.compare("sky by generated coordinates", 32)
+        sky.sky_type = "PREETHAM"
+        tree.links.new(node(tree, "ShaderNodeTexCoord").outputs["Object"], sky.inputs[0])
+        self.compare("sky by the object's", 32)
+
     @kit.long
     def test_a_world_that_varies(self):
         tree = self.scene.world.node_tree

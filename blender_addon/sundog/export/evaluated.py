@@ -179,7 +179,7 @@ _NOT_IN_VOLUMES = {
     for kind in EVALUATED
     if kind.startswith("ShaderNodeBsdf") or kind in {*_ON_SURFACES, "ShaderNodeUVMap",
     "ShaderNodeCameraData", "ShaderNodeLightFalloff", "ShaderNodeLightPath", "ShaderNodeTexImage", "ShaderNodeTexEnvironment",
-    "ShaderNodeTexSky", "ShaderNodeTexIES", "ShaderNodeSubsurfaceScattering", "ShaderNodeBackground", "ShaderNodeDisplacement",
+    "ShaderNodeTexIES", "ShaderNodeSubsurfaceScattering", "ShaderNodeBackground", "ShaderNodeDisplacement",
     "ShaderNodeVectorDisplacement"}
 } - {"ShaderNodeObjectInfo", "ShaderNodeParticleInfo"}  # fmt: skip
 VOLUME = {kind: rule for kind, rule in {**EVALUATED, **_IN_VOLUMES}.items() if kind not in _NOT_IN_VOLUMES}
