@@ -3,7 +3,7 @@
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
 mod below;
-mod branch;
+mod leave;
 mod media;
 mod onward;
 mod start;
@@ -318,21 +318,15 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                     .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
             }
             self.light.sink.surface(|| features(&bsdf));
-            let normal = bsdf.receiving_normal();
+            self.receive(&found.hit, surface.point.point, bsdf.receiving_normal());
             let past = self.past();
-            let at = &mut self.beside.previous.at;
-            if E::EVERYTHING && world.lights.is_linked() {
-                at.receiver = world.lights.receiver(found.hit.object());
-            }
-            world.lights.context_into(at, surface.point.point, normal);
-            at.bounces = self.bounce;
             let vertex = Vertex::<E> {
                 world,
                 settings: self.settings,
                 hit: &found.hit,
                 surface: &surface,
                 bsdf: &bsdf,
-                at,
+                at: &self.beside.previous.at,
                 throughput: self.throughput,
                 bounce: self.bounce,
                 side: self.beside.side,
@@ -356,23 +350,16 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         }
     }
 
-    /// Goes on from a surface; whether the path has not ended.
+    /// Takes note of where light falls on a surface, for those who look for it.
     #[inline(always)]
-    fn leave(&mut self, hit: &Hit, surface: &Surface, bsdf: &KernelBsdf<E>) -> bool {
-        if let Some(below) = self.below(bsdf) {
-            return self.go_below(hit, surface, &below);
+    fn receive(&mut self, hit: &Hit, point: Vec3, normal: Option<Vec3>) {
+        let lights = &self.world.lights;
+        let at = &mut self.beside.previous.at;
+        if E::EVERYTHING && lights.is_linked() {
+            at.receiver = lights.receiver(hit.object());
         }
-        let Some(sample) = self.sample(bsdf, self.sampler) else {
-            return false;
-        };
-        self.widen(hit.distance, bsdf, &sample);
-        if !self.follow(hit, surface, &sample) {
-            return false;
-        }
-        if E::EVERYTHING && self.world.lights.is_shadow_linked() {
-            self.add_shadow_linked();
-        }
-        true
+        lights.context_into(at, point, normal);
+        at.bounces = self.bounce;
     }
 
     /// The ray, as programs at what it meets may ask about it.

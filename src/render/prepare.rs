@@ -423,12 +423,11 @@ fn check(settings: &RenderSettings) -> Result<(), String> {
             settings.light_samples
         ));
     }
-    if settings
-        .branches
-        .is_some_and(|count| !(1..=MAX_BRANCHES).contains(&count))
+    if let Some(count) = settings.branches
+        && !(1..=MAX_BRANCHES).contains(&count)
     {
         return Err(format!(
-            "the number of branches goes from 1 to {MAX_BRANCHES}"
+            "{count} paths can't go on from what the camera sees; their number goes from 1 to {MAX_BRANCHES}"
         ));
     }
     if !(settings.film_exposure.is_finite() && settings.film_exposure >= 0.0) {

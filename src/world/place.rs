@@ -619,17 +619,6 @@ impl Place for HitPoint<'_> {
         })
     }
 
-    fn with_normals(&self) -> Option<Self> {
-        (self.outside == Vec3::ZERO || self.normal == Vec3::ZERO).then(|| {
-            let outside = self.geometric_normal();
-            let known = Self { outside, ..*self };
-            Self {
-                normal: known.outer_normal(),
-                ..known
-            }
-        })
-    }
-
     fn undisplaced(&self, attribute: u32, is_of_5: bool) -> Self {
         let mut before = Self {
             undisplaced: Some(beside::Undisplaced {

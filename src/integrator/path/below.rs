@@ -191,16 +191,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         );
         bsdf.add_diffuse(1.0, Vec3::ONE, 0.0, normal);
         bsdf.finish();
-        let receiving = bsdf.receiving_normal();
+        self.receive(hit, surface.point.point, bsdf.receiving_normal());
         let past = self.past();
-        let at = &mut self.beside.previous.at;
-        if world.lights.is_linked() {
-            at.receiver = world.lights.receiver(hit.object());
-        }
-        world
-            .lights
-            .context_into(at, surface.point.point, receiving);
-        at.bounces = self.bounce;
         let numbers = self.sampler.beside(EXIT);
         if world.has_lids() {
             self.beside.side = numbers.key(Dimension::Opacity, self.bounce);
@@ -211,7 +203,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             hit,
             surface: &surface,
             bsdf: &bsdf,
-            at,
+            at: &self.beside.previous.at,
             throughput: self.throughput,
             bounce: self.bounce,
             side: self.beside.side,
@@ -220,17 +212,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             within: &self.beside.within,
         };
         self.rays += vertex.add_direct_light(&numbers, self.light);
-        let Some(sample) = self.sample(&bsdf, &numbers) else {
-            return false;
-        };
-        self.widen(hit.distance, &bsdf, &sample);
-        if !self.follow(hit, &surface, &sample) {
-            return false;
-        }
-        if world.lights.is_shadow_linked() {
-            self.add_shadow_linked();
-        }
-        true
+        self.leave_by((hit, &surface), &bsdf, &numbers)
     }
 
     /// The normal about which light comes out: the mean of what goes on below where that has normals of its own.

@@ -271,8 +271,6 @@ impl<P: Place> Evaluation<'_, P> {
                 let sign = if *invert { -1.0 } else { 1.0 };
                 let before = undisplaced.map(|attribute| place.undisplaced(attribute, *is_of_5));
                 let place = before.as_ref().unwrap_or(place);
-                let known = place.with_normals();
-                let place = known.as_ref().unwrap_or(place);
                 bump(place, inputs, height, (sign, *object_space)).extend(1.0)
             }),
             Function::Displacement { object_space } => {

@@ -79,13 +79,6 @@ pub trait Place {
     fn of_neighbours(&self, steps: [Vec3; 2], number: impl FnMut(&Self) -> f32) -> [f32; 2]
     where
         Self: Sized;
-    /// The same point with normals that are computed once for all who ask; `None` where it has them.
-    fn with_normals(&self) -> Option<Self>
-    where
-        Self: Sized,
-    {
-        None
-    }
     /// The same point before it was displaced, by an attribute of the vertices; as in Cycles from 5.0 on, with the normals of flat
     /// faces, or as before.
     fn undisplaced(&self, attribute: u32, is_of_5: bool) -> Self

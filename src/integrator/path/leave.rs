@@ -1,14 +1,46 @@
-//! Several ways on from the first vertex of a path: where light that comes by many scatterings makes most of the noise, they share
-//! the ray of the camera and the light that falls on what it meets (splitting: Arvo and Kirk, *Particle Transport and Image
-//! Synthesis*, 1990, section 4; the best number follows from what both parts cost and how much they vary).
+//! How a path leaves a vertex. From the first one several may go on: where light that comes by many scatterings makes most of the
+//! noise, they share the ray of the camera and the light that falls on what it meets (splitting: Arvo and Kirk, *Particle Transport
+//! and Image Synthesis*, 1990). The best number follows from what both parts cost and how much they vary.
 
-use super::Walk;
+use super::{KernelBsdf, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::accumulator::Accumulator;
 use crate::integrator::record::Record;
+use crate::sampler::Sampler;
+use crate::world::{Hit, Surface};
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
+    /// Goes on from a surface; whether the path has not ended.
+    #[inline(always)]
+    pub(super) fn leave(&mut self, hit: &Hit, surface: &Surface, bsdf: &KernelBsdf<E>) -> bool {
+        match self.below(bsdf) {
+            Some(below) => self.go_below(hit, surface, &below),
+            None => self.leave_by((hit, surface), bsdf, self.sampler),
+        }
+    }
+
+    /// The same above it, by the numbers of a sampler.
+    #[inline(always)]
+    pub(super) fn leave_by(
+        &mut self,
+        (hit, surface): (&Hit, &Surface),
+        bsdf: &KernelBsdf<E>,
+        sampler: &Sampler,
+    ) -> bool {
+        let Some(sample) = self.sample(bsdf, sampler) else {
+            return false;
+        };
+        self.widen(hit.distance, bsdf, &sample);
+        if !self.follow(hit, surface, &sample) {
+            return false;
+        }
+        if E::EVERYTHING && self.world.lights.is_shadow_linked() {
+            self.add_shadow_linked();
+        }
+        true
+    }
+
     /// Whether several paths go on from here.
     #[inline(always)]
     pub(super) fn is_to_branch(&self) -> bool {
