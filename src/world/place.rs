@@ -143,6 +143,7 @@ impl HitPoint<'_> {
     }
 
     /// The size of a pixel of the picture here, metres; 0 where nothing is known of who looks.
+    #[inline]
     pub(super) fn pixel(&self) -> f32 {
         let asking = &self.asking;
         let distance = asking.distance * asking.direction.length();
@@ -154,6 +155,7 @@ impl HitPoint<'_> {
     }
 
     /// The corners in the mesh's space: the world's, relative to the origin, where it is placed once.
+    #[inline]
     fn mesh_corners(&self) -> [Vec3; 3] {
         let before = self
             .undisplaced
@@ -172,25 +174,30 @@ impl HitPoint<'_> {
     }
 
     /// In the mesh's space.
+    #[inline]
     pub(super) fn in_mesh(&self) -> Vec3 {
         self.place_between(self.mesh_corners(), |way| way)
     }
 
     /// Steps across the mesh's triangle by its barycentric coordinates: least squares in the triangle's plane.
+    #[inline]
     pub(super) fn barycentric<const N: usize>(&self, local: [Vec3; N]) -> Option<[(f32, f32); N]> {
         let [a, b, c] = self.mesh_corners();
         let (e1, e2) = (b - a, c - a);
         let (d11, d12, d22) = (e1.dot(e1), e1.dot(e2), e2.dot(e2));
         let det = d11 * d22 - d12 * d12;
-        (det != 0.0).then(|| {
+        let scale = det.recip();
+        // Not of a triangle without an area, or of one that f32's range cannot divide by.
+        scale.is_finite().then(|| {
             local.map(|local| {
                 let (s1, s2) = (local.dot(e1), local.dot(e2));
-                ((s1 * d22 - s2 * d12) / det, (s2 * d11 - s1 * d12) / det)
+                ((s1 * d22 - s2 * d12) * scale, (s2 * d11 - s1 * d12) * scale)
             })
         })
     }
 
     /// A vector of Blender's world in the mesh's space.
+    #[inline]
     pub(super) fn vector_to_mesh(&self, v: Vec3) -> Vec3 {
         let v = from_blender(v);
         match (&self.entry.facts, self.entry.is_instance()) {
@@ -252,6 +259,7 @@ impl HitPoint<'_> {
     }
 
     /// In the world, relative to the origin.
+    #[inline]
     pub(super) fn in_world(&self) -> Vec3 {
         let local = BoundedPoint {
             point: self.in_mesh(),
@@ -265,6 +273,7 @@ impl HitPoint<'_> {
     }
 
     /// In the object's own space.
+    #[inline]
     fn in_object(&self) -> Vec3 {
         match self
             .facts()
@@ -280,6 +289,7 @@ impl HitPoint<'_> {
         }
     }
 
+    #[inline]
     pub(super) fn outer_normal(&self) -> Vec3 {
         if self.normal == Vec3::ZERO {
             self.entry.smooth_normal(self.mesh, self)
@@ -289,6 +299,7 @@ impl HitPoint<'_> {
     }
 
     /// The unit normal of the triangle, outside.
+    #[inline]
     pub(super) fn geometric_normal(&self) -> Vec3 {
         if self.outside == Vec3::ZERO {
             self.entry
@@ -298,10 +309,12 @@ impl HitPoint<'_> {
         }
     }
 
+    #[inline]
     fn is_inside(&self) -> bool {
         self.geometric_normal().dot(self.asking.direction) > 0.0
     }
 
+    #[inline]
     pub(super) fn side(&self, n: Vec3) -> Vec3 {
         if self.is_inside() { -n } else { n }
     }
@@ -560,6 +573,7 @@ impl Place for HitPoint<'_> {
         self.normal_in_object(to_blender(self.side(self.outer_normal())))
     }
 
+    #[inline]
     fn facing(&self, outside: Vec3) -> Vec3 {
         let n = if outside == Vec3::ZERO {
             self.outer_normal()
@@ -569,6 +583,7 @@ impl Place for HitPoint<'_> {
         to_blender(self.side(n))
     }
 
+    #[inline]
     fn outside(&self, facing: Vec3) -> Vec3 {
         let n = self.side(from_blender(facing));
         // A unit vector comes back as it is: within the rounding of its length's square, four roundings.
@@ -579,6 +594,7 @@ impl Place for HitPoint<'_> {
         }
     }
 
+    #[inline]
     fn steps(&self, pixels: f32) -> [Vec3; 2] {
         let n = to_blender(self.side(self.geometric_normal()));
         let pixel = self.pixel();
