@@ -14,7 +14,7 @@ use super::container::{Document, Located};
 use super::image_spaces::Conversion;
 use crate::import::ImportError;
 use crate::import::budget::Budget;
-use crate::import::image::{self, Format};
+use crate::import::image::{self, Format, ImageFailure};
 use crate::scene::graph::Graph;
 use crate::scene::{
     self, CoatNormal, Diagnostics, ImageAlpha, ImageId, MetallicRoughness, NormalTexture, Sampler,
@@ -431,20 +431,7 @@ impl<'a> Images<'a> {
         let to_files = image::to_files(&known, most);
         // Where there is no room for them on a disk.
         let levels = image::halvings(&known, most);
-        let decoded: Vec<_> = self
-            .pending
-            .into_par_iter()
-            .zip(sizes)
-            .zip(to_files.into_par_iter().zip(levels))
-            .map(|((pending, size), (to_file, level))| {
-                let image = size.and_then(|_| image::decode_checked(&pending.bytes, &pending.name));
-                match image {
-                    Ok(image) if to_file => Ok((moved(image, level), pending.conversion)),
-                    Ok(image) => Ok(((image, None), pending.conversion)),
-                    Err(reason) => Err((pending.name, reason)),
-                }
-            })
-            .collect();
+        let decoded = decode_within(self.pending, sizes, &to_files, &levels);
         let mut images = Vec::with_capacity(decoded.len());
         let mut places = Vec::with_capacity(decoded.len());
         let mut conversions = Vec::new();
@@ -476,6 +463,34 @@ impl<'a> Images<'a> {
         }
         (images, conversions)
     }
+}
+
+/// An image with what became of it and what is to be done to its numbers; or its name, and why there is none.
+type Decoded = Result<((scene::Image, Option<Moved>), Option<Conversion>), (String, ImageFailure)>;
+
+/// Decodes images: those that stay in memory side by side, those that go to a file one after the other, so that of these no
+/// more than one is in memory.
+fn decode_within(
+    pending: Vec<Pending>,
+    sizes: Vec<Result<(u64, u64, u64), ImageFailure>>,
+    to_files: &[bool],
+    levels: &[u32],
+) -> Vec<Decoded> {
+    let decode = |(number, (pending, size)): (usize, (Pending, Result<_, _>))| {
+        let image = size.and_then(|_| image::decode_checked(&pending.bytes, &pending.name));
+        let decoded = match image {
+            Ok(image) if to_files[number] => Ok((moved(image, levels[number]), pending.conversion)),
+            Ok(image) => Ok(((image, None), pending.conversion)),
+            Err(reason) => Err((pending.name, reason)),
+        };
+        (number, decoded)
+    };
+    let all = pending.into_iter().zip(sizes).enumerate();
+    let (leaving, staying): (Vec<_>, Vec<_>) = all.partition(|(number, _)| to_files[*number]);
+    let mut decoded: Vec<_> = leaving.into_iter().map(decode).collect();
+    decoded.par_extend(staying.into_par_iter().map(decode));
+    decoded.sort_unstable_by_key(|(number, _)| *number);
+    decoded.into_iter().map(|(_, decoded)| decoded).collect()
 }
 
 /// Says that an image cannot be had, and what becomes of its textures.
