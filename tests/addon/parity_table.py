@@ -13,7 +13,6 @@ REASONS = {
     ("Wireframe", ""): "pixels through whose middle the edge of a line goes: a line is black or white, and rounding decides",
     ("BsdfGlass", ""): "noise: few paths find the sun through glass; means differ upwards and downwards",
     ("BsdfRefraction", ""): "noise: few paths find the sun through glass of low roughness",
-    ("BsdfAnisotropic", "ASHIKHMIN_SHIRLEY"): "Ashikhmin-Shirley is 1 to 2 % darker: not looked into",
     **dict.fromkeys([("BsdfAnisotropic", ""), ("BsdfMetallic", "")], "noise of the sun's sharp highlight"),
     ("Raycast", ""): "few of its rays meet anything: the edges of other rows' balls",
     ("Bevel", ""): "its rays lie otherwise, which shows where the radius is that of the ball",

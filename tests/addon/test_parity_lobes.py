@@ -275,10 +275,8 @@ class Parity(Beside):
         """Beckmann's and Ashikhmin's."""
         s = Shaders()
         for roughness in (0.3, 0.6, 1.0):
-            # Beyond 0.8 Cycles' samples of the latter leave the mirror directions (docs/sundog-and-cycles.md).
-            for distribution, most in (("BECKMANN", 1.0), ("ASHIKHMIN_SHIRLEY", 0.8)):
-                inputs = {"Color": GOLD, "Roughness": min(roughness, most)}
-                s.alone(f"glossy {distribution} {roughness}", "BsdfAnisotropic", {"distribution": distribution}, **inputs)
+            for distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY"):
+                s.alone(f"glossy {distribution} {roughness}", "BsdfAnisotropic", {"distribution": distribution}, Color=GOLD, Roughness=roughness)
             s.alone(f"velvet {roughness}", "BsdfSheen", {"distribution": "ASHIKHMIN"}, Color=GOLD, Roughness=roughness)
         for distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY"):
             s.alone(f"anisotropic {distribution}", "BsdfAnisotropic", {"distribution": distribution}, Color=GOLD, Roughness=0.6, Anisotropy=0.6, Rotation=0.2)

@@ -207,6 +207,63 @@ fn evaluate(lobe: &Lobe, wi: Vec3) -> LobeValue {
     lobe.evaluate::<AllFeatures>(Vec3::Z, wi, wi.z < 0.0)
 }
 
+/// Whether a facet of a Phong distribution is seen from behind, from which Cycles has light that no evaluation finds.
+fn is_from_behind(lobe: &Lobe, u: Vec2) -> bool {
+    matches!(lobe, Lobe::Phong(phong) if phong.facets.wo().dot(phong.draw(u)) < 0.0)
+}
+
+/// Facets that the view sees from behind send light on, with a weight of at most 1, and only where the view is low enough.
+#[test]
+fn phong_facets_seen_from_behind_send_light_on() {
+    let share = |cos: f32| {
+        let alpha = Alpha::isotropic(1.0);
+        let lobe = Lobe::Phong(Phong::new(
+            Vec3::ONE,
+            &UP,
+            (Vec3::Z, None),
+            view(cos, 0.4),
+            &alpha,
+        ));
+        let n = 1 << 14;
+        let mut sum = 0.0;
+        for s in 0..n {
+            let u = Sequence::new(5)
+                .sampler(s % 256, s / 256, 0)
+                .triple(Dimension::Bsdf, 0);
+            if is_from_behind(&lobe, u.truncate())
+                && let Some(x) = lobe.sample::<AllFeatures>(Vec3::Z, u.truncate(), u.z)
+            {
+                assert!(x.wi.is_normalized() && x.wi.z > 0.0);
+                let weight = x.of.value.x / x.of.pdf;
+                assert!(weight <= 1.0 + 1e-6);
+                sum += weight;
+            }
+        }
+        sum / n as f32
+    };
+    // ∫ max(0, 2 c h_z − cosθ) / max(…) over the part of the hemisphere that is behind, by a quadrature of its own.
+    let expected = |cos: f32| {
+        let (wo, m, mut sum) = (view(cos, 0.4), 500, 0f64);
+        for i in 0..m * m {
+            let h = view(
+                ((i / m) as f32 + 0.5) / m as f32,
+                TAU * ((i % m) as f32 + 0.5) / m as f32,
+            );
+            let back = -wo.dot(h);
+            let out = 2.0 * back * h.z - cos;
+            if back > 0.0 && out > 0.0 {
+                sum += f64::from(out / out.max(cos));
+            }
+        }
+        (sum / f64::from(m * m)) as f32
+    };
+    assert_eq!(share(1.0), 0.0);
+    for cos in [0.6, 0.3, 0.05] {
+        let (found, expected) = (share(cos), expected(cos));
+        assert!((found - expected).abs() < 0.01, "{cos}: {found} {expected}");
+    }
+}
+
 #[test]
 fn samples_follow_the_density_and_their_weights_the_value() {
     const CELLS: usize = 16;
@@ -226,6 +283,10 @@ fn samples_follow_the_density_and_their_weights_the_value() {
                     lost += 1.0;
                     continue;
                 };
+                if is_from_behind(&lobe, u.truncate()) {
+                    lost += 1.0;
+                    continue;
+                }
                 let again = evaluate(&lobe, x.wi);
                 assert!(
                     (again.pdf / x.of.pdf - 1.0).abs() < 2e-3,
