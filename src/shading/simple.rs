@@ -54,15 +54,39 @@ fn glass_under(glass: Glass, film: Film) -> Lobe {
     }
 }
 
-fn metal_under(metal: Reflection, film: Film) -> Lobe {
-    if !film.is_there() {
-        return Lobe::Reflection(metal);
+fn beckmann_glass_under(glass: Glass<Beckmann>, film: Film) -> Lobe {
+    if film.is_there() {
+        Lobe::BeckmannFilmGlass(glass.under(film))
+    } else {
+        Lobe::BeckmannGlass(glass)
     }
-    Lobe::FilmReflection(Reflection {
-        weight: metal.weight,
-        facets: metal.facets,
-        fresnel: Filmed::metal(film, &metal.fresnel),
-    })
+}
+
+fn metal_under(metal: Reflection, film: Film) -> Lobe {
+    if film.is_there() {
+        Lobe::FilmReflection(metal.under(film))
+    } else {
+        Lobe::Reflection(metal)
+    }
+}
+
+fn beckmann_metal_under(metal: Reflection<Beckmann>, film: Film) -> Lobe {
+    if film.is_there() {
+        Lobe::BeckmannFilmReflection(metal.under(film))
+    } else {
+        Lobe::BeckmannReflection(metal)
+    }
+}
+
+impl<S: Spread> Reflection<S> {
+    /// The same metal under a film.
+    fn under(self, film: Film) -> Reflection<S, Filmed> {
+        Reflection {
+            weight: self.weight,
+            facets: self.facets,
+            fresnel: Filmed::metal(film, &self.fresnel),
+        }
+    }
 }
 
 impl<K: BsdfFeatures> Bsdf<K> {
@@ -84,15 +108,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
             }
             SimpleBsdf::Refraction { distribution } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_glass(of, at, None, normal, |glass, _| Lobe::BeckmannGlass(glass));
+                    self.add_glass(of, at, None, normal, beckmann_glass_under);
                 }
                 _ => self.add_glass(of, at, None, normal, glass_under),
             },
             SimpleBsdf::Glass { distribution } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_glass(of, at, Some(None), normal, |glass, _| {
-                        Lobe::BeckmannGlass(glass)
-                    });
+                    self.add_glass(of, at, Some(None), normal, beckmann_glass_under);
                 }
                 _ => {
                     let solid = tables.solid.as_ref();
@@ -102,7 +124,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             },
             SimpleBsdf::Metallic { distribution, .. } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_metal(of, at, frame, |metal, _| Lobe::BeckmannReflection(metal));
+                    self.add_metal(of, at, frame, beckmann_metal_under);
                 }
                 _ => self.add_metal(of, at, frame, metal_under),
             },

@@ -284,6 +284,9 @@ class Parity(Beside):
             s.alone(f"metallic {kind}", "BsdfMetallic", {"distribution": "BECKMANN", "fresnel_type": kind}, Roughness=0.6)
         s.alone("refraction", "BsdfRefraction", {"distribution": "BECKMANN"}, Roughness=0.4, IOR=1.3)
         s.alone("glass", "BsdfGlass", {"distribution": "BECKMANN"}, Color=BLUE, Roughness=0.4)
+        if bpy.app.version >= (5, 0, 0):
+            film = {"Roughness": 0.5, "Thin_Film_Thickness": 400, "Thin_Film_IOR": 1.6}
+            s.alone("metallic under a film", "BsdfMetallic", {"distribution": "BECKMANN"}, **film)
         self.compare(s)
 
     def test_principled(self):

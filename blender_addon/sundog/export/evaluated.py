@@ -214,8 +214,6 @@ def objections(node, inputs, outputs, table=None):
     yield from (f"{label} ({names[i]} by a link)" for i in rule.constant if inputs.get(i, 0) is None)
     if len(getattr(node, "sample_attribute_items", ())) and outputs - RAY_OUTPUTS:
         yield f"{label} (attributes of what it meets)"
-    if getattr(node, "distribution", "") == "BECKMANN" and inputs.get("Thin Film Thickness", 0) != 0:
-        yield f"{label} (a thin film on the distribution BECKMANN)"
     if not is_plain(getattr(node, "texture_mapping", None)) and node.bl_idname not in GENERATED | {"ShaderNodeTexImage"}:
         yield f"{label} (with a texture mapping of its own)"
 

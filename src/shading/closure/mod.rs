@@ -145,6 +145,10 @@ pub enum Lobe {
     FilmReflection(Reflection<Ggx, Filmed>),
     /// The boundary of a solid under a thin film.
     FilmGlass(Glass<Ggx, Film>),
+    /// Reflection from facets of Beckmann's distribution under a thin film.
+    BeckmannFilmReflection(Reflection<Beckmann, Filmed>),
+    /// The boundary of a solid with them.
+    BeckmannFilmGlass(Glass<Beckmann, Film>),
     /// Reflection from facets of a Phong distribution.
     Phong(Phong),
     /// A layer of fibres.
@@ -157,6 +161,13 @@ pub enum Lobe {
     Translucent(Translucent),
     /// Light that goes on below the surface.
     Below(Below),
+}
+
+/// Keeps what seldom happens out of the loops of what mostly does.
+#[cold]
+#[inline(never)]
+fn seldom<T>(what: impl FnOnce() -> T) -> T {
+    what()
 }
 
 impl Lobe {
@@ -175,12 +186,16 @@ impl Lobe {
             Self::Sheen(l) if !transmitted => l.evaluate(smooth, wi),
             Self::BeckmannReflection(l) if !transmitted => l.evaluate(smooth, wi),
             Self::FilmReflection(l) if !transmitted => l.evaluate(smooth, wi),
+            Self::BeckmannFilmReflection(l) if !transmitted => seldom(|| l.evaluate(smooth, wi)),
             Self::Phong(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Velvet(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Toon(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Translucent(l) if K::TRANSMISSION && transmitted => l.evaluate(smooth, wi),
             Self::BeckmannGlass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::FilmGlass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
+            Self::BeckmannFilmGlass(l) if K::TRANSMISSION => {
+                seldom(|| l.evaluate(smooth, wi, transmitted))
+            }
             Self::Glass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::Sheet(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             _ => LobeValue::ZERO,
@@ -193,6 +208,7 @@ impl Lobe {
         let reflected = match self {
             Self::BeckmannGlass(l) => l.reflected,
             Self::FilmGlass(l) => l.reflected,
+            Self::BeckmannFilmGlass(l) => l.reflected,
             Self::Glass(l) => l.reflected,
             _ => Vec3::ZERO,
         };
@@ -206,6 +222,7 @@ impl Lobe {
             Self::Reflection(l) => l.facets.share_of_all(),
             Self::BeckmannReflection(l) => l.facets.share_of_all(),
             Self::FilmReflection(l) => l.facets.share_of_all(),
+            Self::BeckmannFilmReflection(l) => l.facets.share_of_all(),
             _ => 1.0,
         }
     }
@@ -216,6 +233,7 @@ impl Lobe {
         match self {
             Self::BeckmannGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
             Self::FilmGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
+            Self::BeckmannFilmGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
             Self::Glass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
             _ => LobeValue::ZERO,
         }
@@ -236,12 +254,14 @@ impl Lobe {
             Self::Sheen(l) => l.sample(smooth, u),
             Self::BeckmannReflection(l) => l.sample(smooth, u),
             Self::FilmReflection(l) => l.sample(smooth, u),
+            Self::BeckmannFilmReflection(l) => seldom(|| l.sample(smooth, u)),
             Self::Phong(l) => l.sample(smooth, u),
             Self::Velvet(l) => l.sample(smooth, u),
             Self::Toon(l) => l.sample(smooth, u),
             Self::Translucent(l) if K::TRANSMISSION => l.sample(smooth, u),
             Self::BeckmannGlass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::FilmGlass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
+            Self::BeckmannFilmGlass(l) if K::TRANSMISSION => seldom(|| l.sample(smooth, u, choice)),
             Self::Glass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::Sheet(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             _ => None,
@@ -288,7 +308,9 @@ impl Lobe {
             Self::BeckmannReflection(l) => l.facets.is_smooth(),
             Self::BeckmannGlass(l) => l.facets.is_smooth(),
             Self::FilmReflection(l) => l.facets.is_smooth(),
+            Self::BeckmannFilmReflection(l) => l.facets.is_smooth(),
             Self::FilmGlass(l) => l.facets.is_smooth(),
+            Self::BeckmannFilmGlass(l) => l.facets.is_smooth(),
             Self::Phong(l) => l.is_smooth(),
             Self::Glass(l) => l.facets.is_smooth(),
             Self::Sheet(l) => l.facets.is_smooth(),
@@ -303,6 +325,7 @@ impl Lobe {
             Self::Glass(l) => l.is_straight(),
             Self::BeckmannGlass(l) => l.is_straight(),
             Self::FilmGlass(l) => l.is_straight(),
+            Self::BeckmannFilmGlass(l) => l.is_straight(),
             _ => false,
         }
     }
@@ -315,6 +338,7 @@ impl Lobe {
             Self::Glass(_)
                 | Self::BeckmannGlass(_)
                 | Self::FilmGlass(_)
+                | Self::BeckmannFilmGlass(_)
                 | Self::Sheet(_)
                 | Self::Translucent(_)
         )
@@ -332,7 +356,9 @@ impl Lobe {
             Self::BeckmannReflection(l) => l.facets.normal(),
             Self::BeckmannGlass(l) => l.facets.normal(),
             Self::FilmReflection(l) => l.facets.normal(),
+            Self::BeckmannFilmReflection(l) => l.facets.normal(),
             Self::FilmGlass(l) => l.facets.normal(),
+            Self::BeckmannFilmGlass(l) => l.facets.normal(),
             Self::Phong(l) => l.facets.normal(),
             Self::Translucent(l) => l.normal,
             Self::Reflection(l) => l.facets.normal(),
@@ -353,7 +379,9 @@ impl Lobe {
             Self::BeckmannReflection(l) => l.facets.alpha(),
             Self::BeckmannGlass(l) => l.facets.alpha(),
             Self::FilmReflection(l) => l.facets.alpha(),
+            Self::BeckmannFilmReflection(l) => l.facets.alpha(),
             Self::FilmGlass(l) => l.facets.alpha(),
+            Self::BeckmannFilmGlass(l) => l.facets.alpha(),
             Self::Phong(l) => l.facets.alpha(),
             Self::Diffuse(_)
             | Self::RoughDiffuse(_)
@@ -373,6 +401,7 @@ impl Lobe {
             | Self::Reflection(_)
             | Self::BeckmannReflection(_)
             | Self::FilmReflection(_)
+            | Self::BeckmannFilmReflection(_)
             | Self::Phong(_)
             | Self::Sheen(_)
             | Self::Velvet(_)
@@ -382,6 +411,7 @@ impl Lobe {
             Self::Glass(l) => l.colors(albedo),
             Self::BeckmannGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::FilmGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
+            Self::BeckmannFilmGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::Sheet(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
         }
     }
@@ -395,6 +425,7 @@ impl Lobe {
             Self::Reflection(l) => l.weight *= by,
             Self::BeckmannReflection(l) => l.weight *= by,
             Self::FilmReflection(l) => l.weight *= by,
+            Self::BeckmannFilmReflection(l) => l.weight *= by,
             Self::Phong(l) => l.weight *= by,
             Self::Velvet(l) => l.weight *= by,
             Self::Glass(Glass {
@@ -404,6 +435,9 @@ impl Lobe {
                 weight, reflected, ..
             })
             | Self::FilmGlass(Glass {
+                weight, reflected, ..
+            })
+            | Self::BeckmannFilmGlass(Glass {
                 weight, reflected, ..
             })
             | Self::Sheet(Sheet {
@@ -431,7 +465,11 @@ impl Lobe {
             Self::Reflection(l) => l.weight.max_element(),
             Self::BeckmannReflection(l) => Beckmann::EXCESS * l.weight.max_element(),
             Self::FilmReflection(l) => l.weight.max_element(),
+            Self::BeckmannFilmReflection(l) => Beckmann::EXCESS * l.weight.max_element(),
             Self::FilmGlass(l) => 3.0 * l.weight.max(l.reflected).max_element(),
+            Self::BeckmannFilmGlass(l) => {
+                3.0 * Beckmann::EXCESS * l.weight.max(l.reflected).max_element()
+            }
             Self::Phong(l) => l.weight.max_element(),
             Self::Velvet(l) => l.max_sample_weight(),
             // The choice is by the mean of the channels, of which each is at most three times the mean.

@@ -130,6 +130,32 @@ fn cases() -> Vec<Case> {
             Lobe::FilmGlass(glass.under(film.seen_from(eta < 1.0, 1.5)))
         }));
     }
+    for eta in [1.5, 1.0 / 1.5] {
+        cases.push(case(
+            &format!("glass {eta} of Beckmann under a film"),
+            move |wo| {
+                let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
+                let glass = Glass {
+                    film: (),
+                    weight: Vec3::ONE,
+                    reflected: Vec3::ONE,
+                    f0,
+                    tint: Vec3::ONE,
+                    eta,
+                    true_f0: f0.x,
+                    facets: Facets::new(&UP, Vec3::Z, None, wo, Alpha::isotropic(0.4)).unbounded(),
+                };
+                Lobe::BeckmannFilmGlass(glass.under(film.seen_from(eta < 1.0, 1.5)))
+            },
+        ));
+    }
+    cases.push(case("a film on a metal of Beckmann", move |wo| {
+        Lobe::BeckmannFilmReflection(Reflection {
+            weight: Vec3::ONE,
+            facets: Facets::new(&UP, Vec3::Z, None, wo, Alpha::isotropic(0.4)),
+            fresnel: Filmed::metal(film, &gold),
+        })
+    }));
     // Refraction alone: facets that reflect nothing.
     cases.push(case("glass that only refracts", |wo| {
         Lobe::Glass(Glass {
