@@ -105,10 +105,10 @@ def info(path):
     return json.loads(done.stdout)
 
 
-def sun_and_grey_world(scene):
+def sun_and_grey_world(scene, angle=0.1):
     """A sun and a grey world, as surfaces beside Cycles are lit."""
     sun = bpy.data.lights.new("sun", "SUN")
-    sun.energy, sun.angle = 3, 0.1
+    sun.energy, sun.angle = 3, angle
     made = bpy.data.objects.new("sun", sun)
     made.rotation_euler = (0.5, 0.7, 0)
     scene.collection.objects.link(made)

@@ -1,25 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The parity matrix as a page: PYTHON tests/addon/parity_table.py VERSION.json [VERSION.json…] > docs/parity.md"""
+"""The parity matrix as a page, and runs of some nodes put into a run of all.
+
+    PYTHON tests/addon/parity_table.py VERSION.json [VERSION.json…] > docs/parity.md
+    PYTHON tests/addon/parity_table.py --merge WHOLE.json PART.json [PART.json…] > NEW.json
+"""
 
 import json
 import sys
+from collections import Counter
 
-EDGES = "pixels through whose middle an edge of a face goes, or the ball's: the one takes this face, the other that"
 # Why rows miss, by node, and where that is not enough by a part of the row's words: what no verdict of the add-on says.
 REASONS = {
     ("TexSky", ""): "a table asked of Cycles, read between its texels; at places that are no directions, which the rows show, also the sun's disc",
-    ("TexImage", "Closest"): "places on the border of two texels, where rounding decides",
-    **dict.fromkeys([(node, "") for node in ("Bump", "Fresnel", "NewGeometry", "NormalMap", "VectorTransform")], EDGES),
-    ("Wireframe", ""): "pixels through whose middle the edge of a line goes: a line is black or white, and rounding decides",
-    ("BsdfGlass", ""): "noise: few paths find the sun through glass; means differ upwards and downwards",
-    ("BsdfRefraction", ""): "noise: few paths find the sun through glass of low roughness",
-    **dict.fromkeys([("BsdfAnisotropic", ""), ("BsdfMetallic", "")], "noise of the sun's sharp highlight"),
-    ("Raycast", ""): "few of its rays meet anything: the edges of other rows' balls",
-    ("Bevel", ""): "its rays lie otherwise, which shows where the radius is that of the ball",
+    ("Bevel", "Radius high"): "Cycles' points lie otherwise: with its setting Tabulated Sobol in the place of Blue-Noise these rows agree (0.6 %)",
     ("Displacement", ""): "strong bumps are a little darker: both sampling techniques refuse the same directions (docs/sundog-and-cycles.md)",
-    **dict.fromkeys(
-        [("Emission", "Strength low"), ("BsdfPrincipled", "Emission Strength low")], "negative light, which Cycles shows and Sundog does not"
-    ),
     ("BsdfPrincipled", "Coat"): "noise of the sun's highlight in a coat",
     ("BsdfPrincipled", "Subsurface"): "Cycles' walks lose light away from the origin; at it both agree within 0.1 %",
     ("SubsurfaceScattering", ""): "Cycles' walks lose light away from the origin; at it both agree within 0.4 %",
@@ -33,7 +27,8 @@ menus; pairs of the Principled BSDF's sockets. Sundog renders what the add-on ex
 
 Bars: the mean within 1 %, relMSE below 1e-3, of textures below 1e-5. Values are shown by an emission, at points known to the
 bit; nodes that look at the place on balls; shaders on balls below a grey world and a sun, with the noise cancelled
-(the product of the differences of two independent pairs of pictures). What the add-on flattens counts as a miss.
+(the product of the differences of two independent pairs of pictures). Rows that miss are looked at with more samples.
+What the add-on flattens counts as a miss; what it tells of trees that are evaluated does not, and stands as "told".
 
 """
 
@@ -57,6 +52,30 @@ def reason(row):
     return "not looked into"
 
 
+def merged(whole, parts):
+    """A run of all nodes in which the rows of some kinds are those of later runs. Each row keeps who made it."""
+    kinds = {}
+    for report in (whole, *parts):
+        if report["blender"] != whole["blender"]:
+            raise SystemExit(f"runs of Blender {whole['blender']} and of {report['blender']} are no run")
+        if not report.get("whole_kinds", report is whole):
+            raise SystemExit("a run of the defaults alone takes no others' place")
+        made_by = report.get("made_by", "unknown")
+        found = {}
+        for row in report["rows"]:
+            found.setdefault(row["node"], []).append({"made_by": made_by, **row})
+        kinds.update(found)
+    skipped = {kind: why for report in (whole, *parts) for kind, why in report["not_shown"].items()}
+    rows = [row for kind in sorted(kinds) if kind not in skipped for row in kinds[kind]]
+    return {"blender": whole["blender"], "made_by": "several", "whole_kinds": True, "not_shown": skipped, "rows": rows}
+
+
+def makers(report):
+    """Who made how many rows, in words; "" if one did."""
+    found = Counter(row.get("made_by", report.get("made_by", "unknown")) for row in report["rows"])
+    return "; ".join(f"{count} by {who}" for who, count in found.most_common()) if len(found) > 1 else ""
+
+
 def badness(row):
     """How far a row is from its bars."""
     return max(row["mean_difference"] / 0.01, abs(row["relmse"]) / row["bar"])
@@ -75,6 +94,8 @@ def table(report):
     yield ""
     yield f"{len(rows)} rows of {len(by_node)} nodes: {len(rows) - len(missed)} agree, {len(missed)} miss, {len(flattened)} of"
     yield f"them because the add-on flattens the tree. {clean} nodes agree in all rows."
+    if who := makers(report):
+        yield f"Rows are of several runs: {who}."
     yield ""
     yield "| node | rows | miss | worst row | mean differs by | relMSE | verdict | reason |"
     yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
@@ -82,7 +103,8 @@ def table(report):
         misses = [row for row in found if not row["ok"]]
         worst = max(misses or found, key=badness)
         verdict = "exact" if not any(row["flattened"] for row in found) else "flattened" if all(row["flattened"] for row in found) else "in part"
-        reasons = "; ".join(sorted({reason(row) for row in misses}))
+        told = {f"told: {row['told']}" for row in found if row.get("told")}
+        reasons = "; ".join(sorted({reason(row) for row in misses} | told))
         mean = f"{100 * worst['mean_difference']:.2g} %" if worst["mean_difference"] < 10 else "more than tenfold"
         cells = [node, len(found), len(misses), words(worst), mean, f"{abs(worst['relmse']):.1e}", verdict, reasons.replace("|", "/")[:300]]
         yield f"| {' | '.join(map(str, cells))} |"
@@ -92,11 +114,22 @@ def table(report):
     yield ""
 
 
+def read(path):
+    """A run's report."""
+    with open(path, encoding="utf-8") as file:
+        return json.load(file)
+
+
 def main():
+    if sys.argv[1:2] == ["--merge"]:
+        whole, *parts = map(read, sys.argv[2:])
+        report = merged(whole, parts)
+        rows = ",\n".join(json.dumps(row) for row in report.pop("rows"))
+        print(json.dumps(report)[:-1] + f',\n"rows": [\n{rows}\n]}}')
+        return
     print(PAGE, end="")
     for path in sys.argv[1:]:
-        with open(path, encoding="utf-8") as file:
-            print("\n".join(table(json.load(file))))
+        print("\n".join(table(read(path))))
 
 
 if __name__ == "__main__":

@@ -30,6 +30,23 @@ class Matrix(unittest.TestCase):
         self.assertGreater(rows["Mix"], 100)
         self.assertGreater(rows["BsdfPrincipled"], 300)
 
+    def test_later_runs_take_the_place_of_whole_kinds(self):
+        def run(who, values):
+            rows = [{"node": node, "settings": {}, "inputs": {}, "output": "o", "ok": True, "flattened": "", "mean_difference": 0.0, "relmse": value, "bar": 1} for node, value in values]
+            return {"blender": "5.2.3", "made_by": who, "whole_kinds": True, "not_shown": {"Group": "why"}, "rows": rows}
+
+        whole, part = run("first", [("Math", 1.0), ("Math", 2.0), ("Mix", 3.0)]), run("second", [("Math", 4.0)])
+        both = parity_table.merged(whole, [part])
+        self.assertEqual([(r["node"], r["relmse"], r["made_by"]) for r in both["rows"]], [("Math", 4.0, "second"), ("Mix", 3.0, "first")])
+        again = parity_table.merged(both, [run("third", [("Mix", 5.0)])])
+        self.assertEqual([r["made_by"] for r in again["rows"]], ["second", "third"])
+        self.assertIn("1 by second", parity_table.makers(again))
+        self.assertEqual(parity_table.makers(whole), "")
+        self.assertIn("Rows are of several runs", "\n".join(parity_table.table(again)))
+        for other in ({**part, "blender": "4.5.15"}, {**part, "whole_kinds": False}):
+            with self.assertRaises(SystemExit):
+                parity_table.merged(whole, [other])
+
     def test_values_are_those_of_cycles(self):
         tiles = [tile for kind in parity_tiles.kinds() for tile in parity_tiles.tiles(kind)]
         menus = {"TexVoronoi", "TexNoise", "TexMagic", "Math", "MixRGB", "TexGabor"}
