@@ -705,6 +705,39 @@ fn lights_drawn_by_power_alone_give_the_same_light() {
 }
 
 /// The kernel made for a scene and the one for everything draw the same numbers: same bits.
+/// Lights of less than nothing are sampled by their size: they take what the same lights give, to the bit.
+#[test]
+fn negative_lights_take_what_the_same_lights_give() {
+    let mut scene = floor();
+    scene.cameras.push(camera(DVec3::new(0.0, 0.2, 4.0), 0.8));
+    scene.lights = area_lights();
+    let sun = LightKind::Sun {
+        irradiance: 1.0,
+        angle: 0.1,
+    };
+    scene
+        .lights
+        .push(looking_down(sun, DVec3::ZERO, DAffine3::IDENTITY));
+    scene.environment = constant_environment(0.2);
+    place(
+        &mut scene,
+        sphere(24, 0.0, true),
+        diffuse([0.8, 0.7, 0.6]),
+        &[DAffine3::IDENTITY],
+    );
+    let given = colors(&run(&scene, &small(16, 3)));
+    for light in &mut scene.lights {
+        light.color = light.color.map(|c| -c);
+    }
+    let radiance = &mut scene.environment.as_mut().unwrap().radiance;
+    *radiance = radiance.map(|c| -c);
+    let taken = colors(&run(&scene, &small(16, 3)));
+    assert!(given.iter().any(|c| c[0] > 0.5));
+    for (given, taken) in given.iter().zip(&taken) {
+        assert_eq!(*given, taken.map(|c| -c));
+    }
+}
+
 #[test]
 fn special_and_general_kernels_agree_bit_for_bit() {
     let mut covered = enumset::EnumSet::empty();

@@ -126,11 +126,11 @@ fn is_limited(light: &Light) -> bool {
 }
 
 fn shines(light: &Light) -> bool {
-    light.kind.strength() > 0.0 && light.color.iter().any(|&c| c > 0.0)
+    light.kind.strength() != 0.0 && light.color.iter().any(|&c| c != 0.0)
 }
 
 fn is_bright(environment: &Environment) -> bool {
-    environment.radiance.iter().any(|&r| r > 0.0)
+    environment.radiance.iter().any(|&r| r != 0.0)
 }
 
 /// Whether paths have to tell kinds of rays apart in a scene.

@@ -518,7 +518,7 @@ impl Distribution {
         // Mean of the bilinear interpolation over each texel's cell: (1, 6, 1)/8 in both directions.
         // It is above 0 wherever the interpolation is somewhere above 0 in the cell.
         let weight =
-            |x: usize, y: usize| f64::from(luminance(texels.at(y * width + x) * radiance).max(0.0));
+            |x: usize, y: usize| f64::from(luminance((texels.at(y * width + x) * radiance).abs()));
         let smoothed_row = |y: usize| -> Vec<f64> {
             let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
             let vertical: Vec<f64> = (0..width)

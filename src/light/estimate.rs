@@ -46,7 +46,7 @@ pub struct LightBounds {
     pub min: Vec3,
     /// Upper corner.
     pub max: Vec3,
-    /// Radiant intensity in the brightest direction (luminance).
+    /// Radiant intensity in the brightest direction (luminance; of less than nothing its size).
     pub intensity: f32,
     /// Middle of the cone of normals.
     pub axis: Vec3,

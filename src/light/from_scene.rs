@@ -93,7 +93,7 @@ impl Light {
         disc: Option<Disc>,
     ) -> Option<Self> {
         let radiance = Vec3::from(environment.radiance);
-        (luminance(radiance) > 0.0).then(|| {
+        (luminance(radiance.abs()) > 0.0).then(|| {
             let prepared = Environment::computed(program, columns, radiance, disc);
             Self::Environment(Box::new(prepared))
         })
@@ -103,7 +103,7 @@ impl Light {
     pub fn from_environment(environment: &scene::Environment, images: &[Image]) -> Option<Self> {
         let radiance = Vec3::from(environment.radiance);
         let image = environment.image.and_then(|i| images.get(i.0 as usize));
-        (luminance(radiance) > 0.0).then(|| {
+        (luminance(radiance.abs()) > 0.0).then(|| {
             let prepared = match image {
                 Some(image) => Environment::image(
                     image.width as usize,

@@ -251,11 +251,13 @@ impl Light {
         }
     }
 
-    /// Luminance of the irradiance by a light at infinity, on a surface that faces it.
+    /// Luminance of the irradiance, of less than nothing its size, by a light at infinity, on a surface that faces it.
     pub(super) fn irradiance(&self) -> f32 {
         match self {
-            Self::Sun(sun) => luminance(sun.irradiance),
-            Self::Environment(environment) => std::f32::consts::PI * luminance(environment.mean()),
+            Self::Sun(sun) => luminance(sun.irradiance.abs()),
+            Self::Environment(environment) => {
+                std::f32::consts::PI * luminance(environment.mean().abs())
+            }
             Self::Lamp(_) | Self::Area(_) | Self::Triangle(_) | Self::Rectangle(_) => 0.0,
             Self::Computed(light) => light.irradiance(),
         }
@@ -286,7 +288,7 @@ fn bounds_of_lamp(lamp: &Lamp) -> LightBounds {
     LightBounds {
         min: lamp.center - lamp.radius,
         max: lamp.center + lamp.radius,
-        intensity: luminance(lamp.intensity),
+        intensity: luminance(lamp.intensity.abs()),
         axis: lamp.cone.as_ref().map_or(Vec3::Z, |c| c.axis),
         // A spot with a scaled transform is an ellipse: only round ones are bounded by their cone. From
         // inside its sphere a spot is a point light.
@@ -309,7 +311,7 @@ fn bounds_of_area(area: &Area) -> LightBounds {
     LightBounds {
         min,
         max,
-        intensity: luminance(area.intensity()),
+        intensity: luminance(area.intensity().abs()),
         axis: area.normal(),
         normals: Angle::ZERO,
         cos_emission: area.cos_spread(),

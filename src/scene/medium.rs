@@ -100,17 +100,22 @@ impl Medium {
     /// Makes all numbers finite and legal; whether some were not.
     pub fn clean(&mut self) -> bool {
         let mut bad = false;
-        let scatters = self.scatterers.iter_mut().flat_map(|s| &mut s.coefficient);
-        for c in self
-            .absorption
-            .iter_mut()
-            .chain(&mut self.emission)
-            .chain(scatters)
-        {
+        let mut clean = |c: &mut f32, least: f32| {
             // Times the greatest distance that is not infinite, 1e8 m, it is a number still.
-            let legal = if c.is_nan() { 0.0 } else { c.clamp(0.0, 1e30) };
+            let legal = if c.is_nan() {
+                0.0
+            } else {
+                c.clamp(least, 1e30)
+            };
             bad |= legal != *c;
             *c = legal;
+        };
+        let scatters = self.scatterers.iter_mut().flat_map(|s| &mut s.coefficient);
+        for c in self.absorption.iter_mut().chain(scatters) {
+            clean(c, 0.0);
+        }
+        for c in &mut self.emission {
+            clean(c, -1e30);
         }
         for scatterer in &mut self.scatterers {
             bad |= scatterer.phase.clean();

@@ -105,35 +105,31 @@ fn clean_instances(scene: &mut Scene, diagnostics: &mut Diagnostics) {
 /// Whether a light can be rendered; one that is too small for its kind is a point.
 fn clean_light(light: &mut Light, diagnostics: &mut Diagnostics) -> bool {
     let numbers = match light.kind {
-        LightKind::Point {
-            intensity, radius, ..
-        } => [intensity, radius, 0.0, 0.0],
+        LightKind::Point { radius, .. } => [radius, 0.0, 0.0],
         LightKind::Spot {
-            intensity,
             radius,
             half_angle,
             blend,
             ..
-        } => [intensity, radius, half_angle, blend],
-        LightKind::Sun { irradiance, angle } => [irradiance, angle, 0.0, 0.0],
+        } => [radius, half_angle, blend],
+        LightKind::Sun { angle, .. } => [angle, 0.0, 0.0],
         LightKind::Area {
             size: [x, y],
-            power,
             spread,
             ..
-        } => [x, y, power, spread],
+        } => [x, y, spread],
     };
-    let sane = numbers
-        .iter()
-        .chain(&light.color)
-        .all(|n| n.is_finite() && *n >= 0.0)
+    // Light of less than nothing takes from that of others, as in Cycles.
+    let sane = numbers.iter().all(|n| n.is_finite() && *n >= 0.0)
+        && light.kind.strength().is_finite()
+        && light.color.iter().all(|n| n.is_finite())
         && light.world_from_light.is_finite()
         && light.world_from_light.z_axis_direction().is_some();
     if !sane {
         diagnostics.report(
             "bad-light",
             Verdict::Lost,
-            "light with a negative number, one that is not finite, or no direction",
+            "light with a negative size, a number that is not finite, or no direction",
             &light.name,
             "left out",
         );
@@ -260,10 +256,7 @@ fn clean_camera(camera: &mut Camera, diagnostics: &mut Diagnostics) -> bool {
 /// Drops an environment whose numbers have no meaning.
 fn clean_environment(scene: &mut Scene, images: usize, diagnostics: &mut Diagnostics) {
     if let Some(environment) = &mut scene.environment {
-        let sane = environment
-            .radiance
-            .iter()
-            .all(|c| c.is_finite() && *c >= 0.0)
+        let sane = environment.radiance.iter().all(|c| c.is_finite())
             && environment.rotation.is_finite()
             && environment.rotation.determinant() != 0.0
             && environment.image.is_none_or(|i| (i.0 as usize) < images);

@@ -102,7 +102,7 @@ impl EmissiveSurface for PlacedMesh {
             ..
         } = self;
         if !material.emission_varies() {
-            return luminance(material.emission);
+            return luminance(material.emission.abs());
         }
         let n = divisions(self.mesh.triangles.triangles().len());
         let mut sum = 0f32;
@@ -118,13 +118,13 @@ impl EmissiveSurface for PlacedMesh {
                     ..Asking::along(Vec3::ZERO)
                 };
                 let at = entry.at(mesh, (triangle, u, v), asking);
-                sum += luminance(material.emitted(&at));
+                sum += luminance(material.emitted(&at).abs());
             }
         }
         let mean = sum / (n * (n + 1) / 2) as f32;
         // A hundredth of the untextured emission: no bright texel between the sampled points is
         // without a chance.
-        mean + 0.01 * luminance(material.emission)
+        mean + 0.01 * luminance(material.emission.abs())
     }
 
     fn corners(&self, triangle: u32) -> [Vec3; 3] {
@@ -184,7 +184,7 @@ pub(super) fn prepare(
         for (instance, entry) in entries.iter().enumerate() {
             let mesh = &meshes[entry.mesh as usize];
             let material = &materials[mesh.material as usize];
-            if luminance(material.emission) <= 0.0
+            if luminance(material.emission.abs()) <= 0.0
                 || (even || material.emission_traces()) && is_left_to_rays(material)
             {
                 continue;
@@ -251,7 +251,7 @@ fn with_tree(scene: &Scene, light: &scene::Light, made: Light, known: (DVec3, Vi
 /// Whether Cycles leaves it to rays to find what a surface emits, as it seems faint. (Where light samples are clamped, the picture
 /// depends on it; and where emission asks the scene by rays, because light samples do not.)
 fn is_left_to_rays(material: &PreparedMaterial) -> bool {
-    material.emission_estimate.max_element() <= 0.5
+    material.emission_estimate.abs().max_element() <= 0.5
 }
 
 /// The light from all around.

@@ -53,6 +53,27 @@ fn strength_wins_over_colour_intensity_and_units() {
     );
 }
 
+/// Blender's lamps may have less than nothing to give; those of glTF itself may not.
+#[test]
+fn negative_lights_are_for_blender() {
+    let taking = with_light(
+        json!({ "type": "point", "extensions": { "SUNDOG_light": { "strength": [-2, 0, 1] } } }),
+    );
+    let light = &taking.load().scene.lights[0];
+    assert_eq!(
+        (light.color, light.kind.strength()),
+        ([-1.0, 0.0, 0.5], 2.0)
+    );
+    for wrong in [
+        json!({ "type": "point", "intensity": -1 }),
+        json!({ "type": "point", "color": [1, -1, 1] }),
+    ] {
+        let imported = with_light(wrong).load();
+        assert!(imported.scene.lights.is_empty());
+        assert_eq!(codes(&imported), ["bad-light"]);
+    }
+}
+
 #[test]
 fn area_lights_stand_on_nodes() {
     let mut file = Builder::triangle();

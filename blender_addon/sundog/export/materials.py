@@ -126,7 +126,7 @@ class Writer:
         if texture:
             pbr["metallicRoughnessTexture"] = texture
 
-        self._emission(surface, slots, result, extensions)
+        self._emission(surface, slots, result, extensions, reader)
         self._specular(surface, slots, extensions, exact, reader)
 
         transmission, texture = slots.single(surface.transmission, 0, "transmission")
@@ -256,8 +256,10 @@ class Writer:
             reader.note(APPROXIMATED, "the tangent follows the normal map's UV map", "anisotropy")
         return found
 
-    def _emission(self, surface, slots, result, extensions):
+    def _emission(self, surface, slots, result, extensions, reader):
         factor, texture = slots.color(surface.emission, "emission")
+        if min(factor) < 0:
+            reader.note(APPROXIMATED, "light of less than nothing is left out")
         factor = [max(float(v), 0.0) for v in factor]
         strength = max(factor)
         if strength <= 0:

@@ -74,9 +74,10 @@ class _Sum:
     def described(self):
         """The extension; None where there is nothing."""
         described = {}
-        for name, value in (("absorption", self.absorption), ("emission", self.emission)):
+        # Light may be less than nothing, in Cycles too.
+        for name, value in (("absorption", numpy.maximum(self.absorption, 0)), ("emission", self.emission)):
             if value.any():
-                described[name] = [max(float(v), 0.0) for v in value]
+                described[name] = [float(v) for v in value]
         if self.scatterers:
             described["scatterers"] = self.scatterers
         return described or None
@@ -159,4 +160,5 @@ class _Sum:
             temperature = max(self._number(source, "Temperature", 1000.0), 0.0)
             strength = stand_ins.STEFAN_BOLTZMANN * (1 - share + share * temperature**4)
             self.emission += weight * strength * self._color(source, "Blackbody Tint") * numpy.asarray(blackbody.color(temperature))[:3]
-        self.emission += weight * self._color(source, "Emission Color") * self._number(source, "Emission Strength")
+        # Here alone Cycles leaves out what is below nothing.
+        self.emission += weight * self._color(source, "Emission Color") * max(self._number(source, "Emission Strength"), 0.0)

@@ -147,7 +147,7 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
     found = None if reason else expressions.factors(as_color(radiance))
     if found and not found[2] and len(found[1]) <= 1 and not any(i.alpha for i in found[1]):
         factor, used, _ = found
-        result["color"] = [max(float(v), 0.0) for v in numpy.broadcast_to(factor, 3)]
+        result["color"] = [float(v) for v in numpy.broadcast_to(factor, 3)]
         if not used:
             return result
         path = environment_file(used[0].texture.image, cache)

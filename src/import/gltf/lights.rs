@@ -31,7 +31,18 @@ pub(super) fn load_light(
         Some(strength) => color_and_strength(strength),
         None => (light.color, by_intensity(light, options)),
     };
-    // Negative ones stay so, for `scene::validate` to find.
+    // glTF has no light of less than nothing; Blender has.
+    if sundog.strength.is_none() && (strength < 0.0 || color.iter().any(|&c| c < 0.0)) {
+        diagnostics.report(
+            "bad-light",
+            Verdict::Lost,
+            "light with a negative color or intensity",
+            name,
+            "left out",
+        );
+        return None;
+    }
+    // Negative radii stay so, for `scene::validate` to find.
     let radius = sundog.radius.unwrap_or(0.0) as f32;
     let kind = match light.kind.as_str() {
         "point" => LightKind::Point {
@@ -402,7 +413,7 @@ fn ball(mesh: &Mesh) -> Option<(DVec3, f64)> {
 
 /// A colour whose brightest channel is 1, and what it is multiplied with.
 fn color_and_strength(strength: [f32; 3]) -> ([f32; 3], f32) {
-    let brightest = strength[0].max(strength[1]).max(strength[2]);
+    let brightest = strength.into_iter().map(f32::abs).fold(0.0, f32::max);
     if brightest > 0.0 && strength.iter().all(|s| s.is_finite()) {
         (strength.map(|s| s / brightest), brightest)
     } else {

@@ -172,7 +172,7 @@ sockets! {
         TANGENT: Normal "Tangent" = [0.0; 3], Legal::ANY;
         TRANSMISSION_WEIGHT: Float "Transmission Weight" = [0.0; 3], Legal::share(0.0);
         EMISSION_COLOR: Color "Emission Color" = [1.0; 3], Legal::positive(0.0);
-        EMISSION_STRENGTH: Float "Emission Strength" = [0.0; 3], Legal::positive(0.0);
+        EMISSION_STRENGTH: Float "Emission Strength" = [0.0; 3], Legal::ANY;
         COAT_WEIGHT: Float "Coat Weight" = [0.0; 3], Legal::positive(0.0);
         COAT_ROUGHNESS: Float "Coat Roughness" = [0.03; 3], Legal::share(0.03);
         COAT_IOR: Float "Coat IOR" = [1.5; 3], Legal::INDEX;
@@ -282,7 +282,7 @@ sockets! {
     /// Inputs of the Emission shader.
     emission {
         COLOR: Color "Color" = [1.0; 3], Legal::positive(0.0);
-        STRENGTH: Float "Strength" = [1.0; 3], Legal::positive(0.0);
+        STRENGTH: Float "Strength" = [1.0; 3], Legal::ANY;
     }
 }
 sockets! {

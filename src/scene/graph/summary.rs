@@ -400,14 +400,18 @@ impl Graph {
                 self.range_of(&results, node.inputs[socket], kind)
             };
             let color = |socket| range(socket).high.truncate();
+            let most = |socket| {
+                let range = range(socket);
+                range.high.abs().max(range.low.abs()).truncate()
+            };
             let film = node.film_socket();
             summary.has_film |= film.is_some_and(|socket| range(socket).number().1 > 0.0);
             match node.kind {
                 NodeKind::PrincipledBsdf {
                     thin_wall, walk, ..
                 } => {
-                    let strength = range(principled::EMISSION_STRENGTH).number().1;
-                    summary.emission += color(principled::EMISSION_COLOR) * strength;
+                    summary.emission +=
+                        most(principled::EMISSION_COLOR) * most(principled::EMISSION_STRENGTH);
                     let level = range(principled::SPECULAR_IOR_LEVEL).number();
                     summary.is_rough_diffuse |=
                         range(principled::DIFFUSE_ROUGHNESS).number().1 > 0.0;
@@ -439,8 +443,7 @@ impl Graph {
                 NodeKind::Bsdf(bsdf) => summary.simple.push((bsdf, node.simple_effect(bsdf))),
                 NodeKind::GlossyBsdf { .. } => summary.glossy.push(color(glossy::COLOR)),
                 NodeKind::Emission => {
-                    let strength = range(emission::STRENGTH).number().1;
-                    summary.emission += color(emission::COLOR) * strength;
+                    summary.emission += most(emission::COLOR) * most(emission::STRENGTH);
                 }
                 _ => {}
             }

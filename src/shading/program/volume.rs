@@ -142,8 +142,10 @@ impl Part {
         let mut color = |socket: usize| positive(at.color(&self.sockets[socket]));
         match self.shader {
             None => {
-                let light = color(emission::COLOR) * color(emission::STRENGTH);
-                (Vec3::ZERO, light * weight)
+                // Of less than nothing too, as in Cycles.
+                let [color, strength] = [emission::COLOR, emission::STRENGTH]
+                    .map(|socket| at.color(&self.sockets[socket]));
+                (Vec3::ZERO, color * strength * weight)
             }
             Some(VolumeShader::Absorption) => {
                 let density = weight * color(volume_absorption::DENSITY).x;
@@ -160,12 +162,12 @@ impl Part {
                 (Vec3::ZERO, Vec3::ZERO)
             }
             Some(VolumeShader::Coefficients(kind)) => {
-                let [absorbed, scattered, emitted] = [
+                let [absorbed, scattered] = [
                     volume_coefficients::ABSORPTION,
                     volume_coefficients::SCATTER,
-                    volume_coefficients::EMISSION,
                 ]
                 .map(|socket| color(socket) * weight);
+                let emitted = at.color(&self.sockets[volume_coefficients::EMISSION]) * weight;
                 let phase = self.phase(kind, volume_coefficients::ANISOTROPY, at);
                 scatterer(scattered, phase);
                 (absorbed, emitted)
