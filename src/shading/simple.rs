@@ -177,7 +177,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
         kind: fn(Glass<S>, Film) -> Lobe,
     ) {
         let color = reflected(at.color(&of.sockets[glass::COLOR]));
-        let roughness = at.number(&of.sockets[glass::ROUGHNESS]).clamp(0.0, 1.0);
+        let roughness = at.number(&of.sockets[glass::ROUGHNESS]);
+        // Cycles squares that of the Refraction BSDF before it bounds it.
+        let roughness = match of.kind {
+            SimpleBsdf::Refraction { .. } => roughness.abs(),
+            _ => roughness,
+        };
+        let roughness = roughness.clamp(0.0, 1.0);
         let mut ior = fresnel::bounded_ior(at.number(&of.sockets[glass::IOR]));
         if of.other_side > 0.0 {
             ior /= of.other_side;

@@ -131,7 +131,8 @@ impl Preparer {
             return self.dielectrics(None, &[], 1.0);
         }
         let number = |socket: usize| sockets[socket].constant().map(|c| c.x);
-        let (roughness, ior) = (number(glass::ROUGHNESS), number(glass::IOR).unwrap_or(1.5));
+        let share = |socket: usize| number(socket).map(|c| c.clamp(0.0, 1.0));
+        let (roughness, ior) = (share(glass::ROUGHNESS), number(glass::IOR).unwrap_or(1.5));
         let ior = ior / beside;
         let rows = Rows::between(
             roughness.unwrap_or(0.0),

@@ -222,7 +222,7 @@ sockets! {
     /// Inputs of the Refraction BSDF and of the Glass BSDF.
     glass {
         COLOR: Color "Color" = [1.0; 3], Legal::share(0.0);
-        ROUGHNESS: Float "Roughness" = [0.0; 3], Legal::share(1.0);
+        ROUGHNESS: Float "Roughness" = [0.0; 3], Legal { otherwise: 1.0, ..Legal::ANY };
         IOR: Float "IOR" = [1.5; 3], Legal::within(1e-4, 1e4, 1.5);
         THIN_FILM_THICKNESS: Float "Thin Film Thickness" = [0.0; 3], Legal::positive(0.0);
         THIN_FILM_IOR: Float "Thin Film IOR" = [1.33; 3], Legal::within(1e-5, 1e4, 1.33);
