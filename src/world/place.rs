@@ -213,20 +213,16 @@ impl HitPoint<'_> {
         }
     }
 
-    /// The tangent about an axis through the middle of the texture space, on the viewer's side. `as_normal`: it is turned into
-    /// the world as normals are.
-    fn around(&self, facts: &ObjectFacts, axis: u8, as_normal: bool) -> Vec3 {
+    /// The tangent about an axis through the middle of the texture space, on the viewer's side: turned into the world as
+    /// normals are, as in Cycles.
+    fn around(&self, facts: &ObjectFacts, axis: u8) -> Vec3 {
         let p = self.generated(facts) - 0.5;
         let around = match axis {
             0 => Vec3::new(0.0, -p.z, p.y),
             1 => Vec3::new(-p.z, 0.0, p.x),
             _ => Vec3::new(-p.y, p.x, 0.0),
         };
-        let world = if as_normal {
-            facts.object_axes.transpose() * around
-        } else {
-            facts.world_axes * around
-        };
+        let world = facts.object_axes.transpose() * around;
         let n = to_blender(self.side(self.outer_normal()));
         unit_or_zero(n.cross(unit_or_zero(to_blender(world)).cross(n)))
     }
@@ -479,9 +475,9 @@ impl Place for HitPoint<'_> {
             }
             PlaceInput::Position => full(to_blender(self.in_world() + facts.origin)),
             PlaceInput::Normal => full(to_blender(self.side(self.outer_normal()))),
-            PlaceInput::Tangent => full(self.around(facts, 2, false)),
+            PlaceInput::Tangent => full(self.around(facts, 2)),
             // The node Tangent knows no steps of Bumps.
-            PlaceInput::RadialTangent(axis) => full(self.at_hit().around(facts, axis, true)),
+            PlaceInput::RadialTangent(axis) => full(self.at_hit().around(facts, axis)),
             PlaceInput::UvTangent => full(self.at_hit().along_uv(facts)),
             PlaceInput::TrueNormal => full(to_blender(self.side(self.geometric_normal()))),
             PlaceInput::Incoming => full(-to_blender(self.asking.direction).normalize_or_zero()),
