@@ -265,8 +265,12 @@ impl PreparedTexture {
             Origin::Lower => height - 1 - y,
         };
         if self.sampler.filter == TextureFilter::Nearest {
-            let x = wrap(floor(uv.x * width as f32).0, width, wu);
-            let y = row(wrap(floor(uv.y * height as f32).0, height, wv));
+            let cell = |at: f32| match origin {
+                Origin::Upper => floor(at).0,
+                Origin::Lower => cell(at),
+            };
+            let x = wrap(cell(uv.x * width as f32), width, wu);
+            let y = row(wrap(cell(uv.y * height as f32), height, wv));
             texel((y * width + x) * channels)
         } else {
             let (x, s) = floor(uv.x * width as f32 - 0.5);
@@ -366,6 +370,11 @@ fn wrap(i: i64, n: usize, mode: Wrap) -> usize {
     }) as usize
 }
 
+/// The texel that Cycles takes for a node: on the border of two below 0 the lower one.
+fn cell(at: f32) -> i64 {
+    (at as i64).saturating_sub(i64::from(at < 0.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -418,6 +427,12 @@ mod tests {
         );
         assert_eq!(nearest.read(Vec2::new(0.75, 0.25)).x, 1.0);
         assert!((nearest.read(Vec2::new(1.25, -0.25)).x - 0.2).abs() < 1e-6);
+        // At -1 glTF begins with the first column again, and nodes end with the last one.
+        let first = nearest.read(Vec2::new(-1.0, 0.25)).x;
+        assert_eq!(first, nearest.read(Vec2::new(0.25, 0.25)).x);
+        let last = nearest.read_upwards(Vec2::new(-1.0, 0.75)).x;
+        assert_eq!(last, nearest.read_upwards(Vec2::new(0.75, 0.75)).x);
+        assert_ne!(first, last);
         let mirror = texture(
             TextureFilter::Nearest,
             Wrap::Mirror,
