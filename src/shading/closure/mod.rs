@@ -190,7 +190,7 @@ impl Lobe {
             Self::Phong(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Velvet(l) if !transmitted => l.evaluate(smooth, wi),
             Self::Toon(l) if !transmitted => l.evaluate(smooth, wi),
-            Self::Translucent(l) if K::TRANSMISSION && transmitted => l.evaluate(smooth, wi),
+            Self::Translucent(l) if K::TRANSMISSION && transmitted => l.evaluate(wi),
             Self::BeckmannGlass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::FilmGlass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::BeckmannFilmGlass(l) if K::TRANSMISSION => {
@@ -227,10 +227,11 @@ impl Lobe {
         }
     }
 
-    /// What [`Self::evaluate`] leaves out of light that is sampled beyond the surface, as Cycles has it.
+    /// What [`Self::evaluate`] leaves out of light that is sampled beyond the surface, or has too much, as Cycles has it.
     #[inline]
     pub fn evaluate_backs<K: BsdfFeatures>(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
         match self {
+            Self::Translucent(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
             Self::BeckmannGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
             Self::FilmGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
             Self::BeckmannFilmGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
@@ -258,7 +259,7 @@ impl Lobe {
             Self::Phong(l) => l.sample(smooth, u),
             Self::Velvet(l) => l.sample(smooth, u),
             Self::Toon(l) => l.sample(smooth, u),
-            Self::Translucent(l) if K::TRANSMISSION => l.sample(smooth, u),
+            Self::Translucent(l) if K::TRANSMISSION => l.sample(u),
             Self::BeckmannGlass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::FilmGlass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::BeckmannFilmGlass(l) if K::TRANSMISSION => seldom(|| l.sample(smooth, u, choice)),

@@ -17,25 +17,34 @@ pub struct Translucent {
 
 impl Translucent {
     /// Value and density for a direction beyond the surface.
-    pub fn evaluate(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
+    pub fn evaluate(&self, wi: Vec3) -> LobeValue {
         let cos = -wi.dot(self.normal);
         if cos <= 0.0 {
             return LobeValue::ZERO;
         }
-        let mut value = self.color * (cos * FRAC_1_PI);
-        if self.normal != smooth {
-            value *= normal::bump_shadowing(smooth, self.normal, -wi);
-        }
         LobeValue {
-            value,
+            value: self.color * (cos * FRAC_1_PI),
             pdf: warp::cosine_hemisphere_pdf(cos),
         }
     }
 
+    /// What that has too much of where Cycles samples a light: there the terminator of a bump is softened, which it is not where
+    /// directions are drawn.
+    pub fn evaluate_backs(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
+        if self.normal == smooth {
+            return LobeValue::ZERO;
+        }
+        let shadowing = normal::bump_shadowing(smooth, self.normal, -wi);
+        LobeValue {
+            value: self.evaluate(wi).value * (shadowing - 1.0),
+            pdf: 0.0,
+        }
+    }
+
     /// Draws a direction by the cosine.
-    pub fn sample(&self, smooth: Vec3, u: Vec2) -> Option<LobeSample> {
+    pub fn sample(&self, u: Vec2) -> Option<LobeSample> {
         let wi = Frame::from_normal(-self.normal).to_world(warp::cosine_hemisphere(u));
-        let of = self.evaluate(smooth, wi);
+        let of = self.evaluate(wi);
         LobeSample::transmitted(wi, of)
     }
 }

@@ -454,6 +454,30 @@ fn backs_are_lit_where_no_sample_goes() {
     }
 }
 
+/// Drawn directions of a bumped translucent lobe bring its whole colour; where lights are sampled the bump's terminator is soft.
+#[test]
+fn bumps_soften_translucent_light_that_is_sampled() {
+    let lobe = Lobe::Translucent(Translucent {
+        color: Vec3::ONE,
+        normal: Vec3::new(0.6, 0.0, 0.8),
+    });
+    let drawn = lobe
+        .sample::<AllFeatures>(Vec3::Z, Vec2::new(0.3, 0.7), 0.0)
+        .unwrap();
+    assert!((drawn.of.value.x / drawn.of.pdf - 1.0).abs() < 1e-6);
+    let sampled = |wi: Vec3| {
+        let drawn = evaluate(&lobe, wi).value.x;
+        let more = lobe.evaluate_backs::<AllFeatures>(Vec3::Z, wi);
+        assert_eq!(more.pdf, 0.0);
+        (drawn, drawn + more.value.x)
+    };
+    let (drawn, soft) = sampled(view(-0.05, 3.5));
+    assert!(soft > 0.0 && soft < 0.9 * drawn, "{drawn} {soft}");
+    // Straight through there is nothing to soften.
+    let (drawn, same) = sampled(-Vec3::Z);
+    assert!((same / drawn - 1.0).abs() < 1e-6, "{drawn} {same}");
+}
+
 /// Two of the three colours of what is scattered several times are 1 at most.
 #[test]
 fn rough_diffuse_surfaces_brighten_once() {
