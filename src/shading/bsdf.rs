@@ -487,11 +487,16 @@ impl<K: BsdfFeatures> Bsdf<K> {
             .total(K::FACETS)
     }
 
-    /// The same for the direction of a light that Cycles samples: with [`Lobe::evaluate_backs`].
+    /// The same for the direction of a light that Cycles samples: with [`Lobe::evaluate_backs`], and what only a displacement
+    /// that is a bump sees.
     #[inline]
     pub fn evaluate_sampled(&self, wi: Vec3) -> BsdfValue {
         if !self.is_beyond(wi) {
-            return self.evaluate(wi);
+            return if self.is_below(wi) && !self.is_seen_by_bump(wi) {
+                BsdfValue::ZERO
+            } else {
+                self.sums(usize::MAX, wi, false).total(K::FACETS)
+            };
         }
         let mut sums = self.sums(usize::MAX, wi, true);
         for entry in self.others().iter().filter(|entry| !entry.is_delta) {
@@ -558,6 +563,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
         let curved = self.curved();
         wi.dot(curved) <= 0.0 || curved.dot(self.normals.geometric) <= 0.0
+    }
+
+    /// Whether a direction is above a displacement that is a bump, of a surface that looks to the viewer's side. Cycles samples
+    /// lights there: whether a ray from the curved surface gets to them its way tells.
+    #[inline]
+    fn is_seen_by_bump(&self, wi: Vec3) -> bool {
+        K::BUMPS && wi.dot(self.smooth()) > 0.0 && self.curved().dot(self.normals.geometric) > 0.0
     }
 
     /// Draws a direction: z chooses the lobe, and between reflection and transmission.

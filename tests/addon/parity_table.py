@@ -13,7 +13,6 @@ from collections import Counter
 REASONS = {
     ("TexSky", ""): "a table asked of Cycles, read between its texels; at places that are no directions, which the rows show, also the sun's disc",
     ("Bevel", "Radius high"): "Cycles' points lie otherwise: with its setting Tabulated Sobol in the place of Blue-Noise these rows agree (0.6 %)",
-    ("Displacement", ""): "strong bumps are a little darker: both sampling techniques refuse the same directions (docs/sundog-and-cycles.md)",
     ("BsdfPrincipled", "Coat"): "noise of the sun's highlight in a coat",
     ("BsdfPrincipled", "Subsurface"): "Cycles' walks lose light away from the origin; at it both agree within 0.1 %",
     ("SubsurfaceScattering", ""): "Cycles' walks lose light away from the origin; at it both agree within 0.4 %",

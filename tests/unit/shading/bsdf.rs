@@ -490,11 +490,13 @@ fn kernels_with_and_without_facets_agree_on_matte_surfaces() {
     }
 }
 
-/// What a displacement that is a bump sees alone, and neither the triangle nor the curved surface, is lost.
+/// What is below the triangle is seen if the curved surface sees it; what a displacement that is a bump sees alone, lights that are
+/// sampled find.
 #[test]
-fn a_bump_of_the_surface_sees_nothing_below_it() {
+fn a_bump_of_the_surface_sees_below_it_where_lights_are_sampled() {
     let leaning = Vec3::new(0.8, 0.0, 0.6);
     let below = Vec3::new(0.995, 0.0, -0.1).normalize();
+    let away = Vec3::new(-0.995, 0.0, -0.1).normalize();
     let lit = |curved: Vec3, wi: Vec3| {
         let normals = Normals {
             curved,
@@ -508,11 +510,13 @@ fn a_bump_of_the_surface_sees_nothing_below_it() {
         let (color, normal) = (Vec3::ONE, leaning);
         bsdf.add(Lobe::Diffuse(Diffuse { color, normal }), color);
         bsdf.finish();
-        bsdf.evaluate(wi).value != Vec3::ZERO
+        [bsdf.evaluate(wi), bsdf.evaluate_sampled(wi)].map(|of| of.value != Vec3::ZERO)
     };
-    assert!(lit(Vec3::Z, Vec3::Z));
-    assert!(!lit(Vec3::Z, below));
-    assert!(lit(leaning, below));
+    assert_eq!(lit(Vec3::Z, Vec3::Z), [true, true]);
+    assert_eq!(lit(Vec3::Z, below), [false, true]);
+    assert_eq!(lit(leaning, below), [true, true]);
+    assert_eq!(lit(Vec3::Z, away), [false, false]);
+    assert_eq!(lit(-leaning, below), [false, false]);
 }
 
 #[test]
