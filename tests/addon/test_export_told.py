@@ -39,6 +39,18 @@ class Told(kit.ExportTest):
         made.pack()
         return made
 
+    def test_random_textures_of_modifiers(self):
+        """Noise is drawn anew at each evaluation; other textures of modifiers are in the mesh, and nothing is lost of them."""
+        for kind, verdict in (("NOISE", "approximated"), ("CLOUDS", "exact")):
+            texture = bpy.data.textures.new(kind, kind)
+            made = self.link(kind, kit.plane(kind))
+            modifier = made.modifiers.new("moved", "DISPLACE")
+            modifier.texture = texture
+            told = lambda: [v["verdict"] for v in self.export().result.verdicts if (v["kind"], v["name"]) == ("object", kind)] or ["exact"]  # noqa: B023, E731
+            self.assertEqual(told(), [verdict])
+            modifier.show_render = False
+            self.assertEqual(told(), ["exact"])
+
     def test_culling_by_camera_and_distance(self):
         for name, place in (("seen", (0, 0, 0)), ("beside", (9, 0, 0)), ("behind", (0, 0, 14)), ("far", (0, 0, -30))):
             self.link(name, kit.cube(name), location=place)

@@ -9,7 +9,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, motion, nodes, object_info, views, visibility
+from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, modifiers, motion, nodes, object_info, views, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -257,7 +257,7 @@ class Exporter:
     def _read_mesh(self, shown, slots):
         try:
             diced = self._dicing(shown)
-            findings = []
+            findings = modifiers.findings(shown)
             steps = self.motion.of_mesh(shown, findings) if self.motion else None
             self.verdicts.extend("object", shown.name, findings, untouched=False)
             with geometry.readable(shown) as mesh:
