@@ -135,6 +135,16 @@ class Dicing(kit.ExportTest):
             # Faces of another mesh are no such level.
             self.assertIsNone(subdivided.joined(numpy.arange(24).reshape(-1, 4), numpy.array([0, 1, 3, 2, 2, 3, 7, 6, 6, 7, 5, 4, 4, 5, 1, 0, 2, 6, 4, 0, 7, 3, 1, 5])))
 
+    def test_levels_of_many_pieces_are_undone_together(self):
+        """A piece for itself took 0.4 ms: 55,000 of them 23 s. Each is a face that was divided once; pieces may meet in a vertex."""
+        places = numpy.arange(9).reshape(3, 3)
+        piece = numpy.stack([places[:-1, :-1], places[1:, :-1], places[1:, 1:], places[:-1, 1:]], -1).reshape(4, 4)
+        vertices = numpy.concatenate([piece + 9 * k for k in range(20000)]).reshape(-1)
+        self.assertEqual(subdivided.joined(numpy.arange(len(vertices)).reshape(-1, 4), vertices).shape, (20000, 4))
+        meeting = numpy.concatenate([piece, numpy.where(piece == 0, 8, piece + 8)]).reshape(-1)
+        found = subdivided.joined(numpy.arange(32).reshape(-1, 4), meeting)
+        self.assertEqual({frozenset(meeting[quad].tolist()) for quad in found}, {frozenset({0, 2, 6, 8}), frozenset({8, 10, 14, 16})})
+
     def test_triangles_fit_together_and_none_is_too_long(self):
         bpy.ops.mesh.primitive_plane_add(size=40)
         plane = bpy.context.object

@@ -14,8 +14,6 @@ def joined(corners, vertices):
     face before had not four corners, or if the quads look like no such level."""
     faces = vertices[corners]
     kinds = _kinds(faces, len(vertices))
-    if kinds is None:
-        return None
     of = kinds[faces]
     if not ((of == _BEFORE).sum(axis=1) == 1).all() or not ((of == _FACE).sum(axis=1) == 1).all():
         return None
@@ -43,27 +41,33 @@ def joined(corners, vertices):
 
 
 def _kinds(faces, count):
-    """What each vertex was made for. Blender's first vertex of each piece is one of the mesh that it divides."""
-    faces = faces.astype(numpy.int64)
-    at = faces.reshape(-1)
-    order = numpy.argsort(at, kind="stable")
-    starts = numpy.searchsorted(at[order], numpy.arange(count + 1))
-    kinds = numpy.zeros(count, numpy.int8)
-    for seed in numpy.unique(at):
-        if kinds[seed]:
-            continue
-        reached, kind = numpy.array([seed]), _BEFORE
-        while len(reached):
-            kinds[reached] = kind
-            lengths = starts[reached + 1] - starts[reached]
-            offsets = numpy.arange(lengths.sum()) - numpy.repeat(numpy.cumsum(lengths) - lengths, lengths)
-            places = order[numpy.repeat(starts[reached], lengths) + offsets]
-            quads, corner = places // 4, places % 4
-            beside = numpy.concatenate([faces[quads, (corner + turn) % 4] for turn in (1, 3)])
-            opposite = numpy.unique(faces[quads, (corner + 2) % 4])
-            kind = _FACE + _BEFORE - kind
-            if not numpy.isin(kinds[beside], (0, _EDGE)).all() or not numpy.isin(kinds[opposite], (0, kind)).all():
-                return None
-            kinds[beside] = _EDGE
-            reached = opposite[kinds[opposite] == 0]
+    """What each vertex was made for, 0 where no face has it. Blender's first vertex of each piece is one of the mesh that it divides."""
+    # Three sides join the corners of a quad.
+    sides = (numpy.concatenate([faces[:, corner + step] for corner in (0, 1, 2)]) for step in (0, 1))
+    diagonals = (numpy.concatenate([faces[:, corner + step] for corner in (0, 1)]) for step in (0, 2))
+    # Along a side what was made for an edge changes with what was not, along a diagonal vertices of before with those of faces.
+    of_edge, of_face = (_odd(*(end.astype(numpy.int32) for end in ends), count) for ends in (sides, diagonals))
+    kinds = numpy.where(of_edge, _EDGE, numpy.where(of_face, _FACE, _BEFORE)).astype(numpy.int8)
+    kinds[numpy.bincount(faces.reshape(-1), minlength=count) == 0] = 0
     return kinds
+
+
+def _odd(starts, ends, count):
+    """Whether vertices are an odd number of lines away from the first one of what the lines from starts to ends join. (Where lines make odd
+    circles some of them are odd and some are not.)"""
+    first, odd = numpy.arange(count, dtype=numpy.int32), numpy.zeros(count, bool)
+    while True:
+        apart = first[starts] != first[ends]
+        if not apart.any():
+            return odd
+        starts, ends = starts[apart], ends[apart]
+        # The first of one piece hangs below that of the other, the lower one stays: both writes keep the same line of several.
+        pair = first[starts], first[ends]
+        low, high = numpy.minimum(*pair), numpy.maximum(*pair)
+        first[high], odd[high] = low, ~(odd[starts] ^ odd[ends])
+        while True:
+            above = first[first]
+            if (above == first).all():
+                break
+            odd ^= odd[first]
+            first = above
