@@ -51,6 +51,18 @@ class Told(kit.ExportTest):
             modifier.show_render = False
             self.assertEqual(told(), ["exact"])
 
+    def test_shining_twins(self):
+        """Of two objects that shine in one place rounding decides in Cycles how much light they give; without emission nothing is to be told."""
+        for strength, verdict in ((0, "exact"), (5, "approximated")):
+            material = kit.material(f"of {strength}", Emission_Color=(1, 1, 1, 1), Emission_Strength=strength)
+            mesh = kit.cube(f"cube {strength}")
+            mesh.materials.append(material)
+            for name, height in (("one", 1), ("other", 1), ("above", 4)):
+                self.link(f"{name} {strength}", mesh, location=(strength, 0, height))
+            found = self.export().result.verdicts
+            told = [v["name"] for v in found if v["kind"] == "object" and "stands in the place" in v["detail"]]
+            self.assertEqual(told, [] if verdict == "exact" else [f"other {strength}"])
+
     def test_culling_by_camera_and_distance(self):
         for name, place in (("seen", (0, 0, 0)), ("beside", (9, 0, 0)), ("behind", (0, 0, 14)), ("far", (0, 0, -30))):
             self.link(name, kit.cube(name), location=place)

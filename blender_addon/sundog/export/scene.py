@@ -75,6 +75,8 @@ class Exporter:
         self._asked = {}
         # (mesh, SUNDOG_object as text) -> names and matrices.
         self._placed = {}
+        # Of meshes that shine: places -> names.
+        self._shining = {}
 
     def objects(self):
         """All that the depsgraph would render."""
@@ -338,12 +340,25 @@ class Exporter:
             for index in numpy.nonzero(~finite)[0]:
                 self.verdicts.add("object", names[index], LOST, "it is left out: its place is not a number")
             matrices, names = matrices[finite], [n for n, keep in zip(names, finite) if keep]
+            self._tell_of_twins(mesh, names, matrices)
             rest = numpy.arange(len(matrices))
             if len(matrices) >= INSTANCING_FROM:
                 rest = self._write_copies(mesh, extension, names[0], matrices)
             turned = (TO_GLTF @ matrices[rest]).transpose(0, 2, 1).reshape(-1, 16).tolist()
             for index, matrix in zip(rest, turned):
                 self._add_object(names[index], mesh, matrix, extension)
+
+    def _tell_of_twins(self, mesh, names, matrices):
+        """What shines and stands in the place of another gives other light in Cycles, by rounding: a quarter of one's, or more than that."""
+        materials = [self.document.root["materials"][part["material"]] for part in self.document.root["meshes"][mesh]["primitives"] if "material" in part]
+        if not any("emissiveFactor" in material for material in materials):
+            return
+        seen = self._shining.setdefault(mesh, {})
+        for name, matrix in zip(names, matrices):
+            before = seen.setdefault(matrix.tobytes(), name)
+            if before is not name:
+                words = f'it shines and stands in the place of "{before}": both shine as one, where rounding decides in Cycles how much light they give'
+                self.verdicts.add("object", name, APPROXIMATED, words)
 
     def _add_object(self, name, mesh, matrix, extension):
         node = {"name": name, "mesh": mesh, "matrix": matrix}
