@@ -73,7 +73,7 @@ fn prepared(scene: &Scene, uv_pass: bool) -> World {
         threads: Some(1),
         instructions: None,
         cull_backfaces: false,
-        even_lights: false,
+        light_shares: Default::default(),
         uv_pass,
         aovs: false,
         vectors: false,

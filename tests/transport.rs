@@ -166,7 +166,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
             threads: Some(1),
             instructions: None,
             cull_backfaces: false,
-            even_lights: false,
+            light_shares: Default::default(),
             uv_pass: false,
             aovs: false,
             vectors: false,

@@ -60,7 +60,7 @@ fn world(scene: &Scene, effects: EnumSet<Effect>) -> Outcome<World> {
         threads: Some(1),
         instructions: None,
         cull_backfaces: false,
-        even_lights: false,
+        light_shares: Default::default(),
         uv_pass: false,
         aovs: false,
         vectors: false,

@@ -3,7 +3,8 @@
 use super::Failure;
 use super::args::{Machine, RenderOptions, Size};
 use crate::render::{
-    Ablation, BounceLimits, Filter, InstructionSet, RenderSettings, Sequences, picture_size,
+    Ablation, BounceLimits, Filter, InstructionSet, LightShares, RenderSettings, Sequences,
+    picture_size,
 };
 use crate::scene::{Camera, Scene};
 use std::path::Path;
@@ -41,7 +42,11 @@ impl RenderOptions {
             },
             clamp_direct: transport.clamp_direct as f32,
             clamp_indirect: transport.clamp_indirect as f32,
-            even_lights: transport.even_lights,
+            light_shares: match transport {
+                t if t.even_lights => LightShares::Even,
+                t if t.tree_lights => LightShares::AsTree,
+                _ => LightShares::ByPlace,
+            },
             filter_glossy: transport.filter_glossy as f32,
             transparent_film: size.transparent || scene.render.transparent == Some(true),
             film_exposure: film_exposure.map_or(defaults.film_exposure, |factor| factor as f32),

@@ -15,6 +15,8 @@ pub(super) struct Accumulator<'a, A> {
     pub clamped: [f32; 2],
     /// So many paths share what they find: each counts by its share.
     pub branches: u32,
+    /// What is added counts so many times, whatever is clamped of it.
+    pub counts: f32,
     /// Told where the light comes from.
     pub sink: &'a mut A,
 }
@@ -27,6 +29,7 @@ impl<'a, A: PassSink + Record> Accumulator<'a, A> {
             radiance: Vec3::ZERO,
             clamped: [0.0; 2],
             branches: 1,
+            counts: 1.0,
             sink,
         }
     }
@@ -43,9 +46,9 @@ impl<'a, A: PassSink + Record> Accumulator<'a, A> {
         let limit = settings.clamp[indirect];
         // Each is clamped as if it were the only one.
         let share = if self.branches == 1 {
-            1.0
+            self.counts
         } else {
-            1.0 / self.branches as f32
+            self.counts / self.branches as f32
         };
         let kept = if mean > limit {
             let kept = light * (limit / mean);
@@ -93,6 +96,20 @@ impl<'a, A: PassSink + Record> Accumulator<'a, A> {
         };
         // One of the branches alone is followed for denoisers.
         self.sink.shine(kept * self.branches as f32);
+        kept
+    }
+
+    /// Adds light of a sample that counts so many times, clamped as if it counted once.
+    #[inline]
+    pub fn add_sampled(
+        &mut self,
+        settings: &PathSettings,
+        light: Vec3,
+        (bounces, counts): (u32, f32),
+    ) -> Vec3 {
+        self.counts = counts;
+        let kept = self.add_scattered(settings, light, bounces);
+        self.counts = 1.0;
         kept
     }
 

@@ -186,7 +186,7 @@ impl<E: Features> Vertex<'_, E> {
         if self.bounce == 0 {
             sum.sink.first_scattering(reflected, diffuse, beyond);
         }
-        let kept = sum.add_scattered(settings, contribution * share, self.bounce);
+        let kept = sum.add_sampled(settings, contribution * share, (self.bounce, light.counts));
         let source = || world.lights.source(drawn);
         sum.sink.grouped(kept, || world.lights.group(source()));
         1

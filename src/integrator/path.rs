@@ -318,7 +318,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                     .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
             }
             self.light.sink.surface(|| features(&bsdf));
-            self.receive(&found.hit, surface.point.point, bsdf.receiving_normal());
+            self.receive(&found.hit, surface.point.point, bsdf.receiving());
             let past = self.past();
             let vertex = Vertex::<E> {
                 world,
@@ -352,13 +352,15 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// Takes note of where light falls on a surface, for those who look for it.
     #[inline(always)]
-    fn receive(&mut self, hit: &Hit, point: Vec3, normal: Option<Vec3>) {
+    fn receive(&mut self, hit: &Hit, point: Vec3, (normal, facing): (Option<Vec3>, (Vec3, bool))) {
         let lights = &self.world.lights;
         let at = &mut self.beside.previous.at;
         if E::EVERYTHING && lights.is_linked() {
             at.receiver = lights.receiver(hit.object());
         }
         lights.context_into(at, point, normal);
+        at.facing = Some(facing);
+        at.clamps = self.settings.clamp[usize::from(self.bounce > 0)].is_finite();
         at.bounces = self.bounce;
     }
 

@@ -9,6 +9,7 @@ use super::ellipse::SphericalEllipse;
 use super::lamp::LampSample;
 use super::rectangle::SphericalRectangle;
 use super::triangle::Triangle;
+use super::two_bounds::Shape;
 use super::{Direction, LightHit};
 use crate::math::{sqr, warp};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
@@ -198,6 +199,25 @@ impl Area {
             Spread::Parallel => PI as f32,
         };
         self.radiance * (peak * self.area())
+    }
+
+    /// What leaves it in all.
+    pub(super) fn flux(&self) -> Vec3 {
+        self.radiance * (PI as f32 * self.area())
+    }
+
+    /// As Cycles' Light Tree sees it.
+    pub(super) fn in_tree(&self) -> Shape {
+        Shape::Area {
+            center: self.center,
+            normal: self.normal,
+            edges: [self.u * (2.0 * self.half.x), self.v * (2.0 * self.half.y)],
+            spread: match self.spread {
+                Spread::Full => std::f32::consts::FRAC_PI_2,
+                Spread::Within { tangent, .. } => tangent.atan(),
+                Spread::Parallel => 0.0,
+            },
+        }
     }
 
     /// Cosine of the half angle of its light.

@@ -16,6 +16,8 @@ pub struct ComputedLight {
     axes: LightAxes,
     /// The luminance of the tree's mean, for the choice between lights.
     mean: f32,
+    /// How strongly its tree shines, guessed as Cycles does.
+    pub(super) guess: Vec3,
 }
 
 /// Where a light stands, and where its texture coordinates lie.
@@ -42,6 +44,7 @@ impl ComputedLight {
             program,
             axes,
             mean: 1.0,
+            guess: Vec3::ONE,
         };
         made.mean = made.estimate().max(LEAST);
         made

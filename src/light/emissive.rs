@@ -59,6 +59,10 @@ pub struct EmissiveMesh {
     pub single_sided: bool,
     /// How many triangles it has.
     pub triangles: u32,
+    /// Parts of one object have one number.
+    pub object: u32,
+    /// How strongly it emits, guessed as Cycles does.
+    pub guess: Vec3,
     /// What it emits.
     pub surface: Box<dyn EmissiveSurface>,
 }
@@ -66,6 +70,8 @@ pub struct EmissiveMesh {
 /// What the triangles of a mesh share.
 struct Shared {
     instance: u32,
+    object: u32,
+    guess: Vec3,
     rules: Rules,
     surface: Box<dyn EmissiveSurface>,
 }
@@ -212,6 +218,11 @@ impl EmissiveTriangle {
         self.shape.area()
     }
 
+    /// Its corners, of one that moves half-way, and how strongly it emits as Cycles guesses it.
+    pub(super) fn in_tree(&self) -> ([Vec3; 3], Vec3) {
+        (self.shape.corners, self.part.mesh.guess)
+    }
+
     /// Draws a point.
     #[inline]
     pub fn sample_li(&self, at: &LightSampleContext, u: Vec2) -> Option<LightSample> {
@@ -240,6 +251,15 @@ impl EmissiveTriangle {
 }
 
 impl EmissiveRectangle {
+    /// Its corners, and how strongly it emits as Cycles guesses it.
+    pub(super) fn in_tree(&self) -> ([Vec3; 4], Vec3) {
+        let of = |number| self.part.mesh.surface.corners(number);
+        let [first, second] = [self.part.triangle, self.part.triangle + 1].map(of);
+        let mut others = second.into_iter().filter(|corner| !first.contains(corner));
+        let fourth = others.next().unwrap_or(second[2]);
+        ([first[0], first[1], first[2], fourth], self.part.mesh.guess)
+    }
+
     /// Its area.
     pub fn area(&self) -> f32 {
         self.shape.area() as f32
@@ -396,6 +416,8 @@ impl EmissiveTriangles {
             is_opaque,
             single_sided,
             triangles,
+            object,
+            guess,
             surface,
         } = mesh;
         let triangles: Vec<[Vec3; 3]> = (0..triangles).map(|t| surface.corners(t)).collect();
@@ -421,6 +443,8 @@ impl EmissiveTriangles {
         };
         let shared = Arc::new(Shared {
             instance,
+            object,
+            guess,
             rules: Rules::of_surface(visibility),
             surface,
         });
@@ -474,16 +498,26 @@ impl Light {
     /// The instance whose surface it is, and who sees that.
     #[inline]
     pub(super) fn of_surface(&self) -> Option<(u32, Rules)> {
-        let part = match self {
-            Self::Triangle(triangle) => &triangle.part,
-            Self::Rectangle(rectangle) => &rectangle.part,
+        let mesh = &self.part()?.mesh;
+        Some((mesh.instance, mesh.rules))
+    }
+
+    /// The object that it is a part of, by its number.
+    pub(super) fn object(&self) -> Option<u32> {
+        Some(self.part()?.mesh.object)
+    }
+
+    #[inline]
+    fn part(&self) -> Option<&Part> {
+        match self {
+            Self::Triangle(triangle) => Some(&triangle.part),
+            Self::Rectangle(rectangle) => Some(&rectangle.part),
             Self::Lamp(_)
             | Self::Area(_)
             | Self::Sun(_)
             | Self::Environment(_)
-            | Self::Computed(_) => return None,
-        };
-        Some((part.mesh.instance, part.mesh.rules))
+            | Self::Computed(_) => None,
+        }
     }
 }
 

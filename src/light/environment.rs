@@ -26,6 +26,8 @@ pub struct Environment {
     kind: Kind,
     /// Openings through which it is looked for as well, if there are any.
     portals: Option<Box<Portals>>,
+    /// How strongly it shines, guessed as Cycles does.
+    pub(super) guess: Vec3,
 }
 
 #[derive(Debug)]
@@ -53,6 +55,8 @@ pub struct Disc {
     pub toward: Vec3,
     /// 1 − cos of its angular radius.
     pub one_minus_cos: f32,
+    /// The probability with which it is sampled by itself; by its light where there is none.
+    pub share: Option<f32>,
 }
 
 impl Disc {
@@ -156,6 +160,7 @@ impl Environment {
             image_from_world: Mat3::IDENTITY,
             kind: Kind::Constant,
             portals: None,
+            guess: radiance,
         }
     }
 
@@ -183,6 +188,7 @@ impl Environment {
                 distribution,
             })),
             portals: None,
+            guess: radiance,
         }
     }
 
@@ -253,7 +259,8 @@ impl Environment {
             let of_mean = radiance * (0.5 * disc.one_minus_cos);
             let (light, all) = (luminance(of_mean), luminance(mean + of_mean));
             mean += of_mean;
-            (light > 0.0).then(|| (disc, (light / all).clamp(0.1, 0.9)))
+            let share = disc.share.unwrap_or((light / all).clamp(0.1, 0.9));
+            (light > 0.0).then_some((disc, share))
         });
         Self {
             radiance,
@@ -265,6 +272,7 @@ impl Environment {
                 disc,
             })),
             portals: None,
+            guess: radiance,
         }
     }
 

@@ -67,6 +67,21 @@ impl Light {
         if power <= 0.0 { None } else { Some(made) }
     }
 
+    /// The same with what Cycles guesses of its tree's strength.
+    #[must_use]
+    pub fn guessed(mut self, guess: Vec3) -> Self {
+        match &mut self {
+            Self::Environment(environment) => environment.guess = guess,
+            Self::Computed(light) => light.guess = guess,
+            Self::Lamp(_)
+            | Self::Area(_)
+            | Self::Triangle(_)
+            | Self::Rectangle(_)
+            | Self::Sun(_) => {}
+        }
+        self
+    }
+
     /// The light of an environment with the openings of a scene, relative to an origin.
     #[must_use]
     pub fn with_portals(self, portals: &[scene::Portal], origin: DVec3) -> Self {

@@ -10,6 +10,7 @@ use super::lamp::{Lamp, LampSample};
 use super::light_sampler::Pmf;
 use super::program::LookingRay;
 use super::sun::Sun;
+use super::two_bounds::Receiver;
 use crate::math::luminance;
 use glam::{Mat3, Vec2, Vec3};
 
@@ -45,6 +46,10 @@ pub struct LightSampleContext {
     pub time: f32,
     /// The set of receivers that it is in ([`super::LightSet::receiver`]).
     pub receiver: u8,
+    /// The normal of the surface, and whether light from below it counts as well; `None` in a medium.
+    pub facing: Option<(Vec3, bool)>,
+    /// Light that falls on it is clamped.
+    pub clamps: bool,
     pub(super) pmf: Pmf,
     pub(super) groups: Groups,
 }
@@ -66,6 +71,8 @@ impl LightSampleContext {
             bounces: 0,
             time: 0.0,
             receiver: 0,
+            facing: None,
+            clamps: true,
             pmf: Pmf::NONE,
             groups: Groups {
                 sum: 1.0,
@@ -79,6 +86,16 @@ impl LightSampleContext {
     #[must_use]
     pub fn at_time(self, time: f32) -> Self {
         Self { time, ..self }
+    }
+
+    /// As Cycles' Light Tree sees it.
+    #[inline]
+    pub(super) fn receiver_in_tree(&self) -> Receiver {
+        Receiver {
+            point: self.point,
+            normal: self.facing.map(|(normal, _)| normal),
+            both: self.facing.is_none_or(|(_, both)| both),
+        }
     }
 
     /// Where, and which side.
@@ -102,6 +119,8 @@ pub struct LightSample {
     pub delta: bool,
     /// Where on the light; `None` at infinity. Already moved off the light's surface.
     pub target: Option<Vec3>,
+    /// It counts so many times, whatever is clamped of it.
+    pub counts: f32,
 }
 
 impl LightSample {
@@ -115,6 +134,7 @@ impl LightSample {
             pdf,
             delta: false,
             target,
+            counts: 1.0,
         }
     }
 
@@ -128,6 +148,7 @@ impl LightSample {
             pdf: s.direction.pdf,
             delta: s.delta,
             target: Some(from + s.direction.wi * s.distance),
+            counts: 1.0,
         }
     }
 
@@ -155,6 +176,12 @@ impl LightSample {
             pdf: self.pdf * here,
             ..self
         })
+    }
+
+    /// The same, counting so many times.
+    #[inline]
+    pub(super) fn counting(self, counts: f32) -> Self {
+        Self { counts, ..self }
     }
 
     /// The same, of a light that was chosen with a probability. `None` where the density is 0 by underflow.
@@ -190,6 +217,7 @@ impl Light {
                     pdf: d.pdf,
                     delta: sun.is_delta(),
                     target: None,
+                    counts: 1.0,
                 })
             }
             Self::Environment(environment) => {

@@ -29,6 +29,7 @@ pub mod sun;
 pub mod texels;
 pub mod tree;
 pub mod triangle;
+pub mod two_bounds;
 
 pub use groups::LightGroups;
 pub use kinds::{Light, LightSample, LightSampleContext};

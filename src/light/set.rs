@@ -1,11 +1,13 @@
 //! All lights of a scene, and which of them to sample.
 
 mod along;
+mod choice;
 
 pub use along::Along;
+pub use choice::LightChoice;
 
 use super::emissive::{EmissiveMesh, EmissiveTriangles, Eye, Twins};
-use super::estimate::{Angle, LightBounds, MOST};
+use super::estimate::{LightBounds, MOST};
 use super::finder::Finder;
 use super::groups::LightGroups;
 use super::kinds::{Groups, Light, LightSample, LightSampleContext};
@@ -13,6 +15,7 @@ use super::light_sampler::LightSampler;
 use super::linking::Linking;
 use super::program::LookingRay;
 use super::rules::Rules;
+use super::two_bounds::TwoBounds;
 use crate::ffi::embree::{Device, EmbreeError};
 use crate::math::float;
 use crate::scene::RayKind;
@@ -39,6 +42,8 @@ pub struct LightSet {
     linking: Option<Box<Linking>>,
     /// The probability that the light is a finite one, where all are drawn [`evenly`].
     even: Option<f32>,
+    /// How often Cycles draws each light, where samples are to count as if they were drawn so.
+    tree: Option<Box<TwoBounds>>,
 }
 
 struct InfiniteLight {
@@ -92,17 +97,6 @@ pub enum Drawn {
 /// How much of the choice between finite lights and each at infinity is by estimates.
 const BY_ESTIMATE: f32 = 0.8;
 
-/// How finite lights are chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LightChoice {
-    /// By what they give to the point at most.
-    Place,
-    /// By their power alone.
-    Power,
-    /// Surfaces by their areas, all others evenly.
-    Even,
-}
-
 /// Up to this number, rays try lamps one by one; more go into a hierarchy of their own.
 const IN_A_ROW: usize = 4;
 
@@ -132,6 +126,7 @@ impl LightSetBuilder {
                 groups,
                 linking: None,
                 even: None,
+                tree: None,
             },
             suns: Vec::new(),
             eye,
@@ -195,7 +190,7 @@ impl LightSetBuilder {
     pub fn build(self, choice: LightChoice, device: &Device) -> Result<LightSet, EmbreeError> {
         let mut set = self.set;
         set.infinite.extend(self.suns);
-        set.leave_even_sky_to_bsdf();
+        set.leave_even_sky_to_bsdf(choice);
         if set.sized.len() > IN_A_ROW {
             set.finder = Some(Finder::new(&set.lights, &set.sized, device)?);
         }
@@ -203,7 +198,7 @@ impl LightSetBuilder {
         let mut bounds: Vec<LightBounds> = Vec::with_capacity(set.lights.len());
         bounds.extend(set.lights.iter().filter_map(Light::bounds));
         if choice == LightChoice::Power {
-            by_power(&mut bounds);
+            choice::by_power(&mut bounds);
         }
         if let Some(mut linking) = set.linking.take() {
             let finite = (0..).zip(&bounds).map(|(number, &bounds)| {
@@ -216,80 +211,18 @@ impl LightSetBuilder {
             set.linking = Some(linking);
         }
         // Lights that are linked are drawn by who sees them.
-        set.sampler = if choice == LightChoice::Even && set.linking.is_none() {
-            set.evenly()
-        } else {
-            LightSampler::new(bounds)
+        set.sampler = match choice {
+            LightChoice::Even if set.linking.is_none() => set.evenly(),
+            _ => LightSampler::new(bounds),
         };
+        if choice == LightChoice::Tree && set.linking.is_none() {
+            set.tree = set.as_cycles().map(Box::new);
+        }
         Ok(set)
     }
 }
 
-/// Makes all lights of a tree look as if they stood in the same place and shone everywhere, so that they are drawn by their
-/// power alone. One is left as it is: the estimate for all of them is weighed against the sky's.
-fn by_power(bounds: &mut [LightBounds]) {
-    let [first, rest @ ..] = &*bounds else {
-        return;
-    };
-    if rest.is_empty() {
-        return;
-    }
-    let (min, max) = rest.iter().fold((first.min, first.max), |(min, max), b| {
-        (min.min(b.min), max.max(b.max))
-    });
-    for b in bounds {
-        *b = LightBounds {
-            min,
-            max,
-            intensity: b.intensity,
-            axis: Vec3::Z,
-            normals: Angle::ALL,
-            cos_emission: 0.0,
-            two_sided: true,
-            front: None,
-        };
-    }
-}
-
 impl LightSet {
-    /// Half of the light samples go to surfaces that emit, by their areas, and the other half evenly to all others: as in Cycles
-    /// without its light tree. It decides for lights at infinity, and returns the choice between finite ones.
-    fn evenly(&mut self) -> LightSampler {
-        let area: f64 = (self.lights.iter().filter_map(Light::surface_area))
-            .map(f64::from)
-            .sum();
-        let lamps = self.rules.len();
-        let looked_for = |other: &&mut InfiniteLight| other.estimate > 0.0;
-        let others = lamps + self.infinite.iter_mut().filter(looked_for).count();
-        let of_surfaces = match others {
-            0 => 1.0,
-            _ if area > 0.0 => 0.5,
-            _ => 0.0,
-        };
-        let each = (1.0 - of_surfaces) / others.max(1) as f64;
-        for other in self.infinite.iter_mut().filter(looked_for) {
-            other.estimate = each as f32;
-        }
-        self.even = Some((of_surfaces + each * lamps as f64) as f32);
-        LightSampler::fixed(self.lights.iter().map(|light| match light.surface_area() {
-            Some(part) => (of_surfaces * f64::from(part) / area) as f32,
-            None => each as f32,
-        }))
-    }
-
-    /// Where there are other lights, none of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as
-    /// well or better: half of the sphere is below the surface, and in a room such samples end at the walls.
-    fn leave_even_sky_to_bsdf(&mut self) {
-        if self.lights.is_empty() && self.infinite.len() < 2 {
-            return;
-        }
-        for sky in &mut self.infinite {
-            if is_even(&sky.light) && !sky.rules.shines_through() {
-                sky.estimate = 0.0;
-            }
-        }
-    }
-
     /// Whether a light is a sky of one colour, which Cycles does not sample.
     #[inline]
     pub fn is_even_sky(&self, drawn: Drawn) -> bool {
@@ -324,6 +257,7 @@ impl LightSet {
     pub fn context_into(&self, at: &mut LightSampleContext, point: Vec3, normal: Option<Vec3>) {
         let compared = !self.infinite.is_empty();
         (at.point, at.normal) = (point, normal);
+        (at.facing, at.clamps) = (None, true);
         let sampler = self.sampler_for(at.receiver);
         sampler.pmf_into(&mut at.pmf, point, normal, compared);
         at.groups = Groups {
@@ -475,7 +409,15 @@ impl LightSet {
             Drawn::Finite(number) => &self.lights[number as usize],
             Drawn::Infinite(i) => &self.infinite[i as usize].light,
         };
-        Some((light.sample_li(at, u)?.chosen(p)?, drawn))
+        let sample = light.sample_li(at, u)?;
+        let sample = match self.tree_at(at) {
+            None => sample.chosen(p)?,
+            Some(tree) => {
+                let as_cycles = tree.probability(&at.receiver_in_tree(), drawn);
+                sample.chosen(as_cycles)?.counting(as_cycles / p)
+            }
+        };
+        Some((sample, drawn))
     }
 
     /// Draws a light, with its probability.
@@ -530,7 +472,26 @@ impl LightSet {
         self.groups.of_source(source, self.number_in_scene(source))
     }
 
-    /// Probability with which [`Self::sample`] draws a finite light.
+    /// Cycles' choice, where the picture depends on it: what is not clamped has less noise by Sundog's own.
+    #[inline]
+    fn tree_at(&self, at: &LightSampleContext) -> Option<&TwoBounds> {
+        let tree = self.tree.as_deref()?;
+        at.clamps.then_some(tree)
+    }
+
+    /// Probability with which [`Self::sample`] says that it draws a light: its own, or Cycles'.
+    #[inline]
+    fn told_probability(&self, at: &LightSampleContext, light: Drawn) -> f32 {
+        if let Some(tree) = self.tree_at(at) {
+            return tree.probability(&at.receiver_in_tree(), light);
+        }
+        match light {
+            Drawn::Finite(number) => self.probability(at, number),
+            Drawn::Infinite(i) => self.group_probability(Group::Infinite(i as usize), at),
+        }
+    }
+
+    /// Probability with which it draws a finite light.
     #[inline]
     fn probability(&self, at: &LightSampleContext, light: u32) -> f32 {
         let p = self.group_probability(Group::Finite, at);
@@ -553,7 +514,7 @@ impl LightSet {
         let Some(number) = self.emissive.light(instance, triangle) else {
             return 0.0;
         };
-        let p = self.probability(at, number);
+        let p = self.told_probability(at, Drawn::Finite(number));
         if p <= 0.0 {
             return 0.0;
         }
@@ -610,7 +571,7 @@ impl LightSet {
             let pdf = if kind != RayKind::Camera && rules.shines_through() {
                 f32::INFINITY
             } else {
-                self.probability(at, number) * light.pdf_li(at, wi, hit.on)
+                self.told_probability(at, Drawn::Finite(number)) * light.pdf_li(at, wi, hit.on)
             };
             visit(hit.radiance, pdf, Source::Lamp(number), hit.distance);
         };
@@ -662,7 +623,7 @@ impl LightSet {
             } else if rules.shines_through() {
                 f32::INFINITY
             } else {
-                self.group_probability(Group::Infinite(i), at) * light.pdf_li(at, wi, hit.on)
+                self.told_probability(at, Drawn::Infinite(i as u32)) * light.pdf_li(at, wi, hit.on)
             };
             visit(hit.radiance, pdf, *source);
         }

@@ -35,8 +35,8 @@ pub use schedule::{render, resume};
 pub use session::{Edit, EditError, Session};
 pub use settings::{
     Ablation, BounceLimits, Caustics, EffectChoice, Filter, FilterKind, InstructionSet,
-    LightSampling, MAX_BRANCHES, MAX_LIGHT_SAMPLES, MAX_SIDE, Region, RenderSettings, Sequences,
-    picture_size,
+    LightSampling, LightShares, MAX_BRANCHES, MAX_LIGHT_SAMPLES, MAX_SIDE, Region, RenderSettings,
+    Sequences, picture_size,
 };
 
 use crate::film::error::ErrorEstimate;

@@ -14,7 +14,7 @@ use crate::film::light_passes::Asked;
 use crate::integrator::{self, Kernel, PathSettings};
 use crate::sampler::Sequence;
 use crate::scene::{Camera, Diagnostics, Material, Scene};
-use crate::world::{EmbreeError, Options, Stale, World};
+use crate::world::{EmbreeError, LightShares, Options, Stale, World};
 use enumset::EnumSet;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Mutex, OnceLock};
@@ -46,7 +46,7 @@ struct MadeFor {
     threads: usize,
     instructions: Option<InstructionSet>,
     cull_backfaces: bool,
-    even_lights: bool,
+    light_shares: LightShares,
     ablation: Ablation,
     uv_pass: bool,
     aovs: bool,
@@ -102,7 +102,7 @@ impl<'a> Wanted<'a> {
                 threads,
                 instructions: settings.instruction_set,
                 cull_backfaces: settings.cull_backfaces,
-                even_lights: settings.even_lights,
+                light_shares: settings.light_shares,
                 ablation: settings.ablation,
                 uv_pass: settings.passes.has(Pass::Uv),
                 aovs: settings.passes.has(Pass::Aov) && !scene.aovs.is_empty(),
@@ -118,7 +118,7 @@ impl<'a> Wanted<'a> {
             threads,
             instructions,
             cull_backfaces,
-            even_lights,
+            light_shares,
             ablation,
             uv_pass,
             aovs,
@@ -135,7 +135,7 @@ impl<'a> Wanted<'a> {
             threads: Some(threads),
             instructions,
             cull_backfaces,
-            even_lights,
+            light_shares,
             ablation,
             uv_pass,
             aovs,

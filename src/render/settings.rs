@@ -5,7 +5,7 @@ use crate::effects::RequestedSettings;
 use crate::film::objects::Mist;
 use crate::film::{Pass, Passes};
 pub use crate::sampler::Sequences;
-pub use crate::world::{Ablation, InstructionSet};
+pub use crate::world::{Ablation, InstructionSet, LightShares};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use std::time::Duration;
@@ -50,8 +50,8 @@ pub struct RenderSettings {
     pub clamp_direct: f32,
     /// The same for indirect light.
     pub clamp_indirect: f32,
-    /// Light samples are shared out as Cycles does without its light tree. Clamped pictures depend on it.
-    pub even_lights: bool,
+    /// How light samples are shared out. Clamped pictures depend on it.
+    pub light_shares: LightShares,
     /// Cycles' "Filter Glossy": makes facets rougher behind blurring bounces; 0 for off.
     pub filter_glossy: f32,
     /// The world is no part of the picture where the camera looks straight at it (or through alpha).
@@ -124,7 +124,7 @@ impl Default for RenderSettings {
             time_spent: Duration::ZERO,
             bounces: 12,
             bounce_limits: BounceLimits::default(),
-            even_lights: false,
+            light_shares: LightShares::ByPlace,
             clamp_direct: 0.0,
             clamp_indirect: 0.0,
             filter_glossy: 0.0,

@@ -190,7 +190,7 @@ pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
         threads: None,
         instructions: None,
         cull_backfaces: false,
-        even_lights: false,
+        light_shares: Default::default(),
         uv_pass: false,
         aovs: false,
         vectors: false,

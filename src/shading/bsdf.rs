@@ -468,9 +468,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
         self.lambert.color != Vec3::ZERO || (K::FACETS && self.is_samplable)
     }
 
-    /// Normal for the estimate of which lights matter: `None` where light from both sides does.
+    /// Normal for the estimate of which lights matter, `None` where light from both sides does; and Cycles' for the same, with whether
+    /// light from both sides does.
     #[inline]
-    pub fn receiving_normal(&self) -> Option<Vec3> {
+    pub fn receiving(&self) -> (Option<Vec3>, (Vec3, bool)) {
+        (self.receiving_normal(), (self.smooth(), self.transmits()))
+    }
+
+    fn receiving_normal(&self) -> Option<Vec3> {
         let normal = self.normal();
         let bent = K::BUMPS && (normal != self.smooth() || normal != self.normals.shading);
         let agree = !self.transmits() && !bent && (!K::FACETS || self.agrees);

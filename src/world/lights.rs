@@ -1,5 +1,6 @@
 //! The lights of a scene, made ready.
 
+use super::LightShares;
 use super::asking::Asking;
 use super::geometry::{MeshData, MeshInstance};
 use super::material::PreparedMaterial;
@@ -157,7 +158,7 @@ pub(super) fn prepare(
     scene: &Scene,
     effects: EnumSet<Effect>,
     (origin, eye, cull_backfaces): (DVec3, Eye, bool),
-    (view, even): (View, bool),
+    (view, shares): (View, LightShares),
     geometry: &Geometry,
     materials: &[Arc<PreparedMaterial>],
     device: &Device,
@@ -185,7 +186,8 @@ pub(super) fn prepare(
             let mesh = &meshes[entry.mesh as usize];
             let material = &materials[mesh.material as usize];
             if luminance(material.emission.abs()) <= 0.0
-                || (even || material.emission_traces()) && is_left_to_rays(material)
+                || (shares != LightShares::ByPlace || material.emission_traces())
+                    && is_left_to_rays(material)
             {
                 continue;
             }
@@ -195,6 +197,8 @@ pub(super) fn prepare(
                 is_opaque: material.is_opaque(),
                 single_sided: material.single_sided,
                 triangles: mesh.triangles.triangles().len() as u32,
+                object: entry.object,
+                guess: material.emission_estimate,
                 surface: Box::new(PlacedMesh {
                     entry: entry.clone(),
                     mesh: mesh.clone(),
@@ -207,7 +211,7 @@ pub(super) fn prepare(
     }
     if let Some(environment) = &scene.environment
         && effects::keeps_environment(effects, environment)
-        && let Some(made) = around(scene, environment, (origin, view))
+        && let Some(made) = around(scene, environment, ((origin, view), shares))
     {
         // Shadows are no choice of the world's.
         let seen = environment.visibility.with(RayKind::Shadow);
@@ -215,7 +219,8 @@ pub(super) fn prepare(
         builder.add_environment(made, Rules::new(seen, (u32::MAX, true), by_kind));
     }
     let choice = match effects.contains(Effect::LightTree) {
-        _ if even => LightChoice::Even,
+        _ if shares == LightShares::Even => LightChoice::Even,
+        _ if shares == LightShares::AsTree => LightChoice::Tree,
         true => LightChoice::Place,
         false => LightChoice::Power,
     };
@@ -245,7 +250,7 @@ fn with_tree(scene: &Scene, light: &scene::Light, made: Light, known: (DVec3, Vi
     };
     let shine = Shine::new(scene, graph, Some(axes), known);
     let computed = ComputedLight::new(made, Box::new(shine), axes);
-    Light::Computed(Box::new(computed))
+    Light::Computed(Box::new(computed)).guessed(graph.emission_estimate())
 }
 
 /// Whether Cycles leaves it to rays to find what a surface emits, as it seems faint. (Where light samples are clamped, the picture
@@ -254,19 +259,32 @@ fn is_left_to_rays(material: &PreparedMaterial) -> bool {
     material.emission_estimate.abs().max_element() <= 0.5
 }
 
+/// Share of the samples of a world that Cycles gives to its sun, which it knows by itself.
+const OF_SUN: f32 = 0.8;
+
 /// The light from all around.
-fn around(scene: &Scene, environment: &scene::Environment, known: (DVec3, View)) -> Option<Light> {
+fn around(
+    scene: &Scene,
+    environment: &scene::Environment,
+    (known, shares): ((DVec3, View), LightShares),
+) -> Option<Light> {
     let Some(world) = &environment.graph else {
         return Light::from_environment(environment, &scene.images);
     };
     let shine = Shine::new(scene, &world.graph, None, known);
+    let guess = world.graph.emission_estimate();
     let suns = suns(&world.graph);
     let [disc] = suns[..] else {
         let columns = columns(scene, world, !suns.is_empty());
-        return Light::computed(environment, Box::new(shine), columns, None);
+        let made = Light::computed(environment, Box::new(shine), columns, None)?;
+        return Some(made.guessed(guess));
     };
     let columns = columns(scene, world, disc.is_none());
-    Light::computed(environment, Box::new(shine), columns, disc)
+    let disc = disc.map(|disc| Disc {
+        share: (shares != LightShares::ByPlace).then_some(OF_SUN),
+        ..disc
+    });
+    Some(Light::computed(environment, Box::new(shine), columns, disc)?.guessed(guess))
 }
 
 /// The suns of a world: discs in directions that are known, or `None`.
@@ -284,6 +302,7 @@ fn suns(graph: &Graph) -> Vec<Option<Disc>> {
         Some(is_plain.then(|| Disc {
             toward: from_blender(sun.direction),
             one_minus_cos: 2.0 * s * s,
+            share: None,
         }))
     };
     graph.nodes.iter().filter_map(of).collect()

@@ -161,8 +161,8 @@ pub struct Options<'a> {
     pub instructions: Option<InstructionSet>,
     /// Hide back faces of single-sided materials.
     pub cull_backfaces: bool,
-    /// Lights are chosen without a look at where they are: half of the samples are for surfaces, the others for all lights alike.
-    pub even_lights: bool,
+    /// How light samples are shared out.
+    pub light_shares: LightShares,
     /// What is left out.
     pub ablation: Ablation,
     /// Texture coordinates are shown by a pass.
@@ -173,6 +173,19 @@ pub struct Options<'a> {
     pub vectors: bool,
     /// Paths make surfaces rougher than they are ("filter glossy").
     pub roughens: bool,
+}
+
+/// How light samples are shared out among lights. The picture is the same but for clamping, and for noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightShares {
+    /// By what lights give to each place.
+    #[default]
+    ByPlace,
+    /// As Cycles does without its Light Tree: half of them to surfaces, the others to all other lights alike.
+    Even,
+    /// By place, but clamped as if they were shared out as Cycles does with its Light Tree.
+    AsTree,
 }
 
 /// What a ray with a limit of transparent surfaces met.
@@ -210,7 +223,7 @@ impl World {
             (origin, eye, options.cull_backfaces),
             (
                 View::new(options.camera, (options.aspect, options.rows), origin),
-                options.even_lights,
+                options.light_shares,
             ),
             &geometry,
             &materials,
@@ -312,7 +325,7 @@ impl World {
                 (origin, eye, options.cull_backfaces),
                 (
                     View::new(options.camera, (options.aspect, options.rows), origin),
-                    options.even_lights,
+                    options.light_shares,
                 ),
                 geometry,
                 materials,

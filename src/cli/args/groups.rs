@@ -349,6 +349,11 @@ pub struct Transport {
     /// The same picture but for clamping, which takes more from lights that are drawn more seldom.
     #[arg(long)]
     pub even_lights: bool,
+    /// Clamps light samples as if they were shared out as Cycles does with its Light Tree.
+    ///
+    /// The same picture but for clamping, which takes more from lights that are drawn more seldom, and a little more noise.
+    #[arg(long, conflicts_with = "even_lights")]
+    pub tree_lights: bool,
     /// Makes reflection and refraction rougher behind blurring bounces, as Cycles' Filter Glossy; 0 for off.
     ///
     /// Biased: caustics get soft. Cycles has 1 by default.

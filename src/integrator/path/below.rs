@@ -191,7 +191,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         );
         bsdf.add_diffuse(1.0, Vec3::ONE, 0.0, normal);
         bsdf.finish();
-        self.receive(hit, surface.point.point, bsdf.receiving_normal());
+        self.receive(hit, surface.point.point, bsdf.receiving());
         let past = self.past();
         let numbers = self.sampler.beside(EXIT);
         if world.has_lids() {

@@ -404,7 +404,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.light.sink.first_in_medium();
         }
         let found = self.throughput * weight * weighted * arriving * share;
-        let kept = self.light.add_scattered(settings, found, bounce);
+        let kept = self
+            .light
+            .add_sampled(settings, found, (bounce, light.counts));
         let group = || world.lights.group(world.lights.source(drawn));
         self.light.sink.grouped(kept, group);
     }

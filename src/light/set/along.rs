@@ -151,7 +151,7 @@ impl LightSet {
             Drawn::Finite(number) => &self.lights[number as usize],
             Drawn::Infinite(i) => &self.infinite[i as usize].light,
         };
-        let here = self.drawn_probability(at, drawn);
+        let here = self.told_probability(at, drawn);
         if at.receiver != 0 && !self.reaches(self.source(drawn), at.receiver) {
             return None;
         }

@@ -60,6 +60,7 @@ fn lights() -> Vec<Light> {
     let sun = Vec3::new(0.5, 0.1, 0.8).normalize();
     let pattern = || Box::new(Pattern { sun });
     let disc = Disc {
+        share: None,
         toward: sun,
         one_minus_cos: 1.0 - 0.98f32.sqrt(),
     };

@@ -83,11 +83,16 @@ fn found(set: &LightSet, at: &LightSampleContext, n: u32) -> (f64, f64) {
     (irradiance * each, density * each)
 }
 
-/// With few lights and many, chosen by place, by power and evenly: samples of the set and rays find the same light, by one
+/// With few lights and many, chosen by place, by power, evenly, and counted as by Cycles' tree: samples of the set and rays find the same light, by one
 /// estimate of the density.
 #[test]
 fn samples_of_all_lights_and_rays_find_the_same() {
-    let choices = [LightChoice::Place, LightChoice::Power, LightChoice::Even];
+    let choices = [
+        LightChoice::Place,
+        LightChoice::Power,
+        LightChoice::Even,
+        LightChoice::Tree,
+    ];
     for (balls, choice) in [2, 20]
         .into_iter()
         .flat_map(|balls| choices.map(|c| (balls, c)))
@@ -95,13 +100,13 @@ fn samples_of_all_lights_and_rays_find_the_same() {
         let set = set(balls, choice);
         let at = set.context(Vec3::new(0.1, 0.2, 0.3), Some(Vec3::Z));
         let (n, choices) = (16, 4000);
-        let (mut irradiance, mut drawn) = (0.0, 0u32);
+        let (mut irradiance, mut drawn) = (0.0, 0.0);
         for k in 0..choices {
             let u_light = (k as f32 + 0.5) / choices as f32;
             for u in grid(n) {
                 if let Some((s, _)) = set.sample(&at, u_light, u) {
-                    irradiance += f64::from(s.contribution().x * s.wi.z.max(0.0));
-                    drawn += 1;
+                    irradiance += f64::from(s.contribution().x * s.wi.z.max(0.0) * s.counts);
+                    drawn += f64::from(s.counts);
                 }
             }
         }
@@ -112,7 +117,7 @@ fn samples_of_all_lights_and_rays_find_the_same() {
             "{balls} {choice:?}: {} {by_rays}",
             irradiance / all
         );
-        let drawn = f64::from(drawn) / all;
+        let drawn = drawn / all;
         assert!(
             (density - drawn).abs() < 1e-2,
             "{balls} {choice:?}: {density} {drawn}"

@@ -1,0 +1,117 @@
+//! How often each light is drawn, where that is not by what it gives to a place.
+
+use super::{InfiniteLight, LightSet, is_even};
+use crate::light::estimate::{Angle, LightBounds};
+use crate::light::kinds::Light;
+use crate::light::light_sampler::LightSampler;
+use crate::light::set::Drawn;
+use crate::light::two_bounds::{Emitter, TwoBounds};
+use glam::Vec3;
+
+/// How finite lights are chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightChoice {
+    /// By what they give to the point at most.
+    Place,
+    /// By their power alone.
+    Power,
+    /// Surfaces by their areas, all others evenly.
+    Even,
+    /// By place, but each sample counts as if it were drawn as by Cycles' Light Tree.
+    Tree,
+}
+
+/// Makes all lights of a tree look as if they stood in the same place and shone everywhere, so that they are drawn by their
+/// power alone. One is left as it is: the estimate for all of them is weighed against the sky's.
+pub(super) fn by_power(bounds: &mut [LightBounds]) {
+    let [first, rest @ ..] = &*bounds else {
+        return;
+    };
+    if rest.is_empty() {
+        return;
+    }
+    let (min, max) = rest.iter().fold((first.min, first.max), |(min, max), b| {
+        (min.min(b.min), max.max(b.max))
+    });
+    for b in bounds {
+        *b = LightBounds {
+            min,
+            max,
+            intensity: b.intensity,
+            axis: Vec3::Z,
+            normals: Angle::ALL,
+            cos_emission: 0.0,
+            two_sided: true,
+            front: None,
+        };
+    }
+}
+
+impl LightSet {
+    /// Half of the light samples go to surfaces that emit, by their areas, and the other half evenly to all others: as in Cycles
+    /// without its light tree. It decides for lights at infinity, and returns the choice between finite ones.
+    pub(super) fn evenly(&mut self) -> LightSampler {
+        let area: f64 = (self.lights.iter().filter_map(Light::surface_area))
+            .map(f64::from)
+            .sum();
+        let lamps = self.rules.len();
+        let looked_for = |other: &&mut InfiniteLight| other.estimate > 0.0;
+        let others = lamps + self.infinite.iter_mut().filter(looked_for).count();
+        let of_surfaces = match others {
+            0 => 1.0,
+            _ if area > 0.0 => 0.5,
+            _ => 0.0,
+        };
+        let each = (1.0 - of_surfaces) / others.max(1) as f64;
+        for other in self.infinite.iter_mut().filter(looked_for) {
+            other.estimate = each as f32;
+        }
+        self.even = Some((of_surfaces + each * lamps as f64) as f32);
+        LightSampler::fixed(self.lights.iter().map(|light| match light.surface_area() {
+            Some(part) => (of_surfaces * f64::from(part) / area) as f32,
+            None => each as f32,
+        }))
+    }
+
+    /// Where there are other lights, none of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as
+    /// well or better: half of the sphere is below the surface, and in a room such samples end at the walls.
+    pub(super) fn leave_even_sky_to_bsdf(&mut self, choice: LightChoice) {
+        let alone = self.lights.is_empty() && self.infinite.len() < 2;
+        if alone && choice != LightChoice::Tree {
+            return;
+        }
+        for sky in &mut self.infinite {
+            if is_even(&sky.light) && !sky.rules.shines_through() {
+                sky.estimate = 0.0;
+            }
+        }
+    }
+
+    /// How often Cycles' Light Tree draws each light; `None` where there is no choice.
+    pub(super) fn as_cycles(&self) -> Option<TwoBounds> {
+        let (mut lamps, mut meshes) = (Vec::new(), Vec::<Vec<Emitter>>::new());
+        let mut last = None;
+        for (number, light) in (0..).zip(&self.lights) {
+            let emitter = light.in_tree(Drawn::Finite(number));
+            match light.object() {
+                None => lamps.extend(emitter),
+                object => {
+                    if object != last {
+                        meshes.push(Vec::new());
+                        last = object;
+                    }
+                    if let Some(mesh) = meshes.last_mut() {
+                        mesh.extend(emitter);
+                    }
+                }
+            }
+        }
+        let looked_for = (0..)
+            .zip(&self.infinite)
+            .filter(|(_, other)| other.estimate > 0.0);
+        let distant = looked_for.filter_map(|(i, other)| other.light.in_tree(Drawn::Infinite(i)));
+        let distant: Vec<_> = distant.collect();
+        let counts = (self.lights.len(), self.infinite.len());
+        (counts.0 + distant.len() > 1).then(|| TwoBounds::new(&lamps, &meshes, &distant, counts))
+    }
+}
