@@ -6,6 +6,7 @@
 pub mod area;
 pub mod closed;
 pub mod computed;
+pub mod coplanar;
 pub mod ellipse;
 pub mod emissive;
 pub mod environment;

@@ -6,6 +6,7 @@ mod choice;
 pub use along::Along;
 pub use choice::LightChoice;
 
+use super::coplanar::{Coplanar, Plane};
 use super::emissive::{EmissiveMesh, EmissiveTriangles, Eye, Twins};
 use super::estimate::{LightBounds, MOST};
 use super::finder::Finder;
@@ -32,6 +33,7 @@ pub struct LightSet {
     /// The lamps that a ray can meet.
     sized: Vec<u32>,
     finder: Option<Finder>,
+    coplanar: Option<Box<Coplanar>>,
     camera_sees_lamps: bool,
     emissive: EmissiveTriangles,
     /// Lights at infinity: the environment first, then suns.
@@ -104,6 +106,8 @@ const IN_A_ROW: usize = 4;
 pub struct LightSetBuilder {
     set: LightSet,
     suns: Vec<InfiniteLight>,
+    /// By lamps the planes that they lie in.
+    planes: Vec<Option<Plane>>,
     eye: Eye,
     /// `None` where back faces are not there.
     twins: Option<Twins>,
@@ -119,6 +123,7 @@ impl LightSetBuilder {
                 rules: Vec::new(),
                 sized: Vec::new(),
                 finder: None,
+                coplanar: None,
                 camera_sees_lamps: false,
                 emissive: EmissiveTriangles::default(),
                 infinite: Vec::new(),
@@ -129,6 +134,7 @@ impl LightSetBuilder {
                 tree: None,
             },
             suns: Vec::new(),
+            planes: Vec::new(),
             eye,
             twins: (!cull_backfaces).then(Twins::default),
         }
@@ -139,7 +145,19 @@ impl LightSetBuilder {
         self.set.linking = Some(linking.into());
     }
 
-    /// Adds a lamp or a sun by its number among the scene's lights. Lamps come before emissive meshes.
+    /// Adds a lamp or a sun by its number among the scene's lights. Lamps come before emissive meshes. `plane`: where it hides others that
+    /// lie in its plane, as in Cycles.
+    pub fn add_in(&mut self, plane: Option<Plane>, light: Light, rules: Rules, in_scene: u32) {
+        self.add(light, rules, in_scene);
+        self.planes.resize(self.set.lights.len(), None);
+        if let Some(last) = self.planes.last_mut()
+            && plane.is_some()
+        {
+            *last = plane;
+        }
+    }
+
+    /// The same of a light that hides none.
     pub fn add(&mut self, light: Light, rules: Rules, in_scene: u32) {
         if light.bounds().is_none() {
             self.suns.push(InfiniteLight {
@@ -189,6 +207,12 @@ impl LightSetBuilder {
     /// If Embree fails.
     pub fn build(self, choice: LightChoice, device: &Device) -> Result<LightSet, EmbreeError> {
         let mut set = self.set;
+        set.coplanar = Coplanar::new(&self.planes).map(Box::new);
+        // How much rays lose of lamps that hide each other depends on how often these are drawn.
+        let choice = match (choice, &set.coplanar) {
+            (LightChoice::Place, Some(_)) => LightChoice::Tree,
+            _ => choice,
+        };
         set.infinite.extend(self.suns);
         set.leave_even_sky_to_bsdf(choice);
         if set.sized.len() > IN_A_ROW {
@@ -476,7 +500,7 @@ impl LightSet {
     #[inline]
     fn tree_at(&self, at: &LightSampleContext) -> Option<&TwoBounds> {
         let tree = self.tree.as_deref()?;
-        at.clamps.then_some(tree)
+        (at.clamps || self.coplanar.is_some()).then_some(tree)
     }
 
     /// Probability with which [`Self::sample`] says that it draws a light: its own, or Cycles'.
@@ -560,7 +584,7 @@ impl LightSet {
             let Some(hit) = light.le(at, origin, wi).filter(|hit| hit.distance < far) else {
                 return;
             };
-            if !rules.allow(kind, bounces) {
+            if !rules.allow(kind, bounces) || self.is_hidden(number, at, (origin, wi, far), kind) {
                 return;
             }
             if self.linking.is_some()
@@ -582,6 +606,29 @@ impl LightSet {
                 numbers.into_iter().for_each(&mut meet);
             }
         }
+    }
+
+    /// Whether a ray meets another lamp in the plane of one that it meets, and so does not find this one.
+    #[inline]
+    fn is_hidden(
+        &self,
+        lamp: u32,
+        at: &LightSampleContext,
+        (origin, wi, far): (Vec3, Vec3, f32),
+        kind: RayKind,
+    ) -> bool {
+        let Some(coplanar) = &self.coplanar else {
+            return false;
+        };
+        coplanar.is_hidden(lamp, (origin, wi), |other| {
+            let rules = &self.rules[other as usize];
+            let looked_for = match kind {
+                RayKind::Camera => rules.visibility.sees(kind),
+                _ => rules.is_hit,
+            };
+            let hit = self.lights[other as usize].le(at, origin, wi);
+            looked_for && hit.is_some_and(|hit| hit.distance < far)
+        })
     }
 
     /// Visits the lights at infinity that a ray finds where it meets nothing, as [`Self::le_along_ray`] does.

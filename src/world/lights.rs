@@ -10,6 +10,7 @@ use super::view::{View, from_blender};
 use crate::effects::{self, Effect, General};
 use crate::ffi::embree::{CommittedScene, Device, EmbreeError};
 use crate::light::computed::{ComputedLight, LightAxes};
+use crate::light::coplanar::Plane;
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
 use crate::light::environment::Disc;
 use crate::light::{Light, LightChoice, LightGroups, LightSet, LightSetBuilder, Linking, Rules};
@@ -178,7 +179,8 @@ pub(super) fn prepare(
             let made = with_tree(scene, light, made, (origin, view));
             let limits = (light.max_bounces, light.is_hit);
             let rules = Rules::new(light.visibility, limits, by_kind);
-            builder.add(made, rules, number as u32);
+            let plane = scene.is_from_blender().then(|| Plane::of(light, origin));
+            builder.add_in(plane.flatten(), made, rules, number as u32);
         }
     }
     if effects.contains(Effect::MeshLights) {

@@ -3,6 +3,7 @@
 
 import bpy
 import export_kit as kit
+import mathutils
 
 
 class Clamped(kit.ExportTest):
@@ -108,6 +109,32 @@ class Clamped(kit.ExportTest):
         ours, theirs, by_place = self.clamped(1, "--tree-lights")
         self.near(ours, theirs, 0.01)
         self.assertGreater(abs(by_place / theirs - 1), 0.02)
+
+    def pictures(self, samples):
+        """(Sundog's, Cycles') means, not clamped."""
+        ours, theirs = kit.rendered(self.export().path, 16, 16, samples).mean(), kit.cycles_pixels(16, 16, samples).mean()
+        print(f"{self.id().split('.')[-1]}: {ours:.5f} {theirs:.5f} {ours / theirs - 1:+.2%}")
+        return ours, theirs
+
+    def test_area_lights_in_one_plane(self):
+        """A ray of Cycles finds the first of them alone; which is first, and by how much, is a matter of rounding."""
+        self.link("floor", kit.plane(size=20)).data.materials.append(kit.material("floor", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=1))
+        self.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
+        self.camera.location = (0, 0, 1)
+        for turn in ((0, 0, 0), (0.3, 0, 0)):
+            matrix = mathutils.Euler(turn).to_matrix()
+            for energies in ((500, 100), (100, 500)):
+                with self.subTest(turn=turn, energies=energies):
+                    lamps = [
+                        self.lamp("AREA", energy, mathutils.Vector((0, 0, 3)) + matrix @ mathutils.Vector(place), size=6)
+                        for energy, place in zip(energies, ((0, 0, 0), (2, 1, 0)))
+                    ]
+                    for lamp in lamps:
+                        lamp.rotation_euler = turn
+                    ours, theirs = self.pictures(256)
+                    for lamp in lamps:
+                        bpy.data.objects.remove(lamp)
+                    self.near(ours, theirs, 0.01)
 
     def test_who_asks_for_shares(self):
         """Settings with a clamp, with the light tree and without it."""

@@ -226,7 +226,7 @@ class Planes:
         self._lamps = []
 
     def add(self, described, matrix):
-        """Takes an area light; whether it overlaps one before it in the same plane. Of two such lamps Cycles' rays find one."""
+        """Takes an area light; whether it overlaps one before it in the same plane, and rounding decides which of both rays find."""
         if not described.get("mis", True):
             return False
         place = numpy.array(matrix, float)
@@ -234,7 +234,9 @@ class Planes:
         lamp = (place[:3, 3], x, y)
         overlaps = any(_overlap(lamp, other) and _overlap(other, lamp) for other in self._lamps)
         self._lamps.append(lamp)
-        return overlaps
+        # Where the normal has no part along some axis, the program rounds as Cycles does.
+        normal = abs(place[:3, 2])
+        return overlaps and normal.min() > SAME_PLANE * normal.max()
 
 
 def _overlap(lamp, other):

@@ -416,7 +416,7 @@ class Exporter:
         if described.get("type") == "area" and lights.is_sheared(instance.matrix_world):
             findings.append((APPROXIMATED, "its parents shear it: it is rendered so, where Cycles mixes two other outlines"))
         if described.get("type") == "area" and self._planes.add(described, instance.matrix_world):
-            words = "it overlaps another one in its plane: both light all, where Cycles' rays find but one of them"
+            words = "it overlaps another one in its plane: rays find but one of them, as in Cycles, where rounding decides which"
             findings.append((APPROXIMATED, words))
         if self._casts_caustics(light):
             words = "its shadow caustics are found by chance, as those of other lights: with more noise than Cycles' own search"
