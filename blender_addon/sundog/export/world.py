@@ -149,6 +149,9 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
         factor, used, _ = found
         result["color"] = [float(v) for v in numpy.broadcast_to(factor, 3)]
         if not used:
+            if evaluator.missing:
+                # A colour would get no light samples: Cycles takes them of all that has a texture.
+                result["image"] = document.uri(_white(cache))
             return result
         path = environment_file(used[0].texture.image, cache)
         result["image"] = document.uri(path)
@@ -188,6 +191,15 @@ def _resolution(world):
     if getattr(settings, "sampling_method", "AUTOMATIC") != "MANUAL":
         return 0
     return int(settings.sample_map_resolution)
+
+
+def _white(cache):
+    """A picture of one colour, for environment textures without an image."""
+    path = os.path.join(cache, "white.hdr")
+    if not os.path.isfile(path):
+        os.makedirs(cache, exist_ok=True)
+        gltf.write_whole(path, b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + bytes([128, 128, 128, 129] * 2))
+    return path
 
 
 def environment_file(image, cache):

@@ -152,8 +152,12 @@ pub fn join(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
     super::unused::rename_images(scene, |id| firsts[id.0 as usize]);
 }
 
-/// Makes an environment of one colour of an image that has one.
+/// Makes an environment of one colour of an image that has one. Not in files from Blender: Cycles takes light samples of all that has a
+/// texture, and where it takes them rough glass and lamps look a little otherwise.
 pub fn fold_environment(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
+    if scene.is_from_blender() {
+        return;
+    }
     let Some(environment) = &mut scene.environment else {
         return;
     };
