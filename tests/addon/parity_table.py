@@ -70,9 +70,9 @@ def merged(whole, parts):
 
 
 def makers(report):
-    """Who made how many rows, in words; "" if one did."""
+    """Who made how many rows, in words."""
     found = Counter(row.get("made_by", report.get("made_by", "unknown")) for row in report["rows"])
-    return "; ".join(f"{count} by {who}" for who, count in found.most_common()) if len(found) > 1 else ""
+    return "; ".join(f"{count} by {who}" for who, count in found.most_common())
 
 
 def badness(row):
@@ -93,8 +93,7 @@ def table(report):
     yield ""
     yield f"{len(rows)} rows of {len(by_node)} nodes: {len(rows) - len(missed)} agree, {len(missed)} miss, {len(flattened)} of"
     yield f"them because the add-on flattens the tree. {clean} nodes agree in all rows."
-    if who := makers(report):
-        yield f"Rows are of several runs: {who}."
+    yield f"Rows: {makers(report)}."
     yield ""
     yield "| node | rows | miss | worst row | mean differs by | relMSE | verdict | reason |"
     yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
