@@ -1,7 +1,6 @@
 //! The nodes of shader graphs, by Blender's names and sockets.
 //!
-//! A new node is a variant of [`NodeKind`], its list of sockets, its outputs, and what it does to numbers: here, and as an
-//! operation in `shading::program`, where it does more than arithmetic.
+//! A new node is a variant of [`NodeKind`] with sockets, outputs and arithmetic here; other work is an operation in `shading::program`.
 
 use super::super::material::{ImageUse, Texture};
 use super::function::Function;
