@@ -148,13 +148,11 @@ impl LightSetBuilder {
     /// Adds a lamp or a sun by its number among the scene's lights. Lamps come before emissive meshes. `plane`: where it hides others that
     /// lie in its plane, as in Cycles.
     pub fn add_in(&mut self, plane: Option<Plane>, light: Light, rules: Rules, in_scene: u32) {
-        self.add(light, rules, in_scene);
-        self.planes.resize(self.set.lights.len(), None);
-        if let Some(last) = self.planes.last_mut()
-            && plane.is_some()
-        {
-            *last = plane;
+        if plane.is_some() {
+            self.planes.resize(self.set.lights.len(), None);
+            self.planes.push(plane);
         }
+        self.add(light, rules, in_scene);
     }
 
     /// The same of a light that hides none.
@@ -509,10 +507,7 @@ impl LightSet {
         if let Some(tree) = self.tree_at(at) {
             return tree.probability(&at.receiver_in_tree(), light);
         }
-        match light {
-            Drawn::Finite(number) => self.probability(at, number),
-            Drawn::Infinite(i) => self.group_probability(Group::Infinite(i as usize), at),
-        }
+        self.drawn_probability(at, light)
     }
 
     /// Probability with which it draws a finite light.

@@ -155,6 +155,12 @@ impl Item {
     }
 }
 
+/// What items are together.
+fn all_of(items: &[Item]) -> Measure {
+    let and = |measure: Measure, item: &Item| measure.and(&item.measure);
+    items.iter().fold(Measure::NONE, and)
+}
+
 impl TwoBounds {
     /// Of lamps, of the triangles of each mesh, and of lights at infinity; lights have numbers below `counts`, finite ones first.
     pub fn new(
@@ -183,11 +189,10 @@ impl TwoBounds {
         }
         let near = tree.plant(&mut local);
         let far: Vec<Item> = distant.iter().map(Item::light).collect();
-        let all = |items: &[Item]| items.iter().fold(Measure::NONE, |m, i| m.and(&i.measure));
         let beyond = tree.nodes.len() as u32;
         tree.nodes.push(Node {
             is_distant: true,
-            ..Node::leaf(all(&far), tree.entries.len(), far.len())
+            ..Node::leaf(all_of(&far), tree.entries.len(), far.len())
         });
         tree.hold(&far, beyond);
         tree.root = tree.nodes.len() as u32;
@@ -425,9 +430,8 @@ fn build(items: &mut [Item], first: usize, nodes: &mut Vec<Node>) {
 
 /// What items are together, and where they are cut if they are: put in order about that place.
 fn split(items: &mut [Item]) -> (Measure, Option<usize>) {
-    let all = |items: &[Item]| items.iter().fold(Measure::NONE, |m, i| m.and(&i.measure));
     if items.len() < 2 {
-        return (all(items), None);
+        return (all_of(items), None);
     }
     let low = items.iter().fold(Vec3::INFINITY, |v, i| v.min(i.place));
     let high = items.iter().fold(Vec3::NEG_INFINITY, |v, i| v.max(i.place));
@@ -472,7 +476,7 @@ fn split(items: &mut [Item]) -> (Measure, Option<usize>) {
             }
         }
     }
-    let measure = measure.unwrap_or_else(|| all(items));
+    let measure = measure.unwrap_or_else(|| all_of(items));
     match best {
         Some((_, axis, middle)) if middle > 0 && middle < items.len() => {
             let along = |item: &Item| item.place[axis];

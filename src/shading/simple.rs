@@ -46,37 +46,8 @@ impl SimpleValues<'_> {
     }
 }
 
-fn glass_under(glass: Glass, film: Film) -> Lobe {
-    if film.is_there() {
-        Lobe::FilmGlass(glass.under(film))
-    } else {
-        Lobe::Glass(glass)
-    }
-}
-
-fn beckmann_glass_under(glass: Glass<Beckmann>, film: Film) -> Lobe {
-    if film.is_there() {
-        Lobe::BeckmannFilmGlass(glass.under(film))
-    } else {
-        Lobe::BeckmannGlass(glass)
-    }
-}
-
-fn metal_under(metal: Reflection, film: Film) -> Lobe {
-    if film.is_there() {
-        Lobe::FilmReflection(metal.under(film))
-    } else {
-        Lobe::Reflection(metal)
-    }
-}
-
-fn beckmann_metal_under(metal: Reflection<Beckmann>, film: Film) -> Lobe {
-    if film.is_there() {
-        Lobe::BeckmannFilmReflection(metal.under(film))
-    } else {
-        Lobe::BeckmannReflection(metal)
-    }
-}
+/// Which lobe it is as it is, and which under a film.
+type Kinds<A, B> = (fn(A) -> Lobe, fn(B) -> Lobe);
 
 impl<S: Spread> Reflection<S> {
     /// The same metal under a film.
@@ -108,25 +79,42 @@ impl<K: BsdfFeatures> Bsdf<K> {
             }
             SimpleBsdf::Refraction { distribution } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_glass(of, at, None, normal, beckmann_glass_under);
+                    self.add_glass(
+                        of,
+                        at,
+                        None,
+                        normal,
+                        (Lobe::BeckmannGlass, Lobe::BeckmannFilmGlass),
+                    );
                 }
-                _ => self.add_glass(of, at, None, normal, glass_under),
+                _ => self.add_glass(of, at, None, normal, (Lobe::Glass, Lobe::FilmGlass)),
             },
             SimpleBsdf::Glass { distribution } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_glass(of, at, Some(None), normal, beckmann_glass_under);
+                    self.add_glass(
+                        of,
+                        at,
+                        Some(None),
+                        normal,
+                        (Lobe::BeckmannGlass, Lobe::BeckmannFilmGlass),
+                    );
                 }
                 _ => {
                     let solid = tables.solid.as_ref();
                     let solid = solid.filter(|_| distribution == Distribution::MultiscatterGgx);
-                    self.add_glass(of, at, Some(solid), normal, glass_under);
+                    self.add_glass(of, at, Some(solid), normal, (Lobe::Glass, Lobe::FilmGlass));
                 }
             },
             SimpleBsdf::Metallic { distribution, .. } => match distribution {
                 Distribution::Beckmann => {
-                    self.add_metal(of, at, frame, beckmann_metal_under);
+                    self.add_metal(
+                        of,
+                        at,
+                        frame,
+                        (Lobe::BeckmannReflection, Lobe::BeckmannFilmReflection),
+                    );
                 }
-                _ => self.add_metal(of, at, frame, metal_under),
+                _ => self.add_metal(of, at, frame, (Lobe::Reflection, Lobe::FilmReflection)),
             },
             SimpleBsdf::Sheen { velvet } => {
                 let color = reflected(at.color(&sockets[sheen::COLOR])) * weight;
@@ -174,7 +162,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         at: &mut Evaluation<'_, P>,
         reflection: Option<Option<&Solid>>,
         normal: Vec3,
-        kind: fn(Glass<S>, Film) -> Lobe,
+        (plain, filmed): Kinds<Glass<S>, Glass<S, Film>>,
     ) {
         let color = reflected(at.color(&of.sockets[glass::COLOR]));
         let roughness = at.number(&of.sockets[glass::ROUGHNESS]);
@@ -225,7 +213,12 @@ impl<K: BsdfFeatures> Bsdf<K> {
             _ => film,
         };
         let film = film.seen_from(self.is_inside(), ior);
-        self.add(kind(lobe, film), Vec3::splat(of.weight));
+        let lobe = if film.is_there() {
+            filmed(lobe.under(film))
+        } else {
+            plain(lobe)
+        };
+        self.add(lobe, Vec3::splat(of.weight));
     }
 
     fn add_metal<P: Place, S: Spread>(
@@ -233,7 +226,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         of: &SimpleValues<'_>,
         at: &mut Evaluation<'_, P>,
         (normal, tangent): (Vec3, Option<Vec3>),
-        kind: fn(Reflection<S>, Film) -> Lobe,
+        (plain, filmed): Kinds<Reflection<S>, Reflection<S, Filmed>>,
     ) {
         let SimpleBsdf::Metallic {
             conductor,
@@ -286,7 +279,12 @@ impl<K: BsdfFeatures> Bsdf<K> {
         };
         // A view below the bent normal sees no facet.
         if self.keeps_reflections() && facets.cos() > 0.0 {
-            self.add(kind(lobe, film), albedo);
+            let lobe = if film.is_there() {
+                filmed(lobe.under(film))
+            } else {
+                plain(lobe)
+            };
+            self.add(lobe, albedo);
         }
     }
 

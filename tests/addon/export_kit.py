@@ -112,10 +112,15 @@ def sun_and_grey_world(scene, angle=0.1):
     made = bpy.data.objects.new("sun", sun)
     made.rotation_euler = (0.5, 0.7, 0)
     scene.collection.objects.link(made)
+    even_world(scene, 0.3)
+
+
+def even_world(scene, grey):
+    """A world of one grey."""
     scene.world = bpy.data.worlds.new("world")
     scene.world.use_nodes = True
     background = next(n for n in scene.world.node_tree.nodes if n.type == "BACKGROUND")
-    background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
+    background.inputs["Color"].default_value = (grey, grey, grey, 1)
 
 
 def rendered(path, width, height, samples, *more):

@@ -14,9 +14,7 @@ class Causes(kit.ExportTest):
         super().setUp()
         self.write_graphs(True)
         kit.unbiased(self.scene.cycles)
-        world = self.scene.world = bpy.data.worlds.new("world")
-        world.use_nodes = True
-        world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+        kit.even_world(self.scene, 1)
 
     def shown(self, samples=64):
         """(Sundog's, Cycles') mean in the middle of the picture."""

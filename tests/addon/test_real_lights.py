@@ -13,9 +13,7 @@ class Clamped(kit.ExportTest):
         super().setUp()
         self.write_graphs(True)
         kit.unbiased(self.scene.cycles)
-        world = self.scene.world = bpy.data.worlds.new("world")
-        world.use_nodes = True
-        world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+        kit.even_world(self.scene, 1)
         self.camera.data.type, self.camera.data.ortho_scale, self.camera.location = "ORTHO", 4, (0, 0, 2.5)
 
     def emission(self, strength):

@@ -132,7 +132,8 @@ impl LightSet {
     }
 
     /// Probability with which a light is drawn from a place.
-    fn drawn_probability(&self, at: &LightSampleContext, drawn: Drawn) -> f32 {
+    #[inline]
+    pub(super) fn drawn_probability(&self, at: &LightSampleContext, drawn: Drawn) -> f32 {
         match drawn {
             Drawn::Finite(number) => self.probability(at, number),
             Drawn::Infinite(i) => self.group_probability(Group::Infinite(i as usize), at),

@@ -35,6 +35,21 @@ fn facets(wo: Vec3, alpha: Vec2) -> Facets {
     Facets::new(&UP, Vec3::Z, tangent, wo, Alpha::anisotropic(alpha))
 }
 
+/// A boundary that takes nothing.
+fn clear<S: Spread>(eta: f32, facets: Facets<S>) -> Glass<S> {
+    let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
+    Glass {
+        film: (),
+        weight: Vec3::ONE,
+        reflected: Vec3::ONE,
+        f0,
+        tint: Vec3::ONE,
+        eta,
+        true_f0: f0.x,
+        facets: facets.unbounded(),
+    }
+}
+
 /// Every lobe, with weights of 1 and without compensation.
 fn cases() -> Vec<Case> {
     let mut cases = vec![case("diffuse", |_| {
@@ -85,18 +100,11 @@ fn cases() -> Vec<Case> {
         }));
     }
     for eta in [1.5, 1.0 / 1.5] {
-        let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
         cases.push(case(&format!("glass {eta} of Beckmann"), move |wo| {
-            Lobe::BeckmannGlass(Glass {
-                film: (),
-                weight: Vec3::ONE,
-                reflected: Vec3::ONE,
-                f0,
-                tint: Vec3::ONE,
+            Lobe::BeckmannGlass(clear(
                 eta,
-                true_f0: f0.x,
-                facets: Facets::new(&UP, Vec3::Z, None, wo, Alpha::isotropic(0.4)).unbounded(),
-            })
+                Facets::new(&UP, Vec3::Z, None, wo, Alpha::isotropic(0.4)),
+            ))
         }));
     }
     let film = Film {
@@ -116,17 +124,7 @@ fn cases() -> Vec<Case> {
     }
     for eta in [1.5, 1.0 / 1.5] {
         cases.push(case(&format!("glass {eta} under a film"), move |wo| {
-            let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
-            let glass = Glass {
-                film: (),
-                weight: Vec3::ONE,
-                reflected: Vec3::ONE,
-                f0,
-                tint: Vec3::ONE,
-                eta,
-                true_f0: f0.x,
-                facets: facets(wo, Vec2::splat(0.4)).unbounded(),
-            };
+            let glass = clear(eta, facets(wo, Vec2::splat(0.4)));
             Lobe::FilmGlass(glass.under(film.seen_from(eta < 1.0, 1.5)))
         }));
     }
@@ -134,17 +132,10 @@ fn cases() -> Vec<Case> {
         cases.push(case(
             &format!("glass {eta} of Beckmann under a film"),
             move |wo| {
-                let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
-                let glass = Glass {
-                    film: (),
-                    weight: Vec3::ONE,
-                    reflected: Vec3::ONE,
-                    f0,
-                    tint: Vec3::ONE,
+                let glass = clear(
                     eta,
-                    true_f0: f0.x,
-                    facets: Facets::new(&UP, Vec3::Z, None, wo, Alpha::isotropic(0.4)).unbounded(),
-                };
+                    Facets::new(&UP, Vec3::Z, None, wo, Alpha::isotropic(0.4)),
+                );
                 Lobe::BeckmannFilmGlass(glass.under(film.seen_from(eta < 1.0, 1.5)))
             },
         ));
@@ -197,16 +188,7 @@ fn cases() -> Vec<Case> {
     for eta in [1.5, 1.0 / 1.5] {
         let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
         cases.push(case(&format!("glass {eta}"), move |wo| {
-            Lobe::Glass(Glass {
-                film: (),
-                weight: Vec3::ONE,
-                reflected: Vec3::ONE,
-                f0,
-                tint: Vec3::ONE,
-                eta,
-                true_f0: f0.x,
-                facets: facets(wo, Vec2::splat(0.4)).unbounded(),
-            })
+            Lobe::Glass(clear(eta, facets(wo, Vec2::splat(0.4))))
         }));
         cases.push(case(&format!("sheet {eta}"), move |wo| {
             Lobe::Sheet(Sheet {
@@ -408,19 +390,7 @@ fn light_goes_both_ways_alike() {
 /// Refraction at a boundary and back: f·cosθ·cosθ' is the same but for η², which radiance is not scaled by.
 #[test]
 fn light_goes_through_glass_both_ways_alike() {
-    let glass = |eta: f32, wo: Vec3| {
-        let f0 = Vec3::splat(fresnel::f0_from_ior(eta));
-        Lobe::Glass(Glass {
-            film: (),
-            weight: Vec3::ONE,
-            reflected: Vec3::ONE,
-            f0,
-            tint: Vec3::ONE,
-            eta,
-            true_f0: f0.x,
-            facets: facets(wo, Vec2::splat(0.5)).unbounded(),
-        })
-    };
+    let glass = |eta: f32, wo: Vec3| Lobe::Glass(clear(eta, facets(wo, Vec2::splat(0.5))));
     for (a, b) in [(0.8, 0.9), (0.5, 0.8), (0.3, 0.75)] {
         let (a, b) = (view(a, 0.2), view(b, 0.25));
         let there = evaluate(&glass(1.5, a), -b).value.x * a.z;
