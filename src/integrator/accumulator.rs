@@ -15,7 +15,8 @@ pub(super) struct Accumulator<'a, A> {
     pub clamped: [f32; 2],
     /// So many paths share what they find: each counts by its share.
     pub branches: u32,
-    /// What is added counts so many times, whatever is clamped of it.
+    /// What is added counts so many times, whatever is clamped of it: as often as the path would have come here by its lobes alone,
+    /// for once that it has.
     pub counts: f32,
     /// Told where the light comes from.
     pub sink: &'a mut A,
@@ -107,9 +108,10 @@ impl<'a, A: PassSink + Record> Accumulator<'a, A> {
         light: Vec3,
         (bounces, counts): (u32, f32),
     ) -> Vec3 {
-        self.counts = counts;
+        let of_path = self.counts;
+        self.counts = of_path * counts;
         let kept = self.add_scattered(settings, light, bounces);
-        self.counts = 1.0;
+        self.counts = of_path;
         kept
     }
 

@@ -6,6 +6,7 @@ mod below;
 mod leave;
 mod media;
 mod onward;
+mod passing;
 mod start;
 mod wide;
 
@@ -559,6 +560,8 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         // In the general kernel alone: the choice costs half a percent of the instructions.
         let drawn = if E::EVERYTHING && self.settings.uniform {
             bsdf.sample_uniform(u)
+        } else if E::EVERYTHING && self.world.has_media() {
+            self.sample_in_media(bsdf, u)
         } else {
             bsdf.sample(u)
         };

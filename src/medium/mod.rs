@@ -4,12 +4,14 @@
 
 mod equiangular;
 pub mod particles;
+mod passing;
 mod phase;
 pub mod profile;
 pub mod tracking;
 pub mod walk;
 
 pub use equiangular::Equiangular;
+pub use passing::Passing;
 pub use phase::{Lobe, Phase};
 
 use glam::Vec3;

@@ -562,7 +562,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     /// have black facets along the terminator, and lose energy. A displacement that is a bump bends no surface: what only its
     /// normal sees is lost, as in Cycles. Where the smooth normal points to the other side, it tells nothing of this one.
     #[inline]
-    fn is_below(&self, wi: Vec3) -> bool {
+    pub fn is_below(&self, wi: Vec3) -> bool {
         if self.transmits() || wi.dot(self.normals.geometric) >= 0.0 {
             return false;
         }

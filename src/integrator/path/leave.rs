@@ -59,7 +59,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             let mut light = Accumulator {
                 radiance: self.light.radiance,
                 clamped: self.light.clamped,
-                counts: 1.0,
+                counts: self.light.counts,
                 branches,
                 sink: &mut *self.light.sink,
             };

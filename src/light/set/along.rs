@@ -131,6 +131,14 @@ impl LightSet {
         Some((drawn, probability))
     }
 
+    /// The middle of a light, drawn by what lights give to a place. None of one at infinity.
+    pub fn near(&self, at: &LightSampleContext, u: f32) -> Option<Vec3> {
+        match self.draw(at, u)?.0 {
+            Drawn::Finite(number) => Some(self.lights[number as usize].bounds()?.center()),
+            Drawn::Infinite(_) => None,
+        }
+    }
+
     /// Probability with which a light is drawn from a place.
     #[inline]
     pub(super) fn drawn_probability(&self, at: &LightSampleContext, drawn: Drawn) -> f32 {

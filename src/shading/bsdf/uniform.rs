@@ -24,15 +24,25 @@ impl<K: BsdfFeatures> Bsdf<K> {
             local.z = local.z.abs();
         }
         let wi = Frame::from_normal(self.normals.geometric).to_world(local);
+        let choice = (u.z - p_delta) / (1.0 - p_delta);
+        let mut s = self.sample_towards(wi, choice)?;
+        let solid_angle = if below { 4.0 } else { 2.0 } * PI;
+        // The directions' own density in place of the lobes'.
+        let scale = solid_angle / (1.0 - p_delta) * s.pdf;
+        s.weight *= scale;
+        s.diffuse *= scale;
+        s.alone.0 *= scale;
+        Some(s)
+    }
+
+    /// A direction that something else has drawn, as if [`sample`](Self::sample) had. A number chooses the kind.
+    pub fn sample_towards(&self, wi: Vec3, choice: f32) -> Option<BsdfSample> {
         let v = self.evaluate(wi);
         if v.pdf <= 0.0 {
             return None;
         }
-        let solid_angle = if below { 4.0 } else { 2.0 } * PI;
-        let weight = solid_angle / (1.0 - p_delta);
         // One of the kinds that could have brought it here, as probable as each is.
         let p_diffuse = v.diffuse_pdf / v.pdf;
-        let choice = (u.z - p_delta) / (1.0 - p_delta);
         let (scattering, part, p) = if choice < p_diffuse {
             (Scattering::Diffuse, v.diffuse, p_diffuse)
         } else if self.is_beyond(wi) {
@@ -42,12 +52,12 @@ impl<K: BsdfFeatures> Bsdf<K> {
         };
         Some(BsdfSample {
             wi,
-            weight: v.value * weight,
-            diffuse: v.diffuse * weight,
+            weight: v.value / v.pdf,
+            diffuse: v.diffuse / v.pdf,
             pdf: v.pdf,
             delta: false,
             scattering,
-            alone: (part * (weight / p), v.pdf * p),
+            alone: (part / (v.pdf * p), v.pdf * p),
         })
     }
 
