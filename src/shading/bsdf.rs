@@ -3,12 +3,13 @@
 //! One lobe is drawn by its share of the albedo, and its direction is weighted by the density of the whole mixture. The
 //! Lambertian lobe stands apart from the list: nearly every surface has it, and simple kernels have nothing else.
 
+mod elsewhere;
 mod roughness;
 mod uniform;
 
-use super::closure::{
-    AllFeatures, Below, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals,
-};
+pub use elsewhere::Elsewhere;
+
+use super::closure::{AllFeatures, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals};
 use super::ggx::Alpha;
 use crate::math::{Frame, average, warp};
 use arrayvec::ArrayVec;
@@ -635,43 +636,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
         };
         sums.add(of, entry.p, entry.is_diffuse);
         Self::weigh(wi, scattering, &sums)
-    }
-
-    /// The lobe below the surface, with its weight over the probability of the choice, if a number chooses one: then
-    /// [`Self::sample`] has no direction for it. `uniform`: nor has [`Self::sample_uniform`].
-    #[cold]
-    #[inline(never)]
-    pub fn below(&self, mut choice: f32, uniform: bool) -> Option<Below> {
-        let last = self.others.len().wrapping_sub(1);
-        if !uniform && choice >= self.p_others() {
-            return None;
-        }
-        for (i, entry) in self.others().iter().enumerate() {
-            let p = if uniform {
-                Self::p_delta(entry)
-            } else {
-                entry.p
-            };
-            if choice < p || !uniform && i == last {
-                let Lobe::Below(below) = entry.lobe else {
-                    return None;
-                };
-                let weight = below.weight / p;
-                return Some(Below { weight, ..below });
-            }
-            choice -= p;
-        }
-        None
-    }
-
-    /// The mean normal of what goes on below the surface; the surface's smooth one where nothing does.
-    pub fn normal_below(&self) -> Vec3 {
-        let below = |entry: &Entry| match entry.lobe {
-            Lobe::Below(below) => below.normal * average(entry.albedo),
-            _ => Vec3::ZERO,
-        };
-        let sum: Vec3 = self.others().iter().map(below).sum();
-        sum.try_normalize().unwrap_or(self.smooth())
     }
 
     /// The weight of a sampled direction under the whole mixture.

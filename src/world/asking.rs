@@ -87,8 +87,8 @@ impl Widening {
 /// The way that a path has come, as far as programs ask about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Past {
-    /// Surfaces that have scattered it diffusely, by facets, or through themselves, and that it has passed straight on.
-    pub depths: [u8; 4],
+    /// Surfaces that have scattered it diffusely, by facets, or through themselves, that it has passed straight on, and portals.
+    pub depths: [u8; 5],
     /// The last of them was a mirror or clear glass.
     pub singular: bool,
     /// The last of them did not let it through.

@@ -21,6 +21,7 @@ mod origin;
 mod passing;
 mod place;
 mod placed;
+mod portal;
 mod shine;
 mod turned;
 mod varying;

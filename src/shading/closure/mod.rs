@@ -8,6 +8,7 @@ pub mod below;
 pub mod diffuse;
 pub mod glass;
 pub mod microfacet;
+pub mod portal;
 pub mod rough_diffuse;
 pub mod sheen;
 mod sheen_table;
@@ -24,6 +25,7 @@ pub use below::{Below, BelowInputs};
 pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use microfacet::{Facets, Reflection};
+pub use portal::Portal;
 pub use rough_diffuse::RoughDiffuse;
 pub use sheen::Sheen;
 pub use sheet::Sheet;
@@ -161,6 +163,8 @@ pub enum Lobe {
     Translucent(Translucent),
     /// Light that goes on below the surface.
     Below(Below),
+    /// What meets it goes on elsewhere.
+    Portal(Portal),
 }
 
 /// Keeps what seldom happens out of the loops of what mostly does.
@@ -315,7 +319,7 @@ impl Lobe {
             Self::Phong(l) => l.is_smooth(),
             Self::Glass(l) => l.facets.is_smooth(),
             Self::Sheet(l) => l.facets.is_smooth(),
-            Self::Below(_) => true,
+            Self::Below(_) | Self::Portal(_) => true,
         }
     }
 
@@ -366,6 +370,7 @@ impl Lobe {
             Self::Glass(l) => l.facets.normal(),
             Self::Sheet(l) => l.facets.normal(),
             Self::Below(l) => l.normal,
+            Self::Portal(l) => l.normal,
         }
     }
 
@@ -373,6 +378,7 @@ impl Lobe {
     pub fn alpha(&self) -> f32 {
         let alpha = match self {
             Self::Below(_) => return 1.0,
+            Self::Portal(_) => return 0.0,
             _ if self.is_delta() => return 0.0,
             Self::Reflection(l) => l.facets.alpha(),
             Self::Glass(l) => l.facets.alpha(),
@@ -408,7 +414,7 @@ impl Lobe {
             | Self::Velvet(_)
             | Self::Toon(_)
             | Self::Below(_) => [albedo, Vec3::ZERO],
-            Self::Translucent(_) => [Vec3::ZERO, albedo],
+            Self::Translucent(_) | Self::Portal(_) => [Vec3::ZERO, albedo],
             Self::Glass(l) => l.colors(albedo),
             Self::BeckmannGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::FilmGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
@@ -451,6 +457,7 @@ impl Lobe {
             Self::Toon(l) => l.weight *= by,
             Self::Translucent(l) => l.color *= by,
             Self::Below(l) => l.weight *= by,
+            Self::Portal(l) => l.weight *= by,
         }
         self
     }
@@ -480,7 +487,7 @@ impl Lobe {
             }
             Self::Sheet(l) => 3.0 * l.weight.max(l.reflected).max_element(),
             // None is drawn.
-            Self::Below(_) => 0.0,
+            Self::Below(_) | Self::Portal(_) => 0.0,
         }
     }
 }
