@@ -91,6 +91,15 @@ fn kind_of(scattering: Scattering) -> RayKind {
     }
 }
 
+/// Of what else a ray that goes through a surface is: [`LightSampleContext::also`].
+fn also(sample: &BsdfSample) -> u32 {
+    if sample.is_translucent {
+        RayKind::Diffuse.bit()
+    } else {
+        RayKind::Glossy.bit()
+    }
+}
+
 /// Surfaces as a kernel has them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Compiled<E>(PhantomData<E>);
@@ -416,6 +425,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             wide: self.beside.wide,
             wavelength: self.beside.wavelength,
             other_side: self.beside.other_side.index,
+            also: previous.at.also,
             numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
         }
     }
@@ -554,11 +564,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     /// A surface without lobes, as the path sees it.
     #[inline(always)]
     fn bare(&self, surface: &Surface) -> KernelBsdf<E> {
-        let changes = self.settings.changes::<E>(
+        let mut changes = self.settings.changes::<E>(
             self.min_pdf,
             self.beside.previous.kind,
             self.has_diffused(),
         );
+        changes.behind = E::EVERYTHING && self.world.is_as_in_cycles();
         KernelBsdf::<E>::new(surface.normals, -self.direction, surface.inside, changes)
     }
 
@@ -581,7 +592,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             return None;
         };
         // Where some kinds of rays see less than others, each kind is an estimate of its own.
-        if E::EVERYTHING && self.world.by_kind {
+        if E::EVERYTHING && self.world.by_kind && !self.world.is_as_in_cycles() {
             (s.weight, s.pdf) = s.alone;
             s.diffuse = if s.scattering == Scattering::Diffuse {
                 s.weight
@@ -655,6 +666,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         self.beside.previous.only_bsdf =
             s.delta || self.own.is_some() || E::EVERYTHING && self.beside.lid.is_some();
         self.beside.previous.kind = kind;
+        if E::EVERYTHING {
+            self.beside.previous.at.also = match kind {
+                RayKind::Transmission if self.world.is_as_in_cycles() => also(s),
+                _ => 0,
+            };
+        }
         self.beside.previous.delta = s.delta;
         self.bounce += 1;
         let kind = s.scattering as usize;

@@ -77,6 +77,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         match of.kind {
             SimpleBsdf::Translucent => {
                 let color = reflected(at.color(&sockets[translucent::COLOR])) * weight;
+                let normal = self.normals().bent(normal, self.wo());
                 self.add(Lobe::Translucent(Translucent { color, normal }), color);
             }
             SimpleBsdf::Refraction { distribution } => match distribution {

@@ -568,13 +568,23 @@ impl PreparedMaterial {
         }
     }
 
-    /// Whether a portal takes some of what is met at a point that light could pass beside it.
-    pub fn is_portal(&self, at: &impl Place) -> bool {
-        let opacity = self.programs.opacity.as_ref();
-        let portal = opacity.and_then(|opacity| Some((&opacity.program, opacity.portal.as_ref()?)));
-        portal.is_some_and(|(program, root)| {
-            average(program.at(at, |at| at.color(root))) >= LEAST_PORTAL
-        })
+    /// What portals take at a point beside what passes straight on, as a colour; `None` where that is nothing.
+    pub fn portal(&self, at: &impl Place) -> Option<Vec3> {
+        let opacity = self.programs.opacity.as_ref()?;
+        let root = opacity.portal.as_ref()?;
+        let taken = opacity.program.at(at, |at| at.color(root));
+        (average(taken) >= LEAST_PORTAL).then_some(taken)
+    }
+
+    /// [`Self::passing`] for shadow rays. They pass no portal, nor beside it, so that rays find what is behind it. Cycles' count a
+    /// portal to what is transparent beside it, if something is, although rays find that light again.
+    pub fn passing_to_light(&self, at: &impl Place, as_cycles: bool) -> (Vec3, f32) {
+        let (passes, rest) = self.passing(at);
+        match self.portal(at) {
+            None => (passes, rest),
+            Some(portal) if as_cycles && average(passes) >= LEAST_PORTAL => (passes + portal, rest),
+            Some(_) => (Vec3::ZERO, 1.0),
+        }
     }
 
     /// Opacity at a point, 0..=1; cut-outs are 0 or 1.

@@ -188,9 +188,8 @@ impl World {
             if !is_shadow {
                 at.around = self.traces().then_some(self);
             }
-            // Nor does it let light pass beside a portal.
-            if is_shadow && material.has_portal() && material.is_portal(&at) {
-                return (Vec3::ZERO, 1.0);
+            if is_shadow && material.has_portal() {
+                return material.passing_to_light(&at, self.as_cycles);
             }
             material.passing(&at)
         })
@@ -205,7 +204,7 @@ impl World {
         let material = &self.materials[mesh.material as usize];
         let mut at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
         at.around = self.traces().then_some(self);
-        material.has_portal() && material.is_portal(&at)
+        material.has_portal() && material.portal(&at).is_some()
     }
 
     /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at

@@ -57,7 +57,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 }
                 Tinted::Passes(weight, onward, skipped) => {
                     if self.world.has_portals() && self.world.is_portal(&found.hit, ray.1) {
-                        // Shadow rays do not pass beside it, and Cycles counts it.
+                        // Shadow rays do not pass beside it (in Cycles this light counts twice), and depths count it.
                         self.beside.previous.only_bsdf = true;
                         self.beside.portals += 1;
                     }

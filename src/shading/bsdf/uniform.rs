@@ -48,6 +48,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             delta: false,
             scattering,
             alone: (part * (weight / p), v.pdf * p),
+            is_translucent: false,
         })
     }
 

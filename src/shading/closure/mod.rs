@@ -33,8 +33,10 @@ pub use toon::Toon;
 pub use translucent::Translucent;
 
 use super::Scattering;
+use super::normal;
 use super::spread::{Beckmann, Ggx, Spread};
 use super::thin_film::{Film, Filmed};
+use crate::scene::{RayKind, Visibility};
 use glam::{Vec2, Vec3};
 
 /// The normals at a point.
@@ -48,6 +50,18 @@ pub struct Normals {
     pub smooth: Vec3,
     /// With the normal map.
     pub shading: Vec3,
+}
+
+impl Normals {
+    /// A lobe's own normal, bent so far that it mirrors a view to above the surface: as in Cycles also where nothing is mirrored.
+    #[inline(always)]
+    pub fn bent(&self, normal: Vec3, wo: Vec3) -> Vec3 {
+        if normal == self.geometric {
+            normal
+        } else {
+            normal::bend_for_reflection(self.geometric, wo, normal)
+        }
+    }
 }
 
 /// Value and density of a lobe for two directions.
@@ -206,9 +220,26 @@ impl Lobe {
         }
     }
 
-    /// Whether it is glass that reflects: Cycles hides lights from it only where they are hidden from both of its kinds of rays.
+    /// Whether light sampling brings it light that some kinds of rays see, as in Cycles: glass has what either of its kinds sees, what
+    /// goes through diffusely is diffuse, and facets that stand on end are glossy. `transmitted`: from beyond the surface.
+    pub fn is_lit(&self, light: Visibility, transmitted: bool) -> bool {
+        let [diffuse, glossy, through] =
+            [RayKind::Diffuse, RayKind::Glossy, RayKind::Transmission].map(|k| light.sees(k));
+        match self {
+            Self::Translucent(_) => diffuse,
+            Self::Velvet(_) => glossy,
+            _ if self.is_glass() => glossy || through,
+            Self::Sheet(_) if transmitted => through,
+            Self::Sheet(_) => glossy,
+            _ if self.is_diffuse() => diffuse,
+            _ if self.transmits() => through,
+            _ => glossy,
+        }
+    }
+
+    /// Whether it is glass that reflects.
     #[inline]
-    pub fn is_glass(&self) -> bool {
+    fn is_glass(&self) -> bool {
         let reflected = match self {
             Self::BeckmannGlass(l) => l.reflected,
             Self::FilmGlass(l) => l.reflected,
