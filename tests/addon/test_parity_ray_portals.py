@@ -171,5 +171,51 @@ class RayPortals(kit.ExportTest):
         self.agrees(512, "--transparent")
 
 
+class Written(kit.ExportTest):
+    """What stands in the file."""
+
+    def nodes(self, build):
+        """The nodes of a written material by their types, of a tree whose surface `build` returns."""
+        self.write_graphs(True)
+        made = bpy.data.materials.new("m")
+        made.use_nodes = True
+        tree = made.node_tree
+        tree.nodes.clear()
+        tree.links.new(build(tree), tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+        mesh = kit.plane()
+        mesh.materials.append(made)
+        self.link(made.name, mesh)
+        found = self.export()
+        self.assertEqual(found.verdict("material", made.name)["verdict"], "exact")
+        graph = found.material(made.name)["extensions"].get("SUNDOG_shader_graph", {"nodes": []})
+        return {node["type"]: node.get("inputs", {}) for node in graph["nodes"]}
+
+    def test_places_are_written_where_they_are_linked(self):
+        """An unlinked Position is where a ray has met the portal, whatever its numbers; those of Direction count."""
+        for linked in (False, True):
+            def build(tree, linked=linked):
+                portal, place = tree.nodes.new("ShaderNodeBsdfRayPortal"), tree.nodes.new("ShaderNodeCombineXYZ")
+                portal.inputs["Position"].default_value, portal.inputs["Direction"].default_value = (1, 2, 3), (0, 0, 2)
+                place.inputs["Z"].default_value = 7
+                if linked:
+                    tree.links.new(place.outputs[0], portal.inputs["Position"])
+                return portal.outputs[0]
+
+            with self.subTest(linked=linked):
+                portal = self.nodes(build)["ShaderNodeBsdfRayPortal"]
+                self.assertEqual("Position" in portal, linked)
+                self.assertEqual(portal["Direction"], [0, 0, 2])
+
+    @unittest.skipIf(bpy.app.version >= (5, 0, 0), "Point Density is gone since Blender 5.0")
+    def test_a_point_density_without_an_object_is_nothing(self):
+        def build(tree):
+            density, glow = tree.nodes.new("ShaderNodeTexPointDensity"), tree.nodes.new("ShaderNodeEmission")
+            tree.links.new(density.outputs["Color"], glow.inputs["Color"])
+            tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], glow.inputs["Strength"])
+            return glow.outputs[0]
+
+        self.assertNotIn("ShaderNodeTexPointDensity", self.nodes(build))
+
+
 if __name__ == "__main__":
     unittest.main()

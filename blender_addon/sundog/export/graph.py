@@ -355,6 +355,9 @@ class Walk:
             return _part(value or (0.0, 0.0, 0.0, 0.0), socket.identifier)
         if node.type == "VOLUME_INFO" and self.has_grids:
             return None
+        if node.type == "TEX_POINTDENSITY" and node.object is None:
+            # Of no points.
+            return zero
         # Meshes are none of these.
         if node.type in {"HAIR_INFO", "POINT_INFO", "VOLUME_INFO"}:
             return zero
