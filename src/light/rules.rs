@@ -54,7 +54,7 @@ impl Rules {
         let is_found = self.is_hit || kind == RayKind::Camera;
         let is_diffuse = also & RayKind::Diffuse.bit() != 0;
         let is_seen =
-            self.visibility.sees(kind) && !(is_diffuse && !self.visibility.sees(RayKind::Diffuse));
+            (!is_diffuse || self.visibility.sees(RayKind::Diffuse)) && self.visibility.sees(kind);
         is_found && is_seen && bounces <= self.max_bounces
     }
 
