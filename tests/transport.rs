@@ -14,6 +14,7 @@ mod media;
 mod motion;
 mod nesting;
 mod patterns;
+mod portals;
 mod replay;
 mod studies;
 mod translucent;
@@ -682,6 +683,7 @@ fn gallery() -> Vec<(&'static str, Scene)> {
     list.push(("cloud", media::cloud()));
     list.push(("coloured liquid", media::liquid()));
     list.push(("skin and marble", below::scene()));
+    list.push(("portals", portals::scene()));
     list
 }
 

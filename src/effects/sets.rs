@@ -50,6 +50,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::Subsurface
         | Effect::CoincidentFaces
         | Effect::ShadowCatcher
+        | Effect::RayPortals
         | Effect::MotionBlur
         | Effect::Media
         | Effect::Absorption

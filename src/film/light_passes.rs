@@ -51,6 +51,9 @@ pub trait PassSink {
     /// The path goes on through a surface that tints it.
     #[inline(always)]
     fn pass(&mut self, _tint: Vec3) {}
+    /// The first surface has sent the path elsewhere: what is there is the first.
+    #[inline(always)]
+    fn leave_first(&mut self) {}
     /// Whether light groups have the world where it is no part of the picture: in Cycles if its pass is asked for.
     #[inline(always)]
     fn keeps_environment(&self) -> bool {
@@ -273,6 +276,12 @@ impl PassSink for PathPasses {
     #[inline]
     fn pass(&mut self, tint: Vec3) {
         self.features.pass(tint);
+    }
+
+    #[inline]
+    fn leave_first(&mut self) {
+        (self.colors, self.uv, self.covered) = ([Vec3::ZERO; KINDS], Vec2::ZERO, false);
+        (self.object, self.open) = (None, None);
     }
 
     #[inline]

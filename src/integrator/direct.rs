@@ -6,7 +6,7 @@ use super::record::{Lit, Record, Step};
 use super::settings::PathSettings;
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
-use crate::light::{LightSample, LightSampleContext, Rules};
+use crate::light::{Drawn, LightSample, LightSampleContext, Rules};
 use crate::math::average;
 use crate::math::float::is_unit;
 use crate::math::frame::Frame;
@@ -115,7 +115,7 @@ impl<E: Features> Vertex<'_, E> {
                 return 0;
             }
             casts_shadow = !rules.shines_through();
-            self.weighted_by_kind((&light, &rules), &value, samples, beyond)
+            self.weighted_by_kind((&light, &rules, drawn), &value, samples, beyond)
         } else {
             let pdf = samples * light.pdf;
             let weight = self.settings.weight_of_sampled(pdf, light.delta, value.pdf);
@@ -280,21 +280,33 @@ impl<E: Features> Vertex<'_, E> {
     }
 
     /// The BSDF's value, weighted, and its diffuse part, where some kinds of rays do not see a light: each kind is an estimate
-    /// of its own.
+    /// of its own. In Cycles all are one, in which lobes that do not see it have no light.
     #[inline(always)]
     fn weighted_by_kind(
         &self,
-        (light, rules): (&LightSample, &Rules),
+        (light, rules, drawn): (&LightSample, &Rules, Drawn),
         value: &BsdfValue,
         samples: f32,
         beyond: bool,
     ) -> (Vec3, Vec3) {
         let delta = light.delta || rules.only_sampled();
+        let weight = |pdf| {
+            self.settings
+                .weight_of_sampled(samples * light.pdf, delta, pdf)
+        };
+        if self.world.is_as_in_cycles() {
+            let weight = weight(value.pdf);
+            let (seen, diffuse) = if rules.is_seen_by_all_that_scatters() {
+                (value.value, value.diffuse)
+            } else {
+                let backs = self.world.lights_backs(drawn);
+                self.bsdf.seen_by_light(rules.visibility, light.wi, backs)
+            };
+            return (seen * weight, diffuse * weight);
+        }
         let part = |kind, part: Vec3, pdf| {
             if rules.visibility.sees(kind) {
-                part * self
-                    .settings
-                    .weight_of_sampled(samples * light.pdf, delta, pdf)
+                part * weight(pdf)
             } else {
                 Vec3::ZERO
             }
@@ -310,17 +322,7 @@ impl<E: Features> Vertex<'_, E> {
             value.value - value.diffuse,
             value.pdf - value.diffuse_pdf,
         );
-        // As in Cycles glass is of both kinds: what its rays of the one kind do not see of a light that the other kind sees is
-        // found by light sampling alone, with its weight.
-        let kinds = [RayKind::Glossy, RayKind::Transmission];
-        let [first, second] = kinds.map(|kind| rules.visibility.sees(kind));
-        if first == second || rules.visibility.sees(other) || !self.world.joins_kinds_of_glass() {
-            return (diffuse + rest, diffuse);
-        }
-        let (by_glass, density) = self.bsdf.sampled_by_glass(light.wi);
-        let pdf = samples * light.pdf;
-        let weight = self.settings.weight_of_sampled(pdf, delta, density);
-        (diffuse + by_glass * weight, diffuse)
+        (diffuse + rest, diffuse)
     }
 }
 

@@ -7,6 +7,7 @@ mod leave;
 mod media;
 mod onward;
 mod passing;
+mod portal;
 mod start;
 mod wide;
 
@@ -26,7 +27,7 @@ use crate::film::objects::FirstObject;
 use crate::film::pixel::FirstHit;
 use crate::light::{LightSampleContext, Shadows};
 use crate::math::average;
-use crate::math::float::{BoundedPoint, RAY_START, is_unit};
+use crate::math::float::{BoundedPoint, is_unit};
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
 use crate::world::{
@@ -91,6 +92,15 @@ fn kind_of(scattering: Scattering) -> RayKind {
     }
 }
 
+/// Of what else a ray that goes through a surface is: [`LightSampleContext::also`].
+fn also(sample: &BsdfSample) -> u32 {
+    if sample.is_translucent {
+        RayKind::Diffuse.bit()
+    } else {
+        RayKind::Glossy.bit()
+    }
+}
+
 /// Surfaces as a kernel has them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Compiled<E>(PhantomData<E>);
@@ -151,6 +161,9 @@ struct Beside {
     counts: Option<Vec3>,
     /// Lobes that surfaces with too many of them went without.
     lobes_left_out: u32,
+    /// Portals that it has come to, and whether it goes on behind the last.
+    portals: u32,
+    is_through: bool,
 }
 
 /// A path on its way.
@@ -223,6 +236,8 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         other_side: OtherSide::default(),
         counts: None,
         lobes_left_out: 0,
+        portals: 0,
+        is_through: false,
     };
     if E::EVERYTHING
         && let Some(spectrum) = world.spectrum()
@@ -236,6 +251,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
     let scene = (world, settings, sampler);
     let mut walk = Walk::<E, A>::new(scene, camera_ray, (&mut light, &mut beside));
     walk.go();
+    walk.follow_portals();
     let (rays, first) = (walk.rays, walk.first);
     Path {
         radiance: light.radiance,
@@ -319,6 +335,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                     .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
             }
             self.light.sink.surface(|| features(&bsdf));
+            let receiver = self.beside.previous.at.receiver;
             self.receive(&found.hit, surface.point.point, bsdf.receiving());
             let past = self.past();
             let vertex = Vertex::<E> {
@@ -340,7 +357,8 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 let sink = &mut *self.light.sink;
                 self.rays += sink.occlusion(|distance| vertex.openness(sampler, distance));
             }
-            let leave = |path: &mut Walk<'_, '_, E, A>| path.leave(&found.hit, &surface, &bsdf);
+            let met = (&found.hit, &surface);
+            let leave = |path: &mut Walk<'_, '_, E, A>| path.leave(met, &bsdf, receiver);
             if E::EVERYTHING && self.is_to_branch() {
                 self.branch(leave);
                 break;
@@ -395,10 +413,11 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         let Beside {
             previous,
             scatterings: [diffuse, glossy, transmission],
+            portals,
             ..
         } = &*self.beside;
         Past {
-            depths: [*diffuse, *glossy, *transmission, self.passed].map(least),
+            depths: [*diffuse, *glossy, *transmission, self.passed, *portals].map(least),
             singular: previous.delta,
             reflected: self.bounce > 0 && previous.kind != RayKind::Transmission,
             // As in Cycles.
@@ -407,6 +426,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             wide: self.beside.wide,
             wavelength: self.beside.wavelength,
             other_side: self.beside.other_side.index,
+            also: previous.at.also,
             numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
         }
     }
@@ -545,11 +565,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     /// A surface without lobes, as the path sees it.
     #[inline(always)]
     fn bare(&self, surface: &Surface) -> KernelBsdf<E> {
-        let changes = self.settings.changes::<E>(
+        let mut changes = self.settings.changes::<E>(
             self.min_pdf,
             self.beside.previous.kind,
             self.has_diffused(),
         );
+        changes.behind = E::EVERYTHING && self.world.is_as_in_cycles();
         KernelBsdf::<E>::new(surface.normals, -self.direction, surface.inside, changes)
     }
 
@@ -574,7 +595,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             return None;
         };
         // Where some kinds of rays see less than others, each kind is an estimate of its own.
-        if E::EVERYTHING && self.world.by_kind {
+        if E::EVERYTHING && self.world.by_kind && !self.world.is_as_in_cycles() {
             (s.weight, s.pdf) = s.alone;
             s.diffuse = if s.scattering == Scattering::Diffuse {
                 s.weight
@@ -621,33 +642,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             self.end(End::Own);
             return false;
         }
-        let start = spawn_ray::<E>(self.world, self.settings, (hit, surface), s.wi, beyond);
-        if beyond {
-            self.cross(hit, self.direction);
-        }
-        if E::EVERYTHING {
-            self.beside.skipped = start.map_or(0.0, |start| start.distance(surface.point.point));
-        }
-        (self.origin, self.direction, self.span) = if let Some(start) = start {
-            (start, s.wi, (RAY_START, f32::INFINITY))
-        } else {
-            let met = self.world.self_intersection::<E>(hit, surface, s.wi, kind);
-            let Some(back) = met else {
-                self.end(End::Own);
-                return false;
-            };
-            let distance = 0.0;
-            self.own = Some((Hit { distance, ..*hit }, surface.point));
-            (surface.point.point, back, (0.0, 0.0))
-        };
-        if E::EVERYTHING && self.world.has_lids() && self.own.is_none() {
-            let sender = Sender {
-                kind,
-                depth: self.bounce + 1,
-                ..self.sender()
-            };
-            let side = self.beside.side;
-            self.beside.lid = self.world.lid((hit, surface), s.wi, side, &sender);
+        let next = (kind, self.bounce + 1);
+        if !self.depart((hit, surface), s.wi, (beyond, beyond), next) {
+            self.end(End::Own);
+            return false;
         }
         if self.bounce == 0 {
             self.light
@@ -671,6 +669,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         self.beside.previous.only_bsdf =
             s.delta || self.own.is_some() || E::EVERYTHING && self.beside.lid.is_some();
         self.beside.previous.kind = kind;
+        if E::EVERYTHING {
+            self.beside.previous.at.also = match kind {
+                RayKind::Transmission if self.world.is_as_in_cycles() => also(s),
+                _ => 0,
+            };
+        }
         self.beside.previous.delta = s.delta;
         self.bounce += 1;
         let kind = s.scattering as usize;

@@ -99,6 +99,17 @@ pub enum Step {
         /// What a unit of radiance that comes out brings to the camera.
         throughput: Vec3,
     },
+    /// It goes through a portal.
+    Portal {
+        /// Where it has met it …
+        from: Vec3,
+        /// … and goes on …
+        to: Vec3,
+        /// … in this direction.
+        direction: Vec3,
+        /// What a unit of radiance from there brings to the camera.
+        throughput: Vec3,
+    },
     /// Light is added to what the path has gathered.
     Added {
         /// The contribution.
@@ -297,8 +308,10 @@ fn fault(step: &Step, object: u32, shining: Source) -> Option<Fault> {
                 && (sample.delta || sample.pdf.is_finite());
             is(!finite, Fault::BsdfSample(object))
         }
-        Step::Below { to, throughput, .. } => is(!to.is_finite(), Fault::Point(object))
-            .or(is(!throughput.is_finite(), Fault::BsdfSample(object))),
+        Step::Below { to, throughput, .. } | Step::Portal { to, throughput, .. } => {
+            is(!to.is_finite(), Fault::Point(object))
+                .or(is(!throughput.is_finite(), Fault::BsdfSample(object)))
+        }
         Step::Added { light, kept } => {
             let finite = light.is_finite() && kept.is_finite();
             is(!finite, Fault::Contribution(shining))

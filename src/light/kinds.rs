@@ -46,6 +46,9 @@ pub struct LightSampleContext {
     pub time: f32,
     /// The set of receivers that it is in ([`super::LightSet::receiver`]).
     pub receiver: u8,
+    /// Bits of kinds that a ray which goes through a surface is of beside that, as in Cycles: diffuse from what lets light through
+    /// diffusely, glossy from all else.
+    pub also: u32,
     /// The normal of the surface, and whether light from below it counts as well; `None` in a medium.
     pub facing: Option<(Vec3, bool)>,
     /// Light that falls on it is clamped.
@@ -71,6 +74,7 @@ impl LightSampleContext {
             bounces: 0,
             time: 0.0,
             receiver: 0,
+            also: 0,
             facing: None,
             clamps: true,
             pmf: Pmf::NONE,

@@ -47,11 +47,22 @@ impl Rules {
         }
     }
 
-    /// Whether a ray that left after so many bounces sees it.
+    /// Whether a ray that left after so many bounces sees it. `also`: what else it is for lights, as in
+    /// [`super::LightSampleContext::also`].
     #[inline]
-    pub fn allow(&self, kind: RayKind, bounces: u32) -> bool {
+    pub fn allow(&self, kind: RayKind, also: u32, bounces: u32) -> bool {
         let is_found = self.is_hit || kind == RayKind::Camera;
-        is_found && self.visibility.sees(kind) && bounces <= self.max_bounces
+        let is_diffuse = also & RayKind::Diffuse.bit() != 0;
+        let is_seen =
+            (!is_diffuse || self.visibility.sees(RayKind::Diffuse)) && self.visibility.sees(kind);
+        is_found && is_seen && bounces <= self.max_bounces
+    }
+
+    /// Whether rays from all lobes see it.
+    pub fn is_seen_by_all_that_scatters(&self) -> bool {
+        [RayKind::Diffuse, RayKind::Glossy, RayKind::Transmission]
+            .iter()
+            .all(|kind| self.visibility.sees(*kind))
     }
 
     /// Whether light sampling is the only way to find it.

@@ -579,7 +579,9 @@ impl LightSet {
             let Some(hit) = light.le(at, origin, wi).filter(|hit| hit.distance < far) else {
                 return;
             };
-            if !rules.allow(kind, bounces) || self.is_hidden(number, at, (origin, wi, far), kind) {
+            if !rules.allow(kind, at.also, bounces)
+                || self.is_hidden(number, at, (origin, wi, far), kind)
+            {
                 return;
             }
             if self.linking.is_some()
@@ -642,7 +644,7 @@ impl LightSet {
                 source,
                 ..
             } = infinite;
-            if !rules.allow(kind, bounces) {
+            if !rules.allow(kind, at.also, bounces) {
                 continue;
             }
             if self.linking.is_some() && !self.is_found(*source, at.receiver, (kind, shadows)) {
@@ -651,7 +653,7 @@ impl LightSet {
             let hit = match light {
                 Light::Environment(environment) => {
                     let depth = bounces + 1 + u32::from(kind != RayKind::Camera);
-                    let kind = kind.bit();
+                    let kind = kind.bit() | at.also;
                     Some(environment.le(wi, LookingRay { kind, depth }))
                 }
                 // From infinity the ray's origin makes no difference.

@@ -276,6 +276,20 @@ impl Job<'_> {
                     ("throughput", throughput.into()),
                 ],
             ),
+            Step::Portal {
+                from,
+                to,
+                direction,
+                throughput,
+            } => told(
+                "portal",
+                vec![
+                    ("from", self.place(from)),
+                    ("to", self.place(to)),
+                    ("direction", direction.into()),
+                    ("throughput", throughput.into()),
+                ],
+            ),
             Step::Added { light, kept } => {
                 let mut details = vec![("light", light.into())];
                 if kept != light {

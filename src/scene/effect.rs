@@ -141,6 +141,8 @@ pub enum Effect {
     MotionBlur,
     /// Objects that show nothing but shadows on them.
     ShadowCatcher,
+    /// Surfaces that send rays elsewhere.
+    RayPortals,
 }
 
 impl Effect {

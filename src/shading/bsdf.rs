@@ -3,12 +3,14 @@
 //! One lobe is drawn by its share of the albedo, and its direction is weighted by the density of the whole mixture. The
 //! Lambertian lobe stands apart from the list: nearly every surface has it, and simple kernels have nothing else.
 
+mod elsewhere;
+mod kinds;
 mod roughness;
 mod uniform;
 
-use super::closure::{
-    AllFeatures, Below, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals,
-};
+pub use elsewhere::Elsewhere;
+
+use super::closure::{AllFeatures, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals};
 use super::ggx::Alpha;
 use crate::math::{Frame, average, warp};
 use arrayvec::ArrayVec;
@@ -41,6 +43,8 @@ pub struct Changes {
     pub caustics: [bool; 2],
     /// It has been scattered diffusely before.
     pub diffused: bool,
+    /// Where directions are drawn, a bump's facets send light also to behind the smooth surface, as in Cycles.
+    pub behind: bool,
 }
 
 impl Changes {
@@ -49,6 +53,7 @@ impl Changes {
         least_alpha: 0.0,
         caustics: [true; 2],
         diffused: false,
+        behind: false,
     };
 }
 
@@ -104,6 +109,8 @@ pub struct BsdfSample {
     pub scattering: Scattering,
     /// Weight and density for an estimate of the lobes of that kind alone, beside which the others have their own.
     pub alone: (Vec3, f32),
+    /// The lobe that was drawn is a diffuse one that lets light through.
+    pub is_translucent: bool,
 }
 
 /// The value of the BSDF for two directions.
@@ -511,22 +518,12 @@ impl<K: BsdfFeatures> Bsdf<K> {
         sums.total(K::FACETS)
     }
 
-    /// The part of that, and of its density, that is due to glass ([`Lobe::is_glass`]).
-    #[cold]
-    #[inline(never)]
-    pub fn sampled_by_glass(&self, wi: Vec3) -> (Vec3, f32) {
-        let transmitted = self.is_beyond(wi);
-        let mut sums = Sums::ZERO;
-        let glass = |entry: &&Entry| !entry.is_delta && entry.lobe.is_glass();
-        for entry in self.others().iter().filter(glass) {
-            let of = entry.lobe.evaluate::<K>(self.smooth(), wi, transmitted);
-            sums.add(of, entry.p, false);
-            if transmitted {
-                let of = entry.lobe.evaluate_backs::<K>(self.smooth(), wi);
-                sums.add(of, entry.p, false);
-            }
-        }
-        (sums.others.value, sums.others.pdf)
+    /// Of the Lambertian lobe, as [`Self::sums`] has it.
+    #[inline]
+    fn value_of_base(&self, wi: Vec3) -> LobeValue {
+        let lambert = self.base();
+        let bumped = K::BUMPS && lambert.normal != self.smooth();
+        lambert.evaluate((self.smooth(), bumped), wi)
     }
 
     /// The same for a direction that is not below the surface, without one lobe of the list.
@@ -534,9 +531,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     fn sums(&self, left_out: usize, wi: Vec3, transmitted: bool) -> Sums {
         let mut sums = Sums::ZERO;
         if !transmitted {
-            let lambert = self.base();
-            let bumped = K::BUMPS && lambert.normal != self.smooth();
-            let of = lambert.evaluate((self.smooth(), bumped), wi);
+            let of = self.value_of_base(wi);
             sums.diffuse = LobeValue {
                 value: of.value,
                 pdf: (1.0 - self.p_others()) * of.pdf,
@@ -601,6 +596,16 @@ impl<K: BsdfFeatures> Bsdf<K> {
         Self::weigh(wi, Scattering::Diffuse, &sums)
     }
 
+    /// The smooth normal behind which a lobe draws no direction.
+    #[inline(always)]
+    fn smooth_of(&self, entry: &Entry) -> Vec3 {
+        if K::BUMPS && self.changes.behind && !entry.is_diffuse {
+            entry.lobe.normal()
+        } else {
+            self.smooth()
+        }
+    }
+
     /// Draws a direction from a lobe of the list.
     #[inline(always)]
     fn sample_lobe(&self, index: usize, entry: &Entry, u: Vec2, choice: f32) -> Option<BsdfSample> {
@@ -609,7 +614,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             transmitted,
             delta,
             of,
-        } = entry.lobe.sample::<K>(self.smooth(), u, choice)?;
+        } = entry.lobe.sample::<K>(self.smooth_of(entry), u, choice)?;
         if self.is_below(wi) || self.is_beyond(wi) != transmitted {
             return None;
         }
@@ -624,6 +629,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 delta,
                 scattering,
                 alone: (weight, 0.0),
+                is_translucent: false,
             });
         }
         // Surfaces of glass or metal alone have no other lobe.
@@ -634,44 +640,11 @@ impl<K: BsdfFeatures> Bsdf<K> {
             self.sums(index, wi, transmitted)
         };
         sums.add(of, entry.p, entry.is_diffuse);
-        Self::weigh(wi, scattering, &sums)
-    }
-
-    /// The lobe below the surface, with its weight over the probability of the choice, if a number chooses one: then
-    /// [`Self::sample`] has no direction for it. `uniform`: nor has [`Self::sample_uniform`].
-    #[cold]
-    #[inline(never)]
-    pub fn below(&self, mut choice: f32, uniform: bool) -> Option<Below> {
-        let last = self.others.len().wrapping_sub(1);
-        if !uniform && choice >= self.p_others() {
-            return None;
-        }
-        for (i, entry) in self.others().iter().enumerate() {
-            let p = if uniform {
-                Self::p_delta(entry)
-            } else {
-                entry.p
-            };
-            if choice < p || !uniform && i == last {
-                let Lobe::Below(below) = entry.lobe else {
-                    return None;
-                };
-                let weight = below.weight / p;
-                return Some(Below { weight, ..below });
-            }
-            choice -= p;
-        }
-        None
-    }
-
-    /// The mean normal of what goes on below the surface; the surface's smooth one where nothing does.
-    pub fn normal_below(&self) -> Vec3 {
-        let below = |entry: &Entry| match entry.lobe {
-            Lobe::Below(below) => below.normal * average(entry.albedo),
-            _ => Vec3::ZERO,
-        };
-        let sum: Vec3 = self.others().iter().map(below).sum();
-        sum.try_normalize().unwrap_or(self.smooth())
+        let sample = Self::weigh(wi, scattering, &sums)?;
+        Some(BsdfSample {
+            is_translucent: K::TRANSMISSION && matches!(entry.lobe, Lobe::Translucent(_)),
+            ..sample
+        })
     }
 
     /// The weight of a sampled direction under the whole mixture.
@@ -691,6 +664,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             delta: false,
             scattering,
             alone: (kind.value / kind.pdf, kind.pdf),
+            is_translucent: false,
         })
     }
 }

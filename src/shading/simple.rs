@@ -1,10 +1,10 @@
-//! Blender's shaders of one lobe: Translucent, Refraction, Glass, Metallic, Sheen and Toon BSDF, Subsurface Scattering.
+//! Blender's shaders of one lobe: Translucent, Refraction, Glass, Metallic, Sheen, Toon and Ray Portal BSDF, Subsurface Scattering.
 
 use super::bsdf::Bsdf;
 use super::closure::microfacet::Reflectance;
 use super::closure::{
-    BelowInputs, BsdfFeatures, Facets, Glass, Lobe, Phong, Reflection, Sheen, Toon, Translucent,
-    Velvet,
+    BelowInputs, BsdfFeatures, Facets, Glass, Lobe, Phong, Portal, Reflection, Sheen, Toon,
+    Translucent, Velvet,
 };
 use super::dielectrics::Dielectrics;
 use super::fresnel::{self, Fresnel};
@@ -16,7 +16,9 @@ use super::tables::{LutCoordinate, Reflection as Albedos, Solid, metal_estimate}
 use super::thin_film::{Film, Filmed};
 use crate::math::primaries::WorkingSpace;
 use crate::math::sqr;
-use crate::scene::graph::node::{glass, metallic, sheen, subsurface, toon, translucent};
+use crate::scene::graph::node::{
+    glass, metallic, ray_portal, sheen, subsurface, toon, translucent,
+};
 use crate::scene::graph::{Distribution, SimpleBsdf};
 use glam::Vec3;
 
@@ -75,6 +77,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         match of.kind {
             SimpleBsdf::Translucent => {
                 let color = reflected(at.color(&sockets[translucent::COLOR])) * weight;
+                let normal = self.normals().bent(normal, self.wo());
                 self.add(Lobe::Translucent(Translucent { color, normal }), color);
             }
             SimpleBsdf::Refraction { distribution } => match distribution {
@@ -138,6 +141,16 @@ impl<K: BsdfFeatures> Bsdf<K> {
                     anisotropy: number(at, subsurface::ANISOTROPY),
                 };
                 self.add_below(weight, &inputs, what, normal);
+            }
+            SimpleBsdf::RayPortal { moves } => {
+                let color = reflected(at.color(&sockets[ray_portal::COLOR])) * weight;
+                let portal = Portal {
+                    weight: color,
+                    position: moves.then(|| at.color(&sockets[ray_portal::POSITION])),
+                    direction: at.color(&sockets[ray_portal::DIRECTION]),
+                    normal,
+                };
+                self.add(Lobe::Portal(portal), color);
             }
             SimpleBsdf::Toon { glossy } => {
                 let color = reflected(at.color(&sockets[toon::COLOR])) * weight;

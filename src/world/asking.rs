@@ -87,8 +87,8 @@ impl Widening {
 /// The way that a path has come, as far as programs ask about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Past {
-    /// Surfaces that have scattered it diffusely, by facets, or through themselves, and that it has passed straight on.
-    pub depths: [u8; 4],
+    /// Surfaces that have scattered it diffusely, by facets, or through themselves, that it has passed straight on, and portals.
+    pub depths: [u8; 5],
     /// The last of them was a mirror or clear glass.
     pub singular: bool,
     /// The last of them did not let it through.
@@ -103,6 +103,8 @@ pub struct Past {
     pub wavelength: f32,
     /// Index of refraction of the solid on the other side of the surface that asks, where priorities say which one that is; 0: of air.
     pub other_side: f32,
+    /// Bits of what else its rays are ([`crate::light::LightSampleContext::also`]).
+    pub also: u32,
     /// For random numbers, with the number of the bounce, where somebody asks for any.
     pub numbers: Option<(Sampler, u32)>,
 }
@@ -134,7 +136,10 @@ impl Asking {
             distance: sender.walked + hit.distance,
             near: sender.near,
             time: hit.time,
-            kind: sender.kind.bit(),
+            kind: match sender.kind {
+                RayKind::Shadow => RayKind::Shadow.bit(),
+                kind => kind.bit() | sender.past.also,
+            },
             depth: sender.depth,
             past: sender.past,
         }

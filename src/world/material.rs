@@ -5,6 +5,7 @@ use super::albedos::AlbedoTables;
 use super::asking::Past;
 use super::covered::{self, layers_at};
 use crate::effects::{self, Effect};
+use crate::math::average;
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::{PathDepth, PlaceInput};
 use crate::scene::graph::{Graph, TangentKind};
@@ -59,6 +60,8 @@ pub struct PreparedMaterial {
     goes_below: bool,
     /// What goes on there has a normal of its own.
     bumps_below: bool,
+    /// It sends rays elsewhere.
+    has_portal: bool,
     /// The space of its colours.
     space: WorkingSpace,
 }
@@ -165,6 +168,7 @@ impl Preparer {
             _ => (MATTE, &[][..]),
         };
         let shaders = programs.shaders.iter().map(|weighted| &weighted.shader);
+        let has_portal = shaders.clone().any(Shader::is_portal);
         let mut walks = shaders.filter(|shader| shader.goes_below());
         let mut solids = summary.principled.iter().filter(|p| p.transmits());
         let emission = programs.emission.constant().unwrap_or(summary.emission);
@@ -181,6 +185,7 @@ impl Preparer {
                 && (summary.is_tinted
                     || glows_in_passing
                     || asks_paths(&programs)
+                    || has_portal
                     || m.medium.is_some()
                     || m.priority.is_some()),
             lets_all_pass: summary.lets_all_pass,
@@ -196,6 +201,7 @@ impl Preparer {
             goes_below: walks.clone().next().is_some(),
             // A displacement that is a bump gives all of them one.
             bumps_below: programs.normal.is_some() || walks.any(|shader| shader.normal().is_some()),
+            has_portal,
             space: known.space,
             programs,
         }
@@ -209,6 +215,9 @@ fn asks_paths(programs: &Programs) -> bool {
         opacity.program.traces() || opacity.program.place_inputs().contains(&counted)
     })
 }
+
+/// A portal of less weight is none, as in Cycles.
+const LEAST_PORTAL: f32 = 1e-5;
 
 /// A black surface, where there is no other.
 const MATTE: Principled = Principled {
@@ -286,6 +295,11 @@ impl PreparedMaterial {
     /// Whether what goes on below it has a normal of its own.
     pub fn bumps_below(&self) -> bool {
         self.bumps_below
+    }
+
+    /// Whether it sends rays elsewhere.
+    pub fn has_portal(&self) -> bool {
+        self.has_portal
     }
 
     /// Whether rays are refracted by it into a solid somewhere.
@@ -551,6 +565,25 @@ impl PreparedMaterial {
             Some(opacity) => opacity.program.at(at, |at| {
                 (at.color(&opacity.transmittance), at.number(&opacity.rest))
             }),
+        }
+    }
+
+    /// What portals take at a point beside what passes straight on, as a colour; `None` where that is nothing.
+    pub fn portal(&self, at: &impl Place) -> Option<Vec3> {
+        let opacity = self.programs.opacity.as_ref()?;
+        let root = opacity.portal.as_ref()?;
+        let taken = opacity.program.at(at, |at| at.color(root));
+        (average(taken) >= LEAST_PORTAL).then_some(taken)
+    }
+
+    /// [`Self::passing`] for shadow rays. They pass no portal, nor beside it, so that rays find what is behind it. Cycles' count a
+    /// portal to what is transparent beside it, if something is, although rays find that light again.
+    pub fn passing_to_light(&self, at: &impl Place, as_cycles: bool) -> (Vec3, f32) {
+        let (passes, rest) = self.passing(at);
+        match self.portal(at) {
+            None => (passes, rest),
+            Some(portal) if as_cycles && average(passes) >= LEAST_PORTAL => (passes + portal, rest),
+            Some(_) => (Vec3::ZERO, 1.0),
         }
     }
 

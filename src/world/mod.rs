@@ -21,6 +21,7 @@ mod origin;
 mod passing;
 mod place;
 mod placed;
+mod portal;
 mod shine;
 mod turned;
 mod varying;
@@ -484,9 +485,10 @@ impl World {
         self.as_cycles && !self.lights.is_even_sky(drawn)
     }
 
-    /// Whether glass sees what one of its two kinds of rays sees.
+    /// Whether what Cycles has that is not consistent is as there. Beside the above: where some kinds of rays do not see a light, rays
+    /// bring it by way of all lobes, whichever of them is their kind; a ray that goes through a surface is of two kinds.
     #[inline]
-    pub fn joins_kinds_of_glass(&self) -> bool {
+    pub fn is_as_in_cycles(&self) -> bool {
         self.as_cycles
     }
 

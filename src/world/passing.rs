@@ -183,12 +183,28 @@ impl World {
             let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
             let place = (triangle, hit.u, hit.v);
             let mut at = entry.at(mesh, place, asking);
+            let is_shadow = asking.kind == RayKind::Shadow.bit();
             // Shadow rays ask while Embree traces them; Cycles has no rays there either.
-            if asking.kind != RayKind::Shadow.bit() {
+            if !is_shadow {
                 at.around = self.traces().then_some(self);
+            }
+            if is_shadow && material.has_portal() {
+                return material.passing_to_light(&at, self.as_cycles);
             }
             material.passing(&at)
         })
+    }
+
+    /// Whether a portal takes some of what is met at a hit that a path may pass.
+    #[cold]
+    #[inline(never)]
+    pub fn is_portal(&self, hit: &Hit, asking: Asking) -> bool {
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
+        let material = &self.materials[mesh.material as usize];
+        let mut at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
+        at.around = self.traces().then_some(self);
+        material.has_portal() && material.portal(&at).is_some()
     }
 
     /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at

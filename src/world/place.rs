@@ -511,6 +511,7 @@ impl Place for HitPoint<'_> {
                     PathDepth::Glossy => 1,
                     PathDepth::Transmission => 2,
                     PathDepth::Transparent => 3,
+                    PathDepth::Portal => 4,
                 };
                 number(f32::from(self.asking.past.depths[place]))
             }

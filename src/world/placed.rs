@@ -29,6 +29,8 @@ pub struct Geometry {
     pub filtered: bool,
     /// What passes straight on takes a colour somewhere.
     pub tinted: bool,
+    /// Some surfaces send rays elsewhere.
+    pub portals: bool,
     /// Some programs ask the scene by rays.
     pub traces: bool,
     /// Radians of a pixel, where some programs have Bumps that are widened.
@@ -63,6 +65,8 @@ struct Needs {
     widened: bool,
     /// Light goes on below it.
     goes_below: bool,
+    /// It sends rays elsewhere.
+    has_portal: bool,
 }
 
 impl Needs {
@@ -87,6 +91,7 @@ impl Needs {
             traces: material.traces(),
             widened: material.is_widened(),
             goes_below: material.goes_below(),
+            has_portal: material.has_portal(),
         }
     }
 
@@ -292,6 +297,7 @@ impl Geometry {
             parts: needs.iter().any(|needs| needs.goes_below).then(Vec::new),
         };
         let (mut triangles, mut filtered, mut tinted, mut traces) = (0u64, false, false, false);
+        let mut portals = false;
         let objects = objects(scene);
         for (instance, object) in scene.instances.iter().zip(objects) {
             let mesh = &scene.meshes[instance.mesh.0 as usize];
@@ -304,6 +310,7 @@ impl Geometry {
             triangles += mesh.triangles.len() as u64;
             filtered |= needs.filtered;
             tinted |= needs.tinted;
+            portals |= needs.has_portal;
             traces |= needs.traces;
             let is_shared = placements[instance.mesh.0 as usize] > 1
                 || builder.moves && !instance.motion.is_empty();
@@ -335,6 +342,7 @@ impl Geometry {
             close,
             filtered,
             tinted,
+            portals,
             traces,
             widened,
             insides,

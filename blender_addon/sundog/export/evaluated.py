@@ -108,6 +108,7 @@ EVALUATED = {
     "ShaderNodeBsdfSheen": ALL,
     "ShaderNodeBsdfToon": ALL,
     "ShaderNodeBsdfTransparent": ALL,
+    "ShaderNodeBsdfRayPortal": ALL,
     "ShaderNodeEmission": ALL,
     "ShaderNodeBackground": ALL,
     # Alone; what it does in mixes is told.

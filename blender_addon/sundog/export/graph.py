@@ -19,6 +19,7 @@ _VALUED = {
     ("ShaderNodeVectorRotate", "Vector"),
     ("ShaderNodeTexWhiteNoise", "Vector"),
     ("ShaderNodeMapRange", "Vector"),
+    ("ShaderNodeBsdfRayPortal", "Direction"),
 }
 # What a Raycast takes where nothing is linked, by outputs of Geometry.
 _OF_RAYS = {"Position": "Position", "Direction": "Normal"}
@@ -55,6 +56,12 @@ class Use:
         """The number at an unlinked input; None if it is linked."""
         value = self.inputs.get(identifier, 0.0)
         return value if isinstance(value, (int, float)) else None
+
+
+def _has_portals():
+    """Whether some tree of the file sends rays elsewhere."""
+    trees = [*map(tree_of, bpy.data.materials), *bpy.data.node_groups]
+    return any(node.bl_idname == "ShaderNodeBsdfRayPortal" for tree in trees if tree is not None for node in tree.nodes)
 
 
 def casts_whole_shadows(owner):
@@ -348,8 +355,13 @@ class Walk:
             return _part(value or (0.0, 0.0, 0.0, 0.0), socket.identifier)
         if node.type == "VOLUME_INFO" and self.has_grids:
             return None
-        # Meshes are none of these, and no path has come through a portal.
-        if node.type in {"HAIR_INFO", "POINT_INFO", "VOLUME_INFO"} or (node.type, socket.identifier) == ("LIGHT_PATH", "Portal Depth"):
+        if node.type == "TEX_POINTDENSITY" and node.object is None:
+            # Of no points.
+            return zero
+        # Meshes are none of these.
+        if node.type in {"HAIR_INFO", "POINT_INFO", "VOLUME_INFO"}:
+            return zero
+        if (node.type, socket.identifier) == ("LIGHT_PATH", "Portal Depth") and not _has_portals():
             return zero
         return None
 

@@ -27,16 +27,6 @@ const EXIT: u32 = 0x_2e81_700d;
 const LEAST_STEPS: f32 = 16.0;
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
-    /// The lobe below the surface, if the next direction is to be drawn from it.
-    #[inline(always)]
-    pub(super) fn below(&self, bsdf: &KernelBsdf<E>) -> Option<Below> {
-        if !E::EVERYTHING || !self.world.goes_below() {
-            return None;
-        }
-        let choice = self.sampler.triple(Dimension::Bsdf, self.bounce).z;
-        bsdf.below(choice, self.settings.uniform)
-    }
-
     /// Goes on below the surface to where it comes out, takes the light there, and goes on from there. Whether the path has not
     /// ended.
     #[cold]

@@ -56,6 +56,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     return false;
                 }
                 Tinted::Passes(weight, onward, skipped) => {
+                    if self.world.has_portals() && self.world.is_portal(&found.hit, ray.1) {
+                        // Shadow rays do not pass beside it (in Cycles this light counts twice), and depths count it.
+                        self.beside.previous.only_bsdf = true;
+                        self.beside.portals += 1;
+                    }
                     self.beside.skipped = skipped;
                     self.cross(&found.hit, self.direction);
                     self.throughput *= weight;

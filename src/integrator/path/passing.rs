@@ -65,11 +65,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let passing = self.passing_above(bsdf);
         let (drawn, u) = drawn(passing, u);
         let sample = match drawn {
+            // On the other side is another medium.
+            Some(onward) if bsdf.is_beyond(onward) => None,
             Some(onward) => bsdf.sample_towards(onward, u.z),
             None => bsdf.sample(u),
         }?;
         if let Some((passing, share)) = passing {
-            self.light.counts *= if sample.delta {
+            self.light.counts *= if sample.delta || bsdf.is_beyond(sample.wi) {
                 (1.0 - share).recip()
             } else {
                 sample.pdf / (share * passing.density(sample.wi) + (1.0 - share) * sample.pdf)
@@ -78,9 +80,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         Some(sample)
     }
 
-    /// The same from a surface with a medium before it, where the light is on that side.
+    /// The same from a surface with a medium before it, where the light is on that side. Whether a path goes elsewhere is told by the
+    /// number that chooses here, too: where surfaces let it, none of the directions is drawn so.
     fn passing_above(&self, bsdf: &KernelBsdf<E>) -> Option<(Passing, f32)> {
-        if !bsdf.is_samplable() {
+        if !bsdf.is_samplable() || self.world.goes_below() || self.world.has_portals() {
             return None;
         }
         let medium = &self.beside.within.medium;

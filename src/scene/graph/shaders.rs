@@ -1,7 +1,7 @@
 //! Shaders that are nothing but a lobe, and how light goes on below surfaces.
 
 use super::node::{Distribution, Socket};
-use super::node::{glass, metallic, sheen, subsurface, toon, translucent};
+use super::node::{glass, metallic, ray_portal, sheen, subsurface, toon, translucent};
 use super::node::{principled_volume, volume_absorption, volume_coefficients, volume_scatter};
 
 /// Shaders of one lobe.
@@ -38,6 +38,11 @@ pub enum SimpleBsdf {
     },
     /// Light that goes on below the surface.
     Subsurface(Subsurface),
+    /// What meets it goes on elsewhere.
+    RayPortal {
+        /// From a position of its own, and not from where it is.
+        moves: bool,
+    },
 }
 
 impl SimpleBsdf {
@@ -50,6 +55,7 @@ impl SimpleBsdf {
             Self::Sheen { .. } => sheen::SOCKETS,
             Self::Toon { .. } => toon::SOCKETS,
             Self::Subsurface(_) => subsurface::SOCKETS,
+            Self::RayPortal { .. } => ray_portal::SOCKETS,
         }
     }
 

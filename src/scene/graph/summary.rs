@@ -236,6 +236,7 @@ impl super::Node {
             SimpleBsdf::Sheen { .. } => Effect::Sheen,
             SimpleBsdf::Toon { glossy: false } => Effect::DiffuseRoughness,
             SimpleBsdf::Subsurface(_) => Effect::Subsurface,
+            SimpleBsdf::RayPortal { .. } => Effect::RayPortals,
         }
     }
 }

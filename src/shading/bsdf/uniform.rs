@@ -58,6 +58,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             delta: false,
             scattering,
             alone: (part / (v.pdf * p), v.pdf * p),
+            is_translucent: false,
         })
     }
 

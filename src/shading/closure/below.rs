@@ -5,7 +5,6 @@ use super::Normals;
 use crate::math::{Frame, sqr, warp};
 use crate::scene::graph::{Subsurface, WalkMethod};
 use crate::shading::ggx::{self, Alpha};
-use crate::shading::normal;
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -78,18 +77,13 @@ impl Below {
             WalkMethod::Legacy | WalkMethod::Burley => radius * (0.25 * FRAC_1_PI),
             WalkMethod::Skin => radius * skin_share(color, ior),
         };
-        let bent = if normal == normals.geometric {
-            normal
-        } else {
-            normal::bend_for_reflection(normals.geometric, wo, normal)
-        };
         let lobe = Self {
             weight: Vec3::select(goes_on, weight, Vec3::ZERO),
             color,
             radius,
             anisotropy: inputs.anisotropy.clamp(least, most),
             method: what.method,
-            normal: bent,
+            normal: normals.bent(normal, wo),
             alpha: if what.method == WalkMethod::Skin {
                 1.0
             } else {

@@ -4,7 +4,6 @@ use super::{LobeSample, LobeValue, Normals};
 use crate::math::{Frame, average};
 use crate::shading::fresnel::{self, Fresnel};
 use crate::shading::ggx::{self, Alpha};
-use crate::shading::normal;
 use crate::shading::spread::{Ggx, Spread};
 use glam::{Vec2, Vec3};
 use std::fmt::Debug;
@@ -50,11 +49,7 @@ impl<S: Spread> Facets<S> {
         wo: Vec3,
         alpha: Alpha,
     ) -> Self {
-        let bent = if normal == normals.geometric {
-            normal
-        } else {
-            normal::bend_for_reflection(normals.geometric, wo, normal)
-        };
+        let bent = normals.bent(normal, wo);
         let frame = match tangent {
             Some(tangent) => Frame::from_normal_and_tangent(bent, tangent),
             None => Frame::from_normal(bent),

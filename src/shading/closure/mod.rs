@@ -8,6 +8,7 @@ pub mod below;
 pub mod diffuse;
 pub mod glass;
 pub mod microfacet;
+pub mod portal;
 pub mod rough_diffuse;
 pub mod sheen;
 mod sheen_table;
@@ -24,6 +25,7 @@ pub use below::{Below, BelowInputs};
 pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use microfacet::{Facets, Reflection};
+pub use portal::Portal;
 pub use rough_diffuse::RoughDiffuse;
 pub use sheen::Sheen;
 pub use sheet::Sheet;
@@ -31,8 +33,10 @@ pub use toon::Toon;
 pub use translucent::Translucent;
 
 use super::Scattering;
+use super::normal;
 use super::spread::{Beckmann, Ggx, Spread};
 use super::thin_film::{Film, Filmed};
+use crate::scene::{RayKind, Visibility};
 use glam::{Vec2, Vec3};
 
 /// The normals at a point.
@@ -46,6 +50,18 @@ pub struct Normals {
     pub smooth: Vec3,
     /// With the normal map.
     pub shading: Vec3,
+}
+
+impl Normals {
+    /// A lobe's own normal, bent so far that it mirrors a view to above the surface: as in Cycles also where nothing is mirrored.
+    #[inline(always)]
+    pub fn bent(&self, normal: Vec3, wo: Vec3) -> Vec3 {
+        if normal == self.geometric {
+            normal
+        } else {
+            normal::bend_for_reflection(self.geometric, wo, normal)
+        }
+    }
 }
 
 /// Value and density of a lobe for two directions.
@@ -161,6 +177,8 @@ pub enum Lobe {
     Translucent(Translucent),
     /// Light that goes on below the surface.
     Below(Below),
+    /// What meets it goes on elsewhere.
+    Portal(Portal),
 }
 
 /// Keeps what seldom happens out of the loops of what mostly does.
@@ -202,9 +220,26 @@ impl Lobe {
         }
     }
 
-    /// Whether it is glass that reflects: Cycles hides lights from it only where they are hidden from both of its kinds of rays.
+    /// Whether light sampling brings it light that some kinds of rays see, as in Cycles: glass has what either of its kinds sees, what
+    /// goes through diffusely is diffuse, and facets that stand on end are glossy. `transmitted`: from beyond the surface.
+    pub fn is_lit(&self, light: Visibility, transmitted: bool) -> bool {
+        let [diffuse, glossy, through] =
+            [RayKind::Diffuse, RayKind::Glossy, RayKind::Transmission].map(|k| light.sees(k));
+        match self {
+            Self::Translucent(_) => diffuse,
+            Self::Velvet(_) => glossy,
+            _ if self.is_glass() => glossy || through,
+            Self::Sheet(_) if transmitted => through,
+            Self::Sheet(_) => glossy,
+            _ if self.is_diffuse() => diffuse,
+            _ if self.transmits() => through,
+            _ => glossy,
+        }
+    }
+
+    /// Whether it is glass that reflects.
     #[inline]
-    pub fn is_glass(&self) -> bool {
+    fn is_glass(&self) -> bool {
         let reflected = match self {
             Self::BeckmannGlass(l) => l.reflected,
             Self::FilmGlass(l) => l.reflected,
@@ -315,7 +350,7 @@ impl Lobe {
             Self::Phong(l) => l.is_smooth(),
             Self::Glass(l) => l.facets.is_smooth(),
             Self::Sheet(l) => l.facets.is_smooth(),
-            Self::Below(_) => true,
+            Self::Below(_) | Self::Portal(_) => true,
         }
     }
 
@@ -366,6 +401,7 @@ impl Lobe {
             Self::Glass(l) => l.facets.normal(),
             Self::Sheet(l) => l.facets.normal(),
             Self::Below(l) => l.normal,
+            Self::Portal(l) => l.normal,
         }
     }
 
@@ -373,6 +409,7 @@ impl Lobe {
     pub fn alpha(&self) -> f32 {
         let alpha = match self {
             Self::Below(_) => return 1.0,
+            Self::Portal(_) => return 0.0,
             _ if self.is_delta() => return 0.0,
             Self::Reflection(l) => l.facets.alpha(),
             Self::Glass(l) => l.facets.alpha(),
@@ -408,7 +445,7 @@ impl Lobe {
             | Self::Velvet(_)
             | Self::Toon(_)
             | Self::Below(_) => [albedo, Vec3::ZERO],
-            Self::Translucent(_) => [Vec3::ZERO, albedo],
+            Self::Translucent(_) | Self::Portal(_) => [Vec3::ZERO, albedo],
             Self::Glass(l) => l.colors(albedo),
             Self::BeckmannGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
             Self::FilmGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
@@ -451,6 +488,7 @@ impl Lobe {
             Self::Toon(l) => l.weight *= by,
             Self::Translucent(l) => l.color *= by,
             Self::Below(l) => l.weight *= by,
+            Self::Portal(l) => l.weight *= by,
         }
         self
     }
@@ -480,7 +518,7 @@ impl Lobe {
             }
             Self::Sheet(l) => 3.0 * l.weight.max(l.reflected).max_element(),
             // None is drawn.
-            Self::Below(_) => 0.0,
+            Self::Below(_) | Self::Portal(_) => 0.0,
         }
     }
 }

@@ -7,7 +7,7 @@ use super::{Call, Height, Opacity, Operand, Operation, Program, Programs, Root, 
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::bump;
 use crate::scene::graph::node::{
-    image_texture, math, mix, mix_shader, normal_map, separate, tangent, transparent,
+    image_texture, math, mix, mix_shader, normal_map, ray_portal, separate, tangent, transparent,
 };
 use crate::scene::graph::{
     self, Blend, Facts, Function, Graph, Input, Lane, Link, MathOperation, NodeKind, Range,
@@ -476,6 +476,15 @@ impl<'a, S: Source> Compiler<'a, S> {
         })
     }
 
+    /// The sum of the colours of leaves, each by its share.
+    fn colors(&mut self, leaves: Vec<(usize, Operand)>, socket: usize) -> Operand {
+        leaves.into_iter().fold(ZERO, |sum, (at, weight)| {
+            let color = self.input(at, socket);
+            let part = self.blend(Blend::Multiply, color, weight);
+            self.blend(Blend::Add, sum, part)
+        })
+    }
+
     /// The share of the surface that does not let light pass straight on, by its leaves that do and those that do not. What
     /// [`Self::body`] weighs is divided by it.
     fn rest(&mut self, clear: &[(usize, Operand)], rest: &[(usize, Operand)]) -> Operand {
@@ -650,20 +659,22 @@ fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
     let mut compiler = Compiler::new(graph, source, &mut heights);
     let leaves = compiler.leaves(graph.surface);
     let (clear, rest): (Vec<_>, Vec<_>) = leaves.into_iter().partition(|(at, _)| clear(*at));
+    let is_portal = |(at, _): &&(usize, Operand)| graph.nodes[*at].kind.is_portal();
+    let portals: Vec<_> = rest.iter().filter(is_portal).copied().collect();
     let rest = compiler.rest(&clear, &rest);
-    let mut transmittance = ZERO;
-    for (at, weight) in clear {
-        let color = compiler.input(at, transparent::COLOR);
-        let part = compiler.blend(Blend::Multiply, color, weight);
-        transmittance = compiler.blend(Blend::Add, transmittance, part);
-    }
+    let transmittance = compiler.colors(clear, transparent::COLOR);
     let mut transmittance = root(transmittance);
     let mut rest = root(rest);
-    let program = compiler.finish(&mut [&mut transmittance, &mut rest]);
+    let portal = (!portals.is_empty()).then(|| compiler.colors(portals, ray_portal::COLOR));
+    let mut portal = portal.map(root);
+    let mut roots = vec![&mut transmittance, &mut rest];
+    roots.extend(&mut portal);
+    let program = compiler.finish(&mut roots);
     Some(Opacity {
         program,
         transmittance,
         rest,
+        portal,
     })
 }
 

@@ -561,6 +561,8 @@ pub struct Opacity {
     pub transmittance: Root,
     /// The share of the rest.
     pub rest: Root,
+    /// What portals take of it, as a colour, if there are any.
+    pub portal: Option<Root>,
 }
 
 /// A material's programs.

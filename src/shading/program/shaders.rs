@@ -120,6 +120,17 @@ impl Shader {
         }
     }
 
+    /// Whether it sends rays elsewhere.
+    pub fn is_portal(&self) -> bool {
+        matches!(
+            self,
+            Self::Simple {
+                bsdf: SimpleBsdf::RayPortal { .. },
+                ..
+            }
+        )
+    }
+
     /// Whether light goes on below it.
     pub fn goes_below(&self) -> bool {
         match self {

@@ -2,7 +2,9 @@
 
 use super::*;
 use crate::math::sqr;
-use crate::shading::closure::AllFeatures;
+use crate::scene::graph::Distribution;
+use crate::scene::{RayKind, Visibility};
+use crate::shading::closure::{AllFeatures, Portal, Translucent};
 use crate::shading::tables::{LutCoordinate, Reflection};
 use crate::shading::{Dielectrics, Principled, fresnel};
 
@@ -537,4 +539,68 @@ fn of_too_many_lobes_the_weakest_are_left_out_and_counted() {
         assert!((kept - expected).abs() < 1e-4, "{kept} {expected}");
     }
     assert_eq!(kept.len(), MOST_LOBES);
+}
+
+/// A portal takes its share of the choices with the weight that makes their mean its colour, and has no direction.
+#[test]
+fn a_portal_is_chosen_by_its_share_and_has_no_direction() {
+    const CHOICES: u32 = 1000;
+    let portal = Portal {
+        weight: Vec3::new(0.2, 0.1, 0.3),
+        position: None,
+        direction: Vec3::ZERO,
+        normal: Vec3::Z,
+    };
+    let mut bsdf: Bsdf = Bsdf::new(normals(Vec3::Z), direction(0.8), false, Changes::NONE);
+    bsdf.add_diffuse(0.5, Vec3::splat(0.6), 0.0, Vec3::Z);
+    bsdf.add(Lobe::Portal(portal), portal.weight);
+    bsdf.finish();
+    assert!(bsdf.is_samplable());
+    for uniform in [false, true] {
+        let (mut sum, mut most) = (Vec3::ZERO, 0f32);
+        for i in 0..CHOICES {
+            let choice = (i as f32 + 0.5) / CHOICES as f32;
+            if let Some(Elsewhere::Portal(portal)) = bsdf.elsewhere(choice, uniform) {
+                sum += portal.weight;
+                most = most.max(portal.weight.max_element());
+            }
+            let numbers = Vec3::new(0.3, 0.4, choice);
+            let is_elsewhere = bsdf.elsewhere(choice, false).is_some();
+            assert_eq!(bsdf.sample(numbers).is_none(), is_elsewhere, "{choice}");
+        }
+        // One choice more or less at the border.
+        let mean = sum / CHOICES as f32;
+        let error = (mean - portal.weight).abs().max_element();
+        assert!(error <= most / CHOICES as f32, "{mean} {uniform}");
+    }
+}
+
+/// Lobes that see a light have together what all have where all see it, and those that do not have nothing.
+#[test]
+fn lights_that_some_rays_do_not_see_leave_lobes_out() {
+    let mut bsdf: Bsdf = Bsdf::new(normals(Vec3::Z), direction(0.8), false, Changes::NONE);
+    bsdf.add_diffuse(0.5, Vec3::splat(0.6), 0.0, Vec3::Z);
+    bsdf.add_glossy(
+        0.3,
+        Vec3::ONE,
+        (0.5, 0.0),
+        (Vec3::Z, None),
+        Distribution::Ggx,
+    );
+    let (color, normal) = (Vec3::splat(0.2), Vec3::Z);
+    bsdf.add(Lobe::Translucent(Translucent { color, normal }), color);
+    bsdf.finish();
+    let [diffuse, glossy, through] = [RayKind::Diffuse, RayKind::Glossy, RayKind::Transmission]
+        .map(|kind| Visibility::ALL.without(kind));
+    for wi in [direction(0.6), direction(-0.7)] {
+        let all = bsdf.evaluate_sampled(wi);
+        let seen = |light| bsdf.seen_by_light(light, wi, true);
+        let near = |a: Vec3, b: Vec3| (a - b).abs().max_element() <= 4.0 * f32::EPSILON;
+        assert!(near(seen(Visibility::ALL).0, all.value));
+        assert!(near(seen(through).0, all.value));
+        // Diffuse and what goes through diffusely; or facets.
+        assert!(near(seen(diffuse).0 + seen(glossy).0, all.value));
+        assert_eq!(seen(diffuse).1, Vec3::ZERO);
+        assert_eq!(seen(diffuse).0 == Vec3::ZERO, wi.z < 0.0);
+    }
 }

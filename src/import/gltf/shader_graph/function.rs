@@ -416,6 +416,7 @@ fn input(
         ("LightPath", "Glossy Depth") => PlaceInput::PathDepth(PathDepth::Glossy),
         ("LightPath", "Transmission Depth") => PlaceInput::PathDepth(PathDepth::Transmission),
         ("LightPath", "Transparent Depth") => PlaceInput::PathDepth(PathDepth::Transparent),
+        ("LightPath", "Portal Depth") => PlaceInput::PathDepth(PathDepth::Portal),
         ("LightPath", "Ray Length") => PlaceInput::RayLength,
         ("LightPath", "Ray Depth") => PlaceInput::RayDepth,
         _ => return Err(refused()),

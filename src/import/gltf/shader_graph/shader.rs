@@ -58,6 +58,10 @@ impl Reader<'_, '_, '_> {
                 self.add(at, NodeKind::GlossyBsdf { distribution }, &[])
             }
             "BsdfTranslucent" => self.add(at, NodeKind::Bsdf(SimpleBsdf::Translucent), &[]),
+            "BsdfRayPortal" => {
+                let moves = node.inputs.contains_key("Position");
+                self.add(at, NodeKind::Bsdf(SimpleBsdf::RayPortal { moves }), &[])
+            }
             "BsdfRefraction" => {
                 let distribution = distribution(node)?;
                 self.add(

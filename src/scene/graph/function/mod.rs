@@ -67,6 +67,7 @@ pub enum PathDepth {
     Glossy,
     Transmission,
     Transparent,
+    Portal,
 }
 
 /// What is known of the place that is shaded. Vectors are in Blender's axes.
