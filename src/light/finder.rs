@@ -10,6 +10,8 @@ pub struct Finder {
     scene: CommittedScene,
     /// By the number of the geometry, then of the primitive: the light.
     lights: [Vec<u32>; 2],
+    /// The longest way inside of a lamp's sphere.
+    widest: f32,
 }
 
 /// Share by which lamps are larger for Embree: the exact test follows. 2⁻¹⁶ covers the roundings of its
@@ -48,6 +50,7 @@ impl Finder {
                 | Light::Computed(_) => {}
             }
         }
+        let widest = spheres.iter().map(|s| 2.0 * s[3]).fold(0.0, f32::max);
         let mut scene = embree::Scene::new(device, true)?;
         // The geometries have the numbers 0, 1, … in the order in which they are added.
         let mut lights = [Vec::new(), Vec::new()];
@@ -63,6 +66,7 @@ impl Finder {
         Ok(Self {
             scene: scene.commit()?,
             lights,
+            widest,
         })
     }
 
@@ -72,7 +76,8 @@ impl Finder {
             origin: origin.to_array(),
             direction: wi.to_array(),
             near: 0.0,
-            far,
+            // A ray from inside of a sphere may meet its disc and end before it leaves the sphere.
+            far: far.max(self.widest),
             mask: u32::MAX,
             time: 0.0,
         };

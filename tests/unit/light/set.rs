@@ -125,6 +125,32 @@ fn samples_of_all_lights_and_rays_find_the_same() {
     }
 }
 
+/// A lamp that stands around a point has its disc before the rays from there, which end within its sphere.
+#[test]
+fn rays_that_end_inside_of_a_lamp_find_its_disc() {
+    for balls in [1, 20] {
+        let mut builder = LightSetBuilder::new(eye(), false, Default::default());
+        for i in 0..balls {
+            builder.add(ball(2.0 + i as f32), Rules::NONE, i);
+        }
+        let around = Lamp {
+            center: Vec3::new(0.0, 0.0, 0.5),
+            radius: 1.0,
+            soft_falloff: true,
+            intensity: Vec3::ONE,
+            cone: None,
+        };
+        builder.add(Light::Lamp(Box::new(around)), Rules::NONE, balls);
+        let device = Device::new(Some(1), None).unwrap();
+        let set = builder.build(LightChoice::Place, &device).unwrap();
+        let at = set.context(Vec3::ZERO, None);
+        let (ray, mut met) = ((Vec3::ZERO, Vec3::Z, 0.75), 0);
+        let kind = (RayKind::Diffuse, 0, Shadows::Plain);
+        set.le_along_ray(&at, ray, kind, |_, _, _, _| met += 1);
+        assert_eq!(met, 1, "{balls} others");
+    }
+}
+
 /// Sources have the numbers that the scene gives them, in whatever order lamps and suns come.
 #[test]
 fn sources_are_known_by_their_numbers_in_the_scene() {
