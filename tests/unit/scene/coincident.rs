@@ -125,6 +125,22 @@ fn turned_twins_are_found() {
 }
 
 /// A lamp in the plane of a ceiling, over its hole, and below it.
+/// What overlaps in a turned plane does so whatever its corners are; neighbours, and what lies a little above, do not.
+#[test]
+fn faces_that_overlap_in_a_turned_plane_are_found() {
+    let slope = DAffine3::from_rotation_x(0.7) * DAffine3::from_rotation_z(0.3);
+    let meshes = vec![
+        quad(2.0, [0.0; 3]),
+        quad(2.0, [1.0, 0.5, 0.0]),
+        quad(2.0, [-2.0, 0.0, 0.0]),
+        quad(1.0, [0.5, 0.5, 1e-4]),
+    ];
+    let places = [(0, slope), (1, slope), (2, slope), (3, slope)];
+    let found = find(&scene(meshes, &places));
+    let turned = [Overlap::Turned; 2];
+    assert_eq!(marks(&found), [(0, &turned[..]), (1, &turned[..])]);
+}
+
 #[test]
 fn lamps_in_the_plane_of_a_face_are_found() {
     let ceiling = quad(4.0, [-2.0, -2.0, 7.4205]);

@@ -1,0 +1,127 @@
+//! Faces that overlap in a plane that is turned, with corners of their own: a cushion pushed into a sofa of the same slope.
+
+use super::{Flat, corners, mesh_of, moves, overlapping, placed};
+use crate::math::float;
+use crate::scene::Scene;
+use glam::{DVec2, DVec3, Vec3};
+
+/// Triangles of a scene up to which such faces are looked for: a million takes about a third of a second.
+const MOST_TRIANGLES: usize = 1 << 20;
+
+/// Cells of a normal's components, and of the scene's extent along it. Faces in one plane are in one cell but for
+/// roundings, which are 10⁻³ of a cell: so many pairs are missed.
+const NORMAL_CELLS: f64 = 256.0;
+const DISTANCE_CELLS: f64 = 4096.0;
+
+/// Borders of cells lie off the round numbers that models are built of.
+const OFF_ROUND: f64 = 0.381_966;
+
+/// Neither in a plane that modelled normals lie in: of a plane's two normals the one on its side is taken.
+const ASIDE: DVec3 = DVec3::new(0.594_603, 0.353_553, 0.722_096);
+
+/// A face, and the cell of its plane.
+struct Face {
+    cell: u64,
+    instance: u32,
+    triangle: u32,
+}
+
+/// Triangles that overlap another in their plane, whichever way it lies.
+pub(super) fn find(scene: &Scene) -> Vec<(u32, u32)> {
+    let count = |instance| mesh_of(scene, instance).triangles.len();
+    if scene.instances.iter().map(count).sum::<usize>() > MOST_TRIANGLES {
+        return Vec::new();
+    }
+    let mut faces = faces(scene);
+    faces.sort_unstable_by_key(|face| (face.cell, face.instance, face.triangle));
+    let mut found = Vec::new();
+    for group in faces.chunk_by(|a, b| a.cell == b.cell) {
+        if group.len() > 1 {
+            found.extend(overlaps(scene, group));
+        }
+    }
+    found
+}
+
+fn faces(scene: &Scene) -> Vec<Face> {
+    let mut faces = Vec::new();
+    let mut extent = 0f64;
+    let mut planes: Vec<(DVec3, f64)> = Vec::new();
+    for (number, instance) in (0..).zip(&scene.instances) {
+        if moves(scene, instance) {
+            continue;
+        }
+        let mesh = mesh_of(scene, instance);
+        let place = |p: &[f32; 3]| placed(&instance.world_from_object, *p);
+        let places: Vec<Vec3> = mesh.positions.iter().map(place).collect();
+        for (triangle, of) in (0..).zip(&mesh.triangles) {
+            let [a, b, c] = of.map(|corner| places[corner as usize].as_dvec3());
+            let Some(normal) = (b - a).cross(c - a).try_normalize() else {
+                continue;
+            };
+            let normal = normal * 1f64.copysign(normal.dot(ASIDE));
+            extent = extent.max(a.abs().max_element());
+            planes.push((normal, normal.dot(a)));
+            faces.push(Face {
+                cell: 0,
+                instance: number,
+                triangle,
+            });
+        }
+    }
+    for (face, (normal, distance)) in faces.iter_mut().zip(planes) {
+        let cell = |value: f64, cells: f64| ((value + 2.0) * cells + OFF_ROUND) as u64;
+        let share = if extent > 0.0 { distance / extent } else { 0.0 };
+        // No share is above √3, and no cell above 2¹⁴.
+        face.cell = normal
+            .to_array()
+            .into_iter()
+            .fold(cell(share, DISTANCE_CELLS), |sum, component| {
+                sum << 14 | cell(component, NORMAL_CELLS)
+            });
+    }
+    faces
+}
+
+/// Those of a cell that overlap.
+fn overlaps(scene: &Scene, group: &[Face]) -> Vec<(u32, u32)> {
+    let world: Vec<[DVec3; 3]> = group
+        .iter()
+        .map(|face| {
+            let instance = &scene.instances[face.instance as usize];
+            corners(mesh_of(scene, instance), face.triangle)
+                .map(|p| placed(&instance.world_from_object, p).as_dvec3())
+        })
+        .collect();
+    let normals: Vec<DVec3> = world
+        .iter()
+        .map(|[a, b, c]| (b - a).cross(c - a).normalize())
+        .collect();
+    let (across, along) = normals[0].any_orthonormal_pair();
+    let flats: Vec<Flat> = group
+        .iter()
+        .zip(&world)
+        .map(|(face, corners)| Flat {
+            plane: (0, 0),
+            corners: corners.map(|p| DVec2::new(p.dot(across), p.dot(along)).as_vec2()),
+            instance: face.instance,
+            triangle: face.triangle,
+        })
+        .collect();
+    let lies_on = |face: usize, other: usize| {
+        let (normal, at) = (normals[other], world[other][0]);
+        world[face]
+            .iter()
+            .all(|p| (p - at).dot(normal).abs() <= rounding(at.abs().max(p.abs())))
+    };
+    overlapping(&flats, |a, b| lies_on(a, b) && lies_on(b, a))
+        .into_iter()
+        .map(|number| (group[number].instance, group[number].triangle))
+        .collect()
+}
+
+/// How far two points of one plane may be off it: each coordinate of both is rounded once where it is written and once where it
+/// is placed.
+fn rounding(size: DVec3) -> f64 {
+    4.0 * f64::from(float::UNIT_ROUNDOFF) * size.element_sum()
+}
