@@ -214,6 +214,9 @@ fn meet(a: &Flat, b: &Flat) -> bool {
     !parts(&a, &b) && !parts(&b, &a)
 }
 
+/// So few triangles are compared in pairs: no tree of boxes is made as fast.
+const FEW: usize = 16;
+
 /// So many comparisons are exact; after them boxes decide.
 const MOST_COMPARISONS: usize = 20_000_000;
 
@@ -227,8 +230,8 @@ fn inner_box((low, high): (Vec2, Vec2)) -> AABB<[f32; 2]> {
 ///
 /// A tree of boxes: triangles may stand in a few crowded places of a wide plane, where a grid compares all with all.
 fn overlapping(group: &[Flat], may: impl Fn(usize, usize) -> bool) -> Vec<usize> {
-    if group.len() < 2 {
-        return Vec::new();
+    if group.len() <= FEW {
+        return overlapping_few(group, may);
     }
     let boxed = |(number, flat): (usize, &Flat)| {
         let (low, high) = flat.bounds();
@@ -253,6 +256,24 @@ fn overlapping(group: &[Flat], may: impl Fn(usize, usize) -> bool) -> Vec<usize>
         });
         if let Some(other) = other {
             (found[number], found[other.data]) = (true, true);
+        }
+    }
+    (0..group.len()).filter(|&number| found[number]).collect()
+}
+
+/// The same by comparing all with all.
+fn overlapping_few(group: &[Flat], may: impl Fn(usize, usize) -> bool) -> Vec<usize> {
+    let mut found = [false; FEW];
+    for (number, one) in group.iter().enumerate() {
+        for (before, other) in group[..number].iter().enumerate() {
+            let known = found[number] && found[before];
+            if !known
+                && overlap(one.bounds(), other.bounds())
+                && may(number, before)
+                && meet(one, other)
+            {
+                (found[number], found[before]) = (true, true);
+            }
         }
     }
     (0..group.len()).filter(|&number| found[number]).collect()

@@ -5,13 +5,13 @@ use crate::math::float;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3, Vec3};
 
-/// Triangles of a scene up to which such faces are looked for: a million takes about a third of a second.
+/// Triangles of a scene up to which such faces are looked for: a million takes about a fifth of a second.
 const MOST_TRIANGLES: usize = 1 << 20;
 
 /// Cells of a normal's components, and of the scene's extent along it. Faces in one plane are in one cell but for
-/// roundings, which are 10⁻³ of a cell: so many pairs are missed.
-const NORMAL_CELLS: f64 = 256.0;
-const DISTANCE_CELLS: f64 = 4096.0;
+/// roundings, which are about a thousandth of a cell: so many pairs are missed.
+const NORMAL_CELLS: f64 = 1024.0;
+const DISTANCE_CELLS: f64 = 8192.0;
 
 /// Borders of cells lie off the round numbers that models are built of.
 const OFF_ROUND: f64 = 0.381_966;
@@ -72,12 +72,12 @@ fn faces(scene: &Scene) -> Vec<Face> {
     for (face, (normal, distance)) in faces.iter_mut().zip(planes) {
         let cell = |value: f64, cells: f64| ((value + 2.0) * cells + OFF_ROUND) as u64;
         let share = if extent > 0.0 { distance / extent } else { 0.0 };
-        // No share is above √3, and no cell above 2¹⁴.
+        // No share is above √3, and no cell above 2¹⁵.
         face.cell = normal
             .to_array()
             .into_iter()
             .fold(cell(share, DISTANCE_CELLS), |sum, component| {
-                sum << 14 | cell(component, NORMAL_CELLS)
+                sum << 15 | cell(component, NORMAL_CELLS)
             });
     }
     faces
