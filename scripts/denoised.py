@@ -12,7 +12,8 @@ Time is that of the operator: export, rendering, denoising and the file that is 
 file. Processor seconds are those of all threads and of Sundog's process, too: what others do on the machine changes them little.
 
 FLIP is LDR-FLIP by the scene's view. The converged picture is the mean of Sundog's and Cycles' with `--reference` samples and the
-same settings, not denoised, so that it favours neither. `--again` measures what the folder has results of already.
+same settings, not denoised, so that it favours neither. `--again` measures what the folder has results of already. With `--seeds`
+above 1 FLIP is the mean of so many pictures, with its standard error; times are of the first.
 
 With `--denoising` the time of denoising alone: pictures of 2 samples, with and without; `--pixels 2073600` is 1920 x 1080.
 """
@@ -54,6 +55,8 @@ def parser():
     made.add_argument("--seconds", type=float, default=120, help="a file is left out once a picture takes longer")
     made.add_argument("--ways", nargs="+", default=[THRESHOLD, *map(str, COUNTS)])
     made.add_argument("--denoising", action="store_true", help="measure how long denoising takes")
+    made.add_argument("--seeds", type=int, default=1, help="pictures of each engine and way, each with a seed of its own")
+    made.add_argument("--seed", type=int, default=0, help=argparse.SUPPRESS)
     made.add_argument("--again", action="store_true")
     made.add_argument("--one", nargs=3, metavar=("ENGINE", "WAY", "PICTURE"), help=argparse.SUPPRESS)
     return made
@@ -114,7 +117,7 @@ def set_up(scene, way, given):
     cycles.adaptive_threshold, cycles.adaptive_min_samples = given.threshold, 0
     denoised = way not in {REFERENCE, WITHOUT}
     cycles.samples = {THRESHOLD: given.most, REFERENCE: given.reference, WITHOUT: int(WITH)}.get(way) or int(way)
-    cycles.seed = 7 if way == REFERENCE else 0
+    cycles.seed = 1000 if way == REFERENCE else given.seed
     cycles.use_denoising = denoised
     cycles.denoiser, cycles.denoising_use_gpu = "OPENIMAGEDENOISE", False
     cycles.denoising_prefilter, cycles.denoising_quality, cycles.denoising_input_passes = "ACCURATE", "HIGH", "RGB_ALBEDO_NORMAL"
@@ -148,17 +151,17 @@ class Bench:
             subprocess.run([sys.executable, script, name, self.given.folder], check=True, capture_output=True)
         return path
 
-    def picture(self, name, engine, way):
+    def picture(self, name, engine, way, seed=0):
         """What a picture took, and its path."""
         given = self.given
-        about = f"{name} {engine} {way} {given.pixels} {given.most} {given.reference} {given.threshold}"
+        about = f"{name} {engine} {way} {seed} {given.pixels} {given.most} {given.reference} {given.threshold}"
         base = os.path.splitext(os.path.basename(name))[0]
         place = os.path.join(given.folder, f"{base}-{engine}-{way}-{hashlib.sha256(about.encode()).hexdigest()[:8]}")
         picture = place + ".exr"
         if os.path.exists(place + ".json") and not (given.again and way != REFERENCE):
             with open(place + ".json", encoding="utf-8") as file:
                 return {**json.load(file), "path": picture}
-        command = [sys.executable, os.path.abspath(__file__), self.blend(name), "--one", engine, way, picture]
+        command = [sys.executable, os.path.abspath(__file__), self.blend(name), "--one", engine, way, picture, "--seed", str(seed)]
         for flag in ("pixels", "most", "reference", "threshold"):
             command += [f"--{flag}", str(getattr(given, flag))]
         seconds = given.seconds * (10 if way == REFERENCE else 1)
@@ -192,11 +195,14 @@ class Bench:
 
     def measure(self, name):
         """The rows of a file: the figures of both engines for each way."""
-        rows = {way: {engine: self.picture(name, engine, way) for engine in ENGINES} for way in self.given.ways}
+        seeds = range(self.given.seeds)
+        rows = {way: {engine: [self.picture(name, engine, way, seed) for seed in seeds] for engine in ENGINES} for way in self.given.ways}
         path, apart, ratio = self.reference(name)
-        for row in rows.values():
-            for picture in row.values():
-                picture["flip"], picture["light"] = self.flip(picture, path)
+        for way, row in rows.items():
+            for engine, pictures in row.items():
+                flips, lights = zip(*(self.flip(picture, path) for picture in pictures))
+                spread = statistics.stdev(flips) / math.sqrt(len(flips)) if len(flips) > 1 else None
+                row[engine] = {**pictures[0], "flip": statistics.mean(flips), "spread": spread, "light": statistics.mean(lights)}
         return {"rows": rows, "apart": apart, "ratio": ratio}
 
 
@@ -253,7 +259,10 @@ def tables(found, left_out, given):
             cells = []
             for key, form in (("wall", ".1f"), ("cpu", ".1f"), ("flip", ".4f")):
                 ratios[key].append(ours[key] / theirs[key])
-                cells += [format(ours[key], form), format(theirs[key], form), f"{ratios[key][-1]:.2f}"]
+                both = [format(of[key], form) for of in (ours, theirs)]
+                if key == "flip" and ours["spread"] is not None:
+                    both = [f"{value} ± {of['spread']:.4f}" for value, of in zip(both, (ours, theirs))]
+                cells += [*both, f"{ratios[key][-1]:.2f}"]
             width, height = ours["size"]
             lines.append(f"| {title_of(name)} | {width} × {height} | " + " | ".join(cells) + " |")
         means = [f"| | | {geometric(values):.2f} " for values in ratios.values()]
