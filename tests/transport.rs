@@ -850,7 +850,8 @@ mod long {
 /// A scene that is moved as a whole is the same scene; rounding may move single samples.
 #[test]
 fn a_scene_moved_by_ten_million_metres_is_the_same_picture() {
-    for (name, scene) in gallery() {
+    // A portal's place is a number of its graph, which moves with nothing.
+    for (name, scene) in gallery().into_iter().filter(|(name, _)| *name != "portals") {
         let moved = |by: DVec3| {
             let mut scene = scene.clone();
             scene
