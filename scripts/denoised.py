@@ -295,6 +295,8 @@ def main():
         except Failed as why:
             left_out[name] = str(why)
         print(name, json.dumps(found.get(name) or left_out[name]), file=sys.stderr, flush=True)
+    if not found:
+        sys.exit("no file was measured: " + "; ".join(f"{title_of(name)} ({why})" for name, why in left_out.items()))
     text = tables(found, left_out, given)
     if given.out:
         with open(given.out, "w", encoding="utf-8") as file:

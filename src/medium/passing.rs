@@ -5,9 +5,9 @@
 //! has no bound, so that directions which know nothing of the lamp leave bright dots. Directions are drawn by it here (as the middle
 //! of a double scattering in Georgiev et al., *Joint Importance Sampling of Low-Order Volumetric Scattering*, 2013).
 
-use crate::math::frame::Frame;
+use super::phase::about;
 use glam::{Vec2, Vec3};
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 /// Directions from a point about another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,10 +39,7 @@ impl Passing {
     /// The direction of two numbers from 0 to 1.
     pub fn sample(&self, u: Vec2) -> Vec3 {
         let angle = PI * (1.0 - (1.0 - u.x).sqrt());
-        let (sin, cos) = angle.sin_cos();
-        let around = Vec2::from_angle(TAU * u.y) * sin;
-        let frame = Frame::from_normal(self.axis);
-        frame.to_world(around.extend(cos)).normalize()
+        about(self.axis, angle.sin_cos(), u.y)
     }
 
     /// Density of a direction of length 1 by solid angle; infinite on the axis.

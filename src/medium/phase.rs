@@ -127,6 +127,11 @@ impl Medium {
 /// A direction of a cosine to another.
 pub(super) fn turned(direction: Vec3, cos: f32, u: f32) -> Vec3 {
     let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
+    about(direction, (sin, cos), u)
+}
+
+/// A direction of a sine and a cosine to another: near that the cosine alone tells too little.
+pub(super) fn about(direction: Vec3, (sin, cos): (f32, f32), u: f32) -> Vec3 {
     let around = Vec2::from_angle(TAU * u) * sin;
     let frame = Frame::from_normal(direction);
     frame.to_world(around.extend(cos)).normalize()

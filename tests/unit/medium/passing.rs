@@ -1,4 +1,5 @@
 use super::*;
+use crate::math::frame::Frame;
 
 fn of(distance: f32) -> Passing {
     Passing::new(Vec3::ONE, Vec3::ONE + Vec3::new(0.0, 0.6, 0.8) * distance).expect("two points")
