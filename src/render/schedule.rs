@@ -401,7 +401,9 @@ impl Run<'_> {
             left = false;
             self.judged.store(false, Ordering::Relaxed);
             let begun = Instant::now();
+            // Rows one by one: of its own rayon hands out a few large parts, and threads wait for the one that takes longest.
             rows.par_iter()
+                .with_max_len(1)
                 .for_each(|&(tile, row)| self.job.run_row(&tiles[tile], row));
             *locked(&self.traced) += begun.elapsed();
             if self.stopped() {
