@@ -151,7 +151,7 @@ fn no_light_leaks_into_a_closed_room_of_any_scale_or_place() {
 fn no_ray_hits_the_triangle_that_it_leaves() {
     use sundog::math::{Frame, float::ray_origin, warp};
     use sundog::sampler::{Dimension, Sequence};
-    use sundog::world::{Asking, Options, World};
+    use sundog::world::{Asking, Options, Scratch, Wanted, World};
     for (scale, center) in [
         (1e-4, DVec3::ZERO),
         (1.0, DVec3::ZERO),
@@ -196,9 +196,10 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                 let id = (hit.instance, hit.geometry, hit.primitive);
                 self_hits += u32::from(last == Some(id));
                 last = Some(id);
-                let mut still = None;
+                let mut scratch = Scratch::default();
                 let asking = Asking::along(direction);
-                let surface = world.surface::<Matte>(&hit, origin, asking, &mut still);
+                let surface =
+                    world.surface::<Matte>(&hit, (origin, asking), Wanted::Light, &mut scratch);
                 let n = surface.normals.geometric;
                 direction = Frame::from_normal(n).to_world(warp::cosine_hemisphere(
                     sampler.pair(Dimension::Bsdf, bounce),

@@ -12,7 +12,7 @@ use crate::effects::General;
 use crate::math::average;
 use crate::math::float::{RAY_START, ray_origin};
 use crate::sampler::{Dimension, Sampler, hashed};
-use crate::world::{Asking, RayKind, Sender, Surface, World};
+use crate::world::{Asking, RayKind, Scratch, Sender, Surface, Wanted, World};
 use glam::{Vec2, Vec3};
 
 /// Cycles' "Alpha Threshold" of passes, as Blender sets it.
@@ -50,10 +50,11 @@ pub fn add_aovs(
             add_vectors(vectors, || world.vectors(&hit));
             return passed + 1;
         }
-        let mut moment = None;
-        let surface = world.surface::<General>(&hit, origin, asking, &mut moment);
+        let mut scratch = Scratch::default();
+        let mut surface =
+            world.surface::<General>(&hit, (origin, asking), Wanted::Lobes, &mut scratch);
         let share = average(passes);
-        let others = rest * scattered(settings, direction, &surface);
+        let others = rest * scattered(settings, direction, &mut surface);
         let key = sampler.key(Dimension::Opacity, 0);
         let drawn = hashed(key.wrapping_add(passed), hit.primitive, hit.object());
         if drawn * (share + others) >= share {
@@ -77,17 +78,17 @@ fn add_vectors(sums: Option<&mut [f64; VECTOR_SUMS]>, moves: impl FnOnce() -> [V
 }
 
 /// How much a surface scatters of what does not pass straight on, as Cycles weighs closures when it chooses one.
-fn scattered(settings: &PathSettings, direction: Vec3, surface: &Surface) -> f32 {
-    let Some(parameters) = surface.parameters() else {
+fn scattered(settings: &PathSettings, direction: Vec3, surface: &mut Surface) -> f32 {
+    if surface.is_unlit() {
         return 0.0;
-    };
+    }
     let changes = settings.changes::<General>(f32::INFINITY, RayKind::Camera, false);
     let mut bsdf = KernelBsdf::<General>::new(surface.normals, -direction, surface.inside, changes);
-    match &surface.mixed {
+    match &mut surface.mixed {
         Some(mixed) => mixed.add_to(&mut bsdf, surface.normals.smooth),
         None => {
             let frame = (surface.normals.shading, None);
-            bsdf.add_principled(1.0, parameters, surface.dielectrics, frame);
+            bsdf.add_principled(1.0, surface.principled(), surface.dielectrics, frame);
         }
     }
     bsdf.finish();

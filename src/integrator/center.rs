@@ -8,7 +8,7 @@ use crate::film::objects::FirstObject;
 use crate::film::pixel::CenterSample;
 use crate::math::float::RAY_START;
 use crate::sampler::{Dimension, Sampler};
-use crate::world::{Asking, Hit, Passage, RayKind, Sender, World};
+use crate::world::{Asking, Hit, Passage, RayKind, Scratch, Sender, Wanted, World};
 use glam::{Vec2, Vec3};
 
 /// The surface that it meets.
@@ -30,9 +30,9 @@ pub fn center(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<Cente
         time: ray.time,
         ..RayKind::Camera.into()
     };
-    let mut moment = None;
+    let mut scratch = Scratch::default();
     let asking = Asking::of(&sender, ray.direction, &hit);
-    let surface = world.surface::<General>(&hit, origin, asking, &mut moment);
+    let surface = world.surface::<General>(&hit, (origin, asking), Wanted::Lobes, &mut scratch);
     Some(Center {
         normal: surface.normals.shading,
         uv: world.texture_coordinates(&hit),

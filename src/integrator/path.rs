@@ -3,6 +3,7 @@
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
 mod below;
+mod ends;
 mod leave;
 mod media;
 mod onward;
@@ -29,10 +30,10 @@ use crate::light::{LightSampleContext, Shadows};
 use crate::math::average;
 use crate::math::float::{BoundedPoint, is_unit};
 use crate::sampler::{Dimension, Sampler};
-use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Principled, Scattering};
+use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Scattering};
 use crate::world::{
-    Asking, Hit, OtherSide, Passage, Past, RayKind, Sender, Source, Surface, Widening, Within,
-    World,
+    Asking, Hit, OtherSide, Passage, Past, RayKind, Scratch, Sender, Source, Surface, Widening,
+    Within, World,
 };
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
@@ -304,28 +305,32 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 }
                 continue;
             }
-            let mut moment = None;
+            let mut scratch = Scratch::default();
             let asking = self.asking(&found.hit);
-            let mut surface = world.surface::<E>(&found.hit, self.origin, asking, &mut moment);
+            let wanted = self.wanted();
+            let at = (self.origin, asking);
+            let mut surface = world.surface::<E>(&found.hit, at, wanted, &mut scratch);
             self.arrive(&found, &mut surface);
             if !(E::EVERYTHING && found.has_shone) {
                 self.add_emission(&found, &surface, 1.0);
             }
-            let Some(parameters) = self.goes_on(&surface) else {
+            if !self.goes_on(&surface) {
                 break;
-            };
+            }
             if E::EVERYTHING && (surface.disperses || self.beside.other_side.disperses) {
                 self.disperse();
             }
             // Lobes are added in place: a BSDF is too large to be handed over.
             let mut bsdf = self.bare(&surface);
-            let normal = surface.normals.shading;
-            match &surface.mixed {
+            match &mut surface.mixed {
                 Some(mixed) if E::EVERYTHING => {
                     mixed.add_to(&mut bsdf, surface.normals.smooth);
                     self.beside.lobes_left_out += bsdf.left_out();
                 }
-                _ => bsdf.add_principled(1.0, parameters, surface.dielectrics, (normal, None)),
+                _ => {
+                    let frame = (surface.normals.shading, None);
+                    bsdf.add_principled(1.0, surface.principled(), surface.dielectrics, frame);
+                }
             }
             bsdf.finish();
             if self.bounce == 0 {
@@ -509,43 +514,6 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         self.light
             .sink
             .grouped(kept, || self.world.lights.group(source));
-    }
-
-    /// The parameters of a surface that the path goes on from; it may end there by the settings or by chance.
-    #[inline(always)]
-    fn goes_on<'p>(&mut self, surface: &'p Surface) -> Option<&'p Principled> {
-        let Some(parameters) = surface.parameters() else {
-            self.end(End::Unlit);
-            return None;
-        };
-        if self.last {
-            self.end(End::Bounces);
-            return None;
-        }
-        if self.bounce >= self.settings.roulette && !self.survives() {
-            self.end(End::Roulette);
-            return None;
-        }
-        Some(parameters)
-    }
-
-    /// Russian roulette.
-    ///
-    /// Only here, when the light that the ray found has been added: the ray is the other half of the
-    /// estimate of direct light, and roulette before it would make that noisier. With the square root
-    /// of the throughput: half-way, in variance, between always going on and keeping the throughput
-    /// constant. Not at the first bounce if one is not asked to: it carries most of the indirect light, and
-    /// on the scenes of the gallery roulette there saves 2 to 12 % of the time for 3 to 25 % more variance.
-    #[inline(always)]
-    fn survives(&mut self) -> bool {
-        let survival = self.throughput.max_element().sqrt().min(1.0);
-        if survival >= 1.0 {
-            return true;
-        }
-        let drawn = self.sampler.single(Dimension::Roulette, self.bounce);
-        self.light.sink.step(|| Step::Roulette { survival, drawn });
-        self.throughput /= survival;
-        drawn < survival
     }
 
     /// Whether it has been scattered diffusely.

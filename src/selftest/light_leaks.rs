@@ -8,7 +8,7 @@ use crate::math::{BOX_SIDES, Frame, float, warp};
 use crate::render::RenderError;
 use crate::sampler::hashed;
 use crate::scene::{Mesh, RayKind, Scene};
-use crate::world::{Asking, World};
+use crate::world::{Asking, Scratch, Wanted, World};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -100,9 +100,9 @@ fn follow(world: &World, inside: Vec3, path: u32) -> Leaks {
         if left == Some(triangle) {
             leaks.onto_itself += 1;
         }
-        let mut still = None;
+        let mut scratch = Scratch::default();
         let asking = Asking::along(direction);
-        let surface = world.surface::<Matte>(&hit, origin, asking, &mut still);
+        let surface = world.surface::<Matte>(&hit, (origin, asking), Wanted::Light, &mut scratch);
         if !surface.inside {
             leaks.from_outside += 1;
             break;
@@ -392,9 +392,9 @@ fn planes_through_the_camera(effort: Effort) -> Result<Vec<Finding>, RenderError
                 continue;
             };
             met += 1;
-            let mut still = None;
+            let mut scratch = Scratch::default();
             let asking = Asking::along(to - from);
-            let surface = world.surface::<Matte>(&hit, from, asking, &mut still);
+            let surface = world.surface::<Matte>(&hit, (from, asking), Wanted::Light, &mut scratch);
             let n = surface.normals.geometric;
             let direction = Frame::from_normal(n)
                 .to_world(warp::cosine_hemisphere(Vec2::new(number(4), number(5))));
@@ -467,9 +467,14 @@ fn close_sheets(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                     let Some(hit) = meet(&world, Vec3::ZERO, direction) else {
                         return (1, 0);
                     };
-                    let mut still = None;
+                    let mut scratch = Scratch::default();
                     let asking = Asking::along(direction);
-                    let surface = world.surface::<Matte>(&hit, Vec3::ZERO, asking, &mut still);
+                    let surface = world.surface::<Matte>(
+                        &hit,
+                        (Vec3::ZERO, asking),
+                        Wanted::Light,
+                        &mut scratch,
+                    );
                     let origin = float::ray_origin(surface.point, -surface.normals.geometric);
                     let next = meet(&world, origin, direction);
                     let skipped = next.is_none_or(|next| next.geometry != 1);

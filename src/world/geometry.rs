@@ -13,6 +13,7 @@ use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
 use crate::scene::graph::TangentKind;
 use crate::scene::{Mesh, Visibility};
 use crate::shading::Normals;
+use crate::shading::program::Computed;
 use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -429,6 +430,15 @@ pub(super) fn unit_or_zero(v: Vec3) -> Vec3 {
     }
 }
 
+/// What is asked of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// Where it is and what it emits: its shading normal is the smooth one.
+    Light,
+    /// Its lobes too.
+    Lobes,
+}
+
 /// All that shading needs to know about a hit.
 pub struct Surface<'a> {
     /// Where, with its error bound.
@@ -454,13 +464,16 @@ pub struct Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// What the material says; `None` if it only emits.
+    /// Whether it only emits.
     #[inline]
-    pub fn parameters(&self) -> Option<&Principled> {
-        if self.unlit {
-            return None;
-        }
-        Some(self.varying.as_ref().unwrap_or(self.constant))
+    pub fn is_unlit(&self) -> bool {
+        self.unlit
+    }
+
+    /// What the material says, where it is not [`Self::mixed`].
+    #[inline]
+    pub fn principled(&self) -> &Principled {
+        self.varying.as_ref().unwrap_or(self.constant)
     }
 }
 
@@ -469,6 +482,7 @@ pub struct Mixed<'a> {
     material: &'a PreparedMaterial,
     place: HitPoint<'a>,
     inside: bool,
+    computed: &'a mut Computed,
 }
 
 impl Mixed<'_> {
@@ -480,13 +494,14 @@ impl Mixed<'_> {
     /// Adds the lobes of the shaders whose weight is not zero. `smooth`: the normal of shaders without a normal map.
     #[cold]
     #[inline(never)]
-    pub fn add_to<K: BsdfFeatures>(&self, bsdf: &mut Bsdf<K>, smooth: Vec3) {
+    pub fn add_to<K: BsdfFeatures>(&mut self, bsdf: &mut Bsdf<K>, smooth: Vec3) {
+        let inside = self.inside;
         let side = |n: Vec3| match n {
             Vec3::ZERO => smooth,
-            n if self.inside => -n,
+            n if inside => -n,
             n => n,
         };
-        let place = (&self.place, &self.place.asking.past);
+        let place = (&self.place, &self.place.asking.past, &mut *self.computed);
         self.material.add_shaders(place, side, bsdf);
     }
 }
@@ -497,7 +512,9 @@ pub fn surface<'a, E: Features>(
     material: &'a PreparedMaterial,
     hit: &Hit,
     (origin, asking): (Vec3, Asking),
+    wanted: Wanted,
     around: Option<&'a dyn Around>,
+    computed: &'a mut Option<Computed>,
 ) -> Surface<'a> {
     let direction = asking.direction;
     // Looked up once.
@@ -537,12 +554,12 @@ pub fn surface<'a, E: Features>(
     let mut shading = smooth;
     let mut mixed = None;
     let mut varying = None;
-    if E::EVERYTHING {
+    if E::EVERYTHING && wanted == Wanted::Lobes {
         let place = HitPoint {
             normal: smooth_outside,
             ..at
         };
-        if let Some((parameters, normal)) = material.parameters(&place) {
+        if let Some((parameters, normal)) = material.parameters(&place, computed) {
             varying = Some(parameters);
             if normal != Vec3::ZERO {
                 shading = side(normal);
@@ -557,6 +574,7 @@ pub fn surface<'a, E: Features>(
             material,
             place,
             inside,
+            computed: computed.get_or_insert_default(),
         });
     }
     debug_assert!(

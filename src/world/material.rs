@@ -12,8 +12,8 @@ use crate::scene::graph::{Graph, TangentKind};
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
 use crate::shading::dielectrics::{Key, Needs};
 use crate::shading::program::{
-    Known, Place, Program, Programs, Shader, Source, VolumeProgram, Weighted, compile, parameters,
-    reflected,
+    Computed, Evaluation, Known, Place, Program, Programs, Shader, Source, VolumeProgram, Weighted,
+    compile, parameters, reflected,
 };
 use crate::shading::simple::SimpleValues;
 use crate::shading::tables::Estimate;
@@ -334,22 +334,31 @@ impl PreparedMaterial {
     /// What the material says at a point, and the normal of its map on the outside, 0 without one; `None` where it says the same
     /// everywhere ([`Self::constant_parameters`]).
     #[inline]
-    pub fn parameters(&self, at: &impl Place) -> Option<(Principled, Vec3)> {
+    pub fn parameters(
+        &self,
+        at: &impl Place,
+        computed: &mut Option<Computed>,
+    ) -> Option<(Principled, Vec3)> {
         if self.programs.surface.is_constant() {
             return None;
         }
         let Weighted { shader, .. } = self.programs.shaders.first()?;
-        let parameters = self.programs.surface.at(at, |at| {
-            let normal = shader.normal().map_or(Vec3::ZERO, |root| at.color(root));
-            match shader {
-                Shader::Principled { base, linked, .. } if !self.is_mixed() => {
-                    (parameters(base, linked, at), normal)
-                }
-                // Their lobes are asked for where they are added.
-                _ => (MATTE, normal),
+        let normal = |at: &mut Evaluation<'_, _>| {
+            let root = shader.normal();
+            root.map_or(Vec3::ZERO, |root| at.color(root))
+        };
+        let program = &self.programs.surface;
+        Some(match shader {
+            Shader::Principled { base, linked, .. } if !self.is_mixed() => program.at(at, |at| {
+                let normal = normal(at);
+                (parameters(base, linked, at), normal)
+            }),
+            // Their lobes are asked for where they are added.
+            _ => {
+                let computed = computed.get_or_insert_default();
+                (MATTE, program.again(at, computed, normal))
             }
-        });
-        Some(parameters)
+        })
     }
 
     /// Whether it has other shaders than one Principled BSDF.
@@ -371,14 +380,14 @@ impl PreparedMaterial {
     }
 
     /// Adds the lobes of its shaders for a path. `side` makes a shader's normal of that of its map, which is 0 where
-    /// there is none.
+    /// there is none; `computed` is what [`Self::parameters`] has computed there.
     pub fn add_shaders<K: BsdfFeatures>(
         &self,
-        (place, past): (&impl Place, &Past),
+        (place, past, computed): (&impl Place, &Past, &mut Computed),
         side: impl Fn(Vec3) -> Vec3,
         bsdf: &mut Bsdf<K>,
     ) {
-        self.programs.surface.at(place, |at| {
+        self.programs.surface.again(place, computed, |at| {
             let tables = &self.tables_beside(past.other_side).mixed;
             let shaders = self.programs.shaders.iter().zip(tables);
             for (Weighted { weight, shader }, tables) in shaders {

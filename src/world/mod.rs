@@ -32,7 +32,7 @@ pub use crate::light::Source;
 pub use crate::scene::RayKind;
 pub use asking::{Asking, Past, Sender, Widening};
 pub use displacement::displace;
-pub use geometry::Surface;
+pub use geometry::{Mixed, Surface, Wanted};
 pub use interfaces::Passage;
 pub use media::{Draws, Flown, Way, Within};
 pub use moving::Moment;
@@ -49,7 +49,7 @@ use crate::sampler;
 use crate::scene::{self, Scene};
 use crate::shading::Normals;
 use crate::shading::dispersion::Spectrum;
-use crate::shading::program::Place;
+use crate::shading::program::{Computed, Place};
 use asking::Around;
 use enumset::EnumSet;
 use geometry::MeshInstance;
@@ -526,24 +526,36 @@ impl World {
         (seen && fits && !self.naive_terminator).then_some(back)
     }
 
-    /// The surface at a hit of the ray that begins at `origin`; `moment` is for one that moves.
+    /// The surface at a hit of the ray that begins at `origin`; `scratch` is for what it is made of.
     #[inline]
     pub fn surface<'a, E: Features>(
         &'a self,
         hit: &Hit,
-        origin: Vec3,
-        asking: Asking,
-        moment: &'a mut Option<Box<Moment>>,
+        (origin, asking): (Vec3, Asking),
+        wanted: Wanted,
+        scratch: &'a mut Scratch,
     ) -> Surface<'a> {
+        let Scratch { moment, computed } = scratch;
         let object = self.object_at::<E>(hit, moment);
         geometry::surface::<E>(
             object,
             &self.materials[object.1.material as usize],
             hit,
             (origin, asking),
+            wanted,
             self.traces().then_some(self),
+            computed,
         )
     }
+}
+
+/// What a surface holds of its own, by whoever asks for it.
+#[derive(Default)]
+pub struct Scratch {
+    /// The object at the time of the hit, where it moves.
+    moment: Option<Box<Moment>>,
+    /// What its program has computed, if its lobes are asked for later.
+    computed: Option<Computed>,
 }
 
 /// The wavelengths that paths are of, where some index of refraction depends on them.

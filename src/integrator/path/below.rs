@@ -13,7 +13,7 @@ use crate::medium::walk::{Inside, Mapping, Numbers, Start, walk};
 use crate::sampler::{Dimension, Sampler, hashed};
 use crate::shading::closure::Below;
 use crate::shading::{Changes, Normals};
-use crate::world::{Asking, Hit, Passage, Surface};
+use crate::world::{Asking, Hit, Mixed, Passage, Scratch, Surface, Wanted};
 use glam::Vec3;
 
 /// Tells the numbers of walks from those of the vertices.
@@ -167,9 +167,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         // It has not come from where it went below.
         self.beside.passage = Passage::default();
         let asking = Asking::of(&self.sender(), inwards, hit);
-        let mut moment = None;
-        let surface = world.surface::<E>(hit, origin, asking, &mut moment);
-        let normal = self.exit_normal(&surface);
+        let mut scratch = Scratch::default();
+        let mut surface = world.surface::<E>(hit, (origin, asking), Wanted::Lobes, &mut scratch);
+        let normal = self.exit_normal(&mut surface);
         let mut bsdf = KernelBsdf::<E>::new(
             Normals {
                 shading: normal,
@@ -206,15 +206,15 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// The normal about which light comes out: the mean of what goes on below where that has normals of its own.
-    fn exit_normal(&self, surface: &Surface) -> Vec3 {
-        match &surface.mixed {
-            Some(mixed) if mixed.bumps_below() => {
-                let mut bsdf = self.bare(surface);
-                mixed.add_to(&mut bsdf, surface.normals.smooth);
-                bsdf.normal_below()
-            }
-            _ => surface.normals.smooth,
+    fn exit_normal(&self, surface: &mut Surface) -> Vec3 {
+        if !surface.mixed.as_ref().is_some_and(Mixed::bumps_below) {
+            return surface.normals.smooth;
         }
+        let mut bsdf = self.bare(surface);
+        if let Some(mixed) = &mut surface.mixed {
+            mixed.add_to(&mut bsdf, surface.normals.smooth);
+        }
+        bsdf.normal_below()
     }
 }
 

@@ -10,7 +10,9 @@ use crate::light::{LightSampleContext, Shadows};
 use crate::math::average;
 use crate::math::float::{RAY_START, ray_origin};
 use crate::sampler::{Dimension, Sampler, hashed};
-use crate::world::{Asking, Hit, Intersection, RayKind, Sender, Source, Way, World};
+use crate::world::{
+    Asking, Hit, Intersection, RayKind, Scratch, Sender, Source, Wanted, Way, World,
+};
 use glam::Vec3;
 
 /// Tells the numbers of a transparent film from those of opacity.
@@ -85,10 +87,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let Some((_, share)) = self.world.tint(&found.hit, asking) else {
             return;
         };
-        let mut moment = None;
-        let surface = self
-            .world
-            .surface::<E>(&found.hit, self.origin, asking, &mut moment);
+        let mut scratch = Scratch::default();
+        let surface = self.world.surface::<E>(
+            &found.hit,
+            (self.origin, asking),
+            Wanted::Light,
+            &mut scratch,
+        );
         self.add_emission(found, &surface, share);
         found.has_shone = true;
     }
@@ -277,9 +282,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             if !lights.is_found(source, at.receiver, (kind, Shadows::Linked)) {
                 return;
             }
-            let mut moment = None;
+            let mut scratch = Scratch::default();
             let asking = Asking::of(&sender, direction, hit);
-            let surface = world.surface::<E>(hit, origin, asking, &mut moment);
+            let surface = world.surface::<E>(hit, (origin, asking), Wanted::Light, &mut scratch);
             let on = surface.point.point;
             let pdf = lights.surface_pdf(&at, direction, (hit.object(), hit.primitive), on);
             // To its nearer side.
@@ -413,8 +418,8 @@ pub(in crate::integrator) fn tinted<E: Features>(
     if hashed(key.wrapping_add(passed), hit.primitive, hit.object()) >= p {
         return Tinted::Stops(Vec3::splat(rest / (1.0 - p)));
     }
-    let mut moment = None;
-    let surface = world.surface::<E>(hit, origin, asking, &mut moment);
+    let mut scratch = Scratch::default();
+    let surface = world.surface::<E>(hit, (origin, asking), Wanted::Light, &mut scratch);
     let normal = surface.normals.geometric;
     let onward = ray_origin(surface.point, -normal);
     let skipped = onward.distance(surface.point.point);

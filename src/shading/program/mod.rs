@@ -363,6 +363,32 @@ impl Program {
         })
     }
 
+    /// The same where what was `computed` at this place is known; it starts with nothing.
+    pub fn again<P: Place, T>(
+        &self,
+        place: &P,
+        computed: &mut Computed,
+        ask: impl FnOnce(&mut Evaluation<'_, P>) -> T,
+    ) -> T {
+        let Computed { done, some, all } = computed;
+        let count = self.operations.len();
+        let registers = if count <= SOME {
+            &mut some[..]
+        } else {
+            all.resize(count, Vec4::ZERO);
+            &mut all[..]
+        };
+        let mut evaluation = Evaluation {
+            program: self,
+            place,
+            done: *done,
+            registers,
+        };
+        let answer = ask(&mut evaluation);
+        *done = evaluation.done;
+        answer
+    }
+
     /// The same for larger programs.
     #[cold]
     #[inline(never)]
@@ -385,6 +411,16 @@ impl Program {
             registers,
         })
     }
+}
+
+/// What a program has computed at a place, for whoever asks there again.
+#[derive(Default)]
+pub struct Computed {
+    /// Blocks that have run.
+    done: u64,
+    some: [Vec4; SOME],
+    /// In place of `some`, for larger programs.
+    all: Vec<Vec4>,
 }
 
 /// A program at a place.
