@@ -1,4 +1,4 @@
-//! The choice of a finite light: among few by an estimate for each of them, among many by the tree; or the same from everywhere.
+//! The choice of a finite light: among few by an estimate for each of them, among many by the tree.
 
 use super::estimate::{Candidates, Choice, LANES, LightBounds, draw, weigh};
 use super::tree::{self, GROUPS, Tree, WIDTH};
@@ -14,8 +14,6 @@ pub enum LightSampler {
     Few(Vec<Candidates>, usize),
     /// More.
     Many(Tree),
-    /// By probabilities that are the same everywhere: for each the sum up to it and with it.
-    Fixed(Vec<f32>),
 }
 
 impl Default for LightSampler {
@@ -53,26 +51,11 @@ impl LightSampler {
         }
     }
 
-    /// For emitters that are drawn by their shares of a sum, wherever the point is.
-    pub fn fixed(shares: impl IntoIterator<Item = f32>) -> Self {
-        let mut sum = 0.0;
-        let mut sums: Vec<f64> = shares
-            .into_iter()
-            .map(|share| {
-                sum += f64::from(share);
-                sum
-            })
-            .collect();
-        sums.iter_mut().for_each(|up_to| *up_to /= sum);
-        Self::Fixed(sums.into_iter().map(|up_to| up_to as f32).collect())
-    }
-
     /// Whether there are no emitters.
     pub fn is_empty(&self) -> bool {
         match self {
             Self::Few(_, count) => *count == 0,
             Self::Many(tree) => tree.is_empty(),
-            Self::Fixed(sums) => sums.is_empty(),
         }
     }
 
@@ -93,7 +76,6 @@ impl LightSampler {
             Self::Many(tree) => {
                 (pmf.of, pmf.sum) = tree.look((point, normal));
             }
-            Self::Fixed(_) => pmf.sum = 1.0,
         }
     }
 
@@ -110,14 +92,6 @@ impl LightSampler {
                 })
             }
             Self::Many(tree) => tree.sample(&pmf.of, place, u),
-            Self::Fixed(sums) => {
-                let emitter = sums.partition_point(|&up_to| up_to <= u);
-                let emitter = emitter.min(sums.len().checked_sub(1)?) as u32;
-                Some(Choice {
-                    emitter,
-                    probability: share(sums, emitter),
-                })
-            }
         }
     }
 
@@ -127,16 +101,8 @@ impl LightSampler {
         match self {
             Self::Few(..) => pmf.of.as_flattened()[emitter as usize % FEW],
             Self::Many(tree) => tree.probability(&pmf.of, place, emitter),
-            Self::Fixed(sums) => share(sums, emitter),
         }
     }
-}
-
-/// The share of one, from sums.
-fn share(sums: &[f32], emitter: u32) -> f32 {
-    let emitter = emitter as usize;
-    let before = emitter.checked_sub(1).map_or(0.0, |before| sums[before]);
-    sums[emitter] - before
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod along;
 mod choice;
 
 pub use along::Along;
+use choice::AsCycles;
 pub use choice::LightChoice;
 
 use super::coplanar::{Coplanar, Plane};
@@ -16,7 +17,6 @@ use super::light_sampler::LightSampler;
 use super::linking::Linking;
 use super::program::LookingRay;
 use super::rules::Rules;
-use super::two_bounds::TwoBounds;
 use crate::ffi::embree::{Device, EmbreeError};
 use crate::math::float;
 use crate::scene::RayKind;
@@ -42,10 +42,7 @@ pub struct LightSet {
     in_scene: (Vec<u32>, Vec<u32>),
     groups: LightGroups,
     linking: Option<Box<Linking>>,
-    /// The probability that the light is a finite one, where all are drawn [`evenly`].
-    even: Option<f32>,
-    /// How often Cycles draws each light, where samples are to count as if they were drawn so.
-    tree: Option<Box<TwoBounds>>,
+    as_cycles: Option<Box<AsCycles>>,
 }
 
 struct InfiniteLight {
@@ -130,8 +127,7 @@ impl LightSetBuilder {
                 in_scene: (Vec::new(), Vec::new()),
                 groups,
                 linking: None,
-                even: None,
-                tree: None,
+                as_cycles: None,
             },
             suns: Vec::new(),
             planes: Vec::new(),
@@ -232,13 +228,15 @@ impl LightSetBuilder {
             linking.prepare(&finite.collect::<Vec<_>>(), &infinite.collect::<Vec<_>>());
             set.linking = Some(linking);
         }
+        set.sampler = LightSampler::new(bounds);
         // Lights that are linked are drawn by who sees them.
-        set.sampler = match choice {
-            LightChoice::Even if set.linking.is_none() => set.evenly(),
-            _ => LightSampler::new(bounds),
-        };
-        if choice == LightChoice::Tree && set.linking.is_none() {
-            set.tree = set.as_cycles().map(Box::new);
+        if set.linking.is_none() {
+            let as_cycles = match choice {
+                LightChoice::Even => set.evenly(),
+                LightChoice::Tree => set.by_tree(),
+                LightChoice::Place | LightChoice::Power => None,
+            };
+            set.as_cycles = as_cycles.map(Box::new);
         }
         Ok(set)
     }
@@ -287,14 +285,7 @@ impl LightSet {
             count: 1.0,
             finite: 1.0,
         };
-        if let Some(finite) = self.even {
-            // Estimates are the probabilities.
-            at.groups = Groups {
-                sum: BY_ESTIMATE,
-                count: f32::INFINITY,
-                finite,
-            };
-        } else if compared {
+        if compared {
             let finite = at.pmf.sum.min(MOST);
             let groups = &mut at.groups;
             *groups = Groups {
@@ -432,10 +423,10 @@ impl LightSet {
             Drawn::Infinite(i) => &self.infinite[i as usize].light,
         };
         let sample = light.sample_li(at, u)?;
-        let sample = match self.tree_at(at) {
+        let sample = match self.as_cycles_at(at) {
             None => sample.chosen(p)?,
-            Some(tree) => {
-                let as_cycles = tree.probability(&at.receiver_in_tree(), drawn);
+            Some(cycles) => {
+                let as_cycles = cycles.probability(|| at.receiver_in_tree(), drawn);
                 sample.chosen(as_cycles)?.counting(as_cycles / p)
             }
         };
@@ -496,16 +487,16 @@ impl LightSet {
 
     /// Cycles' choice, where the picture depends on it: what is not clamped has less noise by Sundog's own.
     #[inline]
-    fn tree_at(&self, at: &LightSampleContext) -> Option<&TwoBounds> {
-        let tree = self.tree.as_deref()?;
-        (at.clamps || self.coplanar.is_some()).then_some(tree)
+    fn as_cycles_at(&self, at: &LightSampleContext) -> Option<&AsCycles> {
+        let cycles = self.as_cycles.as_deref()?;
+        (at.clamps || self.coplanar.is_some()).then_some(cycles)
     }
 
     /// Probability with which [`Self::sample`] says that it draws a light: its own, or Cycles'.
     #[inline]
     fn told_probability(&self, at: &LightSampleContext, light: Drawn) -> f32 {
-        if let Some(tree) = self.tree_at(at) {
-            return tree.probability(&at.receiver_in_tree(), light);
+        if let Some(cycles) = self.as_cycles_at(at) {
+            return cycles.probability(|| at.receiver_in_tree(), light);
         }
         self.drawn_probability(at, light)
     }

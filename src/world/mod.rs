@@ -183,7 +183,8 @@ pub enum LightShares {
     /// By what lights give to each place.
     #[default]
     ByPlace,
-    /// As Cycles does without its Light Tree: half of them to surfaces, the others to all other lights alike.
+    /// By place, but clamped as if half of them went to surfaces and the others to all other lights alike: as in Cycles without its
+    /// Light Tree.
     Even,
     /// By place, but clamped as if they were shared out as Cycles does with its Light Tree.
     AsTree,

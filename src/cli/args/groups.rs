@@ -343,10 +343,10 @@ pub struct Transport {
     /// How much is told at the end.
     #[arg(long, value_name = "VALUE", number = 0.0..=1e9, default_value = "0")]
     pub clamp_indirect: f64,
-    /// Shares light samples out as Cycles does without its Light Tree: half of them to surfaces that emit, by their areas, the
-    /// others evenly to lamps, suns and the world.
+    /// Clamps light samples as if they were shared out as Cycles does without its Light Tree: half of them to surfaces that emit,
+    /// by their areas, the others evenly to lamps, suns and the world.
     ///
-    /// The same picture but for clamping, which takes more from lights that are drawn more seldom.
+    /// The same picture but for clamping, which takes more from lights that are drawn more seldom, and a little more noise.
     #[arg(long)]
     pub even_lights: bool,
     /// Clamps light samples as if they were shared out as Cycles does with its Light Tree.

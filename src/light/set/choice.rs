@@ -3,9 +3,8 @@
 use super::{InfiniteLight, LightSet, is_even};
 use crate::light::estimate::{Angle, LightBounds};
 use crate::light::kinds::Light;
-use crate::light::light_sampler::LightSampler;
 use crate::light::set::Drawn;
-use crate::light::two_bounds::{Emitter, TwoBounds};
+use crate::light::two_bounds::{Emitter, Receiver, TwoBounds};
 use glam::Vec3;
 
 /// How finite lights are chosen.
@@ -15,10 +14,35 @@ pub enum LightChoice {
     Place,
     /// By their power alone.
     Power,
-    /// Surfaces by their areas, all others evenly.
+    /// By place, but each sample counts as if surfaces were drawn by their areas and all others evenly.
     Even,
     /// By place, but each sample counts as if it were drawn as by Cycles' Light Tree.
     Tree,
+}
+
+/// How often Cycles draws each light, where samples are to count as if they were drawn so.
+pub(super) enum AsCycles {
+    /// With its Light Tree.
+    Tree(TwoBounds),
+    /// Without: the same everywhere.
+    Even {
+        /// Of finite lights …
+        finite: Vec<f32>,
+        /// … and of those at infinity.
+        infinite: Vec<f32>,
+    },
+}
+
+impl AsCycles {
+    /// The probability of a light at a place.
+    #[inline]
+    pub(super) fn probability(&self, at: impl FnOnce() -> Receiver, light: Drawn) -> f32 {
+        match (self, light) {
+            (Self::Tree(tree), light) => tree.probability(&at(), light),
+            (Self::Even { finite, .. }, Drawn::Finite(number)) => finite[number as usize],
+            (Self::Even { infinite, .. }, Drawn::Infinite(number)) => infinite[number as usize],
+        }
+    }
 }
 
 /// Makes all lights of a tree look as if they stood in the same place and shone everywhere, so that they are drawn by their
@@ -48,29 +72,30 @@ pub(super) fn by_power(bounds: &mut [LightBounds]) {
 }
 
 impl LightSet {
-    /// Half of the light samples go to surfaces that emit, by their areas, and the other half evenly to all others: as in Cycles
-    /// without its light tree. It decides for lights at infinity, and returns the choice between finite ones.
-    pub(super) fn evenly(&mut self) -> LightSampler {
+    /// Half of the light samples go to surfaces that emit, by their areas, and the other half evenly to all others: Cycles without
+    /// its Light Tree. `None` where there is no choice.
+    pub(super) fn evenly(&self) -> Option<AsCycles> {
         let area: f64 = (self.lights.iter().filter_map(Light::surface_area))
             .map(f64::from)
             .sum();
-        let lamps = self.rules.len();
-        let looked_for = |other: &&mut InfiniteLight| other.estimate > 0.0;
-        let others = lamps + self.infinite.iter_mut().filter(looked_for).count();
+        let is_looked_for = |other: &InfiniteLight| other.estimate > 0.0;
+        let distant = self.infinite.iter().filter(|o| is_looked_for(o)).count();
+        let others = self.rules.len() + distant;
         let of_surfaces = match others {
             0 => 1.0,
             _ if area > 0.0 => 0.5,
             _ => 0.0,
         };
-        let each = (1.0 - of_surfaces) / others.max(1) as f64;
-        for other in self.infinite.iter_mut().filter(looked_for) {
-            other.estimate = each as f32;
-        }
-        self.even = Some((of_surfaces + each * lamps as f64) as f32);
-        LightSampler::fixed(self.lights.iter().map(|light| match light.surface_area() {
+        let each = ((1.0 - of_surfaces) / others.max(1) as f64) as f32;
+        let of_finite = |light: &Light| match light.surface_area() {
             Some(part) => (of_surfaces * f64::from(part) / area) as f32,
-            None => each as f32,
-        }))
+            None => each,
+        };
+        let of_infinite = |other| if is_looked_for(other) { each } else { 0.0 };
+        (self.lights.len() + distant > 1).then(|| AsCycles::Even {
+            finite: self.lights.iter().map(of_finite).collect(),
+            infinite: self.infinite.iter().map(of_infinite).collect(),
+        })
     }
 
     /// Where there are other lights, none of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as
@@ -88,7 +113,7 @@ impl LightSet {
     }
 
     /// How often Cycles' Light Tree draws each light; `None` where there is no choice.
-    pub(super) fn as_cycles(&self) -> Option<TwoBounds> {
+    pub(super) fn by_tree(&self) -> Option<AsCycles> {
         let (mut lamps, mut meshes) = (Vec::new(), Vec::<Vec<Emitter>>::new());
         let mut last = None;
         for (number, light) in (0..).zip(&self.lights) {
@@ -112,6 +137,7 @@ impl LightSet {
         let distant = looked_for.filter_map(|(i, other)| other.light.in_tree(Drawn::Infinite(i)));
         let distant: Vec<_> = distant.collect();
         let counts = (self.lights.len(), self.infinite.len());
-        (counts.0 + distant.len() > 1).then(|| TwoBounds::new(&lamps, &meshes, &distant, counts))
+        (counts.0 + distant.len() > 1)
+            .then(|| AsCycles::Tree(TwoBounds::new(&lamps, &meshes, &distant, counts)))
     }
 }

@@ -83,7 +83,7 @@ fn found(set: &LightSet, at: &LightSampleContext, n: u32) -> (f64, f64) {
     (irradiance * each, density * each)
 }
 
-/// With few lights and many, chosen by place, by power, evenly, and counted as by Cycles' tree: samples of the set and rays find the same light, by one
+/// With few lights and many, chosen by place and by power, and counted as in Cycles with its tree and without: samples of the set and rays find the same light, by one
 /// estimate of the density.
 #[test]
 fn samples_of_all_lights_and_rays_find_the_same() {
@@ -260,30 +260,30 @@ fn an_even_sky_beside_other_lights_has_no_light_samples() {
     assert_eq!(pdf(true, through), (true, vec![f32::INFINITY]));
 }
 
-/// Half of the samples are for surfaces, and of the other half each lamp, each sun and a sky of several colours have the same share.
+/// Half of the samples count for surfaces, and of the other half each lamp, each sun and a sky of several colours have the same share;
+/// they are drawn by what lights give to the place.
 #[test]
-fn lights_are_drawn_evenly() {
+fn lights_count_as_if_they_were_drawn_evenly() {
     let set = set(2, LightChoice::Even);
     for point in [Vec3::ZERO, Vec3::new(40.0, 0.0, 5.0)] {
         let at = set.context(point, Some(Vec3::Z));
         let mut shares = std::collections::BTreeMap::new();
-        const N: u32 = 4000;
+        const N: u32 = 40_000;
         for k in 0..N {
             let (drawn, p) = set.draw(&at, (k as f32 + 0.5) / N as f32).unwrap();
+            let told = set.told_probability(&at, drawn);
+            // Of a surface each triangle has its share.
             let entry = shares.entry(format!("{:?}", set.source(drawn)));
-            let (share, told) = entry.or_insert((0.0, 0.0));
-            *share += 1.0 / N as f32;
-            *told = p;
+            *entry.or_insert(0.0) += told / p / N as f32;
         }
         assert_eq!(shares.len(), 6, "{shares:?}");
-        for (source, (share, told)) in shares {
+        for (source, share) in shares {
             let expected = if source.starts_with("Surface") {
                 0.5
             } else {
                 0.1
             };
-            assert!((share - expected).abs() < 1e-3, "{source}: {share}");
-            assert!((told - expected).abs() < 1e-6, "{source}: {told}");
+            assert!((share - expected).abs() < 5e-3, "{source}: {share}");
         }
     }
 }
