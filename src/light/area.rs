@@ -100,9 +100,9 @@ enum Plan {
     Triangles(Vec2, Vec2),
 }
 
-/// Rectangles that are this many times their half diagonals away are sampled by area, which saves the
-/// angles: distances, the third power of which weighs a sample, differ by less than a thirtieth.
-const FAR: f32 = 32.0;
+/// Rectangles that are this many times their half diagonals away are sampled by area, which saves the angles: a relative variance of
+/// 1.2 % at most, as of those that are surfaces.
+const FAR: f32 = 16.0;
 
 /// Ellipses farther than this many half diagonals are sampled by area, which saves the cone. Seen from the side their
 /// distances, the third power of which weighs a sample, have a standard deviation of 3 · (1/√2) / 2 of one over that

@@ -34,9 +34,10 @@ pub struct QuadSample {
 /// 64 roundings. The density is that of the rectangle, and off by no more than a few times that.
 const ASKEW: f64 = 1.0 / 131_072.0;
 
-/// Rectangles that are this many times their half diagonals away are sampled by area, which saves the angles: distances, the
-/// third power of which weighs a sample, differ by less than a thirtieth.
-const FAR: f64 = 32.0;
+/// Rectangles that are this many times their half diagonals away are sampled by area, which saves the angles. Seen from the side
+/// their distances, the third power of which weighs a sample, have a standard deviation of 3 · (1/√3) / 16 of one at most: a relative
+/// variance of 1.2 %.
+const FAR: f64 = 16.0;
 
 /// How points are drawn.
 enum Plan {

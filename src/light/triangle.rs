@@ -24,9 +24,10 @@ pub struct TriangleSample {
     pub pdf: f32,
 }
 
-/// Triangles whose middle is this many times their longest edge away are sampled by area, which saves the angles: the weights
-/// of samples, third powers of distances, differ by less than a tenth.
-const FAR: f32 = 32.0;
+/// Triangles whose middle is this many times their longest edge away are sampled by area, which saves the angles. Seen from the side
+/// their distances, the third power of which weighs a sample, have a standard deviation of 3 · √(1/18) / 8 at most: a relative
+/// variance of 0.8 %.
+const FAR: f32 = 8.0;
 
 impl Triangle {
     /// Twice the area times the normal.

@@ -422,6 +422,11 @@ impl MeshInstance {
 /// Normalises vectors of any size that f32 holds.
 #[inline]
 pub(super) fn unit_or_zero(v: Vec3) -> Vec3 {
+    let square = v.length_squared();
+    // Squares that underflow are below 1e-13 of it.
+    if (1e-24..1e36).contains(&square) {
+        return v * (1.0 / square.sqrt());
+    }
     let size = v.abs().max_element();
     if size > 0.0 && size.is_finite() {
         (v / size).normalize()
@@ -551,14 +556,13 @@ pub fn surface<'a, E: Features>(
             (smooth, smooth_outside, at.normal) = (side(n), n, n);
         }
     }
+    let emission = material.emitted(&at);
     let mut shading = smooth;
     let mut mixed = None;
     let mut varying = None;
     if E::EVERYTHING && wanted == Wanted::Lobes {
-        let place = HitPoint {
-            normal: smooth_outside,
-            ..at
-        };
+        at.normal = smooth_outside;
+        let place = at;
         if let Some((parameters, normal)) = material.parameters(&place, computed) {
             varying = Some(parameters);
             if normal != Vec3::ZERO {
@@ -583,7 +587,6 @@ pub fn surface<'a, E: Features>(
             .all(|n| n == Vec3::ZERO || is_unit(n)),
         "normals {geometric} {smooth} {shading}"
     );
-    let emission = material.emitted(&at);
     let other_side = if E::EVERYTHING {
         asking.past.other_side
     } else {
