@@ -208,7 +208,7 @@ impl LightSetBuilder {
             _ => choice,
         };
         set.infinite.extend(self.suns);
-        set.leave_even_sky_to_bsdf(choice);
+        set.leave_even_sky_to_bsdf();
         if set.sized.len() > IN_A_ROW {
             set.finder = Some(Finder::new(&set.lights, &set.sized, device)?);
         }

@@ -208,7 +208,7 @@ fn triangles(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             continue;
         };
         let at = || format!("{from}");
-        let is_near = from.length() < 31.0;
+        let is_near = from.length() < 10.0;
         let worst = if is_near { &mut near } else { &mut far };
         worst.add(f.pdf, e.pdf, e.pdf, at);
         let off = (f.wi.as_dvec3() - e.wi).length();

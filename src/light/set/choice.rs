@@ -98,13 +98,9 @@ impl LightSet {
         })
     }
 
-    /// Where there are other lights, none of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as
-    /// well or better: half of the sphere is below the surface, and in a room such samples end at the walls.
-    pub(super) fn leave_even_sky_to_bsdf(&mut self, choice: LightChoice) {
-        let alone = self.lights.is_empty() && self.infinite.len() < 2;
-        if alone && choice != LightChoice::Tree {
-            return;
-        }
+    /// None of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as well or better: half of the sphere is
+    /// below the surface, and in a room such samples end at the walls.
+    pub(super) fn leave_even_sky_to_bsdf(&mut self) {
         for sky in &mut self.infinite {
             if is_even(&sky.light) && !sky.rules.shines_through() {
                 sky.estimate = 0.0;
