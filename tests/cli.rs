@@ -1326,10 +1326,16 @@ fn each_event_is_a_line_of_json() {
 #[test]
 fn samples_that_are_not_finite_are_told_and_can_be_replayed() {
     let folder = Folder::new();
-    // Beside a lamp such a sky has no light samples: it is their density that the light is too bright for.
+    // A sky of two colours, as one of one colour has no light samples: it is their density that the light is too bright for.
     let mut scene = scene();
     scene["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = json!(0.0);
     folder.write("scene.gltf", scene.to_string());
+    let head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n";
+    let rows = [[[255u8; 4]; 4], [[200, 200, 200, 255]; 4]];
+    folder.write(
+        "sky.hdr",
+        [&head[..], rows.as_flattened().as_flattened()].concat(),
+    );
     let flags = [
         "render",
         "scene.gltf",
@@ -1339,8 +1345,8 @@ fn samples_that_are_not_finite_are_told_and_can_be_replayed() {
         "2",
         "--seed",
         "3",
-        "--environment-color",
-        "3e38,3e38,3e38",
+        "--environment",
+        "sky.hdr",
         "--json",
     ];
     let parse = |text: String| -> Vec<Value> {

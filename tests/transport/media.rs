@@ -218,9 +218,10 @@ fn a_white_cloud_vanishes_in_a_white_furnace() {
             ..small(16, 1024)
         };
         let (found, variance) = estimate(&scene, &settings, 0..4);
-        let z = (found - 1.0) / variance.sqrt();
+        // Rays alone find the light, and what they find is 1 but for rounding: of one scattering each.
+        let error = 4.0 * variance.sqrt() + 1e-6;
         assert!(
-            z.abs() < 4.0 && variance.sqrt() < 1e-2,
+            (found - 1.0).abs() < error && variance.sqrt() < 1e-2,
             "{sigma} {g}: {found} ± {}",
             variance.sqrt()
         );

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-/// Facets about a lobe's own normal, seen from a view. They are drawn as those of GGX, however they spread.
+/// Facets about a lobe's own normal, seen from a view.
 #[derive(Clone, Copy, Debug)]
 pub struct Facets<S = Ggx> {
     spread: PhantomData<S>,
@@ -126,7 +126,7 @@ impl<S: Spread> Facets<S> {
         let h = if self.is_smooth() {
             Vec3::Z
         } else {
-            ggx::sample_visible_normal(self.view.wo, &self.alpha, self.bound, u)
+            S::sample(&self.view, &self.alpha, self.bound, u)
         };
         let cos_h = self.view.wo.dot(h);
         (cos_h > 0.0).then_some((h, cos_h))
@@ -135,7 +135,7 @@ impl<S: Spread> Facets<S> {
     /// The density of reflections by all visible facets over that of [`Self::sample_normal`].
     #[inline]
     pub(super) fn share_of_all(&self) -> f32 {
-        self.view.reflection_density(1.0) / self.view.reflection_density(self.bound)
+        S::share_of_all(&self.view, self.bound)
     }
 
     /// D·G₂/(4 cosθ) and the density for the reflection at facets with normal `h` to `wi`.
@@ -144,7 +144,7 @@ impl<S: Spread> Facets<S> {
         let d = ggx::d(h, &self.alpha);
         (
             0.25 * d * S::masking(h, wi, &self.view, &self.alpha),
-            d * self.view.reflection_density(self.bound),
+            d * S::reflection_density(h, &self.view, &self.alpha, self.bound),
         )
     }
 
@@ -159,7 +159,7 @@ impl<S: Spread> Facets<S> {
         let common = ggx::d(h, &self.alpha) * (cos_o * cos_i).abs() * ratio * ratio;
         (
             common * S::masking(h, wi, &self.view, &self.alpha),
-            common * self.view.g1_over_cos(),
+            common * S::visible(h, &self.view, &self.alpha),
         )
     }
 
