@@ -307,14 +307,15 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             }
             let mut scratch = Scratch::default();
             let asking = self.asking(&found.hit);
-            let wanted = self.wanted();
+            let roulette = self.roulette();
+            let wanted = self.wanted(roulette);
             let at = (self.origin, asking);
             let mut surface = world.surface::<E>(&found.hit, at, wanted, &mut scratch);
             self.arrive(&found, &mut surface);
             if !(E::EVERYTHING && found.has_shone) {
                 self.add_emission(&found, &surface, 1.0);
             }
-            if !self.goes_on(&surface) {
+            if !self.goes_on(&surface, roulette) {
                 break;
             }
             if E::EVERYTHING && (surface.disperses || self.beside.other_side.disperses) {

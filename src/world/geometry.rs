@@ -422,17 +422,14 @@ impl MeshInstance {
 /// Normalises vectors of any size that f32 holds: those that are twice as long to the same bits.
 #[inline]
 pub(super) fn unit_or_zero(v: Vec3) -> Vec3 {
-    let unit = |v: Vec3, square: f32| v * (1.0 / square.sqrt());
-    let square = v.length_squared();
-    // Squares that underflow are below 1e-13 of it.
-    if (1e-24..1e36).contains(&square) {
-        return unit(v, square);
+    // Squares that underflow are below 1e-13 of their sum.
+    if (1e-24..1e36).contains(&v.length_squared()) {
+        return v.normalize();
     }
     let size = v.abs().max_element();
     if size > 0.0 && size.is_finite() {
         let exponent = f32::from_bits(size.to_bits() & f32::INFINITY.to_bits());
-        let v = v / exponent.max(f32::MIN_POSITIVE);
-        unit(v, v.length_squared())
+        (v / exponent.max(f32::MIN_POSITIVE)).normalize()
     } else {
         Vec3::ZERO
     }

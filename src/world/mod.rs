@@ -35,7 +35,6 @@ pub use displacement::displace;
 pub use geometry::{Mixed, Surface, Wanted};
 pub use interfaces::Passage;
 pub use media::{Draws, Flown, Way, Within};
-pub use moving::Moment;
 pub use nesting::OtherSide;
 pub use place::HitPoint;
 
@@ -56,6 +55,7 @@ use geometry::MeshInstance;
 use glam::{DVec3, Vec2, Vec3};
 use material::PreparedMaterial;
 use media::Media;
+use moving::Moment;
 use origin::{Extent, Origin};
 use placed::Geometry;
 use serde::Serialize;

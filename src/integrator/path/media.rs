@@ -271,7 +271,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             is_lit,
             there,
         } = event;
-        if !self.survives() {
+        if !self.survives(self.roulette()) {
             self.end(End::Roulette);
             return false;
         }
