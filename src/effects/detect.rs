@@ -309,7 +309,7 @@ impl Findings {
             let name = &scene.instances[instance as usize].name;
             self.object(Effect::CoincidentFaces, name);
         }
-        for &light in &coincident.lights {
+        for &light in coincident.lights.keys() {
             let name = &scene.lights[light as usize].name;
             self.add(Effect::CoincidentFaces, || {
                 Cause::new(Thing::Light, name.clone())

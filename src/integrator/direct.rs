@@ -170,7 +170,7 @@ impl<E: Features> Vertex<'_, E> {
                 self.nested_share((start, light.wi), light.target, beyond, left)
             }
             Some(target) if lids && world.lies_on_face(drawn) => {
-                world.transmittance_up_to((start, target), drawn, left)
+                world.transmittance_up_to((surface.point.point, start, target), drawn, left)
             }
             Some(target) => world.transmittance_to::<E>(start, target, left),
             None => world.transmittance::<E>(start, light.wi, f32::INFINITY, left),

@@ -11,7 +11,7 @@ use super::{Instance, Light, LightKind, Mesh, Scene};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 
 /// What lies on a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,12 +26,21 @@ pub enum Overlap {
 }
 
 /// What coincides in a scene.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Coincident {
     /// What lies on each triangle, by the number of the instance; instances without any are not in it.
     pub faces: BTreeMap<u32, Vec<Overlap>>,
-    /// Area lights in the plane of a face, by their numbers.
-    pub lights: BTreeSet<u32>,
+    /// Area lights in the plane of faces, by their numbers.
+    pub lights: BTreeMap<u32, OnFaces>,
+}
+
+/// An area light and the faces that lie where it does.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OnFaces {
+    /// The plane of all of them.
+    pub plane: Plane,
+    /// The faces, by instance and triangle, with their corners in world space and f32.
+    pub faces: BTreeMap<(u32, u32), [Vec3; 3]>,
 }
 
 /// Triangles, instances expanded, that are looked at. What a scene has beyond them is taken to lie alone: it would cost more
@@ -44,8 +53,29 @@ const RIGHT_ANGLE: f64 = 1e-6;
 /// Triangles overlap if they do by this share of their size: edges that meet may cross by rounding.
 const DEPTH: f64 = 1e-5;
 
-/// A plane across an axis: the axis, and the bits of the coordinate along it.
-type Plane = (usize, u32);
+/// A plane across an axis, in world space and f32, as Cycles has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Plane {
+    /// The axis that it is across.
+    pub axis: usize,
+    /// Bits of the coordinate along the axis.
+    bits: u32,
+}
+
+impl Plane {
+    /// The one through a point.
+    fn through(p: Vec3, axis: usize) -> Self {
+        Self {
+            axis,
+            bits: bits(p)[axis],
+        }
+    }
+
+    /// Where it is on its axis.
+    pub fn coordinate(self) -> f32 {
+        f32::from_bits(self.bits)
+    }
+}
 
 /// A triangle in a plane across an axis, in world space and f32, as Cycles has it.
 struct Flat {
@@ -59,6 +89,18 @@ impl Flat {
     fn bounds(&self) -> (Vec2, Vec2) {
         let [a, b, c] = self.corners;
         (a.min(b).min(c), a.max(b).max(c))
+    }
+
+    fn in_world(&self) -> [Vec3; 3] {
+        let Plane { axis, .. } = self.plane;
+        self.corners.map(|p| {
+            let mut corner = Vec3::ZERO;
+            corner[axis] = self.plane.coordinate();
+            // As `without` leaves it out.
+            corner[(axis + 1) % 3] = p.x;
+            corner[(axis + 2) % 3] = p.y;
+            corner
+        })
     }
 }
 
@@ -80,8 +122,8 @@ pub fn find(scene: &Scene) -> Coincident {
         found.turned(scene, instance, triangle);
     }
     let lights = (0..).zip(&scene.lights);
-    let on_faces = lights.filter(|(_, light)| lies_on_face(light, &flats));
-    found.lights = on_faces.map(|(number, _)| number).collect();
+    let on_faces = lights.filter_map(|(number, light)| Some((number, faces_under(light, &flats)?)));
+    found.lights = on_faces.collect();
     found
 }
 
@@ -167,7 +209,7 @@ fn flats(scene: &Scene) -> Vec<Flat> {
                 continue;
             };
             let flat = Flat {
-                plane: (axis, bits(a)[axis]),
+                plane: Plane::through(a, axis),
                 corners: [a, b, c].map(|p| without(p, axis)),
                 instance: number as u32,
                 triangle,
@@ -392,8 +434,7 @@ fn plane_of(light: &Light) -> Option<(Plane, (Vec2, Vec2))> {
     let ends = [[-x, -y, 0.0], [x, y, 0.0]].map(|p| placed(place, p));
     let axis = (0..3).find(|&axis| ends[0][axis] == ends[1][axis])?;
     let [a, b] = ends.map(|p| without(p, axis));
-    let plane = (axis, bits(ends[0])[axis]);
-    Some((plane, (a.min(b), a.max(b))))
+    Some((Plane::through(ends[0], axis), (a.min(b), a.max(b))))
 }
 
 /// Whether two boxes have more than an edge in common.
@@ -401,16 +442,17 @@ fn overlap(a: (Vec2, Vec2), b: (Vec2, Vec2)) -> bool {
     a.0.cmplt(b.1).all() && b.0.cmplt(a.1).all()
 }
 
-/// Whether an area light lies in the plane of a face, by their boxes. `flats` are in the order of their planes.
-fn lies_on_face(light: &Light, flats: &[Flat]) -> bool {
-    let Some((plane, bounds)) = plane_of(light) else {
-        return false;
-    };
+/// The faces that lie in the plane of an area light and where it is, by their boxes; `None` without any. `flats` are in the order
+/// of their planes.
+fn faces_under(light: &Light, flats: &[Flat]) -> Option<OnFaces> {
+    let (plane, bounds) = plane_of(light)?;
     let first = flats.partition_point(|flat| flat.plane < plane);
     let in_plane = flats[first..].iter().take_while(|flat| flat.plane == plane);
-    in_plane
-        .into_iter()
-        .any(|flat| overlap(bounds, flat.bounds()))
+    let under = in_plane.filter(|flat| overlap(bounds, flat.bounds()));
+    let faces: BTreeMap<_, _> = under
+        .map(|flat| ((flat.instance, flat.triangle), flat.in_world()))
+        .collect();
+    (!faces.is_empty()).then_some(OnFaces { plane, faces })
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 //! A ray leaves its surface by the error bound of its point, and so steps over a face in the same plane. Where the scene has
 //! such faces, they are asked for by a short ray through the surface, and are met first.
 
+mod lamps;
+
 use super::passing::{Share, shadow_ray};
 use super::{Hit, RayKind, Sender, Source, Surface, World};
 use crate::effects::General;
@@ -10,22 +12,26 @@ use crate::ffi::embree::Ray;
 use crate::light::Drawn;
 use crate::math::float::{self, BoundedPoint};
 use crate::sampler;
-use crate::scene::Scene;
 use crate::scene::coincident::{self, Overlap};
+use crate::scene::{AreaShape, LightKind, Scene};
 use glam::Vec3;
-use std::collections::BTreeSet;
+use lamps::Lamp;
+use std::collections::BTreeMap;
 
 /// What lies on faces and lights.
 pub(super) struct Lids {
     /// By entry, of each triangle; empty where none has anything on it.
     faces: Vec<Vec<Overlap>>,
     /// Area lights in the plane of a face, by their numbers in the scene.
-    lights: BTreeSet<u32>,
+    lights: BTreeMap<u32, Lamp>,
 }
 
 /// Faces are asked for within so many times the bound of a point: one for its own error, one for that of the other face, and
 /// one for where Embree has the two.
 const REACH: f32 = 3.0;
+
+/// Rays to lamps in the plane of a face go on for so many times their length: no rounding of Embree's is as large.
+const BEYOND_LAMP: f32 = 1.0 + 1e-4;
 
 /// Which number of a key tells the side that a point lies on, and whether it stays on it.
 const SIDE: u32 = 1;
@@ -40,8 +46,9 @@ impl Lids {
     /// `None` if nothing coincides. Solids whose materials state priorities are left to those.
     pub fn new(scene: &Scene) -> Option<Self> {
         let coincident = coincident::find(scene);
-        let mut faces = Vec::new();
+        let (mut faces, mut entries) = (Vec::new(), Vec::new());
         for (number, instance) in scene.instances.iter().enumerate() {
+            entries.push(faces.len() as u32);
             let mesh = &scene.meshes[instance.mesh.0 as usize];
             if mesh.triangles.is_empty() {
                 continue;
@@ -52,9 +59,20 @@ impl Lids {
                 _ => Vec::new(),
             });
         }
+        let lights = coincident.lights.iter().map(|(&number, on)| {
+            let is_rectangle = matches!(
+                scene.lights[number as usize].kind,
+                LightKind::Area {
+                    shape: AreaShape::Rectangle,
+                    ..
+                }
+            );
+            let lamp = Lamp::new(on, is_rectangle, |instance| entries[instance as usize]);
+            (number, lamp)
+        });
         let lids = Self {
             faces,
-            lights: coincident.lights,
+            lights: lights.collect(),
         };
         (!lids.lights.is_empty() || lids.faces.iter().any(|of| !of.is_empty())).then_some(lids)
     }
@@ -171,6 +189,12 @@ impl World {
             .find(|lid| Self::stops(lid, self.opacity::<General>(lid, direction, sender), key))
     }
 
+    /// A lamp that was drawn, if it lies in the plane of a face.
+    fn lamp_on_face(&self, drawn: Drawn) -> Option<&Lamp> {
+        let number = self.lights.number_in_scene(self.lights.source(drawn))?;
+        self.geometry.lids.as_ref()?.lights.get(&number)
+    }
+
     /// Whether a light that was drawn lies in the plane of a face.
     #[cold]
     #[inline(never)]
@@ -178,44 +202,48 @@ impl World {
         let Some(lids) = &self.geometry.lids else {
             return false;
         };
-        let source = self.lights.source(drawn);
-        match source {
+        match self.lights.source(drawn) {
             Source::Surface(object) => !lids.faces[object as usize].is_empty(),
-            _ => {
-                let number = self.lights.number_in_scene(source);
-                number.is_some_and(|number| lids.lights.contains(&number))
-            }
+            _ => self.lamp_on_face(drawn).is_some(),
         }
     }
 
     /// As [`World::transmittance_to`] for a light in the plane of a face: which of the two is nearer is decided by the rounding of
-    /// a ray that ends at the light, as in Cycles. (Of such lamps' light 0.09 to 0.12 comes through in Cycles 5.2.3, and here 0.08
-    /// to 0.10; with a quotient for the direction 0.06 to 0.07, as positions here are smaller numbers.)
+    /// a ray that ends at the light, as in Cycles. `on` is the point of the surface, `start` where the ray leaves it.
     #[cold]
     #[inline(never)]
     pub fn transmittance_up_to(
         &self,
-        (origin, target): (Vec3, Vec3),
+        (on, start, target): (Vec3, Vec3, Vec3),
         drawn: Drawn,
         (limit, sender): (u32, Sender),
     ) -> Vec3 {
-        let own = match self.lights.source(drawn) {
-            Source::Surface(object) => Some(object),
-            _ => None,
-        };
-        let way = target - origin;
+        let source = self.lights.source(drawn);
+        let way = target - start;
         let far = way.length();
         if far == 0.0 {
             return Vec3::ONE;
         }
         let direction = way * far.recip();
-        let ray = shadow_ray((origin, direction), far, sender.time);
         let mut share = Share::within(limit);
-        let shut = self.geometry.embree.occluded_asking(&ray, |hit| {
-            let is_light =
-                Some(hit.object()) == own && hit.distance > far * float::SHADOW_RAY_SHARE;
-            !is_light && self.dims::<General>(&mut share, hit, (direction, &sender))
-        });
+        let mut dims = |hit: &Hit| self.dims::<General>(&mut share, hit, (direction, &sender));
+        let shut = if let Some(lamp) = self.lamp_on_face(drawn) {
+            let in_file = |p: Vec3| (p.as_dvec3() + self.origin).as_vec3();
+            let cycles = lamp.ray(in_file(on), in_file(target));
+            // So far that faces in the plane are found.
+            let ray = shadow_ray((start, direction), far * BEYOND_LAMP, sender.time);
+            self.geometry.embree.occluded_asking(&ray, |hit| {
+                let before = lamp.is_shut_by(place(hit), &cycles);
+                before.unwrap_or(hit.distance <= far) && dims(hit)
+            })
+        } else {
+            let ray = shadow_ray((start, direction), far, sender.time);
+            self.geometry.embree.occluded_asking(&ray, |hit| {
+                let is_light = source == Source::Surface(hit.object())
+                    && hit.distance > far * float::SHADOW_RAY_SHARE;
+                !is_light && dims(hit)
+            })
+        };
         if shut { Vec3::ZERO } else { share.light }
     }
 }

@@ -122,23 +122,26 @@ class Coincident(kit.ExportTest):
         self.scene.world = None
         for light in list(bpy.data.lights):
             bpy.data.lights.remove(light)
-        self.plane(20, -0.3)
-        for shape in ("SQUARE", "DISK"):
-            for height in (2.5, 7.4205):
-                light = bpy.data.lights.new("lamp", "AREA")
-                light.energy, light.shape, light.size = 500, shape, 1
-                lamp = self.link("lamp", light)
-                lamp.location = (0, 0, height)
-                alone, cycles_alone, _ = self.means(128)
-                ceiling = self.plane(4, height)
-                both, cycles_both, _ = self.means(128)
-                ours, theirs = both / alone, cycles_both / cycles_alone
-                print(f"{shape} at {height}: {ours:.4f}, Cycles {theirs:.4f}", flush=True)
-                # Rounding decides: nearly all of the light is gone in both.
-                self.assertLess(abs(ours - theirs), 0.05)
-                self.assertGreater(ours, 0)
-                bpy.data.objects.remove(ceiling)
-                bpy.data.lights.remove(light)
+        # Rounding decides, and hangs on the numbers: from a floor at 0 more of the light is left than from others.
+        for floor_height in (-0.3, 0):
+            floor = self.plane(20, floor_height)
+            for shape in ("SQUARE", "DISK"):
+                for height in (2.5, 7.4205):
+                    light = bpy.data.lights.new("lamp", "AREA")
+                    light.energy, light.shape, light.size = 500, shape, 1
+                    lamp = self.link("lamp", light)
+                    lamp.location = (0, 0, height)
+                    alone, cycles_alone, _ = self.means(128)
+                    ceiling = self.plane(4, height)
+                    both, cycles_both, _ = self.means(128)
+                    ours, theirs = both / alone, cycles_both / cycles_alone
+                    print(f"{shape} at {height}, floor at {floor_height}: {ours:.4f}, Cycles {theirs:.4f}", flush=True)
+                    # What is left between them is how processors estimate reciprocals.
+                    self.assertLess(abs(ours - theirs), 0.02)
+                    self.assertGreater(ours, 0)
+                    bpy.data.objects.remove(ceiling)
+                    bpy.data.lights.remove(light)
+            bpy.data.objects.remove(floor)
 
     def test_lamps_in_one_plane_are_told(self):
         def lamp(place, turn=(0.3, 0.2, 0), **settings):

@@ -1,6 +1,6 @@
 //! Faces that overlap in a plane that is turned, with corners of their own: a cushion pushed into a sofa of the same slope.
 
-use super::{Flat, corners, mesh_of, moves, overlapping, placed};
+use super::{Flat, Plane, corners, mesh_of, moves, overlapping, placed};
 use crate::math::float;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3, Vec3};
@@ -102,7 +102,7 @@ fn overlaps(scene: &Scene, group: &[Face]) -> Vec<(u32, u32)> {
         .iter()
         .zip(&world)
         .map(|(face, corners)| Flat {
-            plane: (0, 0),
+            plane: Plane::through(Vec3::ZERO, 0),
             corners: corners.map(|p| DVec2::new(p.dot(across), p.dot(along)).as_vec2()),
             instance: face.instance,
             triangle: face.triangle,

@@ -165,6 +165,14 @@ fn lamps_in_the_plane_of_a_face_are_found() {
     let z = f64::from(7.4205f32);
     scene.lights = vec![lamp(0.0, z), lamp(2.4, z), lamp(2.5, z), lamp(0.0, 7.42)];
     let found = find(&scene);
-    assert_eq!(found.lights, BTreeSet::from([0, 1]));
+    for number in [0, 1] {
+        let on = &found.lights[&number];
+        assert_eq!((on.plane.axis, on.plane.coordinate()), (2, 7.4205));
+        assert_eq!(on.faces.len(), 2, "{number}: {:?}", on.faces);
+        for corner in on.faces.values().flatten() {
+            assert_eq!(corner.abs(), Vec3::new(2.0, 2.0, 7.4205));
+        }
+    }
+    assert_eq!(found.lights.len(), 2);
     assert!(found.faces.is_empty());
 }

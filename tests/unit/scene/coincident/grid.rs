@@ -1,9 +1,11 @@
 use super::*;
+use crate::scene::coincident::Plane;
+use glam::Vec3;
 use proptest::prelude::*;
 
 fn flat(corners: [[f32; 2]; 3]) -> Flat {
     Flat {
-        plane: (0, 0),
+        plane: Plane::through(Vec3::ZERO, 0),
         corners: corners.map(Vec2::from),
         instance: 0,
         triangle: 0,
