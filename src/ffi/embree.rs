@@ -608,6 +608,19 @@ impl CommittedScene {
         read_hit(&query)
     }
 
+    /// The same, asking for all geometries. Of several hits at the nearest distance Embree then keeps the last that it asks about, and
+    /// without a filter the first.
+    #[inline(never)]
+    pub fn intersect_asking<F: FnMut(&Hit) -> bool>(&self, r: &Ray, mut filter: F) -> Option<Hit> {
+        let mut query = ray_hit(r);
+        self.filtered(
+            &mut query,
+            &mut filter,
+            sys::RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER,
+        );
+        read_hit(&query)
+    }
+
     /// Tells of all surfaces along a ray, in no particular order, perhaps more than once of the same.
     pub fn visit(&self, r: &Ray, mut visit: impl FnMut(&Hit)) {
         let mut query = ray_hit(r);

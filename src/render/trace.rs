@@ -245,7 +245,8 @@ impl Job<'_> {
         beside: Beside,
         center: Option<&Option<Center>>,
     ) -> Path {
-        let (mut path, mut light_passes) = self.path(x, y, index);
+        let mut light_passes = None;
+        let mut path = self.path(x, y, index, &mut light_passes);
         let caught = light_passes
             .as_ref()
             .and_then(|passes| self.caught((x, y, index), passes, &mut path.rays));
@@ -308,21 +309,20 @@ impl Job<'_> {
         path
     }
 
-    /// A path by the kernel of the picture.
+    /// A path by the kernel of the picture. What it tells passes is written in place: it is large, and most pictures have none.
     #[inline]
-    fn path(&self, x: u32, y: u32, index: u32) -> (Path, Option<PathPasses>) {
+    fn path(&self, x: u32, y: u32, index: u32, told: &mut Option<PathPasses>) -> Path {
         let sampler = self.sequence.sampler(x, y, index);
         let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
         let ray = self.ray(x, y, &sampler, offset);
         if ray.is_none() {
-            return (Path::NONE, None);
+            return Path::NONE;
         }
         match self.kernel {
-            AnyKernel::Plain(kernel) => (kernel(self.world, &self.path, &sampler, &ray), None),
+            AnyKernel::Plain(kernel) => kernel(self.world, &self.path, &sampler, &ray),
             AnyKernel::WithPasses { kernel, asked } => {
-                let mut light_passes = PathPasses::new(asked);
-                let path = kernel(self.world, &self.path, &sampler, &ray, &mut light_passes);
-                (path, Some(light_passes))
+                let told = told.insert(PathPasses::new(asked));
+                kernel(self.world, &self.path, &sampler, &ray, told)
             }
         }
     }
@@ -370,7 +370,7 @@ impl Job<'_> {
 
     /// The radiance of a sample by the kernel of the picture.
     pub fn radiance(&self, x: u32, y: u32, index: u32) -> Vec3 {
-        self.path(x, y, index).0.radiance
+        self.path(x, y, index, &mut None).radiance
     }
 
     /// Takes a sample once more, telling each step.

@@ -229,12 +229,35 @@ impl World {
         let sender = sender.into();
         let ray = sent((origin, direction), (near, far), &sender);
         if !self.filters::<E>() {
-            return self.geometry.embree.intersect(&ray);
+            return self.nearest::<E>(&ray);
         }
         let key = key();
-        self.geometry.embree.intersect_filtered(&ray, |hit| {
+        self.nearest_filtered::<E>(&ray, |hit| {
             Self::stops(hit, self.opacity::<E>(hit, direction, &sender), key)
         })
+    }
+
+    /// The nearest hit. Where faces lie on each other, Embree is asked as Cycles asks it: the last of several at one distance is
+    /// found, so that of two objects in one place the later one is seen.
+    #[inline]
+    fn nearest<E: Features>(&self, ray: &Ray) -> Option<Hit> {
+        if E::EVERYTHING && self.has_lids() {
+            return self.geometry.embree.intersect_asking(ray, |_| true);
+        }
+        self.geometry.embree.intersect(ray)
+    }
+
+    /// The nearest hit that the filter accepts, which may be asked of filtered geometry alone.
+    #[inline]
+    fn nearest_filtered<E: Features>(
+        &self,
+        ray: &Ray,
+        filter: impl FnMut(&Hit) -> bool,
+    ) -> Option<Hit> {
+        if E::EVERYTHING && self.has_lids() {
+            return self.geometry.embree.intersect_asking(ray, filter);
+        }
+        self.geometry.embree.intersect_filtered(ray, filter)
     }
 
     /// As [`Self::intersect`], passing at most `left` surfaces.
@@ -250,11 +273,11 @@ impl World {
     ) -> Intersection {
         let ray = sent((origin, direction), (near, far), &sender);
         if !self.filters::<E>() {
-            let hit = self.geometry.embree.intersect(&ray);
+            let hit = self.nearest::<E>(&ray);
             return hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0));
         }
         let mut passed = Vec::new();
-        let hit = self.geometry.embree.intersect_filtered(&ray, |hit| {
+        let hit = self.nearest_filtered::<E>(&ray, |hit| {
             if self.is_hidden(hit, direction) {
                 return false;
             }

@@ -162,6 +162,25 @@ impl<'a, S: Source> Compiler<'a, S> {
         Operand::Register(self.emit(operation), Lane::Xyz)
     }
 
+    /// The same where it is read as a colour whatever the socket takes: of a colour that is linked to a number's socket the luminance
+    /// counts, and of a vector the mean.
+    pub(super) fn color_input(&mut self, at: usize, socket: usize) -> Operand {
+        let operand = self.input(at, socket);
+        let takes_number = self.graph.nodes[at].kind.sockets()[socket].kind == SocketKind::Float;
+        match operand {
+            Operand::Register(_, Lane::Rgb | Lane::Xyz) if takes_number => {
+                let at = self.emit(Operation::Math {
+                    operation: MathOperation::Add,
+                    clamp: false,
+                    a: operand,
+                    b: ZERO,
+                });
+                Operand::Register(at, Lane::One(0))
+            }
+            operand => operand,
+        }
+    }
+
     fn of(&self, link: Link) -> Operand {
         let (_, lane) = self.graph.gives(link);
         match (self.results[link.node as usize].unwrap_or(ZERO), lane) {

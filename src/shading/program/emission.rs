@@ -61,7 +61,7 @@ pub(super) fn emission_of(graph: &Graph, source: &mut impl Source) -> Emission {
             continue;
         }
         let color = compiler.input(at, color);
-        let strength = compiler.input(at, strength);
+        let strength = compiler.color_input(at, strength);
         let light = compiler.blend(Blend::Multiply, color, strength);
         let part = compiler.blend(Blend::Multiply, light, weight);
         let layers = is_principled.then(|| layers(&mut compiler, at));

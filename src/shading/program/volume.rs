@@ -49,7 +49,7 @@ impl VolumeProgram {
                 _ => continue,
             };
             let count = folded.nodes[at].inputs.len();
-            let sockets = (0..count).map(|socket| root(compiler.input(at, socket)));
+            let sockets = (0..count).map(|socket| root(compiler.color_input(at, socket)));
             parts.push(Part {
                 weight: root(weight),
                 shader,
