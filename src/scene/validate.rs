@@ -353,9 +353,10 @@ fn has_volume(transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -
     // What keeps a plane has become a mesh of its own before, if it has an area.
     let flat = directions(&transform.matrix3) < 3;
     if flat {
+        // It would show nothing.
         diagnostics.report(
             "singular-transform",
-            Verdict::Lost,
+            Verdict::Exact,
             "object scaled to a line or to a point",
             name,
             "left out",

@@ -1,28 +1,28 @@
 //! Albedo tables of a material's transmitting solid, and the index of its layer over the diffuse base.
 
 use super::fresnel;
-use super::tables::{self, Estimate, Rows};
+use super::tables::{Estimate, Indices, Rows, Solids};
 
 /// Albedo tables of the dielectrics that a material needs.
 #[derive(Debug)]
 pub struct Dielectrics {
     /// Tables of the transmitting solid.
-    pub(super) solid: Option<tables::Solid>,
+    pub(super) solid: Option<Solids>,
 }
 
 /// Which tables a material needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Needs {
-    /// Index of the transmitting solid, if it is.
-    pub solid: Option<f32>,
+    /// Indices of the transmitting solid, if it is.
+    pub solid: Option<Indices>,
     /// For which roughnesses.
     pub rows: Rows,
     /// Of what.
     pub estimate: Estimate,
 }
 
-/// Bits of the solid's index, the roughnesses, and what is tabulated.
-pub type Key = (Option<u32>, Rows, Estimate);
+/// Bits of the solid's indices, the roughnesses, and what is tabulated.
+pub type Key = (Option<[u32; 2]>, Rows, Estimate);
 
 /// The index of refraction whose reflectance at normal incidence is `specular` times that of `ior`.
 pub(super) fn layer_ior(ior: f32, specular: f32) -> f32 {
@@ -36,7 +36,7 @@ pub(super) fn layer_ior(ior: f32, specular: f32) -> f32 {
 impl Needs {
     /// What tells its tables from others.
     pub fn key(&self) -> Key {
-        (self.solid.map(f32::to_bits), self.rows, self.estimate)
+        (self.solid.map(Indices::bits), self.rows, self.estimate)
     }
 }
 
@@ -44,7 +44,7 @@ impl Dielectrics {
     /// Tables for a material whose index is the same everywhere.
     pub fn new(ior: f32, transmits: bool) -> Self {
         Self::needed(&Needs {
-            solid: transmits.then_some(ior),
+            solid: transmits.then_some(Indices::One(ior)),
             rows: Rows::ALL,
             estimate: Estimate::Exact,
         })
@@ -52,7 +52,7 @@ impl Dielectrics {
 
     /// As far as they are needed.
     pub fn needed(needs: &Needs) -> Self {
-        let solid = |ior| tables::Solid::new(fresnel::bounded_ior(ior), needs.rows, needs.estimate);
+        let solid = |indices| Solids::new(indices, needs.rows, needs.estimate);
         Self {
             solid: needs.solid.map(solid),
         }

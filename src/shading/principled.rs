@@ -286,7 +286,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                     };
                     let solid = tables.solid.as_ref().zip(place).filter(|_| !p.once);
                     solid.map_or(Vec3::ONE, |(t, at)| {
-                        t.compensation(at, self.is_inside(), half_tint(p.base_color))
+                        t.compensation(at, (ior, self.is_inside()), half_tint(p.base_color))
                     })
                 };
                 self.add_transmission(share, p, (ior, clear.unbounded()), gain);

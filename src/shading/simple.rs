@@ -12,7 +12,7 @@ use super::ggx::Alpha;
 use super::principled::{principled_alpha, turned};
 use super::program::{Evaluation, Place, Root, reflected};
 use super::spread::{Beckmann, Spread};
-use super::tables::{LutCoordinate, Reflection as Albedos, Solid, metal_estimate};
+use super::tables::{LutCoordinate, Reflection as Albedos, Solids, metal_estimate};
 use super::thin_film::{Film, Filmed};
 use crate::math::primaries::WorkingSpace;
 use crate::math::sqr;
@@ -173,7 +173,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         &mut self,
         of: &SimpleValues<'_>,
         at: &mut Evaluation<'_, P>,
-        reflection: Option<Option<&Solid>>,
+        reflection: Option<Option<&Solids>>,
         normal: Vec3,
         (plain, filmed): Kinds<Glass<S>, Glass<S, Film>>,
     ) {
@@ -198,7 +198,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
         let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(facets.cos(), roughness));
         let gain = match reflection.flatten().zip(place) {
-            Some((solid, place)) => solid.compensation(place, self.is_inside(), color),
+            Some((solid, place)) => solid.compensation(place, (ior, self.is_inside()), color),
             None => Vec3::ONE,
         };
         let true_f0 = fresnel::f0_from_ior(ior);

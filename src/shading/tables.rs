@@ -12,7 +12,9 @@
 mod layering;
 mod quadrature;
 
+mod solids;
 pub use layering::{facet_blend, layer_albedo, metal_estimate};
+pub use solids::{Indices, Solids};
 
 use super::fresnel;
 use crate::math::mix;

@@ -6,7 +6,7 @@ use crate::scene::graph::{Distribution, PrincipledSummary, SimpleBsdf};
 use crate::scene::{Material, Scene};
 use crate::shading::dielectrics::Needs;
 use crate::shading::program::{Root, Shader, Weighted};
-use crate::shading::tables::Rows;
+use crate::shading::tables::{Indices, Rows};
 use crate::shading::{Dielectrics, Principled, ggx};
 use glam::Vec3;
 use std::sync::Arc;
@@ -69,12 +69,10 @@ impl Preparer {
     ) -> Arc<Dielectrics> {
         let is_linked = |socket: usize| linked.iter().any(|(of, _)| *of == socket);
         let (least, greatest) = p.map_or((1.5, 1.5), |p| p.ior);
-        let index = if is_linked(principled::IOR) {
-            // One table stands for all. Bounds that nothing comes near say little.
-            let [low, high] = [least, greatest].map(|end| end.max(1.0 / end).clamp(1.1, 2.5));
-            (low * high).sqrt()
+        let indices = if is_linked(principled::IOR) {
+            Indices::Between(least / beside, greatest / beside)
         } else {
-            greatest
+            Indices::One(greatest / beside)
         };
         // Images of floats may hold more than 1.
         let rough = is_linked(principled::ROUGHNESS);
@@ -88,9 +86,7 @@ impl Preparer {
             },
         );
         tables_of(Needs {
-            solid: p
-                .is_some_and(|p| self.needs_solid(p))
-                .then_some(index / beside),
+            solid: p.is_some_and(|p| self.needs_solid(p)).then_some(indices),
             rows,
             estimate: self.estimate(),
         })
@@ -132,14 +128,17 @@ impl Preparer {
         }
         let number = |socket: usize| sockets[socket].constant().map(|c| c.x);
         let share = |socket: usize| number(socket).map(|c| c.clamp(0.0, 1.0));
-        let (roughness, ior) = (share(glass::ROUGHNESS), number(glass::IOR).unwrap_or(1.5));
-        let ior = ior / beside;
+        let roughness = share(glass::ROUGHNESS);
+        let indices = match number(glass::IOR) {
+            Some(ior) => Indices::One(ior / beside),
+            None => Indices::Between(0.0, ANY_INDEX / beside),
+        };
         let rows = Rows::between(
             roughness.unwrap_or(0.0),
             roughness.filter(|_| !self.roughens()).unwrap_or(1.0),
         );
         tables_of(Needs {
-            solid: Some(ior),
+            solid: Some(indices),
             rows,
             estimate: self.estimate(),
         })

@@ -4,6 +4,7 @@
 import export_kit as kit
 import bpy
 import mathutils
+import numpy
 
 SIZE = 32
 
@@ -42,6 +43,23 @@ class Coincident(kit.ExportTest):
             self.assertLess(abs(both / cycles_both - 1), 0.01)
             self.assertLess(both, 0.9 * alone)
             self.assertIn("coincident-faces", str(found.info()["effects"]))
+            for shown in list(bpy.data.meshes):
+                bpy.data.meshes.remove(shown)
+
+    def test_of_two_in_one_place_the_later_is_seen(self):
+        def ball(name, color):
+            bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=1.5, rotation=(0.2, 0.1, 0))
+            bpy.context.object.data.materials.append(kit.material(name, Base_Color=color, Roughness=0.9))
+
+        for colors in (((0.8, 0.1, 0.1, 1), (0.1, 0.8, 0.1, 1)), ((0.1, 0.8, 0.1, 1), (0.8, 0.1, 0.1, 1))):
+            for number, color in enumerate(colors):
+                ball(f"ball {number}", color)
+            found = self.export()
+            cycles = kit.cycles_pixels(SIZE, SIZE, 64).mean(axis=(0, 1))
+            ours = kit.rendered(found.path, SIZE, SIZE, 64).mean(axis=(0, 1))
+            print(f"the later one: {ours}, Cycles {cycles}", flush=True)
+            self.assertEqual(ours.argmax(), numpy.argmax(colors[1][:3]))
+            self.assertLess(abs(ours / cycles - 1).max(), 0.02)
             for shown in list(bpy.data.meshes):
                 bpy.data.meshes.remove(shown)
 

@@ -189,6 +189,9 @@ class Parity(Beside):
                 s.alone(name, "BsdfRefraction", {"distribution": distribution}, Color=GOLD, Roughness=roughness, IOR=1.3)
             s.alone(f"principled {roughness}", "BsdfPrincipled", Base_Color=BLUE, Roughness=roughness, Transmission_Weight=1.0)
         s.alone("glass by noise", "BsdfGlass", Roughness="TexNoise")
+        # Indices about 0.5.
+        s.alone("glass of varying index", "BsdfGlass", Roughness=0.9, IOR="TexNoise")
+        s.alone("principled of varying index", "BsdfPrincipled", Roughness=0.6, IOR="TexNoise", Transmission_Weight=1.0)
         s.mixed("glass and clear", 0.5, ("BsdfGlass", {}, {"Roughness": 0.5}), ("BsdfTransparent", {}, {"Color": BLUE}))
         s.mixed("refraction plus gloss", None, ("BsdfRefraction", {}, {"Roughness": 0.5}), ("BsdfAnisotropic", {}, {"Color": (0.2, 0.2, 0.2, 1), "Roughness": 0.5}))
         self.compare(s, suns=False)
@@ -233,6 +236,21 @@ class Parity(Beside):
             tree.links.new(tree.nodes.new(f"ShaderNode{kind}").outputs[output], surface)
             s.mixed(f"{kind} and matte", 0.4, matte, (kind, {}, {}))
         self.compare(s)
+
+    def test_colours_in_place_of_numbers(self):
+        """Their luminance counts."""
+        s = Shaders()
+        for kind, socket, properties in (
+            ("Emission", "Strength", {"Color": GOLD}),
+            ("BsdfPrincipled", "Emission Strength", {"Emission_Color": GOLD}),
+            ("BsdfPrincipled", "Metallic", {"Base_Color": GOLD}),
+            ("BsdfGlass", "Roughness", {"Color": BLUE}),
+        ):
+            tree, surface = s.tree(f"{kind} {socket}")
+            made = s.shader(tree, kind, {}, **properties)
+            tree.links.new(tree.nodes.new("ShaderNodeTexVoronoi").outputs["Color"], made.inputs[socket])
+            tree.links.new(made.outputs[0], surface)
+        self.compare(s, suns=False)
 
     def test_what_is_clear_in_mixes_and_sums(self):
         """With what scatters and what shines, side by side and one in the other."""
