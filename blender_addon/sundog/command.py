@@ -72,9 +72,9 @@ def arguments(scene, layer, abilities, warn):
         if value > 0:
             result += [f"--{flag}", repr(value)]
     clamps = settings.sample_clamp_direct > 0 or settings.sample_clamp_indirect > 0
-    if clamps:
-        # What clamping takes depends on how often each light is drawn.
-        tree = getattr(getattr(scene, "cycles", None), "use_light_tree", True)
+    tree = getattr(getattr(scene, "cycles", None), "use_light_tree", True)
+    if clamps or not tree:
+        # What clamping takes depends on how often each light is drawn, and so does what steep bumps lose.
         result += flag_if_known("tree-lights" if tree else "even-lights", [], abilities, warn)
     result += ["--seed", str(seed(scene))]
     if settings.sequences == "ONE":

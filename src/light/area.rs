@@ -327,6 +327,19 @@ impl Area {
         }
     }
 
+    /// Whether a surface of this normal, of unit length, sees nothing of it, by the cone around its middle that Cycles' Light Tree
+    /// measures: as wide as the angle to its furthest corner.
+    pub fn is_behind(&self, from: Vec3, normal: Vec3) -> bool {
+        let way = (self.center - from).normalize_or_zero();
+        let (x, y) = (self.u * self.half.x, self.v * self.half.y);
+        let sine = [x + y, x - y, y - x, -x - y]
+            .map(|corner| (self.center + corner - from).normalize_or_zero())
+            .map(|corner| way.cross(corner).length())
+            .into_iter()
+            .fold(0.0, f32::max);
+        way.dot(normal) <= -sine
+    }
+
     /// Draws a point. `None` where it would not shine on `from`.
     #[inline]
     pub fn sample(&self, from: Vec3, u: Vec2) -> Option<LampSample> {

@@ -90,6 +90,14 @@ impl LightBounds {
         (self.max - self.min) * 0.5
     }
 
+    /// Whether a surface of this normal, of unit length, sees nothing of what is within the box, by the cone around its middle that
+    /// Cycles' Light Tree measures: as wide as the tangent of half the diagonal.
+    pub fn is_behind(&self, from: Vec3, normal: Vec3) -> bool {
+        let (way, half) = (self.center() - from, self.half().length_squared());
+        let distance = way.length_squared();
+        way.dot(normal) <= -(distance * half / (distance + half)).sqrt()
+    }
+
     /// Of two.
     pub fn union(a: &Self, b: &Self) -> Self {
         let (axis, normals) = union_of_cones((a.axis, a.normals), (b.axis, b.normals));

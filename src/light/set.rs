@@ -43,6 +43,8 @@ pub struct LightSet {
     groups: LightGroups,
     linking: Option<Box<Linking>>,
     as_cycles: Option<Box<AsCycles>>,
+    /// Lights are drawn as often behind a surface as before it in Cycles, which has no Light Tree.
+    is_even: bool,
 }
 
 struct InfiniteLight {
@@ -128,6 +130,7 @@ impl LightSetBuilder {
                 groups,
                 linking: None,
                 as_cycles: None,
+                is_even: false,
             },
             suns: Vec::new(),
             planes: Vec::new(),
@@ -229,6 +232,7 @@ impl LightSetBuilder {
             set.linking = Some(linking);
         }
         set.sampler = LightSampler::new(bounds);
+        set.is_even = choice == LightChoice::Even;
         // Lights that are linked are drawn by who sees them.
         if set.linking.is_none() {
             let as_cycles = match choice {
@@ -497,6 +501,9 @@ impl LightSet {
     fn told_probability(&self, at: &LightSampleContext, light: Drawn) -> f32 {
         if let Some(cycles) = self.as_cycles_at(at) {
             return cycles.probability(|| at.receiver_in_tree(), light);
+        }
+        if self.is_behind(at, light) {
+            return 0.0;
         }
         self.drawn_probability(at, light)
     }

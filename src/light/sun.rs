@@ -18,6 +18,13 @@ pub struct Sun {
 }
 
 impl Sun {
+    /// Whether a surface of this normal, of unit length, sees nothing of it.
+    pub fn is_behind(&self, normal: Vec3) -> bool {
+        // sin² = (1 − cos)(1 + cos).
+        let sine = (self.one_minus_cos * (2.0 - self.one_minus_cos)).sqrt();
+        self.toward.dot(normal) <= -sine
+    }
+
     /// From irradiance and angular diameter in radians (up to π: a hemisphere).
     pub fn new(toward: Vec3, irradiance: Vec3, angle: f32) -> Self {
         let half = (0.5 * angle).clamp(0.0, std::f32::consts::FRAC_PI_2);

@@ -135,7 +135,7 @@ class Clamped(kit.ExportTest):
                     self.near(ours, theirs, 0.01)
 
     def test_who_asks_for_shares(self):
-        """Settings with a clamp, with the light tree and without it."""
+        """Settings with a clamp, and those without the light tree."""
         from sundog import command, program, properties
 
         # Other tests of the same Blender may have left the add-on switched on.
@@ -143,7 +143,7 @@ class Clamped(kit.ExportTest):
             properties.register()
             self.addCleanup(properties.unregister)
         scene, layer = self.scene, self.scene.view_layers[0]
-        for tree, clamp, expected in ((True, 1, {"--tree-lights"}), (False, 1, {"--even-lights"}), (False, 0, set()), (True, 0, set())):
+        for tree, clamp, expected in ((True, 1, {"--tree-lights"}), (False, 1, {"--even-lights"}), (False, 0, {"--even-lights"}), (True, 0, set())):
             scene.cycles.use_light_tree, scene.sundog.sample_clamp_indirect = tree, clamp
             flags = command.arguments(scene, layer, program.abilities(kit.program()), self.fail)
             self.assertEqual({"--even-lights", "--tree-lights"}.intersection(flags), expected, (tree, clamp))

@@ -346,7 +346,8 @@ pub struct Transport {
     /// Clamps light samples as if they were shared out as Cycles does without its Light Tree: half of them to surfaces that emit,
     /// by their areas, the others evenly to lamps, suns and the world.
     ///
-    /// The same picture but for clamping, which takes more from lights that are drawn more seldom, and a little more noise.
+    /// The same picture but for clamping, which takes more from lights that are drawn more seldom, and a little more noise; and for
+    /// steep bumps, where light from behind them is lost.
     #[arg(long)]
     pub even_lights: bool,
     /// Clamps light samples as if they were shared out as Cycles does with its Light Tree.

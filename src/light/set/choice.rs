@@ -2,7 +2,7 @@
 
 use super::{InfiniteLight, LightSet, is_even};
 use crate::light::estimate::{Angle, LightBounds};
-use crate::light::kinds::Light;
+use crate::light::kinds::{Light, LightSampleContext};
 use crate::light::set::Drawn;
 use crate::light::two_bounds::{Emitter, Receiver, TwoBounds};
 use glam::Vec3;
@@ -96,6 +96,31 @@ impl LightSet {
             finite: self.lights.iter().map(of_finite).collect(),
             infinite: self.infinite.iter().map(of_infinite).collect(),
         })
+    }
+
+    /// Whether all of a light is behind the surface's normal. Light samples of it give nothing, as no lobe's value reaches there; rays
+    /// may still find it, where a lobe has a normal of its own beside a displacement that is a bump. Cycles' Light Tree does not
+    /// draw it either, so that rays alone count.
+    pub(super) fn is_behind(&self, at: &LightSampleContext, light: Drawn) -> bool {
+        let Some((normal, false)) = at.facing else {
+            return false;
+        };
+        if self.is_even {
+            return false;
+        }
+        match light {
+            Drawn::Finite(number) => match &self.lights[number as usize] {
+                Light::Area(area) => area.is_behind(at.point, normal),
+                light => {
+                    let bounds = light.bounds();
+                    bounds.is_some_and(|bounds| bounds.is_behind(at.point, normal))
+                }
+            },
+            Drawn::Infinite(number) => match &self.infinite[number as usize].light {
+                Light::Sun(sun) => sun.is_behind(normal),
+                _ => false,
+            },
+        }
     }
 
     /// None of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as well or better: half of the sphere is

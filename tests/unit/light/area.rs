@@ -247,3 +247,15 @@ fn lights_without_an_area_are_none() {
         assert!(Area::new(&place, size, false, Vec3::ONE, true, PI).is_none());
     }
 }
+
+#[test]
+fn a_light_is_behind_a_normal_with_all_of_its_corners() {
+    let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0));
+    let light = Area::new(&place, [2.0, 2.0], false, Vec3::ONE, true, PI).unwrap();
+    // A corner is √2 from the middle, at a distance of 3: up to 25.2° above the plane.
+    for (degrees, behind) in [(0.0f32, true), (64.0, true), (65.0, false), (180.0, false)] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let normal = Vec3::new(sine, 0.0, cosine);
+        assert_eq!(light.is_behind(Vec3::ZERO, normal), behind, "{degrees}");
+    }
+}

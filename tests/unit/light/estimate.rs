@@ -84,3 +84,23 @@ fn estimates_are_what_arrives_at_most() {
         }
     }
 }
+
+#[test]
+fn what_is_wholly_behind_a_normal_is_told_from_what_is_in_part() {
+    let bounds = LightBounds {
+        min: Vec3::new(-1.0, -1.0, -3.0),
+        max: Vec3::new(1.0, 1.0, -3.0),
+        intensity: 1.0,
+        axis: Vec3::Z,
+        normals: Angle::ALL,
+        cos_emission: 0.0,
+        two_sided: false,
+        front: None,
+    };
+    // Half of the diagonal is √2, at a distance of 3: up to 25.2° above the plane.
+    for (degrees, behind) in [(0.0, true), (64.0, true), (65.0, false), (180.0, false)] {
+        let (sine, cosine) = f32::sin_cos(f32::to_radians(degrees));
+        let normal = Vec3::new(sine, 0.0, cosine);
+        assert_eq!(bounds.is_behind(Vec3::ZERO, normal), behind, "{degrees}");
+    }
+}
