@@ -58,7 +58,7 @@ struct PlacedTriangle {
 /// What rays see of triangles that stand where others do, where that is less than their instance says: by instance.
 type Seen = BTreeMap<u32, BTreeMap<Visibility, HashSet<u32>>>;
 
-/// Triangles that make light and have the corners of one of another instance before theirs, bit for bit as their
+/// Triangles that make light and have the corners of one of another instance before theirs (in files from Blender: after), bit for bit as their
 /// transforms place them, in f64, are seen by those rays only that do not see the other; where there are none, they are left out.
 /// Those with one side have to be turned to the same side, or the other has two. An instance of whose mesh all are left out
 /// goes, of others the mesh is divided.
@@ -122,7 +122,7 @@ fn material_of(scene: &Scene, instance: u32) -> Option<usize> {
     mesh.material.map(|m| m.0 as usize)
 }
 
-/// Triangles of some instances that stand where one of an instance before them does.
+/// Triangles of some instances that stand where one of another does that is kept.
 fn twins_among(scene: &Scene, instances: &[u32]) -> Seen {
     let hasher = RandomState::new();
     let corners = |place: &PlacedTriangle| {
@@ -150,8 +150,10 @@ fn twins_among(scene: &Scene, instances: &[u32]) -> Seen {
             PlacedTriangle { hash, ..place }
         }));
     }
-    // Those with two sides first: they stand for either.
-    places.sort_unstable_by_key(|p| (p.hash, p.single_sided, p.instance, p.triangle));
+    // Those with two sides first: they stand for either. Cycles shows the last of several.
+    let last_first = scene.is_from_blender();
+    let order = |instance: u32| if last_first { !instance } else { instance };
+    places.sort_unstable_by_key(|p| (p.hash, p.single_sided, order(p.instance), p.triangle));
     let mut twins = Seen::new();
     for group in places
         .chunk_by(|a, b| a.hash == b.hash)

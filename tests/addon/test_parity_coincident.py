@@ -47,19 +47,22 @@ class Coincident(kit.ExportTest):
                 bpy.data.meshes.remove(shown)
 
     def test_of_two_in_one_place_the_later_is_seen(self):
-        def ball(name, color):
+        def ball(name, color, shines):
             bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=1.5, rotation=(0.2, 0.1, 0))
-            bpy.context.object.data.materials.append(kit.material(name, Base_Color=color, Roughness=0.9))
+            shine = {"Emission_Color": color, "Emission_Strength": 1.0} if shines else {"Base_Color": color}
+            bpy.context.object.data.materials.append(kit.material(name, Roughness=0.9, **shine))
 
-        for colors in (((0.8, 0.1, 0.1, 1), (0.1, 0.8, 0.1, 1)), ((0.1, 0.8, 0.1, 1), (0.8, 0.1, 0.1, 1))):
+        red, green = (0.8, 0.1, 0.1, 1), (0.1, 0.8, 0.1, 1)
+        for shines, colors in ((False, (red, green)), (False, (green, red)), (True, (red, green)), (True, (green, red))):
             for number, color in enumerate(colors):
-                ball(f"ball {number}", color)
+                ball(f"ball {number}", color, shines)
             found = self.export()
             cycles = kit.cycles_pixels(SIZE, SIZE, 64).mean(axis=(0, 1))
             ours = kit.rendered(found.path, SIZE, SIZE, 64).mean(axis=(0, 1))
             print(f"the later one: {ours}, Cycles {cycles}", flush=True)
             self.assertEqual(ours.argmax(), numpy.argmax(colors[1][:3]))
-            self.assertLess(abs(ours / cycles - 1).max(), 0.02)
+            if not shines:
+                self.assertLess(abs(ours / cycles - 1).max(), 0.02)
             for shown in list(bpy.data.meshes):
                 bpy.data.meshes.remove(shown)
 
