@@ -623,16 +623,10 @@ impl CommittedScene {
 
     /// Tells of all surfaces along a ray, in no particular order, perhaps more than once of the same.
     pub fn visit(&self, r: &Ray, mut visit: impl FnMut(&Hit)) {
-        let mut query = ray_hit(r);
-        let mut filter = |hit: &Hit| {
+        self.intersect_asking(r, |hit| {
             visit(hit);
             false
-        };
-        self.filtered(
-            &mut query,
-            &mut filter,
-            sys::RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER,
-        );
+        });
     }
 
     #[inline]

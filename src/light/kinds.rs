@@ -274,6 +274,17 @@ impl Light {
         }
     }
 
+    /// Whether a surface of this normal, of unit length, sees nothing of it, as Cycles' Light Tree has it; a sky is all around.
+    pub(super) fn is_behind(&self, from: Vec3, normal: Vec3) -> bool {
+        match self {
+            Self::Area(area) => area.is_behind(from, normal),
+            Self::Sun(sun) => sun.is_behind(normal),
+            light => light
+                .bounds()
+                .is_some_and(|bounds| bounds.is_behind(from, normal)),
+        }
+    }
+
     /// Area of the surface of an object that emits; `None` of what is none.
     pub(super) fn surface_area(&self) -> Option<f32> {
         match self {

@@ -422,11 +422,7 @@ impl LightSet {
         if at.receiver != 0 && !self.reaches(self.source(drawn), at.receiver) {
             return None;
         }
-        let light = match drawn {
-            Drawn::Finite(number) => &self.lights[number as usize],
-            Drawn::Infinite(i) => &self.infinite[i as usize].light,
-        };
-        let sample = light.sample_li(at, u)?;
+        let sample = self.light(drawn).sample_li(at, u)?;
         let sample = match self.as_cycles_at(at) {
             None => sample.chosen(p)?,
             Some(cycles) => {
@@ -435,6 +431,14 @@ impl LightSet {
             }
         };
         Some((sample, drawn))
+    }
+
+    #[inline(always)]
+    fn light(&self, drawn: Drawn) -> &Light {
+        match drawn {
+            Drawn::Finite(number) => &self.lights[number as usize],
+            Drawn::Infinite(i) => &self.infinite[i as usize].light,
+        }
     }
 
     /// Draws a light, with its probability.

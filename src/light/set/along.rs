@@ -156,14 +156,12 @@ impl LightSet {
         (drawn, probability): (Drawn, f32),
         u: Vec2,
     ) -> Option<LightSample> {
-        let light = match drawn {
-            Drawn::Finite(number) => &self.lights[number as usize],
-            Drawn::Infinite(i) => &self.infinite[i as usize].light,
-        };
         let here = self.told_probability(at, drawn);
         if at.receiver != 0 && !self.reaches(self.source(drawn), at.receiver) {
             return None;
         }
-        light.sample_li(at, u)?.chosen_elsewhere(probability, here)
+        self.light(drawn)
+            .sample_li(at, u)?
+            .chosen_elsewhere(probability, here)
     }
 }

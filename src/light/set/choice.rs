@@ -105,22 +105,7 @@ impl LightSet {
         let Some((normal, false)) = at.facing else {
             return false;
         };
-        if self.is_even {
-            return false;
-        }
-        match light {
-            Drawn::Finite(number) => match &self.lights[number as usize] {
-                Light::Area(area) => area.is_behind(at.point, normal),
-                light => {
-                    let bounds = light.bounds();
-                    bounds.is_some_and(|bounds| bounds.is_behind(at.point, normal))
-                }
-            },
-            Drawn::Infinite(number) => match &self.infinite[number as usize].light {
-                Light::Sun(sun) => sun.is_behind(normal),
-                _ => false,
-            },
-        }
+        !self.is_even && self.light(light).is_behind(at.point, normal)
     }
 
     /// None of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as well or better: half of the sphere is

@@ -162,23 +162,15 @@ impl<'a, S: Source> Compiler<'a, S> {
         Operand::Register(self.emit(operation), Lane::Xyz)
     }
 
-    /// The same where it is read as a colour whatever the socket takes: of a colour that is linked to a number's socket the luminance
-    /// counts, and of a vector the mean.
-    pub(super) fn color_input(&mut self, at: usize, socket: usize) -> Operand {
-        let operand = self.input(at, socket);
-        let takes_number = self.graph.nodes[at].kind.sockets()[socket].kind == SocketKind::Float;
-        match operand {
-            Operand::Register(_, Lane::Rgb | Lane::Xyz) if takes_number => {
-                let at = self.emit(Operation::Math {
-                    operation: MathOperation::Add,
-                    clamp: false,
-                    a: operand,
-                    b: ZERO,
-                });
-                Operand::Register(at, Lane::One(0))
-            }
-            operand => operand,
-        }
+    /// What an operand is as a number, brought to 0 to 1 on request.
+    pub(super) fn number(&mut self, operand: Operand, clamp: bool) -> Operand {
+        let at = self.emit(Operation::Math {
+            operation: MathOperation::Add,
+            clamp,
+            a: operand,
+            b: ZERO,
+        });
+        Operand::Register(at, Lane::One(0))
     }
 
     fn of(&self, link: Link) -> Operand {
@@ -421,15 +413,7 @@ impl<'a, S: Source> Compiler<'a, S> {
         match factor {
             Operand::Constant(value) => Operand::Constant(value.clamp(Vec4::ZERO, Vec4::ONE)),
             _ if is_share => factor,
-            _ => {
-                let at = self.emit(Operation::Math {
-                    operation: MathOperation::Add,
-                    clamp: true,
-                    a: factor,
-                    b: ZERO,
-                });
-                Operand::Register(at, Lane::One(0))
-            }
+            _ => self.number(factor, true),
         }
     }
 

@@ -2,9 +2,9 @@
 
 use super::compile::{Compiler, root};
 use super::shader::layers;
-use super::{LayerRoots, Operand, Program, Root, Source};
+use super::{Lane, LayerRoots, Operand, Program, Root, Source};
 use crate::scene::graph::node::{emission, principled};
-use crate::scene::graph::{Blend, Graph, Input, NodeKind};
+use crate::scene::graph::{Blend, Graph, Input, NodeKind, SocketKind};
 use glam::Vec4;
 
 /// What shines below layers that keep a part of the light.
@@ -40,6 +40,21 @@ impl Emission {
     /// The emitted radiance, if it is the same everywhere.
     pub fn constant(&self) -> Option<glam::Vec3> {
         self.open.constant().filter(|_| self.covered.is_empty())
+    }
+}
+
+impl<S: Source> Compiler<'_, S> {
+    /// [`Compiler::input`] where it is read as a colour whatever the socket takes: of a colour that is linked to a number's socket the luminance
+    /// counts, and of a vector the mean.
+    pub(super) fn color_input(&mut self, at: usize, socket: usize) -> Operand {
+        let operand = self.input(at, socket);
+        let takes_number = self.graph.nodes[at].kind.sockets()[socket].kind == SocketKind::Float;
+        match operand {
+            Operand::Register(_, Lane::Rgb | Lane::Xyz) if takes_number => {
+                self.number(operand, false)
+            }
+            operand => operand,
+        }
     }
 }
 
