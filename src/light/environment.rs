@@ -11,7 +11,7 @@ use super::program::{LightProgram, LookingRay, ShinePoint};
 use super::texels::Texels;
 use super::{Direction, LightHit};
 use crate::math::float::ONE_MINUS_EPSILON;
-use crate::math::{floor, luminance, warp};
+use crate::math::{average, floor, luminance, warp};
 use crate::scene::RayKind;
 use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
@@ -57,6 +57,8 @@ pub struct Disc {
     pub one_minus_cos: f32,
     /// The probability with which it is sampled by itself; by its light where there is none.
     pub share: Option<f32>,
+    /// There is a sun, and not only what light sampling takes for one.
+    pub shines: bool,
 }
 
 impl Disc {
@@ -85,6 +87,16 @@ const MOST_LOOKS: usize = 1 << 20;
 const DISC_LOOKS: u32 = 8;
 /// The share of the mean that every direction has in the table.
 const FLOOR: f32 = 0.02;
+
+/// By what light sampling finds what a program computes.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyTable {
+    /// Columns of cells.
+    pub columns: usize,
+    /// Cells weigh as in Cycles: by the mean of the channels in their middles, and what is dark there has no samples. Else no direction is
+    /// without a chance.
+    pub as_cycles: bool,
+}
 
 /// A piecewise constant density over cells of (u, row), by inversion of its sums.
 #[derive(Debug)]
@@ -174,7 +186,7 @@ impl Environment {
         rotation: &DMat3,
     ) -> Self {
         let texels = texels.into();
-        let distribution = Distribution::new(width, height, &texels, radiance);
+        let distribution = Distribution::new((width, height), &texels, radiance, false);
         // From glTF's axes to Blender's: (x, −z, y).
         let blender_from_gltf = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
         let image_from_world = blender_from_gltf.transpose() * *rotation * blender_from_gltf;
@@ -192,11 +204,10 @@ impl Environment {
         }
     }
 
-    /// What a program computes, times the radiance; light sampling has a table of so many columns. `disc`: where the program
-    /// may show the sun.
+    /// What a program computes, times the radiance. `disc`: where the program may show the sun.
     pub fn computed(
         program: Box<dyn LightProgram>,
-        columns: usize,
+        SkyTable { columns, as_cycles }: SkyTable,
         radiance: Vec3,
         disc: Option<Disc>,
     ) -> Self {
@@ -208,7 +219,8 @@ impl Environment {
             // What is not a number is counted where paths find it.
             Vec3::select(light.is_finite_mask(), light.abs(), Vec3::ZERO)
         };
-        let beside = |d: Vec3| match disc.filter(|disc| disc.contains(d)) {
+        let is_sun = |disc: &Disc| disc.shines;
+        let beside = |d: Vec3| match disc.filter(|disc| is_sun(disc) && disc.contains(d)) {
             None => d,
             // The disc has its own samples: the table has what is beside it.
             Some(disc) => {
@@ -221,7 +233,7 @@ impl Environment {
             }
         };
         let parts = (MOST_LOOKS / (columns * rows)).clamp(1, 4);
-        let side = if parts >= 4 { 2 } else { 1 };
+        let side = if parts >= 4 && !as_cycles { 2 } else { 1 };
         let texels: Vec<Vec3> = (0..columns * rows)
             .into_par_iter()
             .map(|i| {
@@ -246,9 +258,10 @@ impl Environment {
         );
         let mut mean = (sum / weight).as_vec3();
         // No bright spot between the places looked at is without a chance.
-        let floor = mean * FLOOR;
+        let floor = if as_cycles { Vec3::ZERO } else { mean * FLOOR };
         let table: Vec<Vec3> = texels.into_iter().map(|t| t + floor).collect();
-        let disc = disc.and_then(|disc| {
+        let sought = disc.and_then(|disc| Some((disc, disc.share?)));
+        let disc = disc.filter(is_sun).and_then(|disc| {
             let middle = |i: u32| (i as f32 + 0.5) / DISC_LOOKS as f32;
             let looks = (0..DISC_LOOKS * DISC_LOOKS).map(|i| {
                 let u = Vec2::new(middle(i % DISC_LOOKS), middle(i / DISC_LOOKS));
@@ -262,11 +275,12 @@ impl Environment {
             let share = disc.share.unwrap_or((light / all).clamp(0.1, 0.9));
             (light > 0.0).then_some((disc, share))
         });
+        let disc = disc.or(sought.filter(|(disc, _)| !disc.shines));
         Self {
             radiance,
             image_from_world: Mat3::IDENTITY,
             kind: Kind::Computed(Box::new(Computed {
-                distribution: Distribution::new(columns, rows, &table.into(), radiance),
+                distribution: Distribution::new((columns, rows), &table.into(), radiance, as_cycles),
                 program,
                 mean,
                 disc,
@@ -520,14 +534,24 @@ impl Image {
 }
 
 impl Distribution {
-    fn new(width: usize, height: usize, texels: &Texels, radiance: Vec3) -> Self {
+    /// `as_cycles`: see [`SkyTable`].
+    fn new(
+        (width, height): (usize, usize),
+        texels: &Texels,
+        radiance: Vec3,
+        as_cycles: bool,
+    ) -> Self {
         let columns = width.min(CELLS_U);
         let rows = height.min(CELLS_U / 2);
         // Mean of the bilinear interpolation over each texel's cell: (1, 6, 1)/8 in both directions.
         // It is above 0 wherever the interpolation is somewhere above 0 in the cell.
+        let brightness = if as_cycles { average } else { luminance };
         let weight =
-            |x: usize, y: usize| f64::from(luminance((texels.at(y * width + x) * radiance).abs()));
+            |x: usize, y: usize| f64::from(brightness((texels.at(y * width + x) * radiance).abs()));
         let smoothed_row = |y: usize| -> Vec<f64> {
+            if as_cycles {
+                return (0..width).map(|x| weight(x, y)).collect();
+            }
             let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
             let vertical: Vec<f64> = (0..width)
                 .map(|x| (weight(x, above) + 6.0 * weight(x, y) + weight(x, below)) / 8.0)

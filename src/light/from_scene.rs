@@ -1,7 +1,7 @@
 //! Lights made from a scene's descriptions of them.
 
 use super::area::Area;
-use super::environment::{Disc, Environment};
+use super::environment::{Disc, Environment, SkyTable};
 use super::kinds::Light;
 use super::lamp::{Cone, Lamp};
 use super::program::LightProgram;
@@ -104,12 +104,12 @@ impl Light {
     pub fn computed(
         environment: &scene::Environment,
         program: Box<dyn LightProgram>,
-        columns: usize,
+        table: SkyTable,
         disc: Option<Disc>,
     ) -> Option<Self> {
         let radiance = Vec3::from(environment.radiance);
         (luminance(radiance.abs()) > 0.0).then(|| {
-            let prepared = Environment::computed(program, columns, radiance, disc);
+            let prepared = Environment::computed(program, table, radiance, disc);
             Self::Environment(Box::new(prepared))
         })
     }

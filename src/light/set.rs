@@ -43,6 +43,8 @@ pub struct LightSet {
     groups: LightGroups,
     linking: Option<Box<Linking>>,
     as_cycles: Option<Box<AsCycles>>,
+    /// What is seen of a light depends on how often it is drawn, without clamping too.
+    hangs_on_choice: bool,
     /// Lights are drawn as often behind a surface as before it in Cycles, which has no Light Tree.
     is_even: bool,
 }
@@ -130,6 +132,7 @@ impl LightSetBuilder {
                 groups,
                 linking: None,
                 as_cycles: None,
+                hangs_on_choice: false,
                 is_even: false,
             },
             suns: Vec::new(),
@@ -142,6 +145,11 @@ impl LightSetBuilder {
     /// Gives it the links of a scene.
     pub fn link(&mut self, linking: Linking) {
         self.set.linking = Some(linking.into());
+    }
+
+    /// Light samples and rays find different things: each part counts with the weight that it has in Cycles.
+    pub fn hang_on_choice(&mut self) {
+        self.set.hangs_on_choice = true;
     }
 
     /// Adds a lamp or a sun by its number among the scene's lights. Lamps come before emissive meshes. `plane`: where it hides others that
@@ -206,8 +214,9 @@ impl LightSetBuilder {
         let mut set = self.set;
         set.coplanar = Coplanar::new(&self.planes).map(Box::new);
         // How much rays lose of lamps that hide each other depends on how often these are drawn.
-        let choice = match (choice, &set.coplanar) {
-            (LightChoice::Place, Some(_)) => LightChoice::Tree,
+        set.hangs_on_choice |= set.coplanar.is_some();
+        let choice = match choice {
+            LightChoice::Place if set.hangs_on_choice => LightChoice::Tree,
             _ => choice,
         };
         set.infinite.extend(self.suns);
@@ -497,7 +506,7 @@ impl LightSet {
     #[inline]
     fn as_cycles_at(&self, at: &LightSampleContext) -> Option<&AsCycles> {
         let cycles = self.as_cycles.as_deref()?;
-        (at.clamps || self.coplanar.is_some()).then_some(cycles)
+        (at.clamps || self.hangs_on_choice).then_some(cycles)
     }
 
     /// Probability with which [`Self::sample`] says that it draws a light: its own, or Cycles'.

@@ -19,6 +19,17 @@ pub struct Sky {
     pub start: f32,
     /// The sun, if it is drawn.
     pub sun: Option<SunDisc>,
+    /// Where light sampling looks for a sun that the sky does not show: Cycles does so in skies of the older models.
+    pub sought: Option<SunCone>,
+}
+
+/// The directions of a sun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SunCone {
+    /// Toward its middle, unit length.
+    pub direction: Vec3,
+    /// Its angular radius.
+    pub half_angle: f32,
 }
 
 /// The disc of the sun.
@@ -111,6 +122,7 @@ impl std::fmt::Debug for Sky {
             .field("texels", &format_args!("{hash:016x}"))
             .field("start", &self.start)
             .field("sun", &self.sun)
+            .field("sought", &self.sought)
             .finish()
     }
 }

@@ -64,6 +64,12 @@ impl Visibility {
             .with(RayKind::Volume)
     }
 
+    /// Whether shadow rays and all rays within paths see it, or none of them.
+    pub fn is_alike_on_paths(self) -> bool {
+        let paths = Self(0).on_paths().with(RayKind::Shadow).0;
+        self.0 & paths == paths || self.0 & paths == 0
+    }
+
     /// What is left where another stands in the same place: the rays that do not see the other. Shadow rays stay as they
     /// are, as they say how the light of it falls.
     #[must_use]

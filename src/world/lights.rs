@@ -12,7 +12,7 @@ use crate::ffi::embree::{CommittedScene, Device, EmbreeError};
 use crate::light::computed::{ComputedLight, LightAxes};
 use crate::light::coplanar::Plane;
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
-use crate::light::environment::Disc;
+use crate::light::environment::{Disc, SkyTable};
 use crate::light::{Light, LightChoice, LightGroups, LightSet, LightSetBuilder, Linking, Rules};
 use crate::math::luminance;
 use crate::scene::graph::function::PlaceInput;
@@ -172,6 +172,14 @@ pub(super) fn prepare(
     {
         builder.link(linking);
     }
+    let hangs_on_choice = scene.is_from_blender() && rays_find_other_things(scene, materials);
+    let shares = match shares {
+        LightShares::ByPlace if hangs_on_choice => LightShares::AsTree,
+        shares => shares,
+    };
+    if hangs_on_choice {
+        builder.hang_on_choice();
+    }
     for (number, light) in scene.lights.iter().enumerate() {
         if effects::keeps(effects, light)
             && let Some(made) = Light::from_scene(light, origin)
@@ -213,7 +221,7 @@ pub(super) fn prepare(
     }
     if let Some(environment) = &scene.environment
         && effects::keeps_environment(effects, environment)
-        && let Some(made) = around(scene, environment, ((origin, view), shares))
+        && let Some(made) = around(scene, environment, (origin, view), (shares, hangs_on_choice))
     {
         // Shadows are no choice of the world's.
         let seen = environment.visibility.with(RayKind::Shadow);
@@ -227,6 +235,21 @@ pub(super) fn prepare(
         false => LightChoice::Power,
     };
     builder.build(choice, device)
+}
+
+/// Whether rays that are scattered find other light than light samples do: objects are in the way of some kinds of rays only, or
+/// what lets light pass or shines asks which ray it is.
+fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) -> bool {
+    let is_of_ray = |node: &Node| {
+        matches!(&node.kind, NodeKind::Function(Function::Place(input)) if input.tells_rays_apart())
+    };
+    let of_lamps = scene.lights.iter().filter_map(|light| light.graph.as_deref());
+    let world = scene.environment.as_ref().and_then(|e| e.graph.as_ref());
+    let mut shining = of_lamps.chain(world.map(|world| &world.graph));
+    effects::tells_rays_apart(scene)
+        || (scene.instances.iter()).any(|i| !i.visibility.is_alike_on_paths())
+        || materials.iter().any(|material| material.asks_which_ray())
+        || shining.any(|graph| graph.nodes.iter().any(is_of_ray))
 }
 
 /// A light with its node tree, if it has one.
@@ -268,43 +291,53 @@ const OF_SUN: f32 = 0.8;
 fn around(
     scene: &Scene,
     environment: &scene::Environment,
-    (known, shares): ((DVec3, View), LightShares),
+    known: (DVec3, View),
+    (shares, hangs_on_choice): (LightShares, bool),
 ) -> Option<Light> {
     let Some(world) = &environment.graph else {
         return Light::from_environment(environment, &scene.images);
     };
     let shine = Shine::new(scene, &world.graph, None, known);
     let guess = world.graph.emission_estimate();
-    let suns = suns(&world.graph);
+    let suns = suns(&world.graph, hangs_on_choice);
+    let table = |columns| SkyTable {
+        columns,
+        as_cycles: hangs_on_choice,
+    };
     let [disc] = suns[..] else {
-        let columns = columns(scene, world, !suns.is_empty());
-        let made = Light::computed(environment, Box::new(shine), columns, None)?;
+        let table = table(columns(scene, world, !suns.is_empty()));
+        let made = Light::computed(environment, Box::new(shine), table, None)?;
         return Some(made.guessed(guess));
     };
-    let columns = columns(scene, world, disc.is_none());
+    let table = table(columns(scene, world, disc.is_none()));
     let disc = disc.map(|disc| Disc {
-        share: (shares != LightShares::ByPlace).then_some(OF_SUN),
+        share: (!disc.shines || shares != LightShares::ByPlace).then_some(OF_SUN),
         ..disc
     });
-    Some(Light::computed(environment, Box::new(shine), columns, disc)?.guessed(guess))
+    Some(Light::computed(environment, Box::new(shine), table, disc)?.guessed(guess))
 }
 
-/// The suns of a world: discs in directions that are known, or `None`.
-fn suns(graph: &Graph) -> Vec<Option<Disc>> {
+/// The suns of a world: discs in directions that are known, or `None`. With those that are only looked for if `sought`.
+fn suns(graph: &Graph, sought: bool) -> Vec<Option<Disc>> {
     let of = |node: &Node| {
         let NodeKind::Function(Function::Sky(sky)) = &node.kind else {
             return None;
         };
-        let sun = sky.sun?;
+        let (direction, half_angle, shines) = match (sky.sun, sky.sought) {
+            (Some(sun), _) => (sun.direction, sun.half_angle, true),
+            (None, Some(cone)) if sought => (cone.direction, cone.half_angle, false),
+            _ => return None,
+        };
         let place = |input| matches!(input, PlaceInput::Generated | PlaceInput::Position);
         let is_plain = node.inputs[0].link().is_some_and(|link| {
             matches!(graph.node(link).kind, NodeKind::Function(Function::Place(input)) if place(input))
         });
-        let s = (0.5 * sun.half_angle.min(std::f32::consts::FRAC_PI_2)).sin();
+        let s = (0.5 * half_angle.min(std::f32::consts::FRAC_PI_2)).sin();
         Some(is_plain.then(|| Disc {
-            toward: from_blender(sun.direction),
+            toward: from_blender(direction),
             one_minus_cos: 2.0 * s * s,
             share: None,
+            shines,
         }))
     };
     graph.nodes.iter().filter_map(of).collect()

@@ -542,6 +542,13 @@ impl PreparedMaterial {
         self.programs.emission.program.traces()
     }
 
+    /// Whether what it emits or lets pass is not the same for light samples and for the rays of paths.
+    pub fn asks_which_ray(&self) -> bool {
+        let opacity = self.programs.opacity.iter().map(|o| &o.program);
+        let mut programs = opacity.chain([&self.programs.emission.program]);
+        programs.any(|program| program.place_inputs().iter().any(PlaceInput::tells_rays_apart))
+    }
+
     /// Whether [`Self::emitted`] looks at the place.
     pub fn emission_varies(&self) -> bool {
         self.programs.emission.constant().is_none()

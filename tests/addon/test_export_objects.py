@@ -72,6 +72,23 @@ class Shown(kit.ExportTest):
         self.assertEqual(found.node("indirect")["extensions"]["SUNDOG_object"], {"visibility": {"camera": False}})
         self.assertNotIn("extensions", found.node("plain"))
 
+    def test_what_shows_an_instance_says_whether_it_is_held_out(self):
+        """As in Cycles (tried with instances of collections and on vertices): the collection that the object is in has no say."""
+        inside = self.collection("inside")
+        self.put("thing", inside).is_holdout = True
+        self.layer("inside").indirect_only = True
+        for name in ("plain", "held out", "indirect"):
+            shower = bpy.data.objects.new(name, None)
+            shower.instance_type, shower.instance_collection = "COLLECTION", inside
+            self.collection(f"of {name}").objects.link(shower)
+        self.layer("of held out").holdout = True
+        self.layer("of indirect").indirect_only = True
+        bpy.data.objects["thing"].location.x = 9
+        found = self.export()
+        said = [n.get("extensions", {}).get("SUNDOG_object") for n in found.nodes("thing")]
+        own = {"visibility": {"camera": False}, "holdout": True}
+        self.assertCountEqual(said, [own, None, {"holdout": True}, {"visibility": {"camera": False}}])
+
     def test_ray_visibility(self):
         for attribute, name in (
             ("visible_camera", "camera"),

@@ -404,7 +404,7 @@ class Exporter:
         described = lights.describe(light, findings, self.document, self.cache)
         parent = instance.parent if instance.is_instance else None
         seen = lights.ray_visibility(light, [shown, parent])
-        if shown.original.indirect_only_get(view_layer=self.view_layer):
+        if visibility.shower([shown, parent]).original.indirect_only_get(view_layer=self.view_layer):
             seen["camera"] = False
         if seen:
             described["visibility"] = seen

@@ -24,6 +24,7 @@ _LEAST_SIZE = 0.0005
 _EARTH = 6371.0
 # Before Blender 5 the disc stands before the sky, and since then its light is added.
 _COVERS = bpy.app.version < (5, 0, 0)
+_SEEKS_EVERY_SUN = bpy.app.version >= (5, 0, 0)
 # What decides on a table beside the sun's disc.
 _PROPERTIES = (
     "sky_type", "turbidity", "ground_albedo", "sun_elevation", "sun_rotation", "altitude", "air_density", "dust_density",
@@ -34,6 +35,11 @@ _PROPERTIES = (
 def table(node, cache, report=None):
     """(file, the rest of the property `sky`) of a Sky Texture. Takes a child process and some seconds, once for each sky."""
     plan = Plan(node)
+    path, described = _table(plan, cache, report)
+    return path, {**described, "sought": plan.sought} if plan.sought else described
+
+
+def _table(plan, cache, report):
     path, beside = plan.files(cache)
     if os.path.isfile(path) and os.path.isfile(beside):
         with open(beside, encoding="utf-8") as file:
@@ -74,6 +80,11 @@ class Plan:
         if not self.is_old and node.sun_disc:
             self.sun = {"sun_size": max(float(node.sun_size), _LEAST_SIZE), "sun_intensity": float(node.sun_intensity)}
             self.half_angle = min(self.sun["sun_size"] / 2, _WIDEST)
+        # The older models have no disc. Since Blender 5 most samples of their light go where one would be, as the switch is on.
+        self.sought = None
+        if self.is_old and node.sun_disc and _SEEKS_EVERY_SUN:
+            toward = [float(v) for v in _directions(self.azimuth, self.elevation)[0]]
+            self.sought = {"direction": toward, "half_angle": min(max(float(node.sun_size), _LEAST_SIZE) / 2, _WIDEST)}
         # Below it the sun is hidden.
         self.horizon = _horizon(float(getattr(node, "altitude", 0.0)))
         description = [self.values, self.sun, self.size, list(bpy.app.version), colorspace.working_space(), 4]

@@ -20,16 +20,21 @@ def of_objects(objects):
     }
 
 
+def shower(objects):
+    """Who says whether an object (the first) is held out or indirect only: as in Cycles the one that shows it, if it is an instance."""
+    return next(o for o in reversed(objects) if o is not None)
+
+
 def sundog_object(objects, view_layer):
     """The SUNDOG_object of an object placed by others (the object first), or None if it says nothing."""
     result = {}
     seen = of_objects(objects)
-    original = objects[0].original
-    if original.indirect_only_get(view_layer=view_layer):
+    shows = shower(objects)
+    if shows.original.indirect_only_get(view_layer=view_layer):
         seen["camera"] = False
     if seen:
         result["visibility"] = seen
-    if objects[0].is_holdout or original.holdout_get(view_layer=view_layer):
+    if shows.is_holdout or shows.original.holdout_get(view_layer=view_layer):
         result["holdout"] = True
     if any(o is not None and o.is_shadow_catcher for o in objects):
         result["shadow_catcher"] = True

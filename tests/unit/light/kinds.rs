@@ -1,7 +1,7 @@
 use super::*;
 use crate::light::computed::LightAxes;
 use crate::light::emissive::tests::square;
-use crate::light::environment::Disc;
+use crate::light::environment::{Disc, SkyTable};
 use crate::light::program::{LightProgram, ShinePoint};
 use crate::math::warp;
 use crate::math::warp::grid;
@@ -60,12 +60,21 @@ fn lights() -> Vec<Light> {
     let sun = Vec3::new(0.5, 0.1, 0.8).normalize();
     let pattern = || Box::new(Pattern { sun });
     let disc = Disc {
+        shines: true,
         share: None,
         toward: sun,
         one_minus_cos: 1.0 - 0.98f32.sqrt(),
     };
-    for disc in [None, Some(disc)] {
-        let around = Environment::computed(pattern(), 128, Vec3::ONE, disc);
+        let sought = Disc {
+        shines: false,
+        share: Some(0.8),
+        ..disc
+    };
+    let skies = [(None, false), (None, true), (Some(disc), false), (Some(sought), true)];
+    for (disc, as_cycles) in skies {
+        let columns = 128;
+        let table = SkyTable { columns, as_cycles };
+        let around = Environment::computed(pattern(), table, Vec3::ONE, disc);
         lights.push(Light::Environment(Box::new(around)));
     }
     let axes = LightAxes {

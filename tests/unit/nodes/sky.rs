@@ -9,6 +9,7 @@ fn sky(sun: Option<SunDisc>) -> Sky {
         texels: (0..width * height).map(texel).collect(),
         start: FRAC_PI_2,
         sun,
+        sought: None,
     }
 }
 

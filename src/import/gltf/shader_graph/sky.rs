@@ -1,7 +1,7 @@
 //! Sky textures: a table that the add-on has asked Blender for, and the disc of the sun.
 
 use super::{NodeJson, Reader, Refusal, Stop};
-use crate::nodes::sky::{Sky, SunDisc};
+use crate::nodes::sky::{Sky, SunCone, SunDisc};
 use crate::scene::Pixels;
 use crate::scene::graph::{Function, Input, NodeKind};
 use glam::Vec3;
@@ -14,6 +14,7 @@ struct SkyJson {
     image: ImageJson,
     start: f32,
     sun: Option<SunJson>,
+    sought: Option<SoughtJson>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -30,6 +31,22 @@ struct SunJson {
     horizon: f32,
     #[serde(default)]
     covers: bool,
+}
+
+#[derive(Debug, Deserialize)]
+struct SoughtJson {
+    direction: [f32; 3],
+    half_angle: f32,
+}
+
+impl SoughtJson {
+    fn cone(&self) -> Option<SunCone> {
+        let is_there = self.half_angle.is_finite() && self.half_angle > 0.0;
+        Some(SunCone {
+            direction: is_there.then_some(Vec3::from(self.direction))?.try_normalize()?,
+            half_angle: self.half_angle,
+        })
+    }
 }
 
 impl SunJson {
@@ -85,5 +102,6 @@ fn sky(node: &NodeJson, json: &SkyJson, image: &crate::scene::Image) -> Result<S
         texels: values.chunks_exact(channels).map(color).collect(),
         start: json.start,
         sun: json.sun.as_ref().and_then(SunJson::disc),
+        sought: json.sought.as_ref().and_then(SoughtJson::cone),
     })
 }

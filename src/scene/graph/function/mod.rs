@@ -14,6 +14,7 @@ use crate::nodes::range::RangeKind;
 use crate::nodes::sky::Sky;
 use crate::nodes::vector::{Mapping, RotationAxis};
 use crate::nodes::vector_math::VectorMath;
+use crate::scene::RayKind;
 pub use evaluate::Sockets;
 pub use sockets::bump;
 use std::sync::Arc;
@@ -152,6 +153,19 @@ pub enum PlaceInput {
     IsReflectionRay,
     /// Light Path: how long the ray is.
     RayLength,
+}
+
+impl PlaceInput {
+    /// Whether the answer may be another for a light sample than for a ray that finds the same place: what only the camera's rays
+    /// are told makes no difference to light, and both kinds are as long.
+    pub fn tells_rays_apart(&self) -> bool {
+        match *self {
+            Self::IsRay(kinds) => kinds & !RayKind::Camera.bit() != 0,
+            Self::RayDepth | Self::PathDepth(_) => true,
+            Self::IsSingularRay | Self::IsReflectionRay => true,
+            _ => false,
+        }
+    }
 }
 
 /// What a node computes.
